@@ -1,0 +1,89 @@
+"""Check that `requirements.lock` belongs to `pyproject.toml`, or stamp a freshly compiled lock with its inputs.
+
+The first line of the lock carries a SHA-256 digest of everything in `pyproject.toml` that decides the resolution. The
+check needs no network: it compares the digest, tests every direct requirement against the locked version, and insists
+that each locked package has a hash and that no package index is named.
+
+Usage: `python tools/lock.py check` or `python tools/lock.py stamp` (the latter is called by `make lock`).
+"""
+
+import hashlib
+import json
+import re
+import sys
+import tomllib
+from pathlib import Path
+
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
+
+ROOT = Path(__file__).resolve().parent.parent
+PYPROJECT = ROOT / "pyproject.toml"
+LOCK = ROOT / "requirements.lock"
+STAMP = "# inputs sha256: "
+PINNED = re.compile(r"^([A-Za-z0-9._-]+)==([^\s;\\]+)")
+
+
+def input_digest(settings: dict) -> str:
+    """Digest of the requirement tables of a parsed `pyproject.toml`."""
+    project = settings["project"]
+    inputs = {
+        "requires-python": project["requires-python"],
+        "dependencies": project["dependencies"],
+        "optional-dependencies": project.get("optional-dependencies", {}),
+        "constraints": settings.get("tool", {}).get("uv", {}).get("constraint-dependencies", []),
+    }
+    return hashlib.sha256(json.dumps(inputs, sort_keys=True).encode()).hexdigest()
+
+
+def direct_requirements(settings: dict) -> list[Requirement]:
+    """Every requirement the project states itself, extras included."""
+    project = settings["project"]
+    extras = project.get("optional-dependencies", {}).values()
+    return [Requirement(text) for group in (project["dependencies"], *extras) for text in group]
+
+
+def problems(settings: dict, lock_text: str) -> list[str]:
+    """Sentences saying where lock and project disagree; empty when they match."""
+    found = []
+    first_line = lock_text.partition("\n")[0]
+    if first_line != STAMP + input_digest(settings):
+        found.append("the dependencies in pyproject.toml changed after the lock was made")
+    locked: dict[str, list[str]] = {}
+    for entry in re.split(r"\n(?=[A-Za-z0-9])", lock_text):
+        if match := PINNED.match(entry):
+            locked.setdefault(canonicalize_name(match[1]), []).append(match[2])
+            if "--hash=sha256:" not in entry:
+                found.append(f"{match[1]}=={match[2]} has no hash")
+    for requirement in direct_requirements(settings):
+        versions = locked.get(canonicalize_name(requirement.name), [])
+        if not versions:
+            found.append(f"{requirement.name} is not in the lock")
+        found += [
+            f"{requirement} is asked for, {version} is locked"
+            for version in versions
+            if not requirement.specifier.contains(version, prereleases=True)
+        ]
+    if re.search(r"--(extra-)?index-url|--find-links|://", lock_text):
+        found.append("the lock names a package index")
+    return found
+
+
+def main(action: str) -> int:
+    """Run one action; the exit status is 1 when the lock does not match."""
+    settings = tomllib.loads(PYPROJECT.read_text(encoding="utf-8"))
+    text = LOCK.read_text(encoding="utf-8")
+    if action == "stamp":
+        body = "".join(line for line in text.splitlines(keepends=True) if not line.startswith(STAMP))
+        LOCK.write_text(f"{STAMP}{input_digest(settings)}\n{body}", encoding="utf-8")
+        return 0
+    if action != "check":
+        raise ValueError(f"action must be 'check' or 'stamp'; received {action!r}")
+    found = problems(settings, text)
+    for sentence in found:
+        print(f"requirements.lock: {sentence}; run `make lock`", file=sys.stderr)
+    return int(bool(found))
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1] if len(sys.argv) > 1 else "check"))
