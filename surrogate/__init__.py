@@ -1,0 +1,75 @@
+"""Sequence models that imitate the contact solver: the whole force history from an indentation history.
+
+Eighteen models, six families times three ways of telling the network the Tabor parameter, named ``"M1-concat"`` to
+``"M6-gated"``. All quantities are dimensionless as in the paper; forces are positive in tension.
+
+Example:
+
+    >>> import surrogate
+    >>> surrogate.names()[:3]
+    ['M1-concat', 'M1-FiLM', 'M1-gated']
+    >>> surrogate.build("M1-concat").count_params()
+    473729
+
+Importing this package is quick: keras is imported by the first call that needs it.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from surrogate.architectures.naming import names
+
+if TYPE_CHECKING:
+    import keras
+
+    from surrogate.predictor import Surrogate
+
+__all__ = ["ExtrapolationWarning", "Surrogate", "build", "load", "names"]
+
+
+def build(name: str, features: str = "D") -> keras.Model:
+    """Build one of the eighteen models, untrained.
+
+    Args:
+        name: One of `names()`, such as `"M1-concat"`.
+        features: Feature set of the sequence input, `"A"` to `"D"` (see `surrogate.features`).
+
+    Returns:
+        A functional model of two inputs, `sequence` of shape `(batch, steps, channels)` and `tabor` of shape
+        `(batch, 1)`, both scaled; its output is the scaled force of shape `(batch, steps, 1)`.
+
+    Raises:
+        ValueError: for an unknown name or feature set; the message lists the known ones.
+    """
+    from surrogate.architectures import build as build_model
+
+    return build_model(name, features=features)
+
+
+def load(name: str | Path, root: str | Path | None = None) -> Surrogate:
+    """Load a trained model, ready to predict forces from physical arrays.
+
+    Args:
+        name: A published model's name, or the path of a directory written by `surrogate train`.
+        root: The directory searched for names. Defaults to `published/models` beside the package.
+
+    Returns:
+        A `Surrogate`, whose `predict(times, indentations, tabor=...)` returns forces.
+
+    Raises:
+        FileNotFoundError: no such directory, or a file is missing from it.
+        ValueError: the weights do not fit the model, or the scaling belongs to another data set.
+    """
+    from surrogate.predictor import Surrogate
+
+    return Surrogate.load(name, root=root)
+
+
+def __getattr__(attribute: str) -> object:
+    if attribute in ("Surrogate", "ExtrapolationWarning"):
+        from surrogate import predictor
+
+        return getattr(predictor, attribute)
+    raise AttributeError(f"module 'surrogate' has no attribute {attribute!r}")

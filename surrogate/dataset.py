@@ -1,0 +1,183 @@
+"""The data set file a campaign of simulations wrote, and its split into training, validation and test trajectories.
+
+Layout of the HDF5 file, `n` trajectories:
+
+    /                  attributes format = "viscoelastic-contact-dataset", format_version = 1, design, seed, accuracy
+    /protocols/        tabor, peak_indentation, loading_rate, dwell_time, unloading_rate   float64 (n,)
+    /fms/force         float32 (n, steps), attribute counts = points of loading, dwell, unloading
+    /scalars/          pull_off_force, pull_off_time, hysteresis, max_compression, end_force   float64 (n,)
+    /status            uint8 (n,), 0 where the simulation completed
+
+Times and indentations are not stored, they follow from the protocol (`bem.measurement`). The scalars come from the
+solver's native history, not from the fixed measurement steps (FMS). Everything is dimensionless, tension positive.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+FORMAT = "viscoelastic-contact-dataset"
+FORMAT_VERSION = 1
+PROTOCOL_QUANTITIES = ("tabor", "peak_indentation", "loading_rate", "dwell_time", "unloading_rate")
+SCALARS = ("pull_off_force", "pull_off_time", "hysteresis", "max_compression", "end_force")
+
+
+@dataclass(frozen=True)
+class Split:
+    """Trajectory indices of the three parts, sorted; no protocol appears in two parts.
+
+    Args:
+        train: Indices to train on.
+        validation: Indices that steer the training.
+        test: Indices held out for the reported errors.
+        seed: Seed of the random division.
+    """
+
+    train: np.ndarray
+    validation: np.ndarray
+    test: np.ndarray
+    seed: int
+
+    def with_fraction(self, fraction: float, fold: int = 0) -> Split:
+        """Keep a fraction of the training part; smaller fractions of the same fold are nested in larger ones.
+
+        Raises:
+            ValueError: the fraction is outside (0, 1].
+        """
+        if not 0.0 < fraction <= 1.0:
+            raise ValueError(f"Expected a fraction in (0, 1]. Received: fraction={fraction}")
+        order = np.random.default_rng([self.seed, fold]).permutation(self.train)
+        kept = np.sort(order[: max(1, round(fraction * self.train.size))])
+        return Split(train=kept, validation=self.validation, test=self.test, seed=self.seed)
+
+    def save(self, path: str | Path) -> None:
+        """Write the indices as JSON."""
+        content = {"seed": self.seed}
+        content |= {part: getattr(self, part).tolist() for part in ("train", "validation", "test")}
+        Path(path).write_text(json.dumps(content) + "\n", encoding="utf-8")
+
+    @classmethod
+    def load(cls, path: str | Path) -> Split:
+        """Read what `save` wrote.
+
+        Raises:
+            FileNotFoundError: no such file.
+            ValueError: the file is not a split.
+        """
+        try:
+            content = json.loads(Path(path).read_text(encoding="utf-8"))
+            parts = {part: np.array(content[part], dtype=np.int64) for part in ("train", "validation", "test")}
+            return cls(**parts, seed=int(content["seed"]))
+        except (json.JSONDecodeError, KeyError, TypeError) as error:
+            raise ValueError(
+                f"Expected a split with seed, train, validation and test. Received: path={path}"
+            ) from error
+
+
+@dataclass(frozen=True)
+class TrajectoryDataset:
+    """The contents of a data set file.
+
+    Args:
+        protocols: Protocol quantities by name, each of shape `(n,)`.
+        force: Force on the fixed measurement steps, shape `(n, steps)`.
+        counts: Points of loading, dwell and unloading.
+        scalars: Native pull-off force and so on, by name, each of shape `(n,)`.
+        status: Zero where the simulation completed, shape `(n,)`.
+        sha256: Digest of the file.
+    """
+
+    protocols: dict[str, np.ndarray]
+    force: np.ndarray
+    counts: tuple[int, int, int]
+    scalars: dict[str, np.ndarray]
+    status: np.ndarray
+    sha256: str
+
+    @classmethod
+    def load(cls, path: str | Path) -> TrajectoryDataset:
+        """Read a data set file.
+
+        Raises:
+            FileNotFoundError: no such file.
+            ValueError: not such a data set, parts missing or of unequal length, or NaN in a completed trajectory.
+        """
+        path = Path(path)
+        if not path.is_file():
+            raise FileNotFoundError(f"No data set. Expected a file written by a simulation campaign. Received: {path}")
+        try:
+            with h5py.File(path, "r") as file:
+                found = (file.attrs.get("format"), file.attrs.get("format_version"))
+                if found != (FORMAT, FORMAT_VERSION):
+                    raise ValueError(
+                        f"Expected format {FORMAT!r} version {FORMAT_VERSION}. Received: {found} in {path}"
+                    )
+                dataset = cls(
+                    protocols={name: file["protocols"][name][:] for name in PROTOCOL_QUANTITIES},
+                    force=file["fms"]["force"][:].astype(np.float64),
+                    counts=tuple(int(count) for count in file["fms"].attrs["counts"]),
+                    scalars={name: file["scalars"][name][:] for name in SCALARS},
+                    status=file["status"][:],
+                    sha256=hashlib.sha256(path.read_bytes()).hexdigest(),
+                )
+        except (KeyError, OSError) as error:
+            raise ValueError(f"Expected a data set as `bem` writes it. Received: {path} ({error})") from error
+        dataset._check()
+        return dataset
+
+    def __len__(self) -> int:
+        return len(self.force)
+
+    @property
+    def completed(self) -> np.ndarray:
+        """Indices of the trajectories whose simulation completed."""
+        return np.flatnonzero(self.status == 0)
+
+    def protocols_of(self, indices: np.ndarray) -> dict[str, np.ndarray]:
+        """Return the protocol quantities of some trajectories, by name."""
+        return {name: values[indices] for name, values in self.protocols.items()}
+
+    def grid(self, indices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return times and indentations of some trajectories on the fixed measurement steps, each `(batch, steps)`."""
+        from bem.measurement import measurement_grid
+
+        return measurement_grid(**self.protocols_of(indices), counts=self.counts)
+
+    def split(self, seed: int = 0, fractions: tuple[float, float] = (0.1, 0.1)) -> Split:
+        """Divide the completed trajectories at random.
+
+        Trajectories of one and the same protocol stay together, so that nothing held out was seen in training.
+
+        Args:
+            seed: Seed of the division.
+            fractions: Shares of validation and test; the rest is for training.
+        """
+        indices = self.completed
+        protocols = np.stack([self.protocols[name][indices] for name in PROTOCOL_QUANTITIES], axis=1)
+        _, group = np.unique(protocols, axis=0, return_inverse=True)
+        group = group.reshape(-1)
+        place = np.random.default_rng(seed).permutation(group.max() + 1)[group]
+        order = np.argsort(place, kind="stable")
+        place = place[order]
+        validation_count, test_count = (round(fraction * indices.size) for fraction in fractions)
+        # A cut inside a group moves to the group's start.
+        cuts = np.searchsorted(place, place[[indices.size - validation_count - test_count, indices.size - test_count]])
+        train, validation, test = (np.sort(indices[part]) for part in np.split(order, cuts))
+        return Split(train=train, validation=validation, test=test, seed=seed)
+
+    def _check(self) -> None:
+        lengths = {
+            len(values) for values in (*self.protocols.values(), *self.scalars.values(), self.status, self.force)
+        }
+        if len(lengths) != 1:
+            raise ValueError(f"Expected parts of equal length. Received: lengths {sorted(lengths)}")
+        if self.force.shape[1] != sum(self.counts):
+            raise ValueError(f"Expected force of {sum(self.counts)} steps. Received: shape {self.force.shape}")
+        if not np.isfinite(self.force[self.completed]).all():
+            raise ValueError("Expected finite forces in every completed trajectory. Received: NaN or infinity")

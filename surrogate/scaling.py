@@ -1,0 +1,167 @@
+"""What the network sees instead of physical numbers: symmetric logarithms, then standardisation.
+
+Source: the paper's section on surrogate inputs and targets. With symlog(x) = sign(x) log(1 + |x|), time passes symlog
+twice, indentation, Tabor parameter and force once. The paper leaves velocity and acceleration open; both span decades, so
+they pass symlog once here. The 0/1 edge channel is not transformed. Every channel, the Tabor parameter and the force are
+then shifted by the mean and divided by the standard deviation of the *training* trajectories.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from surrogate.features import channel_names
+
+FORMAT = "viscoelastic-contact-scaling"
+FORMAT_VERSION = 1
+
+SYMLOG_PASSES = {"time": 2, "indentation": 1, "velocity": 1, "acceleration": 1, "edge": 0}
+
+
+def symlog(values: np.ndarray) -> np.ndarray:
+    """Return sign(x) log(1 + |x|), which is linear near zero and logarithmic far from it."""
+    return np.copysign(np.log1p(np.abs(values)), values)
+
+
+def symexp(values: np.ndarray) -> np.ndarray:
+    """Return sign(y) (exp(|y|) - 1), the exact inverse of `symlog`."""
+    return np.copysign(np.expm1(np.abs(values)), values)
+
+
+@dataclass(frozen=True)
+class Scaling:
+    """Statistics of a training set, and the maps between physical and scaled quantities.
+
+    Args:
+        features: The feature set the channels belong to.
+        channel_mean: Mean of every transformed channel.
+        channel_scale: Standard deviation of every transformed channel.
+        tabor: Mean and standard deviation of the transformed Tabor parameter.
+        force: Mean and standard deviation of the transformed force.
+        ranges: Smallest and largest training value of each protocol quantity, by name.
+        dataset_sha256: Digest of the data set file the statistics come from.
+    """
+
+    features: str
+    channel_mean: tuple[float, ...]
+    channel_scale: tuple[float, ...]
+    tabor: tuple[float, float]
+    force: tuple[float, float]
+    ranges: dict[str, tuple[float, float]] = field(default_factory=dict)
+    dataset_sha256: str = ""
+
+    @classmethod
+    def fit(
+        cls,
+        channels: np.ndarray,
+        *,
+        tabor: np.ndarray,
+        force: np.ndarray,
+        features: str = "D",
+        protocols: Mapping[str, np.ndarray] | None = None,
+        dataset_sha256: str = "",
+    ) -> Scaling:
+        """Take the statistics of training trajectories.
+
+        Args:
+            channels: Physical channels, a 3D array of shape `(batch, steps, channels)`.
+            tabor: A 1D array of shape `(batch,)`.
+            force: A 2D array of shape `(batch, steps)`.
+            features: The feature set of `channels`.
+            protocols: Protocol quantities of the same trajectories; their extremes become `ranges`.
+            dataset_sha256: Digest of the data set file.
+        """
+        transformed = _transform_channels(channels, features)
+        # A quantity that never varies carries no information: it is shifted to zero and left at that.
+        scale = transformed.std(axis=(0, 1))
+        return cls(
+            features=features,
+            channel_mean=tuple(transformed.mean(axis=(0, 1)).tolist()),
+            channel_scale=tuple(np.where(scale > 0.0, scale, 1.0).tolist()),
+            tabor=_moments(tabor),
+            force=_moments(force),
+            ranges={name: (float(v.min()), float(v.max())) for name, v in (protocols or {}).items()},
+            dataset_sha256=dataset_sha256,
+        )
+
+    def scale_channels(self, channels: np.ndarray) -> np.ndarray:
+        """Scale physical channels of shape `(..., steps, channels)`, float32."""
+        transformed = _transform_channels(channels, self.features)
+        return ((transformed - self.channel_mean) / self.channel_scale).astype(np.float32)
+
+    def scale_tabor(self, tabor: np.ndarray) -> np.ndarray:
+        """Scale Tabor parameters of shape `(batch,)` to the model's second input of shape `(batch, 1)`, float32."""
+        mean, scale = self.tabor
+        return ((symlog(np.asarray(tabor, dtype=np.float64)) - mean) / scale).astype(np.float32).reshape(-1, 1)
+
+    def scale_force(self, force: np.ndarray) -> np.ndarray:
+        """Scale forces of any shape, float64."""
+        mean, scale = self.force
+        return (symlog(np.asarray(force, dtype=np.float64)) - mean) / scale
+
+    def unscale_force(self, scaled: np.ndarray) -> np.ndarray:
+        """Return physical forces, the exact inverse of `scale_force`."""
+        mean, scale = self.force
+        return symexp(np.asarray(scaled, dtype=np.float64) * scale + mean)
+
+    def save(self, path: str | Path) -> None:
+        """Write the scaling as JSON; floats survive the round trip exactly."""
+        content = {"format": FORMAT, "format_version": FORMAT_VERSION, **asdict(self)}
+        Path(path).write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+
+    @classmethod
+    def load(cls, path: str | Path) -> Scaling:
+        """Read what `save` wrote.
+
+        Raises:
+            FileNotFoundError: no such file.
+            ValueError: the file is not a scaling, or its channels do not match its feature set.
+        """
+        try:
+            content = json.loads(Path(path).read_text(encoding="utf-8"))
+            if (content.pop("format"), content.pop("format_version")) != (FORMAT, FORMAT_VERSION):
+                raise KeyError("format")
+            scaling = cls(
+                features=content["features"],
+                channel_mean=tuple(content["channel_mean"]),
+                channel_scale=tuple(content["channel_scale"]),
+                tabor=tuple(content["tabor"]),
+                force=tuple(content["force"]),
+                ranges={name: tuple(bounds) for name, bounds in content["ranges"].items()},
+                dataset_sha256=content["dataset_sha256"],
+            )
+        except (json.JSONDecodeError, AttributeError, KeyError, TypeError) as error:
+            raise ValueError(f"Expected a {FORMAT} file of version {FORMAT_VERSION}. Received: path={path}") from error
+        expected = len(channel_names(scaling.features))
+        if len(scaling.channel_mean) != expected or len(scaling.channel_scale) != expected:
+            raise ValueError(
+                f"Expected {expected} channels for feature set {scaling.features}. "
+                f"Received: {len(scaling.channel_mean)} channel statistics in {path}"
+            )
+        return scaling
+
+
+def _transform_channels(channels: np.ndarray, features: str) -> np.ndarray:
+    names = channel_names(features)
+    if channels.shape[-1] != len(names):
+        raise ValueError(
+            f"Expected {len(names)} channels ({', '.join(names)}) for feature set {features}. "
+            f"Received: channels of shape {channels.shape}"
+        )
+    columns = []
+    for index, name in enumerate(names):
+        column = np.asarray(channels[..., index], dtype=np.float64)
+        for _ in range(SYMLOG_PASSES[name]):
+            column = symlog(column)
+        columns.append(column)
+    return np.stack(columns, axis=-1)
+
+
+def _moments(values: np.ndarray) -> tuple[float, float]:
+    transformed = symlog(np.asarray(values, dtype=np.float64))
+    return float(transformed.mean()), float(transformed.std()) or 1.0
