@@ -1,0 +1,30 @@
+"""The eighteen architectures: one module per family, and the registry that builds them by name."""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING
+
+from surrogate.architectures.naming import CONDITIONINGS, FAMILIES, PAPER_PARAMETER_COUNTS, names, split_name
+
+if TYPE_CHECKING:
+    import keras
+
+__all__ = ["CONDITIONINGS", "FAMILIES", "PAPER_PARAMETER_COUNTS", "build", "names", "split_name"]
+
+_BUILDERS = {
+    "M1": ("m1_lstm", "lstm"),
+    "M2": ("m2_normalised_lstm", "normalised_lstm"),
+    "M3": ("m3_convolutional_lstm", "convolutional_lstm"),
+    "M4": ("m4_tcn", "tcn"),
+    "M5": ("m5_encoder", "encoder"),
+    "M6": ("m6_residual_lstm", "residual_lstm"),
+}
+
+
+def build(name: str, features: str = "D") -> keras.Model:
+    """Build a model by name; see `surrogate.build`."""
+    family, conditioning = split_name(name)
+    module, builder = _BUILDERS[family]
+    family_module = importlib.import_module(f"surrogate.architectures.{module}")
+    return getattr(family_module, builder)(conditioning=conditioning, features=features, name=name)

@@ -1,0 +1,38 @@
+"""M2: two LSTM layers, each followed by layer normalisation. The counts follow our reading of the paper."""
+
+from __future__ import annotations
+
+import keras
+from keras import layers
+
+from surrogate.architectures.common import inputs, readout
+from surrogate.architectures.naming import check_conditioning
+from surrogate.layers import AppendTabor, FiLM, TaborGate
+
+
+def normalised_lstm(conditioning: str = "concat", features: str = "D", name: str | None = None) -> keras.Model:
+    """Build M2.
+
+    FiLM modulates the last normalised output; the gate mixes the second LSTM's output with its normalised self.
+
+    Args:
+        conditioning: `"concat"`, `"FiLM"` or `"gated"`.
+        features: The feature set of the sequence input.
+        name: The model's name.
+    """
+    check_conditioning(conditioning)
+    sequence, tabor = inputs(features)
+
+    hidden = sequence
+    if conditioning == "concat":
+        hidden = AppendTabor(name="append_tabor")(hidden, tabor)
+    hidden = layers.LSTM(256, return_sequences=True, name="lstm_1")(hidden)
+    hidden = layers.LayerNormalization(name="normalisation_1")(hidden)
+    recurrent = layers.LSTM(128, return_sequences=True, name="lstm_2")(hidden)
+    hidden = layers.LayerNormalization(name="normalisation_2")(recurrent)
+    if conditioning == "FiLM":
+        hidden = FiLM(name="film")(hidden, tabor)
+    elif conditioning == "gated":
+        hidden = TaborGate(name="gate")(recurrent, hidden, tabor)
+
+    return keras.Model([sequence, tabor], readout(hidden), name=name)

@@ -1,0 +1,38 @@
+"""M3: two causal convolutions extract local features for one LSTM layer. The counts follow our reading of the paper."""
+
+from __future__ import annotations
+
+import keras
+from keras import layers
+
+from surrogate.architectures.common import inputs, readout
+from surrogate.architectures.naming import check_conditioning
+from surrogate.layers import AppendTabor, FiLM, TaborGate
+
+
+def convolutional_lstm(conditioning: str = "concat", features: str = "D", name: str | None = None) -> keras.Model:
+    """Build M3.
+
+    FiLM modulates the LSTM's output; the gate mixes that output with its normalised self.
+
+    Args:
+        conditioning: `"concat"`, `"FiLM"` or `"gated"`.
+        features: The feature set of the sequence input.
+        name: The model's name.
+    """
+    check_conditioning(conditioning)
+    sequence, tabor = inputs(features)
+
+    hidden = sequence
+    if conditioning == "concat":
+        hidden = AppendTabor(name="append_tabor")(hidden, tabor)
+    hidden = layers.Conv1D(64, 3, padding="causal", activation="relu", name="convolution_1")(hidden)
+    hidden = layers.Conv1D(128, 3, padding="causal", activation="relu", name="convolution_2")(hidden)
+    hidden = layers.LSTM(128, return_sequences=True, name="lstm")(hidden)
+    if conditioning == "FiLM":
+        hidden = FiLM(name="film")(hidden, tabor)
+    elif conditioning == "gated":
+        normalised = layers.LayerNormalization(name="normalisation")(hidden)
+        hidden = TaborGate(name="gate")(hidden, normalised, tabor)
+
+    return keras.Model([sequence, tabor], readout(hidden), name=name)

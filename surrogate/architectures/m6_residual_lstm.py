@@ -1,0 +1,40 @@
+"""M6: two LSTM paths added and normalised before a third LSTM layer. The counts follow our reading of the paper."""
+
+from __future__ import annotations
+
+import keras
+from keras import layers
+
+from surrogate.architectures.common import inputs, readout
+from surrogate.architectures.naming import check_conditioning
+from surrogate.layers import AppendTabor, FiLM, TaborGate
+
+
+def residual_lstm(conditioning: str = "concat", features: str = "D", name: str | None = None) -> keras.Model:
+    """Build M6.
+
+    FiLM modulates the last LSTM's output; the gate mixes the sum of both paths with its normalised self, before the last
+    LSTM.
+
+    Args:
+        conditioning: `"concat"`, `"FiLM"` or `"gated"`.
+        features: The feature set of the sequence input.
+        name: The model's name.
+    """
+    check_conditioning(conditioning)
+    sequence, tabor = inputs(features)
+
+    hidden = sequence
+    if conditioning == "concat":
+        hidden = AppendTabor(name="append_tabor")(hidden, tabor)
+    first = layers.LSTM(128, return_sequences=True, name="lstm_1")(hidden)
+    second = layers.LSTM(128, return_sequences=True, name="lstm_2")(first)
+    total = layers.Add(name="add")([first, second])
+    hidden = layers.LayerNormalization(name="normalisation")(total)
+    if conditioning == "gated":
+        hidden = TaborGate(name="gate")(total, hidden, tabor)
+    hidden = layers.LSTM(128, return_sequences=True, name="lstm_3")(hidden)
+    if conditioning == "FiLM":
+        hidden = FiLM(name="film")(hidden, tabor)
+
+    return keras.Model([sequence, tabor], readout(hidden), name=name)
