@@ -1,0 +1,76 @@
+"""Adhesive contact of a rigid sphere with a viscoelastic half-space: what is simulated, and the one door in.
+
+Names load on first use, so that `import bem` costs nothing and a scene can be described without compiling a kernel.
+
+Example:
+    >>> from bem import LoadingProtocol, Scene, StandardLinearSolid, simulate
+    >>> scene = Scene(tabor=1.0, material=StandardLinearSolid(modulus_ratio=0.1))
+    >>> protocol = LoadingProtocol(peak_indentation=5.0, loading_rate=10.0, dwell_time=0.1, unloading_rate=10.0)
+    >>> trajectory = simulate(scene, protocol)  # doctest: +SKIP
+"""
+
+import sys
+from importlib import import_module
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from bem.materials import Elastic, PronySeries, StandardLinearSolid
+    from bem.protocol import LoadingProtocol, PiecewiseLinearProtocol
+    from bem.scene import Scene
+    from bem.simulate import simulate
+    from bem.tractions import HardContact, LennardJones
+    from bem.trajectory import Trajectory
+
+__version__ = "0.1.0"
+
+__all__ = [
+    "Elastic",
+    "HardContact",
+    "LennardJones",
+    "LoadingProtocol",
+    "PiecewiseLinearProtocol",
+    "PronySeries",
+    "Scene",
+    "StandardLinearSolid",
+    "Trajectory",
+    "simulate",
+]
+
+_HOME = {
+    "Elastic": "materials",
+    "HardContact": "tractions",
+    "LennardJones": "tractions",
+    "LoadingProtocol": "protocol",
+    "PiecewiseLinearProtocol": "protocol",
+    "PronySeries": "materials",
+    "Scene": "scene",
+    "StandardLinearSolid": "materials",
+    "Trajectory": "trajectory",
+    "simulate": "simulate",
+}
+
+
+class _Package(ModuleType):
+    """The package itself, in which `simulate` is the function whatever was imported before."""
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        # The import system binds a submodule to its name in the package, which would hide the function of that name.
+        if name == "simulate" and isinstance(value, ModuleType):
+            value = value.simulate
+        super().__setattr__(name, value)
+
+
+sys.modules[__name__].__class__ = _Package
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module 'bem' has no attribute {name!r}")
+    value = getattr(import_module(f"bem.{_HOME[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})
