@@ -1,0 +1,219 @@
+"""Linear viscoelastic half-spaces: creep compliance and the exact recursion that replaces the hereditary integral.
+
+Every material is described by retardation strengths c_i and times tau_i with
+
+    E0 C(t) = 1 - sum_i c_i exp(-t / tau_i),
+
+E0 the relaxed modulus, so that the fully relaxed compliance is 1 and the instantaneous one k = 1 - sum_i c_i, the
+modulus ratio E0/Einf. Times are in units of the retardation time that also scales the protocol. The displacement is
+then u = mu G (sigma - sum_i c_i q_i) with one memory vector q_i = int exp(-(t - s)/tau_i) dsigma(s) per term, and for a
+traction linear over a step of length dt
+
+    q_i(t + dt) = e_i q_i(t) + phi_i (sigma(t + dt) - sigma(t)),  e_i = exp(-dt/tau_i),  phi_i = (1 - e_i) tau_i / dt,
+
+exactly, whatever dt. Source: paper, Eqs. (creep compliance) and (displacement); Christensen, Theory of Viscoelasticity
+(1982), section 1.2; interconversion after Gross, Mathematical Structure of the Theories of Viscoelasticity (1953).
+"""
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.optimize import brentq
+
+from bem._checks import FloatArray, finite_number, finite_vector
+from bem._jit import kernel
+
+
+def _read_only(values: ArrayLike) -> FloatArray:
+    array = np.array(values, dtype=np.float64)
+    array.setflags(write=False)
+    return array
+
+
+class Material:
+    """What the solver asks of a material; see the module docstring for the meaning of strengths and times."""
+
+    modulus_ratio: float
+    """Relaxed over instantaneous modulus, k = E0/Einf, in (0, 1]."""
+
+    @property
+    def strengths(self) -> FloatArray:
+        """Retardation strengths c_i, shape (m,), positive, with a sum below 1; m = 0 for an elastic solid."""
+        raise NotImplementedError
+
+    @property
+    def times(self) -> FloatArray:
+        """Retardation times tau_i, shape (m,)."""
+        raise NotImplementedError
+
+    def creep_compliance(self, time: ArrayLike) -> FloatArray:
+        """Creep compliance E0 C(t) at `time` >= 0 (any shape), between the modulus ratio and 1."""
+        elapsed = np.asarray(time, dtype=np.float64)[..., np.newaxis]
+        return 1.0 - np.sum(self.strengths * np.exp(-elapsed / self.times), axis=-1)
+
+
+@dataclass(frozen=True)
+class Elastic(Material):
+    """A half-space without memory, of the relaxed modulus E0."""
+
+    @property
+    def modulus_ratio(self) -> float:
+        """Relaxed and instantaneous modulus are the same."""
+        return 1.0
+
+    @property
+    def strengths(self) -> FloatArray:
+        """No terms."""
+        return _read_only([])
+
+    @property
+    def times(self) -> FloatArray:
+        """No terms."""
+        return _read_only([])
+
+
+@dataclass(frozen=True)
+class StandardLinearSolid(Material):
+    """One relaxation process: E0 C(t) = 1 - (1 - k) exp(-t), k the modulus ratio in (0, 1]; k = 1 is elastic."""
+
+    modulus_ratio: float
+
+    def __post_init__(self) -> None:
+        value = finite_number("modulus_ratio", self.modulus_ratio, above=0.0, high=1.0)
+        object.__setattr__(self, "modulus_ratio", value)
+
+    @property
+    def strengths(self) -> FloatArray:
+        """The single strength 1 - k, or nothing when k = 1."""
+        return _read_only([1.0 - self.modulus_ratio] if self.modulus_ratio < 1.0 else [])
+
+    @property
+    def times(self) -> FloatArray:
+        """The single retardation time, which is the unit of time."""
+        return _read_only([1.0] if self.modulus_ratio < 1.0 else [])
+
+
+@dataclass(frozen=True, eq=False, init=False)
+class PronySeries(Material):
+    """A broad-band solid given by its retardation spectrum.
+
+    Args:
+        compliances: strengths c_i >= 0 as fractions of the relaxed compliance, with a sum below 1; a term of strength
+            zero is dropped.
+        times: retardation times, positive and distinct, one for each strength. Terms are kept sorted by time.
+
+    Raises:
+        ValueError: for unequal lengths or values out of range.
+    """
+
+    compliances: FloatArray
+    retardation_times: FloatArray
+
+    def __init__(self, compliances: ArrayLike, times: ArrayLike) -> None:
+        strengths, ordered = _checked_terms("compliances", compliances, times)
+        if not np.sum(strengths) < 1.0:
+            raise ValueError(f"compliances must have a sum less than 1; received a sum of {float(np.sum(strengths))!r}")
+        object.__setattr__(self, "compliances", strengths)
+        object.__setattr__(self, "retardation_times", ordered)
+
+    @classmethod
+    def from_moduli(cls, moduli: ArrayLike, times: ArrayLike) -> Self:
+        """The same solid from its relaxation spectrum E(t)/E0 = 1 + sum_i g_i exp(-t / t_i).
+
+        Args:
+            moduli: relaxation strengths g_i >= 0 relative to the relaxed modulus E0, shape (m,).
+            times: relaxation times t_i, positive and distinct, shape (m,).
+        """
+        return cls(*_retardation_spectrum(*_checked_terms("moduli", moduli, times)))
+
+    @property
+    def modulus_ratio(self) -> float:
+        """Relaxed over instantaneous modulus, 1 - sum of the strengths."""
+        return float(1.0 - np.sum(self.compliances))
+
+    @property
+    def strengths(self) -> FloatArray:
+        """Retardation strengths, shape (m,)."""
+        return self.compliances
+
+    @property
+    def times(self) -> FloatArray:
+        """Retardation times, increasing, shape (m,)."""
+        return self.retardation_times
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, PronySeries):
+            return NotImplemented
+        return np.array_equal(self.strengths, other.strengths) and np.array_equal(self.times, other.times)
+
+    def __hash__(self) -> int:
+        return hash((self.strengths.tobytes(), self.times.tobytes()))
+
+    def __repr__(self) -> str:
+        return f"PronySeries(compliances={self.strengths.tolist()}, times={self.times.tolist()})"
+
+
+def _checked_terms(name: str, amounts: ArrayLike, times: ArrayLike) -> tuple[FloatArray, FloatArray]:
+    """Validated terms sorted by time, those of amount zero dropped; read-only, both of shape (m,)."""
+    amount, time = finite_vector(name, amounts), finite_vector("times", times)
+    if len(amount) != len(time):
+        raise ValueError(f"{name} and times must have the same length; received {len(amount)} and {len(time)}")
+    if np.any(amount < 0.0):
+        raise ValueError(f"{name} must be at least 0; received {float(amount.min())!r}")
+    if np.any(time <= 0.0):
+        raise ValueError(f"times must be greater than 0; received {float(time.min())!r}")
+    order = np.argsort(time)
+    amount, time = amount[order], time[order]
+    if np.any(np.diff(time) == 0.0):
+        raise ValueError(f"times must be distinct; received {time.tolist()!r}")
+    return _read_only(amount[amount > 0.0]), _read_only(time[amount > 0.0])
+
+
+def _retardation_spectrum(moduli: FloatArray, times: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Strengths and times of the creep compliance whose Laplace transform satisfies s^2 E(s) C(s) = 1.
+
+    The retardation times T are the m roots of f(T) = 1 - sum_i g_i t_i / (T - t_i), one right of each relaxation time.
+    Each root is sought as its distance from the nearer pole, on a logarithmic scale, so that spectra spanning many
+    decades lose no digits; the residues then give c = 1 / (T sum_i g_i t_i / (T - t_i)^2).
+    """
+    weights = moduli * times
+    strengths, roots = np.empty_like(times), np.empty_like(times)
+    upper = np.append(times[1:], times[-1:] + 4.0 * np.sum(weights))
+    for j, (left, right) in enumerate(zip(times, upper, strict=True)):
+        middle = left + 0.5 * (right - left)
+        rising = 1.0 - np.sum(weights / (middle - times)) > 0.0
+        pole, sign = (j, 1.0) if rising else (j + 1, -1.0)
+        offsets = times[pole] - times
+
+        def balance(log_distance: float, offsets: FloatArray = offsets, sign: float = sign) -> float:
+            return 1.0 - float(np.sum(weights / (offsets + sign * np.exp(log_distance))))
+
+        others = np.abs(weights / (middle - times))
+        nearest = weights[pole] / (1.0 + np.sum(others))
+        width = np.log(middle - left)
+        solution = brentq(balance, min(np.log(0.5 * nearest), width - 1.0), width, xtol=1e-15, rtol=1e-15)
+        distance = offsets + sign * np.exp(solution)
+        roots[j] = times[pole] + sign * np.exp(solution)
+        strengths[j] = 1.0 / (roots[j] * np.sum(weights / distance**2))
+    return strengths, roots
+
+
+@kernel
+def recursion_step(dt: float, time: float) -> tuple[float, float]:
+    """Decay e and gain phi of one term with retardation time `time` over a step `dt` >= 0; phi -> 1 as dt -> 0."""
+    ratio = dt / time
+    if ratio == 0.0:
+        return 1.0, 1.0
+    return np.exp(-ratio), -np.expm1(-ratio) / ratio
+
+
+@kernel
+def recursion_coefficients(dt: float, times: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Decays e_i and gains phi_i, each of shape (m,), for all retardation `times` over a step `dt` >= 0."""
+    decay = np.empty(times.shape[0])
+    gain = np.empty(times.shape[0])
+    for i in range(times.shape[0]):
+        decay[i], gain[i] = recursion_step(dt, times[i])
+    return decay, gain
