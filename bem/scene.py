@@ -1,0 +1,37 @@
+"""What is simulated: a sphere on a half-space, by its Tabor parameter, its material and its adhesion.
+
+The Tabor parameter mu = (R dgamma^2 / (E0*^2 h0^3))^(1/3) uses the relaxed modulus; see the paper, Methods.
+"""
+
+from dataclasses import dataclass, field
+
+from bem._checks import finite_number, instance
+from bem.materials import Elastic, PronySeries, StandardLinearSolid
+from bem.tractions import HardContact, LennardJones
+
+SMALLEST_TABOR = 1e-6
+LARGEST_TABOR = 1e4
+
+
+@dataclass(frozen=True)
+class Scene:
+    """One contact.
+
+    Args:
+        tabor: Tabor parameter mu, from 1e-6 (rigid) to 1e4; the solver says which of these it can resolve.
+        material: `Elastic()`, `StandardLinearSolid(...)` or `PronySeries(...)`.
+        adhesion: `LennardJones()` or `HardContact()`.
+
+    Raises:
+        ValueError: naming the quantity, what is allowed and what was received.
+    """
+
+    tabor: float
+    material: Elastic | StandardLinearSolid | PronySeries = field(default_factory=Elastic)
+    adhesion: LennardJones | HardContact = field(default_factory=LennardJones)
+
+    def __post_init__(self) -> None:
+        tabor = finite_number("tabor", self.tabor, low=SMALLEST_TABOR, high=LARGEST_TABOR)
+        object.__setattr__(self, "tabor", tabor)
+        instance("material", self.material, (Elastic, StandardLinearSolid, PronySeries))
+        instance("adhesion", self.adhesion, (LennardJones, HardContact))

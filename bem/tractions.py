@@ -1,0 +1,71 @@
+"""What the two surfaces do to each other across the gap.
+
+Units: gap in h0 (the actual gap, 1 at equilibrium), traction in dgamma/h0, positive in tension; forces in
+pi R dgamma. The Lennard-Jones law is the paper's Eq. (LJ),
+
+    sigma(h) = (8/3) (h^-3 - h^-9),
+
+of unit work of adhesion, largest at h = 3^(1/6), where it is 16 / (9 sqrt 3).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bem._jit import kernel
+
+GAP_AT_PEAK = 3.0 ** (1.0 / 6.0)
+PEAK_TRACTION = 16.0 / (9.0 * 3.0**0.5)
+
+
+@dataclass(frozen=True)
+class LennardJones:
+    """Attraction at a distance and steep repulsion below the equilibrium gap."""
+
+
+@dataclass(frozen=True)
+class HardContact:
+    """Impenetrable surfaces without attraction: gap >= 0, traction <= 0, and one of them zero."""
+
+
+@kernel
+def traction(gap: float) -> float:
+    """Lennard-Jones traction at a `gap` > 0."""
+    inverse_cube = 1.0 / (gap * gap * gap)
+    return (8.0 / 3.0) * inverse_cube * (1.0 - inverse_cube * inverse_cube)
+
+
+@kernel
+def slope(gap: float) -> float:
+    """Derivative of the Lennard-Jones traction with respect to the `gap`."""
+    inverse_cube = 1.0 / (gap * gap * gap)
+    return (8.0 * inverse_cube / gap) * (3.0 * inverse_cube * inverse_cube - 1.0)
+
+
+@kernel
+def gap_from_traction(pressure_as_traction: float) -> float:
+    """Gap at or below equilibrium that carries a given traction <= 0; NaN for tension, where two gaps would do.
+
+    Solves z^3 - z = w with z = h^-3 >= 1 and w = -(3/8) traction by Newton's method from an upper bound, from which it
+    descends monotonically because the cubic is convex there.
+    """
+    if not pressure_as_traction <= 0.0:
+        return np.nan
+    w = -0.375 * pressure_as_traction
+    z = min(1.0 + 0.5 * w, 1.0 + np.cbrt(w))
+    for _ in range(50):
+        change = (z * (z * z - 1.0) - w) / (3.0 * z * z - 1.0)
+        z -= change
+        if abs(change) <= 1e-15 * z:
+            break
+    return 1.0 / np.cbrt(z)
+
+
+@kernel
+def tail_force(gap: float) -> float:
+    """Force carried by everything beyond a radius at which the gap is `gap`, for an undeformed sphere outside it.
+
+    Follows from P = 2 int sigma dh, which does not depend on the Tabor parameter.
+    """
+    inverse_square = 1.0 / (gap * gap)
+    return (8.0 / 3.0) * inverse_square * (1.0 - 0.25 * inverse_square * inverse_square * inverse_square)
