@@ -1,0 +1,169 @@
+"""Fixed measurement steps (FMS): where a protocol is sampled, and the resampling of a trajectory onto those instants.
+
+Each phase receives a prescribed number of equally spaced points, by default 50, 20 and 50. Source: paper, section "Data
+mapping" and the appendix on FMS resolution. Units as in `bem.protocol`.
+"""
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.interpolate import PchipInterpolator
+
+from bem._checks import FloatArray
+from bem.protocol import LoadingProtocol, default_start_indentation
+
+FMS = (50, 20, 50)
+
+
+def proportional_counts(total: int) -> tuple[int, int, int]:
+    """Points for loading, dwell and unloading in the proportion 50 : 20 : 50, adding up to `total` >= 6."""
+    if isinstance(total, bool) or not isinstance(total, int | np.integer) or total < 6:
+        raise ValueError(f"total must be an integer of at least 6; received {total!r}")
+    ramp = round(int(total) * FMS[0] / sum(FMS))
+    return ramp, int(total) - 2 * ramp, ramp
+
+
+def _checked_counts(counts: Sequence[int]) -> tuple[int, int, int]:
+    if len(counts) != 3 or counts[0] < 2 or counts[1] < 0 or counts[2] < 1:
+        raise ValueError(
+            f"counts must be three integers, at least 2 (loading), 0 (dwell) and 1 (unloading); received {counts!r}"
+        )
+    return int(counts[0]), int(counts[1]), int(counts[2])
+
+
+def measurement_grid(
+    *,
+    tabor: ArrayLike,
+    peak_indentation: ArrayLike,
+    loading_rate: ArrayLike,
+    dwell_time: ArrayLike,
+    unloading_rate: ArrayLike,
+    counts: Sequence[int] = FMS,
+    start_indentation: ArrayLike | None = None,
+) -> tuple[FloatArray, FloatArray]:
+    """Measurement instants and indentations of many protocols at once.
+
+    Loading points include the start and the peak, dwell points the end of the dwell but not its beginning, unloading
+    points the end but not their beginning, so that no instant is listed twice.
+
+    Args:
+        tabor, peak_indentation, loading_rate, dwell_time, unloading_rate: one value for each of B protocols, shape (B,)
+            or scalar.
+        counts: points in the loading, dwell and unloading phases, N in all.
+        start_indentation: shape (B,) or scalar; by default -pi^(2/3) mu.
+
+    Returns:
+        times and indentations, each of shape (B, N) and float64.
+
+    Raises:
+        ValueError: when dwell points are asked of a protocol without dwell, or instants coincide in double precision.
+    """
+    n_load, n_dwell, n_unload = _checked_counts(counts)
+    start = (
+        default_start_indentation(np.asarray(tabor, dtype=np.float64))
+        if start_indentation is None
+        else start_indentation
+    )
+    columns = np.broadcast_arrays(
+        *(
+            np.atleast_1d(np.asarray(values, dtype=np.float64))[:, np.newaxis]
+            for values in (start, peak_indentation, loading_rate, dwell_time, unloading_rate)
+        )
+    )
+    delta_0, delta_l, v_load, dwell, v_unload = columns
+    if n_dwell and np.any(dwell <= 0.0):
+        raise ValueError(
+            f"counts must ask for no dwell points where dwell_time is 0; received counts={tuple(counts)!r} "
+            f"with a dwell_time of {float(dwell.min())!r}"
+        )
+    loading = np.linspace(0.0, 1.0, n_load)
+    dwelling = np.arange(1, n_dwell + 1) / max(n_dwell, 1)
+    unloading = np.arange(1, n_unload + 1) / n_unload
+    travel = np.abs(delta_l - delta_0)
+    t1 = travel / v_load
+    t2 = t1 + dwell
+    t3 = t2 + travel / v_unload
+    times = np.concatenate([t1 * loading, t1 + (t2 - t1) * dwelling, t2 + (t3 - t2) * unloading], axis=1)
+    flat = np.ones(n_dwell)
+    # Weights rather than differences, so that peak and start are met exactly.
+    rise = np.concatenate([loading, flat, 1.0 - unloading])
+    indentations = delta_0 * (1.0 - rise) + delta_l * rise
+    if not np.all(np.diff(times, axis=1) > 0.0):
+        row = int(np.flatnonzero(~np.all(np.diff(times, axis=1) > 0.0, axis=1))[0])
+        raise ValueError(
+            f"measurement times must be strictly increasing in double precision; received protocol {row} with phase "
+            f"times {float(t1[row, 0])!r}, {float(t2[row, 0])!r}, {float(t3[row, 0])!r}"
+        )
+    return times, indentations
+
+
+def measurement_times(protocol: LoadingProtocol, tabor: float, counts: Sequence[int] = FMS) -> FloatArray:
+    """Measurement instants of one protocol, strictly increasing, shape (sum(counts),)."""
+    times, _ = measurement_grid(
+        tabor=tabor,
+        peak_indentation=protocol.peak_indentation,
+        loading_rate=protocol.loading_rate,
+        dwell_time=protocol.dwell_time,
+        unloading_rate=protocol.unloading_rate,
+        counts=counts,
+        start_indentation=protocol.start(tabor),
+    )
+    return times[0]
+
+
+def resample(
+    trajectory_times: ArrayLike, trajectory_force: ArrayLike, jump_times: ArrayLike, times: ArrayLike
+) -> FloatArray:
+    """Force at `times` by monotone cubic interpolation that never reaches across a jump.
+
+    Args:
+        trajectory_times: native instants, non-decreasing, shape (n,); a jump is two entries at the same instant.
+        trajectory_force: force at them, shape (n,).
+        jump_times: instants of the jumps, shape (j,), each listed at least twice in `trajectory_times`; other entries
+            at one instant are merged, the last one kept.
+        times: where the force is wanted, any shape, within the native range.
+
+    Returns:
+        force of the shape of `times`; exactly at a jump, the value after it.
+
+    Raises:
+        ValueError: for unequal lengths, decreasing instants, jumps not found or `times` outside the native range.
+    """
+    instants = np.asarray(trajectory_times, dtype=np.float64)
+    force = np.asarray(trajectory_force, dtype=np.float64)
+    wanted = np.asarray(times, dtype=np.float64)
+    if instants.ndim != 1 or instants.shape != force.shape or len(instants) == 0 or np.any(np.diff(instants) < 0.0):
+        raise ValueError(
+            "trajectory_times must be non-decreasing and as long as trajectory_force; "
+            f"received shapes {instants.shape} and {force.shape}"
+        )
+    if not np.all((wanted >= instants[0]) & (wanted <= instants[-1])):
+        raise ValueError(
+            f"times must lie between {float(instants[0])!r} and {float(instants[-1])!r}; "
+            f"received {float(np.min(wanted))!r} to {float(np.max(wanted))!r}"
+        )
+    jumps = np.unique(np.asarray(jump_times, dtype=np.float64))
+    first, last = (np.searchsorted(instants, jumps, side=side) for side in ("left", "right"))
+    if np.any(last - first < 2):
+        raise ValueError(
+            "jump_times must each be listed before and after the jump in trajectory_times; "
+            f"received {float(jumps[np.flatnonzero(last - first < 2)[0]])!r}"
+        )
+    # The entry before a jump closes one piece; everything from the entry after it on belongs to the next.
+    cuts = [0, *(int(index) + 1 for index in first), len(instants)]
+    piece_of = np.searchsorted(jumps, wanted, side="right")
+    result = np.empty(wanted.shape)
+    for piece, (begin, end) in enumerate(pairwise(cuts)):
+        inside = piece_of == piece
+        if np.any(inside):
+            result[inside] = _monotone(instants[begin:end], force[begin:end], wanted[inside])
+    return result
+
+
+def _monotone(instants: FloatArray, force: FloatArray, times: FloatArray) -> FloatArray:
+    keep = np.append(np.diff(instants) > 0.0, True)
+    if np.count_nonzero(keep) == 1:
+        return np.full(times.shape, force[-1])
+    return PchipInterpolator(instants[keep], force[keep])(times)

@@ -1,0 +1,160 @@
+"""How the sphere is moved: load, dwell, unload, or any piecewise-linear indentation history.
+
+Units: indentation in h0, time in retardation times, rates in h0 per retardation time; rates are speeds, so positive.
+A protocol starts and ends at the same indentation, by default -pi^(2/3) mu, the paper's delta_0 (Appendix, protocol
+definitions).
+"""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from bem._checks import FloatArray, finite_number, finite_vector, strictly_increasing
+
+Phase = Literal["loading", "dwell", "unloading"]
+
+LARGEST_INDENTATION = 1e6
+LARGEST_RATE = 1e12
+SMALLEST_RATE = 1e-12
+LONGEST_DWELL = 1e12
+
+
+def default_start_indentation(tabor: float) -> float:
+    """The paper's initial indentation -pi^(2/3) mu."""
+    return -(np.pi ** (2.0 / 3.0)) * tabor
+
+
+@dataclass(frozen=True, eq=False, init=False)
+class PiecewiseLinearProtocol:
+    """An indentation history that is linear between given instants.
+
+    Args:
+        times: instants, strictly increasing, at least two.
+        indentations: indentation at each of them.
+        phases: what each segment is called; by default 'loading', 'dwell' or 'unloading' by the sign of its rate.
+
+    Raises:
+        ValueError: for unequal lengths, non-finite values, times that do not increase or unknown phases.
+    """
+
+    times: FloatArray
+    indentations: FloatArray
+    phases: tuple[Phase, ...]
+
+    def __init__(self, times: ArrayLike, indentations: ArrayLike, phases: tuple[Phase, ...] | None = None) -> None:
+        instants = strictly_increasing("times", finite_vector("times", times, at_least=2))
+        depths = finite_vector("indentations", indentations, at_least=2)
+        if len(instants) != len(depths):
+            raise ValueError(
+                f"times and indentations must have the same length; received {len(instants)} and {len(depths)}"
+            )
+        if np.max(np.abs(depths)) > LARGEST_INDENTATION:
+            raise ValueError(
+                f"indentations must lie within +-{LARGEST_INDENTATION:g}; received {float(np.max(np.abs(depths)))!r}"
+            )
+        if phases is None:
+            names: dict[int, Phase] = {1: "loading", 0: "dwell", -1: "unloading"}
+            phases = tuple(names[int(sign)] for sign in np.sign(np.diff(depths)))
+        elif len(phases) != len(instants) - 1 or not set(phases) <= {"loading", "dwell", "unloading"}:
+            raise ValueError(
+                f"phases must name each of the {len(instants) - 1} segments 'loading', 'dwell' or 'unloading'; "
+                f"received {phases!r}"
+            )
+        object.__setattr__(self, "times", instants)
+        object.__setattr__(self, "indentations", depths)
+        object.__setattr__(self, "phases", tuple(phases))
+
+    @property
+    def duration(self) -> float:
+        """Time from the first to the last instant."""
+        return float(self.times[-1] - self.times[0])
+
+    @property
+    def rates(self) -> FloatArray:
+        """Signed indentation rate of each segment, shape (n - 1,)."""
+        return np.diff(self.indentations) / np.diff(self.times)
+
+    def indentation_at(self, time: ArrayLike) -> FloatArray:
+        """Indentation at `time` (any shape); constant before the first and after the last instant."""
+        return np.interp(time, self.times, self.indentations)
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, PiecewiseLinearProtocol):
+            return NotImplemented
+        same_path = np.array_equal(self.times, other.times) and np.array_equal(self.indentations, other.indentations)
+        return same_path and self.phases == other.phases
+
+    def __hash__(self) -> int:
+        return hash((self.times.tobytes(), self.indentations.tobytes(), self.phases))
+
+
+@dataclass(frozen=True, kw_only=True)
+class LoadingProtocol:
+    """Load at constant rate to a peak, dwell there, unload at constant rate to the start.
+
+    With the default start a peak below it is legal: the sphere then first moves away and comes back, and its segments
+    keep the names of their phases.
+
+    Args:
+        peak_indentation: indentation held during the dwell, within +-1e6.
+        loading_rate: speed of the first ramp, 1e-12 to 1e12.
+        dwell_time: time held at the peak, 0 to 1e12; zero leaves the phase out.
+        unloading_rate: speed of the last ramp, 1e-12 to 1e12.
+        start_indentation: where it starts and ends, below the peak; `None` for -pi^(2/3) mu.
+
+    Raises:
+        ValueError: naming the quantity, the allowed range and the value received.
+    """
+
+    peak_indentation: float
+    loading_rate: float
+    dwell_time: float
+    unloading_rate: float
+    start_indentation: float | None = None
+
+    def __post_init__(self) -> None:
+        depths = {"low": -LARGEST_INDENTATION, "high": LARGEST_INDENTATION}
+        speeds = {"low": SMALLEST_RATE, "high": LARGEST_RATE}
+        checked = {
+            "peak_indentation": finite_number("peak_indentation", self.peak_indentation, **depths),
+            "loading_rate": finite_number("loading_rate", self.loading_rate, **speeds),
+            "dwell_time": finite_number("dwell_time", self.dwell_time, low=0.0, high=LONGEST_DWELL),
+            "unloading_rate": finite_number("unloading_rate", self.unloading_rate, **speeds),
+        }
+        if self.start_indentation is not None:
+            bounds = {"low": -LARGEST_INDENTATION, "below": checked["peak_indentation"]}
+            checked["start_indentation"] = finite_number("start_indentation", self.start_indentation, **bounds)
+        for name, value in checked.items():
+            object.__setattr__(self, name, value)
+
+    def start(self, tabor: float) -> float:
+        """Indentation at which the protocol starts and ends in a scene of this Tabor parameter."""
+        return default_start_indentation(tabor) if self.start_indentation is None else self.start_indentation
+
+    def phase_times(self, tabor: float) -> tuple[float, float, float, float]:
+        """Instants (t0, t1, t2, t3): start, peak reached, dwell over, end; t1 = t2 without a dwell."""
+        travel = abs(self.peak_indentation - self.start(tabor))
+        t1 = travel / self.loading_rate
+        t2 = t1 + self.dwell_time
+        return 0.0, t1, t2, t2 + travel / self.unloading_rate
+
+    def history(self, tabor: float) -> PiecewiseLinearProtocol:
+        """The indentation history in a scene of this Tabor parameter; it remembers which segment is which phase.
+
+        Raises:
+            ValueError: when the peak equals the start, or a phase is too short to be told apart in double precision.
+        """
+        start, peak = self.start(tabor), self.peak_indentation
+        if start == peak:
+            raise ValueError(f"peak_indentation must differ from the start indentation {start!r}; received {peak!r}")
+        t0, t1, t2, t3 = self.phase_times(tabor)
+        for phase, begin, end, wanted in (("dwell", t1, t2, self.dwell_time > 0.0), ("unloading", t2, t3, True)):
+            if wanted and not end > begin:
+                raise ValueError(
+                    f"the {phase} phase must outlast the rounding of its start time {begin!r}; received {self!r}"
+                )
+        if t2 == t1:
+            return PiecewiseLinearProtocol([t0, t1, t3], [start, peak, start], ("loading", "unloading"))
+        return PiecewiseLinearProtocol([t0, t1, t2, t3], [start, peak, peak, start], ("loading", "dwell", "unloading"))
