@@ -1,0 +1,73 @@
+"""Johnson, Kendall and Roberts: the limit of short-range adhesion, mu -> infinity.
+
+With radius a in beta: indentation mu (a^2 - sqrt(2 pi a)) and force sqrt(8/pi) a^(3/2) - (4 / (3 pi)) a^3. Under load
+control the contact is lost at force 3/2, under displacement control at the fold, force 5/6 and indentation
+-(3/4) pi^(2/3) mu, where a^3 = pi/8. Units: see `bem.reference_solutions`. Source: Johnson, Kendall and Roberts, Proc.
+R. Soc. A 324 (1971) 301; Johnson, Contact Mechanics (1985), section 5.5; Maugis, Contact, Adhesion and Rupture of
+Elastic Solids (2000), chapter 4.
+"""
+
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from bem._checks import FloatArray
+
+PULL_OFF_FORCE = 1.5
+FOLD_FORCE = 5.0 / 6.0
+FOLD_RADIUS = (np.pi / 8.0) ** (1.0 / 3.0)
+
+
+def fold_indentation(tabor: ArrayLike) -> FloatArray:
+    """Smallest indentation at which a contact exists."""
+    return -0.75 * np.pi ** (2.0 / 3.0) * np.asarray(tabor, dtype=np.float64)
+
+
+def indentation_from_contact_radius(radius: ArrayLike, tabor: ArrayLike) -> FloatArray:
+    """Indentation at a contact radius."""
+    a = np.asarray(radius, dtype=np.float64)
+    return np.asarray(tabor, dtype=np.float64) * (a**2 - np.sqrt(2.0 * np.pi * a))
+
+
+def force_from_contact_radius(radius: ArrayLike) -> FloatArray:
+    """Force at a contact radius; independent of the Tabor parameter."""
+    a = np.asarray(radius, dtype=np.float64)
+    return np.sqrt(8.0 / np.pi) * a**1.5 - 4.0 / (3.0 * np.pi) * a**3
+
+
+def contact_radius_from_indentation(
+    indentation: ArrayLike, tabor: ArrayLike, *, branch: Literal["stable", "unstable"] = "stable"
+) -> FloatArray:
+    """Contact radius at an indentation, on the branch that is stable or unstable at fixed indentation.
+
+    Newton's method on y^4 - sqrt(2 pi) y = indentation/mu with y = sqrt(a): the quartic is convex, so it converges
+    monotonically from an upper bound (stable branch) or from zero (unstable branch).
+
+    Returns:
+        radius of the broadcast shape; NaN below the fold, and for the unstable branch also above indentation zero.
+    """
+    if branch not in ("stable", "unstable"):
+        raise ValueError(f"branch must be 'stable' or 'unstable'; received {branch!r}")
+    depth = np.asarray(indentation, dtype=np.float64) / np.asarray(tabor, dtype=np.float64)
+    fold = -0.75 * np.pi ** (2.0 / 3.0)
+    # The fold itself must not be lost to the rounding of indentation/tabor.
+    exists = depth >= fold * (1.0 + 4.0 * np.finfo(float).eps)
+    if branch == "unstable":
+        exists &= depth <= 0.0
+    target = np.clip(depth, fold, None if branch == "stable" else 0.0)
+    root = np.zeros_like(target)
+    if branch == "stable":
+        root = np.maximum(target, 0.0) ** 0.25 + (2.0 * np.pi) ** (1.0 / 6.0)
+    for _ in range(80):
+        slope = 4.0 * root**3 - np.sqrt(2.0 * np.pi)
+        excess = root**4 - np.sqrt(2.0 * np.pi) * root - target
+        root = root - np.divide(excess, slope, out=np.zeros_like(root), where=(slope != 0.0) & (excess > 0.0))
+    return np.where(exists, root**2, np.nan)
+
+
+def force_from_indentation(
+    indentation: ArrayLike, tabor: ArrayLike, *, branch: Literal["stable", "unstable"] = "stable"
+) -> FloatArray:
+    """Force at an indentation; NaN where the branch has no contact. See `contact_radius_from_indentation`."""
+    return force_from_contact_radius(contact_radius_from_indentation(indentation, tabor, branch=branch))
