@@ -1,0 +1,139 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import quad
+
+from bem._jit import kernel
+from bem.materials import Elastic, PronySeries, StandardLinearSolid, recursion_coefficients, recursion_step
+
+
+def relaxation_transform(s, moduli, times):
+    """Carson transform s E(s) / E0 of the relaxation modulus."""
+    return 1.0 + np.sum(moduli * s * times / (1.0 + s * times))
+
+
+def creep_transform(s, material):
+    """Carson transform s E0 C(s) of the creep compliance."""
+    return 1.0 - np.sum(material.strengths * s * material.times / (1.0 + s * material.times))
+
+
+@st.composite
+def spectra(draw):
+    count = draw(st.integers(1, 8))
+    logs = sorted(draw(st.lists(st.floats(-6, 6), min_size=count, max_size=count, unique_by=lambda x: round(x, 2))))
+    moduli = draw(st.lists(st.floats(1e-6, 1e4), min_size=count, max_size=count))
+    return np.array(moduli), 10.0 ** np.array(logs)
+
+
+@given(spectra(), st.floats(-8, 8))
+def test_interconversion_satisfies_the_laplace_identity(spectrum, log_s):
+    moduli, times = spectrum
+    material = PronySeries.from_moduli(moduli, times)
+    s = 10.0**log_s
+    assert relaxation_transform(s, moduli, times) * creep_transform(s, material) == pytest.approx(1.0, rel=1e-8)
+    assert np.all(material.strengths > 0.0)
+    assert np.all(material.times > np.sort(times) * (1.0 - 1e-12))
+    assert material.modulus_ratio * (1.0 + moduli.sum()) == pytest.approx(1.0, rel=1e-8)
+
+
+def test_one_term_moduli_give_the_standard_linear_solid():
+    material = PronySeries.from_moduli([9.0], [0.1])
+    assert material.strengths == pytest.approx([0.9])
+    assert material.times == pytest.approx([1.0])
+
+
+def test_elastic_scenes_have_no_memory():
+    for material in (Elastic(), StandardLinearSolid(modulus_ratio=1.0), PronySeries([0.0], [1.0])):
+        assert material.strengths.shape == material.times.shape == (0,)
+        assert material.strengths.dtype == np.float64
+        assert material.modulus_ratio == 1.0
+        np.testing.assert_array_equal(material.creep_compliance([0.0, 1.0]), [1.0, 1.0])
+
+
+def test_creep_compliance_is_the_papers():
+    time = np.linspace(0.0, 5.0, 11)
+    expected = 1.0 + (0.1 - 1.0) * np.exp(-time)
+    np.testing.assert_allclose(StandardLinearSolid(modulus_ratio=0.1).creep_compliance(time), expected, rtol=1e-15)
+    assert StandardLinearSolid(modulus_ratio=0.1).creep_compliance(0.0) == pytest.approx(0.1)
+
+
+def test_prony_series_are_sorted_values():
+    material = PronySeries([0.2, 0.0, 0.3], [5.0, 2.0, 1.0])
+    assert material == PronySeries([0.3, 0.2], [1.0, 5.0])
+    assert hash(material) == hash(PronySeries([0.3, 0.2], [1.0, 5.0]))
+    assert material != Elastic()
+    assert repr(material) == "PronySeries(compliances=[0.3, 0.2], times=[1.0, 5.0])"
+    assert material.modulus_ratio == pytest.approx(0.5)
+    with pytest.raises(ValueError, match="read-only"):
+        material.times[0] = 2.0
+
+
+@pytest.mark.parametrize("ratio", [0.0, -0.1, 1.1, np.nan, "soft"])
+def test_modulus_ratio_outside_its_range(ratio):
+    with pytest.raises(
+        ValueError, match="modulus_ratio must be a finite number greater than 0 and at most 1; received"
+    ):
+        StandardLinearSolid(modulus_ratio=ratio)
+
+
+@pytest.mark.parametrize(
+    ("compliances", "times", "message"),
+    [
+        ([0.5, 0.5], [1.0, 2.0], "sum less than 1"),
+        ([-0.1], [1.0], "compliances must be at least 0"),
+        ([0.1], [0.0], "times must be greater than 0"),
+        ([0.1], [np.inf], "times must be a one-dimensional"),
+        ([0.1, 0.1], [1.0, 1.0], "distinct"),
+        ([0.1, 0.1], [1.0], "same length"),
+    ],
+)
+def test_bad_prony_series(compliances, times, message):
+    with pytest.raises(ValueError, match=message):
+        PronySeries(compliances, times)
+    if "sum" not in message:
+        with pytest.raises(ValueError, match=message.replace("compliances", "moduli")):
+            PronySeries.from_moduli(compliances, times)
+
+
+@given(st.floats(-300, 300), st.floats(-6, 6))
+def test_recursion_coefficients_are_accurate_for_any_step(log_dt, log_time):
+    dt, time = 10.0**log_dt, 10.0**log_time
+    decay, gain = recursion_coefficients(dt, np.array([time]))
+    ratio = dt / time
+    assert decay[0] == pytest.approx(np.exp(-ratio), rel=1e-15)
+    expected = 1.0 - ratio / 2.0 + ratio**2 / 6.0 if ratio < 1e-5 else -np.expm1(-ratio) / ratio
+    assert gain[0] == pytest.approx(expected, rel=1e-14)
+
+
+def test_no_step_changes_nothing():
+    assert recursion_step(0.0, 2.0) == (1.0, 1.0)
+    assert recursion_step(np.inf, 2.0) == (0.0, 0.0)
+    assert recursion_coefficients(1.0, np.empty(0))[0].shape == (0,)
+
+
+def test_recursion_step_is_callable_from_a_kernel():
+    @kernel
+    def twice(dt, time):
+        decay, gain = recursion_step(dt, time)
+        return 2.0 * decay, 2.0 * gain
+
+    assert twice(1.0, 1.0) == pytest.approx((2.0 * np.exp(-1.0), 2.0 * (1.0 - np.exp(-1.0))))
+
+
+@settings(max_examples=20)
+@given(st.lists(st.floats(0.01, 3.0), min_size=1, max_size=4), st.floats(0.05, 20.0))
+def test_recursion_equals_the_hereditary_integral_for_linear_pieces(steps, time):
+    instants = np.concatenate([[0.0], np.cumsum(steps)])
+    traction = np.sin(3.0 * instants)
+    memory = 0.0
+    for i, dt in enumerate(np.diff(instants)):
+        decay, gain = recursion_step(dt, time)
+        memory = decay * memory + gain * (traction[i + 1] - traction[i])
+    rates = np.diff(traction) / np.diff(instants)
+    end = instants[-1]
+    exact = sum(
+        rate * quad(lambda s: np.exp(-(end - s) / time), begin, stop, epsabs=1e-13)[0]
+        for rate, begin, stop in zip(rates, instants[:-1], instants[1:], strict=True)
+    )
+    assert memory == pytest.approx(exact, abs=1e-11)

@@ -1,0 +1,69 @@
+"""The door in: quick to import, free of TensorFlow, and `simulate` is always the function."""
+
+import importlib.util
+import subprocess
+import sys
+
+import pytest
+
+import bem
+
+ALL_MODULES_EXIST = all(importlib.util.find_spec(f"bem.{name}") for name in ("simulate", "trajectory"))
+needs_solver = pytest.mark.skipif(not ALL_MODULES_EXIST, reason="the solver modules are not there")
+
+
+def run(code):
+    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.strip()
+
+
+def test_import_loads_no_heavy_package():
+    heavy = run("import bem, sys; print([m for m in ('tensorflow', 'keras', 'numba', 'scipy') if m in sys.modules])")
+    assert heavy == "[]"
+
+
+def test_unknown_name_is_an_attribute_error():
+    with pytest.raises(AttributeError, match="no_such_name"):
+        _ = bem.no_such_name
+
+
+def test_every_name_is_listed():
+    assert set(bem.__all__) <= set(dir(bem))
+
+
+def test_passive_names_are_the_objects_of_their_modules():
+    from bem.protocol import LoadingProtocol
+    from bem.scene import Scene
+
+    assert bem.Scene is Scene
+    assert bem.LoadingProtocol is LoadingProtocol
+
+
+@needs_solver
+def test_all_public_names_resolve():
+    assert all(callable(getattr(bem, name)) for name in bem.__all__)
+
+
+@needs_solver
+@pytest.mark.parametrize(
+    "before",
+    [
+        "",
+        "import bem.simulate",
+        "from bem.simulate import simulate",
+        "import importlib; importlib.import_module('bem.simulate')",
+        "from bem import simulate; import bem.simulate",
+    ],
+)
+def test_simulate_is_the_function_whatever_came_first(before):
+    code = f"{before}\nfrom bem import simulate\nimport bem\nprint(type(simulate).__name__, bem.simulate is simulate)"
+    assert run(code) == "function True"
+
+
+@needs_solver
+def test_bem_needs_no_tensorflow():
+    assert run("from bem import *; import sys; print('tensorflow' in sys.modules or 'keras' in sys.modules)") == "False"
+
+
+def test_a_submodule_never_hides_the_function(tmp_path):
+    fake = "import types; m = types.ModuleType('bem.simulate'); m.simulate = len; import bem; bem.simulate = m"
+    assert run(f"{fake}; print(bem.simulate is len)") == "True"

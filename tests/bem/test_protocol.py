@@ -1,0 +1,117 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from bem.protocol import LoadingProtocol, PiecewiseLinearProtocol, default_start_indentation
+
+GOOD = {"peak_indentation": 10.0, "loading_rate": 2.0, "dwell_time": 0.5, "unloading_rate": 4.0}
+
+
+def test_phases_of_a_plain_protocol():
+    history = LoadingProtocol(**GOOD, start_indentation=-2.0).history(tabor=1.0)
+    np.testing.assert_array_equal(history.times, [0.0, 6.0, 6.5, 9.5])
+    np.testing.assert_array_equal(history.indentations, [-2.0, 10.0, 10.0, -2.0])
+    assert history.phases == ("loading", "dwell", "unloading")
+    assert history.duration == 9.5
+    np.testing.assert_array_equal(history.rates, [2.0, 0.0, -4.0])
+    np.testing.assert_allclose(history.indentation_at([-1.0, 3.0, 6.2, 8.0, 20.0]), [-2.0, 4.0, 10.0, 4.0, -2.0])
+
+
+def test_the_default_start_is_the_papers():
+    protocol = LoadingProtocol(**GOOD)
+    assert protocol.start(3.0) == default_start_indentation(3.0) == pytest.approx(-3.0 * np.pi ** (2.0 / 3.0))
+    assert protocol.history(3.0).indentations[0] == protocol.start(3.0)
+
+
+def test_no_dwell_no_segment():
+    protocol = LoadingProtocol(**GOOD | {"dwell_time": 0.0})
+    assert protocol.history(1.0).phases == ("loading", "unloading")
+    _, t1, t2, _ = protocol.phase_times(1.0)
+    assert t1 == t2
+
+
+def test_a_peak_below_the_default_start_moves_away_first():
+    history = LoadingProtocol(**GOOD | {"peak_indentation": -1.0}).history(tabor=0.2)
+    assert history.phases == ("loading", "dwell", "unloading")
+    assert history.rates[0] == pytest.approx(-2.0)
+    assert history.rates[2] == pytest.approx(4.0)
+    assert np.all(np.diff(history.times) > 0.0)
+
+
+@given(
+    tabor=st.floats(0.02, 5.0),
+    peak=st.floats(-1.0, 500.0),
+    load=st.floats(-3.0, 5.0),
+    dwell=st.sampled_from([0.0, 1e-6, 1.0, 1e3]),
+    unload=st.floats(-3.0, 5.0),
+)
+def test_histories_of_the_hard_cases_are_well_formed(tabor, peak, load, dwell, unload):
+    protocol = LoadingProtocol(
+        peak_indentation=peak, loading_rate=10.0**load, dwell_time=dwell, unloading_rate=10.0**unload
+    )
+    history = protocol.history(tabor)
+    assert history.indentations[0] == history.indentations[-1]
+    assert history.indentation_at(protocol.phase_times(tabor)[1]) == pytest.approx(peak)
+    assert np.abs(history.rates[0]) == pytest.approx(10.0**load, rel=1e-9)
+    assert np.abs(history.rates[-1]) == pytest.approx(10.0**unload, rel=1e-6)
+    assert history.duration == pytest.approx(protocol.phase_times(tabor)[3])
+
+
+@pytest.mark.parametrize("name", ["loading_rate", "unloading_rate"])
+@pytest.mark.parametrize("value", [0.0, -1.0, np.nan, np.inf, 1e13, "fast"])
+def test_rates_are_positive_speeds(name, value):
+    with pytest.raises(
+        ValueError, match=f"{name} must be a finite number at least 1e-12 and at most 1e\\+12; received"
+    ):
+        LoadingProtocol(**GOOD | {name: value})
+
+
+def test_other_bad_input():
+    with pytest.raises(ValueError, match="dwell_time must be a finite number at least 0"):
+        LoadingProtocol(**GOOD | {"dwell_time": -1e-9})
+    with pytest.raises(ValueError, match="peak_indentation must be a finite number"):
+        LoadingProtocol(**GOOD | {"peak_indentation": np.nan})
+    with pytest.raises(ValueError, match=r"start_indentation must be a finite number .* less than 10; received 10\.0"):
+        LoadingProtocol(**GOOD, start_indentation=10.0)
+    with pytest.raises(TypeError):
+        LoadingProtocol(10.0, 2.0, 0.5, 4.0)
+
+
+def test_histories_that_cannot_be_represented():
+    with pytest.raises(ValueError, match="peak_indentation must differ from the start"):
+        LoadingProtocol(**GOOD | {"peak_indentation": default_start_indentation(1.0)}).history(1.0)
+    with pytest.raises(ValueError, match="the dwell phase must outlast the rounding of its start time"):
+        LoadingProtocol(**GOOD | {"dwell_time": 1e-300}).history(1.0)
+
+
+def test_any_piecewise_linear_history():
+    protocol = PiecewiseLinearProtocol([0.0, 1.0, 2.0, 4.0], [0.0, 5.0, 5.0, 1.0])
+    assert protocol.phases == ("loading", "dwell", "unloading")
+    assert protocol == PiecewiseLinearProtocol((0, 1, 2, 4), (0, 5, 5, 1))
+    assert len({protocol, PiecewiseLinearProtocol((0, 1, 2, 4), (0, 5, 5, 1))}) == 1
+    assert protocol != PiecewiseLinearProtocol([0.0, 1.0], [0.0, 1.0])
+    with pytest.raises(ValueError, match="read-only"):
+        protocol.times[0] = 1.0
+
+
+@pytest.mark.parametrize(
+    ("times", "indentations", "message"),
+    [
+        ([0.0, 0.0], [0.0, 1.0], "times must be strictly increasing"),
+        ([0.0, 1.0, 0.5], [0.0, 1.0, 2.0], r"received 1\.0 followed by 0\.5"),
+        ([0.0], [0.0], "times must be a one-dimensional sequence of at least 2"),
+        ([-np.inf, 0.0], [0.0, 1.0], "times must be"),
+        ([0.0, 1.0], [0.0, np.nan], "indentations must be"),
+        ([0.0, 1.0], [0.0, 1.0, 2.0], "same length"),
+        ([0.0, 1.0], [0.0, 1e9], "indentations must lie within"),
+    ],
+)
+def test_bad_histories(times, indentations, message):
+    with pytest.raises(ValueError, match=message):
+        PiecewiseLinearProtocol(times, indentations)
+
+
+def test_bad_phases():
+    with pytest.raises(ValueError, match="phases must name each of the 1 segments"):
+        PiecewiseLinearProtocol([0.0, 1.0], [0.0, 1.0], ("loading", "dwell"))

@@ -1,0 +1,33 @@
+import dataclasses
+
+import numpy as np
+import pytest
+
+from bem.materials import Elastic, StandardLinearSolid
+from bem.scene import Scene
+from bem.tractions import HardContact, LennardJones
+
+
+def test_defaults():
+    scene = Scene(tabor=1)
+    assert scene == Scene(1.0, Elastic(), LennardJones())
+    assert type(scene.tabor) is float
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        scene.tabor = 2.0
+
+
+@pytest.mark.parametrize("tabor", [0.0, -1.0, np.nan, np.inf, 1e-7, 1e5, "3", True])
+def test_bad_tabor(tabor):
+    with pytest.raises(ValueError, match="tabor must be a finite number at least 1e-06 and at most 10000; received"):
+        Scene(tabor=tabor)
+
+
+@pytest.mark.parametrize("material", ["rubber", None, Elastic, HardContact()])
+def test_wrong_material(material):
+    with pytest.raises(ValueError, match=r"material must be one of Elastic\(\.\.\.\), .*; received"):
+        Scene(tabor=1.0, material=material)
+
+
+def test_wrong_adhesion():
+    with pytest.raises(ValueError, match="adhesion must be one of LennardJones"):
+        Scene(tabor=1.0, material=StandardLinearSolid(0.1), adhesion=Elastic())

@@ -1,0 +1,39 @@
+import importlib.util
+import tomllib
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+SPEC = importlib.util.spec_from_file_location("lock", ROOT / "tools" / "lock.py")
+lock = importlib.util.module_from_spec(SPEC)
+SPEC.loader.exec_module(lock)
+
+
+@pytest.fixture
+def settings():
+    return tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+
+
+@pytest.fixture
+def text():
+    return (ROOT / "requirements.lock").read_text(encoding="utf-8")
+
+
+def test_the_lock_matches(settings, text):
+    assert lock.problems(settings, text) == []
+
+
+def test_a_new_requirement_is_noticed(settings, text):
+    settings["project"]["dependencies"].append("no-such-package>=1")
+    found = lock.problems(settings, text)
+    assert found[0].startswith("the dependencies in pyproject.toml changed")
+    assert found[1] == "no-such-package is not in the lock"
+
+
+def test_a_moved_version_a_missing_hash_and_an_index_are_noticed(settings, text):
+    assert lock.problems(settings, text.replace("numpy==2.0.2", "numpy==2.1.0")) == [
+        "numpy==2.0.2 is asked for, 2.1.0 is locked"
+    ]
+    assert lock.problems(settings, text + "\nextra==1.0\n") == ["extra==1.0 has no hash"]
+    assert lock.problems(settings, text + "\n--index-url https://example.org\n") == ["the lock names a package index"]
