@@ -112,6 +112,11 @@ def test_no_step_changes_nothing():
     assert recursion_coefficients(1.0, np.empty(0))[0].shape == (0,)
 
 
+def test_recursion_takes_the_read_only_times_of_a_material():
+    decay, gain = recursion_coefficients(1.0, StandardLinearSolid(modulus_ratio=0.1).times)
+    assert (decay[0], gain[0]) == recursion_step(1.0, 1.0)
+
+
 def test_recursion_step_is_callable_from_a_kernel():
     @kernel
     def twice(dt, time):
