@@ -4,7 +4,6 @@ Eighteen models, six families times three ways of telling the network the Tabor 
 ``"M6-gated"``. All quantities are dimensionless as in the paper; forces are positive in tension.
 
 Example:
-
     >>> import surrogate
     >>> surrogate.names()[:3]
     ['M1-concat', 'M1-FiLM', 'M1-gated']

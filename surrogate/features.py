@@ -11,10 +11,11 @@ C     time, indentation, velocity, acceleration   4
 D     time, indentation, velocity, edge           4
 ====  ==========================================  ========
 
-D is the default. Velocity is the backward difference of indentation by time, hence causal; the sphere starts from rest, so
-the first velocity is zero. Acceleration is the backward difference of that velocity, smoothed by an exponential moving
-average (the paper gives no smoothing factor; ours is `ACCELERATION_SMOOTHING`). Edge is one at the first and the last
-point of the dwell plateau and zero elsewhere. All arrays are dimensionless and of shape `(batch, steps)`.
+D is the default. Velocity is the backward difference of indentation by time, hence causal; the sphere starts from
+rest, so the first velocity is zero. Acceleration is the backward difference of that velocity, smoothed by an
+exponential moving average (the paper gives no smoothing factor; ours is `ACCELERATION_SMOOTHING`). Edge is one at the
+first and the last point of the dwell plateau and zero elsewhere. All arrays are dimensionless and of shape `(batch,
+steps)`.
 """
 
 from __future__ import annotations
@@ -104,7 +105,8 @@ def edge_from_counts(counts: tuple[int, int, int], batch: int) -> np.ndarray:
     """Mark onset and end of the dwell on fixed measurement steps.
 
     Args:
-        counts: Points of loading, dwell and unloading, `(50, 20, 50)` in the paper. The last loading point is the onset.
+        counts: Points of loading, dwell and unloading, `(50, 20, 50)` in the paper. The last loading point
+            is the onset.
         batch: Number of histories.
 
     Returns:

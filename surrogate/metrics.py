@@ -1,9 +1,9 @@
 """How far predicted force histories are from simulated ones, as the paper measures it.
 
-On the scaled force: mean squared error, mean absolute error and DTW-RMSE. On the physical force, on the fixed measurement
-steps (FMS): the normalised mean absolute error and the relative errors of pull-off force, pull-off time and hysteresis, in
-percent. Beside the paper's: the error against the pull-off force of the solver's native history, and the resolution
-floor, which is that error for a perfect prediction on the FMS grid.
+On the scaled force: mean squared error, mean absolute error and DTW-RMSE. On the physical force, on the fixed
+measurement steps (FMS): the normalised mean absolute error and the relative errors of pull-off force, pull-off time
+and hysteresis, in percent. Beside the paper's: the error against the pull-off force of the solver's native history,
+and the resolution floor, which is that error for a perfect prediction on the FMS grid.
 
 DTW-RMSE. Dynamic time warping aligns two curves by the path, in unit steps forward in either or both, of least summed
 *squared* difference; the result is the root of that sum over the number of points on the path. Squares rather than the

@@ -1,9 +1,9 @@
 """What the network sees instead of physical numbers: symmetric logarithms, then standardisation.
 
 Source: the paper's section on surrogate inputs and targets. With symlog(x) = sign(x) log(1 + |x|), time passes symlog
-twice, indentation, Tabor parameter and force once. The paper leaves velocity and acceleration open; both span decades, so
-they pass symlog once here. The 0/1 edge channel is not transformed. Every channel, the Tabor parameter and the force are
-then shifted by the mean and divided by the standard deviation of the *training* trajectories.
+twice, indentation, Tabor parameter and force once. The paper leaves velocity and acceleration open; both span decades,
+so they pass symlog once here. The 0/1 edge channel is not transformed. Every channel, the Tabor parameter and the
+force are then shifted by the mean and divided by the standard deviation of the *training* trajectories.
 """
 
 from __future__ import annotations
@@ -77,14 +77,13 @@ class Scaling:
             dataset_sha256: Digest of the data set file.
         """
         transformed = _transform_channels(channels, features)
-        # A quantity that never varies carries no information: it is shifted to zero and left at that.
-        scale = transformed.std(axis=(0, 1))
+        mean, scale = _moments(transformed, axis=(0, 1))
         return cls(
             features=features,
-            channel_mean=tuple(transformed.mean(axis=(0, 1)).tolist()),
-            channel_scale=tuple(np.where(scale > 0.0, scale, 1.0).tolist()),
-            tabor=_moments(tabor),
-            force=_moments(force),
+            channel_mean=tuple(mean.tolist()),
+            channel_scale=tuple(scale.tolist()),
+            tabor=_scalar_moments(tabor),
+            force=_scalar_moments(force),
             ranges={name: (float(v.min()), float(v.max())) for name, v in (protocols or {}).items()},
             dataset_sha256=dataset_sha256,
         )
@@ -162,6 +161,12 @@ def _transform_channels(channels: np.ndarray, features: str) -> np.ndarray:
     return np.stack(columns, axis=-1)
 
 
-def _moments(values: np.ndarray) -> tuple[float, float]:
-    transformed = symlog(np.asarray(values, dtype=np.float64))
-    return float(transformed.mean()), float(transformed.std()) or 1.0
+def _moments(transformed: np.ndarray, axis: tuple[int, ...] | None = None) -> tuple[np.ndarray, np.ndarray]:
+    mean, scale = transformed.mean(axis=axis), transformed.std(axis=axis)
+    # What never varies but by rounding carries no information: it is shifted to zero and left at that.
+    return mean, np.where(scale > 1e-12 * (1.0 + np.abs(mean)), scale, 1.0)
+
+
+def _scalar_moments(values: np.ndarray) -> tuple[float, float]:
+    mean, scale = _moments(symlog(np.asarray(values, dtype=np.float64)))
+    return float(mean), float(scale)

@@ -13,8 +13,8 @@ from surrogate.layers import AppendTabor, FiLM, TaborGate
 def residual_lstm(conditioning: str = "concat", features: str = "D", name: str | None = None) -> keras.Model:
     """Build M6.
 
-    FiLM modulates the last LSTM's output; the gate mixes the sum of both paths with its normalised self, before the last
-    LSTM.
+    FiLM modulates the last LSTM's output; the gate mixes the sum of both paths with its normalised self, before the
+    last LSTM.
 
     Args:
         conditioning: `"concat"`, `"FiLM"` or `"gated"`.

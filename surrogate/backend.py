@@ -1,0 +1,59 @@
+"""What is known about the backend keras runs on: threads, and whether the fused LSTM is taken."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import sys
+
+
+def limit_threads(threads: int) -> None:
+    """Limit the backend to so many threads; effective only before keras is imported.
+
+    Raises:
+        ValueError: fewer than one thread.
+        RuntimeError: keras is imported already.
+    """
+    if threads < 1:
+        raise ValueError(f"Expected at least one thread. Received: threads={threads}")
+    if "keras" in sys.modules:
+        raise RuntimeError("Threads must be limited before keras is imported")
+    for variable in ("OMP_NUM_THREADS", "TF_NUM_INTRAOP_THREADS", "TF_NUM_INTEROP_THREADS"):
+        os.environ[variable] = str(threads)
+    if threads == 1:
+        flags = os.environ.get("XLA_FLAGS", "")
+        os.environ["XLA_FLAGS"] = f"{flags} --xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1".strip()
+
+
+def quiet_backend() -> None:
+    """Keep TensorFlow from chatting on import; effective only before keras is imported."""
+    os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
+
+
+def has_fused_lstm() -> bool:
+    """Tell whether `keras.layers.LSTM` runs as one fused kernel here rather than step by step.
+
+    Keras decides that by its backend's own check of arguments and device; there is no public question to ask, so this
+    one asks the module Keras itself asks, and answers no where that has moved.
+    """
+    import keras
+
+    try:
+        module = importlib.import_module(f"keras.src.backend.{keras.backend.backend()}.rnn")
+        return bool(module.cudnn_ok("tanh", "sigmoid", unroll=False, use_bias=True))
+    except (ImportError, AttributeError, TypeError):
+        return False
+
+
+def versions() -> dict[str, str]:
+    """Return the versions that decide what a training run computes, by name."""
+    import platform
+
+    import keras
+    import numpy as np
+
+    backend = keras.backend.backend()
+    found = {"python": platform.python_version(), "keras": keras.__version__, "numpy": np.__version__}
+    if backend != "numpy":
+        found[backend] = importlib.import_module(backend).__version__
+    return found

@@ -1,0 +1,105 @@
+"""Progress of a training run, on disk after every epoch, so that a killed run resumes as if nothing had happened."""
+
+from __future__ import annotations
+
+import csv
+import json
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    import keras
+
+HISTORY_COLUMNS = (
+    "epoch",
+    "learning_rate",
+    "train_mse",
+    "validation_mse",
+    "validation_mae",
+    "seconds",
+    "cpu_seconds",
+)
+
+
+@dataclass
+class Progress:
+    """How far a run is.
+
+    Args:
+        history: One row per epoch, with the columns `HISTORY_COLUMNS`; the seconds accumulate.
+        best_mse: The least validation error so far.
+        best_epoch: The epoch it was reached in.
+        best_weights: The trainable weights of that epoch.
+        flat_from: Epoch from which the plateau rule counts.
+        finished: Whether training has come to its end.
+    """
+
+    history: list[dict[str, float]] = field(default_factory=list)
+    best_mse: float = float("inf")
+    best_epoch: int = 0
+    best_weights: list[np.ndarray] = field(default_factory=list)
+    flat_from: int = 0
+    finished: bool = False
+
+    @property
+    def epoch(self) -> int:
+        """The last completed epoch, from 1; 0 before the first."""
+        return len(self.history)
+
+    @property
+    def seconds(self) -> float:
+        """Wall-clock seconds of all epochs so far."""
+        return self.history[-1]["seconds"] if self.history else 0.0
+
+    @property
+    def cpu_seconds(self) -> float:
+        """Processor seconds of all epochs so far."""
+        return self.history[-1]["cpu_seconds"] if self.history else 0.0
+
+
+def save_checkpoint(path: Path, model: keras.Model, progress: Progress, *, fingerprint: str) -> None:
+    """Write weights, random states, optimizer and progress to one file, replacing the former whole or not at all."""
+    from keras import ops
+
+    state = {name: getattr(progress, name) for name in ("history", "best_mse", "best_epoch", "flat_from", "finished")}
+    arrays = {"state": np.array(json.dumps({"fingerprint": fingerprint, **state}))}
+    arrays |= {f"model_{i}": ops.convert_to_numpy(v) for i, v in enumerate(model.variables)}
+    arrays |= {f"optimizer_{i}": ops.convert_to_numpy(v) for i, v in enumerate(model.optimizer.variables)}
+    arrays |= {f"best_{i}": value for i, value in enumerate(progress.best_weights)}
+    unfinished = path.with_suffix(".part")
+    with unfinished.open("wb") as file:
+        np.savez(file, **arrays)
+    unfinished.replace(path)
+
+
+def load_checkpoint(path: Path, model: keras.Model, *, fingerprint: str) -> Progress:
+    """Put a checkpoint back into a compiled model of the same build.
+
+    Raises:
+        ValueError: the checkpoint belongs to another run.
+    """
+    with np.load(path) as stored:
+        arrays = dict(stored)
+    state = json.loads(str(arrays["state"]))
+    found = state.pop("fingerprint")
+    if found != fingerprint:
+        raise ValueError(
+            f"Expected a checkpoint of this very run; remove {path.parent} to start anew. "
+            f"Received: a checkpoint of {found}, not of {fingerprint}"
+        )
+    for prefix, variables in (("model", model.variables), ("optimizer", model.optimizer.variables)):
+        for index, variable in enumerate(variables):
+            variable.assign(arrays[f"{prefix}_{index}"])
+    best = [arrays[f"best_{index}"] for index in range(len(model.trainable_variables))]
+    return Progress(best_weights=best, **state)
+
+
+def save_history(path: Path, history: list[dict[str, float]]) -> None:
+    """Write the history as CSV."""
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, HISTORY_COLUMNS, lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(history)

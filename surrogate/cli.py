@@ -1,0 +1,186 @@
+"""The command line `surrogate`: list, train, train-all, evaluate."""
+
+from __future__ import annotations
+
+import json
+import shlex
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from surrogate.architectures.naming import PAPER_PARAMETER_COUNTS, names, split_name
+from surrogate.backend import limit_threads, quiet_backend
+from surrogate.queue import STOPPED, StopRequest, run_queue
+
+app = typer.Typer(
+    help="Sequence models that imitate the contact solver.", no_args_is_help=True, pretty_exceptions_enable=False
+)
+
+DatasetOption = Annotated[Path, typer.Option(help="Data set file.")]
+RecipeOption = Annotated[str, typer.Option(help="A recipe's name (paper, swift) or a TOML file.")]
+RunsOption = Annotated[Path, typer.Option(help="Where runs keep checkpoints; a file called STOP there stops them.")]
+ModelsOption = Annotated[Path, typer.Option(help="Where finished models are published.")]
+EpochsOption = Annotated[int | None, typer.Option(help="Epochs, instead of the recipe's.")]
+ThreadsOption = Annotated[int | None, typer.Option(help="Threads of the backend; as many as it likes by default.")]
+SeedOption = Annotated[int | None, typer.Option(help="Seed of weights and batches, instead of the recipe's.")]
+
+DATASET = Path("published/dataset.h5")
+RUNS = Path("results/training")
+MODELS = Path("published/models")
+
+
+@app.command("list")
+def list_models(
+    models: ModelsOption = MODELS,
+    markdown: Annotated[bool, typer.Option(help="Print the table of docs/surrogate-models.md.")] = False,
+) -> None:
+    """List the eighteen models, their parameters, and what is published."""
+    from surrogate.tables import parameter_table
+
+    if markdown:
+        typer.echo(parameter_table())
+        return
+    quiet_backend()
+    import surrogate
+
+    for name in names():
+        whose = "paper" if name in PAPER_PARAMETER_COUNTS else "ours"
+        error = ""
+        if (models / name / "metrics.json").exists():
+            test = json.loads((models / name / "metrics.json").read_text(encoding="utf-8"))["test"]
+            error = f"test MSE {test['mse']['mean']:.2e}"
+        typer.echo(f"{name:<10} {surrogate.build(name).count_params():>8,} parameters ({whose})  {error}".rstrip())
+
+
+@app.command()
+def train(
+    name: Annotated[str, typer.Argument(help="One of the eighteen, see `surrogate list`.")],
+    recipe: RecipeOption = "swift",
+    dataset: DatasetOption = DATASET,
+    features: Annotated[str, typer.Option(help="Feature set A to D.")] = "D",
+    epochs: EpochsOption = None,
+    seed: SeedOption = None,
+    split_seed: Annotated[int, typer.Option(help="Seed of the division into training, validation, test.")] = 0,
+    fraction: Annotated[float, typer.Option(help="Share of the training part to use.")] = 1.0,
+    fold: Annotated[int, typer.Option(help="Which nested family of such shares.")] = 0,
+    extra: Annotated[Path | None, typer.Option(help="A second data set, all for training.")] = None,
+    label: Annotated[str | None, typer.Option(help="Publish under this name.")] = None,
+    threads: ThreadsOption = None,
+    runs: RunsOption = RUNS,
+    models: ModelsOption = MODELS,
+) -> None:
+    """Train one model, or resume its training, and publish it when it is finished."""
+    split_name(name)
+    from surrogate.recipe import Recipe
+
+    chosen = Recipe.load(recipe).with_overrides(epochs=epochs, seed=seed)
+    quiet_backend()
+    if threads is not None:
+        limit_threads(threads)
+    from surrogate.dataset import TrajectoryDataset
+    from surrogate.progress import reporter
+    from surrogate.runs import Run, execute, publish
+
+    data = TrajectoryDataset.load(dataset)
+    run = Run(
+        architecture=name,
+        dataset=data,
+        split=data.split(split_seed).with_fraction(fraction, fold),
+        recipe=chosen,
+        features=features,
+        extra=TrajectoryDataset.load(extra) if extra else None,
+        label=label or "",
+    )
+    with reporter(run.name) as report:
+        progress = execute(
+            run,
+            runs / run.name,
+            should_stop=StopRequest(runs),
+            report=report,
+            log=typer.echo,
+            command=shlex.join(["surrogate", *sys.argv[1:]]),
+        )
+    if not progress.finished:
+        typer.echo(f"{run.name}: stopped after epoch {progress.epoch}; the same command resumes it")
+        raise typer.Exit(STOPPED)
+    publish(runs / run.name, models / run.name)
+    typer.echo(f"{run.name}: published in {models / run.name}")
+
+
+@app.command("train-all")
+def train_all(
+    recipe: RecipeOption = "swift",
+    dataset: DatasetOption = DATASET,
+    only: Annotated[list[str] | None, typer.Option(help="Train this model; may be repeated.")] = None,
+    epochs: EpochsOption = None,
+    seed: SeedOption = None,
+    jobs: Annotated[int, typer.Option(help="Models at a time.")] = 2,
+    threads: Annotated[int, typer.Option(help="Threads of each.")] = 1,
+    runs: RunsOption = RUNS,
+    models: ModelsOption = MODELS,
+) -> None:
+    """Train every model that is not published yet, a few at a time; start it again to resume."""
+    wanted = only or names()
+    for name in wanted:
+        split_name(name)
+    waiting = [name for name in wanted if not (models / name / "run.json").exists()]
+    if not dataset.is_file():
+        raise FileNotFoundError(f"No data set. Received: dataset={dataset}")
+
+    def command(name: str) -> list[str]:
+        options = {
+            "recipe": recipe,
+            "dataset": dataset,
+            "epochs": epochs,
+            "seed": seed,
+            "threads": threads,
+            "runs": runs,
+            "models": models,
+        }
+        flags = [[f"--{option}", str(value)] for option, value in options.items() if value is not None]
+        return ["train", name, *(word for flag in flags for word in flag)]
+
+    typer.echo(f"{len(waiting)} of {len(wanted)} models to train, {jobs} at a time")
+    ended = run_queue(waiting, command, folder=runs, jobs=jobs, log=typer.echo)
+    if any(status not in (0, STOPPED) for status in ended.values()):
+        raise typer.Exit(1)
+    if len(ended) < len(waiting) or STOPPED in ended.values():
+        typer.echo("Stopped; the same command resumes")
+        raise typer.Exit(STOPPED)
+
+
+@app.command()
+def evaluate(
+    name: Annotated[str, typer.Argument(help="A published model, or the path of a model directory.")],
+    dataset: DatasetOption = DATASET,
+    models: ModelsOption = MODELS,
+    errors: Annotated[Path | None, typer.Option(help="Write every trajectory's errors to this CSV file.")] = None,
+    threads: ThreadsOption = None,
+) -> None:
+    """Measure a trained model on its own test trajectories."""
+    quiet_backend()
+    if threads is not None:
+        limit_threads(threads)
+    from surrogate.metrics import summary
+    from surrogate.predictor import Surrogate
+    from surrogate.runs import evaluate_published, write_errors
+
+    trained = Surrogate.load(name, root=models)
+    folder = Path(name) if Path(name).is_dir() else models / name
+    indices, found = evaluate_published(trained, folder, dataset)
+    for quantity, values in summary(found).items():
+        numbers = "  ".join(f"{statistic} {value:.3e}" for statistic, value in values.items())
+        typer.echo(f"{quantity:<30} {numbers}")
+    if errors is not None:
+        write_errors(errors, indices, found)
+
+
+def app_main() -> None:
+    """Run the command line; a user's mistake ends it with one line instead of a traceback."""
+    try:
+        app()
+    except (ValueError, FileNotFoundError) as error:
+        typer.echo(f"surrogate: {error}", err=True)
+        sys.exit(2)

@@ -1,0 +1,106 @@
+"""Training recipes: everything that decides how a model is trained, read from TOML.
+
+Keys: `name`, `seed`, `batch_size`, `epochs`, `learning_rate` (the peak), optionally `gradient_norm` (gradients are
+scaled down to that global norm) and `weight_average` (momentum of a moving average of the weights, which is what is
+evaluated and kept), and at most one of two tables. `[cosine]` with `warmup_epochs`: a linear rise to the peak, then
+half a cosine to zero. `[plateau]` with `factor`, `patience`, `minimum_rate`, `stop_after`: the rate shrinks by
+`factor` after `patience` epochs without a better validation error and training stops after `stop_after`. Without a
+table the rate is constant. The weights of the best validation error are kept in every case.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import asdict, dataclass, replace
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Cosine:
+    """A linear rise of the rate, then half a cosine to zero at the last epoch."""
+
+    warmup_epochs: float = 0.0
+
+
+@dataclass(frozen=True)
+class Plateau:
+    """Shrink the rate, and in the end stop, when the validation error no longer falls."""
+
+    factor: float
+    patience: int
+    minimum_rate: float
+    stop_after: int
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """How to train; the module's docstring explains the fields."""
+
+    name: str
+    seed: int
+    batch_size: int
+    epochs: int
+    learning_rate: float
+    gradient_norm: float | None = None
+    weight_average: float | None = None
+    cosine: Cosine | None = None
+    plateau: Plateau | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("batch_size", "epochs", "learning_rate"):
+            if not getattr(self, name) > 0:
+                raise ValueError(f"Expected {name} above zero. Received: {name}={getattr(self, name)!r}")
+        if self.weight_average is not None and not 0.0 <= self.weight_average < 1.0:
+            raise ValueError(f"Expected weight_average in [0, 1). Received: weight_average={self.weight_average!r}")
+        if self.cosine and self.plateau:
+            raise ValueError("Expected at most one of [cosine] and [plateau]. Received: both")
+
+    @classmethod
+    def load(cls, source: str | Path) -> Recipe:
+        """Read a recipe of this package by name, such as `"swift"`, or any TOML file by path.
+
+        Raises:
+            FileNotFoundError: neither a recipe's name nor a file.
+            ValueError: not a recipe; the message names what is wrong.
+        """
+        packaged = {file.name.removesuffix(".toml"): file for file in _packaged_recipes()}
+        file = packaged.get(str(source), Path(source))
+        if not file.is_file():
+            raise FileNotFoundError(f"Expected a recipe ({', '.join(sorted(packaged))}) or a file. Received: {source}")
+        try:
+            content = tomllib.loads(file.read_text(encoding="utf-8"))
+            for key, kind in (("cosine", Cosine), ("plateau", Plateau)):
+                if key in content:
+                    content[key] = kind(**content[key])
+            return cls(**content)
+        except (tomllib.TOMLDecodeError, TypeError) as error:
+            raise ValueError(f"Not a training recipe: {error}. Received: {source}") from error
+
+    def with_overrides(self, **overrides: Any) -> Recipe:
+        """Return a copy with some fields replaced; `None` leaves a field as it is."""
+        return replace(self, **{name: value for name, value in overrides.items() if value is not None})
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the fields that are set, tables as dictionaries."""
+        return {name: value for name, value in asdict(self).items() if value is not None}
+
+    def to_toml(self) -> str:
+        """Return the recipe as TOML, readable by `load`."""
+        scalars = [f"{name} = {_toml(value)}" for name, value in self.as_dict().items() if not isinstance(value, dict)]
+        tables = [
+            "\n".join([f"\n[{name}]", *(f"{key} = {_toml(value)}" for key, value in table.items())])
+            for name, table in self.as_dict().items()
+            if isinstance(table, dict)
+        ]
+        return "\n".join([*scalars, *tables]) + "\n"
+
+
+def _packaged_recipes() -> list[Any]:
+    folder = resources.files("surrogate") / "recipes"
+    return [file for file in folder.iterdir() if file.name.endswith(".toml")]
+
+
+def _toml(value: float | str) -> str:
+    return f'"{value}"' if isinstance(value, str) else repr(value)

@@ -1,0 +1,264 @@
+"""One training run from data set file to published model directory.
+
+A model directory holds:
+
+    model.weights.h5    the weights, readable under every backend
+    scaling.json        the training set's statistics and ranges
+    split.json          seed, and the trajectory indices of training, validation and test
+    history.csv         one row per epoch, seconds accumulated
+    metrics.json        errors on validation and test, summarised
+    test_errors.csv     errors of every test trajectory
+    recipe.toml         how it was trained
+    run.json            versions, seconds, backend, seed, command, digest of the data set
+"""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import json
+import shutil
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import keras
+import numpy as np
+
+from surrogate.architectures import build
+from surrogate.backend import has_fused_lstm, versions
+from surrogate.checkpoint import Progress
+from surrogate.dataset import Split, TrajectoryDataset
+from surrogate.features import channels, edge_from_counts
+from surrogate.metrics import summary, trajectory_errors
+from surrogate.predictor import Surrogate
+from surrogate.recipe import Recipe
+from surrogate.scaling import Scaling
+from surrogate.training import EpochReport, Examples, predict_scaled, train
+
+RUN_FORMAT = "viscoelastic-contact-surrogate"
+
+
+@dataclass(frozen=True)
+class Run:
+    """What is trained on what.
+
+    Args:
+        architecture: One of the eighteen names.
+        dataset: The data set that holds validation and test trajectories.
+        split: Its division.
+        recipe: How to train.
+        features: The feature set.
+        extra: A second data set whose trajectories all join the training part, but for protocols held out.
+        label: The name to publish under; the architecture's by default.
+    """
+
+    architecture: str
+    dataset: TrajectoryDataset
+    split: Split
+    recipe: Recipe
+    features: str = "D"
+    extra: TrajectoryDataset | None = None
+    label: str = ""
+
+    @property
+    def name(self) -> str:
+        """The name to publish under."""
+        return self.label or self.architecture
+
+    @property
+    def fingerprint(self) -> str:
+        """Everything that decides the result, in one line."""
+        parts = [self.split.train, self.split.validation, self.split.test]
+        digest = hashlib.sha256(b"".join(part.astype(np.int64).tobytes() for part in parts)).hexdigest()
+        content = {
+            "architecture": self.architecture,
+            "features": self.features,
+            "dataset": self.dataset.sha256,
+            "split": digest,
+            "extra": self.extra.sha256 if self.extra else None,
+            "recipe": self.recipe.as_dict(),
+            "backend": keras.backend.backend(),
+        }
+        return json.dumps(content, sort_keys=True)
+
+
+def physical_channels(dataset: TrajectoryDataset, indices: np.ndarray, features: str) -> np.ndarray:
+    """Return the unscaled channels of some trajectories, of shape `(batch, steps, channels)`."""
+    times, indentations = dataset.grid(indices)
+    return channels(times, indentations, edge_from_counts(dataset.counts, len(indices)), features)
+
+
+def scaled_examples(dataset: TrajectoryDataset, indices: np.ndarray, scaling: Scaling) -> Examples:
+    """Return what a model trains on or is tested with."""
+    return Examples(
+        sequence=scaling.scale_channels(physical_channels(dataset, indices, scaling.features)),
+        tabor=scaling.scale_tabor(dataset.protocols["tabor"][indices]),
+        force=scaling.scale_force(dataset.force[indices])[..., np.newaxis].astype(np.float32),
+    )
+
+
+def fit_scaling(run: Run) -> Scaling:
+    """Take the statistics of the run's training trajectories, the extra ones included."""
+    sources = [(run.dataset, run.split.train)]
+    if run.extra:
+        sources.append((run.extra, extra_indices(run)))
+    protocols = [dataset.protocols_of(indices) for dataset, indices in sources]
+    merged = {name: np.concatenate([part[name] for part in protocols]) for name in protocols[0]}
+    return Scaling.fit(
+        np.concatenate([physical_channels(dataset, indices, run.features) for dataset, indices in sources]),
+        tabor=merged["tabor"],
+        force=np.concatenate([dataset.force[indices] for dataset, indices in sources]),
+        features=run.features,
+        protocols=merged,
+        dataset_sha256=run.dataset.sha256,
+    )
+
+
+def extra_indices(run: Run) -> np.ndarray:
+    """Return the completed trajectories of the extra data set whose protocols the run does not hold out."""
+    held_out = run.dataset.protocols_of(np.concatenate([run.split.validation, run.split.test]))
+    forbidden = set(zip(*(held_out[name].tolist() for name in held_out), strict=True))
+    completed = run.extra.completed
+    offered = run.extra.protocols_of(completed)
+    rows = zip(*(offered[name].tolist() for name in held_out), strict=True)
+    return completed[np.array([row not in forbidden for row in rows], dtype=bool)]
+
+
+def execute(
+    run: Run,
+    folder: Path,
+    *,
+    should_stop: Callable[[], bool] = lambda: False,
+    report: Callable[[EpochReport], None] = lambda _: None,
+    log: Callable[[str], None] = lambda _: None,
+    command: str = "",
+) -> Progress:
+    """Train in `folder`, resuming what is there; when finished, leave a complete model directory in `folder/model`."""
+    keras.config.set_floatx("float32")
+    keras.utils.set_random_seed(run.recipe.seed)
+    folder.mkdir(parents=True, exist_ok=True)
+    model = build(run.architecture, features=run.features)
+    if any(isinstance(layer, keras.layers.LSTM) for layer in model.layers) and not has_fused_lstm():
+        log(f"The {keras.backend.backend()} backend has no fused LSTM here; it runs step by step")
+
+    scaling = fit_scaling(run)
+    training = scaled_examples(run.dataset, run.split.train, scaling)
+    if run.extra:
+        more = scaled_examples(run.extra, extra_indices(run), scaling)
+        pairs = zip(vars(training).values(), vars(more).values(), strict=True)
+        training = Examples(*(np.concatenate(pair) for pair in pairs))
+    progress = train(
+        model,
+        training,
+        scaled_examples(run.dataset, run.split.validation, scaling),
+        recipe=run.recipe,
+        folder=folder,
+        fingerprint=run.fingerprint,
+        should_stop=should_stop,
+        report=report,
+    )
+    if progress.finished:
+        _write_model(run, folder, model, scaling, progress, examples=len(training), command=command)
+    return progress
+
+
+def evaluate(
+    model: keras.Model, scaling: Scaling, dataset: TrajectoryDataset, indices: np.ndarray
+) -> dict[str, np.ndarray]:
+    """Return the errors of every given trajectory; see `surrogate.metrics.trajectory_errors`."""
+    times, indentations = dataset.grid(indices)
+    examples = scaled_examples(dataset, indices, scaling)
+    predicted = predict_scaled(model, examples.sequence, examples.tabor).astype(np.float64)
+    return trajectory_errors(
+        scaling.unscale_force(predicted),
+        dataset.force[indices],
+        predicted_scaled=predicted,
+        reference_scaled=scaling.scale_force(dataset.force[indices]),
+        times=times,
+        indentations=indentations,
+        unloading_from=dataset.counts[0] + dataset.counts[1] - 1,
+        native_pull_off_force=dataset.scalars["pull_off_force"][indices],
+    )
+
+
+def evaluate_published(
+    trained: Surrogate, folder: Path, dataset_path: Path
+) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """Return the test indices of a model directory and the model's errors there.
+
+    Raises:
+        ValueError: the data set is not the one the model was trained on.
+    """
+    dataset = TrajectoryDataset.load(dataset_path)
+    if dataset.sha256 != trained.scaling.dataset_sha256:
+        raise ValueError(
+            f"Expected the data set {trained.scaling.dataset_sha256[:12]} that {trained.name} was trained on. "
+            f"Received: {dataset_path} ({dataset.sha256[:12]})"
+        )
+    indices = Split.load(folder / "split.json").test
+    return indices, evaluate(trained.model, trained.scaling, dataset, indices)
+
+
+def publish(folder: Path, destination: Path) -> None:
+    """Copy a finished run's model directory to where `surrogate.load` looks, replacing what is there."""
+    arriving = destination.with_name(destination.name + ".part")
+    shutil.rmtree(arriving, ignore_errors=True)
+    shutil.copytree(folder / "model", arriving)
+    shutil.rmtree(destination, ignore_errors=True)
+    arriving.replace(destination)
+
+
+def _write_model(
+    run: Run, folder: Path, model: keras.Model, scaling: Scaling, progress: Progress, *, examples: int, command: str
+) -> None:
+    target = folder / "model"
+    target.mkdir(exist_ok=True)
+    # A fresh build carries no optimizer, whose state Keras would write beside the weights.
+    bare = build(run.architecture, features=run.features)
+    bare.set_weights([keras.ops.convert_to_numpy(variable) for variable in model.weights])
+    bare.save_weights(target / "model.weights.h5")
+    scaling.save(target / "scaling.json")
+    run.split.save(target / "split.json")
+    shutil.copyfile(folder / "history.csv", target / "history.csv")
+    (target / "recipe.toml").write_text(run.recipe.to_toml(), encoding="utf-8")
+
+    parts = {"validation": run.split.validation, "test": run.split.test}
+    errors = {part: evaluate(model, scaling, run.dataset, indices) for part, indices in parts.items()}
+    write_errors(target / "test_errors.csv", run.split.test, errors["test"])
+    cost = {"epochs": progress.epoch, "best_epoch": progress.best_epoch}
+    cost |= {"seconds": progress.seconds, "cpu_seconds": progress.cpu_seconds}
+    _write_json(
+        target / "metrics.json",
+        {"parameters": model.count_params(), **cost, **{part: summary(values) for part, values in errors.items()}},
+    )
+    content = {
+        "format": RUN_FORMAT,
+        "format_version": 1,
+        "name": run.name,
+        "architecture": run.architecture,
+        "features": run.features,
+        "command": command,
+        "backend": keras.backend.backend(),
+        "fused_lstm": has_fused_lstm(),
+        "versions": versions(),
+        "seed": run.recipe.seed,
+        "training_trajectories": examples,
+        **cost,
+        "dataset_sha256": run.dataset.sha256,
+        "extra_dataset_sha256": run.extra.sha256 if run.extra else None,
+    }
+    _write_json(target / "run.json", content)
+
+
+def write_errors(path: Path, indices: np.ndarray, errors: dict[str, np.ndarray]) -> None:
+    """Write one row of errors per trajectory."""
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(["trajectory", *errors])
+        for row, index in enumerate(indices):
+            writer.writerow([int(index), *(f"{values[row]:.7g}" for values in errors.values())])
+
+
+def _write_json(path: Path, content: dict) -> None:
+    path.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
