@@ -1,0 +1,82 @@
+"""A small data set file with closed-form forces: test data only, no contact mechanics in it."""
+
+import os
+
+os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
+os.environ.setdefault("TF_NUM_INTRAOP_THREADS", "1")
+
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+from bem.measurement import measurement_grid
+
+COUNTS = (50, 20, 50)
+
+
+def write_dataset(path: Path, count: int, seed: int = 0) -> Path:
+    rng = np.random.default_rng(seed)
+    protocols = {
+        "tabor": np.exp(rng.uniform(np.log(0.2), np.log(3.2), count)),
+        "peak_indentation": np.exp(rng.uniform(np.log(2.0), np.log(100.0), count)),
+        "loading_rate": np.exp(rng.uniform(np.log(0.1), np.log(1e3), count)),
+        "dwell_time": np.exp(rng.uniform(np.log(1e-3), np.log(3.0), count)),
+        "unloading_rate": np.exp(rng.uniform(np.log(0.1), np.log(1e3), count)),
+    }
+    _, indentations = measurement_grid(**protocols, counts=COUNTS)
+    start = indentations[:, :1]
+    progress = (indentations - start) / (indentations.max(axis=1, keepdims=True) - start)
+    unloading = np.arange(sum(COUNTS)) >= COUNTS[0] + COUNTS[1]
+    bump = 3.0 * protocols["tabor"][:, None] * np.exp(-(((progress - 0.2) / 0.1) ** 2)) * unloading
+    force = 1.0 + bump - np.clip(indentations, 0.0, None) ** 1.5
+    native = force[:, COUNTS[0] + COUNTS[1] - 1 :].max(axis=1) * 1.01
+    with h5py.File(path, "w") as file:
+        file.attrs.update(
+            format="viscoelastic-contact-dataset", format_version=1, design="test", seed=seed, accuracy="test"
+        )
+        for name, values in protocols.items():
+            file[f"protocols/{name}"] = values
+        file["fms/force"] = force.astype(np.float32)
+        file["fms"].attrs["counts"] = COUNTS
+        for name in ("pull_off_time", "hysteresis", "max_compression", "end_force"):
+            file[f"scalars/{name}"] = np.ones(count)
+        file["scalars/pull_off_force"] = native
+        file["status"] = np.zeros(count, dtype=np.uint8)
+    return path
+
+
+@pytest.fixture(scope="session")
+def dataset_path(tmp_path_factory):
+    return write_dataset(tmp_path_factory.mktemp("data") / "dataset.h5", 60)
+
+
+@pytest.fixture(scope="session")
+def dataset(dataset_path):
+    from surrogate.dataset import TrajectoryDataset
+
+    return TrajectoryDataset.load(dataset_path)
+
+
+@pytest.fixture(scope="session")
+def grid(dataset):
+    return dataset.grid(np.arange(len(dataset)))
+
+
+@pytest.fixture
+def tiny(monkeypatch):
+    """Stand a model of a few weights, with dropout, in for the LSTM of M1-concat, to keep training tests quick."""
+    import keras
+
+    from surrogate.architectures import common
+    from surrogate.layers import AppendTabor, ResidualTCNBlock
+
+    def build(name, features="D"):
+        sequence, tabor = common.inputs(features)
+        hidden = ResidualTCNBlock(4, name="block")(AppendTabor(name="append")(sequence, tabor))
+        return keras.Model([sequence, tabor], keras.layers.Dense(1, name="force")(hidden), name=name)
+
+    for module in ("surrogate.runs", "surrogate.predictor"):
+        monkeypatch.setattr(f"{module}.build", build)
+    return build

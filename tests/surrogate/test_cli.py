@@ -1,0 +1,109 @@
+import json
+import subprocess
+import sys
+
+import pytest
+from typer.testing import CliRunner
+
+from surrogate import cli
+from surrogate.queue import STOPPED, run_queue, standing
+
+runner = CliRunner()
+
+FAST = 'name = "fast"\nseed = 0\nbatch_size = 24\nepochs = 2\nlearning_rate = 1e-3\n'
+
+
+@pytest.fixture
+def options(dataset_path, tmp_path):
+    (tmp_path / "fast.toml").write_text(FAST)
+    pairs = {"recipe": tmp_path / "fast.toml", "dataset": dataset_path, "runs": tmp_path / "runs"}
+    flags = [[f"--{name}", str(value)] for name, value in (pairs | {"models": tmp_path / "models"}).items()]
+    return [word for flag in flags for word in flag]
+
+
+@pytest.fixture(autouse=True)
+def default_signals(monkeypatch):
+    monkeypatch.setattr("surrogate.queue.signal.signal", lambda *_: None)
+
+
+def test_list_names_all():
+    result = runner.invoke(cli.app, ["list"])
+    assert result.exit_code == 0
+    assert len(result.output.splitlines()) == 18
+    assert "473,729 parameters (paper)" in result.output
+
+
+def test_train_then_evaluate(tiny, options, tmp_path):
+    result = runner.invoke(cli.app, ["train", "M1-concat", *options])
+    assert result.exit_code == 0, result.output
+    assert "epoch 2/2" in result.output
+    run = json.loads((tmp_path / "models" / "M1-concat" / "run.json").read_text())
+    assert run["command"].startswith("surrogate ")
+
+    errors = tmp_path / "errors.csv"
+    result = runner.invoke(cli.app, ["evaluate", "M1-concat", *options[2:4], *options[6:], "--errors", str(errors)])
+    assert result.exit_code == 0, result.output
+    assert "hysteresis_percent" in result.output
+    assert errors.read_bytes() == (tmp_path / "models" / "M1-concat" / "test_errors.csv").read_bytes()
+
+
+def test_stop_file_ends_after_the_epoch_and_the_same_command_resumes(tiny, options, tmp_path):
+    (tmp_path / "runs").mkdir()
+    (tmp_path / "runs" / "STOP").touch()
+    result = runner.invoke(cli.app, ["train", "M1-concat", *options])
+    assert result.exit_code == STOPPED
+    assert "stopped after epoch 1" in result.output
+    assert "epoch 1, validation MSE" in standing(tmp_path / "runs" / "M1-concat" / "history.csv")
+    (tmp_path / "runs" / "STOP").unlink()
+    assert runner.invoke(cli.app, ["train", "M1-concat", *options]).exit_code == 0
+
+
+def test_queue_runs_what_is_missing_and_reports_failures(options, tmp_path, monkeypatch):
+    asked = {}
+
+    def fake_queue(waiting, command, **_):
+        asked.update({name: command(name) for name in waiting})
+        return dict.fromkeys(waiting, 0)
+
+    monkeypatch.setattr(cli, "run_queue", fake_queue)
+    published = tmp_path / "models" / "M1-FiLM"
+    published.mkdir(parents=True)
+    (published / "run.json").touch()
+    result = runner.invoke(cli.app, ["train-all", *options, "--epochs", "7"])
+    assert result.exit_code == 0, result.output
+    assert len(asked) == 17
+    assert "M1-FiLM" not in asked
+    assert asked["M1-concat"][:2] == ["train", "M1-concat"]
+    assert " --epochs 7 --threads 1" in " ".join(asked["M1-concat"])
+
+
+def test_queue_processes(tmp_path):
+    lines = []
+    ended = run_queue(
+        ["unknown-1", "unknown-2", "unknown-3"],
+        lambda name: ["train", name],
+        folder=tmp_path,
+        jobs=3,
+        log=lines.append,
+        poll_seconds=0.05,
+    )
+    assert ended == {"unknown-1": 2, "unknown-2": 2, "unknown-3": 2}
+    assert "M6-gated" in (tmp_path / "unknown-2" / "log.txt").read_text()
+    assert sum("failed" in line for line in lines) == 3
+    (tmp_path / "STOP").touch()
+    assert run_queue(["x"], lambda name: [name], folder=tmp_path, jobs=1, log=lines.append) == {}
+
+
+def test_mistakes_end_in_one_line():
+    result = subprocess.run(
+        [sys.executable, "-m", "surrogate", "train", "M9-concat"], capture_output=True, text=True, check=False
+    )
+    assert result.returncode == 2
+    assert result.stderr.startswith("surrogate: Unknown model name")
+    assert "Traceback" not in result.stderr
+
+
+def test_import_is_light():
+    code = "import sys, surrogate, surrogate.cli; surrogate.names(); print('keras' in sys.modules)"
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert result.stdout.strip() == "False"

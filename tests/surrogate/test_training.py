@@ -1,0 +1,180 @@
+import csv
+import json
+import os
+import subprocess
+import sys
+import textwrap
+import warnings
+
+import keras
+import numpy as np
+import pytest
+
+import surrogate
+from surrogate.checkpoint import HISTORY_COLUMNS
+from surrogate.predictor import ExtrapolationWarning, Surrogate
+from surrogate.recipe import Recipe
+from surrogate.runs import Run, execute, publish
+
+COSINE = "weight_average = 0.5\ngradient_norm = 1.0\n[cosine]\nwarmup_epochs = 1\n"
+PLATEAU = "[plateau]\nfactor = 0.5\npatience = 1\nminimum_rate = 1e-3\nstop_after = 3\n"
+
+
+def recipe(tmp_path, table=COSINE, epochs=4, rate=1e-2):
+    path = tmp_path / "recipe.toml"
+    path.write_text(f'name = "test"\nseed = 3\nbatch_size = 20\nepochs = {epochs}\nlearning_rate = {rate}\n{table}')
+    return Recipe.load(path)
+
+
+def weights(folder):
+    with np.load(folder / "checkpoint.npz") as stored:
+        return {name: stored[name] for name in stored.files if name != "state"}
+
+
+def history(folder):
+    with (folder / "history.csv").open() as file:
+        return [{k: float(v) for k, v in row.items() if "seconds" not in k} for row in csv.DictReader(file)]
+
+
+class StopAfter:
+    def __init__(self, epochs):
+        self.left = epochs
+
+    def __call__(self):
+        self.left -= 1
+        return self.left == 0
+
+
+@pytest.mark.parametrize("table", [COSINE, PLATEAU], ids=["cosine", "plateau"])
+def test_interrupted_and_undisturbed_runs_agree(tiny, dataset, tmp_path, table):
+    # A rate this large makes the plateau rule act within a few epochs.
+    chosen = recipe(tmp_path, table) if table == COSINE else recipe(tmp_path, table, epochs=6, rate=3.0)
+    run = Run("M1-concat", dataset, dataset.split(), chosen)
+    whole, again, parts = tmp_path / "whole", tmp_path / "again", tmp_path / "parts"
+    assert execute(run, whole).finished
+    execute(run, again)
+    if table == PLATEAU:
+        assert history(whole)[-1]["learning_rate"] < 0.6 * chosen.learning_rate
+    stopped = execute(run, parts, should_stop=StopAfter(1))
+    assert (stopped.finished, stopped.epoch) == (False, 1)
+    assert not (parts / "model").exists()
+    execute(run, parts, should_stop=StopAfter(1))
+    assert execute(run, parts).finished
+
+    reference = weights(whole)
+    for other in (again, parts):
+        assert history(other) == history(whole)
+        for name, value in weights(other).items():
+            np.testing.assert_array_equal(value, reference[name], err_msg=name)
+
+
+def test_training_learns_and_a_finished_run_is_complete(tiny, dataset, tmp_path):
+    run = Run("M1-concat", dataset, dataset.split(), recipe(tmp_path, epochs=12))
+    seen = []
+    progress = execute(run, tmp_path / "run", report=seen.append, command="surrogate train M1-concat")
+    assert [epoch.row["epoch"] for epoch in seen] == list(range(1, 13))
+    assert seen[-1].seconds_left == 0
+    assert set(seen[0].row) == set(HISTORY_COLUMNS)
+    assert seen[-1].row["train_mse"] < 0.5 * seen[0].row["train_mse"]
+    assert seen[-1].row["learning_rate"] < 1e-4
+
+    publish(tmp_path / "run", tmp_path / "models" / "M1-concat")
+    folder = tmp_path / "models" / "M1-concat"
+    assert {path.name for path in folder.iterdir()} == {
+        "model.weights.h5",
+        "scaling.json",
+        "split.json",
+        "history.csv",
+        "metrics.json",
+        "test_errors.csv",
+        "recipe.toml",
+        "run.json",
+    }
+    written = json.loads((folder / "run.json").read_text())
+    assert written["dataset_sha256"] == dataset.sha256
+    assert written["versions"]["keras"] == keras.__version__
+    assert (written["seed"], written["epochs"], written["backend"]) == (3, 12, keras.backend.backend())
+    assert Recipe.load(folder / "recipe.toml") == run.recipe
+    metrics = json.loads((folder / "metrics.json").read_text())
+    assert metrics["validation"]["mse"]["mean"] == pytest.approx(progress.best_mse, rel=1e-4)
+    loaded = Surrogate.load(folder)
+    times, indentations = dataset.grid(run.split.test)
+    # Held-out protocols of so small a set leave its training ranges.
+    warnings.simplefilter("ignore", ExtrapolationWarning)
+    force = loaded.predict(times, indentations, tabor=dataset.protocols["tabor"][run.split.test])
+    error = np.mean(
+        (loaded.scaling.scale_force(force) - loaded.scaling.scale_force(dataset.force[run.split.test])) ** 2
+    )
+    assert metrics["test"]["mse"]["mean"] == pytest.approx(error, rel=1e-4)
+
+
+def test_checkpoint_of_another_run_is_refused(tiny, dataset, tmp_path):
+    run = Run("M1-concat", dataset, dataset.split(), recipe(tmp_path))
+    execute(run, tmp_path / "run", should_stop=StopAfter(1))
+    other = Run("M1-concat", dataset, dataset.split(seed=1), run.recipe)
+    with pytest.raises(ValueError, match="checkpoint of this very run"):
+        execute(other, tmp_path / "run")
+
+
+def test_extra_trajectories_join_training_but_held_out_protocols_do_not(tiny, dataset, tmp_path):
+    run = Run("M1-concat", dataset, dataset.split(), recipe(tmp_path, epochs=1), extra=dataset, label="large")
+    execute(run, tmp_path / "run")
+    written = json.loads((tmp_path / "run" / "model" / "run.json").read_text())
+    assert (written["name"], written["architecture"]) == ("large", "M1-concat")
+    assert written["training_trajectories"] == 48 + 48
+
+
+def test_divergence_is_reported(tiny, dataset, tmp_path):
+    run = Run("M1-concat", dataset, dataset.split(), recipe(tmp_path, table="", rate=1e30))
+    with pytest.raises(FloatingPointError, match="diverged"):
+        execute(run, tmp_path / "run")
+
+
+def test_packaged_recipes():
+    paper, swift = Recipe.load("paper"), Recipe.load("swift")
+    assert (paper.batch_size, paper.learning_rate, paper.epochs, paper.plateau.stop_after) == (8, 1e-4, 2000, 30)
+    assert (swift.batch_size, swift.learning_rate, swift.epochs) == (32, 1.5e-3, 110)
+    assert swift.with_overrides(epochs=3, seed=None).epochs == 3
+
+
+def test_bad_recipes(tmp_path):
+    with pytest.raises(FileNotFoundError, match="paper, swift"):
+        Recipe.load("slow")
+    path = tmp_path / "bad.toml"
+    path.write_text("patience = 3")
+    with pytest.raises(ValueError, match="patience"):
+        Recipe.load(path)
+    with pytest.raises(ValueError, match="epochs=0"):
+        Recipe.load("swift").with_overrides(epochs=0)
+
+
+OTHER_BACKEND = """
+import sys
+import keras, numpy as np
+import surrogate
+
+folder, steps = sys.argv[1], int(sys.argv[2])
+data = np.load(folder + "/data.npz")
+model = surrogate.build("M3-FiLM")
+model.load_weights(folder + "/start.weights.h5")
+model.compile(optimizer=keras.optimizers.Adam(1e-3, global_clipnorm=1.0), loss="mse", jit_compile=False)
+for _ in range(steps):
+    model.train_on_batch([data["x"], data["z"]], data["y"])
+np.save(folder + "/" + keras.backend.backend() + ".npy", np.asarray(model.predict_on_batch([data["x"], data["z"]])))
+"""
+
+
+@pytest.mark.parametrize("backend", ["torch", "jax"])
+def test_two_steps_under_another_backend(backend, tmp_path):
+    pytest.importorskip(backend)
+    rng = np.random.default_rng(0)
+    arrays = {"x": rng.normal(size=(4, 20, 4)), "z": rng.normal(size=(4, 1)), "y": rng.normal(size=(4, 20, 1))}
+    np.savez(tmp_path / "data.npz", **{name: array.astype("float32") for name, array in arrays.items()})
+    surrogate.build("M3-FiLM").save_weights(tmp_path / "start.weights.h5")
+    for name in (backend, "tensorflow"):
+        subprocess.run(
+            [sys.executable, "-c", textwrap.dedent(OTHER_BACKEND), str(tmp_path), "2"],
+            env={**os.environ, "KERAS_BACKEND": name},
+            check=True,
+        )
+    np.testing.assert_allclose(np.load(tmp_path / f"{backend}.npy"), np.load(tmp_path / "tensorflow.npy"), atol=1e-5)
