@@ -21,7 +21,7 @@ STOPPED = 75
 
 
 class StopRequest:
-    """Notices SIGTERM, SIGINT and a stop file; ask it by calling it.
+    """Notices SIGTERM, SIGINT and a stop file; ask it by calling it. The same signal again ends the process at once.
 
     Args:
         folder: A file called `STOP` in this directory asks to stop.
@@ -37,8 +37,9 @@ class StopRequest:
         """Tell whether a stop has been asked for."""
         return self.signalled or self.file.exists()
 
-    def _notice(self, _number: int, _frame: FrameType | None) -> None:
+    def _notice(self, number: int, _frame: FrameType | None) -> None:
         self.signalled = True
+        signal.signal(number, signal.SIG_DFL)
 
 
 def run_queue(
@@ -68,6 +69,7 @@ def run_queue(
     should_stop = StopRequest(folder)
     queue, running, ended = list(waiting), {}, {}
     last_status = time.monotonic()
+    told_to_stop = False
     while running or (queue and not should_stop()):
         while queue and len(running) < jobs and not should_stop():
             name = queue.pop(0)
@@ -77,14 +79,15 @@ def run_queue(
                     [sys.executable, "-m", "surrogate", *command(name)], stdout=output, stderr=subprocess.STDOUT
                 )
             log(f"{name}: started, {len(queue)} waiting")
-        if should_stop():
+        if should_stop() and not told_to_stop:
+            told_to_stop = True
             for process in running.values():
                 process.terminate()
         time.sleep(poll_seconds)
         for name in [name for name, process in running.items() if process.poll() is not None]:
             ended[name] = running.pop(name).returncode
-            outcome = {0: "done", STOPPED: "stopped, resumable"}.get(ended[name])
-            log(f"{name}: {outcome or f'failed, see {folder / name}/log.txt'}")
+            outcome = {0: "done", STOPPED: "stopped, to be resumed"}.get(ended[name])
+            log(f"{name}: {outcome or f'failed with status {ended[name]}, see {folder / name}/log.txt'}")
         if time.monotonic() - last_status >= status_seconds:
             last_status = time.monotonic()
             for name in running:

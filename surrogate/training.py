@@ -167,7 +167,7 @@ def _compile(model: keras.Model, recipe: Recipe, steps: int) -> None:
         rate,
         global_clipnorm=recipe.gradient_norm,
         use_ema=recipe.weight_average is not None,
-        ema_momentum=recipe.weight_average if recipe.weight_average is not None else 0.0,
+        ema_momentum=max(0.0, 1.0 - 1.0 / ((recipe.weight_average or 1.0) * recipe.epochs * steps)),
     )
     optimizer.build(model.trainable_variables)
     # XLA is what makes JAX fast; on TensorFlow's CPU it makes an LSTM four times slower.

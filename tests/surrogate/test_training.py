@@ -144,6 +144,8 @@ def test_bad_recipes(tmp_path):
     path.write_text("patience = 3")
     with pytest.raises(ValueError, match="patience"):
         Recipe.load(path)
+    with pytest.raises(ValueError, match="weight_average=2"):
+        Recipe.load("swift").with_overrides(weight_average=2)
     with pytest.raises(ValueError, match="epochs=0"):
         Recipe.load("swift").with_overrides(epochs=0)
 
