@@ -163,9 +163,9 @@ def evaluate(
     quiet_backend()
     if threads is not None:
         limit_threads(threads)
+    from surrogate.evaluation import evaluate_published, write_errors
     from surrogate.metrics import summary
     from surrogate.predictor import Surrogate
-    from surrogate.runs import evaluate_published, write_errors
 
     trained = Surrogate.load(name, root=models)
     folder = Path(name) if Path(name).is_dir() else models / name

@@ -14,7 +14,6 @@ A model directory holds:
 
 from __future__ import annotations
 
-import csv
 import hashlib
 import json
 import shutil
@@ -29,12 +28,11 @@ from surrogate.architectures import build
 from surrogate.backend import has_fused_lstm, versions
 from surrogate.checkpoint import Progress
 from surrogate.dataset import Split, TrajectoryDataset
-from surrogate.features import channels, edge_from_counts
-from surrogate.metrics import summary, trajectory_errors
-from surrogate.predictor import Surrogate
+from surrogate.evaluation import evaluate, physical_channels, scaled_examples, write_errors
+from surrogate.metrics import summary
 from surrogate.recipe import Recipe
 from surrogate.scaling import Scaling
-from surrogate.training import EpochReport, Examples, predict_scaled, train
+from surrogate.training import EpochReport, Examples, train
 
 RUN_FORMAT = "viscoelastic-contact-surrogate"
 
@@ -81,21 +79,6 @@ class Run:
             "backend": keras.backend.backend(),
         }
         return json.dumps(content, sort_keys=True)
-
-
-def physical_channels(dataset: TrajectoryDataset, indices: np.ndarray, features: str) -> np.ndarray:
-    """Return the unscaled channels of some trajectories, of shape `(batch, steps, channels)`."""
-    times, indentations = dataset.grid(indices)
-    return channels(times, indentations, edge_from_counts(dataset.counts, len(indices)), features)
-
-
-def scaled_examples(dataset: TrajectoryDataset, indices: np.ndarray, scaling: Scaling) -> Examples:
-    """Return what a model trains on or is tested with."""
-    return Examples(
-        sequence=scaling.scale_channels(physical_channels(dataset, indices, scaling.features)),
-        tabor=scaling.scale_tabor(dataset.protocols["tabor"][indices]),
-        force=scaling.scale_force(dataset.force[indices])[..., np.newaxis].astype(np.float32),
-    )
 
 
 def fit_scaling(run: Run) -> Scaling:
@@ -163,43 +146,6 @@ def execute(
     return progress
 
 
-def evaluate(
-    model: keras.Model, scaling: Scaling, dataset: TrajectoryDataset, indices: np.ndarray
-) -> dict[str, np.ndarray]:
-    """Return the errors of every given trajectory; see `surrogate.metrics.trajectory_errors`."""
-    times, indentations = dataset.grid(indices)
-    examples = scaled_examples(dataset, indices, scaling)
-    predicted = predict_scaled(model, examples.sequence, examples.tabor).astype(np.float64)
-    return trajectory_errors(
-        scaling.unscale_force(predicted),
-        dataset.force[indices],
-        predicted_scaled=predicted,
-        reference_scaled=scaling.scale_force(dataset.force[indices]),
-        times=times,
-        indentations=indentations,
-        unloading_from=dataset.counts[0] + dataset.counts[1] - 1,
-        native_pull_off_force=dataset.scalars["pull_off_force"][indices],
-    )
-
-
-def evaluate_published(
-    trained: Surrogate, folder: Path, dataset_path: Path
-) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-    """Return the test indices of a model directory and the model's errors there.
-
-    Raises:
-        ValueError: the data set is not the one the model was trained on.
-    """
-    dataset = TrajectoryDataset.load(dataset_path)
-    if dataset.sha256 != trained.scaling.dataset_sha256:
-        raise ValueError(
-            f"Expected the data set {trained.scaling.dataset_sha256[:12]} that {trained.name} was trained on. "
-            f"Received: {dataset_path} ({dataset.sha256[:12]})"
-        )
-    indices = Split.load(folder / "split.json").test
-    return indices, evaluate(trained.model, trained.scaling, dataset, indices)
-
-
 def publish(folder: Path, destination: Path) -> None:
     """Copy a finished run's model directory to where `surrogate.load` looks, replacing what is there."""
     arriving = destination.with_name(destination.name + ".part")
@@ -249,15 +195,6 @@ def _write_model(
         "extra_dataset_sha256": run.extra.sha256 if run.extra else None,
     }
     _write_json(target / "run.json", content)
-
-
-def write_errors(path: Path, indices: np.ndarray, errors: dict[str, np.ndarray]) -> None:
-    """Write one row of errors per trajectory."""
-    with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(["trajectory", *errors])
-        for row, index in enumerate(indices):
-            writer.writerow([int(index), *(f"{values[row]:.7g}" for values in errors.values())])
 
 
 def _write_json(path: Path, content: dict) -> None:

@@ -5,8 +5,9 @@ import numpy as np
 import pytest
 
 from surrogate.dataset import PROTOCOL_QUANTITIES, Split, TrajectoryDataset
+from surrogate.evaluation import scaled_examples
 from surrogate.recipe import Recipe
-from surrogate.runs import Run, fit_scaling, scaled_examples
+from surrogate.runs import Run, fit_scaling
 
 
 @pytest.fixture
