@@ -1,0 +1,68 @@
+"""How a target error becomes numbers of the discretisation.
+
+One knob, the target relative error, sets everything: spacing at the contact edge (second order), spacing elsewhere by the curvature of the
+traction, length of a time step (third order), residual of an equilibrium, extent of the mesh. The named accuracies are targets too.
+The constants were chosen by `make bench-solver`, which measures what they give.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from numbers import Real
+from typing import NamedTuple
+
+NAMED_TARGETS = {"draft": 6e-3, "standard": 1e-3, "reference": 6e-5}
+LOOSEST, TIGHTEST = 5e-2, 1e-5
+
+
+class Controls(NamedTuple):
+    """What the kernels need to know of an accuracy."""
+
+    edge_spacing: float  # spacing at the contact edge, in widths of the cohesive zone
+    curvature: float  # error of linear interpolation allowed between nodes, as a fraction of the traction scale
+    growth: float  # largest ratio of neighbouring spacings
+    widest: float  # largest spacing inside the contact, as a fraction of its radius
+    far_gap: float  # gap at which the mesh ends, in h0
+    prediction: float  # predictor minus corrector allowed in one step
+    residual: float  # error of the gap equation allowed in an equilibrium, in h0
+    fold_increment: float  # indentation step below which a failing step is taken for a fold, in h0
+    longest_step: float  # largest step as a fraction of its protocol segment
+
+
+@dataclass(frozen=True)
+class Accuracy:
+    """A target relative error of pull-off force, hysteresis and force history, and the controls that meet it."""
+
+    name: str
+    target: float
+
+    def controls(self) -> Controls:
+        """Discretisation for this target; spacing and step shrink with their orders of convergence."""
+        ratio = self.target / NAMED_TARGETS["standard"]
+        return Controls(
+            edge_spacing=0.10 * ratio**0.5,
+            curvature=4e-3 * ratio,
+            growth=1.0 + 0.2 * min(ratio, 4.0) ** 0.35,
+            widest=0.10 * min(ratio, 4.0) ** 0.35,
+            far_gap=20.0 * min(max(ratio, 0.02), 2.0) ** -0.3,
+            prediction=0.03 * ratio**0.75,
+            residual=min(2e-5 * ratio, 1e-4),
+            fold_increment=3e-4 * min(ratio, 1.0),
+            longest_step=min(0.1 * ratio**0.3, 0.2),
+        )
+
+
+def resolve_accuracy(accuracy: str | float) -> Accuracy:
+    """The accuracy a user asked for by name or by target relative error.
+
+    Raises:
+        ValueError: for an unknown name or a target outside [1e-5, 0.05].
+    """
+    if isinstance(accuracy, str) and accuracy in NAMED_TARGETS:
+        return Accuracy(accuracy, NAMED_TARGETS[accuracy])
+    if isinstance(accuracy, Real) and not isinstance(accuracy, bool) and TIGHTEST <= float(accuracy) <= LOOSEST:
+        return Accuracy(f"{float(accuracy):g}", float(accuracy))
+    names = ", ".join(repr(name) for name in NAMED_TARGETS)
+    raise ValueError(
+        f"accuracy must be {names} or a target relative error from {TIGHTEST:g} to {LOOSEST:g}; received {accuracy!r}"
+    )

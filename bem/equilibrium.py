@@ -1,0 +1,183 @@
+"""Equilibrium of the adhesive contact at one instant, by Newton-Raphson in mixed unknowns with a kept factorisation.
+
+The gap h (in h0) at every node satisfies
+
+    F(h) = h + a G sigma(h) - rhs = 0,        rhs = 1 - delta + mu r^2 / 2 - G sigma_remembered,
+
+where G carries the factor mu, sigma is the Lennard-Jones traction (positive in tension, in dgamma/(mu h0)) and a the response of the material over the step
+(`bem.memory`). Where surfaces press on each other the gap hardly moves and the traction does: there the unknown is the traction, elsewhere the
+gap. In these unknowns the Jacobian changes little from step to step, so its factorisation is kept until convergence slows. Far away, where the
+traction has no slope, nodes leave the linear system. A state is accepted on its residual only.
+Source: paper, Appendix "BEM discretisation details", Eqs. (LJdisc) to (uzdisc2).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from bem._jit import kernel
+from bem._lapack import lu_factor, lu_solve
+from bem.mesh import Mesh
+from bem.tractions import GAP_AT_PEAK, PEAK_TRACTION, slope, tail_force, traction
+
+PRESSED = 1.08  # below this gap (in h0) the traction is the unknown
+_LARGEST_TENSION = 0.9 * PEAK_TRACTION  # of a node whose unknown is the traction
+_MOST_ITERATIONS = 14
+_MOST_FACTORISATIONS = 8
+_SLOW = 0.5  # refactorise when the residual falls by less than this
+_NEGLIGIBLE_SLOPE = 0.01
+
+
+class Factor(NamedTuple):
+    """A kept factorisation of the Jacobian over the first nodes."""
+
+    matrix: np.ndarray  # (n, n)
+    pivots: np.ndarray  # (n,) int32
+    by_traction: np.ndarray  # (n,) bool: the unknown is the traction
+    order: np.ndarray  # (1,) int64: nodes in the linear system; 0 when there is no factorisation
+
+
+@kernel
+def new_factor(nodes: int) -> Factor:
+    """No factorisation yet, for a mesh of that many nodes."""
+    return Factor(
+        np.empty((nodes, nodes)),
+        np.empty(nodes, dtype=np.int32),
+        np.zeros(nodes, dtype=np.bool_),
+        np.zeros(1, dtype=np.int64),
+    )
+
+
+@kernel
+def tractions_of(gap: np.ndarray, tabor: float, out: np.ndarray) -> None:
+    """Traction of every node into `out`."""
+    for i in range(gap.size):
+        out[i] = tabor * traction(gap[i])
+
+
+@kernel
+def force_of(mesh: Mesh, tractions: np.ndarray, gap: np.ndarray) -> float:
+    """Force P in pi R dgamma, with the closed-form tail beyond the last node."""
+    return np.dot(mesh.force_weights, tractions) + tail_force(gap[gap.size - 1])
+
+
+@kernel
+def pressed_gap(scaled_traction: float, guess: float) -> float:
+    """Gap on the steep branch h < 3^(1/6) with Lennard-Jones traction `scaled_traction` (in dgamma/h0), from a nearby `guess`."""
+    c = 0.375 * scaled_traction
+    z = max(guess**-3.0, 0.65)
+    if c < -1.0:
+        z = max(z, np.cbrt(-c))
+    for _ in range(40):
+        change = (z - z * z * z - c) / (3.0 * z * z - 1.0)
+        z = max(z + change, 0.6)
+        if abs(change) <= 1e-14 * z:
+            break
+    return 1.0 / np.cbrt(z)
+
+
+@kernel
+def _nodes_with_slope(influence: np.ndarray, gap: np.ndarray, tabor: float, response: float) -> int:
+    """Number of inner nodes whose traction answers to the gap enough to enter the linear system."""
+    count = gap.size
+    while count > 3 and gap[count - 1] > 2.5:
+        strongest = response * tabor * abs(slope(gap[count - 1])) * np.max(influence[:, count - 1])
+        if strongest > _NEGLIGIBLE_SLOPE:
+            break
+        count -= 1
+    return count
+
+
+@kernel
+def _factorise(influence: np.ndarray, gap: np.ndarray, tabor: float, response: float, factor: Factor) -> None:
+    n = gap.size
+    order = _nodes_with_slope(influence, gap, tabor, response)
+    matrix = factor.matrix
+    column_factor = np.empty(order)
+    for j in range(order):
+        factor.by_traction[j] = gap[j] < PRESSED
+        column_factor[j] = response if factor.by_traction[j] else response * tabor * slope(gap[j])
+    for i in range(order):
+        for j in range(order):
+            matrix[i, j] = influence[i, j] * column_factor[j]
+        matrix[i, i] += 1.0 / (tabor * slope(gap[i])) if factor.by_traction[i] else 1.0
+    for j in range(order, n):
+        factor.by_traction[j] = False
+    lu_factor(matrix, order, factor.pivots)
+    factor.order[0] = order
+
+
+@kernel
+def _update(
+    gap: np.ndarray, tractions: np.ndarray, correction: np.ndarray, tabor: float, by_traction: np.ndarray
+) -> None:
+    """Subtract the correction from the unknowns, each kept on the branch of the law on which it was linearised."""
+    for j in range(gap.size):
+        if by_traction[j]:
+            wanted = (tractions[j] - correction[j]) / tabor
+            if wanted > _LARGEST_TENSION:
+                gap[j] = min(max(gap[j], 1.0) * 1.08, 1.15) if gap[j] < 1.1 else gap[j] * 1.05
+            elif gap[j] < 0.98 * GAP_AT_PEAK:
+                gap[j] = pressed_gap(wanted, gap[j])
+            else:
+                gap[j] *= 0.95
+        else:
+            gap[j] += min(max(-correction[j], -0.3 * gap[j]), 0.5 * gap[j])
+
+
+@kernel
+def solve_adhesive(
+    mesh: Mesh,
+    tabor: float,
+    rhs: np.ndarray,
+    response: float,
+    tolerance: float,
+    factor: Factor,
+    gap: np.ndarray,
+    tractions: np.ndarray,
+    counts: np.ndarray,
+) -> bool:
+    """Newton-Raphson from the predicted `gap` (n,), overwritten with `tractions` (n,) by the solution.
+
+    Args:
+        tolerance: largest residual allowed, in h0.
+        factor: kept factorisation, used first and refreshed when convergence is slow.
+        counts: iterations, factorisations and unknowns solved for are added to counts[0:3].
+
+    Returns:
+        whether the residual fell below the tolerance.
+    """
+    n = gap.size
+    residual, correction = np.empty(n), np.empty(n)
+    previous = np.inf
+    refreshed, fresh = 0, False
+    for iteration in range(_MOST_ITERATIONS + 1):
+        tractions_of(gap, tabor, tractions)
+        np.dot(mesh.influence, tractions, residual)
+        worst = 0.0
+        for i in range(n):
+            residual[i] = gap[i] + response * residual[i] - rhs[i]
+            worst = max(worst, abs(residual[i]))
+            if not abs(residual[i]) < 1e12:
+                return False
+        if worst < tolerance:
+            return True
+        if iteration == _MOST_ITERATIONS:
+            return False
+        if factor.order[0] == 0 or (worst > _SLOW * previous and not fresh):
+            if refreshed == _MOST_FACTORISATIONS:
+                return False
+            _factorise(mesh.influence, gap, tabor, response, factor)
+            refreshed += 1
+            counts[1] += 1
+            fresh = True
+        else:
+            fresh = False
+        previous = worst
+        order = factor.order[0]
+        correction[:] = residual
+        lu_solve(factor.matrix, order, factor.pivots, correction)
+        _update(gap, tractions, correction, tabor, factor.by_traction)
+        counts[0] += 1
+        counts[2] += order
+    return False

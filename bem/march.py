@@ -1,0 +1,326 @@
+"""Marching through a protocol: predict, solve, judge, accept; follow the edge with the mesh; jump where a branch ends.
+
+Each step solves one equilibrium at the new indentation with the remembered traction of the old ones. Its length follows from the difference of prediction
+and solution. A step that fails at the smallest useful length stands at a fold: the contact then settles on the next stable branch, and the trajectory
+records the jump. Times inside are counted from the start of each protocol segment, so that long dwells cost no digits.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from bem._jit import kernel
+from bem.accuracy import Controls
+from bem.cohesive_zone import contact_edge, edge_width
+from bem.equilibrium import force_of, new_factor, solve_adhesive
+from bem.folds import settle, smallest_eigenvalue
+from bem.hard_contact import hard_edge, solve_hard
+from bem.memory import advance, forget_rate, new_memory, remembered_traction, step_factors
+from bem.mesh import Grid, Mesh, choose_nodes, condense, prolong
+from bem.prediction import predict, prediction_error, push_recent, start_recent
+from bem.transfer import transfer
+
+COMPLETED, NO_EQUILIBRIUM, TOO_MANY_STEPS, UNPHYSICAL = 0, 1, 2, 3
+COUNTS = ("iterations", "factorisations", "unknowns", "steps", "rejections", "fold_solves", "remeshings", "nodes")
+_ITERATIONS, _FACTORISATIONS, _UNKNOWNS, _STEPS, _REJECTIONS, _FOLD_SOLVES, _REMESHINGS, _NODES = range(8)
+
+_STALE_AFTER = 8  # iterations in one step after which the kept factorisation is dropped
+_CHECK_MESH_EVERY = 40  # steps
+_JUMP_IN_FORCE, _JUMP_IN_WIDTHS = 0.02, 0.3
+
+
+class Problem(NamedTuple):
+    """One scene, discretised."""
+
+    tabor: float
+    hard: bool
+    strengths: np.ndarray  # (m,) of the material
+    times: np.ndarray  # (m,)
+    controls: Controls
+    grid: Grid
+    fixed_mesh: bool
+    force_scale: float  # below this the force counts as small, in pi R dgamma
+    least_force: float  # no history can be more compressive
+
+
+@kernel
+def _edge(problem: Problem, mesh: Mesh, gap: np.ndarray, tractions: np.ndarray) -> float:
+    return hard_edge(mesh.radii, tractions) if problem.hard else contact_edge(mesh.radii, gap)
+
+
+@kernel
+def _force(problem: Problem, mesh: Mesh, gap: np.ndarray, tractions: np.ndarray) -> float:
+    if problem.hard:
+        return np.dot(mesh.force_weights, tractions)
+    return force_of(mesh, tractions, gap)
+
+
+@kernel
+def _right_side(problem: Problem, mesh: Mesh, depth: float, remembered: np.ndarray) -> np.ndarray:
+    """1 - delta + mu r^2 / 2 - G sigma_remembered, the known part of the gap equation; (n,)."""
+    if remembered.size > 0:
+        known = -np.dot(mesh.master_rows, remembered)
+    else:
+        known = np.zeros(mesh.radii.size)
+    for i in range(known.size):
+        known[i] += 1.0 - depth + 0.5 * problem.tabor * mesh.radii[i] ** 2
+    return known
+
+
+@kernel
+def _edge_left_window(problem: Problem, mesh: Mesh, edge: float) -> bool:
+    return not problem.fixed_mesh and (edge < mesh.window[0] or edge > mesh.window[1])
+
+
+@kernel
+def select_mesh(
+    problem: Problem,
+    old: Mesh,
+    depth: float,
+    edge: float,
+    direction: float,
+    remembered: np.ndarray,
+    response: float,
+    gap: np.ndarray,
+    tractions: np.ndarray,
+) -> Mesh:
+    """A mesh for the present edge and solution."""
+    tabor, grid = problem.tabor, problem.grid
+    active = 0.0
+    for j in range(gap.size):
+        if gap[j] < 4.0:
+            active = old.radii[min(j + 1, gap.size - 1)]
+    if problem.hard:
+        far = max(edge, old.window[1]) * 1.3 + 2.0 * edge_width(edge, tabor, True)
+        far = max(far, np.sqrt(max(depth, 0.0) / tabor) * 1.1) + 3.0 * grid.spacing
+    else:
+        reserve = max(problem.controls.far_gap + min(depth, 0.0), 0.5 * problem.controls.far_gap)
+        far = np.sqrt(edge * edge + 2.0 * reserve / tabor)
+    nodes, window = choose_nodes(
+        grid.size,
+        grid.spacing,
+        tabor,
+        problem.hard,
+        edge,
+        direction,
+        far,
+        old.nodes,
+        tractions,
+        remembered,
+        response,
+        active,
+        problem.controls,
+    )
+    return condense(grid.size, grid.spacing, grid.unit_influence, tabor, nodes, window, problem.strengths.size > 0)
+
+
+@kernel
+def _equilibrate(
+    problem: Problem,
+    mesh: Mesh,
+    depth: float,
+    remembered: np.ndarray,
+    response: float,
+    gap: np.ndarray,
+    tractions: np.ndarray,
+    counts: np.ndarray,
+) -> tuple[Mesh, np.ndarray, np.ndarray, bool]:
+    """A stable equilibrium from a state that may be far from it; the mesh follows until the edge stays inside its window."""
+    for _ in range(200):
+        rhs = _right_side(problem, mesh, depth, remembered)
+        if problem.hard:
+            solved = solve_hard(mesh, rhs, response, problem.controls.residual, gap, tractions, counts)
+        else:
+            steps = settle(mesh, problem.tabor, rhs, response, problem.controls.residual, gap, tractions)
+            solved = steps >= 0
+            counts[_FACTORISATIONS] += abs(steps)
+        if not solved:
+            return mesh, gap, tractions, False
+        edge = _edge(problem, mesh, gap, tractions)
+        if not _edge_left_window(problem, mesh, edge):
+            return mesh, gap, tractions, True
+        new = select_mesh(problem, mesh, depth, edge, 1.0, remembered, response, gap, tractions)
+        gap, tractions = transfer(mesh, gap, tractions, new, problem.tabor, problem.hard)
+        mesh = new
+        counts[_REMESHINGS] += 1
+    return mesh, gap, tractions, False
+
+
+@kernel
+def march(problem: Problem, mesh: Mesh, times: np.ndarray, depths: np.ndarray, glassy: bool, most_steps: int) -> tuple:
+    """Follow the indentation history (`times`, `depths`), linear between its s instants.
+
+    Args:
+        mesh: to start from.
+        glassy: whether the surfaces meet at once (instantaneous modulus) rather than fully relaxed.
+        most_steps: give up after this many.
+
+    Returns:
+        records (steps, 4): time, indentation, force, contact radius; jumps (j, 7): time, indentation, force before and after, record
+        index of the state after, smallest eigenvalue before and after; counts (8,) as named in `COUNTS`; steps of each segment (s - 1,); outcome.
+    """
+    controls = problem.controls
+    tabor, hard = problem.tabor, problem.hard
+    remembers = problem.strengths.size > 0
+    glassy_response = 1.0 - np.sum(problem.strengths)
+    shortest_time = np.min(problem.times) if remembers else np.inf
+    counts = np.zeros(8, dtype=np.int64)
+    segment_steps = np.zeros(times.size - 1, dtype=np.int64)
+    records, jumps = np.empty((256, 4)), np.empty((16, 7))
+    recorded, jumped = 0, 0
+
+    memory = new_memory(problem.strengths, problem.times, problem.grid.size)
+    depth = depths[0]
+    gap = np.maximum(1.0 - depth + 0.5 * tabor * mesh.radii**2, 1.0 if hard else 0.95)
+    tractions = np.zeros(gap.size)
+    mesh, gap, tractions, solved = _equilibrate(
+        problem, mesh, depth, np.zeros(memory.traction.size), glassy_response if glassy else 1.0, gap, tractions, counts
+    )
+    force, edge = _force(problem, mesh, gap, tractions), _edge(problem, mesh, gap, tractions)
+    if not solved:
+        return records[:0], jumps[:0], counts, segment_steps, NO_EQUILIBRIUM
+    if remembers:
+        memory.traction[:] = prolong(mesh, tractions)
+        if glassy:
+            for i in range(problem.strengths.size):
+                memory.vectors[i] = memory.traction
+    records[0] = np.array([times[0], depth, force, edge])
+    recorded = 1
+    factor = new_factor(gap.size)
+    direction = 1.0
+    since_choice = 0
+
+    for segment in range(times.size - 1):
+        duration = times[segment + 1] - times[segment]
+        rate = (depths[segment + 1] - depths[segment]) / duration
+        speed = abs(rate)
+        recent = start_recent(gap, tractions, 0.0)
+        forget_rate(memory)
+        longest = controls.longest_step * duration
+        if speed == 0.0 and not remembers:
+            longest = duration  # nothing happens
+        # Below this a step changes neither indentation nor memory enough to matter: failure there is a fold.
+        smallest = 1e-3 * glassy_response * shortest_time
+        first = 1e-3 * shortest_time
+        if speed > 0.0:
+            smallest = min(smallest, controls.fold_increment / speed)
+            first = min(first, 0.02 / speed)
+        smallest = min(max(smallest, 1e-13 * duration), longest)
+        step = max(min(first, longest), smallest)
+        now = 0.0
+        while now < duration:
+            if recorded >= most_steps:
+                return records[:recorded], jumps[:jumped], counts, segment_steps, TOO_MANY_STEPS
+            if now + 1.0000001 * step >= duration:
+                step, after = duration - now, duration
+            else:
+                if now + 2.0 * step > duration:
+                    step = 0.5 * (duration - now)
+                after = now + step
+            new_depth = depths[segment + 1] if after == duration else depths[segment] + rate * after
+            factors = step_factors(memory, step, recent.count[0] >= 2)
+            remembered = remembered_traction(memory, factors, step)
+            rhs = _right_side(problem, mesh, new_depth, remembered)
+            guess_gap, guess_traction = np.empty(gap.size), np.empty(gap.size)
+            predict(recent, after, tabor, hard, guess_gap, guess_traction)
+            new_gap, new_traction = guess_gap.copy(), guess_traction.copy()
+            before = counts[_ITERATIONS]
+            if hard:
+                solved = solve_hard(mesh, rhs, factors.response, controls.residual, new_gap, new_traction, counts)
+            else:
+                solved = solve_adhesive(
+                    mesh, tabor, rhs, factors.response, controls.residual, factor, new_gap, new_traction, counts
+                )
+                if not solved or counts[_ITERATIONS] - before >= _STALE_AFTER:
+                    factor.order[0] = 0
+            shrink = 0.25
+            order = recent.count[0]
+            if solved:
+                error = prediction_error(
+                    mesh, tabor, hard, guess_gap, guess_traction, new_gap, new_traction, problem.force_scale
+                )
+                shrink = 0.9 * (controls.prediction / max(error, 1e-12)) ** (1.0 / order)
+                if error > 2.0 * controls.prediction and step > 1.01 * smallest:
+                    solved = False
+                    shrink = max(0.2, min(0.8, shrink))
+
+            if not solved and step > 1.01 * smallest:
+                counts[_REJECTIONS] += 1
+                step = max(shrink * step, smallest)
+                continue
+
+            jump = False
+            eigenvalue = 0.0
+            old_force, old_edge = force, edge
+            if not solved:
+                counts[_FOLD_SOLVES] += 1
+                factors = step_factors(memory, step, False)
+                remembered = remembered_traction(memory, factors, step)
+                if not hard:
+                    eigenvalue = smallest_eigenvalue(mesh, tabor, factors.response, gap)
+                mesh, new_gap, new_traction, solved = _equilibrate(
+                    problem, mesh, new_depth, remembered, factors.response, gap.copy(), tractions.copy(), counts
+                )
+                if not solved:
+                    return records[:recorded], jumps[:jumped], counts, segment_steps, NO_EQUILIBRIUM
+                new_force, new_edge = (
+                    _force(problem, mesh, new_gap, new_traction),
+                    _edge(problem, mesh, new_gap, new_traction),
+                )
+                jump = abs(new_force - force) > _JUMP_IN_FORCE * max(abs(force), problem.force_scale)
+                jump = jump or abs(new_edge - edge) > _JUMP_IN_WIDTHS * edge_width(edge, tabor, hard)
+                order = 0
+
+            gap, tractions = new_gap, new_traction
+            force, edge = _force(problem, mesh, gap, tractions), _edge(problem, mesh, gap, tractions)
+            if not force >= problem.least_force:
+                return records[:recorded], jumps[:jumped], counts, segment_steps, UNPHYSICAL
+            if remembers:
+                advance(memory, factors, step, prolong(mesh, tractions))
+            now, depth = after, new_depth
+            if recorded + 2 > records.shape[0]:
+                larger = np.empty((2 * records.shape[0], 4))
+                larger[:recorded] = records[:recorded]
+                records = larger
+            instant = times[segment + 1] if after == duration else times[segment] + now
+            if jump:
+                records[recorded] = np.array([instant, depth, old_force, old_edge])
+                recorded += 1
+                if jumped == jumps.shape[0]:
+                    more = np.empty((2 * jumped, 7))
+                    more[:jumped] = jumps
+                    jumps = more
+                stiffness = smallest_eigenvalue(mesh, tabor, factors.response, gap)
+                jumps[jumped] = np.array([instant, depth, old_force, force, float(recorded), eigenvalue, stiffness])
+                jumped += 1
+            records[recorded] = np.array([instant, depth, force, edge])
+            recorded += 1
+            segment_steps[segment] += 1
+            counts[_STEPS] += 1
+            counts[_NODES] += gap.size
+            if order == 0:  # came through a fold: no history to extrapolate
+                recent = start_recent(gap, tractions, now)
+                forget_rate(memory)
+                factor = new_factor(gap.size)
+                step = 2.0 * smallest
+            else:
+                push_recent(recent, gap, tractions, now)
+                step = min(max(step * min(max(shrink, 0.3), 2.5), smallest), longest)
+
+            since_choice += 1
+            if not problem.fixed_mesh and (_edge_left_window(problem, mesh, edge) or since_choice >= _CHECK_MESH_EVERY):
+                direction = 1.0 if edge >= old_edge else -1.0
+                since_choice = 0
+                new = select_mesh(problem, mesh, depth, edge, direction, remembered, factors.response, gap, tractions)
+                moved = start_recent(np.zeros(new.radii.size), np.zeros(new.radii.size), 0.0)
+                for k in range(recent.count[0]):
+                    moved.gap[k], moved.traction[k] = transfer(
+                        mesh, recent.gap[k], recent.traction[k], new, tabor, hard
+                    )
+                moved.time[:] = recent.time
+                moved.count[0] = recent.count[0]
+                recent, mesh = moved, new
+                gap, tractions = recent.gap[0].copy(), recent.traction[0].copy()
+                factor = new_factor(gap.size)
+                counts[_REMESHINGS] += 1
+    return records[:recorded], jumps[:jumped], counts, segment_steps, COMPLETED

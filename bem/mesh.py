@@ -1,0 +1,228 @@
+"""Where the nodes are: a fine uniform master grid, and the few of its nodes that a moment of the history needs.
+
+The cohesive zone at the contact edge must be resolved, and the edge travels. A mesh that is fine wherever it may go has several hundred nodes; one
+that is fine where it is has less than a hundred, but must follow. Both are had here: memory lives on the fine master grid, the unknowns on
+a selection of its nodes. A hat of the selection is a sum of hats of the master grid, so the influence matrix of any selection is condensed from
+rows of one normalised matrix (the kernel is homogeneous, see `bem.influence`), without an elliptic integral, and a new selection loses no
+memory. Nodes are dense around the edge, where the traction is curved, and where the memory is; spacing grows geometrically between.
+
+Units: radii in beta. A user's own radii (`uniform_mesh`, the paper's equal spacing, or any other) make a mesh that stays.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from bem._jit import kernel
+from bem.accuracy import Controls
+from bem.cohesive_zone import edge_width, largest_contact_radius
+from bem.influence import influence_matrix
+
+LARGEST_GRID = 4096  # 134 MB of influence matrix
+_BEHIND, _AHEAD = 0.5, 1.0  # extent of the cohesive zone inside and outside the edge, in widths
+_TRAVEL = 0.5  # how far the edge may move before nodes are chosen anew, in widths
+_LEAD = 1.8  # more room in the direction of motion
+
+
+class Mesh(NamedTuple):
+    """The nodes in use: n of them, chosen from a master grid of N."""
+
+    nodes: np.ndarray  # (n,) int64, indices in the master grid
+    radii: np.ndarray  # (n,)
+    influence: np.ndarray  # (n, n): tabor * displacement per unit hat of traction
+    master_rows: np.ndarray  # (n, N): the same for hats of the master grid; (0, N) where nothing is remembered
+    force_weights: np.ndarray  # (n,): P = force_weights @ traction
+    panel: np.ndarray  # (N,) int64: each master node lies between nodes panel and panel + 1 ...
+    fraction: np.ndarray  # (N,): ... this far
+    window: np.ndarray  # (2,): the edge may travel between these radii
+
+
+class Grid(NamedTuple):
+    """The master grid: equally spaced radii `spacing * arange(size)` and the influence matrix at unit spacing."""
+
+    size: int
+    spacing: float
+    unit_influence: np.ndarray
+
+
+def master_grid(tabor: float, peak_indentation: float, hard: bool, controls: Controls) -> Grid:
+    """Grid that resolves the contact edge wherever an indentation up to the peak can bring it.
+
+    Raises:
+        MemoryError: with the number of nodes it would take, when that exceeds `LARGEST_GRID`.
+    """
+    radius = largest_contact_radius(peak_indentation, tabor, hard)
+    spacing = controls.edge_spacing * edge_width(radius, tabor, hard)
+    reach = 1.15 * radius if hard else math.sqrt(radius**2 + 2.0 * controls.far_gap / tabor)
+    size = math.ceil(reach / spacing) + 2
+    if size > LARGEST_GRID:
+        raise MemoryError(f"the contact edge needs {size} grid nodes, more than {LARGEST_GRID}")
+    return Grid(size, spacing, _unit_influence(max(256, 1 << (size - 1).bit_length())))
+
+
+@functools.lru_cache(maxsize=1)
+def _largest_unit_influence() -> dict[int, np.ndarray]:
+    return {}
+
+
+def _unit_influence(size: int) -> np.ndarray:
+    """Influence matrix of radii 0, 1, 2, ...; one matrix is kept, the largest asked for so far."""
+    cache = _largest_unit_influence()
+    kept = max(cache, default=0)
+    if kept < size:
+        cache.clear()
+        cache[size] = influence_matrix(np.arange(size, dtype=np.float64))
+        kept = size
+    return cache[kept]
+
+
+def uniform_mesh(radius: float, count: int) -> np.ndarray:
+    """The paper's mesh: `count` equally spaced radii from 0 to `radius` (in beta)."""
+    if not (math.isfinite(radius) and radius > 0.0) or count < 3:
+        raise ValueError(
+            f"uniform_mesh needs a radius > 0 and a count of at least 3; received {radius!r} and {count!r}"
+        )
+    return np.linspace(0.0, radius, count)
+
+
+@kernel
+def choose_nodes(
+    size: int,
+    spacing: float,
+    tabor: float,
+    hard: bool,
+    edge: float,
+    direction: float,
+    far_radius: float,
+    old_nodes: np.ndarray,
+    old_traction: np.ndarray,
+    remembered: np.ndarray,
+    response: float,
+    active_radius: float,
+    controls: Controls,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Select nodes for an edge moving outwards (`direction` > 0) or inwards.
+
+    Args:
+        size, spacing: of the master grid.
+        edge: contact edge; 0 where there is no contact.
+        far_radius: where the mesh may end.
+        old_nodes, old_traction: (n,) last solution, whose curvature is resolved.
+        remembered: (N,) or (0,) the remembered traction, resolved up to `active_radius`, beyond which the gap is wide.
+        response: factor of the new traction, which must balance features of the remembered one.
+
+    Returns:
+        nodes (n,) int64 and window (2,).
+    """
+    width = edge_width(edge, tabor, hard)
+    last = min(size - 1, int(far_radius / spacing) + 1)
+    wanted = np.empty(last + 1)  # spacing wanted at each master node, in master spacings
+    for f in range(last + 1):
+        inside = f * spacing <= edge
+        wanted[f] = max(controls.widest * edge / spacing if inside else 2.0 * controls.widest * f, 1.0)
+    inner, outer = edge - width * _BEHIND, edge + width * _AHEAD
+    margin = _TRAVEL * width
+    window = np.array(
+        [edge - margin * (_LEAD if direction < 0.0 else 1.0), edge + margin * (_LEAD if direction > 0.0 else 1.0)]
+    )
+    if edge < width:
+        inner = 0.0
+        window[0] = -1.0
+    inner, outer = min(inner, window[0] - width * _BEHIND), max(outer, window[1] + width * _AHEAD)
+    edge_spacing = max(controls.edge_spacing * width / spacing, 1.0)
+    for f in range(max(0, int(inner / spacing)), min(last, int(outer / spacing) + 1) + 1):
+        wanted[f] = min(wanted[f], edge_spacing)
+
+    allowed = 8.0 * controls.curvature
+    sharpest = max(response, 0.05)
+    for f in range(1, min(last, remembered.size - 1)):
+        if f * spacing > active_radius:
+            break
+        bend = abs(remembered[f + 1] - 2.0 * remembered[f] + remembered[f - 1]) / sharpest
+        if bend > 0.0:
+            wanted[f] = min(wanted[f], max(math.sqrt(allowed * tabor / bend), 1.0))
+    for j in range(1, old_nodes.size - 1):
+        a, b, c = old_nodes[j - 1], old_nodes[j], old_nodes[j + 1]
+        rising, falling = (
+            (old_traction[j] - old_traction[j - 1]) / (b - a),
+            (old_traction[j + 1] - old_traction[j]) / (c - b),
+        )
+        bend = 2.0 * abs(falling - rising) / (c - a)
+        if bend > 0.0:
+            step = max(math.sqrt(allowed * (tabor + 0.05 * abs(old_traction[j])) / bend), 1.0)
+            for f in range((a + b) // 2, min((b + c) // 2, last) + 1):
+                wanted[f] = min(wanted[f], step)
+
+    # neighbouring spacings differ by no more than the growth ratio
+    slope = controls.growth - 1.0
+    for f in range(1, last + 1):
+        wanted[f] = min(wanted[f], wanted[f - 1] + slope)
+    for f in range(last - 1, -1, -1):
+        wanted[f] = min(wanted[f], wanted[f + 1] + slope)
+    nodes = np.empty(last + 1, dtype=np.int64)
+    count, f = 0, 0
+    while f < last:
+        nodes[count] = f
+        count += 1
+        step = max(1, int(wanted[f]))
+        while step > 1 and (f + step > last or wanted[f + step] < step):
+            step -= 1
+        f += step
+    nodes[count] = last
+    return nodes[: count + 1].copy(), window
+
+
+@kernel
+def condense(
+    grid_size: int,
+    spacing: float,
+    unit_influence: np.ndarray,
+    tabor: float,
+    nodes: np.ndarray,
+    window: np.ndarray,
+    remembers: bool,
+) -> Mesh:
+    """Influence matrix of a selection of master nodes: its hats are sums of hats of the master grid."""
+    n = nodes.size
+    panel, fraction = np.empty(grid_size, dtype=np.int64), np.empty(grid_size)
+    j = 0
+    last = nodes[n - 1]
+    for f in range(grid_size):
+        while j < n - 2 and nodes[j + 1] <= f:
+            j += 1
+        panel[f] = j
+        fraction[f] = (f - nodes[j]) / (nodes[j + 1] - nodes[j])
+    influence = np.zeros((n, n))
+    rows = np.empty((n if remembers else 0, grid_size))
+    scale = tabor * spacing
+    for i in range(n):
+        row = unit_influence[nodes[i]]
+        for f in range(last + 1):
+            value = scale * row[f]
+            p = panel[f]
+            influence[i, p] += value * (1.0 - fraction[f])
+            influence[i, p + 1] += value * fraction[f]
+        if remembers:
+            for f in range(grid_size):
+                rows[i, f] = scale * row[f]
+    radii = spacing * nodes
+    weights = np.zeros(n)
+    for i in range(n - 1):
+        a, b = radii[i], radii[i + 1]
+        weights[i] += (b - a) * (2.0 * a + b) / 3.0
+        weights[i + 1] += (b - a) * (a + 2.0 * b) / 3.0
+    return Mesh(nodes, radii, influence, rows, weights, panel, fraction, window)
+
+
+@kernel
+def prolong(mesh: Mesh, traction: np.ndarray) -> np.ndarray:
+    """The piecewise linear traction (n,) at the nodes of the master grid (N,); zero beyond the mesh."""
+    out = np.zeros(mesh.panel.size)
+    for f in range(mesh.nodes[mesh.nodes.size - 1] + 1):
+        p = mesh.panel[f]
+        out[f] = traction[p] + mesh.fraction[f] * (traction[p + 1] - traction[p])
+    return out

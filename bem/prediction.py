@@ -1,0 +1,107 @@
+"""Where a solution goes next, by extrapolation of the last ones, and how wrong that was: the measure that sets the step.
+
+Pressed nodes are extrapolated in traction, the others in gap (see `bem.equilibrium`), by the polynomial through up to three solutions since the last
+corner or jump. The difference between prediction and solution measures how curved the history is at this step length.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from bem._jit import kernel
+from bem.equilibrium import PRESSED, force_of, pressed_gap
+from bem.mesh import Mesh
+from bem.tractions import PEAK_TRACTION, traction
+
+DEPTH = 3
+
+
+class Recent(NamedTuple):
+    """The last solutions, newest first."""
+
+    gap: np.ndarray  # (DEPTH, n)
+    traction: np.ndarray  # (DEPTH, n)
+    time: np.ndarray  # (DEPTH,)
+    count: np.ndarray  # (1,) int64: how many are valid
+
+
+@kernel
+def start_recent(gap: np.ndarray, tractions: np.ndarray, time: float) -> Recent:
+    """Nothing but the present solution."""
+    recent = Recent(
+        np.zeros((DEPTH, gap.size)), np.zeros((DEPTH, gap.size)), np.zeros(DEPTH), np.ones(1, dtype=np.int64)
+    )
+    recent.gap[0] = gap
+    recent.traction[0] = tractions
+    recent.time[0] = time
+    return recent
+
+
+@kernel
+def push_recent(recent: Recent, gap: np.ndarray, tractions: np.ndarray, time: float) -> None:
+    """Put a new solution in front of the others."""
+    for k in range(DEPTH - 1, 0, -1):
+        recent.gap[k] = recent.gap[k - 1]
+        recent.traction[k] = recent.traction[k - 1]
+        recent.time[k] = recent.time[k - 1]
+    recent.gap[0] = gap
+    recent.traction[0] = tractions
+    recent.time[0] = time
+    recent.count[0] = min(recent.count[0] + 1, DEPTH)
+
+
+@kernel
+def predict(recent: Recent, time: float, tabor: float, hard: bool, gap: np.ndarray, tractions: np.ndarray) -> None:
+    """Extrapolate to `time` into `gap` and `tractions` (n,)."""
+    count = recent.count[0]
+    weights = np.ones(DEPTH)
+    for k in range(DEPTH):
+        for m in range(count):
+            if m != k and k < count:
+                weights[k] *= (time - recent.time[m]) / (recent.time[k] - recent.time[m])
+        if k >= count:
+            weights[k] = 0.0
+    for j in range(gap.size):
+        last = recent.gap[0, j]
+        stress = (
+            weights[0] * recent.traction[0, j] + weights[1] * recent.traction[1, j] + weights[2] * recent.traction[2, j]
+        )
+        opening = weights[0] * last + weights[1] * recent.gap[1, j] + weights[2] * recent.gap[2, j]
+        if hard:
+            gap[j] = max(opening, 1.0)
+            tractions[j] = min(stress, 0.0)
+        elif last < PRESSED:
+            gap[j] = pressed_gap(stress / tabor, last) if stress < 0.85 * PEAK_TRACTION * tabor else 1.12
+            tractions[j] = tabor * traction(gap[j])
+        else:
+            gap[j] = min(max(opening, 0.7 * last), 1.6 * last)
+            tractions[j] = tabor * traction(gap[j])
+
+
+@kernel
+def prediction_error(
+    mesh: Mesh,
+    tabor: float,
+    hard: bool,
+    guess_gap: np.ndarray,
+    guess_traction: np.ndarray,
+    gap: np.ndarray,
+    tractions: np.ndarray,
+    force_scale: float,
+) -> float:
+    """Largest relative difference between prediction and solution, in the nodes that matter and in the force."""
+    if hard:
+        difference = abs(np.dot(mesh.force_weights, guess_traction - tractions))
+        return 2.0 * difference / max(abs(np.dot(mesh.force_weights, tractions)), force_scale)
+    largest_pressure = max(tabor, -np.min(tractions))
+    worst = 0.0
+    for j in range(gap.size):
+        if gap[j] < PRESSED and guess_gap[j] < PRESSED:
+            error = abs(guess_traction[j] - tractions[j]) / largest_pressure
+        else:
+            error = abs(guess_gap[j] - gap[j]) / gap[j]
+            if gap[j] > 2.0:
+                error *= (2.0 / gap[j]) ** 2
+        worst = max(worst, error)
+    force = force_of(mesh, tractions, gap)
+    return max(worst, 2.0 * abs(force_of(mesh, guess_traction, guess_gap) - force) / max(abs(force), force_scale))

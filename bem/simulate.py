@@ -1,0 +1,168 @@
+"""The one door in: a scene and a protocol become a trajectory."""
+
+from __future__ import annotations
+
+import math
+import time
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from bem._checks import instance
+from bem.accuracy import resolve_accuracy
+from bem.influence import force_weights, influence_matrix, require_mesh
+from bem.march import COMPLETED, COUNTS, NO_EQUILIBRIUM, TOO_MANY_STEPS, UNPHYSICAL, Problem, march
+from bem.mesh import Grid, Mesh, choose_nodes, condense, master_grid
+from bem.peaks import with_peaks
+from bem.protocol import LoadingProtocol, PiecewiseLinearProtocol
+from bem.reference_solutions import hertz
+from bem.scene import Scene
+from bem.tractions import HardContact
+from bem.trajectory import Jump, Statistics, Trajectory
+
+MOST_STEPS = 400_000
+_REASONS = {
+    COMPLETED: "completed",
+    NO_EQUILIBRIUM: "no stable equilibrium found; try a tighter accuracy",
+    TOO_MANY_STEPS: f"stopped after {MOST_STEPS} steps; try a looser accuracy or a shorter protocol",
+    UNPHYSICAL: "force beyond what the history allows; try a tighter accuracy",
+}
+
+
+def simulate(
+    scene: Scene,
+    protocol: LoadingProtocol | PiecewiseLinearProtocol,
+    accuracy: str | float = "standard",
+    *,
+    initial_state: Literal["relaxed", "glassy"] = "relaxed",
+    mesh: ArrayLike | None = None,
+) -> Trajectory:
+    """Compute the force history of a scene under a protocol.
+
+    Args:
+        scene: Tabor parameter, material and adhesion; only the effects it names are simulated.
+        protocol: `LoadingProtocol`, or any `PiecewiseLinearProtocol` (cycles, creep and hold).
+        accuracy: "draft", "standard", "reference", or the wanted relative error of pull-off force and hysteresis (1e-5 to 0.05). Draft is for
+            looking, standard for data sets, reference for checking; cost grows about as error^-0.7.
+        initial_state: "relaxed", as if the sphere had stood at its start for ever, or "glassy", as if it had just been put there.
+        mesh: radii (n,) in beta, from 0 upwards, of a fixed mesh of your own, e.g. `bem.mesh.uniform_mesh`; by default nodes follow the edge.
+
+    Returns:
+        the trajectory. Its `status` is "completed" or says where and why it ended; no number of an unfinished one looks finished.
+
+    Raises:
+        ValueError: for input that is not a scene, a protocol, an accuracy, an initial state or a mesh, naming what is allowed.
+
+    Source: paper, Methods and Appendix "BEM discretisation details"; differences from it are listed in `bem/README.md`.
+    """
+    instance("scene", scene, (Scene,))
+    instance("protocol", protocol, (LoadingProtocol, PiecewiseLinearProtocol))
+    target = resolve_accuracy(accuracy)
+    if initial_state not in ("relaxed", "glassy"):
+        raise ValueError(f"initial_state must be 'relaxed' or 'glassy'; received {initial_state!r}")
+    history = protocol.history(scene.tabor) if isinstance(protocol, LoadingProtocol) else protocol
+    deepest = float(np.max(history.indentations))
+    started = time.perf_counter()
+    try:
+        problem, first_mesh = _discretise(scene, deepest, target.controls(), mesh)
+    except MemoryError as error:
+        return _unfinished(str(error), target.target, len(scene.material.strengths))
+    records, jumps, counts, segment_steps, outcome = march(
+        problem,
+        first_mesh,
+        np.array(history.times),
+        np.array(history.indentations),
+        initial_state == "glassy",
+        MOST_STEPS,
+    )
+    seconds = time.perf_counter() - started
+    return _trajectory(problem, history, target.target, records, jumps, counts, segment_steps, outcome, seconds)
+
+
+def _discretise(scene: Scene, deepest: float, controls, mesh: ArrayLike | None) -> tuple[Problem, Mesh]:
+    """The problem in the kernels' terms and the mesh to start from."""
+    hard = isinstance(scene.adhesion, HardContact)
+    tabor, material = scene.tabor, scene.material
+    strengths, times = np.array(material.strengths), np.array(material.times)
+    glassy_hertz = float(hertz.force_from_indentation(max(deepest, 0.0), tabor)) / material.modulus_ratio
+    force_scale = max(1e-3 * abs(glassy_hertz) * material.modulus_ratio, 1e-12) if hard else 1.0
+    least_force = 1.05 * glassy_hertz - 4.0 / material.modulus_ratio
+    remembers = strengths.size > 0
+    if mesh is not None:
+        radii = require_mesh(mesh)
+        grid = Grid(radii.size, 0.0, np.zeros((0, 0)))
+        nodes = np.arange(radii.size)
+        influence = tabor * influence_matrix(radii)
+        panel = np.minimum(nodes, radii.size - 2)
+        rows = influence if remembers else np.empty((0, radii.size))
+        window = np.array([-1.0, math.inf])
+        first = Mesh(nodes, radii, influence, rows, force_weights(radii), panel, (nodes - panel).astype(float), window)
+    else:
+        grid = master_grid(tabor, deepest, hard, controls)
+        none = np.zeros(0)
+        reach = grid.spacing * grid.size
+        nodes, window = choose_nodes(
+            grid.size, grid.spacing, tabor, hard, 0.0, 1.0, reach, np.zeros(0, np.int64), none, none, 1.0, 0.0, controls
+        )
+        first = condense(grid.size, grid.spacing, grid.unit_influence, tabor, nodes, window, remembers)
+    problem = Problem(tabor, hard, strengths, times, controls, grid, mesh is not None, force_scale, least_force)
+    return problem, first
+
+
+def _trajectory(problem, history, target, records, jumps, counts, segment_steps, outcome, seconds) -> Trajectory:
+    by_name = dict(zip(COUNTS, (int(value) for value in counts), strict=True))
+    steps_by_phase: dict[str, int] = {}
+    for phase, steps in zip(history.phases, segment_steps, strict=True):
+        steps_by_phase[phase] = steps_by_phase.get(phase, 0) + int(steps)
+    stats = Statistics(
+        steps=by_name["steps"],
+        steps_by_phase=steps_by_phase,
+        rejections=by_name["rejections"],
+        iterations=by_name["iterations"],
+        factorisations=by_name["factorisations"],
+        fold_solves=by_name["fold_solves"],
+        remeshings=by_name["remeshings"],
+        memory_vectors=problem.strengths.size,
+        nodes=by_name["nodes"] / max(by_name["steps"], 1),
+        unknowns_per_solve=by_name["unknowns"] / max(by_name["iterations"], 1),
+        grid_nodes=problem.grid.size,
+        seconds=seconds,
+    )
+    status = _REASONS[outcome]
+    if outcome != COMPLETED and len(records):
+        status = f"{status} (at time {records[-1, 0]:.6g}, indentation {records[-1, 1]:.6g})"
+    unloading = _in_phase(records[:, 0], jumps, history, "unloading")
+    records, unloading = with_peaks(records, unloading)
+    instants, depths, before, after = jumps[:, 0], jumps[:, 1], jumps[:, 2], jumps[:, 3]
+    found = tuple(
+        Jump(*(float(v) for v in row))
+        for row in zip(instants, depths, before, after, jumps[:, 5], jumps[:, 6], strict=True)
+    )
+    columns = (np.ascontiguousarray(records[:, k]) for k in range(4))
+    return Trajectory(*columns, status=status, jumps=found, stats=stats, accuracy=target, unloading=unloading)
+
+
+def _in_phase(instants: np.ndarray, jumps: np.ndarray, history: PiecewiseLinearProtocol, phase: str) -> np.ndarray:
+    inside = np.zeros(instants.size, dtype=bool)
+    for begin, end, name in zip(history.times[:-1], history.times[1:], history.phases, strict=True):
+        if name == phase:
+            inside |= (instants >= begin) & (instants <= end)
+    return inside
+
+
+def _unfinished(reason: str, target: float, terms: int) -> Trajectory:
+    """A trajectory that was not begun, because the reason was known before."""
+    empty = np.zeros(0)
+    stats = Statistics(0, {}, 0, 0, 0, 0, 0, terms, 0.0, 0.0, 0, 0.0)
+    return Trajectory(
+        empty,
+        empty,
+        empty,
+        empty,
+        status=f"not started: {reason}",
+        jumps=(),
+        stats=stats,
+        accuracy=target,
+        unloading=np.zeros(0, bool),
+    )

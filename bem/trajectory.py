@@ -1,0 +1,171 @@
+"""What a simulation returns: the force history, how it ended, and what it cost.
+
+Units: time in retardation times, indentation in h0, force in pi R dgamma (tension positive), contact radius in beta, hysteresis in h0 pi R dgamma.
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.interpolate import PchipInterpolator
+
+from bem._checks import FloatArray
+from bem.measurement import resample
+
+
+@dataclass(frozen=True)
+class Jump:
+    """An instability: at one instant and indentation the contact went over to another branch of equilibria."""
+
+    time: float
+    indentation: float
+    force_before: float
+    force_after: float
+    eigenvalue_before: float
+    """Smallest eigenvalue of the Jacobian in the last state before; near zero at a fold."""
+    eigenvalue_after: float
+    """The same after; positive, the new state is stable."""
+
+
+@dataclass(frozen=True)
+class Statistics:
+    """What the solver did; nothing here is timed except `seconds`."""
+
+    steps: int
+    """Accepted time steps."""
+    steps_by_phase: dict[str, int]
+    """Accepted steps in 'loading', 'dwell' and 'unloading' segments; a phase that does not occur is absent."""
+    rejections: int
+    iterations: int
+    factorisations: int
+    fold_solves: int
+    """Steps finished by pseudo-transient continuation instead of Newton-Raphson."""
+    remeshings: int
+    memory_vectors: int
+    nodes: float
+    """Mean number of nodes."""
+    unknowns_per_solve: float
+    """Mean size of the linear systems: nodes whose traction answers to the gap."""
+    grid_nodes: int
+    """Size of the master grid on which memory lives."""
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """A force history, in arrays of equal length; at a jump two entries share one time, before and after.
+
+    When `status` is not "completed" it says why, and the arrays end where the solution does.
+    """
+
+    time: FloatArray
+    indentation: FloatArray
+    force: FloatArray
+    contact_radius: FloatArray
+    status: str
+    jumps: tuple[Jump, ...]
+    stats: Statistics
+    accuracy: float
+    """Target relative error."""
+    unloading: np.ndarray
+    """(n,) bool: entries that belong to an unloading segment, its first instant included."""
+
+    @property
+    def completed(self) -> bool:
+        """Whether the history reaches the end of the protocol."""
+        return self.status == "completed"
+
+    @cached_property
+    def _pull_off(self) -> int:
+        if not self.completed or not np.any(self.unloading):
+            return -1
+        candidates = np.flatnonzero(self.unloading)
+        return int(candidates[np.argmax(self.force[candidates])])
+
+    @property
+    def pull_off_force(self) -> float:
+        """Largest force while unloading (tension positive); NaN when unfinished or never unloaded."""
+        return float(self.force[self._pull_off]) if self._pull_off >= 0 else np.nan
+
+    @property
+    def pull_off_time(self) -> float:
+        """Time of the pull-off force; NaN when there is none."""
+        return float(self.time[self._pull_off]) if self._pull_off >= 0 else np.nan
+
+    @property
+    def max_compression(self) -> float:
+        """Most compressive force of the history, as a negative force; NaN when unfinished."""
+        return float(np.min(self.force)) if self.completed else np.nan
+
+    @property
+    def end_force(self) -> float:
+        """Force at the end of the protocol; NaN when unfinished."""
+        return float(self.force[-1]) if self.completed else np.nan
+
+    @cached_property
+    def hysteresis(self) -> float:
+        """Area |closed integral of P d(delta)| of the loop, by the monotone interpolation of `at`; NaN when unfinished."""
+        return abs(self.work()) if self.completed else np.nan
+
+    def work(self) -> float:
+        """Integral of -P d(delta) over the history: the energy put into the contact, which a closed loop dissipates."""
+        total = 0.0
+        for begin, end in self._smooth_pieces():
+            depth, force, time = self.indentation[begin:end], self.force[begin:end], self.time[begin:end]
+            if depth[0] == depth[-1] or end - begin < 2:
+                continue
+            rate = (depth[-1] - depth[0]) / (time[-1] - time[0])
+            keep = np.append(np.diff(time) > 0.0, True)
+            if np.count_nonzero(keep) < 3:
+                total -= rate * float(np.trapezoid(force[keep], time[keep]))
+            else:
+                total -= rate * float(PchipInterpolator(time[keep], force[keep]).integrate(time[0], time[-1]))
+        return total
+
+    def _smooth_pieces(self) -> list[tuple[int, int]]:
+        """Index ranges between corners of the protocol and jumps."""
+        corners = set(np.flatnonzero(self._corner))
+        after_jump = set(np.flatnonzero(np.diff(self.time) == 0.0) + 1)
+        pieces, begin = [], 0
+        for index in range(1, self.time.size):
+            if index in after_jump:
+                pieces.append((begin, index))
+                begin = index
+            elif index in corners or index == self.time.size - 1:
+                pieces.append((begin, index + 1))
+                begin = index
+        return [piece for piece in pieces if piece[1] - piece[0] >= 2]
+
+    @cached_property
+    def _corner(self) -> np.ndarray:
+        rates = np.diff(self.indentation) / np.maximum(np.diff(self.time), 1e-300)
+        scale = np.maximum(np.abs(rates[1:]), np.abs(rates[:-1]))
+        corner = np.zeros(self.time.size, dtype=bool)
+        corner[1:-1] = np.abs(np.diff(rates)) > 1e-4 * scale
+        return corner
+
+    def at(self, times: ArrayLike) -> FloatArray:
+        """Force at `times` (any shape) by monotone interpolation, which neither overshoots nor reaches across a jump.
+
+        Raises:
+            ValueError: for times outside the trajectory.
+        """
+        return resample(self.time, self.force, [jump.time for jump in self.jumps], times)
+
+    def summary(self) -> dict[str, Any]:
+        """The scalars of the trajectory, ready for JSON: status, pull-off, hysteresis, jumps, statistics."""
+        return {
+            "status": self.status,
+            "accuracy": self.accuracy,
+            "pull_off_force": self.pull_off_force,
+            "pull_off_time": self.pull_off_time,
+            "max_compression": self.max_compression,
+            "hysteresis": self.hysteresis,
+            "end_force": self.end_force,
+            "jumps": [asdict(jump) for jump in self.jumps],
+            "stats": asdict(self.stats),
+        }
