@@ -152,7 +152,7 @@ def parse_range(text: str) -> tuple[str, tuple[float, float]]:
     Raises:
         ValueError: when it does not read so.
     """
-    name, equals, bounds = text.partition("=")
+    name, _, bounds = text.partition("=")
     low, colon, high = bounds.partition(":")
     try:
         return name.strip(), (float(low), float(high) if colon else float(low))
