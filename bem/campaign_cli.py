@@ -1,0 +1,171 @@
+"""The commands `bem campaign` and `bem merge`: a user's options become a campaign, its outcome a few lines."""
+
+import functools
+import shlex
+import signal
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from bem.designs import DESIGNS, Design, parse_range, read_design_file
+
+INTERRUPTED = 130
+DESIGN_HELP = f"How protocols are drawn: {', '.join(DESIGNS)}; paper by default."
+RANGE_HELP = "NAME=LOW:HIGH or NAME=VALUE for a quantity of the design; may be repeated."
+CLUSTER_HELP = "Use the workers of this Dask scheduler, e.g. tcp://127.0.0.1:8786, instead of this machine's cores."
+
+
+def _one_sentence(command: Callable[..., None]) -> Callable[..., None]:
+    """End a command that cannot do what was asked with one sentence instead of a traceback."""
+
+    @functools.wraps(command)
+    def run(*arguments: Any, **options: Any) -> None:
+        from bem.parts import CampaignError
+
+        try:
+            command(*arguments, **options)
+        except (ValueError, OSError) as error:
+            typer.echo(f"bem: {error}", err=True)
+            raise typer.Exit(2) from error
+        except CampaignError as error:
+            typer.echo(f"bem: {error}", err=True)
+            raise typer.Exit(1) from error
+
+    return run
+
+
+@_one_sentence
+def campaign(
+    out: Annotated[Path | None, typer.Option(help="The data set file to write.")] = None,
+    design: Annotated[str | None, typer.Option(help=DESIGN_HELP)] = None,
+    count: Annotated[int | None, typer.Option(help="How many protocols; 12450 by default, as in the paper.")] = None,
+    seed: Annotated[int | None, typer.Option(help="Seed of the design; 0 by default.")] = None,
+    accuracy: Annotated[str | None, typer.Option(help="As in `bem simulate`; standard by default.")] = None,
+    modulus_ratio: Annotated[float | None, typer.Option(help="Relaxed over instantaneous modulus; 0.1.")] = None,
+    ranges: Annotated[list[str] | None, typer.Option("--range", help=RANGE_HELP)] = None,
+    design_file: Annotated[Path | None, typer.Option(help="TOML file with any of the options above.")] = None,
+    native: Annotated[bool, typer.Option(help="Keep the solver's own, adaptive histories too.")] = False,
+    workers: Annotated[int | None, typer.Option(help="Processes; as many as cores by default.")] = None,
+    cluster: Annotated[str | None, typer.Option(help=CLUSTER_HELP)] = None,
+    shard: Annotated[str | None, typer.Option(help="i/n: only the i-th of n shares, for job arrays.")] = None,
+    replace: Annotated[bool, typer.Option(help="Replace the file of another campaign, once complete.")] = False,
+    verify: Annotated[Path | None, typer.Option(help="Compute a sample of this data set again, instead.")] = None,
+    sample: Annotated[int, typer.Option(help="How many trajectories to verify.")] = 20,
+) -> None:
+    """Simulate many protocols into a data set file; after an interruption the same command continues."""
+    if verify is not None:
+        _verify(verify, sample, workers)
+        return
+    if out is None:
+        raise ValueError("campaign needs --out FILE.h5 to write, or --verify FILE.h5 to check")
+    given = {
+        "design": design,
+        "count": count,
+        "seed": seed,
+        "accuracy": None if accuracy is None else _number_or_name(accuracy),
+        "modulus_ratio": modulus_ratio,
+    }
+    settings = read_design_file(design_file) if design_file else {}
+    settings |= {name: value for name, value in given.items() if value is not None}
+    settings["ranges"] = {**settings.get("ranges", {}), **dict(parse_range(text) for text in ranges or [])}
+    _run(settings, out, native=native, shard=_shard(shard), workers=workers, cluster=cluster, replace=replace)
+
+
+@_one_sentence
+def merge(
+    shards: Annotated[list[Path], typer.Argument(help="The data set files of all shards.")],
+    out: Annotated[Path, typer.Option(help="The data set file to write.")],
+    replace: Annotated[bool, typer.Option(help="Replace the file of another campaign.")] = False,
+) -> None:
+    """Join the data set files that `bem campaign --shard` wrote."""
+    from bem.campaign_files import merge as join
+
+    summary = join(shards, out, command=_command(), replace=replace)
+    typer.echo(f"{summary.count} trajectories of {len(shards)} shards in {summary.path}")
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands to the command line `bem`."""
+    app.command()(campaign)
+    app.command()(merge)
+
+
+def _run(
+    settings: dict[str, Any],
+    out: Path,
+    *,
+    native: bool,
+    shard: tuple[int, int],
+    workers: int | None,
+    cluster: str | None,
+    replace: bool,
+) -> None:
+    from bem.campaign import Campaign, run_campaign
+    from bem.campaign_progress import progress_bar
+
+    design = Design(settings.pop("design", "paper"), settings.pop("ranges"), settings.pop("modulus_ratio", 0.1))
+    plan = Campaign(design=design, native=native, shard=shard, **settings)
+    # A terminated job then saves what it holds, as an interrupted one does.
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        with progress_bar(len(plan.indices)) as progress:
+            summary = run_campaign(
+                plan, out, workers=workers, cluster=cluster, replace=replace, command=_command(), progress=progress
+            )
+    except KeyboardInterrupt:
+        typer.echo("bem: interrupted; what was done is saved, and the same command continues", err=True)
+        raise typer.Exit(INTERRUPTED) from None
+    if summary.damaged:
+        typer.echo(f"{summary.damaged} damaged parts of an earlier run were computed again")
+    failed = sum(summary.failures.values())
+    typer.echo(
+        f"{summary.count} trajectories in {summary.path}, {summary.computed} of them computed now, {failed} failed; "
+        f"{summary.wall_seconds:.1f} s in all, {summary.core_seconds / 60.0:.2f} core-minutes"
+    )
+    for reason, times in summary.failures.most_common():
+        typer.echo(f"{times} failed: {reason}")
+
+
+def _verify(path: Path, sample: int, workers: int | None) -> None:
+    from bem.campaign_files import ROUNDING, verify
+
+    found = verify(path, sample=sample, workers=workers)
+    size = len(found.indices)
+    solver = "" if found.same_solver else "; the file was made by another version of the solver"
+    if found.agrees:
+        typer.echo(
+            f"{size} of {size} trajectories agree to rounding, {found.identical} of them to the last bit "
+            f"(largest relative difference {found.differences.max():.1e}){solver}"
+        )
+        return
+    bad = found.indices[found.differences > ROUNDING]
+    typer.echo(
+        f"bem: {len(bad)} of {size} trajectories differ, by up to {found.differences.max():.1e} of the largest force: "
+        f"{', '.join(map(str, bad[:10]))}{solver}",
+        err=True,
+    )
+    raise typer.Exit(1)
+
+
+def _command() -> str:
+    return shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]])
+
+
+def _number_or_name(text: str) -> str | float:
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
+def _shard(text: str | None) -> tuple[int, int]:
+    if text is None:
+        return 1, 1
+    number, _, total = text.partition("/")
+    try:
+        return int(number), int(total)
+    except ValueError:
+        raise ValueError(f"shard must read i/n, e.g. 3/8; received {text!r}") from None

@@ -1,0 +1,173 @@
+"""The HDF5 file of a data set: written in one piece or not at all, opened only when it is what it says.
+
+The tree, with shapes, units and attributes, is written down in docs/dataset.md.
+"""
+
+import json
+import os
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from bem._checks import FloatArray
+from bem.designs import QUANTITIES
+from bem.measurement import measurement_grid
+from bem.records import COMPLETED, RESULTS, SCALARS, Columns
+
+FORMAT = "viscoelastic-contact-dataset"
+FORMAT_VERSION = 1
+TEMPORARY = ".writing"
+
+
+@dataclass(frozen=True, eq=False)
+class Dataset:
+    """The contents of a data set file but for native histories.
+
+    Args:
+        columns: arrays by their path in the file.
+        attributes: the root attributes, those that are JSON in the file as objects.
+        counts: measurement points of loading, dwell and unloading.
+    """
+
+    columns: Columns
+    attributes: dict[str, Any]
+    counts: tuple[int, int, int]
+
+    def __len__(self) -> int:
+        return len(self.columns["index"])
+
+    @property
+    def protocols(self) -> dict[str, FloatArray]:
+        """The five quantities by name, each of shape (n,)."""
+        return {name: self.columns[f"protocols/{name}"] for name in QUANTITIES}
+
+    @property
+    def scalars(self) -> dict[str, NDArray[Any]]:
+        """Results and cost by name, each of shape (n,)."""
+        return {name: self.columns[f"scalars/{name}"] for name in SCALARS}
+
+    @property
+    def force(self) -> NDArray[np.float32]:
+        """Force on the measurement grid, shape (n, N)."""
+        return self.columns["fms/force"]
+
+    @property
+    def completed(self) -> NDArray[np.intp]:
+        """Rows of the trajectories that completed."""
+        return np.flatnonzero(self.columns["status"] == COMPLETED)
+
+    def grid(self) -> tuple[FloatArray, FloatArray]:
+        """Measurement instants and indentations, each of shape (n, N)."""
+        return measurement_grid(**self.protocols, counts=self.counts)
+
+
+def write_tree(target: str | Path | BytesIO, columns: Columns, attributes: Mapping[str, Any]) -> None:
+    """Write columns and root attributes as HDF5; dictionaries become JSON."""
+    with h5py.File(target, "w") as file:
+        for name, value in attributes.items():
+            file.attrs[name] = json.dumps(value) if isinstance(value, dict) else value
+        for path, values in columns.items():
+            if values.dtype == object:
+                file.create_dataset(path, data=values, dtype=h5py.string_dtype(), chunks=None)
+            elif values.nbytes > 4096:
+                file.create_dataset(path, data=values, compression="gzip", compression_opts=6, shuffle=True)
+            else:
+                file.create_dataset(path, data=values)
+
+
+def read_tree(file: h5py.File, *, native: bool = True) -> Columns:
+    """All arrays of an open file by their path; without the native histories where they are not wanted."""
+    columns: Columns = {}
+
+    def take(path: str, item: h5py.Group | h5py.Dataset) -> None:
+        if isinstance(item, h5py.Dataset) and (native or not path.startswith("native/")):
+            columns[path] = item.asstr()[:] if h5py.check_string_dtype(item.dtype) else item[:]
+
+    file.visititems(take)
+    return columns
+
+
+def write_dataset(path: Path, columns: Columns, attributes: Mapping[str, Any], counts: tuple[int, int, int]) -> None:
+    """Write a data set to a temporary name and move it into place once it is on the disk.
+
+    Raises:
+        OSError: nothing was written, and what was at `path` is untouched.
+    """
+    temporary = path.with_name(path.name + TEMPORARY)
+    try:
+        write_tree(temporary, columns, {"format": FORMAT, "format_version": FORMAT_VERSION, **attributes})
+        with h5py.File(temporary, "r+") as file:
+            file["fms"].attrs["counts"] = np.array(counts, dtype=np.int64)
+        move_into_place(temporary, path)
+    except RuntimeError as error:
+        # h5py reports some failures of the file system so.
+        raise OSError(str(error)) from error
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def move_into_place(temporary: Path, path: Path) -> None:
+    """Rename a file that is complete, so that a power cut leaves either the old one or the new one."""
+    with temporary.open("rb+") as file:
+        os.fsync(file.fileno())
+    temporary.replace(path)
+    folder = os.open(path.parent, os.O_RDONLY)
+    try:
+        os.fsync(folder)
+    finally:
+        os.close(folder)
+
+
+@contextmanager
+def open_dataset(path: str | Path) -> Iterator[h5py.File]:
+    """Open a data set for reading.
+
+    Raises:
+        FileNotFoundError: no such file.
+        ValueError: truncated, not a data set, or of another version of the format.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise FileNotFoundError(f"data set file not found; received {str(path)!r}")
+    expected = f"expected a data set of format {FORMAT!r}, version {FORMAT_VERSION}"
+    try:
+        file = h5py.File(path, "r")
+    except OSError as error:
+        kind = "truncated or damaged" if h5py.is_hdf5(path) else "not HDF5, or damaged at its beginning"
+        raise ValueError(f"{expected}; received {str(path)!r}, which is {kind}") from error
+    with file:
+        found = file.attrs.get("format"), file.attrs.get("format_version")
+        if found[0] != FORMAT:
+            raise ValueError(f"{expected}; received {str(path)!r}, an HDF5 file of another kind")
+        if found[1] != FORMAT_VERSION:
+            raise ValueError(f"{expected}; received {str(path)!r}, which is of version {found[1]}")
+        yield file
+
+
+def load_dataset(path: str | Path) -> Dataset:
+    """Read a data set but for native histories; errors as `open_dataset`."""
+    with open_dataset(path) as file:
+        try:
+            columns = read_tree(file, native=False)
+            counts = tuple(int(count) for count in file["fms"].attrs["counts"])
+            attributes = {name: _plain(value) for name, value in file.attrs.items()}
+        except (KeyError, OSError) as error:
+            raise ValueError(f"expected a complete data set; received {str(path)!r} ({error})") from error
+    missing = {f"protocols/{name}" for name in QUANTITIES} | {f"scalars/{name}" for name in RESULTS}
+    missing = sorted((missing | {"index", "status", "fms/force"}) - columns.keys())
+    if missing:
+        raise ValueError(f"expected a complete data set; received {str(path)!r} without /{missing[0]}")
+    return Dataset(columns, attributes, counts)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, str) and value.startswith("{"):
+        return json.loads(value)
+    return value.item() if isinstance(value, np.generic) else value

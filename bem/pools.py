@@ -1,0 +1,170 @@
+"""Where batches of work run: processes of this machine (joblib), or the workers of a Dask cluster.
+
+Both give results as they arrive, survive workers that die, and run one thread per worker. A batch is a tuple of
+indices; one that cannot be finished because every worker dies on it is split, and a single index that still kills is
+given up.
+"""
+
+import logging
+import signal
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
+from types import TracebackType
+from typing import Any, Protocol, Self
+
+import joblib
+from joblib.externals.loky.process_executor import TerminatedWorkerError
+
+from bem.parts import CampaignError
+
+Batch = tuple[int, ...]
+Task = Callable[[Batch], Any]
+Outcome = tuple[Batch, Any]
+"""A batch and what the task returned for it, `None` where the worker died every time."""
+
+PATIENCE = 3
+
+
+class Pool(Protocol):
+    """Something that runs batches."""
+
+    workers: int
+
+    def run(self, batches: Sequence[Batch], task: Task) -> Iterator[Outcome]:
+        """Outcomes in the order they arrive; batches are started in the order given."""
+
+    def __enter__(self) -> Self:
+        """Claim the workers."""
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: Any) -> None:
+        """Let go of the workers."""
+
+
+def _shielded(key: int, task: Task, batch: Batch) -> tuple[int, Any]:
+    # Ctrl-C reaches the whole process group; ending the workers is the main process's business.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    return key, task(batch)
+
+
+class LocalPool:
+    """Processes of this machine.
+
+    Args:
+        workers: how many; as many as there are cores by default.
+    """
+
+    def __init__(self, workers: int | None = None) -> None:
+        self.workers = joblib.cpu_count() if workers is None else workers
+        # A single worker is still a process of its own: with one thread, and expendable.
+        self._processes = max(self.workers, 2)
+        self._in_flight = 2 * self.workers if self.workers > 1 else 1
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        return None
+
+    def run(self, batches: Sequence[Batch], task: Task) -> Iterator[Outcome]:
+        """Outcomes in the order they arrive; see `Pool`."""
+        waiting = dict(enumerate(batches))
+        deaths = 0
+        while waiting:
+            try:
+                for key, result in self._stream(waiting, task, self._in_flight):
+                    yield waiting.pop(key), result
+                    deaths = 0
+            except TerminatedWorkerError:
+                deaths += 1
+            if deaths >= PATIENCE:
+                # Whatever kills the workers was among those started first.
+                for key in list(waiting)[: self._in_flight]:
+                    yield from (((index,), self._alone(index, task)) for index in waiting.pop(key))
+                deaths = 0
+
+    def _stream(self, waiting: dict[int, Batch], task: Task, in_flight: int) -> Iterator[tuple[int, Any]]:
+        with joblib.parallel_config(backend="loky", inner_max_num_threads=1):
+            parallel = joblib.Parallel(
+                n_jobs=self._processes, pre_dispatch=in_flight, batch_size=1, return_as="generator_unordered"
+            )
+        return parallel(joblib.delayed(_shielded)(key, task, batch) for key, batch in list(waiting.items()))
+
+    def _alone(self, index: int, task: Task) -> Any:
+        for _ in range(PATIENCE):
+            with suppress(TerminatedWorkerError):
+                return next(self._stream({0: (index,)}, task, 1))[1]
+        return None
+
+
+class Cluster:
+    """The workers of a Dask scheduler, each best started with one thread and able to `import bem`.
+
+    Args:
+        address: of the scheduler, e.g. 'tcp://127.0.0.1:8786'.
+        patience: seconds to wait for the scheduler, and for its first worker.
+
+    Raises:
+        ValueError: Dask is not installed, or the address makes no sense.
+        CampaignError: nobody answers there, or the scheduler has no workers.
+    """
+
+    def __init__(self, address: str, patience: float = 10.0) -> None:
+        try:
+            import distributed
+        except ImportError as error:
+            raise ValueError("cluster needs Dask; install the extra `cluster` of this package") from error
+        # Dask retries and reports by itself; its log would bury the one sentence that matters.
+        logging.getLogger("distributed").setLevel(logging.CRITICAL)
+        self._dask = distributed
+        try:
+            self._client = distributed.Client(address, timeout=patience, set_as_default=False)
+        except (OSError, TimeoutError) as error:
+            raise CampaignError(f"no Dask scheduler answers at {address!r}") from error
+        except (ValueError, TypeError) as error:
+            raise ValueError(f"cluster must be an address like 'tcp://host:8786'; received {address!r}") from error
+        try:
+            self._client.wait_for_workers(1, timeout=patience)
+            self.workers = sum(self._client.nthreads().values())
+        except TimeoutError as error:
+            self._client.close()
+            raise CampaignError(f"the Dask scheduler at {address!r} has no workers") from error
+        self.address = address
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        with suppress(Exception):
+            self._client.close()
+
+    def run(self, batches: Sequence[Batch], task: Task) -> Iterator[Outcome]:
+        """Outcomes in the order they arrive; see `Pool`."""
+        batch_of = dict(zip(self._submit(batches, task), batches, strict=True))
+        arriving = self._dask.as_completed(list(batch_of))
+        lost = f"lost the Dask scheduler at {self.address!r}; what is saved is kept, and the same command continues"
+        for future in arriving:
+            batch = batch_of.pop(future)
+            try:
+                yield batch, future.result()
+            except self._dask.scheduler.KilledWorker:
+                if len(batch) == 1:
+                    yield batch, None
+                    continue
+                singles = [(index,) for index in batch]
+                more = dict(zip(self._submit(singles, task), singles, strict=True))
+                batch_of |= more
+                arriving.update(list(more))
+            except (OSError, TimeoutError, self._dask.CancelledError) as error:
+                raise CampaignError(lost) from error
+            except ImportError as error:
+                raise CampaignError(f"the workers of {self.address!r} cannot run the solver ({error})") from error
+            future.release()
+        if batch_of:
+            raise CampaignError(lost)
+
+    def _submit(self, batches: Sequence[Batch], task: Task) -> list[Any]:
+        return self._client.map(task, list(batches), pure=False, batch_size=None)

@@ -1,0 +1,56 @@
+"""Where a result file comes from: versions, machine, revision and command, without paths or names of the machine."""
+
+import functools
+import os
+import platform
+import subprocess
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+PACKAGES = ("numpy", "scipy", "numba", "llvmlite", "h5py", "joblib", "contact-trajectories")
+
+
+def provenance(command: str) -> dict[str, Any]:
+    """Attributes `versions`, `host`, `git_revision` and `command` of a result file."""
+    return {"versions": versions(), "host": host(), "git_revision": git_revision(), "command": command}
+
+
+def versions() -> dict[str, str]:
+    """Versions of Python and of the packages that decide numbers; those not installed are left out."""
+    found = {"python": platform.python_version()}
+    for package in PACKAGES:
+        try:
+            found[package] = version(package)
+        except PackageNotFoundError:
+            continue
+    return found
+
+
+@functools.cache
+def host() -> str:
+    """System, processor and number of cores, e.g. 'Linux x86_64, 8 cores of Some Processor'."""
+    model = platform.processor() or "an unnamed processor"
+    information = Path("/proc/cpuinfo")
+    if information.is_file():
+        lines = information.read_text(encoding="utf-8", errors="replace").splitlines()
+        names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+        model = names[0] if names else model
+    return f"{platform.system()} {platform.machine()}, {os.cpu_count()} cores of {model}"
+
+
+@functools.cache
+def git_revision() -> str:
+    """Revision of the working copy this package runs from, with '-dirty' for changed files; 'unknown' outside one."""
+    try:
+        answer = subprocess.run(
+            ["git", "describe", "--always", "--abbrev=40", "--dirty", "--exclude=*"],
+            cwd=Path(__file__).parent,
+            capture_output=True,
+            text=True,
+            check=True,
+            timeout=10,
+        )
+    except (OSError, subprocess.SubprocessError):
+        return "unknown"
+    return answer.stdout.strip()
