@@ -5,8 +5,13 @@ indices; one that cannot be finished because every worker dies on it is split, a
 given up.
 """
 
+import functools
 import logging
+import os
 import signal
+import threading
+import time
+import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from types import TracebackType
@@ -40,10 +45,23 @@ class Pool(Protocol):
         """Let go of the workers."""
 
 
-def _shielded(key: int, task: Task, batch: Batch) -> tuple[int, Any]:
+def _in_worker(key: int, task: Task, batch: Batch, parent: int) -> tuple[int, Any]:
     # Ctrl-C reaches the whole process group; ending the workers is the main process's business.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    _end_with(parent)
     return key, task(batch)
+
+
+@functools.cache
+def _end_with(parent: int) -> None:
+    """Let this process end within a second of a parent that was killed, instead of waiting minutes for work."""
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(0.5)
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
 
 
 class LocalPool:
@@ -72,12 +90,17 @@ class LocalPool:
         waiting = dict(enumerate(batches))
         deaths = 0
         while waiting:
+            stream = self._stream(waiting, task, self._in_flight)
             try:
-                for key, result in self._stream(waiting, task, self._in_flight):
+                for key, result in stream:
                     yield waiting.pop(key), result
                     deaths = 0
             except TerminatedWorkerError:
                 deaths += 1
+            finally:
+                # joblib warns of results nobody took; whoever stops early knows.
+                with warnings.catch_warnings(action="ignore"):
+                    stream.close()
             if deaths >= PATIENCE:
                 # Whatever kills the workers was among those started first.
                 for key in list(waiting)[: self._in_flight]:
@@ -89,7 +112,9 @@ class LocalPool:
             parallel = joblib.Parallel(
                 n_jobs=self._processes, pre_dispatch=in_flight, batch_size=1, return_as="generator_unordered"
             )
-        return parallel(joblib.delayed(_shielded)(key, task, batch) for key, batch in list(waiting.items()))
+        return parallel(
+            joblib.delayed(_in_worker)(key, task, batch, os.getpid()) for key, batch in list(waiting.items())
+        )
 
     def _alone(self, index: int, task: Task) -> Any:
         for _ in range(PATIENCE):
@@ -144,7 +169,7 @@ class Cluster:
     def run(self, batches: Sequence[Batch], task: Task) -> Iterator[Outcome]:
         """Outcomes in the order they arrive; see `Pool`."""
         batch_of = dict(zip(self._submit(batches, task), batches, strict=True))
-        arriving = self._dask.as_completed(list(batch_of))
+        arriving = self._dask.as_completed(list(batch_of), loop=self._client.loop)
         lost = f"lost the Dask scheduler at {self.address!r}; what is saved is kept, and the same command continues"
         for future in arriving:
             batch = batch_of.pop(future)

@@ -1,0 +1,104 @@
+"""Stand-ins for the solver, importable by worker processes: closed forms, no contact mechanics."""
+
+import os
+import signal
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+
+@dataclass
+class Work:
+    seconds: float = 1e-3
+    steps: int = 7
+    rejections: int = 1
+    iterations: int = 20
+    nodes: float = 12.5
+
+
+@dataclass
+class Leap:
+    time: float
+    indentation: float
+    force_before: float
+    force_after: float
+
+
+@dataclass
+class History:
+    time: np.ndarray
+    indentation: np.ndarray
+    force: np.ndarray
+    status: str = "completed"
+    jumps: tuple = ()
+    stats: Work = field(default_factory=Work)
+
+    @property
+    def completed(self):
+        return self.status == "completed"
+
+    @property
+    def contact_radius(self):
+        return np.sqrt(np.maximum(self.indentation, 0.0))
+
+    @property
+    def pull_off_force(self):
+        return self.force.max()
+
+    @property
+    def pull_off_time(self):
+        return self.time[self.force.argmax()]
+
+    @property
+    def hysteresis(self):
+        return abs(np.trapezoid(self.force, self.indentation))
+
+    @property
+    def max_compression(self):
+        return self.force.min()
+
+    @property
+    def end_force(self):
+        return self.force[-1]
+
+    def at(self, times):
+        return np.interp(times, self.time, self.force)
+
+
+def solve(scene, protocol, accuracy="standard"):
+    path = protocol.history(scene.tabor)
+    time_ = np.unique(np.concatenate([np.linspace(0.0, path.times[-1], 40 + int(10 * scene.tabor)), path.times]))
+    depth = path.indentation_at(time_)
+    force = 1.0 + scene.tabor - depth * np.exp(-time_ / time_[-1])
+    jumps = (Leap(time_[5], depth[5], 0.5, scene.tabor),) if scene.tabor > 1.0 else ()
+    return History(time_, depth, force, jumps=jumps)
+
+
+def slow(scene, protocol, accuracy="standard"):
+    time.sleep(0.01)
+    return solve(scene, protocol, accuracy)
+
+
+def sometimes_fails(scene, protocol, accuracy="standard"):
+    if scene.tabor > 3.0:
+        raise ArithmeticError("tabor is too large for me")
+    history = solve(scene, protocol, accuracy)
+    if scene.tabor < 0.25:
+        history.status = "no stable equilibrium found"
+    return history
+
+
+def kills_its_worker_once(scene, protocol, accuracy="standard"):
+    marker = Path(os.environ["STAND_IN_MARKER"])
+    if scene.tabor > 2.0 and not marker.exists():
+        marker.touch()
+        os.kill(os.getpid(), signal.SIGKILL)
+    return slow(scene, protocol, accuracy)
+
+
+def kills_its_worker_always(scene, protocol, accuracy="standard"):
+    if scene.tabor > 3.0 and protocol.peak_indentation > 90.0:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return solve(scene, protocol, accuracy)
