@@ -47,7 +47,7 @@ class Accuracy:
             far_gap=20.0 * min(max(ratio, 0.02), 2.0) ** -0.3,
             prediction=0.03 * ratio**0.75,
             residual=min(2e-5 * ratio, 1e-4),
-            fold_increment=3e-4 * min(ratio, 1.0),
+            fold_increment=3e-4 * min(ratio, 1.0) ** 0.5,
             longest_step=min(0.1 * ratio**0.3, 0.2),
         )
 

@@ -15,8 +15,8 @@ from bem.cohesive_zone import contact_edge, edge_width
 from bem.equilibrium import force_of, new_factor, solve_adhesive
 from bem.folds import settle, smallest_eigenvalue
 from bem.hard_contact import hard_edge, solve_hard
-from bem.memory import advance, forget_rate, new_memory, remembered_traction, step_factors
-from bem.mesh import Grid, Mesh, choose_nodes, condense, prolong
+from bem.memory import advance, forget_rate, new_memory, remembered_traction, shortest_relaxation, step_factors
+from bem.mesh import Grid, Mesh, condense, pick_nodes, prolong, resolves, wanted_spacing
 from bem.prediction import predict, prediction_error, push_recent, start_recent
 from bem.transfer import transfer
 
@@ -76,7 +76,6 @@ def _edge_left_window(problem: Problem, mesh: Mesh, edge: float) -> bool:
 def select_mesh(
     problem: Problem,
     old: Mesh,
-    depth: float,
     edge: float,
     direction: float,
     remembered: np.ndarray,
@@ -84,26 +83,22 @@ def select_mesh(
     gap: np.ndarray,
     tractions: np.ndarray,
 ) -> Mesh:
-    """A mesh for the present edge and solution."""
+    """A mesh for the present edge and solution; the `old` one when that still resolves both.
+
+    Old nodes are kept where they may: in a stiff, slowly relaxing contact every new selection stirs up tractions.
+    """
     tabor, grid = problem.tabor, problem.grid
     active = 0.0
     for j in range(gap.size):
         if gap[j] < 4.0:
             active = old.radii[min(j + 1, gap.size - 1)]
-    if problem.hard:
-        far = max(edge, old.window[1]) * 1.3 + 2.0 * edge_width(edge, tabor, True)
-        far = max(far, np.sqrt(max(depth, 0.0) / tabor) * 1.1) + 3.0 * grid.spacing
-    else:
-        reserve = max(problem.controls.far_gap + min(depth, 0.0), 0.5 * problem.controls.far_gap)
-        far = np.sqrt(edge * edge + 2.0 * reserve / tabor)
-    nodes, window = choose_nodes(
+    wanted, window = wanted_spacing(
         grid.size,
         grid.spacing,
         tabor,
         problem.hard,
         edge,
         direction,
-        far,
         old.nodes,
         tractions,
         remembered,
@@ -111,7 +106,10 @@ def select_mesh(
         active,
         problem.controls,
     )
-    return condense(grid.size, grid.spacing, grid.unit_influence, tabor, nodes, window, problem.strengths.size > 0)
+    if not _edge_left_window(problem, old, edge) and resolves(old.nodes, wanted):
+        return old
+    remembers = problem.strengths.size > 0
+    return condense(grid.size, grid.spacing, grid.unit_influence, tabor, pick_nodes(wanted), window, remembers)
 
 
 @kernel
@@ -139,7 +137,7 @@ def _equilibrate(
         edge = _edge(problem, mesh, gap, tractions)
         if not _edge_left_window(problem, mesh, edge):
             return mesh, gap, tractions, True
-        new = select_mesh(problem, mesh, depth, edge, 1.0, remembered, response, gap, tractions)
+        new = select_mesh(problem, mesh, edge, 1.0, remembered, response, gap, tractions)
         gap, tractions = transfer(mesh, gap, tractions, new, problem.tabor, problem.hard)
         mesh = new
         counts[_REMESHINGS] += 1
@@ -163,7 +161,7 @@ def march(problem: Problem, mesh: Mesh, times: np.ndarray, depths: np.ndarray, g
     tabor, hard = problem.tabor, problem.hard
     remembers = problem.strengths.size > 0
     glassy_response = 1.0 - np.sum(problem.strengths)
-    shortest_time = np.min(problem.times) if remembers else np.inf
+    relaxation = shortest_relaxation(problem.strengths, problem.times)
     counts = np.zeros(8, dtype=np.int64)
     segment_steps = np.zeros(times.size - 1, dtype=np.int64)
     records, jumps = np.empty((256, 4)), np.empty((16, 7))
@@ -174,16 +172,23 @@ def march(problem: Problem, mesh: Mesh, times: np.ndarray, depths: np.ndarray, g
     gap = np.maximum(1.0 - depth + 0.5 * tabor * mesh.radii**2, 1.0 if hard else 0.95)
     tractions = np.zeros(gap.size)
     mesh, gap, tractions, solved = _equilibrate(
-        problem, mesh, depth, np.zeros(memory.traction.size), glassy_response if glassy else 1.0, gap, tractions, counts
+        problem,
+        mesh,
+        depth,
+        np.zeros(memory.traction.shape[1]),
+        glassy_response if glassy else 1.0,
+        gap,
+        tractions,
+        counts,
     )
     force, edge = _force(problem, mesh, gap, tractions), _edge(problem, mesh, gap, tractions)
     if not solved:
         return records[:0], jumps[:0], counts, segment_steps, NO_EQUILIBRIUM
     if remembers:
-        memory.traction[:] = prolong(mesh, tractions)
+        memory.traction[0] = prolong(mesh, tractions)
         if glassy:
             for i in range(problem.strengths.size):
-                memory.vectors[i] = memory.traction
+                memory.vectors[0, i] = memory.traction[0]
     records[0] = np.array([times[0], depth, force, edge])
     recorded = 1
     factor = new_factor(gap.size)
@@ -200,8 +205,8 @@ def march(problem: Problem, mesh: Mesh, times: np.ndarray, depths: np.ndarray, g
         if speed == 0.0 and not remembers:
             longest = duration  # nothing happens
         # Below this a step changes neither indentation nor memory enough to matter: failure there is a fold.
-        smallest = 1e-3 * glassy_response * shortest_time
-        first = 1e-3 * shortest_time
+        smallest = 1e-3 * relaxation
+        first = 1e-2 * relaxation
         if speed > 0.0:
             smallest = min(smallest, controls.fold_increment / speed)
             first = min(first, 0.02 / speed)
@@ -219,17 +224,19 @@ def march(problem: Problem, mesh: Mesh, times: np.ndarray, depths: np.ndarray, g
                 after = now + step
             new_depth = depths[segment + 1] if after == duration else depths[segment] + rate * after
             factors = step_factors(memory, step, recent.count[0] >= 2)
-            remembered = remembered_traction(memory, factors, step)
+            remembered = remembered_traction(memory, factors)
             rhs = _right_side(problem, mesh, new_depth, remembered)
             guess_gap, guess_traction = np.empty(gap.size), np.empty(gap.size)
             predict(recent, after, tabor, hard, guess_gap, guess_traction)
             new_gap, new_traction = guess_gap.copy(), guess_traction.copy()
             before = counts[_ITERATIONS]
+            # a stiff response turns a small residual into a large traction
+            tolerance = controls.residual * min(1.0, 10.0 * factors.response)
             if hard:
-                solved = solve_hard(mesh, rhs, factors.response, controls.residual, new_gap, new_traction, counts)
+                solved = solve_hard(mesh, rhs, factors.response, tolerance, new_gap, new_traction, counts)
             else:
                 solved = solve_adhesive(
-                    mesh, tabor, rhs, factors.response, controls.residual, factor, new_gap, new_traction, counts
+                    mesh, tabor, rhs, factors.response, tolerance, factor, new_gap, new_traction, counts
                 )
                 if not solved or counts[_ITERATIONS] - before >= _STALE_AFTER:
                     factor.order[0] = 0
@@ -255,7 +262,7 @@ def march(problem: Problem, mesh: Mesh, times: np.ndarray, depths: np.ndarray, g
             if not solved:
                 counts[_FOLD_SOLVES] += 1
                 factors = step_factors(memory, step, False)
-                remembered = remembered_traction(memory, factors, step)
+                remembered = remembered_traction(memory, factors)
                 if not hard:
                     eigenvalue = smallest_eigenvalue(mesh, tabor, factors.response, gap)
                 mesh, new_gap, new_traction, solved = _equilibrate(
@@ -311,16 +318,17 @@ def march(problem: Problem, mesh: Mesh, times: np.ndarray, depths: np.ndarray, g
             if not problem.fixed_mesh and (_edge_left_window(problem, mesh, edge) or since_choice >= _CHECK_MESH_EVERY):
                 direction = 1.0 if edge >= old_edge else -1.0
                 since_choice = 0
-                new = select_mesh(problem, mesh, depth, edge, direction, remembered, factors.response, gap, tractions)
-                moved = start_recent(np.zeros(new.radii.size), np.zeros(new.radii.size), 0.0)
-                for k in range(recent.count[0]):
-                    moved.gap[k], moved.traction[k] = transfer(
-                        mesh, recent.gap[k], recent.traction[k], new, tabor, hard
-                    )
-                moved.time[:] = recent.time
-                moved.count[0] = recent.count[0]
-                recent, mesh = moved, new
-                gap, tractions = recent.gap[0].copy(), recent.traction[0].copy()
-                factor = new_factor(gap.size)
-                counts[_REMESHINGS] += 1
+                new = select_mesh(problem, mesh, edge, direction, remembered, factors.response, gap, tractions)
+                if new.radii.size != mesh.radii.size or np.any(new.nodes != mesh.nodes):
+                    moved = start_recent(np.zeros(new.radii.size), np.zeros(new.radii.size), 0.0)
+                    for k in range(recent.count[0]):
+                        moved.gap[k], moved.traction[k] = transfer(
+                            mesh, recent.gap[k], recent.traction[k], new, tabor, hard
+                        )
+                    moved.time[:] = recent.time
+                    moved.count[0] = recent.count[0]
+                    recent, mesh = moved, new
+                    gap, tractions = recent.gap[0].copy(), recent.traction[0].copy()
+                    factor = new_factor(gap.size)
+                    counts[_REMESHINGS] += 1
     return records[:recorded], jumps[:jumped], counts, segment_steps, COMPLETED

@@ -25,6 +25,7 @@ from bem.influence import influence_matrix
 LARGEST_GRID = 4096  # 134 MB of influence matrix
 _BEHIND, _AHEAD = 0.5, 1.0  # extent of the cohesive zone inside and outside the edge, in widths
 _TRAVEL = 0.5  # how far the edge may move before nodes are chosen anew, in widths
+_TOLERATED = 2.0  # a mesh in use may be this much coarser than a new one would be
 _LEAD = 1.8  # more room in the direction of motion
 
 
@@ -90,14 +91,13 @@ def uniform_mesh(radius: float, count: int) -> np.ndarray:
 
 
 @kernel
-def choose_nodes(
+def wanted_spacing(
     size: int,
     spacing: float,
     tabor: float,
     hard: bool,
     edge: float,
     direction: float,
-    far_radius: float,
     old_nodes: np.ndarray,
     old_traction: np.ndarray,
     remembered: np.ndarray,
@@ -105,21 +105,20 @@ def choose_nodes(
     active_radius: float,
     controls: Controls,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Select nodes for an edge moving outwards (`direction` > 0) or inwards.
+    """Spacing wanted at each master node for an edge moving outwards (`direction` > 0) or inwards.
 
     Args:
         size, spacing: of the master grid.
         edge: contact edge; 0 where there is no contact.
-        far_radius: where the mesh may end.
         old_nodes, old_traction: (n,) last solution, whose curvature is resolved.
         remembered: (N,) or (0,) the remembered traction, resolved up to `active_radius`, beyond which the gap is wide.
         response: factor of the new traction, which must balance features of the remembered one.
 
     Returns:
-        nodes (n,) int64 and window (2,).
+        spacing (N,) in master spacings, at least 1, and window (2,).
     """
     width = edge_width(edge, tabor, hard)
-    last = min(size - 1, int(far_radius / spacing) + 1)
+    last = size - 1
     wanted = np.empty(last + 1)  # spacing wanted at each master node, in master spacings
     for f in range(last + 1):
         inside = f * spacing <= edge
@@ -163,6 +162,13 @@ def choose_nodes(
         wanted[f] = min(wanted[f], wanted[f - 1] + slope)
     for f in range(last - 1, -1, -1):
         wanted[f] = min(wanted[f], wanted[f + 1] + slope)
+    return wanted, window
+
+
+@kernel
+def pick_nodes(wanted: np.ndarray) -> np.ndarray:
+    """The fewest master nodes, from the first to the last, whose spacing is nowhere above the `wanted` one; (n,) int64."""
+    last = wanted.size - 1
     nodes = np.empty(last + 1, dtype=np.int64)
     count, f = 0, 0
     while f < last:
@@ -173,7 +179,17 @@ def choose_nodes(
             step -= 1
         f += step
     nodes[count] = last
-    return nodes[: count + 1].copy(), window
+    return nodes[: count + 1].copy()
+
+
+@kernel
+def resolves(nodes: np.ndarray, wanted: np.ndarray) -> bool:
+    """Whether a selection in use is nowhere much coarser than `wanted`."""
+    for j in range(nodes.size - 1):
+        panel = nodes[j + 1] - nodes[j]
+        if panel > 1 and panel > _TOLERATED * np.min(wanted[nodes[j] : nodes[j + 1] + 1]):
+            return False
+    return True
 
 
 @kernel

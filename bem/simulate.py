@@ -13,7 +13,7 @@ from bem._checks import instance
 from bem.accuracy import resolve_accuracy
 from bem.influence import force_weights, influence_matrix, require_mesh
 from bem.march import COMPLETED, COUNTS, NO_EQUILIBRIUM, TOO_MANY_STEPS, UNPHYSICAL, Problem, march
-from bem.mesh import Grid, Mesh, choose_nodes, condense, master_grid
+from bem.mesh import Grid, Mesh, condense, master_grid, pick_nodes, wanted_spacing
 from bem.peaks import with_peaks
 from bem.protocol import LoadingProtocol, PiecewiseLinearProtocol
 from bem.reference_solutions import hertz
@@ -101,11 +101,10 @@ def _discretise(scene: Scene, deepest: float, controls, mesh: ArrayLike | None) 
     else:
         grid = master_grid(tabor, deepest, hard, controls)
         none = np.zeros(0)
-        reach = grid.spacing * grid.size
-        nodes, window = choose_nodes(
-            grid.size, grid.spacing, tabor, hard, 0.0, 1.0, reach, np.zeros(0, np.int64), none, none, 1.0, 0.0, controls
+        wanted, window = wanted_spacing(
+            grid.size, grid.spacing, tabor, hard, 0.0, 1.0, np.zeros(0, np.int64), none, none, 1.0, 0.0, controls
         )
-        first = condense(grid.size, grid.spacing, grid.unit_influence, tabor, nodes, window, remembers)
+        first = condense(grid.size, grid.spacing, grid.unit_influence, tabor, pick_nodes(wanted), window, remembers)
     problem = Problem(tabor, hard, strengths, times, controls, grid, mesh is not None, force_scale, least_force)
     return problem, first
 
@@ -132,7 +131,7 @@ def _trajectory(problem, history, target, records, jumps, counts, segment_steps,
     status = _REASONS[outcome]
     if outcome != COMPLETED and len(records):
         status = f"{status} (at time {records[-1, 0]:.6g}, indentation {records[-1, 1]:.6g})"
-    unloading = _in_phase(records[:, 0], jumps, history, "unloading")
+    unloading = _in_phase(records[:, 0], history, "unloading")
     records, unloading = with_peaks(records, unloading)
     instants, depths, before, after = jumps[:, 0], jumps[:, 1], jumps[:, 2], jumps[:, 3]
     found = tuple(
@@ -143,7 +142,7 @@ def _trajectory(problem, history, target, records, jumps, counts, segment_steps,
     return Trajectory(*columns, status=status, jumps=found, stats=stats, accuracy=target, unloading=unloading)
 
 
-def _in_phase(instants: np.ndarray, jumps: np.ndarray, history: PiecewiseLinearProtocol, phase: str) -> np.ndarray:
+def _in_phase(instants: np.ndarray, history: PiecewiseLinearProtocol, phase: str) -> np.ndarray:
     inside = np.zeros(instants.size, dtype=bool)
     for begin, end, name in zip(history.times[:-1], history.times[1:], history.phases, strict=True):
         if name == phase:
