@@ -26,7 +26,7 @@ from bem.records import COMPLETED, FAILED, Columns, Record, Settings, failed, si
 
 AROUND_THE_SOLVER = frozenset(
     (
-        *("campaign", "campaign_cli", "campaign_files", "campaign_progress", "cli"),
+        *("campaign", "campaign_cli", "campaign_files", "campaign_progress", "cli", "plots", "__main__"),
         *("dataset_file", "designs", "parts", "pools", "provenance", "records"),
     )
 )

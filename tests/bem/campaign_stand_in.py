@@ -71,7 +71,8 @@ def solve(scene, protocol, accuracy="standard"):
     path = protocol.history(scene.tabor)
     time_ = np.unique(np.concatenate([np.linspace(0.0, path.times[-1], 40 + int(10 * scene.tabor)), path.times]))
     depth = path.indentation_at(time_)
-    force = 1.0 + scene.tabor - depth * np.exp(-time_ / time_[-1])
+    # The largest force is the last one, the smallest at the peak indentation.
+    force = (1.0 + scene.tabor) * 6.0 * (time_ / time_[-1]) ** 8 - depth * np.exp(-time_ / time_[-1])
     jumps = (Leap(time_[5], depth[5], 0.5, scene.tabor),) if scene.tabor > 1.0 else ()
     return History(time_, depth, force, jumps=jumps)
 

@@ -1,0 +1,94 @@
+"""What the data set holds, in numbers: cost, failures, jumps, and the resolution floor of the measurement steps.
+
+The resolution floor is the error of the pull-off force made by the fixed measurement steps alone: the largest force on
+the steps of the unloading phase against the largest of the solver's own history. No surrogate that predicts the steps
+can be told from the solver below it. A trajectory still in contact at its end has its pull-off force there, if nowhere
+else.
+
+Usage: `python -m experiments.dataset_statistics [--dataset FILE] [--out FILE]`.
+"""
+
+import hashlib
+import json
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+
+from bem._checks import FloatArray
+from bem.dataset_file import Dataset, load_dataset
+
+DATASET = Path("published/dataset.h5")
+OUT = Path("results/dataset/statistics.json")
+PERCENTILES = {"median": 50.0, "p90": 90.0, "p99": 99.0, "largest": 100.0}
+
+
+def percentiles(values: FloatArray) -> dict[str, float]:
+    """Median, 90th and 99th percentile and largest of some values."""
+    return {name: float(np.percentile(values, percent)) for name, percent in PERCENTILES.items()}
+
+
+def resolution_floor(dataset: Dataset) -> dict[str, FloatArray]:
+    """Relative error of pull-off force and pull-off time on the measurement steps, each of shape (completed,)."""
+    rows = dataset.completed
+    # The peak is the first point of the unloading phase.
+    first = dataset.counts[0] + dataset.counts[1] - 1
+    unloading = dataset.force[rows, first:].astype(np.float64)
+    times = dataset.grid()[0][rows, first:]
+    grid_time = np.take_along_axis(times, unloading.argmax(axis=1)[:, np.newaxis], axis=1)[:, 0]
+    force, time = (dataset.scalars[name][rows] for name in ("pull_off_force", "pull_off_time"))
+    return {
+        "pull_off_force": np.abs(unloading.max(axis=1) - force) / np.abs(force),
+        "pull_off_time": np.abs(grid_time - time) / time,
+    }
+
+
+def statistics(dataset: Dataset) -> dict[str, Any]:
+    """Everything the tables say about a data set."""
+    rows, scalars = dataset.completed, dataset.scalars
+    floor = resolution_floor(dataset)
+    force, seconds = scalars["pull_off_force"][rows], scalars["solver_seconds"]
+    ratio = force / np.abs(scalars["max_compression"][rows])
+    columns = np.stack(list(dataset.protocols.values()), axis=1)
+    return {
+        "trajectories": len(dataset),
+        "completed": len(rows),
+        "distinct_protocols": len(np.unique(columns, axis=0)),
+        "ranges": {name: [float(values.min()), float(values.max())] for name, values in dataset.protocols.items()},
+        "solver_seconds": {"mean": float(seconds.mean()), "sum": float(seconds.sum()), **percentiles(seconds)},
+        "steps_mean": float(scalars["steps"].mean()),
+        "core_seconds": dataset.attributes["core_seconds"],
+        "wall_seconds": dataset.attributes["wall_seconds"],
+        "workers": dataset.attributes["workers"],
+        "host": dataset.attributes["host"],
+        "accuracy": dataset.attributes["accuracy"],
+        "with_jumps": float(np.mean(scalars["jump_count"][rows] > 0)),
+        "end_force_above_half_pull_off": float(np.mean(scalars["end_force"][rows] > 0.5 * force)),
+        "pull_off_force": [float(force.min()), float(force.max())],
+        "pull_off_time": [float(bound) for bound in np.percentile(scalars["pull_off_time"][rows], [0.0, 100.0])],
+        "force_ratio": [float(ratio.min()), float(ratio.max())],
+        "resolution_floor": {name: percentiles(values) for name, values in floor.items()},
+        "floor_above_20_percent": float(np.mean(floor["pull_off_force"] > 0.2)),
+    }
+
+
+def main(
+    dataset: Annotated[Path, typer.Option(help="Data set file.")] = DATASET,
+    out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
+) -> None:
+    """Write the statistics of a data set as JSON."""
+    content = {
+        "dataset": dataset.name,
+        "dataset_sha256": hashlib.sha256(dataset.read_bytes()).hexdigest(),
+        **statistics(load_dataset(dataset)),
+    }
+    out.parent.mkdir(parents=True, exist_ok=True)
+    out.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+    floor = content["resolution_floor"]["pull_off_force"]
+    print(f"{content['completed']} of {content['trajectories']} completed; resolution floor of the pull-off force:")
+    print("  ".join(f"{name} {100 * value:.3g} %" for name, value in floor.items()))
+
+
+if __name__ == "__main__":
+    typer.run(main)
