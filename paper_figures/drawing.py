@@ -1,0 +1,69 @@
+"""What all figures share: sizes, colours, panel letters, reading inputs, writing PDF and PNG."""
+
+import json
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+
+mpl.use("Agg")
+
+import matplotlib.pyplot as plt
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+HERE = Path(__file__).parent
+FIGURES = Path("results/figures")
+PAPER_VALUES = HERE / "paper_values"
+COLUMN, DOUBLE_COLUMN = 90 / 25.4, 190 / 25.4
+"""Widths of Elsevier's single and double column in inches."""
+
+BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK = (
+    "#0072B2",
+    "#D55E00",
+    "#009E73",
+    "#CC79A7",
+    "#E69F00",
+    "#56B4E9",
+    "#000000",
+)
+PHASES = {"loading": BLUE, "dwell": ORANGE, "unloading": GREEN}
+PAPER = VERMILION
+"""The colour of everything that is the paper's."""
+
+
+def figure(*, width: float = DOUBLE_COLUMN, height: float) -> Figure:
+    """An empty figure in the paper's style; width and height in inches."""
+    plt.style.use(HERE / "paper.mplstyle")
+    return plt.figure(figsize=(width, height))
+
+
+def letter(axes: Axes, name: str) -> None:
+    """Put the panel letter above the left corner of a panel."""
+    axes.set_title(f"({name})", loc="left", fontweight="bold")
+
+
+def save(drawn: Figure, name: str, folder: Path = FIGURES) -> None:
+    """Write a figure as PDF and PNG, the same bytes for the same content."""
+    folder.mkdir(parents=True, exist_ok=True)
+    drawn.savefig(folder / f"{name}.pdf", metadata={"CreationDate": None})
+    drawn.savefig(folder / f"{name}.png", metadata={"Software": None})
+    plt.close(drawn)
+
+
+def read_result(path: str | Path, made_by: str) -> Any:
+    """Read a JSON result file.
+
+    Raises:
+        FileNotFoundError: naming the command that makes it.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise FileNotFoundError(f"result file {str(path)!r} not found; `{made_by}` makes it")
+    return json.loads(path.read_text(encoding="utf-8"))
+
+
+def paper_values(name: str) -> dict[str, Any]:
+    """The paper's own numbers from `paper_values/NAME.toml`."""
+    return tomllib.loads((PAPER_VALUES / f"{name}.toml").read_text(encoding="utf-8"))

@@ -1,0 +1,66 @@
+"""Tables as Markdown, CSV and LaTeX from the same cells."""
+
+import csv
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+TABLES = Path("results/tables")
+
+
+def number(value: float, digits: int = 3) -> str:
+    """A number with so many significant digits; powers of ten as `1.2e-05` where plain digits would be long."""
+    if value != 0.0 and not 1e-3 <= abs(value) < 1e5:
+        return f"{value:.{digits - 1}e}"
+    text = f"{value:.{digits}g}"
+    return f"{float(text):.0f}" if "e" in text else text
+
+
+def write_table(
+    name: str, header: Sequence[str], rows: Sequence[Sequence[str]], caption: str, folder: Path = TABLES
+) -> None:
+    """Write `NAME.md`, `NAME.csv` and `NAME.tex`.
+
+    Args:
+        name: of the files.
+        header: column heads; mathematics between dollars.
+        rows: cells as text, numbers as `number` writes them.
+        caption: what is shown and where it comes from, mathematics between dollars.
+        folder: where to.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    widths = [max(len(row[i]) for row in (header, *rows)) for i in range(len(header))]
+
+    def line(cells: Sequence[str]) -> str:
+        return "| " + " | ".join(cell.ljust(width) for cell, width in zip(cells, widths, strict=True)) + " |"
+
+    rule = "| " + " | ".join("-" * width for width in widths) + " |"
+    markdown = "\n".join([line(header), rule, *(line(row) for row in rows), "", caption, ""])
+    (folder / f"{name}.md").write_text(markdown, encoding="utf-8")
+    with (folder / f"{name}.csv").open("w", newline="", encoding="utf-8") as file:
+        csv.writer(file, lineterminator="\n").writerows([header, *rows])
+    body = "".join("    " + " & ".join(map(_latex, row)) + r" \\" + "\n" for row in rows)
+    heads = " & ".join(map(_latex, header))
+    columns = "l" + "c" * (len(header) - 1)
+    (folder / f"{name}.tex").write_text(
+        "\\begin{table}[h]\n"
+        "    \\centering\n"
+        f"    \\caption{{{_latex(caption)}}}\n"
+        f"    \\label{{tab:{name}}}\n"
+        f"    \\begin{{tabular}}{{@{{}}{columns}@{{}}}}\n"
+        f"    \\toprule\n    {heads} \\\\\n    \\midrule\n{body}    \\bottomrule\n"
+        "    \\end{tabular}\n\\end{table}\n",
+        encoding="utf-8",
+    )
+
+
+def _latex(text: str) -> str:
+    parts = text.split("$")
+    # Every other part is mathematics already.
+    parts[::2] = [re.sub(r"([%&#_])", r"\\\1", part) for part in parts[::2]]
+    joined = "$".join(parts)
+    return re.sub(r"(?<![\w.])(-?\d(?:\.\d+)?)e([+-]\d+)\b", _power, joined)
+
+
+def _power(match: re.Match) -> str:
+    return rf"${match[1]}\times10^{{{int(match[2])}}}$"

@@ -1,0 +1,95 @@
+import csv
+import json
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+
+from bem.designs import PAPER_RANGES
+from paper_figures import drawing, figure_2, figure_3, table_accuracy_price, table_protocols_dataset
+from paper_figures.tables import number, write_table
+
+
+def test_figure_2_is_drawn_from_files(dataset_path, examples_path, tmp_path):
+    figure_2.main(dataset_path, examples_path, tmp_path)
+    written = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    assert written.keys() == {"figure-2.pdf", "figure-2.png"}
+    figure_2.main(dataset_path, examples_path, tmp_path)
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == written
+
+
+def test_histograms_are_shares_and_mark_the_papers_cost(dataset_path, examples_path, tmp_path, monkeypatch):
+    kept = []
+    monkeypatch.setattr(drawing, "save", lambda drawn, *_: kept.append(drawn))
+    figure_2.main(dataset_path, examples_path, tmp_path)
+    panels = kept[0].axes
+    assert len(panels) == 9
+    for axes in panels[6:]:
+        assert axes.get_xscale() == "log"
+        np.testing.assert_allclose(sum(patch.get_height() for patch in axes.patches), 1.0)
+    texts = " ".join(text.get_text() for text in panels[8].texts)
+    assert "paper: 478 h\nmean 138 s" in texts
+    plt.close(kept[0])
+
+
+def test_figure_3_is_drawn_from_files(examples_path, tmp_path):
+    figure_3.main(examples_path, tmp_path)
+    assert {path.name for path in tmp_path.iterdir()} == {"figure-3.pdf", "figure-3.png"}
+
+
+def test_a_missing_result_names_the_command_that_makes_it(tmp_path):
+    with pytest.raises(FileNotFoundError, match="`make figure-3` makes it"):
+        figure_3.main(tmp_path / "absent.json", tmp_path)
+
+
+def test_tables_of_the_data_set(examples_path, statistics_path, tmp_path):
+    table_protocols_dataset.main(examples_path, statistics_path, tmp_path)
+    assert len(list(tmp_path.iterdir())) == 6
+    with (tmp_path / "protocols-dataset.csv").open(encoding="utf-8") as file:
+        rows = list(csv.reader(file))
+    assert len(rows) == 7
+    assert rows[1][:6] == ["(a)", "2", "1", "3", "1.5", "5"]
+    summary = (tmp_path / "dataset-summary.md").read_text(encoding="utf-8")
+    assert "478 CPU-hours" in summary
+    assert "| 12450 " in summary
+    assert "resolution floor" in summary
+
+
+def test_table_of_the_price_of_accuracy(tmp_path):
+    seconds = {"mean": 0.0123, "median": 0.01, "p99": 0.1}
+    found = {"median": 1e-3, "p90": 2e-3, "p99": 3e-2}
+    level = {"trajectories": 9, "failed": 0, "seconds": seconds, "core_seconds": 60.0, "compared": 4}
+    levels = [
+        {"accuracy": "draft", "errors": dict.fromkeys(("pull_off_force", "hysteresis", "force"), found), **level},
+        {"accuracy": "reference", **level},
+    ]
+    path = tmp_path / "price.json"
+    path.write_text(json.dumps({"seed": 0, "host": "a machine", "levels": levels}), encoding="utf-8")
+    table_accuracy_price.main(path, tmp_path)
+    with (tmp_path / "accuracy-price.csv").open(encoding="utf-8") as file:
+        _, draft, reference = csv.reader(file)
+    assert draft == ["draft", "9", "0", "12.3", "10.0", "100.0", "1.0", *["0.1 / 0.2 / 3"] * 3]
+    assert reference[-3:] == ["-"] * 3
+
+
+def test_latex_escapes_text_and_leaves_mathematics_alone(tmp_path):
+    write_table("t", ["A_b", r"$x_1$ (%)"], [["1 & 2", "1.20e-05"]], "50 % of $y_2$", tmp_path)
+    text = (tmp_path / "t.tex").read_text(encoding="utf-8")
+    assert r"A\_b & $x_1$ (\%) \\" in text
+    assert r"1 \& 2 & $1.20\times10^{-5}$ \\" in text
+    assert r"\caption{50 \% of $y_2$}" in text
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(0.0, "0"), (1000.0, "1000"), (0.00888, "0.00888"), (1.23e-7, "1.23e-07"), (98765.4, "98800"), (-2.5, "-2.5")],
+)
+def test_numbers(value, text):
+    assert number(value) == text
+
+
+def test_paper_values_are_the_designs():
+    paper = drawing.paper_values("dataset")
+    assert (paper["trajectories"], paper["cpu_hours"]) == (12_450, 478)
+    for name in PAPER_RANGES.keys() - {"peak_indentation"}:
+        assert tuple(paper["ranges"][name]) == PAPER_RANGES[name]
