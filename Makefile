@@ -11,13 +11,17 @@ PY := $(VENV)/bin/python
 INSTALLED := $(VENV)/.installed
 TEST_WORKERS ?= 2
 
+DATASET := published/dataset.h5
+SOLVER := $(wildcard bem/*.py)
+DRAWING := $(wildcard paper_figures/drawing.py paper_figures/tables.py paper_figures/*.mplstyle paper_figures/paper_values/*)
+
 ##@ General
 
 .PHONY: help
 help:  ## Show this list
 	@awk 'BEGIN {FS = ":.*## "; printf "Usage: make TARGET\n"} \
 		/^##@ / {printf "\n%s\n", substr($$0, 5)} \
-		/^[a-zA-Z0-9_.-]+:.*## / {printf "  %-14s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
+		/^[a-zA-Z0-9_.-]+:.*## / {printf "  %-24s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
 
 .PHONY: setup
 setup: $(INSTALLED)  ## Create .venv with the locked dependencies (Python 3.11 or 3.12; PYTHON=... chooses one)
@@ -80,4 +84,54 @@ lock:  ## Resolve pyproject.toml anew into requirements.lock (needs the network)
 bench-solver: setup  ## Measure accuracy against cost of the contact solver
 	$(PY) -m experiments.bench_solver
 
+.PHONY: dataset
+dataset: results/dataset/dataset.h5  ## Simulate the 12,450 trajectories and publish them; continues after an interruption
+	@mkdir -p published
+	cp $< $(DATASET).writing && mv $(DATASET).writing $(DATASET)
+	$(PY) tools/manifest.py add $(DATASET)
+
+.PRECIOUS: results/dataset/dataset.h5
+results/dataset/dataset.h5: $(SOLVER) | $(INSTALLED)
+	$(VENV)/bin/bem campaign --design paper --count 12450 --seed 0 --accuracy standard --replace --out $@
+	@touch $@
+
+$(DATASET):
+	@echo "$(DATASET) is missing; restore it from the repository, or run \`make dataset\`" >&2; exit 1
+
+results/dataset/examples.json: experiments/dataset_examples.py paper_figures/paper_values/figure_2_protocols.csv \
+		$(SOLVER) | $(INSTALLED)
+	$(PY) -m experiments.dataset_examples --out $@
+
+results/dataset/statistics.json: experiments/dataset_statistics.py $(DATASET) | $(INSTALLED)
+	$(PY) -m experiments.dataset_statistics --dataset $(DATASET) --out $@
+
+.PHONY: accuracy-price
+accuracy-price: setup  ## Measure what draft, standard and reference cost over the paper's design (long) and publish it
+	$(PY) -m experiments.accuracy_price
+	$(PY) tools/manifest.py add published/accuracy_price.json
+
+.PHONY: verify
+verify: setup  ## Compare what is published with its manifest
+	$(PY) tools/manifest.py verify
+
 ##@ Figures (figure <- result file)
+
+.PHONY: figure-2
+figure-2: results/figures/figure-2.pdf  ## Six trajectories of the data set, and its histograms
+results/figures/figure-2.pdf: paper_figures/figure_2.py results/dataset/examples.json $(DATASET) $(DRAWING) | $(INSTALLED)
+	$(PY) -m paper_figures.figure_2
+
+.PHONY: figure-3
+figure-3: results/figures/figure-3.pdf  ## From the solver's time steps to measurement steps
+results/figures/figure-3.pdf: paper_figures/figure_3.py results/dataset/examples.json $(DRAWING) | $(INSTALLED)
+	$(PY) -m paper_figures.figure_3
+
+.PHONY: table-protocols-dataset
+table-protocols-dataset: results/tables/protocols-dataset.md  ## Protocols of figure 2, and the data set beside the paper's
+results/tables/protocols-dataset.md: paper_figures/table_protocols_dataset.py results/dataset/examples.json \
+		results/dataset/statistics.json $(DRAWING) | $(INSTALLED)
+	$(PY) -m paper_figures.table_protocols_dataset
+
+.PHONY: table-accuracy-price
+table-accuracy-price: setup  ## What draft, standard and reference cost, as published
+	$(PY) -m paper_figures.table_accuracy_price

@@ -1,0 +1,86 @@
+import importlib.util
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import h5py
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+SCRIPT = ROOT / "tools" / "manifest.py"
+SPEC = importlib.util.spec_from_file_location("manifest", SCRIPT)
+manifest = importlib.util.module_from_spec(SPEC)
+SPEC.loader.exec_module(manifest)
+
+
+@pytest.fixture
+def published(tmp_path):
+    root = tmp_path / "published"
+    (root / "models" / "M1").mkdir(parents=True)
+    with h5py.File(root / "dataset.h5", "w") as file:
+        file.attrs.update(command="bem campaign", seed=3, wall_seconds=12.34, versions='{"python": "3.11"}')
+    (root / "models" / "M1" / "run.json").write_text('{"command": "surrogate train", "seed": 1}', encoding="utf-8")
+    (root / "models" / "M1" / "history.csv").write_text("epoch\n", encoding="utf-8")
+    return root
+
+
+def test_files_are_entered_with_their_origin(published):
+    entered = manifest.add(published, [published / "dataset.h5", published / "models"])
+    assert entered == ["dataset.h5", "models/M1/history.csv", "models/M1/run.json"]
+    entries = manifest.read(published)
+    assert entries["dataset.h5"]["versions"] == {"python": "3.11"}
+    assert (entries["dataset.h5"]["seed"], entries["dataset.h5"]["seconds"]) == (3, 12.3)
+    assert entries["models/M1/history.csv"]["command"] == "surrogate train"
+    assert manifest.problems(published) == []
+
+
+def test_changes_are_noticed(published):
+    manifest.add(published, [published])
+    (published / "models" / "M1" / "history.csv").write_text("epocH\n", encoding="utf-8")
+    (published / "dataset.h5").unlink()
+    (published / "stray.json").write_text("{}", encoding="utf-8")
+    assert manifest.problems(published) == [
+        "dataset.h5 is missing",
+        "models/M1/history.csv is not the file that was published",
+        "stray.json is not in the manifest",
+    ]
+    manifest.add(published, [published / "models"])
+    assert manifest.problems(published) == ["stray.json is not in the manifest"]
+
+
+def test_impossible_entries_are_refused(published, tmp_path):
+    with pytest.raises(FileNotFoundError, match="published file not found"):
+        manifest.add(published, [published / "absent"])
+    (tmp_path / "outside.csv").write_text("", encoding="utf-8")
+    with pytest.raises(ValueError, match="must lie in 'published'"):
+        manifest.add(published, [tmp_path / "outside.csv"])
+    (published / "orphan.csv").write_text("", encoding="utf-8")
+    with pytest.raises(ValueError, match=r"needs the command that made it; received 'orphan.csv'"):
+        manifest.add(published, [published / "orphan.csv"])
+    manifest.add(published, [published / "orphan.csv"], command="make it")
+    (published / "MANIFEST.json").write_text("[]", encoding="utf-8")
+    with pytest.raises(ValueError, match="expected a manifest"):
+        manifest.problems(published)
+
+
+def test_command_line(published):
+    def run(*arguments):
+        command = [sys.executable, SCRIPT, "--root", published, *arguments]
+        return subprocess.run(command, capture_output=True, text=True)
+
+    assert run("verify").returncode == 1
+    assert run("add", published / "dataset.h5", "--seed", "9").returncode == 0
+    assert json.loads((published / "MANIFEST.json").read_text(encoding="utf-8"))["files"]["dataset.h5"]["seed"] == 9
+    result = run("verify")
+    assert (result.returncode, result.stderr) == (
+        1,
+        "manifest: models/M1/history.csv is not in the manifest\nmanifest: models/M1/run.json is not in the manifest\n",
+    )
+    result = run("add", published / "absent")
+    assert (result.returncode, result.stderr.count("\n")) == (2, 1)
+
+
+@pytest.mark.skipif(not (ROOT / "published" / "MANIFEST.json").exists(), reason="nothing is published yet")
+def test_what_is_published_matches():
+    assert manifest.problems(ROOT / "published") == []

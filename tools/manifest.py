@@ -1,0 +1,147 @@
+"""Keep `published/MANIFEST.json`: for each published file its SHA-256 sum, size, and how it was made.
+
+How a file was made is read from the file itself (root attributes of HDF5, keys of JSON) or, for the files of a model
+directory, from the `run.json` beside them; options fill in what is not there.
+
+Usage: `python tools/manifest.py add PATH ... [--command C] [--seed N] [--seconds S]`, where a folder stands for all
+files in it; `python tools/manifest.py verify` compares every published file with the manifest.
+"""
+
+import argparse
+import hashlib
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+import h5py
+
+ROOT = Path(__file__).resolve().parent.parent / "published"
+NAME = "MANIFEST.json"
+IGNORED = {NAME, "README.md"}
+
+
+def read(root: Path) -> dict[str, dict[str, Any]]:
+    """Entries by path relative to `root`; none where there is no manifest yet.
+
+    Raises:
+        ValueError: the manifest is not one.
+    """
+    path = root / NAME
+    if not path.is_file():
+        return {}
+    try:
+        return dict(json.loads(path.read_text(encoding="utf-8"))["files"])
+    except (json.JSONDecodeError, KeyError, TypeError) as error:
+        raise ValueError(f"expected a manifest with a table of files; received {str(path)!r}") from error
+
+
+def origin(path: Path) -> dict[str, Any]:
+    """Command, versions, seed, seconds and revision as far as the file, or the `run.json` beside it, tells."""
+    if path.suffix == ".h5" and h5py.is_hdf5(path):
+        with h5py.File(path, "r") as file:
+            found = {name: _plain(value) for name, value in file.attrs.items()}
+    elif path.suffix == ".json":
+        content = json.loads(path.read_text(encoding="utf-8"))
+        found = content if isinstance(content, dict) else {}
+    else:
+        found = {}
+    if "command" not in found and (path.parent / "run.json").is_file():
+        found = json.loads((path.parent / "run.json").read_text(encoding="utf-8"))
+    told = {name: found[name] for name in ("command", "versions", "seed", "git_revision", "host") if name in found}
+    seconds = found.get("wall_seconds", found.get("seconds"))
+    return told | ({"seconds": round(float(seconds), 1)} if isinstance(seconds, int | float) else {})
+
+
+def add(root: Path, paths: list[Path], **given: Any) -> list[str]:
+    """Enter files, and all files of folders, into the manifest; entries of files that are gone are dropped.
+
+    Returns:
+        the names entered.
+
+    Raises:
+        FileNotFoundError: no such file.
+        ValueError: a file outside `root`, or one of which no command is known.
+    """
+    entries = {name: entry for name, entry in read(root).items() if (root / name).is_file()}
+    entered = []
+    for path in paths:
+        if not path.exists():
+            raise FileNotFoundError(f"published file not found; received {str(path)!r}")
+        for file in sorted(path.rglob("*")) if path.is_dir() else [path]:
+            if not file.is_file() or file.name in IGNORED:
+                continue
+            if not file.resolve().is_relative_to(root.resolve()):
+                raise ValueError(f"published files must lie in {root.name!r}; received {str(file)!r}")
+            name = file.resolve().relative_to(root.resolve()).as_posix()
+            made = origin(file) | {key: value for key, value in given.items() if value is not None}
+            if not made.get("command"):
+                raise ValueError(f"a published file needs the command that made it; received {name!r} without one")
+            entries[name] = {"sha256": digest(file), "bytes": file.stat().st_size, **made}
+            entered.append(name)
+    content = {"files": dict(sorted(entries.items()))}
+    temporary = root / f"{NAME}.writing"
+    temporary.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+    temporary.replace(root / NAME)
+    return entered
+
+
+def problems(root: Path) -> list[str]:
+    """Sentences saying where files and manifest disagree; empty when they match."""
+    entries = read(root)
+    if not entries:
+        return [f"no manifest, or an empty one, in {root.name!r}"]
+    found = []
+    for name, entry in entries.items():
+        path = root / name
+        if not path.is_file():
+            found.append(f"{name} is missing")
+        elif path.stat().st_size != entry["bytes"] or digest(path) != entry["sha256"]:
+            found.append(f"{name} is not the file that was published")
+    present = {path.relative_to(root).as_posix() for path in root.rglob("*") if path.is_file()}
+    strangers = sorted(name for name in present - entries.keys() if Path(name).name not in IGNORED)
+    return found + [f"{name} is not in the manifest" for name in strangers]
+
+
+def digest(path: Path) -> str:
+    """SHA-256 sum of a file."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, str) and value.startswith("{"):
+        return json.loads(value)
+    return value.item() if hasattr(value, "item") else value
+
+
+def main() -> int:
+    """Run the command line."""
+    parser = argparse.ArgumentParser(description="Keep and check the manifest of published files.")
+    parser.add_argument("--root", type=Path, default=ROOT)
+    commands = parser.add_subparsers(dest="action", required=True)
+    adding = commands.add_parser("add")
+    adding.add_argument("paths", nargs="+", type=Path)
+    adding.add_argument("--command")
+    adding.add_argument("--seed", type=int)
+    adding.add_argument("--seconds", type=float)
+    commands.add_parser("verify")
+    given = parser.parse_args()
+    try:
+        if given.action == "add":
+            for name in add(given.root, given.paths, command=given.command, seed=given.seed, seconds=given.seconds):
+                print(f"{name} is in the manifest")
+            return 0
+        found = problems(given.root)
+    except (ValueError, FileNotFoundError) as error:
+        print(f"manifest: {error}", file=sys.stderr)
+        return 2
+    for problem in found:
+        print(f"manifest: {problem}", file=sys.stderr)
+    if not found:
+        print(f"{len(read(given.root))} published files match the manifest")
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
