@@ -11,8 +11,9 @@ from dataclasses import dataclass
 from numbers import Real
 from typing import NamedTuple
 
-NAMED_TARGETS = {"draft": 6e-3, "standard": 1e-3, "reference": 6e-5}
-LOOSEST, TIGHTEST = 5e-2, 1e-5
+NAMED_TARGETS = {"draft": 1.7e-2, "standard": 4e-3, "reference": 1.5e-4}
+LOOSEST, TIGHTEST = 5e-2, 2e-5
+_UNIT_TARGET = 2.8e-3  # at which the constants below hold
 
 
 class Controls(NamedTuple):
@@ -38,7 +39,7 @@ class Accuracy:
 
     def controls(self) -> Controls:
         """Discretisation for this target; spacing and step shrink with their orders of convergence."""
-        ratio = self.target / NAMED_TARGETS["standard"]
+        ratio = self.target / _UNIT_TARGET
         return Controls(
             edge_spacing=0.10 * ratio**0.5,
             curvature=4e-3 * ratio,

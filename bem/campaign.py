@@ -1,111 +1,34 @@
 """Thousands of protocols, simulated on all cores or a cluster, into one data set file.
 
-A campaign is what it computes (`Campaign`) and nothing about where: workers, interruptions and the order of arrival
-leave no trace in its numbers, only in its seconds.
+Workers, interruptions and the order of arrival leave no trace in the numbers, only in the seconds.
 """
 
 import functools
-import hashlib
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from bem._checks import FloatArray
+from bem.campaign_plan import Campaign, Solver, solver_digest
 from bem.dataset_file import load_dataset, write_dataset
-from bem.designs import QUANTITIES, Design, whole_number
-from bem.measurement import FMS
+from bem.designs import QUANTITIES, whole_number
+from bem.materials import StandardLinearSolid
 from bem.parts import CampaignError, PartStore, differences
 from bem.pools import Batch, Cluster, LocalPool, Pool
+from bem.protocol import LoadingProtocol
 from bem.provenance import provenance
 from bem.records import COMPLETED, FAILED, Columns, Record, Settings, failed, simulate_record, tabulate
-
-AROUND_THE_SOLVER = frozenset(
-    (
-        *("campaign", "campaign_cli", "campaign_files", "campaign_progress", "cli", "plots", "__main__"),
-        *("dataset_file", "designs", "parts", "pools", "provenance", "records"),
-    )
-)
-"""Modules of this package that decide no trajectory's numbers."""
+from bem.scene import Scene
 
 LARGEST_BATCH = 32
 BATCHES_PER_WORKER = 48
-Solver = Callable[..., Any]
 Progress = Callable[[int, int], None]
 """Told how many trajectories are done and how many of them failed."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Campaign:
-    """What is computed.
-
-    Args:
-        design: where protocols come from.
-        count: how many.
-        seed: seed of the design.
-        accuracy: as in `bem.simulate`.
-        counts: measurement points in loading, dwell and unloading.
-        native: whether the solver's own histories are kept too.
-        shard: (i, n) for the i-th of n interleaved shares, counting from 1.
-    """
-
-    design: Design = field(default_factory=Design)
-    count: int = 12_450
-    seed: int = 0
-    accuracy: str | float = "standard"
-    counts: tuple[int, int, int] = FMS
-    native: bool = False
-    shard: tuple[int, int] = (1, 1)
-
-    def __post_init__(self) -> None:
-        from bem.accuracy import resolve_accuracy
-
-        resolve_accuracy(self.accuracy)
-        whole_number("shards", self.shard[1], low=1)
-        whole_number("shard", self.shard[0], low=1, high=self.shard[1])
-
-    @functools.cached_property
-    def protocols(self) -> dict[str, FloatArray]:
-        """The quantities of all `count` protocols by name, whatever the shard."""
-        return self.design.protocols(self.count, self.seed)
-
-    @property
-    def indices(self) -> np.ndarray:
-        """Which of the protocols this campaign simulates."""
-        return np.arange(self.shard[0] - 1, self.count, self.shard[1])
-
-    @property
-    def settings(self) -> Settings:
-        """How each of them is simulated and measured."""
-        return Settings(
-            modulus_ratio=self.design.modulus_ratio, accuracy=self.accuracy, counts=self.counts, native=self.native
-        )
-
-    def identity(self, solver: Solver | None = None) -> dict[str, Any]:
-        """Everything that decides the numbers."""
-        return {
-            "design": self.design.name,
-            "ranges": {name: list(bounds) for name, bounds in self.design.ranges.items()},
-            "modulus_ratio": self.design.modulus_ratio,
-            "seed": self.seed,
-            "count": self.count,
-            "accuracy": self.accuracy,
-            "counts": list(self.counts),
-            "native": self.native,
-            "shard": "/".join(map(str, self.shard)),
-            "solver": solver_digest() if solver is None else f"{solver.__module__}.{solver.__qualname__}",
-        }
-
-    def path(self, out: str | Path) -> Path:
-        """Where the data set goes: `out` itself, or beside it for one of several shards."""
-        out = Path(out)
-        if self.shard[1] == 1:
-            return out
-        return out.with_name(f"{out.stem}.shard-{self.shard[0]}-of-{self.shard[1]}{out.suffix}")
 
 
 @dataclass(frozen=True)
@@ -131,14 +54,6 @@ class Summary:
     damaged: int = 0
 
 
-@functools.cache
-def solver_digest() -> str:
-    """Digest of the solver's source, the same wherever and whenever it is installed."""
-    package = Path(__file__).parent
-    sources = sorted(path for path in package.rglob("*.py") if path.stem not in AROUND_THE_SOLVER)
-    return hashlib.sha256(b"\0".join(path.read_bytes() for path in sources)).hexdigest()[:16]
-
-
 def expected_cost(protocols: dict[str, FloatArray]) -> FloatArray:
     """Relative cost of each protocol, a fit to measured seconds: deep contacts of large Tabor parameter cost most."""
     return 2.5 + protocols["tabor"] ** 0.4 * protocols["peak_indentation"]
@@ -158,6 +73,16 @@ def batches_of(indices: np.ndarray, cost: FloatArray, workers: int) -> list[Batc
     return batches
 
 
+@functools.cache
+def _warm_solver() -> Solver:
+    """The solver with its kernels loaded, so that no trajectory is charged for that."""
+    from bem.simulate import simulate
+
+    protocol = LoadingProtocol(peak_indentation=2.0, loading_rate=10.0, dwell_time=0.1, unloading_rate=10.0)
+    simulate(Scene(tabor=1.0, material=StandardLinearSolid(0.1)), protocol, "draft")
+    return simulate
+
+
 @dataclass(frozen=True)
 class Task:
     """What a worker does with a batch; it travels to workers, so it holds no more than they need."""
@@ -168,9 +93,7 @@ class Task:
 
     def __call__(self, batch: Batch) -> tuple[list[Record], float, str]:
         """Records of the batch, the seconds they took, and the digest of the solver used."""
-        solver = self.solver
-        if solver is None:
-            from bem.simulate import simulate as solver
+        solver = _warm_solver() if self.solver is None else self.solver
         started = time.perf_counter()
         rows = ({name: values[index] for name, values in self.protocols.items()} for index in batch)
         records = [simulate_record(index, row, self.settings, solver) for index, row in zip(batch, rows, strict=True)]

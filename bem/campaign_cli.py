@@ -103,7 +103,8 @@ def _run(
     cluster: str | None,
     replace: bool,
 ) -> None:
-    from bem.campaign import Campaign, run_campaign
+    from bem.campaign import run_campaign
+    from bem.campaign_plan import Campaign
     from bem.campaign_progress import progress_bar
 
     design = Design(settings.pop("design", "paper"), settings.pop("ranges"), settings.pop("modulus_ratio", 0.1))

@@ -8,8 +8,6 @@ from typing import Any
 import numpy as np
 
 from bem.campaign import (
-    Campaign,
-    Solver,
     Summary,
     existing,
     results,
@@ -17,6 +15,7 @@ from bem.campaign import (
     summary_of,
     write_result,
 )
+from bem.campaign_plan import Campaign, Solver
 from bem.dataset_file import load_dataset, open_dataset, read_tree
 from bem.designs import QUANTITIES, Design, whole_number
 from bem.parts import differences

@@ -65,13 +65,13 @@ def force_of(mesh: Mesh, tractions: np.ndarray, gap: np.ndarray) -> float:
 def pressed_gap(scaled_traction: float, guess: float) -> float:
     """Gap on the steep branch h < 3^(1/6) with Lennard-Jones traction `scaled_traction` (in dgamma/h0), from a nearby `guess`."""
     c = 0.375 * scaled_traction
-    z = max(guess**-3.0, 0.65)
+    z = max(1.0 / (guess * guess * guess), 0.65)
     if c < -1.0:
         z = max(z, np.cbrt(-c))
     for _ in range(40):
         change = (z - z * z * z - c) / (3.0 * z * z - 1.0)
         z = max(z + change, 0.6)
-        if abs(change) <= 1e-14 * z:
+        if abs(change) <= 1e-8 * z:  # quadratic convergence: the next change would be below rounding
             break
     return 1.0 / np.cbrt(z)
 

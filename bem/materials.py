@@ -20,7 +20,6 @@ from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.optimize import brentq
 
 from bem._checks import FloatArray, finite_number, finite_vector
 from bem._jit import kernel
@@ -178,6 +177,9 @@ def _retardation_spectrum(moduli: FloatArray, times: FloatArray) -> tuple[FloatA
     Each root is sought as its distance from the nearer pole, on a logarithmic scale, so that spectra spanning many
     decades lose no digits; the residues then give c = 1 / (T sum_i g_i t_i / (T - t_i)^2).
     """
+    # Imported here because scipy.optimize takes a noticeable part of a second.
+    from scipy.optimize import brentq
+
     weights = moduli * times
     strengths, roots = np.empty_like(times), np.empty_like(times)
     upper = np.append(times[1:], times[-1:] + 4.0 * np.sum(weights))

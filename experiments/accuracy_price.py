@@ -15,7 +15,8 @@ import numpy as np
 import typer
 
 from bem._checks import FloatArray
-from bem.campaign import Campaign, Solver, run_campaign
+from bem.campaign import run_campaign
+from bem.campaign_plan import Campaign, Solver
 from bem.campaign_progress import progress_bar
 from bem.dataset_file import Dataset, load_dataset
 from bem.designs import whole_number

@@ -18,8 +18,8 @@ from bem.designs import Design
 from bem.measurement import measurement_times
 
 MODULUS_RATIO = 0.1
-TRUTH_TARGET = 2.5e-5
-CHECK_TARGET = 6e-5
+TRUTH_TARGET = 7e-5
+CHECK_TARGET = 1.5e-4
 RESULTS = Path("results/solver")
 QUANTITIES = ("pull_off_force", "hysteresis", "force")
 
