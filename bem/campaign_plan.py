@@ -1,4 +1,4 @@
-"""What a campaign computes: protocols of a design at one accuracy, by one version of the solver; nothing about where."""
+"""What a campaign computes: protocols of a design at one accuracy by one version of the solver, wherever it runs."""
 
 import functools
 import hashlib
@@ -16,21 +16,9 @@ from bem.records import Settings
 
 Solver = Callable[..., Any]
 AROUND_THE_SOLVER = frozenset(
-    (
-        *(
-            "campaign",
-            "campaign_cli",
-            "campaign_files",
-            "campaign_plan",
-            "campaign_progress",
-            "cli",
-            "plots",
-            "__main__",
-        ),
-        *("dataset_file", "designs", "parts", "pools", "provenance", "records"),
-    )
+    ("__main__", "cli", "dataset_file", "designs", "parts", "plots", "pools", "provenance", "records")
 )
-"""Modules of this package that decide no trajectory's numbers."""
+"""Modules of this package that decide no trajectory's numbers, beside those called campaign."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -106,5 +94,9 @@ class Campaign:
 def solver_digest() -> str:
     """Digest of the solver's source, the same wherever and whenever it is installed."""
     package = Path(__file__).parent
-    sources = sorted(path for path in package.rglob("*.py") if path.stem not in AROUND_THE_SOLVER)
+    sources = sorted(
+        path
+        for path in package.rglob("*.py")
+        if path.stem not in AROUND_THE_SOLVER and not path.stem.startswith("campaign")
+    )
     return hashlib.sha256(b"\0".join(path.read_bytes() for path in sources)).hexdigest()[:16]

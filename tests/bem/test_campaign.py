@@ -18,9 +18,10 @@ from typer.testing import CliRunner
 
 import bem.dataset_file
 import bem.parts
-from bem.campaign import Campaign, batches_of, expected_cost, run_campaign
+from bem.campaign import batches_of, expected_cost, run_campaign
 from bem.campaign_cli import register
 from bem.campaign_files import merge, verify
+from bem.campaign_plan import Campaign
 from bem.campaign_progress import rate_line
 from bem.dataset_file import load_dataset, open_dataset, read_tree
 from bem.designs import Design
@@ -147,7 +148,8 @@ def start_campaign(out, solver="slow", count=120):
         f"import sys; sys.path.insert(0, {str(HERE)!r})\n"
         "import bem.parts, campaign_stand_in\n"
         "from pathlib import Path\n"
-        "from bem.campaign import Campaign, run_campaign\n"
+        "from bem.campaign import run_campaign\n"
+        "from bem.campaign_plan import Campaign\n"
         "bem.parts.SECONDS_BETWEEN_PARTS = 0.05\n"
         f"plan = Campaign(count={count}, seed=4, native=True)\n"
         f"run_campaign(plan, Path({str(out)!r}), workers=2, solver=campaign_stand_in.{solver})\n"

@@ -12,7 +12,8 @@ sys.path.insert(0, str(HERE))
 
 import campaign_stand_in as stand_in  # noqa: E402
 
-from bem.campaign import Campaign, run_campaign  # noqa: E402
+from bem.campaign import run_campaign  # noqa: E402
+from bem.campaign_plan import Campaign  # noqa: E402
 from bem.designs import read_design_file  # noqa: E402
 
 TEXT = (HERE.parents[1] / "docs" / "dataset.md").read_text(encoding="utf-8")

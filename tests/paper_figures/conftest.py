@@ -11,7 +11,8 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "bem"))
 
 import campaign_stand_in as stand_in
 
-from bem.campaign import Campaign, run_campaign
+from bem.campaign import run_campaign
+from bem.campaign_plan import Campaign
 from bem.dataset_file import load_dataset
 from bem.measurement import measurement_grid
 from experiments.dataset_statistics import statistics
