@@ -36,18 +36,24 @@ def _jacobian(
 
 @kernel
 def settle(
-    mesh: Mesh, tabor: float, rhs: np.ndarray, response: float, tolerance: float, gap: np.ndarray, tractions: np.ndarray
-) -> int:
+    mesh: Mesh,
+    tabor: float,
+    rhs: np.ndarray,
+    response: float,
+    tolerance: float,
+    gap: np.ndarray,
+    tractions: np.ndarray,
+    counts: np.ndarray,
+) -> bool:
     """Follow the pseudo-transient from `gap` (n,) to a stable equilibrium; overwrites `gap` and `tractions`.
 
-    Returns:
-        pseudo-time steps taken, or -1 when none was reached.
+    Iterations and factorisations are added to counts[0:2]; returns whether an equilibrium was reached.
     """
     n = gap.size
     residual, correction = np.empty(n), np.empty(n)
     matrix, pivots = np.empty((n, n)), np.empty(n, dtype=np.int32)
     pseudo_step = 1.0
-    for count in range(_MOST_STEPS):
+    for _ in range(_MOST_STEPS):
         tractions_of(gap, tabor, tractions)
         np.dot(mesh.influence, tractions, residual)
         worst = 0.0
@@ -58,6 +64,7 @@ def settle(
         for _ in range(60):
             _jacobian(mesh.influence, gap, tabor, response, 1.0 / pseudo_step, matrix)
             lu_factor(matrix, n, pivots)
+            counts[1] += 1
             if determinant_is_negative(matrix, n, pivots):
                 pseudo_step *= 0.3
                 continue
@@ -70,11 +77,12 @@ def settle(
                 break
             pseudo_step *= max(0.1, 0.5 * _LARGEST_CHANGE / largest)
         if worst < tolerance and pseudo_step >= _SETTLED:
-            return count
+            return True
+        counts[0] += 1
         for i in range(n):
             gap[i] = max(gap[i] - correction[i], 0.05 * gap[i])
         pseudo_step = min(pseudo_step * min(3.0, 0.5 * _LARGEST_CHANGE / max(largest, 1e-12)), 1e6)
-    return -1
+    return False
 
 
 @kernel

@@ -129,9 +129,7 @@ def _equilibrate(
         if problem.hard:
             solved = solve_hard(mesh, rhs, response, problem.controls.residual, gap, tractions, counts)
         else:
-            steps = settle(mesh, problem.tabor, rhs, response, problem.controls.residual, gap, tractions)
-            solved = steps >= 0
-            counts[_FACTORISATIONS] += abs(steps)
+            solved = settle(mesh, problem.tabor, rhs, response, problem.controls.residual, gap, tractions, counts)
         if not solved:
             return mesh, gap, tractions, False
         edge = _edge(problem, mesh, gap, tractions)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import functools
 import math
 import time
 from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
+from threadpoolctl import ThreadpoolController
 
 from bem._checks import instance
 from bem.accuracy import resolve_accuracy
@@ -68,16 +70,17 @@ def simulate(
         problem, first_mesh = _discretise(scene, deepest, target.controls(), mesh)
     except MemoryError as error:
         return _unfinished(str(error), target.target, len(scene.material.strengths))
-    records, jumps, counts, segment_steps, outcome = march(
-        problem,
-        first_mesh,
-        np.array(history.times),
-        np.array(history.indentations),
-        initial_state == "glassy",
-        MOST_STEPS,
-    )
+    arguments = (np.array(history.times), np.array(history.indentations), initial_state == "glassy", MOST_STEPS)
+    # The systems are too small for BLAS threads, which would only wait for each other.
+    with _thread_controller().limit(limits=1, user_api="blas"):
+        records, jumps, counts, segment_steps, outcome = march(problem, first_mesh, *arguments)
     seconds = time.perf_counter() - started
     return _trajectory(problem, history, target.target, records, jumps, counts, segment_steps, outcome, seconds)
+
+
+@functools.cache
+def _thread_controller() -> ThreadpoolController:
+    return ThreadpoolController()
 
 
 def _discretise(scene: Scene, deepest: float, controls, mesh: ArrayLike | None) -> tuple[Problem, Mesh]:
