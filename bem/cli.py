@@ -13,6 +13,8 @@ from typing import Annotated, Any
 
 import typer
 
+from bem.campaign_cli import register
+
 app = typer.Typer(
     help="Adhesive contact of a rigid sphere with a viscoelastic half-space. All quantities are dimensionless: "
     "indentation in h0, time in retardation times, force in pi R dgamma (tension positive).",
@@ -27,9 +29,7 @@ MATERIAL_HELP = (
 )
 
 
-@app.callback()
-def commands() -> None:
-    """Name the commands even while there is only one."""
+register(app)
 
 
 @app.command()
