@@ -68,7 +68,7 @@ class Dataset:
         return measurement_grid(**self.protocols, counts=self.counts)
 
 
-def write_tree(target: str | Path | BytesIO, columns: Columns, attributes: Mapping[str, Any]) -> None:
+def write_tree(target: BytesIO, columns: Columns, attributes: Mapping[str, Any]) -> None:
     """Write columns and root attributes as HDF5; dictionaries become JSON."""
     with h5py.File(target, "w") as file:
         for name, value in attributes.items():
@@ -100,15 +100,16 @@ def write_dataset(path: Path, columns: Columns, attributes: Mapping[str, Any], c
     Raises:
         OSError: nothing was written, and what was at `path` is untouched.
     """
+    # In memory first, because the HDF5 library crashes on a full disk.
+    memory = BytesIO()
+    write_tree(memory, columns, {"format": FORMAT, "format_version": FORMAT_VERSION, **attributes})
+    with h5py.File(memory, "r+") as file:
+        file["fms"].attrs["counts"] = np.array(counts, dtype=np.int64)
     temporary = path.with_name(path.name + TEMPORARY)
     try:
-        write_tree(temporary, columns, {"format": FORMAT, "format_version": FORMAT_VERSION, **attributes})
-        with h5py.File(temporary, "r+") as file:
-            file["fms"].attrs["counts"] = np.array(counts, dtype=np.int64)
+        with temporary.open("wb") as file:
+            file.write(memory.getbuffer())
         move_into_place(temporary, path)
-    except RuntimeError as error:
-        # h5py reports some failures of the file system so.
-        raise OSError(str(error)) from error
     finally:
         temporary.unlink(missing_ok=True)
 

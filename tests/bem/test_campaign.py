@@ -200,19 +200,25 @@ def test_kill_at_random_moments_loses_and_duplicates_nothing(plan, undisturbed_s
         time.sleep(0.1)
 
 
+def start_command(*arguments, solver="slow", before=""):
+    code = (
+        f"import sys; sys.path.insert(0, {str(HERE)!r})\n"
+        "import bem.campaign, bem.parts, campaign_stand_in, functools, typer, bem.campaign_cli\n"
+        f"solver = campaign_stand_in.{solver}\n"
+        "bem.campaign.run_campaign = functools.partial(bem.campaign.run_campaign, solver=solver)\n"
+        "app = typer.Typer()\n"
+        "bem.campaign_cli.register(app)\n"
+        f"sys.argv = {['bem', *map(str, arguments)]!r}\n"
+        f"{before}\n"
+        "app()\n"
+    )
+    return subprocess.Popen([sys.executable, "-c", code], stderr=subprocess.PIPE, cwd=HERE.parents[1], text=True)
+
+
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
 def test_interrupted_campaign_saves_what_it_holds(how, tmp_path):
     out = tmp_path / "data.h5"
-    code = (
-        f"import sys; sys.path.insert(0, {str(HERE)!r})\n"
-        "import bem.campaign, campaign_stand_in, functools, typer, bem.campaign_cli\n"
-        "bem.campaign.run_campaign = functools.partial(bem.campaign.run_campaign, solver=campaign_stand_in.slow)\n"
-        "app = typer.Typer()\n"
-        "bem.campaign_cli.register(app)\n"
-        f"sys.argv = ['bem', 'campaign', '--count', '3000', '--workers', '2', '--out', {str(out)!r}]\n"
-        "app()\n"
-    )
-    process = subprocess.Popen([sys.executable, "-c", code], stderr=subprocess.PIPE, cwd=HERE.parents[1], text=True)
+    process = start_command("campaign", "--count", 3000, "--workers", 2, "--out", out)
     await_parts(out, process, 1)
     before = len(parts(out))
     process.send_signal(how)
@@ -221,6 +227,22 @@ def test_interrupted_campaign_saves_what_it_holds(how, tmp_path):
     assert errors == "bem: interrupted; what was done is saved, and the same command continues\n"
     assert len(parts(out)) >= before
     assert not out.exists()
+
+
+@pytest.mark.parametrize("limit", [10_000, 150_000])
+def test_real_write_errors_end_in_one_sentence(limit, tmp_path):
+    # The least part is larger than the first limit, the file than the second.
+    before = f"import resource; resource.setrlimit(resource.RLIMIT_FSIZE, ({limit}, {limit}))"
+    before += "; bem.parts.SECONDS_BETWEEN_PARTS = 0.0"
+    out = tmp_path / "data.h5"
+    process = start_command("campaign", "--count", 600, "--out", out, "--native", solver="solve", before=before)
+    _, errors = process.communicate(timeout=60)
+    assert (process.returncode, errors.count("\n")) == (1, 1), errors
+    assert "File too large" in errors
+    assert "the same command continues" in errors
+    assert not out.exists()
+    assert bool(parts(out)) == (limit > 50_000)
+    assert not list(tmp_path.rglob("*.writing"))
 
 
 def test_a_killed_worker_costs_nothing(tmp_path, monkeypatch):
