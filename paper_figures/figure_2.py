@@ -80,7 +80,7 @@ def draw_cost(axes: Axes, dataset: Dataset, paper: dict[str, Any]) -> None:
     draw_histogram(axes, seconds, r"solver time $t_\mathrm{CPU}$ (s)")
     total, hours = float(seconds.sum()), paper["cpu_hours"]
     theirs = 3600.0 * hours / paper["trajectories"]
-    axes.set_xlim(right=3e3)
+    axes.set(xlim=(None, 3e3), ylim=(0.0, 1.25 * axes.get_ylim()[1]))
     mark(axes, theirs, f"paper: {hours} h\nmean {theirs:.0f} s", drawing.PAPER, height=0.6, side="right")
     ours = f"here: {total / 60.0:.1f} min\nmean {1e3 * seconds.mean():.1f} ms"
     mark(axes, float(seconds.mean()), ours, drawing.BLACK, height=0.98, side="left")
