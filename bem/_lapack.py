@@ -1,8 +1,8 @@
 """LU factorisation inside compiled kernels, by the LAPACK that SciPy ships.
 
-Numba knows `np.linalg.solve` but not a factorisation that is kept and used again. SciPy's LAPACK routines are registered
-here as linker symbols, so that kernels calling them can still be cached on disk. Matrices are row-major, which LAPACK sees
-transposed; `lu_solve` therefore asks for the transposed solve.
+Numba knows `np.linalg.solve` but not a factorisation that is kept and used again. SciPy's LAPACK routines are
+registered here as linker symbols, so that kernels calling them can still be cached on disk. Matrices are row-major,
+which LAPACK sees transposed; `lu_solve` therefore asks for the transposed solve.
 """
 
 import llvmlite.binding as llvm
@@ -25,7 +25,13 @@ _TRANSPOSED = ord("T")
 
 @kernel
 def lu_factor(matrix: np.ndarray, order: int, pivots: np.ndarray) -> None:
-    """Factorise the leading `order` x `order` block of a contiguous float64 (n, n) `matrix` in place; pivots int32 (n,)."""
+    """Factorise the leading `order` x `order` block of `matrix` in place.
+
+    Args:
+        matrix: contiguous float64 (n, n).
+        order: at most n.
+        pivots: int32 (n,), overwritten.
+    """
     size = np.array([order, matrix.shape[1], 0], dtype=np.int32)
     _getrf(size.ctypes, size.ctypes, matrix.ctypes, size[1:].ctypes, pivots.ctypes, size[2:].ctypes)
 

@@ -1,8 +1,8 @@
 """How a target error becomes numbers of the discretisation.
 
-One knob, the target relative error, sets everything: spacing at the contact edge (second order), spacing elsewhere by the curvature of the
-traction, length of a time step (third order), residual of an equilibrium, extent of the mesh. The named accuracies are targets too.
-The constants were chosen by `make bench-solver`, which measures what they give.
+One knob, the target relative error, sets everything: spacing at the contact edge (second order), spacing elsewhere by
+the curvature of the traction, length of a time step (third order), residual of an equilibrium, extent of the mesh. The
+named accuracies are targets too. The constants were chosen by `make bench-solver`, which measures what they give.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ def resolve_accuracy(accuracy: str | float) -> Accuracy:
     """The accuracy a user asked for by name or by target relative error.
 
     Raises:
-        ValueError: for an unknown name or a target outside [1e-5, 0.05].
+        ValueError: for an unknown name or a target outside [2e-5, 0.05].
     """
     if isinstance(accuracy, str) and accuracy in NAMED_TARGETS:
         return Accuracy(accuracy, NAMED_TARGETS[accuracy])

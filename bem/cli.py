@@ -175,7 +175,8 @@ def readable(trajectory: Any) -> str:
             f"end force        {trajectory.end_force:.5g}",
         ]
     lines += [
-        f"jump             at indentation {jump.indentation:.5g}: force {jump.force_before:.4g} -> {jump.force_after:.4g}"
+        f"jump             at indentation {jump.indentation:.5g}: "
+        f"force {jump.force_before:.4g} -> {jump.force_after:.4g}"
         for jump in trajectory.jumps
     ]
     lines.append(

@@ -1,8 +1,10 @@
 """How wide the zone is in which the surfaces let go of each other, and where the contact edge can be.
 
-Units: radii and widths in beta. The width sets the mesh: what a mesh does not resolve it pins (the edge sticks from node to node).
-Sources: cohesive-zone length of a crack E* dgamma / sigma_0^2, in these units 2.48/mu^2 with its usual prefactor (Maugis, Contact,
-Adhesion and Rupture of Elastic Solids, 2000, section 3.3.5); gap outside a Hertz contact, Johnson, Contact Mechanics, 1985, Eq. (3.42a).
+Units: radii and widths in beta. The width sets the mesh: what a mesh does not resolve it pins (the edge sticks from
+node to node).
+Sources: cohesive-zone length of a crack E* dgamma / sigma_0^2, in these units 2.48/mu^2 with its usual prefactor
+(Maugis, Contact, Adhesion and Rupture of Elastic Solids, 2000, section 3.3.5); gap outside a Hertz contact, Johnson,
+Contact Mechanics, 1985, Eq. (3.42a).
 """
 
 import math
@@ -16,7 +18,7 @@ HARD_EDGE = 0.1  # without adhesion there is no such zone: resolve this fraction
 
 @kernel
 def edge_width(contact_radius: float, tabor: float, hard: bool) -> float:
-    """Length over which the traction changes at the edge of a contact; the shortest of what adhesion and geometry allow."""
+    """Length over which the traction changes at the edge of a contact: the shortest adhesion and geometry allow."""
     if hard:
         return HARD_EDGE * max(contact_radius, 1e-12)
     crack = CRACK_LENGTH / (tabor * tabor)
@@ -38,7 +40,7 @@ def contact_edge(radii, gap) -> float:
 
 
 def largest_contact_radius(peak_indentation: float, tabor: float, hard: bool) -> float:
-    """Upper estimate of the contact radius at the deepest indentation: Hertz without, JKR with adhesion and a margin."""
+    """Upper estimate of the contact radius at the deepest indentation: Hertz, or with adhesion JKR and a margin."""
     hertz = math.sqrt(max(peak_indentation, 0.0) / tabor)
     if hard:
         return max(hertz, 1e-9)

@@ -4,10 +4,11 @@ The gap h (in h0) at every node satisfies
 
     F(h) = h + a G sigma(h) - rhs = 0,        rhs = 1 - delta + mu r^2 / 2 - G sigma_remembered,
 
-where G carries the factor mu, sigma is the Lennard-Jones traction (positive in tension, in dgamma/(mu h0)) and a the response of the material over the step
-(`bem.memory`). Where surfaces press on each other the gap hardly moves and the traction does: there the unknown is the traction, elsewhere the
-gap. In these unknowns the Jacobian changes little from step to step, so its factorisation is kept until convergence slows. Far away, where the
-traction has no slope, nodes leave the linear system. A state is accepted on its residual only.
+where G carries the factor mu, sigma is the Lennard-Jones traction (positive in tension, in dgamma/(mu h0)) and a the
+response of the material over the step (`bem.memory`). Where surfaces press on each other the gap hardly moves and the
+traction does: there the unknown is the traction, elsewhere the gap. In these unknowns the Jacobian changes little from
+step to step, so its factorisation is kept until convergence slows. Far away, where the traction has no slope, nodes
+leave the linear system. A state is accepted on its residual only.
 Source: paper, Appendix "BEM discretisation details", Eqs. (LJdisc) to (uzdisc2).
 """
 
@@ -63,7 +64,10 @@ def force_of(mesh: Mesh, tractions: np.ndarray, gap: np.ndarray) -> float:
 
 @kernel
 def pressed_gap(scaled_traction: float, guess: float) -> float:
-    """Gap on the steep branch h < 3^(1/6) with Lennard-Jones traction `scaled_traction` (in dgamma/h0), from a nearby `guess`."""
+    """Gap on the steep branch h < 3^(1/6) with Lennard-Jones traction `scaled_traction` (in dgamma/h0).
+
+    Newton's method from a nearby `guess`.
+    """
     c = 0.375 * scaled_traction
     z = max(1.0 / (guess * guess * guess), 0.65)
     if c < -1.0:

@@ -1,10 +1,12 @@
 """When an equilibrium ends: the jump, at fixed indentation and fixed memory, to the next stable one.
 
-Along a history of indentation a branch of equilibria can fold back; beyond the fold no time step, however small, leads on, and the contact snaps in or
-off. Pseudo-transient continuation follows dh/ds = -F(h) with implicit steps in the pseudo-time s, from which every stable equilibrium attracts.
-The eigenvalues of the Jacobian I + a G diag(sigma') are real (it is similar to a symmetric matrix), a state is stable when all are positive, and a
-pseudo-time step is taken only when it leaves none negative, so the path cannot settle on an unstable branch.
-Source: Kelley and Keyes, SIAM J. Numer. Anal. 35 (1998) 508; Greenwood, Proc. R. Soc. A 453 (1997) 1277 on the folds of this problem.
+Along a history of indentation a branch of equilibria can fold back; beyond the fold no time step, however small, leads
+on, and the contact snaps in or off. Pseudo-transient continuation follows dh/ds = -F(h) with implicit steps in the
+pseudo-time s, from which every stable equilibrium attracts. The eigenvalues of the Jacobian I + a G diag(sigma') are
+real (it is similar to a symmetric matrix), a state is stable when all are positive, and a pseudo-time step is taken
+only when it leaves none negative, so the path cannot settle on an unstable branch.
+Source: Kelley and Keyes, SIAM J. Numer. Anal. 35 (1998) 508; Greenwood, Proc. R. Soc. A 453 (1997) 1277 on the folds of
+this problem.
 """
 
 import numpy as np
@@ -87,7 +89,7 @@ def settle(
 
 @kernel
 def smallest_eigenvalue(mesh: Mesh, tabor: float, response: float, gap: np.ndarray) -> float:
-    """Eigenvalue of the Jacobian nearest to zero, by inverse iteration: it vanishes at a fold, is positive when stable."""
+    """Eigenvalue of the Jacobian nearest to zero, by inverse iteration: zero at a fold, positive when stable."""
     n = gap.size
     matrix, pivots = np.empty((n, n)), np.empty(n, dtype=np.int32)
     _jacobian(mesh.influence, gap, tabor, response, 0.0, matrix)

@@ -1,11 +1,12 @@
-"""Contact without adhesion: surfaces that cannot pass through each other and do not attract (a complementarity problem).
+"""Contact without adhesion: surfaces that neither pass through each other nor attract (a complementarity problem).
 
 At every node either the gap is closed and the traction compressive, or the gap is open and there is no traction:
 
     h = rhs - a G sigma,    h >= 1,    sigma <= 0,    (h - 1) sigma = 0,
 
-with the gap counted from h0 as in `bem.equilibrium`. An active-set Newton iteration solves the linear system of the closed nodes only, releases those
-that would pull and adds those that would pass through, until neither is left. There is no far field, so the mesh ends just outside the contact.
+with the gap counted from h0 as in `bem.equilibrium`. An active-set Newton iteration solves the linear system of the
+closed nodes only, releases those that would pull and adds those that would pass through, until neither is left. There
+is no far field, so the mesh ends just outside the contact.
 Source: Johnson, Contact Mechanics, 1985, section 5.9; Hertz's solution is in `bem.reference_solutions.hertz`.
 """
 
@@ -30,7 +31,8 @@ def solve_hard(
 ) -> bool:
     """Solve from the nodes closed in the predicted `tractions` (n,); overwrites `gap` and `tractions` by the solution.
 
-    `counts` as in `bem.equilibrium.solve_adhesive`; returns whether no node passes through by more than `tolerance` (in h0) or pulls.
+    `counts` as in `bem.equilibrium.solve_adhesive`; returns whether no node passes through by more than `tolerance` (in
+    h0) or pulls.
     """
     n = gap.size
     closed = np.empty(n, dtype=np.bool_)

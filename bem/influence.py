@@ -8,13 +8,13 @@ A traction that is linear between neighbouring nodes is a sum of hat functions: 
 
 with K the complete elliptic integral of the first kind (modulus, not parameter, as argument).
 
-Units: radii in beta; `influence_matrix(radii) @ traction` is the displacement that the dimensionless gap equation multiplies by mu.
-The kernel is homogeneous, G(c r, c s) = G(r, s) / c, so a scaled mesh has the scaled matrix, `influence_matrix(c r) = c
-influence_matrix(r)`: one normalised mesh serves every scene.
+Units: radii in beta; `influence_matrix(radii) @ traction` is the displacement that the dimensionless gap equation
+multiplies by mu. The kernel is homogeneous, G(c r, c s) = G(r, s) / c, so a scaled mesh has the scaled matrix,
+`influence_matrix(c r) = c influence_matrix(r)`: one normalised mesh serves every scene.
 
-The indefinite integrals over the ratio x = s / r are A_n(x) = (4/pi) * integral over (0, x) of t^(n+1) G(1, t) pi/4 dt. A_0 is closed in K and
-E; A_1 needs the integral of K and is evaluated from Chebyshev series, split as `smooth + smooth * log|1 - x|` around the
-logarithmic singularity at x = 1 so that it is accurate to rounding everywhere.
+The indefinite integrals over the ratio x = s / r are A_n(x) = (4/pi) * integral over (0, x) of t^(n+1) G(1, t) pi/4 dt.
+A_0 is closed in K and E; A_1 needs the integral of K and is evaluated from Chebyshev series, split as
+`smooth + smooth * log|1 - x|` around the logarithmic singularity at x = 1, accurate to rounding everywhere.
 """
 
 from __future__ import annotations
@@ -31,7 +31,11 @@ _SERIES_DEGREE = 24
 
 
 def require_mesh(radii: np.ndarray) -> np.ndarray:
-    """Return the radii as float64 if they are a mesh: at least 3 finite values from 0 strictly upwards; else ValueError."""
+    """Return the radii as float64 if they are a mesh: at least 3 finite values from 0 strictly upwards.
+
+    Raises:
+        ValueError: if they are not.
+    """
     mesh = np.ascontiguousarray(radii, dtype=np.float64)
     if mesh.ndim != 1 or mesh.size < 3 or not np.all(np.isfinite(mesh)):
         raise ValueError(f"mesh must be a 1D array of at least 3 finite radii (in beta); received shape {mesh.shape}")
@@ -67,7 +71,8 @@ def influence_matrix(radii: np.ndarray) -> np.ndarray:
         radii: (N,) strictly increasing, radii[0] = 0, in beta.
 
     Returns:
-        (N, N) float64: `G @ traction` is the displacement u / mu of the gap equation. The last hat ends at the last node.
+        (N, N) float64: `G @ traction` is the displacement u / mu of the gap equation. The last hat ends at the last
+        node.
 
     Raises:
         ValueError: if the radii are not a mesh.

@@ -1,8 +1,9 @@
 """Marching through a protocol: predict, solve, judge, accept; follow the edge with the mesh; jump where a branch ends.
 
-Each step solves one equilibrium at the new indentation with the remembered traction of the old ones. Its length follows from the difference of prediction
-and solution. A step that fails at the smallest useful length stands at a fold: the contact then settles on the next stable branch, and the trajectory
-records the jump. Times inside are counted from the start of each protocol segment, so that long dwells cost no digits.
+Each step solves one equilibrium at the new indentation with the remembered traction of the old ones. Its length follows
+from the difference of prediction and solution. A step that fails at the smallest useful length stands at a fold: the
+contact then settles on the next stable branch, and the trajectory records the jump. Times inside are counted from the
+start of each protocol segment, so that long dwells cost no digits.
 """
 
 from typing import NamedTuple
@@ -58,10 +59,7 @@ def _force(problem: Problem, mesh: Mesh, gap: np.ndarray, tractions: np.ndarray)
 @kernel
 def _right_side(problem: Problem, mesh: Mesh, depth: float, remembered: np.ndarray) -> np.ndarray:
     """1 - delta + mu r^2 / 2 - G sigma_remembered, the known part of the gap equation; (n,)."""
-    if remembered.size > 0:
-        known = -np.dot(mesh.master_rows, remembered)
-    else:
-        known = np.zeros(mesh.radii.size)
+    known = -np.dot(mesh.master_rows, remembered) if remembered.size > 0 else np.zeros(mesh.radii.size)
     for i in range(known.size):
         known[i] += 1.0 - depth + 0.5 * problem.tabor * mesh.radii[i] ** 2
     return known
@@ -123,7 +121,7 @@ def _equilibrate(
     tractions: np.ndarray,
     counts: np.ndarray,
 ) -> tuple[Mesh, np.ndarray, np.ndarray, bool]:
-    """A stable equilibrium from a state that may be far from it; the mesh follows until the edge stays inside its window."""
+    """A stable equilibrium from a state that may be far from it; the mesh follows until its window holds the edge."""
     for _ in range(200):
         rhs = _right_side(problem, mesh, depth, remembered)
         if problem.hard:
@@ -152,8 +150,9 @@ def march(problem: Problem, mesh: Mesh, times: np.ndarray, depths: np.ndarray, g
         most_steps: give up after this many.
 
     Returns:
-        records (steps, 4): time, indentation, force, contact radius; jumps (j, 7): time, indentation, force before and after, record
-        index of the state after, smallest eigenvalue before and after; counts (8,) as named in `COUNTS`; steps of each segment (s - 1,); outcome.
+        records (steps, 4): time, indentation, force, contact radius; jumps (j, 7): time, indentation, force before and
+        after, record index of the state after, smallest eigenvalue before and after; counts (8,) as named in `COUNTS`;
+        steps of each segment (s - 1,); outcome.
     """
     controls = problem.controls
     tabor, hard = problem.tabor, problem.hard

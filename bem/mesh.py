@@ -1,12 +1,14 @@
 """Where the nodes are: a fine uniform master grid, and the few of its nodes that a moment of the history needs.
 
-The cohesive zone at the contact edge must be resolved, and the edge travels. A mesh that is fine wherever it may go has several hundred nodes; one
-that is fine where it is has less than a hundred, but must follow. Both are had here: memory lives on the fine master grid, the unknowns on
-a selection of its nodes. A hat of the selection is a sum of hats of the master grid, so the influence matrix of any selection is condensed from
-rows of one normalised matrix (the kernel is homogeneous, see `bem.influence`), without an elliptic integral, and a new selection loses no
-memory. Nodes are dense around the edge, where the traction is curved, and where the memory is; spacing grows geometrically between.
+The cohesive zone at the contact edge must be resolved, and the edge travels. A mesh that is fine wherever it may go has
+several hundred nodes; one that is fine where it is has less than a hundred, but must follow. Both are had here: memory
+lives on the fine master grid, the unknowns on a selection of its nodes. A hat of the selection is a sum of hats of the
+master grid, so the influence matrix of any selection is condensed from rows of one normalised matrix (the kernel is
+homogeneous, see `bem.influence`), without an elliptic integral, and a new selection loses no memory. Nodes are dense
+around the edge, where the traction is curved, and where the memory is; spacing grows geometrically between.
 
-Units: radii in beta. A user's own radii (`uniform_mesh`, the paper's equal spacing, or any other) make a mesh that stays.
+Units: radii in beta. A user's own radii (`uniform_mesh`, the paper's equal spacing, or any other) make a mesh that
+stays.
 """
 
 from __future__ import annotations
@@ -167,7 +169,7 @@ def wanted_spacing(
 
 @kernel
 def pick_nodes(wanted: np.ndarray) -> np.ndarray:
-    """The fewest master nodes, from the first to the last, whose spacing is nowhere above the `wanted` one; (n,) int64."""
+    """The fewest master nodes, from first to last, whose spacing is nowhere above the `wanted` one; (n,) int64."""
     last = wanted.size - 1
     nodes = np.empty(last + 1, dtype=np.int64)
     count, f = 0, 0

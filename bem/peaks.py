@@ -1,7 +1,7 @@
 """The top of a narrow force peak, between two steps.
 
-Steps follow the curvature of the history, so the parabola through the highest step and its neighbours gives a peak to third order, where the highest step
-alone is too low. The vertex is added to the records as one more entry.
+Steps follow the curvature of the history, so the parabola through the highest step and its neighbours gives a peak to
+third order, where the highest step alone is too low. The vertex is added to the records as one more entry.
 """
 
 import numpy as np

@@ -1,7 +1,8 @@
-"""Where a solution goes next, by extrapolation of the last ones, and how wrong that was: the measure that sets the step.
+"""Where a solution goes next, by extrapolation of the last ones, and how wrong that was, which sets the step.
 
-Pressed nodes are extrapolated in traction, the others in gap (see `bem.equilibrium`), by the polynomial through up to three solutions since the last
-corner or jump. The difference between prediction and solution measures how curved the history is at this step length.
+Pressed nodes are extrapolated in traction, the others in gap (see `bem.equilibrium`), by the polynomial through up to
+three solutions since the last corner or jump. The difference between prediction and solution measures how curved the
+history is at this step length.
 """
 
 from typing import NamedTuple

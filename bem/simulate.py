@@ -45,16 +45,21 @@ def simulate(
     Args:
         scene: Tabor parameter, material and adhesion; only the effects it names are simulated.
         protocol: `LoadingProtocol`, or any `PiecewiseLinearProtocol` (cycles, creep and hold).
-        accuracy: "draft", "standard", "reference", or the wanted relative error of pull-off force and hysteresis (1e-5 to 0.05). Draft is for
-            looking, standard for data sets, reference for checking; cost grows about as error^-0.7.
-        initial_state: "relaxed", as if the sphere had stood at its start for ever, or "glassy", as if it had just been put there.
-        mesh: radii (n,) in beta, from 0 upwards, of a fixed mesh of your own, e.g. `bem.mesh.uniform_mesh`; by default nodes follow the edge.
+        accuracy: "draft", "standard", "reference", or the wanted relative error of pull-off force and hysteresis (2e-5
+            to 0.05). Draft is for looking, standard for data sets, reference for checking; cost grows about as
+            error^-0.7.
+        initial_state: "relaxed", as if the sphere had stood at its start for ever, or "glassy", as if it had just been
+            put there.
+        mesh: radii (n,) in beta, from 0 upwards, of a fixed mesh of your own, e.g. `bem.mesh.uniform_mesh`; by default
+            nodes follow the edge.
 
     Returns:
-        the trajectory. Its `status` is "completed" or says where and why it ended; no number of an unfinished one looks finished.
+        the trajectory. Its `status` is "completed" or says where and why it ended; no number of an unfinished one looks
+        finished.
 
     Raises:
-        ValueError: for input that is not a scene, a protocol, an accuracy, an initial state or a mesh, naming what is allowed.
+        ValueError: for input that is not a scene, a protocol, an accuracy, an initial state or a mesh, naming what is
+            allowed.
 
     Source: paper, Methods and Appendix "BEM discretisation details"; differences from it are listed in `bem/README.md`.
     """

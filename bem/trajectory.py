@@ -1,6 +1,7 @@
 """What a simulation returns: the force history, how it ended, and what it cost.
 
-Units: time in retardation times, indentation in h0, force in pi R dgamma (tension positive), contact radius in beta, hysteresis in h0 pi R dgamma.
+Units: time in retardation times, indentation in h0, force in pi R dgamma (tension positive), contact radius in beta,
+hysteresis in h0 pi R dgamma.
 """
 
 from __future__ import annotations
@@ -108,7 +109,7 @@ class Trajectory:
 
     @cached_property
     def hysteresis(self) -> float:
-        """Area |closed integral of P d(delta)| of the loop, by the monotone interpolation of `at`; NaN when unfinished."""
+        """Area |closed integral of P d(delta)| of the loop, interpolated as by `at`; NaN when unfinished."""
         return abs(self.work()) if self.completed else np.nan
 
     def work(self) -> float:

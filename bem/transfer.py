@@ -1,7 +1,7 @@
 """Carrying a solution from one selection of nodes to the next.
 
-Interpolated is what is smooth: the traction where surfaces press on each other, the gap elsewhere (see `bem.equilibrium`), both by the cubic through four
-nodes. The memory needs no transfer, it lives on the master grid.
+Interpolated is what is smooth: the traction where surfaces press on each other, the gap elsewhere (see
+`bem.equilibrium`), both by the cubic through four nodes. The memory needs no transfer, it lives on the master grid.
 """
 
 import numpy as np
