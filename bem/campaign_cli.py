@@ -10,10 +10,8 @@ from typing import Annotated, Any
 
 import typer
 
-from bem.designs import DESIGNS, Design, parse_range, read_design_file
-
 INTERRUPTED = 130
-DESIGN_HELP = f"How protocols are drawn: {', '.join(DESIGNS)}; paper by default."
+DESIGN_HELP = "How protocols are drawn: paper (the default), log-uniform or sobol."
 RANGE_HELP = "NAME=LOW:HIGH or NAME=VALUE for a quantity of the design; may be repeated."
 CLUSTER_HELP = "Use the workers of this Dask scheduler, e.g. tcp://127.0.0.1:8786, instead of this machine's cores."
 
@@ -56,6 +54,8 @@ def campaign(
     sample: Annotated[int, typer.Option(help="How many trajectories to verify.")] = 20,
 ) -> None:
     """Simulate many protocols into a data set file; after an interruption the same command continues."""
+    from bem.designs import parse_range, read_design_file
+
     if verify is not None:
         _verify(verify, sample, workers)
         return
@@ -106,6 +106,7 @@ def _run(
     from bem.campaign import run_campaign
     from bem.campaign_plan import Campaign
     from bem.campaign_progress import progress_bar
+    from bem.designs import Design
 
     design = Design(settings.pop("design", "paper"), settings.pop("ranges"), settings.pop("modulus_ratio", 0.1))
     plan = Campaign(design=design, native=native, shard=shard, **settings)

@@ -9,7 +9,6 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.interpolate import PchipInterpolator
 
 from bem._checks import FloatArray
 from bem.protocol import LoadingProtocol, default_start_indentation
@@ -166,4 +165,7 @@ def _monotone(instants: FloatArray, force: FloatArray, times: FloatArray) -> Flo
     keep = np.append(np.diff(instants) > 0.0, True)
     if np.count_nonzero(keep) == 1:
         return np.full(times.shape, force[-1])
+    # Imported here because scipy.interpolate takes a noticeable part of a second.
+    from scipy.interpolate import PchipInterpolator
+
     return PchipInterpolator(instants[keep], force[keep])(times)

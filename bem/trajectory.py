@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.interpolate import PchipInterpolator
 
 from bem._checks import FloatArray
 from bem.measurement import resample
@@ -114,6 +113,9 @@ class Trajectory:
 
     def work(self) -> float:
         """Integral of -P d(delta) over the history: the energy put into the contact, which a closed loop dissipates."""
+        # Imported here because scipy.interpolate takes a noticeable part of a second.
+        from scipy.interpolate import PchipInterpolator
+
         total = 0.0
         for begin, end in self._smooth_pieces():
             depth, force, time = self.indentation[begin:end], self.force[begin:end], self.time[begin:end]
