@@ -1,0 +1,36 @@
+import numpy as np
+import pytest
+
+from bem.accuracy import LOOSEST, NAMED_TARGETS, TIGHTEST, resolve_accuracy
+
+SHRINKING = ("edge_spacing", "curvature", "growth", "widest", "prediction", "residual", "fold_increment")
+
+
+def test_a_name_is_a_target():
+    for name, target in NAMED_TARGETS.items():
+        assert resolve_accuracy(name).controls() == resolve_accuracy(target).controls()
+        assert resolve_accuracy(name).name == name
+    assert NAMED_TARGETS["draft"] > NAMED_TARGETS["standard"] > NAMED_TARGETS["reference"]
+
+
+def test_a_tighter_target_never_loosens_anything():
+    controls = [resolve_accuracy(target).controls() for target in np.geomspace(LOOSEST, TIGHTEST, 30)]
+    for name in (*SHRINKING, "longest_step"):
+        assert np.all(np.diff([getattr(each, name) for each in controls]) <= 0.0), name
+    assert np.all(np.diff([each.far_gap for each in controls]) >= 0.0)
+    for name in ("edge_spacing", "prediction", "residual"):
+        assert getattr(controls[-1], name) < 0.1 * getattr(controls[0], name)
+
+
+def test_spacing_and_steps_shrink_with_their_order():
+    fine, coarse = resolve_accuracy(1e-4).controls(), resolve_accuracy(4e-4).controls()
+    assert coarse.edge_spacing / fine.edge_spacing == pytest.approx(2.0)
+    assert coarse.curvature / fine.curvature == pytest.approx(4.0)
+
+
+@pytest.mark.parametrize(
+    "accuracy", ["best", "", "1e-3", None, True, 0.0, -1e-3, np.nan, np.inf, 0.06, 1e-5, [1e-3], 1e-3 + 0j]
+)
+def test_an_unknown_accuracy_is_refused_with_what_is_allowed(accuracy):
+    with pytest.raises(ValueError, match=r"^accuracy must be 'draft', 'standard', 'reference' or .*; received"):
+        resolve_accuracy(accuracy)

@@ -1,0 +1,117 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from bem.trajectory import Jump, Statistics, Trajectory
+
+STATS = Statistics(3, {"loading": 3}, 0, 3, 1, 0, 0, 0, 10.0, 8.0, 100, 0.001)
+
+
+def trajectory_of(time, indentation, force, *, status="completed", jump_times=(), unloading=None):
+    time, indentation, force = (np.asarray(values, dtype=float) for values in (time, indentation, force))
+    jumps = tuple(Jump(at, 0.0, 1.0, 0.0, 1e-3, 0.5) for at in jump_times)
+    flags = np.zeros(time.size, bool) if unloading is None else np.asarray(unloading, dtype=bool)
+    radius = np.zeros(time.size)
+    return Trajectory(time, indentation, force, radius, status, jumps, STATS, 4e-3, flags)
+
+
+def elliptic_loop(count, **options):
+    """Up and down a ramp with a force that lags: P = delta - lag sin(pi delta / 2) going up, the mirror going down."""
+    up = np.linspace(0.0, 2.0, count)
+    depth = np.concatenate([up, up[-2::-1]])
+    time = np.arange(depth.size, dtype=float)
+    sign = np.where(time < count - 0.5, -1.0, 1.0)
+    return trajectory_of(time, depth, -depth + sign * 0.3 * np.sin(0.5 * np.pi * depth), **options)
+
+
+def test_the_work_of_a_known_loop():
+    # each way encloses 0.3 * integral of sin(pi x / 2) over (0, 2) = 0.3 * 4 / pi
+    loop = elliptic_loop(60)
+    assert loop.work() == pytest.approx(2.0 * 0.3 * 4.0 / np.pi, rel=1e-4)
+    assert loop.hysteresis == pytest.approx(loop.work())
+
+
+def test_traversed_backwards_the_loop_would_create_energy():
+    loop = elliptic_loop(60)
+    backwards = trajectory_of(loop.time, loop.indentation, -2.0 * loop.indentation - loop.force)
+    assert backwards.work() == pytest.approx(-loop.work(), rel=1e-9)
+    assert backwards.hysteresis == pytest.approx(loop.hysteresis, rel=1e-9)
+
+
+def test_a_linear_spring_stores_and_returns():
+    depth = np.concatenate([np.linspace(0.0, 3.0, 20), np.linspace(3.0, 0.0, 30)[1:]])
+    assert trajectory_of(np.arange(depth.size), depth, -2.0 * depth).work() == pytest.approx(0.0, abs=1e-12)
+
+
+def test_a_dwell_does_no_work():
+    depth = [0.0, 1.0, 2.0, 2.0, 2.0, 1.0, 0.0]
+    force = [0.0, -1.0, -2.0, -1.0, 0.0, 0.0, 0.0]
+    assert trajectory_of(range(7), depth, force).work() == pytest.approx(2.0)
+
+
+def test_the_energy_lost_in_a_jump_is_what_the_branches_leave():
+    time, depth = [0.0, 1.0, 2.0, 2.0, 3.0, 4.0], [0.0, -1.0, -2.0, -2.0, -3.0, -4.0]
+    jumping = trajectory_of(time, depth, [1.0, 1.0, 1.0, 0.0, 0.0, 0.0], jump_times=[2.0])
+    assert jumping.work() == pytest.approx(2.0)  # tension 1 over a travel of 2, nothing after the jump
+
+
+@given(
+    st.lists(st.floats(-5.0, 5.0), min_size=3, max_size=8),
+    st.lists(st.floats(-5.0, 5.0), min_size=3, max_size=8),
+    st.lists(st.floats(0.0, 1.0), min_size=1, max_size=20),
+)
+def test_interpolation_never_overshoots_nor_reaches_across_a_jump(before, after, parts):
+    time = np.concatenate([np.linspace(0.0, 1.0, len(before)), np.linspace(1.0, 2.0, len(after))])
+    jumping = trajectory_of(time, -time, [*before, *after], jump_times=[1.0])
+    rounding = 1e-12 * 5.0
+    for part in parts:
+        left, right = jumping.at(np.array([part * (1.0 - 1e-9), 1.0 + part]))
+        for value, times, forces, x in (
+            (left, np.linspace(0.0, 1.0, len(before)), before, part * (1.0 - 1e-9)),
+            (right, np.linspace(1.0, 2.0, len(after)), after, 1.0 + part),
+        ):
+            panel = min(max(np.searchsorted(times, x, side="right") - 1, 0), len(times) - 2)
+            low, high = sorted(forces[panel : panel + 2])
+            assert low - rounding <= value <= high + rounding
+
+
+def test_exactly_at_a_jump_the_force_is_the_one_after():
+    jumping = trajectory_of([0.0, 1.0, 1.0, 2.0], [0.0, -1.0, -1.0, -2.0], [1.0, 2.0, -3.0, -4.0], jump_times=[1.0])
+    assert jumping.at(1.0) == -3.0
+    assert jumping.at(1.0 - 1e-12) == pytest.approx(2.0)
+
+
+def test_times_outside_are_refused():
+    with pytest.raises(ValueError, match="times must lie between"):
+        elliptic_loop(9).at(1e3)
+
+
+def test_pull_off_is_the_largest_force_while_unloading():
+    history = trajectory_of(
+        range(6), [0, 1, 2, 1, 0, -1], [3.0, 0.0, -5.0, 1.0, 2.0, 0.5], unloading=[0, 0, 1, 1, 1, 1]
+    )
+    assert (history.pull_off_force, history.pull_off_time) == (2.0, 4.0)
+    assert (history.max_compression, history.end_force) == (-5.0, 0.5)
+
+
+def test_what_never_unloads_has_no_pull_off():
+    creep = trajectory_of([0.0, 1.0, 2.0], [0.0, 1.0, 1.0], [0.0, -1.0, -0.5])
+    assert np.isnan(creep.pull_off_force)
+    assert np.isnan(creep.pull_off_time)
+    assert creep.max_compression == -1.0
+
+
+def test_an_unfinished_history_has_no_numbers_that_look_finished():
+    broken = elliptic_loop(9, status="no stable equilibrium found", unloading=np.ones(17))
+    assert not broken.completed
+    names = ("pull_off_force", "pull_off_time", "max_compression", "hysteresis", "end_force")
+    assert all(np.isnan(getattr(broken, name)) for name in names)
+    assert broken.summary()["status"] == "no stable equilibrium found"
+
+
+def test_the_summary_is_plain_data():
+    summary = trajectory_of([0.0, 1.0, 1.0, 2.0], [0, 1, 1, 2], [0.0, 1.0, 0.0, 0.0], jump_times=[1.0]).summary()
+    assert summary["jumps"][0]["force_before"] == 1.0
+    assert summary["stats"]["steps_by_phase"] == {"loading": 3}
+    assert summary["accuracy"] == 4e-3
