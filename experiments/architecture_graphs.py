@@ -1,0 +1,72 @@
+"""The wirings of the eighteen models as graphs, read off the Keras models themselves so that they cannot drift.
+
+For each model: its layers in order of computation, each with its kind, a short label, its width, its parameters and
+the layers it reads. For the components figure also what is inside one residual block.
+
+Usage: `python -m experiments.architecture_graphs [--out FILE]`.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from experiments import studies
+
+OUT = studies.RESULTS / "architecture_graphs.json"
+
+
+def label(layer: Any) -> str:
+    """What a box of the drawing says: the layer's kind and what distinguishes it."""
+    kind, config = type(layer).__name__, layer.get_config()
+    texts = {
+        "InputLayer": lambda: "history" if layer.name == "sequence" else "Tabor",
+        "LSTM": lambda: f"LSTM {config['units']}",
+        "Dense": lambda: f"Dense {config['units']}" + (", ReLU" if config["activation"] == "relu" else ""),
+        "Conv1D": lambda: f"Conv {config['filters']}, {config['kernel_size'][0]} pt",
+        "LayerNormalization": lambda: "LayerNorm",
+        "Add": lambda: "Add",
+        "AppendTabor": lambda: "Concat",
+        "FiLM": lambda: "FiLM",
+        "TaborGate": lambda: "Gate",
+        "ResidualTCNBlock": lambda: f"TCN {config['filters']}, d = {config['dilation']}",
+        "EncoderBlock": lambda: f"Encoder, {config['heads']} heads",
+    }
+    return texts[kind]() if kind in texts else kind
+
+
+def graph(model: Any) -> dict[str, Any]:
+    """Layers of a functional Keras model in order of computation."""
+    layers = []
+    for operation in model.operations:
+        node = operation._inbound_nodes[0]
+        layers.append(
+            {
+                "name": operation.name,
+                "kind": type(operation).__name__,
+                "label": label(operation),
+                "width": int(operation.output.shape[-1]),
+                "parameters": int(operation.count_params()),
+                "inputs": [tensor._keras_history.operation.name for tensor in node.input_tensors],
+            }
+        )
+    return {"parameters": int(model.count_params()), "layers": layers}
+
+
+def main(out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT) -> None:
+    """Build the eighteen models and write their graphs."""
+    from surrogate.backend import quiet_backend
+
+    quiet_backend()
+    import surrogate
+    from surrogate.features import channel_names
+
+    graphs = {name: graph(surrogate.build(name)) for name in surrogate.names()}
+    studies.write_result(out, "architecture_graphs", {"channels": list(channel_names("D")), "models": graphs})
+    print(f"{len(graphs)} wirings written")
+
+
+if __name__ == "__main__":
+    typer.run(main)

@@ -1,0 +1,129 @@
+"""The twelve canonical protocols: solver against surrogate, with the seconds both need.
+
+The surrogate is timed three ways, on one thread and warmed up: the plain Keras call (`model.predict`, as most scripts
+do it), our predictor on one protocol, and our predictor on a batch, per trajectory. Source: the paper's section
+"Canonical adhesion regimes" and its timing table.
+
+Usage: `python -m experiments.canonical_regimes [--config FILE] [--models DIR] [--out FILE]`.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+
+from bem.measurement import FMS
+from experiments import studies
+
+CONFIG = studies.CONFIGS / "canonical_regimes.toml"
+OUT = studies.RESULTS / "canonical_regimes.json"
+SCALARS = ("pull_off_force", "pull_off_time", "hysteresis", "max_compression", "end_force")
+
+
+def median_seconds(call: Callable[[], Any], repetitions: int) -> float:
+    """Median wall-clock seconds of a call, after one that is not counted."""
+    call()
+    taken = []
+    for _ in range(repetitions):
+        started = time.perf_counter()
+        call()
+        taken.append(time.perf_counter() - started)
+    return float(np.median(taken))
+
+
+def surrogate_seconds(
+    trained: Any, steps: dict[str, np.ndarray], tabor: float, config: dict[str, Any]
+) -> dict[str, float]:
+    """Seconds for one trajectory by the plain Keras call, by the predictor, and by the predictor in a batch."""
+    from surrogate.features import channels, edge_from_counts
+
+    times, indentations = steps["time"][np.newaxis], steps["indentation"][np.newaxis]
+    physical = channels(times, indentations, edge_from_counts(FMS, 1), trained.scaling.features)
+    inputs = [trained.scaling.scale_channels(physical), trained.scaling.scale_tabor(np.array([tabor]))]
+    batch = config["batch"]
+    many = [np.repeat(values, batch, axis=0) for values in (times, indentations)]
+    repetitions = config["repetitions"]
+
+    return {
+        "keras_call": median_seconds(lambda: trained.model.predict(inputs, verbose=0), repetitions),
+        "predictor": median_seconds(lambda: studies.predicted(trained, steps, FMS, tabor), repetitions),
+        "predictor_batch": median_seconds(lambda: trained.predict(*many, tabor=tabor), 1) / batch,
+    }
+
+
+def regime(
+    protocol: dict[str, Any], trained: Any, config: dict[str, Any], batch_seconds: float | None
+) -> dict[str, Any]:
+    """One protocol: native history, measurement steps, prediction, scalars, errors and seconds."""
+    from surrogate.metrics import hysteresis, nmae, pull_off
+
+    def solve() -> Any:
+        return studies.simulated(protocol, modulus_ratio=config["modulus_ratio"], accuracy=config["accuracy"])
+
+    trajectory = solve()
+    steps = studies.on_steps(protocol, trajectory)
+    force = studies.predicted(trained, steps, FMS, protocol["tabor"])
+    seconds = {"solver": median_seconds(solve, min(config["repetitions"], 5))}
+    timing = config if batch_seconds is None else {**config, "batch": 1}
+    seconds |= surrogate_seconds(trained, steps, protocol["tabor"], timing)
+    if batch_seconds is not None:
+        seconds["predictor_batch"] = batch_seconds
+    first = FMS[0] + FMS[1] - 1
+    found, reference = (
+        {
+            "pull_off_force": float(pull_off(steps["time"][None], values[None], first)[0][0]),
+            "hysteresis": float(hysteresis(steps["indentation"][None], values[None])[0]),
+        }
+        for values in (force, steps["force"])
+    )
+    return {
+        "sample": int(protocol["sample"]),
+        "protocol": {name: protocol[name] for name in studies.QUANTITIES},
+        "native": studies.lists({name: getattr(trajectory, name) for name in ("time", "indentation", "force")}),
+        "steps": studies.lists({**steps, "predicted": force}),
+        "solver": {name: getattr(trajectory, name) for name in SCALARS} | {"jumps": len(trajectory.jumps)},
+        "surrogate": found,
+        "errors_percent": {name: studies.percent(found[name], reference[name]) for name in found}
+        | {"nmae": float(nmae(force[None], steps["force"][None])[0])},
+        "seconds": seconds,
+        "paper_seconds": {"solver": protocol["bem_seconds"], "surrogate": protocol["surrogate_seconds"]},
+    }
+
+
+def summary(regimes: list[dict[str, Any]]) -> dict[str, float]:
+    """Medians and factors over the twelve protocols."""
+    columns = {name: np.array([one["seconds"][name] for one in regimes]) for name in regimes[0]["seconds"]}
+    found = {f"median_{name}_seconds": float(np.median(values)) for name, values in columns.items()}
+    factor = columns["solver"] / columns["predictor"]
+    found |= {"least_factor": float(factor.min()), "median_factor": float(np.median(factor))}
+    found["median_pull_off_error_percent"] = float(
+        np.median([one["errors_percent"]["pull_off_force"] for one in regimes])
+    )
+    return found
+
+
+def main(
+    config: Annotated[Path, typer.Option(help="TOML file.")] = CONFIG,
+    models: Annotated[Path, typer.Option(help="Where trained models are.")] = studies.MODELS,
+    out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
+) -> None:
+    """Simulate, predict and time the twelve protocols."""
+    settings = studies.read_config(config, "model", "modulus_ratio", "accuracy", "repetitions", "batch")
+    trained = studies.load_surrogate(settings["model"], models)
+    regimes: list[dict[str, Any]] = []
+    for protocol in studies.paper_protocols("canonical_protocols"):
+        # A batch costs the same for every protocol, so it is timed once.
+        batch_seconds = regimes[0]["seconds"]["predictor_batch"] if regimes else None
+        regimes.append(regime(protocol, trained, settings, batch_seconds))
+        print(f"({regimes[-1]['sample']}) " + "  ".join(f"{k} {v:.3g} s" for k, v in regimes[-1]["seconds"].items()))
+    found = summary(regimes)
+    studies.write_result(out, "canonical_regimes", {"config": settings, "summary": found, "regimes": regimes})
+
+
+if __name__ == "__main__":
+    typer.run(main)

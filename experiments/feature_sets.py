@@ -1,0 +1,64 @@
+"""The input representations A to D on the reference architecture, trained alike.
+
+Trains four models, hours; continues where it was interrupted. The result file is published so that the figure draws at
+once. Source: the paper's appendix "Effects of training-set size and physics-guided input representation".
+
+Usage: `python -m experiments.feature_sets [--config FILE] [--dataset FILE] [--work DIR] [--out FILE]`.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from experiments import studies
+from experiments.trainings import WORK, Variant, collect, train_variants
+from surrogate.queue import STOPPED
+
+CONFIG = studies.CONFIGS / "feature_sets.toml"
+OUT = Path("published/feature_sets.json")
+
+
+def variants(config: dict[str, Any]) -> dict[str, Variant]:
+    """One training for each feature set."""
+    return {
+        features: Variant(
+            label=f"features-{features}",
+            architecture=config["architecture"],
+            recipe=config["recipe"],
+            epochs=config["epochs"],
+            features=features,
+        )
+        for features in config["sets"]
+    }
+
+
+def summary(sets: dict[str, dict[str, Any]]) -> dict[str, Any]:
+    """The factor between the extremes, and the order by validation error."""
+    order = sorted(sets, key=lambda name: sets[name]["validation_mse"])
+    found: dict[str, Any] = {"order": order, "best": order[0]}
+    if {"A", "D"} <= sets.keys():
+        found["factor_a_over_d"] = sets["A"]["validation_mse"] / sets["D"]["validation_mse"]
+    return found
+
+
+def main(
+    config: Annotated[Path, typer.Option(help="TOML file.")] = CONFIG,
+    dataset: Annotated[Path, typer.Option(help="Data set file.")] = studies.DATASET,
+    work: Annotated[Path, typer.Option(help="Where the trainings are kept.")] = WORK / "feature_sets",
+    out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
+) -> None:
+    """Train the feature sets, or go on, and write the result when all are trained."""
+    settings = studies.read_config(config, "architecture", "recipe", "epochs", "sets", "jobs")
+    wanted = variants(settings)
+    if not train_variants(list(wanted.values()), dataset=dataset, work=work, jobs=settings["jobs"]):
+        print("stopped; the same command resumes")
+        raise typer.Exit(STOPPED)
+    sets = {name: collect(variant, work) for name, variant in wanted.items()}
+    studies.write_result(out, "feature_sets", {"config": settings, "summary": summary(sets), "sets": sets})
+
+
+if __name__ == "__main__":
+    typer.run(main)

@@ -1,0 +1,142 @@
+"""Places where the paper's text contradicts its own numbers, equations or physics, each shown by a small computation.
+
+Usage: `python -m experiments.paper_slips [NAME ...]` prints what the named slips come to (all of them by default);
+with `--out FILE` it also writes them. The paper's wording is in `paper_values/slips.toml`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+
+from experiments import studies
+
+OUT = studies.RESULTS / "paper_slips.json"
+
+
+def start_force() -> dict[str, float]:
+    """Force of the relaxed sphere at the start indentation, for the smallest and the largest Tabor parameter."""
+    found = {}
+    for tabor in (0.2, 3.2):
+        protocol = {"peak_indentation": 2.0, "loading_rate": 1.0, "dwell_time": 1.0, "unloading_rate": 1.0}
+        trajectory = studies.simulated({"tabor": tabor, **protocol}, modulus_ratio=0.1, accuracy="reference")
+        found[f"force at the start, mu = {tabor}"] = float(trajectory.force[0])
+    return found
+
+
+def end_force() -> dict[str, float]:
+    """Share of the data set whose force at the end exceeds half its pull-off force."""
+    from bem.dataset_file import load_dataset
+
+    data = load_dataset(studies.DATASET)
+    end, pull_off = (data.scalars[name][data.completed] for name in ("end_force", "pull_off_force"))
+    return {"end force above half the pull-off force, share of trajectories": float(np.mean(end > 0.5 * pull_off))}
+
+
+def influence_scaling() -> dict[str, float]:
+    """Depth of a Hertz contact from its pressure: u = mu G sigma, and the appendix's G divided by mu once more."""
+    from bem.influence import influence_matrix
+
+    tabor, radius = 3.0, 2.0
+    radii = np.linspace(0.0, radius, 400)
+    # Hertz: p = p0 sqrt(1 - r^2 / a^2) presses the centre in by a^2 / R; here delta = mu a^2 and p0 = 2 a / pi.
+    pressure = 2.0 * radius / np.pi * np.sqrt(1.0 - (radii / radius) ** 2)
+    ours = tabor * float(influence_matrix(radii)[0] @ pressure)
+    exact = tabor * radius**2
+    return {"exact": exact, "u = mu G sigma": ours, "appendix, G divided by mu": ours / tabor}
+
+
+def history_sum() -> dict[str, float]:
+    """Error of two creep sums under a traction sin(t) that rises over a time of 3, with steps of 0.1 and 0.05."""
+    ratio, end = 0.1, 3.0
+    exact = np.sin(end) - (1.0 - ratio) * 0.5 * (np.cos(end) + np.sin(end) - np.exp(-end))
+    found = {}
+    for step in (0.1, 0.05):
+        times = np.linspace(0.0, end, round(end / step) + 1)
+        rise = np.diff(np.sin(times))
+        creep = 1.0 + (ratio - 1.0) * np.exp(-(end - times))
+        decay = np.exp(-step)
+        mean = 1.0 + (ratio - 1.0) * (1.0 - decay) / step * np.exp(-(end - times[1:]))
+        found[f"appendix's sum, step {step}"] = float(abs(np.sum(creep[:-1] * rise) / exact - 1.0))
+        found[f"linear traction in each step, step {step}"] = float(abs(np.sum(mean * rise) / exact - 1.0))
+    return found
+
+
+def inference_time() -> dict[str, float]:
+    """Median of the timing table's seconds, which the highlights give as 0.25 s."""
+    seconds = [row["surrogate_seconds"] for row in studies.paper_protocols("canonical_protocols")]
+    return {"median of the table (s)": float(np.median(seconds)), "mean of the table (s)": float(np.mean(seconds))}
+
+
+def halving() -> dict[str, float]:
+    """The seventh term of 100 % halved again and again after 75 and 50 %."""
+    return {"half of 3.125 (%)": 3.125 / 2.0}
+
+
+def quartile_mean() -> dict[str, float]:
+    """Mean held-out MSE that follows from the quartile table, beside the stated 5.0e-4."""
+    return {
+        "mean of the quartile means": float(np.mean([row["mse_mean"] for row in studies.paper_protocols("quartiles")]))
+    }
+
+
+def concatenation_point() -> dict[str, float]:
+    """Parameters of M4-concat with the Tabor parameter before the first block and after the last."""
+    kernel, widths = 3, (64, 64, 128, 128)
+
+    def blocks(channels: int) -> int:
+        total = 0
+        for width in widths:
+            stages = (kernel * channels * width + width) + (kernel * width * width + width) + 4 * width
+            total += stages + (channels * width + width if channels != width else 0)
+            channels = width
+        return total
+
+    def readout(width: int) -> int:
+        return 64 * (width + 1) + 65
+
+    before, after = blocks(5) + readout(128), blocks(4) + readout(129)
+    return {"before the first block": before, "after the last block": after}
+
+
+def traction_sign() -> dict[str, float]:
+    """Traction at the gap of largest tension by the main text's law and by the appendix's."""
+    gap = 3.0 ** (1.0 / 6.0)
+    main_text = 8.0 / 3.0 * (gap**-3 - gap**-9)
+    return {"main text": main_text, "appendix": -main_text}
+
+
+SLIPS: dict[str, Callable[[], dict[str, float]]] = {
+    "start-force": start_force,
+    "end-force": end_force,
+    "influence-scaling": influence_scaling,
+    "history-sum": history_sum,
+    "traction-sign": traction_sign,
+    "concatenation-point": concatenation_point,
+    "inference-time": inference_time,
+    "halving": halving,
+    "quartile-mean": quartile_mean,
+}
+
+
+def main(
+    names: Annotated[list[str] | None, typer.Argument(help=f"Some of {', '.join(SLIPS)}.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Result file to write.")] = None,
+) -> None:
+    """Show what the slips come to."""
+    unknown = sorted(set(names or ()) - set(SLIPS))
+    if unknown:
+        raise typer.BadParameter(f"expected some of {', '.join(SLIPS)}; received {unknown[0]!r}")
+    found = {name: SLIPS[name]() for name in names or SLIPS}
+    for name, values in found.items():
+        print(name, *(f"  {what}: {value:.6g}" for what, value in values.items()), sep="\n")
+    if out:
+        studies.write_result(out, "paper_slips", {"slips": found})
+
+
+if __name__ == "__main__":
+    typer.run(main)
