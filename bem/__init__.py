@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from bem.materials import Elastic, PronySeries, StandardLinearSolid
     from bem.protocol import LoadingProtocol, PiecewiseLinearProtocol
+    from bem.recommend import recommend
     from bem.scene import Scene
     from bem.simulate import simulate
     from bem.tractions import HardContact, LennardJones
@@ -34,6 +35,7 @@ __all__ = [
     "Scene",
     "StandardLinearSolid",
     "Trajectory",
+    "recommend",
     "simulate",
 ]
 
@@ -47,17 +49,18 @@ _HOME = {
     "Scene": "scene",
     "StandardLinearSolid": "materials",
     "Trajectory": "trajectory",
+    "recommend": "recommend",
     "simulate": "simulate",
 }
 
 
 class _Package(ModuleType):
-    """The package itself, in which `simulate` is the function whatever was imported before."""
+    """The package itself, in which `simulate` and `recommend` are functions whatever was imported before."""
 
     def __setattr__(self, name: str, value: Any) -> None:
         # The import system binds a submodule to its name in the package, which would hide the function of that name.
-        if name == "simulate" and isinstance(value, ModuleType):
-            value = value.simulate
+        if name in ("recommend", "simulate") and isinstance(value, ModuleType):
+            value = getattr(value, name)
         super().__setattr__(name, value)
 
 

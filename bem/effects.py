@@ -1,0 +1,95 @@
+"""Which effects a scene has, and the same scene with some of them left out.
+
+Two kinds of effect cost anything: adhesion (a law of traction instead of impenetrability) and the terms of the
+material, one memory vector each. A term can be left out in two ways. A fast one has relaxed before anything moves: it
+is part of the instantaneous compliance then. A slow one never gets to relax: it drops out of the compliance, and the
+solid of the terms left over is stiffer. With S the compliance of the slow terms its relaxed modulus is E0 / (1 - S);
+force and indentation keep their units, so the stiffer solid is the scene of Tabor parameter mu (1 - S)^(2/3) with
+strengths c_i / (1 - S). All terms fast leaves the rubbery elastic solid, all slow the glassy one, mu k^(2/3). What the
+relaxed start has already pulled up with the slow terms is left out with them: about a percent where the protocol starts
+close.
+
+Units as in `bem.scene` and `bem.protocol`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from bem.materials import Elastic, Material, PronySeries, StandardLinearSolid
+from bem.protocol import LoadingProtocol, PiecewiseLinearProtocol
+from bem.scene import Scene
+from bem.tractions import HardContact
+
+Protocol = LoadingProtocol | PiecewiseLinearProtocol
+
+
+@dataclass(frozen=True)
+class Effects:
+    """What is kept of a scene whose material has `of` terms.
+
+    Args:
+        adhesion: whether surfaces attract each other.
+        first, last: terms `first` to `last` - 1 are kept (fastest first); those before have relaxed, those after are
+            frozen.
+        of: terms of the full material.
+    """
+
+    adhesion: bool
+    first: int
+    last: int
+    of: int
+
+    @property
+    def terms(self) -> int:
+        """Terms kept, each of which costs a memory vector."""
+        return self.last - self.first
+
+    @property
+    def count(self) -> int:
+        """Effects kept: terms, and adhesion as one more."""
+        return self.terms + self.adhesion
+
+    @property
+    def everything(self) -> bool:
+        """Whether no term is left out."""
+        return self.terms == self.of
+
+    def __str__(self) -> str:
+        adhesion = "adhesive" if self.adhesion else "without adhesion"
+        if self.of == 0:
+            return f"elastic, {adhesion}"
+        if self.everything:
+            return f"viscoelastic, {adhesion}"
+        if self.terms == 0:
+            state = "rubbery" if self.first == self.of else "glassy" if self.first == 0 else "partly relaxed"
+            return f"elastic {state}, {adhesion}"
+        return f"{self.terms} of {self.of} terms, {adhesion}"
+
+
+def choices(scene: Scene) -> list[Effects]:
+    """Every way to keep neighbouring terms of a scene with or without its adhesion, fewest effects first."""
+    of = len(scene.material.strengths)
+    adhesion = (False,) if isinstance(scene.adhesion, HardContact) else (False, True)
+    kept = [(first, last) for first in range(of + 1) for last in range(first, of + 1)]
+    found = [Effects(stick, first, last, of) for stick in adhesion for first, last in kept]
+    return sorted(found, key=lambda effects: (effects.count, effects.terms))
+
+
+def reduced(scene: Scene, protocol: Protocol, effects: Effects) -> tuple[Scene, Protocol]:
+    """The scene and protocol that simulate `effects` only; the same force and indentation units, the same path."""
+    strengths, times = scene.material.strengths, scene.material.times
+    left = 1.0 - float(strengths[effects.last :].sum())
+    kept = strengths[effects.first : effects.last] / left
+    if effects.everything:
+        material: Material = scene.material
+    elif effects.terms == 0:
+        material = Elastic()
+    elif effects.terms == 1 and times[effects.first] == 1.0:
+        material = StandardLinearSolid(1.0 - float(kept[0]))
+    else:
+        material = PronySeries(kept, times[effects.first : effects.last])
+    adhesion = scene.adhesion if effects.adhesion else HardContact()
+    if isinstance(protocol, LoadingProtocol):
+        protocol = replace(protocol, start_indentation=protocol.start(scene.tabor))
+    return Scene(scene.tabor * left ** (2.0 / 3.0), material, adhesion), protocol
