@@ -81,14 +81,22 @@ lock:  ## Resolve pyproject.toml anew into requirements.lock (needs the network)
 ##@ Results (result file <- inputs)
 
 .PHONY: bench-solver
-bench-solver: setup  ## Measure accuracy against cost of the contact solver
+bench-solver: setup  ## Measure accuracy against cost of the contact solver; writes docs/solver-benchmark.md
 	$(PY) -m experiments.bench_solver
+
+.PHONY: table-solver-hard-cases
+table-solver-hard-cases: setup  ## Run the solver where it is most likely to break (long); writes docs/solver-hard-cases.md
+	$(PY) -m experiments.hard_cases
+
+results/solver/scaling.json: experiments/solver_scaling.py $(SOLVER) | $(INSTALLED)
+	$(PY) -m experiments.solver_scaling --out $@
 
 .PHONY: dataset
 dataset: results/dataset/dataset.h5  ## Simulate the 12,450 trajectories and publish them; continues after an interruption
 	@mkdir -p published
 	cp $< $(DATASET).writing && mv $(DATASET).writing $(DATASET)
 	$(PY) tools/manifest.py add $(DATASET)
+	$(PY) tools/readme_numbers.py
 
 .PRECIOUS: results/dataset/dataset.h5
 results/dataset/dataset.h5: $(SOLVER) | $(INSTALLED)
@@ -120,6 +128,15 @@ verify: setup  ## Compare what is published with its manifest
 figure-2: results/figures/figure-2.pdf  ## Six trajectories of the data set, and its histograms
 results/figures/figure-2.pdf: paper_figures/figure_2.py results/dataset/examples.json $(DATASET) $(DRAWING) | $(INSTALLED)
 	$(PY) -m paper_figures.figure_2
+
+.PHONY: figure-solver-scaling
+figure-solver-scaling: results/figures/solver-scaling.pdf  ## How the cost of the solver grows with nodes and steps
+results/figures/solver-scaling.pdf: paper_figures/figure_solver_scaling.py results/solver/scaling.json $(DRAWING) | $(INSTALLED)
+	$(PY) -m paper_figures.figure_solver_scaling
+
+.PHONY: figure-first-trajectory
+figure-first-trajectory: setup  ## The picture of the README, by the README's own command
+	@command="$$(grep '^$(VENV)/bin/bem simulate' README.md)"; set -x; $${command/--plot /--plot docs/images/}
 
 .PHONY: figure-3
 figure-3: results/figures/figure-3.pdf  ## From the solver's time steps to measurement steps

@@ -1,0 +1,60 @@
+"""How the cost of the solver grows with nodes and with steps."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from matplotlib.axes import Axes
+from matplotlib.ticker import FixedLocator, NullFormatter, ScalarFormatter
+
+from paper_figures import drawing
+
+SCALING = Path("results/solver/scaling.json")
+BOUND_IN_NODES, BOUND_IN_STEPS = 2.2, 1.0
+
+
+def draw(axes: Axes, x: np.ndarray, y: np.ndarray, *, fitted: float, bound: float, ticks: list[float]) -> None:
+    """Measured points with their fitted power, and the power promised through the first of them."""
+    order = np.argsort(x)
+    x, y = x[order], y[order]
+    through = np.exp(np.mean(np.log(y) - fitted * np.log(x)))
+    axes.loglog(x, through * x**fitted, color=drawing.BLUE, label=f"fitted power {fitted:.2f}")
+    axes.loglog(x, y[0] * (x / x[0]) ** bound, "--", color="0.5", label=f"power {bound:g}")
+    axes.loglog(x, y, "o", color=drawing.BLUE, markersize=4, label="measured")
+    axes.xaxis.set_major_locator(FixedLocator(ticks))
+    axes.xaxis.set_major_formatter(ScalarFormatter())
+    axes.xaxis.set_minor_formatter(NullFormatter())
+    axes.legend()
+
+
+def column(points: list[dict[str, Any]], name: str) -> np.ndarray:
+    """One quantity of all points."""
+    return np.array([point[name] for point in points])
+
+
+def main(
+    scaling: Annotated[Path, typer.Option(help="Result file of the measurement.")] = SCALING,
+    folder: Annotated[Path, typer.Option(help="Where the figure goes.")] = drawing.FIGURES,
+) -> None:
+    """Draw the figure."""
+    content = drawing.read_result(scaling, "python -m experiments.solver_scaling")
+    nodes, steps = content["nodes"], content["steps"]
+    drawn = drawing.figure(height=2.8)
+    left, right = drawn.subplots(1, 2)
+    microseconds = 1e6 * column(nodes, "seconds") / column(nodes, "steps")
+    fitted = content["exponent_in_nodes"]
+    draw(left, column(nodes, "nodes"), microseconds, fitted=fitted, bound=BOUND_IN_NODES, ticks=[50, 100, 200, 400])
+    left.set(xlabel="mean number of nodes", ylabel=r"processor time per step ($\mu$s)")
+    fitted = content["exponent_in_steps"]
+    milliseconds = 1e3 * column(steps, "seconds")
+    marks = [100, 200, 500, 1000, 2000, 5000]
+    draw(right, column(steps, "steps"), milliseconds, fitted=fitted, bound=BOUND_IN_STEPS, ticks=marks)
+    right.set(xlabel="steps", ylabel="processor time (ms)")
+    for axes, name in ((left, "a"), (right, "b")):
+        drawing.letter(axes, name)
+    drawing.save(drawn, "solver-scaling", folder)
+
+
+if __name__ == "__main__":
+    typer.run(main)
