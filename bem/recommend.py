@@ -23,11 +23,9 @@ from typing import Literal
 import numpy as np
 
 from bem._checks import FloatArray, finite_number, instance
-from bem._jit import kernel
 from bem.effects import Effects, Protocol, choices, reduced
-from bem.materials import recursion_step
 from bem.protocol import LoadingProtocol, PiecewiseLinearProtocol
-from bem.reference_solutions import hertz
+from bem.reference_solutions import hereditary_hertz, hertz
 from bem.scene import Scene
 from bem.simulate import simulate
 from bem.trajectory import Trajectory
@@ -156,7 +154,7 @@ def _brackets(
 ) -> dict[Effects, tuple[float, float]]:
     """Lower and upper estimate of the error in the force for every choice of effects."""
     full = every[-1]
-    times = _grid(history)
+    times = hereditary_hertz.dense_instants(history)
     compared = instants(history)
     rubbery = -hertz.force_from_indentation(history.indentation_at(times), scene.tabor)
     depth = -hertz.force_from_indentation(history.indentation_at(compared), scene.tabor)
@@ -164,7 +162,7 @@ def _brackets(
     def force(effects: Effects) -> FloatArray:
         simple, _ = reduced(scene, history, effects)
         left = (simple.tabor / scene.tabor) ** 1.5
-        values = _hereditary(
+        values = hereditary_hertz.hereditary(
             times, rubbery / left, np.array(simple.material.strengths), np.array(simple.material.times)
         )
         return np.where(depth > 0.0, np.maximum(np.interp(compared, times, values), 0.0), 0.0)
@@ -181,32 +179,6 @@ def _brackets(
         doubt = _MOST_ADHESION / scene.material.modulus_ratio / scale if touched else 0.0
         found[effects] = (max(material - doubt, certain), material + doubt)
     return found
-
-
-def _grid(history: PiecewiseLinearProtocol) -> FloatArray:
-    """Instants dense enough for the hereditary integral: equal and, after each corner, geometric steps."""
-    unit = np.unique(np.concatenate([np.linspace(0.0, 1.0, 201), np.geomspace(1e-6, 1.0, 121)]))
-    pieces = [b + (e - b) * unit for b, e in zip(history.times[:-1], history.times[1:], strict=True)]
-    return np.unique(np.concatenate(pieces))
-
-
-@kernel
-def _hereditary(instants: np.ndarray, rubbery: np.ndarray, strengths: np.ndarray, times: np.ndarray) -> np.ndarray:
-    """Force F (n,) of which F - sum c_i q_i is the `rubbery` force (n,); see `bem.materials`."""
-    force = np.zeros(instants.size)
-    force[0] = rubbery[0]
-    memory = np.zeros(times.size)
-    for n in range(1, instants.size):
-        known, response = 0.0, 1.0
-        for i in range(times.size):
-            decay, gain = recursion_step(instants[n] - instants[n - 1], times[i])
-            known += strengths[i] * (decay * memory[i] - gain * force[n - 1])
-            response -= strengths[i] * gain
-        force[n] = (rubbery[n] + known) / response
-        for i in range(times.size):
-            decay, gain = recursion_step(instants[n] - instants[n - 1], times[i])
-            memory[i] = decay * memory[i] + gain * (force[n] - force[n - 1])
-    return force
 
 
 def _deborah(scene: Scene, history: PiecewiseLinearProtocol) -> dict[str, tuple[float, ...]]:

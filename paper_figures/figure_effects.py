@@ -1,0 +1,101 @@
+"""Figure: one path of the sphere under seven scenes, and when the simpler ones may stand in for the full one.
+
+Reads the measurement of `experiments.effects`.
+"""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from matplotlib.axes import Axes
+
+from paper_figures import drawing
+
+RESULT = Path("published/measurements/effects.json")
+STYLES = {
+    "Hertz": ("0.5", "-"),
+    "DMT-like": (drawing.SKY, "--"),
+    "JKR-like": (drawing.PURPLE, "--"),
+    "rubbery": (drawing.GREEN, "-"),
+    "glassy": (drawing.BLUE, "-"),
+    "one relaxation": (drawing.VERMILION, "-"),
+    "ten relaxations": (drawing.ORANGE, "-"),
+    "no adhesion": (drawing.VERMILION, ":"),
+}
+LABELS = {
+    "DMT-like": r"DMT-like ($\mu=0.2$)",
+    "JKR-like": r"JKR-like ($\mu=3.2$)",
+    "rubbery": r"rubbery ($\mu=1$)",
+    "glassy": r"glassy",
+    "no adhesion": "one relaxation, no adhesion",
+}
+
+
+def draw_curves(axes: Axes, curves: list[dict[str, Any]], names: list[str]) -> None:
+    """Force over depth of some scenes."""
+    axes.axhline(0.0, color="0.8", linewidth=0.6, zorder=0)
+    for curve in curves:
+        if curve["name"] in names:
+            color, line = STYLES[curve["name"]]
+            label = LABELS.get(curve["name"], curve["name"])
+            axes.plot(curve["depth"], curve["force"], color=color, linestyle=line, label=label)
+    axes.set_xlabel(r"depth $\hat\delta/\mu$")
+    axes.set_ylabel(r"force $\hat P$")
+    axes.legend(loc="lower left")
+
+
+def draw_stand_ins(axes: Axes, content: dict[str, Any]) -> None:
+    """Error of each simpler scene over the rate, the tolerance, and what is recommended along the top."""
+    points = content["stand_ins"]
+    rates = [point["rate"] for point in points]
+    for name in points[0]["errors"]:
+        color, line = STYLES[name]
+        errors = [100.0 * point["errors"][name] for point in points]
+        axes.plot(rates, errors, color=color, linestyle=line, marker=".", label=LABELS.get(name, name).split(" (")[0])
+    axes.axhline(100.0 * content["tolerance"], color="0.4", linewidth=0.8, linestyle=(0, (5, 3)))
+    axes.set(xscale="log", yscale="log", xlabel=r"rate $\hat v/\mu$", ylabel="error of the force (%)")
+    axes.set_ylim(0.3, 3e3)
+    edges = np.sqrt(np.array(rates)[1:] * np.array(rates)[:-1])
+    begin = rates[0]
+    for i, point in enumerate(points):
+        last = i == len(points) - 1
+        if last or points[i + 1]["recommended"] != point["recommended"]:
+            end = rates[-1] if last else edges[i]
+            axes.axvspan(begin, end, ymin=0.94, ymax=1.0, color="0.93" if last or begin > rates[0] else "0.85")
+            axes.text(
+                np.sqrt(begin * end),
+                0.97,
+                _short(point["recommended"]),
+                transform=axes.get_xaxis_transform(),
+                ha="center",
+                va="center",
+                fontsize=5.5,
+            )
+            begin = end
+    axes.text(rates[-1], 110.0 * content["tolerance"], "tolerance", ha="right", va="bottom", fontsize=6, color="0.4")
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, 0.93), ncol=2, fontsize=6)
+
+
+def _short(effects: str) -> str:
+    return effects.replace("viscoelastic, adhesive", "everything").replace("without adhesion", "no adhesion")
+
+
+def main(
+    result: Annotated[Path, typer.Option(help="Measurement of the effects.")] = RESULT,
+    folder: Annotated[Path, typer.Option(help="Where the figure goes.")] = drawing.FIGURES,
+) -> None:
+    """Draw the figure."""
+    content = drawing.read_result(result, "make measure-effects")
+    drawn = drawing.figure(height=2.7)
+    panels = drawn.subplots(1, 3)
+    draw_curves(panels[0], content["curves"], ["Hertz", "DMT-like", "JKR-like", "rubbery"])
+    draw_curves(panels[1], content["curves"], ["rubbery", "glassy", "one relaxation", "ten relaxations"])
+    draw_stand_ins(panels[2], content)
+    for axes, name in zip(panels, "abc", strict=True):
+        drawing.letter(axes, name)
+    drawing.save(drawn, "figure-effects", folder)
+
+
+if __name__ == "__main__":
+    typer.run(main)
