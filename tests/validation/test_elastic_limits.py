@@ -1,0 +1,46 @@
+"""Elastic adhesive contact between the rigid and the JKR limit.
+
+The largest tensions and the two folds were found by an independent solver; the rigid limit is Bradley's.
+"""
+
+import pytest
+
+from bem import LoadingProtocol, Scene, simulate
+
+LARGEST_TENSION = {0.02: 2.0, 0.05: 1.9884, 0.2: 1.9201, 1.0: 1.6707, 3.0: 1.5511}
+JUMP_IN, JUMP_OUT = -3.228, -4.988  # at mu = 3
+
+
+def cycle(tabor, accuracy=1e-3):
+    protocol = LoadingProtocol(peak_indentation=2.0, loading_rate=1.0, dwell_time=0.0, unloading_rate=1.0)
+    trajectory = simulate(Scene(tabor=tabor), protocol, accuracy)
+    assert trajectory.completed, trajectory.status
+    return trajectory
+
+
+@pytest.mark.parametrize(("tabor", "tension"), LARGEST_TENSION.items())
+def test_the_largest_tension(tabor, tension):
+    assert cycle(tabor).pull_off_force == pytest.approx(tension, rel=3e-3)
+
+
+def test_the_jumps_at_three():
+    snap_in, snap_off = cycle(3.0).jumps
+    assert snap_in.indentation == pytest.approx(JUMP_IN, rel=3e-3)
+    assert snap_off.indentation == pytest.approx(JUMP_OUT, rel=3e-3)
+    assert snap_in.force_before < snap_in.force_after
+    assert snap_off.force_before > snap_off.force_after
+
+
+@pytest.mark.parametrize("tabor", [0.05, 0.2, 0.5])
+def test_long_ranged_adhesion_is_reversible(tabor):
+    trajectory = cycle(tabor)
+    assert trajectory.jumps == ()
+    travel = 2.0 * (trajectory.indentation.max() - trajectory.indentation.min())
+    assert trajectory.hysteresis < 1e-3 * trajectory.pull_off_force * travel
+
+
+def test_hysteresis_of_the_elastic_loop_is_that_of_its_jumps():
+    loose, tight = cycle(3.0), cycle(3.0, 4e-4)
+    assert len(loose.jumps) == len(tight.jumps) == 2
+    assert loose.work() == pytest.approx(tight.work(), rel=5e-3)
+    assert loose.work() > 1.0

@@ -1,0 +1,74 @@
+"""A contact dissipates energy: no protocol that returns to its start gets more out of it than it put in."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from bem import Elastic, HardContact, LennardJones, LoadingProtocol, PiecewiseLinearProtocol, Scene, simulate
+from bem.materials import PronySeries, StandardLinearSolid
+from tests.validation.cases import exchanged_energy
+
+CREATED = 5e-3  # of the energy exchanged, what discretisation may seem to create at draft accuracy
+
+logs = st.floats(-2.0, 3.0).map(lambda exponent: 10.0**exponent)
+materials = st.one_of(
+    st.just(Elastic()),
+    st.floats(-3.0, 0.0).map(lambda exponent: StandardLinearSolid(10.0**exponent)),
+    st.lists(st.floats(0.05, 0.3), min_size=2, max_size=3).map(
+        lambda strengths: PronySeries(strengths, 10.0 ** np.arange(-1.0, len(strengths) - 1.0))
+    ),
+)
+
+
+@settings(max_examples=40)
+@given(
+    tabor=st.floats(0.02, 3.0),
+    material=materials,
+    adhesion=st.sampled_from([LennardJones(), HardContact()]),
+    peak=st.floats(0.5, 30.0),
+    loading=logs,
+    dwell=st.sampled_from([0.0, 0.01, 10.0]),
+    unloading=logs,
+)
+def test_every_loop_dissipates(tabor, material, adhesion, peak, loading, dwell, unloading):
+    protocol = LoadingProtocol(peak_indentation=peak, loading_rate=loading, dwell_time=dwell, unloading_rate=unloading)
+    trajectory = simulate(Scene(tabor=tabor, material=material, adhesion=adhesion), protocol, "draft")
+    assert trajectory.completed, trajectory.status
+    assert trajectory.work() >= -CREATED * exchanged_energy(trajectory)
+
+
+@settings(max_examples=15)
+@given(
+    depths=st.lists(st.floats(-3.0, 6.0), min_size=2, max_size=4),
+    durations=st.lists(st.floats(-2.0, 2.0), min_size=5, max_size=5),
+    ratio=st.floats(0.01, 1.0),
+)
+def test_so_does_any_closed_history(depths, durations, ratio):
+    start = -(np.pi ** (2.0 / 3.0))
+    path = [start, *depths, start]
+    times = np.append(0.0, np.cumsum(10.0 ** np.array(durations)))[: len(path)]
+    scene = Scene(tabor=1.0, material=StandardLinearSolid(ratio))
+    trajectory = simulate(scene, PiecewiseLinearProtocol(times, path), "draft")
+    assert trajectory.completed, trajectory.status
+    assert trajectory.work() >= -CREATED * exchanged_energy(trajectory)
+
+
+def test_dissipation_is_largest_between_the_limits():
+    """Neither very slow nor very fast loops dissipate much; in between the lag does."""
+    rates = 10.0 ** np.arange(-4.0, 5.0, 2.0)
+    scene = Scene(tabor=0.2, material=StandardLinearSolid(0.1))
+    work = []
+    for rate in rates:
+        protocol = LoadingProtocol(peak_indentation=5.0, loading_rate=rate, dwell_time=0.0, unloading_rate=rate)
+        work.append(simulate(scene, protocol, "standard").work())
+    assert np.argmax(work) in (2, 3)
+    assert max(work[0], work[-1]) < 0.03 * max(work)
+
+
+def test_the_measure_itself_can_fail():
+    """Traversed backwards in time, a dissipating loop would be refused."""
+    protocol = LoadingProtocol(peak_indentation=5.0, loading_rate=10.0, dwell_time=0.1, unloading_rate=10.0)
+    trajectory = simulate(Scene(tabor=1.0, material=StandardLinearSolid(0.1)), protocol, "draft")
+    assert trajectory.work() == pytest.approx(trajectory.hysteresis)
+    assert trajectory.work() > 10.0 * CREATED * exchanged_energy(trajectory)

@@ -1,0 +1,131 @@
+"""What holds for every scene and protocol, whatever the numbers are."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from bem import LoadingProtocol, PiecewiseLinearProtocol, PronySeries, Scene, StandardLinearSolid, simulate
+
+SCENE = Scene(tabor=1.0, material=StandardLinearSolid(modulus_ratio=0.1))
+START = -(np.pi ** (2.0 / 3.0))
+
+logs = st.floats(-2.0, 3.0).map(lambda exponent: 10.0**exponent)
+ratios = st.sampled_from([1.0, 0.1, 0.01])
+
+
+def run(scene, protocol, accuracy="draft", **options):
+    trajectory = simulate(scene, protocol, accuracy, **options)
+    assert trajectory.completed, trajectory.status
+    return trajectory
+
+
+@settings(max_examples=30)
+@given(tabor=st.floats(0.02, 3.0), ratio=ratios, peak=st.floats(-1.0, 30.0), loading=logs, dwell=logs, unloading=logs)
+def test_a_trajectory_is_a_finite_record_of_its_protocol(tabor, ratio, peak, loading, dwell, unloading):
+    protocol = LoadingProtocol(peak_indentation=peak, loading_rate=loading, dwell_time=dwell, unloading_rate=unloading)
+    if protocol.start(tabor) == peak:
+        return
+    trajectory = run(Scene(tabor=tabor, material=StandardLinearSolid(ratio)), protocol)
+    for values in (trajectory.time, trajectory.indentation, trajectory.force, trajectory.contact_radius):
+        assert np.all(np.isfinite(values))
+    assert np.all(np.diff(trajectory.time) >= 0.0)
+    history = protocol.history(tabor)
+    span = np.ptp(history.indentations)
+    # an instant is rounded with the whole duration, and the indentation moves on meanwhile
+    moved = 4.0 * np.finfo(float).eps * history.times[-1] * max(loading, unloading)
+    np.testing.assert_allclose(
+        trajectory.indentation, history.indentation_at(trajectory.time), atol=1e-9 * span + moved
+    )
+    assert trajectory.pull_off_force >= trajectory.end_force
+    assert trajectory.max_compression <= trajectory.pull_off_force
+    assert trajectory.pull_off_force < 2.2 / ratio
+    instants = np.unique(trajectory.time)
+    assert len(trajectory.time) - len(instants) == len(trajectory.jumps)
+
+
+@settings(max_examples=10)
+@given(later=st.floats(-2.0, 2.9), duration=st.floats(0.01, 10.0))
+def test_the_future_has_no_influence(later, duration):
+    common_times, common = [0.0, 0.5, 0.6], [START, 3.0, 1.0]
+    one = run(SCENE, PiecewiseLinearProtocol([*common_times, 1.6], [*common, START]))
+    other = run(SCENE, PiecewiseLinearProtocol([*common_times, 0.6 + duration], [*common, later]))
+    past, same_past = ([*zip(each.time, each.force, strict=True)] for each in (one, other))
+    count = int(np.searchsorted(one.time, 0.6, side="right"))
+    assert count > 30
+    np.testing.assert_allclose(past[:count], same_past[:count], rtol=1e-12, atol=1e-12)
+    assert past[-1] != same_past[-1]
+
+
+def test_what_ran_before_in_the_process_does_not_matter():
+    protocol = LoadingProtocol(peak_indentation=5.0, loading_rate=10.0, dwell_time=0.1, unloading_rate=100.0)
+    first = run(SCENE, protocol)
+    run(Scene(tabor=3.0, material=PronySeries([0.4, 0.4], [0.1, 1.0])), protocol)
+    larger = LoadingProtocol(peak_indentation=50.0, loading_rate=1e3, dwell_time=0.0, unloading_rate=1e3)
+    assert run(Scene(tabor=3.0), larger, "standard").stats.grid_nodes > 256 > first.stats.grid_nodes
+    again = run(SCENE, protocol)
+    for name in ("time", "indentation", "force", "contact_radius"):
+        np.testing.assert_allclose(getattr(again, name), getattr(first, name), rtol=1e-9, atol=1e-9)
+
+
+def test_a_shift_in_time_changes_nothing():
+    times, depths = np.array([0.0, 0.5, 1.5]), [START, 3.0, START]
+    one = run(SCENE, PiecewiseLinearProtocol(times, depths))
+    other = run(SCENE, PiecewiseLinearProtocol(times + 64.0, depths))
+    np.testing.assert_allclose(other.at(np.linspace(64.0, 65.5, 50)), one.at(np.linspace(0.0, 1.5, 50)), rtol=1e-6)
+
+
+def test_cycles_after_a_long_rest_repeat_the_first():
+    one = [START, 3.0, START]
+    cycle = run(SCENE, PiecewiseLinearProtocol([0.0, 0.5, 1.0], one), "standard")
+    rested = run(
+        SCENE,
+        PiecewiseLinearProtocol([0.0, 0.5, 1.0, 41.0, 41.5, 42.0], [*one, *one]),
+        "standard",
+    )
+    first = slice(0, cycle.time.size)
+    np.testing.assert_allclose(rested.force[first], cycle.force, rtol=1e-9)
+    times = np.linspace(0.0, 0.99, 80)  # interpolation smooths the corner at the end
+    scale = np.max(np.abs(cycle.force))
+    np.testing.assert_allclose(rested.at(41.0 + times), cycle.at(times), atol=4e-3 * scale)
+
+
+def test_cycles_without_rest_remember_the_one_before():
+    depths = [START, *([3.0, 0.0] * 4)]
+    trajectory = run(SCENE, PiecewiseLinearProtocol(0.2 * np.arange(9.0), depths), "standard")
+    peaks = trajectory.at(0.2 * np.arange(1.0, 9.0, 2.0))
+    assert abs(peaks[1] / peaks[0] - 1.0) > 0.01
+    assert abs(peaks[3] - peaks[2]) < 0.5 * abs(peaks[1] - peaks[0])
+
+
+@settings(max_examples=8)
+@given(ratio=st.floats(0.01, 0.9), rate=logs)
+def test_one_prony_term_is_the_standard_linear_solid(ratio, rate):
+    protocol = LoadingProtocol(peak_indentation=3.0, loading_rate=rate, dwell_time=0.1, unloading_rate=rate)
+    prony = run(Scene(tabor=1.0, material=PronySeries([1.0 - ratio], [1.0])), protocol)
+    solid = run(Scene(tabor=1.0, material=StandardLinearSolid(ratio)), protocol)
+    np.testing.assert_allclose(prony.force, solid.force, rtol=1e-6, atol=1e-9)
+
+
+def test_time_is_measured_in_retardation_times():
+    slow = Scene(tabor=1.0, material=PronySeries([0.9], [100.0]))
+    one = run(SCENE, PiecewiseLinearProtocol([0.0, 0.5, 1.0], [START, 3.0, START]))
+    other = run(slow, PiecewiseLinearProtocol([0.0, 50.0, 100.0], [START, 3.0, START]))
+    parts = np.linspace(0.0, 1.0, 50)
+    np.testing.assert_allclose(other.at(100.0 * parts), one.at(parts), rtol=1e-4, atol=1e-4)
+
+
+def test_a_vanishing_lag_is_glassy_or_rubbery_but_never_beyond():
+    depths = PiecewiseLinearProtocol([0.0, 1.0, 2.0], [START, 3.0, START])
+    rubbery = run(Scene(tabor=1.0), depths, "standard")
+    glassy = run(Scene(tabor=0.1 ** (2.0 / 3.0)), depths, "standard")
+    middle = run(SCENE, depths, "standard")
+    assert glassy.max_compression < middle.max_compression < rubbery.max_compression
+
+
+@pytest.mark.parametrize("accuracy", ["draft", "standard"])
+def test_pull_off_agrees_with_a_tighter_run_within_what_is_promised(accuracy):
+    protocol = LoadingProtocol(peak_indentation=10.0, loading_rate=10.0, dwell_time=0.1, unloading_rate=100.0)
+    found, exact = run(SCENE, protocol, accuracy), run(SCENE, protocol, 3e-4)
+    assert found.pull_off_force == pytest.approx(exact.pull_off_force, rel=found.accuracy)
+    assert found.hysteresis == pytest.approx(exact.hysteresis, rel=found.accuracy)

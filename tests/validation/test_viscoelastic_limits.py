@@ -1,0 +1,53 @@
+"""A viscoelastic contact moved very fast or very slowly is an elastic one.
+
+An elastic half-space of modulus E0/k under the same sphere, adhesion and h0 has the Tabor parameter mu k^(2/3), since
+mu^3 goes with the inverse square of the modulus; indentations in h0 and forces in pi R dgamma are the same numbers.
+"""
+
+import numpy as np
+import pytest
+
+from bem import Elastic, PiecewiseLinearProtocol, PronySeries, Scene, StandardLinearSolid, simulate
+
+DEPTHS = [-2.0, 4.0, -2.0]
+ACCURACY = 1e-3
+
+
+def run(material, tabor, duration, **options):
+    path = PiecewiseLinearProtocol([0.0, 0.5 * duration, duration], DEPTHS)
+    trajectory = simulate(Scene(tabor=tabor, material=material), path, ACCURACY, **options)
+    assert trajectory.completed, trajectory.status
+    return trajectory
+
+
+def assert_same_loop(one, other, tolerance=2e-3):
+    parts = np.linspace(0.0, 1.0, 121)
+    a, b = one.at(parts * one.time[-1]), other.at(parts * other.time[-1])
+    assert np.sum(np.abs(a - b)) < tolerance * np.sum(np.abs(b))
+    assert one.pull_off_force == pytest.approx(other.pull_off_force, rel=tolerance)
+    assert one.max_compression == pytest.approx(other.max_compression, rel=tolerance)
+
+
+@pytest.mark.parametrize("ratio", [0.5, 0.1])
+def test_fast_is_glassy(ratio):
+    fast = run(StandardLinearSolid(ratio), 0.6, 1e-7, initial_state="glassy")
+    assert_same_loop(fast, run(Elastic(), 0.6 * ratio ** (2.0 / 3.0), 1.0))
+
+
+@pytest.mark.parametrize("ratio", [0.5, 0.1])
+def test_slow_is_rubbery(ratio):
+    assert_same_loop(run(StandardLinearSolid(ratio), 0.6, 1e6), run(Elastic(), 0.6, 1.0))
+
+
+def test_between_two_relaxation_times_only_the_faster_has_happened():
+    material = PronySeries([0.4, 0.4], [1e-6, 1e6])
+    middle = run(material, 0.6, 1.0, initial_state="glassy")
+    # the slow term is still glassy: compliance 1 - 0.4
+    assert_same_loop(middle, run(Elastic(), 0.6 * 0.6 ** (2.0 / 3.0), 1.0))
+
+
+def test_between_the_limits_the_loop_is_neither():
+    glassy, rubbery = run(Elastic(), 0.6 * 0.1 ** (2.0 / 3.0), 1.0), run(Elastic(), 0.6, 1.0)
+    middle = run(StandardLinearSolid(0.1), 0.6, 1.0)
+    assert glassy.max_compression < 1.1 * middle.max_compression < 1.2 * rubbery.max_compression
+    assert middle.hysteresis > 10.0 * max(glassy.hysteresis, rubbery.hysteresis)
