@@ -10,8 +10,11 @@ import matplotlib as mpl
 mpl.use("Agg")
 
 import matplotlib.pyplot as plt
+import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 HERE = Path(__file__).parent
 FIGURES = Path("results/figures")
@@ -42,6 +45,23 @@ def figure(*, width: float = DOUBLE_COLUMN, height: float) -> Figure:
 def letter(axes: Axes, name: str) -> None:
     """Put the panel letter above the left corner of a panel."""
     axes.set_title(f"({name})", loc="left", fontweight="bold")
+
+
+def log_labels(axis: Axis) -> None:
+    """Label a logarithmic axis so that labels never collide: decades, and 2 and 5 where it spans fewer than two."""
+    low, high = axis.get_view_interval()
+    short = np.log10(high / low) < 2.0
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if short else (1.0,)))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: _power(value)))
+    axis.set_minor_formatter(NullFormatter())
+
+
+def _power(value: float) -> str:
+    exponent = int(np.floor(np.log10(value) + 1e-9))
+    factor = value / 10.0**exponent
+    if -2 <= exponent <= 2:
+        return f"{value:g}"
+    return rf"$10^{{{exponent}}}$" if factor < 1.001 else rf"${factor:.0f}\times10^{{{exponent}}}$"
 
 
 def save(drawn: Figure, name: str, folder: Path = FIGURES) -> None:

@@ -1,0 +1,71 @@
+"""FMS transfer: one trajectory predicted on other numbers of measurement steps, and the whole held-out set beside it.
+
+The second panel is ours; the paper shows one trajectory only.
+"""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from matplotlib.axes import Axes
+
+from paper_figures import drawing
+
+RESULT = Path("results/studies/fms_transfer.json")
+STYLES = (("s", drawing.VERMILION), ("o", drawing.BLUE), ("^", drawing.GREEN))
+
+
+def draw_sample(axes: Axes, sample: dict[str, Any]) -> None:
+    """The solver's loop as a line, each prediction as markers."""
+    axes.axhline(0.0, color="0.8", linewidth=0.6, zorder=0)
+    axes.plot(sample["native"]["indentation"], sample["native"]["force"], color=drawing.BLACK, label="solver")
+    for (total, found), (shape, color) in zip(sample["predictions"].items(), STYLES, strict=True):
+        axes.plot(
+            found["indentation"],
+            found["predicted"],
+            linestyle="",
+            marker=shape,
+            color=color,
+            markersize=3.0,
+            markerfacecolor="none",
+            markeredgewidth=0.6,
+            label=f"$N = {total}$",
+        )
+    axes.set(xlabel=r"indentation $\hat\delta$", ylabel=r"force $\hat P$")
+    axes.set_title(f"sample ({sample['sample']})", loc="right")
+    axes.legend(loc="best")
+
+
+def draw_test_set(axes: Axes, test_set: dict[str, Any]) -> None:
+    """Median and 90th percentile of the waveform error over the held-out set for each number of steps."""
+    totals = list(test_set["errors"])
+    places = np.arange(len(totals))
+    for shift, (name, text, shade) in enumerate((("median", "median", 1.0), ("p90", "90th percentile", 0.45))):
+        heights = [test_set["errors"][total]["nmae_percent"][name] for total in totals]
+        bars = axes.bar(places + 0.38 * (shift - 0.5), heights, 0.36, color=drawing.BLUE, alpha=shade, label=text)
+        axes.bar_label(bars, fmt="%.2g", fontsize=6.5, padding=1)
+    axes.set_xticks(places, totals)
+    axes.set(xlabel="measurement steps $N$", ylabel="force NMAE (%)")
+    axes.set_title(f"{test_set['trajectories']} held-out trajectories", loc="right")
+    axes.margins(y=0.2)
+    axes.legend(loc="upper center")
+
+
+def main(
+    result: Annotated[Path, typer.Option(help="Result file of the transfer.")] = RESULT,
+    folder: Annotated[Path, typer.Option(help="Where the figure goes.")] = drawing.FIGURES,
+) -> None:
+    """Draw both panels."""
+    content = drawing.read_result(result, "make figure-fms-transfer")
+    drawn = drawing.figure(height=2.7)
+    first, second = drawn.subplots(1, 2)
+    draw_sample(first, content["sample"])
+    draw_test_set(second, content["test_set"])
+    for axes, name in zip((first, second), "ab", strict=True):
+        drawing.letter(axes, name)
+    drawing.save(drawn, "figure-fms-transfer", folder)
+
+
+if __name__ == "__main__":
+    typer.run(main)

@@ -1,0 +1,57 @@
+"""Validation curves of the FiLM and gated models; those of the concatenated models are in figure 5 (a)."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from matplotlib.axes import Axes
+
+from paper_figures import drawing, models_style
+from surrogate.architectures.naming import FAMILIES
+
+RESULT = Path("results/studies/model_comparison.json")
+
+
+def draw_curves(axes: Axes, models: dict[str, Any], conditioning: str) -> int:
+    """Validation MSE over epochs of the six models of a conditioning that are trained; returns how many."""
+    drawn = 0
+    for family in FAMILIES:
+        name = f"{family}-{conditioning}"
+        if name not in models:
+            continue
+        history = models[name]["history"]
+        least = min(range(len(history["epoch"])), key=history["validation_mse"].__getitem__)
+        color = models_style.color(name)
+        axes.plot(history["epoch"], history["validation_mse"], color=color, linewidth=1.0, label=family)
+        axes.plot(history["epoch"][least], history["validation_mse"][least], **models_style.marker(name))
+        drawn += 1
+    axes.set(xlabel="epoch", ylabel="validation MSE", yscale="log")
+    axes.legend(loc="upper right", ncols=2)
+    if not drawn:
+        axes.text(0.5, 0.5, f"no {conditioning} model trained yet", transform=axes.transAxes, ha="center", color="0.4")
+        axes.set(xlim=(0, 110), ylim=(1e-4, 1.0))
+    return drawn
+
+
+def main(
+    result: Annotated[Path, typer.Option(help="Result file of the model comparison.")] = RESULT,
+    folder: Annotated[Path, typer.Option(help="Where the figure goes.")] = drawing.FIGURES,
+) -> None:
+    """Draw both panels."""
+    content = drawing.read_result(result, "make figure-learning-curves")
+    if not any(not name.endswith("concat") for name in content["models"]):
+        raise FileNotFoundError("no FiLM or gated model is trained yet; `make models` trains them")
+    drawn = drawing.figure(height=2.7)
+    panels = drawn.subplots(1, 2, sharex=True, sharey=True)
+    for axes, conditioning, name in zip(panels, ("FiLM", "gated"), "ab", strict=True):
+        draw_curves(axes, content["models"], conditioning)
+        axes.set_title(conditioning, loc="right")
+        drawing.letter(axes, name)
+    note = models_style.missing_note([name for name in content["missing"] if not name.endswith("concat")])
+    if note:
+        drawn.supxlabel(note, fontsize=5.5, color="0.4")
+    drawing.save(drawn, "figure-learning-curves", folder)
+
+
+if __name__ == "__main__":
+    typer.run(main)

@@ -1,0 +1,77 @@
+"""One colour for each model family and one marker for each conditioning, the same in every figure.
+
+As in the paper: triangle for concatenation, star for FiLM, diamond for gated.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from matplotlib.lines import Line2D
+
+from paper_figures import drawing
+from surrogate.architectures.naming import CONDITIONINGS, FAMILIES, names, split_name
+
+REFERENCE = "M1-concat"
+COLORS = dict(
+    zip(
+        FAMILIES,
+        (drawing.BLUE, drawing.VERMILION, drawing.GREEN, drawing.PURPLE, drawing.ORANGE, drawing.SKY),
+        strict=True,
+    )
+)
+MARKERS = dict(zip(CONDITIONINGS, ("^", "*", "D"), strict=True))
+SIZES = dict(zip(CONDITIONINGS, (6.0, 8.0, 5.0), strict=True))
+
+
+def color(name: str) -> str:
+    """The colour of a model's family."""
+    return COLORS[split_name(name)[0]]
+
+
+def marker(name: str) -> dict[str, Any]:
+    """Keywords of `Axes.plot` that draw a model's point."""
+    conditioning = split_name(name)[1]
+    return {
+        "marker": MARKERS[conditioning],
+        "markersize": SIZES[conditioning],
+        "color": color(name),
+        "markeredgecolor": "white",
+        "markeredgewidth": 0.4,
+        "linestyle": "",
+    }
+
+
+def family_handles() -> list[Line2D]:
+    """Legend entries of the six families."""
+    return [Line2D([], [], color=COLORS[name], linewidth=3.0, label=name) for name in FAMILIES]
+
+
+def conditioning_handles() -> list[Line2D]:
+    """Legend entries of the three conditionings."""
+    return [
+        Line2D([], [], color="0.35", marker=MARKERS[name], markersize=SIZES[name], linestyle="", label=name)
+        for name in CONDITIONINGS
+    ]
+
+
+def paper_marker(name: str) -> dict[str, Any]:
+    """Keywords of `Axes.plot` that draw the paper's own point of a model: the model's marker, hollow and black."""
+    hollow = {"color": "none", "markeredgecolor": drawing.BLACK, "markeredgewidth": 0.8, "markersize": 8.0}
+    return marker(name) | hollow
+
+
+def handles(paper: str) -> list[Line2D]:
+    """Legend entries of families, conditionings and the paper's own point."""
+    theirs = Line2D([], [], label=f"paper's {paper}", **paper_marker(paper))
+    return [*family_handles(), *conditioning_handles(), theirs]
+
+
+def missing_note(missing: list[str]) -> str:
+    """One line that says which models are not drawn because they are not trained yet; empty when none."""
+    if not missing:
+        return ""
+    whole = [family for family in FAMILIES if all(f"{family}-{c}" in missing for c in CONDITIONINGS)]
+    single = [name for name in missing if split_name(name)[0] not in whole]
+    listed = single + ([f"all of {', '.join(whole)}"] if whole else [])
+    return f"not trained yet, {len(missing)} of {len(names())}: {', '.join(listed)}"

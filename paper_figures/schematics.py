@@ -1,0 +1,43 @@
+"""Boxes and arrows for the drawings that show how things are built."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from matplotlib.axes import Axes
+from matplotlib.patches import Circle, FancyBboxPatch
+
+LSTM_FILL, CONV_FILL, DENSE_FILL, TABOR_FILL, PLAIN_FILL = "#cfe3f2", "#cfeadf", "#f0dbe8", "#fbd9c6", "#f2f2f2"
+
+
+def box(
+    axes: Axes, x: float, y: float, text: str, fill: str, *, width: float, height: float, size: float = 6.5
+) -> None:
+    """A rounded box centred at a point."""
+    style = f"round,pad=0,rounding_size={0.18 * height}"
+    corner = (x - 0.5 * width, y - 0.5 * height)
+    axes.add_patch(FancyBboxPatch(corner, width, height, boxstyle=style, facecolor=fill, edgecolor="0.35", lw=0.6))
+    axes.text(x, y, text, ha="center", va="center", fontsize=size, linespacing=1.05)
+
+
+def node(axes: Axes, x: float, y: float, text: str, radius: float, size: float = 7.0) -> None:
+    """A round node for an elementwise operation."""
+    axes.add_patch(Circle((x, y), radius, facecolor="white", edgecolor="0.35", lw=0.6, zorder=3))
+    axes.text(x, y, text, ha="center", va="center", fontsize=size, zorder=4)
+
+
+def arrow(axes: Axes, begin: tuple[float, float], end: tuple[float, float], **style: Any) -> None:
+    """An arrow from point to point; keywords as of `FancyArrowPatch`."""
+    drawn = {"arrowstyle": "-|>", "lw": 0.8, "color": "0.2", "shrinkA": 0, "shrinkB": 0, "mutation_scale": 7} | style
+    axes.annotate("", end, begin, arrowprops=drawn, zorder=2)
+
+
+def line(axes: Axes, *points: tuple[float, float], **style: Any) -> None:
+    """A line through points, drawn like the arrows."""
+    axes.plot(*zip(*points, strict=True), **{"color": "0.2", "linewidth": 0.8, "zorder": 1} | style)
+
+
+def blank(axes: Axes, width: float, height: float) -> None:
+    """An empty panel with its own units of length, the same in both directions."""
+    axes.set(xlim=(0.0, width), ylim=(0.0, height), aspect="equal")
+    axes.axis("off")
