@@ -47,23 +47,30 @@ def build(name: str, features: str = "D") -> keras.Model:
     return build_model(name, features=features)
 
 
-def load(name: str | Path, root: str | Path | None = None) -> Surrogate:
-    """Load a trained model, ready to predict forces from physical arrays.
+def load(name: str | Path, root: str | Path | None = None, *, backend: str = "onnx", threads: int = 1) -> Surrogate:
+    """Load a trained model, ready to predict forces.
 
     Args:
-        name: A published model's name, or the path of a directory written by `surrogate train`.
-        root: The directory searched for names. Defaults to `published/models` beside the package.
+        name: A published model's name, the path of a directory written by `surrogate train`, or an ONNX file written by
+            `surrogate export`.
+        root: The directory searched for names. By default `published/models` beside the package, then the models
+            packaged with it.
+        backend: `"onnx"`, which starts quickly and needs no learning framework, or `"keras"`, whose model can be
+            differentiated.
+        threads: Threads of ONNX Runtime; Keras takes what its environment says.
 
     Returns:
-        A `Surrogate`, whose `predict(times, indentations, tabor=...)` returns forces.
+        A `Surrogate`: `predict(times, indentations, tabor=...)` returns forces, `trajectories(protocols, tabor=...)`
+        trajectories, `stream(tabor=...)` a step-by-step prediction.
 
     Raises:
         FileNotFoundError: no such directory, or a file is missing from it.
-        ValueError: the weights do not fit the model, or the scaling belongs to another data set.
+        ValueError: the weights do not fit the model, the scaling belongs to another data set, or the ONNX file is not
+            one of ours.
     """
     from surrogate.predictor import Surrogate
 
-    return Surrogate.load(name, root=root)
+    return Surrogate.load(name, root=root, backend=backend, threads=threads)
 
 
 def __getattr__(attribute: str) -> object:

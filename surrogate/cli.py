@@ -167,7 +167,7 @@ def evaluate(
     from surrogate.metrics import summary
     from surrogate.predictor import Surrogate
 
-    trained = Surrogate.load(name, root=models)
+    trained = Surrogate.load(name, root=models, backend="keras")
     folder = Path(name) if Path(name).is_dir() else models / name
     indices, found = evaluate_published(trained, folder, dataset)
     for quantity, values in summary(found).items():

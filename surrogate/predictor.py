@@ -1,30 +1,38 @@
-"""Trained models for users: physical arrays in, forces out.
+"""Trained models for users: physical arrays or protocols in, forces or trajectories out.
 
 Example:
     >>> import surrogate
-    >>> from bem.measurement import measurement_grid
-    >>> times, indentations = measurement_grid(
-    ...     tabor=[1.0], peak_indentation=[20.0], loading_rate=[10.0], dwell_time=[1.0], unloading_rate=[10.0]
-    ... )
-    >>> force = surrogate.load("M1-concat").predict(times, indentations, tabor=[1.0])  # doctest: +SKIP
+    >>> from bem import LoadingProtocol
+    >>> model = surrogate.load("M1-concat")  # doctest: +SKIP
+    >>> protocol = LoadingProtocol(peak_indentation=20.0, loading_rate=10.0, dwell_time=1.0, unloading_rate=10.0)
+    >>> model.trajectories([protocol], tabor=1.0)[0].pull_off_force  # doctest: +SKIP
 """
 
 from __future__ import annotations
 
-import json
+import time
 import warnings
+from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import h5py
-import keras
 import numpy as np
 
-from surrogate.architectures import build, names
-from surrogate.features import channels, edge_from_indentations, plateau
+from surrogate.backends import ONNX_NAME, Backend, KerasBackend, OnnxBackend, keras_model
+from surrogate.checks import check_history, checked_tabor, protocol_quantities
+from surrogate.features import edge_from_counts, edge_from_indentations
+from surrogate.model_files import existing, find_model, read_run
 from surrogate.scaling import Scaling
-from surrogate.training import predict_scaled
 
-PUBLISHED = Path(__file__).resolve().parents[1] / "published" / "models"
+if TYPE_CHECKING:
+    import keras
+    from numpy.typing import ArrayLike
+
+    from bem.protocol import LoadingProtocol
+    from surrogate.predicted import PredictedTrajectory
+    from surrogate.streaming import Stream
+
+BACKENDS = ("onnx", "keras")
 
 # Leaves room for rates recovered from rounded times.
 RANGE_TOLERANCE = 1e-6
@@ -35,37 +43,60 @@ class ExtrapolationWarning(UserWarning):
 
 
 class Surrogate:
-    """A trained model with its scaling.
+    """A trained model.
 
     Args:
-        model: A model of `surrogate.build`, trained.
-        scaling: The scaling of its training set.
-        name: The name shown in messages.
+        backend: What computes its forces.
     """
 
-    def __init__(self, model: keras.Model, scaling: Scaling, name: str = "surrogate") -> None:
-        self.model = model
-        self.scaling = scaling
-        self.name = name
+    def __init__(self, backend: Backend) -> None:
+        self.backend = backend
 
     @classmethod
-    def load(cls, name: str | Path, root: str | Path | None = None) -> Surrogate:
-        """Read a model directory; see `surrogate.load`."""
-        folder = _find(name, Path(root) if root is not None else PUBLISHED)
-        run = json.loads(_existing(folder / "run.json").read_text(encoding="utf-8"))
-        scaling = Scaling.load(_existing(folder / "scaling.json"))
-        if scaling.dataset_sha256 != run["dataset_sha256"] or scaling.features != run["features"]:
-            raise ValueError(
-                f"Expected the scaling of data set {run['dataset_sha256'][:12]} with features {run['features']}. "
-                f"Received: {folder / 'scaling.json'} of data set {scaling.dataset_sha256[:12]} "
-                f"with features {scaling.features}"
+    def load(
+        cls, name: str | Path, root: str | Path | None = None, *, backend: str = "onnx", threads: int = 1
+    ) -> Surrogate:
+        """Read a model directory or an ONNX file; see `surrogate.load`."""
+        if backend not in BACKENDS:
+            raise ValueError(f"Expected a backend of {', '.join(BACKENDS)}. Received: backend={backend!r}")
+        place = find_model(name, root)
+        if place.is_file():
+            if backend != "onnx":
+                raise ValueError(f"Expected a model directory for the {backend} backend. Received: {place}")
+            return cls(OnnxBackend(place, threads))
+        run, scaling = read_run(place)
+        if backend == "keras":
+            return cls(KerasBackend(keras_model(place, run), scaling, name=run["name"]))
+        if not (place / ONNX_NAME).is_file():
+            existing(place / "model.weights.h5")
+            raise FileNotFoundError(
+                f"No {ONNX_NAME} in {place}; make it with `surrogate export {place}`, or load with backend='keras'"
             )
-        model = build(run["architecture"], features=run["features"])
-        load_weights(model, _existing(folder / "model.weights.h5"))
-        return cls(model, scaling, name=run["name"])
+        loaded = OnnxBackend(place / ONNX_NAME, threads)
+        loaded.require_weights_of(place)
+        return cls(loaded)
+
+    @property
+    def name(self) -> str:
+        """The name shown in messages."""
+        return self.backend.name
+
+    @property
+    def scaling(self) -> Scaling:
+        """The scaling of the training set, with its ranges."""
+        return self.backend.scaling
+
+    @property
+    def model(self) -> keras.Model:
+        """The Keras model, to be differentiated or trained further.
+
+        Raises:
+            ValueError: the model was loaded with another backend.
+        """
+        return self._keras_backend().model
 
     def predict(
-        self, times: np.ndarray, indentations: np.ndarray, *, tabor: np.ndarray, edge: np.ndarray | None = None
+        self, times: np.ndarray, indentations: np.ndarray, *, tabor: ArrayLike, edge: np.ndarray | None = None
     ) -> np.ndarray:
         """Predict the force along indentation histories.
 
@@ -88,31 +119,111 @@ class Surrogate:
             ExtrapolationWarning: once, when protocols leave the ranges of the training set.
         """
         times, indentations = (np.asarray(values, dtype=np.float64) for values in (times, indentations))
-        tabor = np.asarray(tabor, dtype=np.float64)
-        _check_history(times, indentations)
-        if tabor.ndim > 1 or tabor.size not in (1, len(times)):
-            raise ValueError(f"Expected one Tabor parameter per history ({len(times)}). Received: shape {tabor.shape}")
-        tabor = np.broadcast_to(tabor.reshape(-1), (len(times),))
-        if not (np.isfinite(tabor).all() and (tabor > 0).all()):
-            raise ValueError(f"Expected finite Tabor parameters above zero. Received: tabor={tabor}")
+        check_history(times, indentations)
+        tabor = checked_tabor(tabor, len(times))
         if edge is None:
             edge = edge_from_indentations(indentations)
-        elif np.shape(edge) != times.shape:
-            raise ValueError(f"Expected edge marks of shape {times.shape}. Received: shape {np.shape(edge)}")
+        else:
+            edge = np.asarray(edge, dtype=np.float64)
+            if edge.shape != times.shape:
+                raise ValueError(f"Expected edge marks of shape {times.shape}. Received: shape {edge.shape}")
+            if not np.isfinite(edge).all():
+                raise ValueError("Expected edge marks of zero or one. Received: NaN or infinity")
+        self._warn_outside_ranges({"tabor": tabor, **protocol_quantities(times, indentations)})
+        return self.backend.force(times, indentations, tabor, edge)
 
-        self._warn_outside_ranges(times, indentations, tabor)
-        sequence = self.scaling.scale_channels(
-            channels(times, indentations, np.asarray(edge, dtype=np.float64), self.scaling.features)
-        )
-        return self.predict_channels(sequence, self.scaling.scale_tabor(tabor))
+    def trajectories(
+        self,
+        protocols: Sequence[LoadingProtocol] | LoadingProtocol,
+        *,
+        tabor: ArrayLike,
+        counts: tuple[int, int, int] = (50, 20, 50),
+    ) -> list[PredictedTrajectory]:
+        """Predict whole trajectories of loading protocols.
+
+        Args:
+            protocols: One protocol or many.
+            tabor: One Tabor parameter per protocol, or one for all.
+            counts: Points of loading, dwell and unloading; the models were trained on the default. A protocol without
+                dwell gets no dwell points.
+
+        Returns:
+            One trajectory per protocol, in order, with the interface of `bem.Trajectory`. What lies outside the ranges
+            of the training is said in each one's `extrapolated`; no warning is issued.
+
+        Raises:
+            ValueError: something else than loading protocols, or Tabor parameters that do not fit.
+        """
+        from bem.measurement import measurement_grid
+        from bem.protocol import LoadingProtocol
+        from surrogate.predicted import predicted_trajectory
+
+        protocols = [protocols] if isinstance(protocols, LoadingProtocol) else list(protocols)
+        for protocol in protocols:
+            if not isinstance(protocol, LoadingProtocol):
+                raise ValueError(f"Expected LoadingProtocols; other histories go to `predict`. Received: {protocol!r}")
+        tabor = checked_tabor(tabor, len(protocols))
+        fields = ("peak_indentation", "loading_rate", "dwell_time", "unloading_rate")
+        quantities = {name: np.array([getattr(p, name) for p in protocols], dtype=np.float64) for name in fields}
+        start = np.array([p.start(mu) for p, mu in zip(protocols, tabor, strict=True)])
+        outside = self._outside_ranges({"tabor": tabor, **quantities})
+        usual_start = np.array([p.start_indentation is None for p in protocols])
+        found: list[PredictedTrajectory | None] = [None] * len(protocols)
+        for still in (False, True):
+            chosen = np.flatnonzero((quantities["dwell_time"] > 0.0) == still)
+            if not chosen.size:
+                continue
+            clock = time.perf_counter()
+            points = counts if still else (counts[0], 0, counts[2])
+            times, indentations = measurement_grid(
+                tabor=tabor[chosen],
+                start_indentation=start[chosen],
+                counts=points,
+                **{name: values[chosen] for name, values in quantities.items()},
+            )
+            edge = edge_from_counts(points, len(chosen))
+            force = self.backend.force(times, indentations, tabor[chosen], edge)
+            seconds = (time.perf_counter() - clock) / len(chosen)
+            for row, index in enumerate(chosen):
+                words = [f"{name} = {values[index]:.6g} {where}" for name, values, where in _at(outside, index)]
+                if not usual_start[index]:
+                    words.append(f"start_indentation = {start[index]:.6g} is not the training's -pi^(2/3) mu")
+                found[index] = predicted_trajectory(
+                    times[row],
+                    indentations[row],
+                    force[row],
+                    unloading_from=points[0] + points[1] - 1,
+                    extrapolated=tuple(words),
+                    model=self.name,
+                    seconds=seconds,
+                )
+        return found
+
+    def stream(self, *, tabor: float) -> Stream:
+        """Start a step-by-step prediction of one history, for control loops.
+
+        Args:
+            tabor: The Tabor parameter, which stays.
+
+        Returns:
+            A `surrogate.streaming.Stream`, whose `step(time, indentation, edge=False)` returns the force.
+
+        Raises:
+            ValueError: a Tabor parameter not above zero, or a model that is not causal (M5).
+        """
+        from surrogate.streaming import Stream
+
+        (tabor,) = checked_tabor(tabor, 1)
+        return Stream(self.backend.plan(), self.scaling, tabor=float(tabor), name=self.name)
 
     def predict_channels(self, sequence: np.ndarray, tabor: np.ndarray) -> np.ndarray:
         """Predict the force from scaled channels of shape `(batch, steps, channels)` and scaled Tabor `(batch, 1)`.
 
         Raises:
-            ValueError: a wrong number of channels, or NaN.
+            ValueError: a wrong number of channels, NaN, or another backend than Keras.
         """
-        expected = self.model.inputs[0].shape[-1]
+        backend = self._keras_backend()
+        expected = backend.model.inputs[0].shape[-1]
         if np.ndim(sequence) != 3 or np.shape(sequence)[-1] != expected:
             raise ValueError(
                 f"Expected channels of shape (batch, steps, {expected}) for {self.name}. "
@@ -120,95 +231,36 @@ class Surrogate:
             )
         if not np.isfinite(sequence).all():
             raise ValueError("Expected finite channels. Received: NaN or infinity")
-        return self.scaling.unscale_force(predict_scaled(self.model, sequence, tabor))
+        return backend.force_from_channels(sequence, tabor)
 
-    def _warn_outside_ranges(self, times: np.ndarray, indentations: np.ndarray, tabor: np.ndarray) -> None:
-        quantities = {"tabor": tabor, **_protocol_quantities(times, indentations)}
+    def _keras_backend(self) -> KerasBackend:
+        if not isinstance(self.backend, KerasBackend):
+            raise ValueError(
+                f"Expected a model loaded with backend='keras', which alone knows scaled channels and gradients. "
+                f"Received: {type(self.backend).__name__} of {self.name}"
+            )
+        return self.backend
+
+    def _outside_ranges(self, quantities: dict[str, np.ndarray]) -> list[tuple[str, np.ndarray, np.ndarray, str]]:
+        """Quantities that leave their range somewhere: name, values, how far beyond, and the range in words."""
         outside = []
         for name, (low, high) in self.scaling.ranges.items():
-            values = quantities[name][np.isfinite(quantities[name])]
+            values = quantities[name]
             slack = RANGE_TOLERANCE * max(abs(low), abs(high))
-            beyond = np.maximum(low - values, values - high)
+            beyond = np.nan_to_num(np.maximum(low - values, values - high), nan=-np.inf)
             if values.size and beyond.max() > slack:
-                worst = values[beyond.argmax()]
-                outside.append(f"{name} = {worst:.6g} lies outside [{low:.6g}, {high:.6g}]")
+                outside.append(
+                    (name, values, np.where(beyond > slack, beyond, 0.0), f"lies outside [{low:.6g}, {high:.6g}]")
+                )
+        return outside
+
+    def _warn_outside_ranges(self, quantities: dict[str, np.ndarray]) -> None:
+        outside = self._outside_ranges(quantities)
         if outside:
-            message = f"{self.name} extrapolates beyond its training: {'; '.join(outside)}"
+            worst = [f"{name} = {values[beyond.argmax()]:.6g} {where}" for name, values, beyond, where in outside]
+            message = f"{self.name} extrapolates beyond its training: {'; '.join(worst)}"
             warnings.warn(message, ExtrapolationWarning, stacklevel=3)
 
 
-def load_weights(model: keras.Model, path: Path) -> None:
-    """Read weights into a model.
-
-    Raises:
-        ValueError: the file holds other weights than the model has.
-    """
-    expected = f"Expected weights of {model.name} with {model.count_params()} parameters"
-    try:
-        # Keras leaves weights of layers the model lacks unread, without a word.
-        with h5py.File(path, "r") as file:
-            sizes = []
-            file.visititems(lambda _, item: sizes.append(item.size) if isinstance(item, h5py.Dataset) else None)
-        if sum(sizes) != model.count_params():
-            raise ValueError(f"{sum(sizes)} parameters")
-        model.load_weights(path)
-    except (ValueError, KeyError, OSError) as error:
-        reason = str(error).splitlines()[0]
-        raise ValueError(f"{expected}. Received: {path} ({reason})") from error
-
-
-def _protocol_quantities(times: np.ndarray, indentations: np.ndarray) -> dict[str, np.ndarray]:
-    """Recover peak, rates and dwell time of every history; NaN where a phase is absent."""
-    rows = []
-    for time, indentation in zip(times, indentations, strict=True):
-        peak = int(np.argmax(indentation))
-        onset, end = plateau(indentation) or (peak, peak)
-        loading = (indentation[onset] - indentation[0]) / (time[onset] - time[0]) if onset else np.nan
-        last = len(time) - 1
-        unloading = (indentation[end] - indentation[last]) / (time[last] - time[end]) if end < last else np.nan
-        rows.append((indentation[peak], loading, time[end] - time[onset], unloading))
-    keys = ("peak_indentation", "loading_rate", "dwell_time", "unloading_rate")
-    return dict(zip(keys, np.array(rows).T, strict=True))
-
-
-def _check_history(times: np.ndarray, indentations: np.ndarray) -> None:
-    if times.ndim != 2 or times.shape != indentations.shape or times.size == 0:
-        raise ValueError(
-            "Expected times and indentations of one shape (batch, steps). "
-            f"Received: times of shape {times.shape}, indentations of shape {indentations.shape}"
-        )
-    for name, values in (("times", times), ("indentations", indentations)):
-        bad = np.flatnonzero(~np.isfinite(values).all(axis=1))
-        if bad.size:
-            raise ValueError(f"Expected finite {name}. Received: NaN or infinity in history {bad[0]}")
-    bad = np.flatnonzero((np.diff(times, axis=1) <= 0).any(axis=1))
-    if bad.size:
-        step = int(np.argmax(np.diff(times[bad[0]]) <= 0)) + 1
-        raise ValueError(
-            "Expected times that increase strictly. "
-            f"Received: {times[bad[0], step]!r} after {times[bad[0], step - 1]!r} in history {bad[0]}"
-        )
-
-
-def _find(name: str | Path, root: Path) -> Path:
-    folder = Path(name)
-    if folder.is_dir() and (folder / "run.json").is_file():
-        return folder
-    if (root / name).is_dir():
-        return root / name
-    trained = sorted(path.parent.name for path in root.glob("*/run.json"))
-    if isinstance(name, Path) or "/" in str(name):
-        raise FileNotFoundError(f"Expected a model directory. Received: {name}")
-    if name not in names():
-        known = sorted({*names(), *trained})
-        raise ValueError(f"Unknown model name. Expected one of {', '.join(known)}. Received: name={name!r}")
-    raise FileNotFoundError(
-        f"No trained {name} in {root}; train it with `surrogate train {name}`. "
-        f"Trained there: {', '.join(trained) or 'none'}"
-    )
-
-
-def _existing(path: Path) -> Path:
-    if not path.is_file():
-        raise FileNotFoundError(f"Expected a complete model directory. Missing: {path}")
-    return path
+def _at(outside: list[tuple[str, np.ndarray, np.ndarray, str]], index: int) -> list[tuple[str, np.ndarray, str]]:
+    return [(name, values, where) for name, values, beyond, where in outside if beyond[index] > 0.0]

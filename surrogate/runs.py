@@ -3,6 +3,7 @@
 A model directory holds:
 
     model.weights.h5    the weights, readable under every backend
+    model.onnx          features, scaling and network in one graph (see `surrogate.export`)
     scaling.json        the training set's statistics and ranges
     split.json          seed, and the trajectory indices of training, validation and test
     history.csv         one row per epoch, seconds accumulated
@@ -29,6 +30,7 @@ from surrogate.backend import has_fused_lstm, versions
 from surrogate.checkpoint import Progress
 from surrogate.dataset import Split, TrajectoryDataset
 from surrogate.evaluation import evaluate, physical_channels, scaled_examples, write_errors
+from surrogate.export import export_folder
 from surrogate.metrics import summary
 from surrogate.recipe import Recipe
 from surrogate.scaling import Scaling
@@ -195,6 +197,7 @@ def _write_model(
         "extra_dataset_sha256": run.extra.sha256 if run.extra else None,
     }
     _write_json(target / "run.json", content)
+    export_folder(target)
 
 
 def _write_json(path: Path, content: dict) -> None:

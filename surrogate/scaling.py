@@ -108,21 +108,23 @@ class Scaling:
         mean, scale = self.force
         return symexp(np.asarray(scaled, dtype=np.float64) * scale + mean)
 
-    def save(self, path: str | Path) -> None:
-        """Write the scaling as JSON; floats survive the round trip exactly."""
-        content = {"format": FORMAT, "format_version": FORMAT_VERSION, **asdict(self)}
-        Path(path).write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+    def to_json(self) -> str:
+        """Return the scaling as JSON; floats survive the round trip exactly."""
+        return json.dumps({"format": FORMAT, "format_version": FORMAT_VERSION, **asdict(self)}, indent=1)
 
     @classmethod
-    def load(cls, path: str | Path) -> Scaling:
-        """Read what `save` wrote.
+    def from_json(cls, text: str, source: str | Path) -> Scaling:
+        """Read what `to_json` wrote.
+
+        Args:
+            text: The JSON.
+            source: Where it is from, for messages.
 
         Raises:
-            FileNotFoundError: no such file.
-            ValueError: the file is not a scaling, or its channels do not match its feature set.
+            ValueError: the text is not a scaling, or its channels do not match its feature set.
         """
         try:
-            content = json.loads(Path(path).read_text(encoding="utf-8"))
+            content = json.loads(text)
             if (content.pop("format"), content.pop("format_version")) != (FORMAT, FORMAT_VERSION):
                 raise KeyError("format")
             scaling = cls(
@@ -135,14 +137,34 @@ class Scaling:
                 dataset_sha256=content["dataset_sha256"],
             )
         except (json.JSONDecodeError, AttributeError, KeyError, TypeError) as error:
-            raise ValueError(f"Expected a {FORMAT} file of version {FORMAT_VERSION}. Received: path={path}") from error
+            raise ValueError(
+                f"Expected a {FORMAT} file of version {FORMAT_VERSION}. Received: path={source}"
+            ) from error
         expected = len(channel_names(scaling.features))
         if len(scaling.channel_mean) != expected or len(scaling.channel_scale) != expected:
             raise ValueError(
                 f"Expected {expected} channels for feature set {scaling.features}. "
-                f"Received: {len(scaling.channel_mean)} channel statistics in {path}"
+                f"Received: {len(scaling.channel_mean)} channel statistics in {source}"
             )
         return scaling
+
+    def save(self, path: str | Path) -> None:
+        """Write the scaling as JSON."""
+        Path(path).write_text(self.to_json() + "\n", encoding="utf-8")
+
+    @classmethod
+    def load(cls, path: str | Path) -> Scaling:
+        """Read what `save` wrote.
+
+        Raises:
+            FileNotFoundError: no such file.
+            ValueError: the file is not a scaling, or its channels do not match its feature set.
+        """
+        try:
+            text = Path(path).read_text(encoding="utf-8")
+        except UnicodeDecodeError as error:
+            raise ValueError(f"Expected a {FORMAT} file of version {FORMAT_VERSION}. Received: path={path}") from error
+        return cls.from_json(text, source=path)
 
 
 def _transform_channels(channels: np.ndarray, features: str) -> np.ndarray:

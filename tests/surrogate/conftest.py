@@ -77,6 +77,6 @@ def tiny(monkeypatch):
         hidden = ResidualTCNBlock(4, name="block")(AppendTabor(name="append")(sequence, tabor))
         return keras.Model([sequence, tabor], keras.layers.Dense(1, name="force")(hidden), name=name)
 
-    for module in ("surrogate.runs", "surrogate.predictor"):
+    for module in ("surrogate.runs", "surrogate.backends"):
         monkeypatch.setattr(f"{module}.build", build)
     return build

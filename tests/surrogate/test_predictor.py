@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import surrogate
+from surrogate.backends import KerasBackend
 from surrogate.predictor import ExtrapolationWarning, Surrogate
 from surrogate.recipe import Recipe
 from surrogate.runs import Run, execute, fit_scaling, publish
@@ -14,7 +15,7 @@ from surrogate.runs import Run, execute, fit_scaling, publish
 @pytest.fixture(scope="module")
 def predictor(dataset):
     scaling = fit_scaling(Run("M3-concat", dataset, dataset.split(), Recipe.load("swift")))
-    return Surrogate(surrogate.build("M3-concat"), scaling, name="M3-concat")
+    return Surrogate(KerasBackend(surrogate.build("M3-concat"), scaling, name="M3-concat"))
 
 
 @pytest.fixture(scope="module")
@@ -127,7 +128,7 @@ def test_scaling_of_another_data_set(folder):
 
 def test_weights_of_another_model(folder, tmp_path):
     # Keras itself would read M2's weights into M1 without a word: the layers M1 lacks stay unread.
-    from surrogate.predictor import load_weights
+    from surrogate.weights import load_weights
 
     path = tmp_path / "m2.weights.h5"
     surrogate.build("M2-concat").save_weights(path)
@@ -135,7 +136,9 @@ def test_weights_of_another_model(folder, tmp_path):
         load_weights(surrogate.build("M1-concat"), path)
     shutil.copy(path, folder / "model.weights.h5")
     with pytest.raises(ValueError, match="Expected weights"):
+        surrogate.load(folder, backend="keras")
+    with pytest.raises(ValueError, match="exported from other weights"):
         surrogate.load(folder)
     (folder / "model.weights.h5").write_text("no")
     with pytest.raises(ValueError, match="Expected weights"):
-        surrogate.load(folder)
+        surrogate.load(folder, backend="keras")

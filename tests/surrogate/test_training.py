@@ -82,6 +82,7 @@ def test_training_learns_and_a_finished_run_is_complete(tiny, dataset, tmp_path)
     folder = tmp_path / "models" / "M1-concat"
     assert {path.name for path in folder.iterdir()} == {
         "model.weights.h5",
+        "model.onnx",
         "scaling.json",
         "split.json",
         "history.csv",

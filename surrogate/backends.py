@@ -1,0 +1,177 @@
+"""What computes a prediction: ONNX Runtime, which starts at once, or Keras, which can be differentiated.
+
+Both map times, indentations and edge marks of shape `(batch, steps)` and Tabor parameters of shape `(batch,)` to forces
+of shape `(batch, steps)`, all physical and float64.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+
+from surrogate.architectures import build
+from surrogate.features import channels
+from surrogate.plan import Operation, Plan
+from surrogate.scaling import Scaling
+
+if TYPE_CHECKING:
+    import keras
+
+# Larger batches leave the caches and gain nothing.
+ONNX_BATCH = 256
+
+ONNX_FORMAT = "viscoelastic-contact-surrogate-onnx"
+ONNX_FORMAT_VERSION = 1
+ONNX_NAME = "model.onnx"
+
+
+class Backend(Protocol):
+    """What a `surrogate.Surrogate` needs of whatever computes its forces."""
+
+    name: str
+    scaling: Scaling
+
+    def force(self, times: np.ndarray, indentations: np.ndarray, tabor: np.ndarray, edge: np.ndarray) -> np.ndarray:
+        """Return the physical forces of shape `(batch, steps)`."""
+        ...
+
+    def plan(self) -> Plan:
+        """Return the network as elementary operations."""
+        ...
+
+
+class OnnxBackend:
+    """An ONNX file of `surrogate export`, run by ONNX Runtime.
+
+    Args:
+        path: The file.
+        threads: Threads ONNX Runtime may use; one is best for single trajectories.
+
+    Raises:
+        FileNotFoundError: no such file.
+        ValueError: the file is not of `surrogate export`, or of a later version of it.
+    """
+
+    def __init__(self, path: str | Path, threads: int = 1) -> None:
+        import onnxruntime
+
+        self.path = Path(path)
+        if not self.path.is_file():
+            raise FileNotFoundError(f"Expected an ONNX file. Received: {self.path}, which does not exist")
+        options = onnxruntime.SessionOptions()
+        options.intra_op_num_threads = threads
+        options.inter_op_num_threads = 1
+        options.log_severity_level = 4
+        try:
+            self.session = onnxruntime.InferenceSession(
+                str(self.path), sess_options=options, providers=["CPUExecutionProvider"]
+            )
+            self.metadata = dict(self.session.get_modelmeta().custom_metadata_map)
+        # ONNX Runtime's exceptions share no base class of their own.
+        except Exception as error:
+            raise ValueError(
+                f"Expected an ONNX file of `surrogate export`. Received: {self.path}, unreadable"
+            ) from error
+        found = self.metadata.get("format"), self.metadata.get("format_version")
+        if found[0] != ONNX_FORMAT:
+            raise ValueError(f"Expected an ONNX file of `surrogate export`. Received: {self.path}, which is not one")
+        if found[1] != str(ONNX_FORMAT_VERSION):
+            raise ValueError(
+                f"Expected version {ONNX_FORMAT_VERSION} of the ONNX files of `surrogate export`. "
+                f"Received: version {found[1]} in {self.path}"
+            )
+        self.name = self.metadata["name"]
+        self.scaling = Scaling.from_json(self.metadata["scaling"], source=self.path)
+
+    def force(self, times: np.ndarray, indentations: np.ndarray, tabor: np.ndarray, edge: np.ndarray) -> np.ndarray:
+        """Return the physical forces of shape `(batch, steps)`."""
+        inputs = {"times": times, "indentations": indentations, "tabor": tabor, "edge": edge}
+        inputs = {name: np.ascontiguousarray(values, dtype=np.float64) for name, values in inputs.items()}
+        parts = [
+            self.session.run(["force"], {name: values[start : start + ONNX_BATCH] for name, values in inputs.items()})[
+                0
+            ]
+            for start in range(0, len(times), ONNX_BATCH)
+        ]
+        return parts[0] if len(parts) == 1 else np.concatenate(parts)
+
+    def plan(self) -> Plan:
+        """Return the network as elementary operations, read from the file."""
+        import onnx
+
+        graph = onnx.load(self.path).graph
+        operations = [Operation.from_dict(entry) for entry in json.loads(self.metadata["plan"])]
+        names = tuple(f"{operation.name}/" for operation in operations)
+        weights = {
+            item.name: onnx.numpy_helper.to_array(item) for item in graph.initializer if item.name.startswith(names)
+        }
+        return Plan(operations, weights)
+
+    def require_weights_of(self, folder: Path) -> None:
+        """Check that the file was exported from the weights beside it, where there are any.
+
+        Raises:
+            ValueError: it was not.
+        """
+        weights = folder / "model.weights.h5"
+        if weights.is_file() and hashlib.sha256(weights.read_bytes()).hexdigest() != self.metadata["weights_sha256"]:
+            raise ValueError(
+                f"Expected an ONNX file exported from {weights}; export it again with `surrogate export {self.name}`. "
+                f"Received: {self.path}, exported from other weights"
+            )
+
+
+class KerasBackend:
+    """A Keras model with its scaling.
+
+    Args:
+        model: A model of `surrogate.build`, trained.
+        scaling: The scaling of its training set.
+        name: The name shown in messages.
+    """
+
+    def __init__(self, model: keras.Model, scaling: Scaling, name: str = "surrogate") -> None:
+        self.model = model
+        self.scaling = scaling
+        self.name = name
+
+    def force(self, times: np.ndarray, indentations: np.ndarray, tabor: np.ndarray, edge: np.ndarray) -> np.ndarray:
+        """Return the physical forces of shape `(batch, steps)`."""
+        sequence = self.scaling.scale_channels(channels(times, indentations, edge, self.scaling.features))
+        return self.force_from_channels(sequence, self.scaling.scale_tabor(tabor))
+
+    def force_from_channels(self, sequence: np.ndarray, tabor: np.ndarray) -> np.ndarray:
+        """Return the physical forces of scaled channels `(batch, steps, channels)` and scaled Tabor `(batch, 1)`."""
+        from surrogate.training import predict_scaled
+
+        return self.scaling.unscale_force(predict_scaled(self.model, sequence, tabor))
+
+    @cached_property
+    def _plan(self) -> Plan:
+        from surrogate.plan import lower
+
+        return lower(self.model)
+
+    def plan(self) -> Plan:
+        """Return the network as elementary operations."""
+        return self._plan
+
+
+def keras_model(folder: Path, run: dict[str, Any]) -> keras.Model:
+    """Build the model a directory's `run.json` names and read its weights.
+
+    Raises:
+        FileNotFoundError: the weights are missing.
+        ValueError: they do not fit.
+    """
+    from surrogate.model_files import existing
+    from surrogate.weights import load_weights
+
+    model = build(run["architecture"], features=run["features"])
+    load_weights(model, existing(folder / "model.weights.h5"))
+    return model

@@ -1,0 +1,158 @@
+import json
+import shutil
+import subprocess
+import sys
+
+import numpy as np
+import onnx
+import pytest
+
+import surrogate
+from surrogate.backends import KerasBackend, OnnxBackend
+from surrogate.export import build_graph, export_folder
+from surrogate.predictor import Surrogate
+from surrogate.recipe import Recipe
+from surrogate.runs import Run, execute, fit_scaling, publish
+
+
+@pytest.fixture(scope="module")
+def protocols(dataset, grid):
+    times, indentations = (part[:6] for part in grid)
+    return times, indentations, dataset.protocols["tabor"][:6]
+
+
+def stirred(name, scaling):
+    """An untrained model whose biases, normalisations and gates differ from their initial values."""
+    model = surrogate.build(name, features=scaling.features)
+    rng = np.random.default_rng(3)
+    model.set_weights([weight + 0.05 * rng.standard_normal(weight.shape) for weight in model.get_weights()])
+    return KerasBackend(model, scaling, name=name)
+
+
+def scaling_of(dataset, features="D"):
+    return fit_scaling(Run("M1-concat", dataset, dataset.split(), Recipe.load("swift"), features=features))
+
+
+def write(path, backend):
+    content = build_graph(backend.model, backend.scaling, name=backend.name, architecture=backend.name)
+    path.write_bytes(content.SerializeToString())
+    return path
+
+
+@pytest.mark.filterwarnings("ignore:.*extrapolates")
+@pytest.mark.parametrize("name", surrogate.names())
+def test_file_agrees_with_keras(name, dataset, protocols, tmp_path):
+    backend = stirred(name, scaling_of(dataset))
+    onnx_model = surrogate.load(write(tmp_path / "model.onnx", backend))
+    times, indentations, tabor = protocols
+    expected = backend.scaling.scale_force(Surrogate(backend).predict(times, indentations, tabor=tabor))
+    found = backend.scaling.scale_force(onnx_model.predict(times, indentations, tabor=tabor))
+    assert np.abs(expected).max() > 1e-2
+    np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-5)
+
+
+@pytest.mark.filterwarnings("ignore:.*extrapolates")
+@pytest.mark.parametrize("features", "ABC")
+def test_feature_sets(features, dataset, protocols, tmp_path):
+    backend = stirred("M3-concat", scaling_of(dataset, features))
+    onnx_model = surrogate.load(write(tmp_path / "model.onnx", backend))
+    times, indentations, tabor = protocols
+    expected = backend.scaling.scale_force(Surrogate(backend).predict(times, indentations, tabor=tabor))
+    found = backend.scaling.scale_force(onnx_model.predict(times, indentations, tabor=tabor))
+    np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-5)
+
+
+@pytest.mark.filterwarnings("ignore:.*extrapolates")
+def test_velocity_survives_large_times(dataset, tmp_path):
+    # In single precision a step of 1e-3 at time 1e5 would be lost altogether.
+    backend = stirred("M1-concat", scaling_of(dataset))
+    onnx_model = surrogate.load(write(tmp_path / "model.onnx", backend))
+    times = 1e5 + 1e-3 * np.arange(60)[None]
+    indentations = 0.4 * np.arange(60)[None]
+    forces = [model.predict(times, indentations, tabor=1.0) for model in (onnx_model, Surrogate(backend))]
+    scaled = [backend.scaling.scale_force(force) for force in forces]
+    np.testing.assert_allclose(*scaled, rtol=0.0, atol=1e-5)
+
+
+def test_the_lstm_is_one_operator(dataset):
+    content = build_graph(surrogate.build("M1-concat"), scaling_of(dataset), name="M1-concat", architecture="M1-concat")
+    kinds = [node.op_type for node in content.graph.node]
+    assert kinds.count("LSTM") == 2
+    assert "Loop" not in kinds
+
+
+def test_metadata_and_interface(dataset):
+    scaling = scaling_of(dataset)
+    content = build_graph(surrogate.build("M1-gated"), scaling, name="mine", architecture="M1-gated")
+    metadata = {entry.key: entry.value for entry in content.metadata_props}
+    assert metadata["format"] == "viscoelastic-contact-surrogate-onnx"
+    assert (metadata["format_version"], metadata["name"], metadata["features"]) == ("1", "mine", "D")
+    assert json.loads(metadata["ranges"])["tabor"] == list(scaling.ranges["tabor"])
+    inputs = {item.name: len(item.type.tensor_type.shape.dim) for item in content.graph.input}
+    assert inputs == {"times": 2, "indentations": 2, "tabor": 1, "edge": 2}
+    assert {item.type.tensor_type.elem_type for item in content.graph.input} == {onnx.TensorProto.DOUBLE}
+    assert [item.name for item in content.graph.output] == ["force"]
+
+
+@pytest.fixture
+def folder(tiny, dataset, tmp_path):
+    run = Run("M1-concat", dataset, dataset.split(), Recipe.load("swift").with_overrides(epochs=1))
+    execute(run, tmp_path / "run")
+    publish(tmp_path / "run", tmp_path / "models" / "M1-concat")
+    return tmp_path / "models" / "M1-concat"
+
+
+def test_training_leaves_a_file_that_loads(folder):
+    assert isinstance(surrogate.load(folder).backend, OnnxBackend)
+    assert (surrogate.load(folder / "model.onnx").name, surrogate.load(folder).name) == ("M1-concat",) * 2
+    before = (folder / "model.onnx").read_bytes()
+    (folder / "model.onnx").unlink()
+    with pytest.raises(FileNotFoundError, match=r"surrogate export .*M1-concat.*backend='keras'"):
+        surrogate.load(folder)
+    assert export_folder(folder).read_bytes() == before
+
+
+def test_files_that_are_not_ours(folder, tmp_path, dataset):
+    (tmp_path / "text.onnx").write_text("no graph")
+    with pytest.raises(ValueError, match=r"ONNX file of `surrogate export`.*text\.onnx, unreadable"):
+        surrogate.load(tmp_path / "text.onnx")
+    with pytest.raises(FileNotFoundError, match="does not exist"):
+        surrogate.load(tmp_path / "absent.onnx")
+    graph = onnx.load(folder / "model.onnx")
+    for entry in graph.metadata_props:
+        if entry.key == "format_version":
+            entry.value = "9"
+    onnx.save(graph, tmp_path / "later.onnx")
+    with pytest.raises(ValueError, match=r"version 1 .*Received: version 9"):
+        surrogate.load(tmp_path / "later.onnx")
+    del graph.metadata_props[:]
+    onnx.save(graph, tmp_path / "foreign.onnx")
+    with pytest.raises(ValueError, match=r"Received: .*foreign\.onnx, which is not one"):
+        surrogate.load(tmp_path / "foreign.onnx")
+    shutil.copy(tmp_path / "foreign.onnx", folder / "model.onnx")
+    with pytest.raises(ValueError, match="which is not one"):
+        surrogate.load(folder)
+
+
+def test_unknown_backend(folder):
+    with pytest.raises(ValueError, match=r"onnx, keras\. Received: backend='torch'"):
+        surrogate.load(folder, backend="torch")
+    with pytest.raises(ValueError, match="model directory for the keras backend"):
+        surrogate.load(folder / "model.onnx", backend="keras")
+    with pytest.raises(ValueError, match="backend='keras'"):
+        _ = surrogate.load(folder).model
+    with pytest.raises(ValueError, match="backend='keras'"):
+        surrogate.load(folder).predict_channels(np.zeros((1, 5, 4)), np.zeros((1, 1)))
+
+
+def test_prediction_needs_no_learning_framework(folder):
+    code = (
+        "import sys, numpy, surrogate\n"
+        f"model = surrogate.load({str(folder)!r})\n"
+        "times = numpy.linspace(0, 1, 9)[None]\n"
+        "import warnings; warnings.simplefilter('ignore')\n"
+        "model.predict(times, times, tabor=1.0)\n"
+        "print(sorted({'keras', 'tensorflow', 'onnx', 'numba', 'h5py'} & set(sys.modules)))"
+    )
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert result.stdout.strip() == "[]"
