@@ -28,7 +28,6 @@ LABELS = {
     "JKR-like": r"JKR-like ($\mu=3.2$)",
     "rubbery": r"rubbery ($\mu=1$)",
     "glassy": r"glassy",
-    "no adhesion": "one relaxation, no adhesion",
 }
 
 
@@ -55,7 +54,7 @@ def draw_stand_ins(axes: Axes, content: dict[str, Any]) -> None:
         axes.plot(rates, errors, color=color, linestyle=line, marker=".", label=LABELS.get(name, name).split(" (")[0])
     axes.axhline(100.0 * content["tolerance"], color="0.4", linewidth=0.8, linestyle=(0, (5, 3)))
     axes.set(xscale="log", yscale="log", xlabel=r"rate $\hat v/\mu$", ylabel="error of the force (%)")
-    axes.set_ylim(0.3, 3e3)
+    axes.set_ylim(0.08, 1.5e3)
     edges = np.sqrt(np.array(rates)[1:] * np.array(rates)[:-1])
     begin = rates[0]
     for i, point in enumerate(points):
@@ -74,11 +73,12 @@ def draw_stand_ins(axes: Axes, content: dict[str, Any]) -> None:
             )
             begin = end
     axes.text(rates[-1], 110.0 * content["tolerance"], "tolerance", ha="right", va="bottom", fontsize=6, color="0.4")
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, 0.93), ncol=2, fontsize=6)
+    axes.legend(loc="lower center", ncol=2, fontsize=6.5)
 
 
 def _short(effects: str) -> str:
-    return effects.replace("viscoelastic, adhesive", "everything").replace("without adhesion", "no adhesion")
+    short = {"viscoelastic, adhesive": "everything", "viscoelastic, without adhesion": "no adhesion"}
+    return short.get(effects, effects.removeprefix("elastic ").removesuffix(", adhesive"))
 
 
 def main(
