@@ -56,8 +56,8 @@ def main(
     caption = (
         f"Held-out errors of {content['config']['model']} by quartile of the force MSE, mean $\\pm$ standard "
         f"deviation over {content['trajectories']} trajectories. Medians over all: pull-off force "
-        f"{force:.2g} %, hysteresis {loop:.2g} %. Pull-off errors are on the measurement steps; these alone are off the "
-        f"solver's own pull-off force by a median of {floor['median']:.2g} % and a 90th percentile of "
+        f"{force:.2g} %, hysteresis {loop:.2g} %. Pull-off errors are on the measurement steps; these alone are off "
+        f"the solver's own pull-off force by a median of {floor['median']:.2g} % and a 90th percentile of "
         f"{floor['p90']:.2g} %."
     )
     header = ["Quartile", "Source", *(heading for heading, _, _ in COLUMNS.values())]
