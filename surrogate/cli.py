@@ -1,4 +1,4 @@
-"""The command line `surrogate`: list, train, train-all, evaluate."""
+"""The command line `surrogate`: list, train, train-all, evaluate, predict, export."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ import typer
 
 from surrogate.architectures.naming import PAPER_PARAMETER_COUNTS, names, split_name
 from surrogate.backend import limit_threads, quiet_backend
+from surrogate.predict_cli import register
 from surrogate.queue import STOPPED, StopRequest, run_queue
 
 app = typer.Typer(
@@ -175,6 +176,9 @@ def evaluate(
         typer.echo(f"{quantity:<30} {numbers}")
     if errors is not None:
         write_errors(errors, indices, found)
+
+
+register(app)
 
 
 def app_main() -> None:

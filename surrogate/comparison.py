@@ -1,0 +1,91 @@
+"""Predictions beside the solver: what `surrogate predict --check` reports and draws."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from surrogate.files import whole_file
+
+MOST_DRAWN = 12
+
+
+def solver_errors(predicted: Any, simulated: Any) -> dict[str, float]:
+    """Compare a predicted trajectory with a simulated one of the same protocol.
+
+    Args:
+        predicted: A `PredictedTrajectory`.
+        simulated: A `bem.Trajectory`.
+
+    Returns:
+        Errors of pull-off force and hysteresis in percent; the pull-off force both on the measurement steps and against
+        the solver's own, which a narrow peak between steps tells apart; and the root mean square difference of the
+        force as a fraction of the force's range. NaN where the simulation did not finish.
+    """
+    if not simulated.completed:
+        return dict.fromkeys(
+            ("pull_off_percent", "pull_off_on_steps_percent", "hysteresis_percent", "force_rms"), np.nan
+        )
+    force = simulated.at(np.clip(predicted.time, simulated.time[0], simulated.time[-1]))
+    on_steps = force[predicted.unloading].max() if predicted.unloading.any() else np.nan
+    return {
+        "pull_off_percent": _percent(predicted.pull_off_force, simulated.pull_off_force),
+        "pull_off_on_steps_percent": _percent(predicted.pull_off_force, on_steps),
+        "hysteresis_percent": _percent(predicted.hysteresis, simulated.hysteresis),
+        "force_rms": float(np.sqrt(np.mean((predicted.force - force) ** 2)) / np.ptp(force)),
+    }
+
+
+def simulate_same(protocols: list[Any], tabor: np.ndarray, modulus_ratio: float) -> list[Any]:
+    """Simulate protocols with the contact solver, one after the other."""
+    from bem import Scene, StandardLinearSolid, simulate
+
+    material = StandardLinearSolid(modulus_ratio=modulus_ratio)
+    return [simulate(Scene(float(mu), material), one) for one, mu in zip(protocols, tabor, strict=True)]
+
+
+def plot_predictions(path: Path, predicted: list[Any], simulated: list[Any] | None = None) -> None:
+    """Draw force histories and loops, dashed lines for the solver; the first dozen, when there are more.
+
+    Args:
+        path: An image file; the suffix chooses the format.
+        predicted: Trajectories.
+        simulated: The solver's, in the same order.
+    """
+    from matplotlib import colormaps
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    from bem.plots import FORCE_LABEL
+
+    figure = Figure(figsize=(9.0, 3.8), layout="constrained")
+    FigureCanvasAgg(figure)
+    history, loop = figure.subplots(1, 2, sharey=True)
+    shown = predicted[:MOST_DRAWN]
+    colours = colormaps["viridis"](np.linspace(0.0, 0.85, len(shown)))
+    for axes, quantity, label in (
+        (history, "time", r"time $t/\tau$"),
+        (loop, "indentation", r"indentation $\delta/h_0$"),
+    ):
+        axes.axhline(0.0, color="0.8", linewidth=0.8)
+        for number, found in enumerate(shown):
+            first = number == 0
+            axes.plot(
+                getattr(found, quantity), found.force, color=colours[number], label=found.model if first else None
+            )
+            if simulated:
+                other = simulated[number]
+                style = {"color": "0.1", "linestyle": "--", "linewidth": 1.0}
+                axes.plot(getattr(other, quantity), other.force, **style, label="solver" if first else None)
+        axes.set_xlabel(label)
+        axes.spines[["top", "right"]].set_visible(False)
+    history.set_ylabel(FORCE_LABEL)
+    loop.legend(frameon=False)
+    with whole_file(path) as part:
+        figure.savefig(part, dpi=150)
+
+
+def _percent(value: float, reference: float) -> float:
+    return float(100.0 * abs(value - reference) / abs(reference)) if reference else float("nan")

@@ -1,0 +1,185 @@
+"""The commands `surrogate predict` and `surrogate export`."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+IMAGES = (".png", ".pdf", ".svg")
+
+
+def register(app: typer.Typer) -> None:
+    """Add both commands to the command line."""
+    app.command()(predict)
+    app.command()(export)
+
+
+def predict(
+    name: Annotated[str, typer.Argument(help="A published model, a model directory, or an ONNX file.")],
+    tabor: Annotated[float | None, typer.Option(help="Tabor parameter.")] = None,
+    peak_indentation: Annotated[float | None, typer.Option(help="Indentation held during the dwell.")] = None,
+    loading_rate: Annotated[float | None, typer.Option(help="Speed of approach.")] = None,
+    dwell_time: Annotated[float | None, typer.Option(help="Time at the peak.")] = None,
+    unloading_rate: Annotated[float | None, typer.Option(help="Speed of withdrawal.")] = None,
+    source: Annotated[
+        Path | None, typer.Option("--in", help="Protocols, or one history, as .csv or .json; see the user's guide.")
+    ] = None,
+    out: Annotated[Path | None, typer.Option(help="Write the trajectories here, .csv or .json.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print scalars and arrays as JSON.")] = False,
+    plot: Annotated[Path | None, typer.Option(help="Draw force histories and loops here.")] = None,
+    check: Annotated[bool, typer.Option(help="Run the solver beside it and report the errors.")] = False,
+    modulus_ratio: Annotated[float, typer.Option(help="Modulus ratio of the check; the training's is 0.1.")] = 0.1,
+    backend: Annotated[str, typer.Option(help="onnx or keras.")] = "onnx",
+    models: Annotated[Path | None, typer.Option(help="Where models are published.")] = None,
+) -> None:
+    """Predict the force of a protocol, of many, or of any indentation history.
+
+    Example: surrogate predict M1-concat --tabor 1 --peak-indentation 20 --loading-rate 10 --dwell-time 1
+    --unloading-rate 10 --check --plot prediction.png
+    """
+    from surrogate.comparison import plot_predictions, simulate_same, solver_errors
+    from surrogate.predict_io import PROTOCOL_COLUMNS, read_table, require_output, to_json, write_trajectories
+
+    require_output(out, (".csv", ".json"))
+    require_output(plot, IMAGES)
+    given = (tabor, peak_indentation, loading_rate, dwell_time, unloading_rate)
+    options = dict(zip(PROTOCOL_COLUMNS, given, strict=True))
+    table = read_table(source) if source is not None else None
+    model = _load(name, models, backend)
+    if table is not None and table.is_history:
+        found = [_predict_history(model, table, options)]
+        protocols, mus = [_as_protocol(table)], [tabor]
+    else:
+        protocols, mus = _protocols(table, options)
+        found = model.trajectories(protocols, tabor=mus)
+    for number, trajectory in enumerate(found):
+        for words in trajectory.extrapolated:
+            typer.echo(f"warning: trajectory {number} extrapolates: {words}", err=True)
+
+    simulated = simulate_same(protocols, mus, modulus_ratio) if check else None
+    checks = [solver_errors(*pair) for pair in zip(found, simulated, strict=True)] if check else None
+    if out is not None:
+        write_trajectories(out, found, checks)
+    if plot is not None:
+        plot_predictions(plot, found, simulated)
+    if as_json:
+        typer.echo(to_json(found, checks))
+        return
+    for number, trajectory in enumerate(found):
+        typer.echo(_readable(number, trajectory, checks[number] if check else None))
+
+
+def export(
+    name: Annotated[str, typer.Argument(help="A published model, or a model directory.")],
+    file_format: Annotated[str, typer.Option("--format", help="onnx.")] = "onnx",
+    out: Annotated[Path | None, typer.Option(help="Write a copy here, too.")] = None,
+    models: Annotated[Path | None, typer.Option(help="Where models are published.")] = None,
+) -> None:
+    """Write a trained model as one file that takes physical inputs, beside its weights."""
+    from surrogate.backend import quiet_backend
+    from surrogate.files import whole_file
+    from surrogate.model_files import find_model
+    from surrogate.predict_io import require_output
+
+    if file_format != "onnx":
+        raise ValueError(f"Expected the format onnx. Received: {file_format!r}")
+    require_output(out, (".onnx",))
+    folder = find_model(name, models)
+    if not folder.is_dir():
+        raise ValueError(f"Expected a model directory. Received: {folder}")
+    quiet_backend()
+    from surrogate.export import export_folder
+
+    written = export_folder(folder)
+    typer.echo(f"{written}: {written.stat().st_size / 1e6:.2f} MB")
+    if out is not None:
+        with whole_file(out) as part:
+            part.write_bytes(written.read_bytes())
+
+
+def _load(name: str, models: Path | None, backend: str) -> Any:
+    if backend == "keras":
+        from surrogate.backend import quiet_backend
+
+        quiet_backend()
+    from surrogate.predictor import Surrogate
+
+    return Surrogate.load(name, root=models, backend=backend)
+
+
+def _protocols(table: Any, options: dict[str, float | None]) -> tuple[list[Any], Any]:
+    import numpy as np
+
+    from bem.protocol import LoadingProtocol
+
+    given = {key: value for key, value in options.items() if value is not None}
+    if table is None:
+        missing = [f"--{key.replace('_', '-')}" for key in options if key not in given]
+        if missing:
+            raise ValueError(f"Expected --in FILE, or a whole protocol. Missing: {', '.join(missing)}")
+        columns = {key: np.array([value]) for key, value in given.items()}
+    elif given:
+        raise ValueError(f"Expected protocols from --in FILE or from options, not both. Received: {', '.join(given)}")
+    else:
+        columns = table.columns
+    fields = [key for key in options if key != "tabor"]
+    rows = zip(*(columns[key] for key in fields), strict=True)
+    return [LoadingProtocol(**dict(zip(fields, map(float, row), strict=True))) for row in rows], columns["tabor"]
+
+
+def _predict_history(model: Any, table: Any, options: dict[str, float | None]) -> Any:
+    import time
+
+    import numpy as np
+
+    from surrogate.features import plateau
+    from surrogate.predicted import predicted_trajectory
+    from surrogate.predictor import ExtrapolationWarning
+
+    tabor = options.pop("tabor")
+    unwanted = [key for key, value in options.items() if value is not None]
+    if tabor is None or unwanted:
+        received = "no --tabor" if tabor is None else ", ".join(unwanted)
+        raise ValueError(f"Expected --tabor, and no protocol, with a history. Received: {received}")
+    times, indentations = table.columns["time"], table.columns["indentation"]
+    edge = table.columns.get("edge")
+    clock = time.perf_counter()
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", ExtrapolationWarning)
+        force = model.predict(times[None], indentations[None], tabor=tabor, edge=None if edge is None else edge[None])
+    peak = int(np.argmax(indentations))
+    found = plateau(indentations)
+    return predicted_trajectory(
+        times,
+        indentations,
+        force[0],
+        unloading_from=max(peak, found[1]) if found else peak,
+        extrapolated=tuple(str(warning.message).partition(": ")[2] for warning in caught),
+        model=model.name,
+        seconds=time.perf_counter() - clock,
+    )
+
+
+def _as_protocol(table: Any) -> Any:
+    from bem.protocol import PiecewiseLinearProtocol
+
+    if len(table.columns["time"]) < 2:
+        raise ValueError("Expected a history of at least two points. Received: one")
+    return PiecewiseLinearProtocol(table.columns["time"], table.columns["indentation"])
+
+
+def _readable(number: int, found: Any, check: dict[str, float] | None) -> str:
+    line = (
+        f"trajectory {number}: pull-off force {found.pull_off_force:.5g} at time {found.pull_off_time:.5g}, "
+        f"hysteresis {found.hysteresis:.5g}, max compression {found.max_compression:.5g}"
+    )
+    if check is None:
+        return line
+    return (
+        f"{line}\n  against the solver: pull-off force off by {check['pull_off_percent']:.2f} % "
+        f"({check['pull_off_on_steps_percent']:.2f} % on the measurement steps), hysteresis by "
+        f"{check['hysteresis_percent']:.2f} %, force by {100 * check['force_rms']:.2f} % of its range (rms)"
+    )
