@@ -25,14 +25,14 @@ BATCH_REPEATS = 5
 
 def published(models: Path) -> list[str]:
     """Names of the model directories with weights, in the order of the architectures."""
-    from surrogate.architectures import names
+    from surrogate.architectures.naming import names
 
     return [name for name in names() if (models / name / "model.weights.h5").is_file()]
 
 
 def missing(models: Path) -> list[str]:
     """Architectures that are not published."""
-    from surrogate.architectures import names
+    from surrogate.architectures.naming import names
 
     found = published(models)
     return [name for name in names() if name not in found]

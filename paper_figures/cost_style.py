@@ -3,6 +3,7 @@
 from typing import Any
 
 from matplotlib.axes import Axes
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from paper_figures import drawing
 
@@ -46,3 +47,12 @@ def mark_paper(axes: Axes, *, height: float = 0.98) -> None:
             fontsize=5.5,
             color=drawing.PAPER,
         )
+
+
+def sparse_ticks(axes: Axes) -> None:
+    """Ticks at 1, 2 and 5 along a logarithmic axis of less than two decades, where powers of ten would be too few."""
+    low, high = axes.get_xlim()
+    if high < 100.0 * low:
+        axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axes.xaxis.set_minor_formatter(NullFormatter())

@@ -1,0 +1,91 @@
+"""When a surrogate pays for itself: core seconds of data set, training and queries against the number of queries.
+
+Only reads: the data set's core seconds, the training seconds in each published model's `run.json`, and the seconds of
+one query in the measurement of `experiments.accuracy_cost`. A surrogate by ONNX Runtime in batches is set against the
+solver at draft and standard accuracy; the paper's line has its own numbers.
+
+Usage: `python -m experiments.amortisation [--cost FILE] [--models DIR] [--out FILE]`.
+"""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from bem.dataset_file import load_dataset
+from experiments.measuring import MEASUREMENTS, plain
+from experiments.studies import DATASET, MODELS, PAPER_VALUES, write_result
+from experiments.surrogate_cost import missing, published
+
+OUT = MEASUREMENTS / "amortisation.json"
+COST = MEASUREMENTS / "accuracy_cost.json"
+
+
+def line(name: str, kind: str, fixed: float, query: float, **more: Any) -> dict[str, Any]:
+    """Core seconds: once, and for each query."""
+    return {"name": name, "kind": kind, "fixed_seconds": fixed, "query_seconds": query, **more}
+
+
+def break_even(dear: dict[str, Any], cheap: dict[str, Any]) -> float | None:
+    """Queries from which the tool with the larger fixed cost is the cheaper one; None where it never is."""
+    saved = cheap["query_seconds"] - dear["query_seconds"]
+    return (dear["fixed_seconds"] - cheap["fixed_seconds"]) / saved if saved > 0.0 else None
+
+
+def paper_lines() -> list[dict[str, Any]]:
+    """The paper's solver and surrogate."""
+    dataset, cost = (
+        tomllib.loads((PAPER_VALUES / f"{name}.toml").read_text(encoding="utf-8")) for name in ("dataset", "cost")
+    )
+    total = 3600.0 * dataset["cpu_hours"]
+    return [
+        line("paper's solver", "paper", 0.0, total / dataset["trajectories"]),
+        line("paper's surrogate", "paper", total + 3600.0 * cost["training_hours"], cost["surrogate_seconds"]),
+    ]
+
+
+def main(
+    cost: Annotated[Path, typer.Option(help="Measurement of accuracy and cost.")] = COST,
+    dataset: Annotated[Path, typer.Option(help="Data set file.")] = DATASET,
+    models: Annotated[Path, typer.Option(help="Where trained models are.")] = MODELS,
+    out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
+) -> None:
+    """Collect the lines and where they cross."""
+    if not cost.is_file():
+        raise FileNotFoundError(f"measurement {str(cost)!r} not found; `make measure-accuracy-cost` makes it")
+    tools = json.loads(cost.read_text(encoding="utf-8"))["tools"]
+    data_seconds = float(load_dataset(dataset).attributes["core_seconds"])
+    solver = [
+        line(f"solver, {tool['setting']}", "solver", 0.0, tool["seconds"]["mean"], errors=tool["errors"])
+        for tool in tools
+        if tool["kind"] == "solver" and tool["setting"] in ("draft", "standard", "reference")
+    ]
+    surrogates = []
+    for name in published(models):
+        run = json.loads((models / name / "run.json").read_text(encoding="utf-8"))
+        for tool in tools:
+            if tool.get("model") == name:
+                fixed = data_seconds + float(run["cpu_seconds"])
+                more = {"errors": tool["errors"], "training_seconds": float(run["cpu_seconds"]), "way": tool["way"]}
+                surrogates.append(line(tool["setting"], "surrogate", fixed, tool["seconds"]["mean"], **more))
+    paper = paper_lines()
+    crossings = [
+        {"surrogate": one["name"], "solver": other["name"], "queries": break_even(one, other)}
+        for one, others in [*((s, solver) for s in surrogates), (paper[1], [paper[0], *solver])]
+        for other in others
+    ]
+    content = {
+        "data_set_seconds": data_seconds,
+        "lines": [*solver, *surrogates, *paper],
+        "break_even": crossings,
+        "missing": missing(models),
+    }
+    write_result(out, "amortisation", plain(content))
+
+
+if __name__ == "__main__":
+    typer.run(main)
