@@ -1,0 +1,31 @@
+"""Put the published M1-concat into the wheel; everything else is said in `pyproject.toml`.
+
+The weights have one home, `published/models`, so the build copies them rather than the repository holding them twice.
+"""
+
+import shutil
+from pathlib import Path
+
+from setuptools import setup
+from setuptools.command.build_py import build_py
+
+MODEL = "M1-concat"
+FILES = ("model.onnx", "model.weights.h5", "run.json", "scaling.json", "metrics.json")
+
+
+class BuildWithModel(build_py):
+    """Copy the model directory's files into the package `surrogate`, where there is one."""
+
+    def run(self) -> None:
+        """Build, then copy."""
+        super().run()
+        source = Path(__file__).resolve().parent / "published" / "models" / MODEL
+        if self.editable_mode or not source.is_dir():
+            return
+        target = Path(self.build_lib) / "surrogate" / "models" / MODEL
+        target.mkdir(parents=True, exist_ok=True)
+        for name in FILES:
+            shutil.copyfile(source / name, target / name)
+
+
+setup(cmdclass={"build_py": BuildWithModel})
