@@ -11,7 +11,14 @@ PY := $(VENV)/bin/python
 INSTALLED := $(VENV)/.installed
 TEST_WORKERS ?= 2
 
-DATASET := published/dataset.h5
+# Where results are computed and where they are published; `make smoke` and `make paper-from-scratch` choose others.
+OUT ?= results
+PUBLISHED ?= published
+COUNT ?= 12450
+FIGURES := $(OUT)/figures
+TABLES := $(OUT)/tables
+DATASET := $(PUBLISHED)/dataset.h5
+MANIFEST := tools/manifest.py --root $(PUBLISHED)
 SOLVER := $(wildcard bem/*.py)
 DRAWING := $(wildcard paper_figures/drawing.py paper_figures/tables.py paper_figures/*.mplstyle paper_figures/paper_values/*)
 
@@ -21,7 +28,7 @@ DRAWING := $(wildcard paper_figures/drawing.py paper_figures/tables.py paper_fig
 help:  ## Show this list
 	@awk 'BEGIN {FS = ":.*## "; printf "Usage: make TARGET\n"} \
 		/^##@ / {printf "\n%s\n", substr($$0, 5)} \
-		/^[a-zA-Z0-9_.-]+:.*## / {printf "  %-24s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
+		/^[a-zA-Z0-9_.-]+:.*## / {printf "  %-24s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
 .PHONY: setup
 setup: $(INSTALLED)  ## Create .venv with the locked dependencies (Python 3.11 or 3.12; PYTHON=... chooses one)
@@ -92,25 +99,25 @@ results/solver/scaling.json: experiments/solver_scaling.py $(SOLVER) | $(INSTALL
 	$(PY) -m experiments.solver_scaling --out $@
 
 .PHONY: dataset
-dataset: results/dataset/dataset.h5  ## Simulate the 12,450 trajectories and publish them; continues after an interruption
-	@mkdir -p published
+dataset: $(OUT)/dataset/dataset.h5  ## Simulate the 12,450 trajectories and publish them; continues after an interruption
+	@mkdir -p $(PUBLISHED)
 	cp $< $(DATASET).writing && mv $(DATASET).writing $(DATASET)
-	$(PY) tools/manifest.py add $(DATASET)
-	$(PY) tools/readme_numbers.py
+	$(PY) $(MANIFEST) add $(DATASET)
+	[ $(PUBLISHED) != published ] || $(PY) tools/readme_numbers.py
 
-.PRECIOUS: results/dataset/dataset.h5
-results/dataset/dataset.h5: $(SOLVER) | $(INSTALLED)
-	$(VENV)/bin/bem campaign --design paper --count 12450 --seed 0 --accuracy standard --replace --out $@
+.PRECIOUS: $(OUT)/dataset/dataset.h5
+$(OUT)/dataset/dataset.h5: $(SOLVER) | $(INSTALLED)
+	$(VENV)/bin/bem campaign --design paper --count $(COUNT) --seed 0 --accuracy standard --replace --out $@
 	@touch $@
 
 $(DATASET):
 	@echo "$(DATASET) is missing; restore it from the repository, or run \`make dataset\`" >&2; exit 1
 
-results/dataset/examples.json: experiments/dataset_examples.py paper_figures/paper_values/figure_2_protocols.csv \
+$(OUT)/dataset/examples.json: experiments/dataset_examples.py paper_figures/paper_values/figure_2_protocols.csv \
 		$(SOLVER) | $(INSTALLED)
 	$(PY) -m experiments.dataset_examples --out $@
 
-results/dataset/statistics.json: experiments/dataset_statistics.py $(DATASET) | $(INSTALLED)
+$(OUT)/dataset/statistics.json: experiments/dataset_statistics.py $(DATASET) | $(INSTALLED)
 	$(PY) -m experiments.dataset_statistics --dataset $(DATASET) --out $@
 
 .PHONY: accuracy-price
@@ -125,9 +132,9 @@ verify: setup  ## Compare what is published with its manifest
 ##@ Figures (figure <- result file)
 
 .PHONY: figure-2
-figure-2: results/figures/figure-2.pdf  ## Six trajectories of the data set, and its histograms
-results/figures/figure-2.pdf: paper_figures/figure_2.py results/dataset/examples.json $(DATASET) $(DRAWING) | $(INSTALLED)
-	$(PY) -m paper_figures.figure_2
+figure-2: $(FIGURES)/figure-2.pdf  ## Six trajectories of the data set, and its histograms
+$(FIGURES)/figure-2.pdf: paper_figures/figure_2.py $(OUT)/dataset/examples.json $(DATASET) $(DRAWING) | $(INSTALLED)
+	$(PY) -m paper_figures.figure_2 --dataset $(DATASET) --examples $(OUT)/dataset/examples.json --folder $(FIGURES)
 
 .PHONY: figure-solver-scaling
 figure-solver-scaling: results/figures/solver-scaling.pdf  ## How the cost of the solver grows with nodes and steps
@@ -139,16 +146,19 @@ figure-first-trajectory: setup  ## The picture of the README, by the README's ow
 	@command="$$(grep '^$(VENV)/bin/bem simulate' README.md)"; set -x; $${command/--plot /--plot docs/images/}
 
 .PHONY: figure-3
-figure-3: results/figures/figure-3.pdf  ## From the solver's time steps to measurement steps
-results/figures/figure-3.pdf: paper_figures/figure_3.py results/dataset/examples.json $(DRAWING) | $(INSTALLED)
-	$(PY) -m paper_figures.figure_3
+figure-3: $(FIGURES)/figure-3.pdf  ## From the solver's time steps to measurement steps
+$(FIGURES)/figure-3.pdf: paper_figures/figure_3.py $(OUT)/dataset/examples.json $(DRAWING) | $(INSTALLED)
+	$(PY) -m paper_figures.figure_3 --examples $(OUT)/dataset/examples.json --folder $(FIGURES)
 
 .PHONY: table-protocols-dataset
-table-protocols-dataset: results/tables/protocols-dataset.md  ## Protocols of figure 2, and the data set beside the paper's
-results/tables/protocols-dataset.md: paper_figures/table_protocols_dataset.py results/dataset/examples.json \
-		results/dataset/statistics.json $(DRAWING) | $(INSTALLED)
-	$(PY) -m paper_figures.table_protocols_dataset
+table-protocols-dataset: $(TABLES)/protocols-dataset.md  ## Protocols of figure 2, and the data set beside the paper's
+$(TABLES)/protocols-dataset.md: paper_figures/table_protocols_dataset.py $(OUT)/dataset/examples.json \
+		$(OUT)/dataset/statistics.json $(DRAWING) | $(INSTALLED)
+	$(PY) -m paper_figures.table_protocols_dataset --examples $(OUT)/dataset/examples.json \
+		--statistics $(OUT)/dataset/statistics.json --folder $(TABLES)
 
 .PHONY: table-accuracy-price
 table-accuracy-price: setup  ## What draft, standard and reference cost, as published
 	$(PY) -m paper_figures.table_accuracy_price
+
+include paper.mk

@@ -52,7 +52,16 @@ def graph(model: Any) -> dict[str, Any]:
                 "inputs": [tensor._keras_history.operation.name for tensor in node.input_tensors],
             }
         )
-    return {"parameters": int(model.count_params()), "layers": layers}
+    reach = [reach_back(operation) for operation in model.operations]
+    receptive = 1 + sum(reach) if any(reach) else None
+    return {"parameters": int(model.count_params()), "receptive_field": receptive, "layers": layers}
+
+
+def reach_back(layer: Any) -> int:
+    """Steps back a residual convolution block looks; zero for other layers."""
+    if type(layer).__name__ != "ResidualTCNBlock":
+        return 0
+    return 2 * (layer.kernel_size - 1) * layer.dilation
 
 
 def main(out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT) -> None:

@@ -101,6 +101,7 @@ def summary(regimes: list[dict[str, Any]]) -> dict[str, float]:
     found = {f"median_{name}_seconds": float(np.median(values)) for name, values in columns.items()}
     factor = columns["solver"] / columns["predictor"]
     found |= {"least_factor": float(factor.min()), "median_factor": float(np.median(factor))}
+    found["orders_of_magnitude"] = float(np.log10(np.median(factor)))
     found["median_pull_off_error_percent"] = float(
         np.median([one["errors_percent"]["pull_off_force"] for one in regimes])
     )
@@ -121,7 +122,7 @@ def main(
         batch_seconds = regimes[0]["seconds"]["predictor_batch"] if regimes else None
         regimes.append(regime(protocol, trained, settings, batch_seconds))
         print(f"({regimes[-1]['sample']}) " + "  ".join(f"{k} {v:.3g} s" for k, v in regimes[-1]["seconds"].items()))
-    found = summary(regimes)
+    found = summary(regimes) | {"measurement_steps": sum(FMS), "steps_by_phase": ", ".join(map(str, FMS))}
     studies.write_result(out, "canonical_regimes", {"config": settings, "summary": found, "regimes": regimes})
 
 

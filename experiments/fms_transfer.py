@@ -107,9 +107,15 @@ def main(
     rows = {int(row["sample"]): row for row in studies.paper_protocols("canonical_protocols")}
     protocols, simulations = held_out(models, dataset, settings)
     whole = {str(total): errors_on_grid(total, protocols, simulations, trained) for total in settings["steps"]}
+    sample = sample_transfer(rows[settings["sample"]], trained, settings)
+    best = {
+        "best_for_the_sample": min(sample["predictions"], key=lambda total: sample["predictions"][total]["mse"]),
+        "best_for_the_test_set": min(whole, key=lambda total: whole[total]["mse"]["mean"]),
+    }
     content = {
         "config": settings,
-        "sample": sample_transfer(rows[settings["sample"]], trained, settings),
+        "summary": best,
+        "sample": sample,
         "test_set": {"trajectories": len(simulations), "errors": whole},
     }
     studies.write_result(out, "fms_transfer", content)

@@ -28,13 +28,22 @@ def start_force() -> dict[str, float]:
     return found
 
 
-def end_force() -> dict[str, float]:
+def end_force(dataset: Path = studies.DATASET) -> dict[str, float]:
     """Share of the data set whose force at the end exceeds half its pull-off force."""
     from bem.dataset_file import load_dataset
 
-    data = load_dataset(studies.DATASET)
+    data = load_dataset(dataset)
     end, pull_off = (data.scalars[name][data.completed] for name in ("end_force", "pull_off_force"))
     return {"end force above half the pull-off force, share of trajectories": float(np.mean(end > 0.5 * pull_off))}
+
+
+def longest_pull_off_time() -> dict[str, float]:
+    """Time the slowest loading to the deepest peak takes, by the paper's ranges; pull-off comes after it."""
+    from bem.designs import PAPER_RANGES
+    from bem.protocol import default_start_indentation
+
+    tabor, peak, rate = PAPER_RANGES["tabor"][1], PAPER_RANGES["peak_indentation"][1], PAPER_RANGES["loading_rate"][0]
+    return {"duration of the slowest loading": float((peak - default_start_indentation(tabor)) / rate)}
 
 
 def influence_scaling() -> dict[str, float]:
@@ -113,6 +122,7 @@ def traction_sign() -> dict[str, float]:
 SLIPS: dict[str, Callable[[], dict[str, float]]] = {
     "start-force": start_force,
     "end-force": end_force,
+    "longest-pull-off-time": longest_pull_off_time,
     "influence-scaling": influence_scaling,
     "history-sum": history_sum,
     "traction-sign": traction_sign,
@@ -125,13 +135,14 @@ SLIPS: dict[str, Callable[[], dict[str, float]]] = {
 
 def main(
     names: Annotated[list[str] | None, typer.Argument(help=f"Some of {', '.join(SLIPS)}.")] = None,
+    dataset: Annotated[Path, typer.Option(help="Data set file.")] = studies.DATASET,
     out: Annotated[Path | None, typer.Option(help="Result file to write.")] = None,
 ) -> None:
     """Show what the slips come to."""
     unknown = sorted(set(names or ()) - set(SLIPS))
     if unknown:
         raise typer.BadParameter(f"expected some of {', '.join(SLIPS)}; received {unknown[0]!r}")
-    found = {name: SLIPS[name]() for name in names or SLIPS}
+    found = {name: end_force(dataset) if name == "end-force" else SLIPS[name]() for name in names or SLIPS}
     for name, values in found.items():
         print(name, *(f"  {what}: {value:.6g}" for what, value in values.items()), sep="\n")
     if out:

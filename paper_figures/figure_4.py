@@ -76,11 +76,11 @@ def draw_tcn(axes: Axes) -> None:
     line(axes, (4.0, 0.25), (8.0, 0.25), (8.0, 2.45))
     box(
         axes,
-        7.6,
+        8.0,
         2.9,
         "identity, or Conv 1 point\nwhere the width changes",
         PLAIN_FILL,
-        width=3.9,
+        width=3.5,
         height=0.9,
         size=5.6,
     )

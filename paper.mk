@@ -1,0 +1,215 @@
+# The paper, end to end: trainings, studies, every figure and table, the report. Included by the Makefile, whose two
+# layers it keeps: a result file depends on its inputs, a figure on result files.
+
+CONFIGS ?= experiments/configs
+STUDIES := $(OUT)/studies
+MODELS := $(PUBLISHED)/models
+WORK := $(OUT)/training_studies
+RECIPE ?= swift
+JOBS ?= 2
+# Models to train, all eighteen when empty, and epochs instead of the recipe's.
+ONLY ?=
+EPOCHS ?=
+
+STUDY := experiments/studies.py
+SURROGATE := $(wildcard surrogate/*.py surrogate/architectures/*.py)
+REFERENCE := $(MODELS)/M1-concat
+# What a study of the reference model reads; the rule below says how it comes about when it is missing.
+REFERENCE_FILES := $(REFERENCE)/run.json $(REFERENCE)/model.weights.h5 $(REFERENCE)/scaling.json
+FEATURE_SETS := $(PUBLISHED)/feature_sets.json
+DATA_EFFICIENCY := $(PUBLISHED)/data_efficiency.json
+
+##@ Trainings (long; interrupted by Ctrl-C, continued by the same command)
+
+.PHONY: models
+models: $(DATASET) | $(INSTALLED)  ## Train and publish the models that are not published yet (about a day on two cores)
+	$(VENV)/bin/surrogate train-all --recipe $(RECIPE) --dataset $(DATASET) --jobs $(JOBS) --threads 1 \
+		$(addprefix --only ,$(ONLY)) $(addprefix --epochs ,$(EPOCHS)) --runs $(OUT)/training --models $(MODELS)
+	$(PY) $(MANIFEST) add $(MODELS)
+
+.PHONY: feature-sets
+feature-sets: $(DATASET) | $(INSTALLED)  ## Train the input representations A to D anew and publish their errors
+	$(PY) -m experiments.feature_sets --config $(CONFIGS)/feature_sets.toml --dataset $(DATASET) \
+		--work $(WORK)/feature_sets --out $(FEATURE_SETS)
+	$(PY) $(MANIFEST) add $(FEATURE_SETS)
+
+.PHONY: data-efficiency
+data-efficiency: $(DATASET) $(REFERENCE)/run.json | $(INSTALLED)  ## Train on ever smaller shares of the data and publish the errors
+	$(PY) -m experiments.data_efficiency --config $(CONFIGS)/data_efficiency.toml --dataset $(DATASET) \
+		--models $(MODELS) --work $(WORK)/data_efficiency --out $(DATA_EFFICIENCY)
+	$(PY) $(MANIFEST) add $(DATA_EFFICIENCY)
+
+$(REFERENCE_FILES):
+	@echo "$@ is missing; restore it from the repository, or run \`make models ONLY=M1-concat\`" >&2; exit 1
+
+##@ Studies (short; result file <- data set and models)
+
+.PHONY: studies
+STUDY_RESULTS := $(addprefix $(STUDIES)/,canonical_regimes.json persson_brener.json error_statistics.json fms_transfer.json \
+	model_comparison.json architecture_graphs.json paper_slips.json)
+studies: $(STUDY_RESULTS)  ## Every study that trains nothing
+
+$(STUDIES)/canonical_regimes.json: experiments/canonical_regimes.py $(STUDY) $(CONFIGS)/canonical_regimes.toml \
+		paper_figures/paper_values/canonical_protocols.csv $(SOLVER) $(REFERENCE_FILES) | $(INSTALLED)
+	$(PY) -m experiments.canonical_regimes --config $(CONFIGS)/canonical_regimes.toml --models $(MODELS) --out $@
+
+$(STUDIES)/persson_brener.json: experiments/persson_brener.py $(STUDY) $(CONFIGS)/persson_brener.toml \
+		paper_figures/paper_values/persson_brener_protocols.csv bem/reference_solutions/persson_brener.py $(SOLVER) \
+		$(REFERENCE_FILES) | $(INSTALLED)
+	$(PY) -m experiments.persson_brener --config $(CONFIGS)/persson_brener.toml --models $(MODELS) --out $@
+
+$(STUDIES)/error_statistics.json: experiments/error_statistics.py $(STUDY) $(CONFIGS)/error_statistics.toml \
+		$(REFERENCE)/run.json | $(INSTALLED)
+	$(PY) -m experiments.error_statistics --config $(CONFIGS)/error_statistics.toml --models $(MODELS) --out $@
+
+$(STUDIES)/fms_transfer.json: experiments/fms_transfer.py $(STUDY) $(CONFIGS)/fms_transfer.toml $(SOLVER) $(DATASET) \
+		$(REFERENCE_FILES) | $(INSTALLED)
+	$(PY) -m experiments.fms_transfer --config $(CONFIGS)/fms_transfer.toml --models $(MODELS) --dataset $(DATASET) --out $@
+
+$(STUDIES)/model_comparison.json: experiments/model_comparison.py $(STUDY) $(REFERENCE)/run.json \
+		$(wildcard $(MODELS)/*/run.json $(MODELS)/*/metrics.json) | $(INSTALLED)
+	$(PY) -m experiments.model_comparison --models $(MODELS) --out $@
+
+$(STUDIES)/architecture_graphs.json: experiments/architecture_graphs.py $(STUDY) $(SURROGATE) | $(INSTALLED)
+	$(PY) -m experiments.architecture_graphs --out $@
+
+$(STUDIES)/paper_slips.json: experiments/paper_slips.py $(STUDY) $(SOLVER) $(DATASET) \
+		$(wildcard paper_figures/paper_values/*.csv) | $(INSTALLED)
+	$(PY) -m experiments.paper_slips --dataset $(DATASET) --out $@
+
+##@ The paper's figures and tables (figure <- result file)
+
+.PHONY: figure-1
+figure-1: $(FIGURES)/figure-1.pdf  ## Contact, gap, protocol and a computed force response
+$(FIGURES)/figure-1.pdf: paper_figures/figure_1.py paper_figures/schematics.py $(OUT)/dataset/examples.json $(DRAWING) | $(INSTALLED)
+	$(PY) -m paper_figures.figure_1 --examples $(OUT)/dataset/examples.json --folder $(FIGURES)
+
+.PHONY: figure-4
+figure-4: $(FIGURES)/figure-4.pdf  ## Building blocks and the M1-concat model
+$(FIGURES)/figure-4.pdf: paper_figures/figure_4.py paper_figures/schematics.py $(STUDIES)/architecture_graphs.json $(DRAWING) | $(INSTALLED)
+	$(PY) -m paper_figures.figure_4 --result $(STUDIES)/architecture_graphs.json --folder $(FIGURES)
+
+.PHONY: figure-5
+figure-5: $(FIGURES)/figure-5.pdf  ## Models, sizes, crack velocity, data efficiency
+$(FIGURES)/figure-5.pdf: paper_figures/figure_5.py paper_figures/models_style.py paper_figures/figure_mse_mae.py \
+		paper_figures/figure_learning_curves.py $(STUDIES)/model_comparison.json $(STUDIES)/persson_brener.json \
+		$(wildcard $(DATA_EFFICIENCY)) $(DRAWING) | $(INSTALLED)
+	$(PY) -m paper_figures.figure_5 --comparison $(STUDIES)/model_comparison.json --persson-brener $(STUDIES)/persson_brener.json \
+		--data-efficiency $(DATA_EFFICIENCY) --folder $(FIGURES)
+
+.PHONY: figure-6
+figure-6: $(FIGURES)/figure-6.pdf  ## The twelve canonical protocols
+$(FIGURES)/figure-6.pdf: paper_figures/figure_6.py $(STUDIES)/canonical_regimes.json $(DRAWING) | $(INSTALLED)
+	$(PY) -m paper_figures.figure_6 --result $(STUDIES)/canonical_regimes.json --folder $(FIGURES)
+
+.PHONY: figure-7
+figure-7: $(FIGURES)/figure-7.pdf  ## Distributions of the held-out errors
+$(FIGURES)/figure-7.pdf: paper_figures/figure_7.py $(STUDIES)/error_statistics.json $(DRAWING) | $(INSTALLED)
+	$(PY) -m paper_figures.figure_7 --result $(STUDIES)/error_statistics.json --folder $(FIGURES)
+
+.PHONY: figure-architectures
+figure-architectures: $(FIGURES)/figure-architectures.pdf  ## The eighteen wirings, from the Keras models
+$(FIGURES)/figure-architectures.pdf: paper_figures/figure_architectures.py $(STUDIES)/architecture_graphs.json $(DRAWING) | $(INSTALLED)
+	$(PY) -m paper_figures.figure_architectures --result $(STUDIES)/architecture_graphs.json --folder $(FIGURES)
+
+.PHONY: figure-mse-mae
+figure-mse-mae: $(FIGURES)/figure-mse-mae.pdf  ## Held-out MSE against MAE of every trained model
+$(FIGURES)/figure-mse-mae.pdf: paper_figures/figure_mse_mae.py paper_figures/models_style.py $(STUDIES)/model_comparison.json $(DRAWING) | $(INSTALLED)
+	$(PY) -m paper_figures.figure_mse_mae --result $(STUDIES)/model_comparison.json --folder $(FIGURES)
+
+.PHONY: figure-learning-curves
+figure-learning-curves: $(FIGURES)/figure-learning-curves.pdf  ## Validation curves of the FiLM and gated models
+$(FIGURES)/figure-learning-curves.pdf: paper_figures/figure_learning_curves.py paper_figures/models_style.py \
+		$(STUDIES)/model_comparison.json $(DRAWING) | $(INSTALLED)
+	$(PY) -m paper_figures.figure_learning_curves --result $(STUDIES)/model_comparison.json --folder $(FIGURES)
+
+.PHONY: figure-features
+figure-features: $(FIGURES)/figure-features.pdf  ## Input representations and training-set size
+$(FIGURES)/figure-features.pdf: paper_figures/figure_features.py $(wildcard $(FEATURE_SETS) $(DATA_EFFICIENCY)) $(DRAWING) | $(INSTALLED)
+	$(PY) -m paper_figures.figure_features --feature-sets $(FEATURE_SETS) --data-efficiency $(DATA_EFFICIENCY) --folder $(FIGURES)
+
+.PHONY: figure-fms-transfer
+figure-fms-transfer: $(FIGURES)/figure-fms-transfer.pdf  ## The same weights on other numbers of measurement steps
+$(FIGURES)/figure-fms-transfer.pdf: paper_figures/figure_fms_transfer.py $(STUDIES)/fms_transfer.json $(DRAWING) | $(INSTALLED)
+	$(PY) -m paper_figures.figure_fms_transfer --result $(STUDIES)/fms_transfer.json --folder $(FIGURES)
+
+.PHONY: graphical-abstract
+graphical-abstract: $(FIGURES)/graphical-abstract.pdf  ## Protocol in, force history out
+$(FIGURES)/graphical-abstract.pdf: paper_figures/graphical_abstract.py paper_figures/schematics.py \
+		$(STUDIES)/canonical_regimes.json $(STUDIES)/error_statistics.json $(DRAWING) | $(INSTALLED)
+	$(PY) -m paper_figures.graphical_abstract --regimes $(STUDIES)/canonical_regimes.json \
+		--errors $(STUDIES)/error_statistics.json --folder $(FIGURES)
+
+.PHONY: table-protocols-canonical
+table-protocols-canonical: $(TABLES)/protocols-canonical.md  ## Canonical protocols and what they cost
+$(TABLES)/protocols-canonical.md: paper_figures/table_protocols_canonical.py $(STUDIES)/canonical_regimes.json $(DRAWING) | $(INSTALLED)
+	$(PY) -m paper_figures.table_protocols_canonical --result $(STUDIES)/canonical_regimes.json --folder $(TABLES)
+
+.PHONY: table-persson-brener
+table-persson-brener: $(TABLES)/persson-brener.md  ## Crack velocities and amplifications
+$(TABLES)/persson-brener.md: paper_figures/table_persson_brener.py $(STUDIES)/persson_brener.json $(DRAWING) | $(INSTALLED)
+	$(PY) -m paper_figures.table_persson_brener --result $(STUDIES)/persson_brener.json --folder $(TABLES)
+
+.PHONY: table-quartiles
+table-quartiles: $(TABLES)/quartiles.md  ## Held-out errors by quartile
+$(TABLES)/quartiles.md: paper_figures/table_quartiles.py $(STUDIES)/error_statistics.json $(DRAWING) | $(INSTALLED)
+	$(PY) -m paper_figures.table_quartiles --result $(STUDIES)/error_statistics.json --folder $(TABLES)
+
+.PHONY: table-models
+table-models: $(TABLES)/models.md  ## Every trained model: size, errors, cost
+$(TABLES)/models.md: paper_figures/table_models.py paper_figures/models_style.py $(STUDIES)/model_comparison.json $(DRAWING) | $(INSTALLED)
+	$(PY) -m paper_figures.table_models --result $(STUDIES)/model_comparison.json --folder $(TABLES)
+
+##@ All of it
+
+# A figure whose every input is still untrained is left out with a word instead of failing the rest.
+TRAINED_OTHERS := $(filter-out %-concat/run.json,$(wildcard $(MODELS)/M[1-6]-*/run.json))
+CURVES := $(if $(TRAINED_OTHERS),figure-learning-curves)
+FEATURES := $(if $(wildcard $(FEATURE_SETS) $(DATA_EFFICIENCY)),figure-features)
+
+ALL_FIGURES := figure-1 figure-2 figure-3 figure-4 figure-5 figure-6 figure-7 figure-architectures figure-mse-mae \
+	figure-fms-transfer graphical-abstract $(CURVES) $(FEATURES)
+.PHONY: figures
+figures: $(ALL_FIGURES)  ## Every figure whose inputs are published
+	@$(if $(CURVES),,echo "figure-learning-curves is left out: no FiLM or gated model is published; \`make models\` trains them")
+	@$(if $(FEATURES),,echo "figure-features is left out: \`make feature-sets data-efficiency\` trains what it shows")
+	@echo "figures are in $(FIGURES)"
+
+.PHONY: tables
+tables: table-protocols-dataset table-protocols-canonical table-quartiles table-persson-brener table-models  ## Every table
+	@echo "tables are in $(TABLES)"
+
+REPORT ?= REPRODUCTION.md
+.PHONY: report
+report: $(STUDY_RESULTS) $(OUT)/dataset/statistics.json | $(INSTALLED)  ## Write REPRODUCTION.md: each number of the paper beside ours
+	$(PY) -m paper_figures.reproduction_report --results $(OUT) --published $(PUBLISHED) --out $(REPORT)
+
+.PHONY: paper
+paper: figures tables report  ## Figures, tables and the report, from what is published
+
+.PHONY: from-scratch
+from-scratch:
+	@$(PY) -m experiments.stages dataset
+	+$(MAKE) --no-print-directory dataset
+	@$(PY) -m experiments.stages models
+	+$(MAKE) --no-print-directory models
+	@$(PY) -m experiments.stages feature-sets
+	+$(MAKE) --no-print-directory feature-sets
+	@$(PY) -m experiments.stages data-efficiency
+	+$(MAKE) --no-print-directory data-efficiency
+	@$(PY) -m experiments.stages paper
+	+$(MAKE) --no-print-directory paper
+
+SCRATCH := results/scratch
+.PHONY: paper-from-scratch
+paper-from-scratch: setup  ## Everything anew into results/scratch, nothing published needed; prints its hours, resumes
+	@$(PY) -m experiments.stages
+	@mkdir -p $(SCRATCH)
+	+$(MAKE) --no-print-directory from-scratch OUT=$(SCRATCH) PUBLISHED=$(SCRATCH)/published REPORT=$(SCRATCH)/REPRODUCTION.md
+
+SMOKE ?= results/smoke
+.PHONY: smoke
+smoke: setup  ## The same path on tiny data and one epoch, in minutes; its numbers mean nothing
+	@mkdir -p $(SMOKE)
+	+$(MAKE) --no-print-directory from-scratch OUT=$(SMOKE) PUBLISHED=$(SMOKE)/published REPORT=$(SMOKE)/REPRODUCTION.md \
+		CONFIGS=experiments/configs/smoke COUNT=120 EPOCHS=1 ONLY="M1-concat M4-FiLM"
