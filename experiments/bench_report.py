@@ -81,7 +81,10 @@ def sections(content: dict[str, Any]) -> Iterator[Section]:
             for name, what in (("import", "import"), ("first_call", "first call"), ("second_call", "second call"))
         ]
         + [
-            ["`bem simulate ...` to its answer, compiled before (s)", f"{content['command_seconds']:.2f}"],
+            *(
+                [f"`bem simulate ...` to its answer, compiled before, {clock} time (s)", f"{seconds:.2f}"]
+                for clock, seconds in content["command_seconds"].items()
+            ),
             ["largest memory of one process over the sample at standard (MB)", f"{content['memory_bytes'] / 1e6:.0f}"],
         ],
     )

@@ -47,10 +47,15 @@ print(imported - started, called - imported, time.perf_counter() - called)
 """
 MEMORY = """
 import resource, sys
+from pathlib import Path
 from experiments.solver_sample import sample_cases
 for case in sample_cases(int(sys.argv[1]), int(sys.argv[2])):
     case.run("standard")
-print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024))
+status = Path("/proc/self/status")
+if status.is_file():  # the resource usage of a child begins with that of its parent on Linux
+    print(1024 * next(int(line.split()[1]) for line in status.open() if line.startswith("VmHWM")))
+else:
+    print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024))
 """
 
 
@@ -83,14 +88,16 @@ def first_call() -> dict[str, dict[str, float]]:
     return {"compiled before": warm, "nothing compiled": cold}
 
 
-def command_seconds(repetitions: int = 3) -> list[float]:
-    """Seconds from `bem simulate` to its answer."""
-    seconds = []
+def command_seconds(repetitions: int = 3) -> dict[str, float]:
+    """Median seconds, and median processor seconds, from `bem simulate` to its answer."""
+    wall, processor = [], []
     for _ in range(repetitions):
-        started = time.perf_counter()
+        before, started = os.times(), time.perf_counter()
         subprocess.run([sys.executable, "-m", "bem", *COMMAND], capture_output=True, check=True)
-        seconds.append(time.perf_counter() - started)
-    return seconds
+        wall.append(time.perf_counter() - started)
+        after = os.times()
+        processor.append(after.children_user - before.children_user + after.children_system - before.children_system)
+    return {"wall": float(np.median(wall)), "processor": float(np.median(processor))}
 
 
 def distribution(values: np.ndarray) -> dict[str, float]:
@@ -162,7 +169,7 @@ def main(
         "memory_bytes": in_fresh_process(MEMORY, count, seed)[0],
         "closed_forms": rows,
         "persson_brener": summary(rows),
-        "command_seconds": float(np.median(command_seconds())),
+        "command_seconds": command_seconds(),
         **provenance(f"python -m experiments.bench_solver --count {count} --seed {seed}"),
     }
     out.parent.mkdir(parents=True, exist_ok=True)

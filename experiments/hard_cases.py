@@ -115,11 +115,13 @@ def markdown(rows: list[Case], origin: dict[str, Any]) -> str:
     ]
     lines[-1] += f"`{OUT}`, is one case at accuracy {ACCURACY} (target {target:g}) and at a quarter of that target."
     lines += ["", f"Machine: {origin['host']}, all cores shared by the cases.", ""]
-    header = ["Quantity", "Random combinations", "Corners of the paper's box"]
-    kinds = [[row for row in rows if row["kind"] == kind] for kind in ("random", "corner")]
+    titles = {"random": "Random combinations", "corner": "Corners of the paper's box"}
+    kinds = {title: [row for row in rows if row["kind"] == kind] for kind, title in titles.items()}
+    columns = {title: _summary(group, target) for title, group in kinds.items() if group}
+    header = ["Quantity", *columns]
     lines += ["| " + " | ".join(header) + " |", "|" + " --- |" * len(header)]
-    columns = [_summary(kind, target) for kind in kinds]
-    lines += [f"| {name} | {columns[0][name]} | {columns[1][name]} |" for name in columns[0]]
+    for name in next(iter(columns.values())):
+        lines.append("| " + " | ".join([name, *(column[name] for column in columns.values())]) + " |")
     unfinished = Counter(row["status"].split(" (at")[0] for row in rows if row["status"] != "completed")
     if unfinished:
         lines += ["", "## Not completed", "", *(f"- {times} x {status}" for status, times in unfinished.most_common())]
@@ -133,8 +135,6 @@ def markdown(rows: list[Case], origin: dict[str, Any]) -> str:
 
 
 def _summary(rows: list[Case], target: float) -> dict[str, str]:
-    if not rows:
-        return dict.fromkeys(("cases",), "0")
     change = np.array([row["change"] for row in rows])
     known = change[np.isfinite(change)]
     work = np.array([row["work_over_turnover"] for row in rows])

@@ -30,7 +30,7 @@ OUT = Path("results/solver/scaling.json")
 SCENE = Scene(tabor=3.2, material=StandardLinearSolid(0.1))
 PROTOCOL = LoadingProtocol(peak_indentation=15.0, loading_rate=10.0, dwell_time=1.0, unloading_rate=10.0)
 EDGE_FACTORS = np.geomspace(2.0, 0.1, 9)
-PREDICTION_FACTORS = np.geomspace(4.0, 0.01, 9)
+PREDICTION_FACTORS = np.geomspace(4.0, 0.01, 9)  # below, the residual of an equilibrium is what steps would follow
 
 
 def measure(repetitions: int, **factors: float) -> dict[str, float]:

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 from matplotlib.axes import Axes
-from matplotlib.ticker import FixedLocator, NullFormatter, ScalarFormatter
+from matplotlib.ticker import FixedLocator, LogLocator, NullFormatter, ScalarFormatter
 
 from paper_figures import drawing
 
@@ -23,8 +23,10 @@ def draw(axes: Axes, x: np.ndarray, y: np.ndarray, *, fitted: float, bound: floa
     axes.loglog(x, y[0] * (x / x[0]) ** bound, "--", color="0.5", label=f"power {bound:g}")
     axes.loglog(x, y, "o", color=drawing.BLUE, markersize=4, label="measured")
     axes.xaxis.set_major_locator(FixedLocator(ticks))
-    axes.xaxis.set_major_formatter(ScalarFormatter())
-    axes.xaxis.set_minor_formatter(NullFormatter())
+    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_formatter(ScalarFormatter())
+        axis.set_minor_formatter(NullFormatter())
     axes.legend()
 
 
@@ -48,7 +50,7 @@ def main(
     left.set(xlabel="mean number of nodes", ylabel=r"processor time per step ($\mu$s)")
     fitted = content["exponent_in_steps"]
     milliseconds = 1e3 * column(steps, "seconds")
-    marks = [100, 200, 500, 1000, 2000, 5000]
+    marks = [100, 200, 500, 1000]
     draw(right, column(steps, "steps"), milliseconds, fitted=fitted, bound=BOUND_IN_STEPS, ticks=marks)
     right.set(xlabel="steps", ylabel="processor time (ms)")
     for axes, name in ((left, "a"), (right, "b")):

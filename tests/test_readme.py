@@ -1,22 +1,68 @@
-"""What the README tells a stranger to type works."""
+"""What the READMEs tell a stranger to type works, and prints what they say it prints."""
 
-import importlib.util
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
-README = (Path(__file__).resolve().parents[1] / "README.md").read_text(encoding="utf-8")
+ROOT = Path(__file__).resolve().parents[1]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+SOLVER_README = (ROOT / "bem/README.md").read_text(encoding="utf-8")
 
 
-@pytest.mark.skipif(importlib.util.find_spec("bem.simulate") is None, reason="the solver modules are not there")
+def python_examples(text):
+    return re.findall(r"```python\n(.*?)```", text, flags=re.DOTALL)
+
+
+def printed(examples, capsys):
+    """Lines printed by examples that follow each other, as in one session."""
+    session = {}
+    for example in examples:
+        exec(compile(example, "README.md", "exec"), session)
+    return capsys.readouterr().out.splitlines()
+
+
 def test_the_python_example_completes(capsys):
-    (example,) = re.findall(r"```python\n(.*?)```", README, flags=re.DOTALL)
-    exec(compile(example, "README.md", "exec"), {})
-    assert capsys.readouterr().out.startswith("completed")
+    (example,) = python_examples(README)
+    assert printed([example], capsys)[0].startswith("completed")
 
 
-def test_the_make_targets_it_names_exist():
-    makefile = (Path(__file__).resolve().parents[1] / "Makefile").read_text(encoding="utf-8")
-    for target in re.findall(r"make ([a-z-]+)", README):
+def test_the_solver_examples_print_what_they_say(capsys):
+    examples = python_examples(SOLVER_README)
+    said = re.findall(r"^print\(.*\)  # (.*)$", "\n".join(examples), flags=re.MULTILINE)
+    assert said
+    assert printed(examples, capsys) == said
+
+
+def test_the_first_command_draws_its_picture(tmp_path):
+    (command,) = re.findall(r"^\.venv/bin/bem (simulate .*)$", README, flags=re.MULTILINE)
+    subprocess.run(
+        [sys.executable, "-m", "bem", *command.split()],
+        cwd=tmp_path,
+        env={"PYTHONPATH": str(ROOT)},
+        check=True,
+        capture_output=True,
+    )
+    assert (tmp_path / command.split()[-1]).stat().st_size > 10_000
+
+
+@pytest.mark.parametrize("text", [README, SOLVER_README], ids=["README.md", "bem/README.md"])
+def test_the_make_targets_it_names_exist(text):
+    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    for target in re.findall(r"`make ([a-z0-9-]+)", text):
         assert re.search(rf"^{target}:", makefile, flags=re.MULTILINE), target
+
+
+@pytest.mark.parametrize("name", ["README.md", "bem/README.md"])
+def test_what_it_links_to_exists(name):
+    for target in re.findall(r"\]\(([^)#:]+)\)", (ROOT / name).read_text(encoding="utf-8")):
+        assert ((ROOT / name).parent / target).exists(), target
+
+
+def test_its_numbers_are_those_of_the_data_set():
+    checked = subprocess.run(
+        [sys.executable, ROOT / "tools/readme_numbers.py", "--check"], capture_output=True, text=True, check=False
+    )
+    assert checked.returncode == 0, checked.stderr

@@ -1,0 +1,26 @@
+"""What is heavy loads only when it is needed."""
+
+import subprocess
+import sys
+
+import pytest
+
+HEAVY = {"numpy", "numba", "scipy", "h5py", "joblib", "rich", "matplotlib", "tensorflow", "keras"}
+SIMULATED = """
+from bem import LoadingProtocol, Scene, simulate
+simulate(Scene(tabor=1.0), LoadingProtocol(peak_indentation=2.0, loading_rate=1.0, dwell_time=0.0, unloading_rate=1.0))
+"""
+
+
+def loaded_by(source):
+    code = f"{source}\nimport sys\nprint(*{{name.partition('.')[0] for name in sys.modules}})"
+    return set(subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split())
+
+
+@pytest.mark.parametrize("source", ["import bem", "import bem.cli"])
+def test_importing_the_package_and_its_command_loads_nothing_heavy(source):
+    assert not loaded_by(source) & HEAVY
+
+
+def test_simulating_loads_neither_files_nor_pictures_nor_learning():
+    assert not loaded_by(SIMULATED) & {"h5py", "joblib", "matplotlib", "tensorflow", "keras"}
