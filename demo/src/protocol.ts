@@ -1,0 +1,76 @@
+/**
+ * What a loading protocol is and where it is sampled: load to a peak, dwell, unload to the start, with a fixed number
+ * of equally spaced measurement steps in each phase. Mirrors `bem/protocol.py` and `bem/measurement.py`.
+ *
+ * Units: indentation in h0, time in retardation times, rates in h0 per retardation time.
+ */
+
+export const QUANTITIES = ["tabor", "peak_indentation", "loading_rate", "dwell_time", "unloading_rate"] as const;
+export type Quantity = (typeof QUANTITIES)[number];
+export type Protocol = Record<Quantity, number>;
+export type Counts = readonly [number, number, number];
+
+export interface Grid {
+  times: Float64Array;
+  indentations: Float64Array;
+  /** One at the first and the last point of the dwell, zero elsewhere. */
+  edge: Float64Array;
+  /** Index of the last point of loading, of the dwell and of unloading. */
+  ends: readonly [number, number, number];
+}
+
+export const LABELS: Record<Quantity, { name: string; brief: string; symbol: string; unit: string }> = {
+  tabor: { name: "Tabor parameter", brief: "μ", symbol: "μ", unit: "" },
+  peak_indentation: { name: "Peak indentation", brief: "peak", symbol: "δₗ", unit: "h₀" },
+  loading_rate: { name: "Loading rate", brief: "loading", symbol: "v_L", unit: "h₀/τ" },
+  dwell_time: { name: "Dwell time", brief: "dwell", symbol: "t_D", unit: "τ" },
+  unloading_rate: { name: "Unloading rate", brief: "unloading", symbol: "v_U", unit: "h₀/τ" },
+};
+
+/** The paper's initial indentation -π^(2/3) μ. */
+export function startIndentation(tabor: number): number {
+  return -Math.pow(Math.PI, 2 / 3) * tabor;
+}
+
+/** Why a value is no use as a quantity of a protocol; undefined where it is. */
+export function complaint(value: number): string | undefined {
+  if (!Number.isFinite(value)) return "Give a number.";
+  if (value < SMALLEST || value > LARGEST) return `Give a number from ${SMALLEST} to ${LARGEST}.`;
+  return undefined;
+}
+const SMALLEST = 1e-5;
+const LARGEST = 1e5;
+
+/** Sample a protocol on the fixed measurement steps. */
+export function measurementGrid(protocol: Protocol, counts: Counts): Grid {
+  const [loading, dwell, unloading] = counts;
+  const start = startIndentation(protocol.tabor);
+  const peak = protocol.peak_indentation;
+  const travel = Math.abs(peak - start);
+  const t1 = travel / protocol.loading_rate;
+  const t2 = t1 + protocol.dwell_time;
+  const t3 = t2 + travel / protocol.unloading_rate;
+  const steps = loading + dwell + unloading;
+  const times = new Float64Array(steps);
+  const indentations = new Float64Array(steps);
+  const set = (index: number, time: number, rise: number) => {
+    times[index] = time;
+    // Weights rather than differences, so that peak and start are met exactly.
+    indentations[index] = start * (1 - rise) + peak * rise;
+  };
+  for (let i = 0; i < loading; i++) set(i, (t1 * i) / (loading - 1), i / (loading - 1));
+  for (let i = 1; i <= dwell; i++) set(loading + i - 1, t1 + ((t2 - t1) * i) / dwell, 1);
+  for (let i = 1; i <= unloading; i++) {
+    set(loading + dwell + i - 1, t2 + ((t3 - t2) * i) / unloading, 1 - i / unloading);
+  }
+  const ends = [loading - 1, loading + dwell - 1, steps - 1] as const;
+  const edge = new Float64Array(steps);
+  edge[ends[0]] = 1;
+  edge[ends[1]] = 1;
+  return { times, indentations, edge, ends };
+}
+
+/** Whether two protocols are the same but for rounding. */
+export function sameProtocol(a: Protocol, b: Protocol): boolean {
+  return QUANTITIES.every((name) => Math.abs(a[name] - b[name]) <= 1e-6 * Math.abs(b[name]));
+}

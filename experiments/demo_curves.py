@@ -1,0 +1,136 @@
+"""Solver curves for the browser demonstrator, to lay over what the surrogate predicts.
+
+Two kinds: the paper's twelve representative samples (its table of figure-9 protocols), simulated at the accuracy of the
+data set, and trajectories of the published data set that no model was trained on. The latter are the held-out protocols
+nearest to the points of a Sobol sequence in the logarithms of the five quantities, so that few of them cover the whole
+box.
+
+Usage: `python -m experiments.demo_curves [--count N] [--out FILE]`.
+"""
+
+import csv
+import json
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from scipy.stats import qmc
+
+from bem.designs import QUANTITIES
+from bem.measurement import measurement_times
+from bem.protocol import LoadingProtocol
+from bem.provenance import provenance
+from surrogate.dataset import Split, TrajectoryDataset
+
+DATASET = Path("published/dataset.h5")
+SPLIT = Path("published/models/M1-concat/split.json")
+PROTOCOLS = Path("paper_figures/paper_values/figure_9_protocols.csv")
+OUT = Path("demo/public/curves.json")
+MODULUS_RATIO = 0.1
+ACCURACY = "standard"
+COUNT = 36
+RESULTS = ("pull_off_force", "pull_off_time", "hysteresis")
+# As precise as the data set's single-precision forces, in as few bytes as that takes.
+SIGNIFICANT_DIGITS = 7
+
+
+def rounded(values: np.ndarray) -> list[float]:
+    """Numbers at the precision of the file."""
+    return [float(f"{value:.{SIGNIFICANT_DIGITS}g}") for value in np.asarray(values, dtype=np.float64)]
+
+
+def spread(protocols: dict[str, np.ndarray], count: int, seed: int = 0) -> np.ndarray:
+    """Choose protocols that cover their box evenly.
+
+    Args:
+        protocols: the five quantities by name, each of shape (n,).
+        count: how many to choose, at most n.
+        seed: seed of the Sobol sequence.
+
+    Returns:
+        positions in the arrays, in the order of the sequence, none twice.
+
+    Raises:
+        ValueError: more are wanted than there are.
+    """
+    logarithms = np.log([protocols[name] for name in QUANTITIES]).T
+    if not 0 < count <= len(logarithms):
+        raise ValueError(f"count must lie between 1 and the {len(logarithms)} held-out protocols; received {count!r}")
+    low, high = logarithms.min(axis=0), logarithms.max(axis=0)
+    places = (logarithms - low) / np.where(high > low, high - low, 1.0)
+    free = np.ones(len(places), dtype=bool)
+    chosen = []
+    for point in qmc.Sobol(len(QUANTITIES), seed=seed).random_base2(int(np.ceil(np.log2(count))))[:count]:
+        distance = np.where(free, np.sum((places - point) ** 2, axis=1), np.inf)
+        chosen.append(int(np.argmin(distance)))
+        free[chosen[-1]] = False
+    return np.array(chosen)
+
+
+def paper_curve(row: dict[str, str]) -> dict[str, Any]:
+    """Simulate one of the paper's samples.
+
+    Raises:
+        RuntimeError: the simulation did not complete.
+    """
+    from bem import Scene, StandardLinearSolid, simulate
+
+    quantities = {name: float(row[name]) for name in QUANTITIES}
+    rest = dict(quantities)
+    tabor = rest.pop("tabor")
+    protocol = LoadingProtocol(**rest)
+    trajectory = simulate(Scene(tabor, StandardLinearSolid(MODULUS_RATIO)), protocol, ACCURACY)
+    if not trajectory.completed:
+        raise RuntimeError(f"sample {row['sample']} did not complete: {trajectory.status}")
+    times = measurement_times(protocol, tabor)
+    return {
+        "name": f"paper-{row['sample']}",
+        "kind": "paper",
+        "protocol": quantities,
+        "results": dict(zip(RESULTS, rounded([getattr(trajectory, name) for name in RESULTS]), strict=True)),
+        "force": rounded(trajectory.at(times.clip(max=trajectory.time[-1]))),
+    }
+
+
+def held_out_curves(dataset: TrajectoryDataset, split: Split, count: int) -> list[dict[str, Any]]:
+    """Take trajectories of the data set's test part."""
+    rows = split.test[spread(dataset.protocols_of(split.test), count)]
+    return [
+        {
+            "name": f"data-set-{row}",
+            "kind": "test",
+            "protocol": {name: float(dataset.protocols[name][row]) for name in QUANTITIES},
+            "results": dict(zip(RESULTS, rounded([dataset.scalars[name][row] for name in RESULTS]), strict=True)),
+            "force": rounded(dataset.force[row]),
+        }
+        for row in rows.tolist()
+    ]
+
+
+def main(
+    out: Annotated[Path, typer.Option(help="File to write.")] = OUT,
+    count: Annotated[int, typer.Option(help="Trajectories of the data set's test part.")] = COUNT,
+) -> None:
+    """Write the curves as JSON, one line each."""
+    dataset = TrajectoryDataset.load(DATASET)
+    split = Split.load(SPLIT) if SPLIT.is_file() else dataset.split()
+    with PROTOCOLS.open(encoding="utf-8", newline="") as file:
+        curves = [paper_curve(row) for row in csv.DictReader(file)]
+    curves += held_out_curves(dataset, split, count)
+    head = {
+        "modulus_ratio": MODULUS_RATIO,
+        "accuracy": ACCURACY,
+        "counts": dataset.counts,
+        "dataset_sha256": dataset.sha256,
+        **provenance("python -m experiments.demo_curves"),
+    }
+    lines = ",\n".join(json.dumps(curve) for curve in curves)
+    out.parent.mkdir(parents=True, exist_ok=True)
+    temporary = out.with_name(out.name + ".writing")
+    temporary.write_text(f'{json.dumps(head)[:-1]}, "curves": [\n{lines}\n]}}\n', encoding="utf-8")
+    temporary.replace(out)
+
+
+if __name__ == "__main__":
+    typer.run(main)
