@@ -1,0 +1,154 @@
+"""A soak of the solver: very many random protocols inside the paper's box and beyond it, in one process or several.
+
+Counted for every protocol: exceptions, numbers that are not finite in a trajectory that says it completed, trajectories
+that say they did not, and what they say. Memory is read after every chunk; the growth reported is that of the second
+half over the first, in which kernels and caches have settled. Protocol i depends on the seed and i only. Chunks are
+kept, so that an interrupted soak continues with the same command.
+
+Usage: `python -m experiments.soak [--count N] [--beyond N] [--jobs N] [--out FILE]`.
+"""
+
+from __future__ import annotations
+
+import json
+import resource
+import sys
+import time
+from collections import Counter
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from joblib import Parallel, delayed
+from rich.progress import track
+
+from bem import LoadingProtocol, Scene, StandardLinearSolid, simulate
+from bem.designs import Design
+from experiments.hard_case_map import BEYOND, DEEPEST
+from experiments.measuring import MEASUREMENTS, plain, spread
+from experiments.studies import write_result
+
+OUT = MEASUREMENTS / "soak.json"
+KEPT = Path("results/soak")
+CHUNK = 250
+ACCURACY = "standard"
+
+
+def protocols(where: str, count: int, seed: int) -> dict[str, np.ndarray]:
+    """Random quantities (count,) 'inside' the box or 'beyond' it, with modulus ratios."""
+    columns = Design("log-uniform", BEYOND if where == "beyond" else {}).protocols(count, seed)
+    columns = {name: values.copy() for name, values in columns.items()}
+    columns["modulus_ratio"] = np.full(count, 0.1)
+    if where == "beyond":
+        columns["modulus_ratio"] = 10.0 ** np.random.default_rng([seed, 1]).uniform(-3.0, 0.0, count)
+        deepest = DEEPEST * columns["tabor"] ** -1.5
+        columns["peak_indentation"] = np.minimum(columns["peak_indentation"], deepest)
+    return columns
+
+
+def soaked(point: dict[str, float]) -> dict[str, Any]:
+    """One protocol: how it ended, and whether what it returned is finite; no exception passes."""
+    rest = dict(point)
+    try:
+        scene = Scene(rest.pop("tabor"), StandardLinearSolid(rest.pop("modulus_ratio")))
+        trajectory = simulate(scene, LoadingProtocol(**rest), ACCURACY)
+    except Exception as error:
+        return {"status": f"{type(error).__name__}: {error}", "raised": True, "silent": False, "seconds": 0.0}
+    arrays = (trajectory.time, trajectory.indentation, trajectory.force, trajectory.contact_radius)
+    scalars = (trajectory.pull_off_force, trajectory.pull_off_time, trajectory.hysteresis, trajectory.end_force)
+    finite = all(np.all(np.isfinite(values)) for values in arrays) and bool(np.all(np.isfinite(scalars)))
+    return {
+        "status": trajectory.status,
+        "raised": False,
+        "silent": trajectory.completed and not finite,
+        "seconds": trajectory.stats.seconds,
+    }
+
+
+def memory_bytes() -> int:
+    """Resident memory of this process now, or its peak where the system does not tell."""
+    status = Path("/proc/self/statm")
+    if status.is_file():
+        return int(status.read_text(encoding="utf-8").split()[1]) * resource.getpagesize()
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)
+
+
+def chunk(where: str, first: int, count: int, seed: int, folder: Path) -> dict[str, Any]:
+    """Protocols `first` to `first` + CHUNK of `count`; read where already done."""
+    path = folder / f"{where}-{seed}-{count}-{first}.json"
+    if path.is_file():
+        return json.loads(path.read_text(encoding="utf-8"))
+    columns = protocols(where, count, seed)
+    points = [
+        {name: float(values[i]) for name, values in columns.items()} for i in range(first, min(first + CHUNK, count))
+    ]
+    started = time.perf_counter()
+    found = [soaked(point) for point in points]
+    notable = [
+        {"index": first + i, **point, **one}
+        for i, (point, one) in enumerate(zip(points, found, strict=True))
+        if one["status"] != "completed" or one["silent"]
+    ]
+    content = {
+        "where": where,
+        "count": len(points),
+        "statuses": Counter(one["status"].split(" (at")[0] for one in found),
+        "raised": sum(one["raised"] for one in found),
+        "silent": sum(one["silent"] for one in found),
+        "slowest": max(one["seconds"] for one in found),
+        "mean_seconds": float(np.mean([one["seconds"] for one in found])),
+        "notable": notable,
+        "memory_bytes": memory_bytes(),
+        "wall_seconds": time.perf_counter() - started,
+    }
+    folder.mkdir(parents=True, exist_ok=True)
+    unfinished = path.with_suffix(".part")
+    unfinished.write_text(json.dumps(plain(content)), encoding="utf-8")
+    unfinished.replace(path)
+    return content
+
+
+def summary(chunks: list[dict[str, Any]]) -> dict[str, Any]:
+    """What all chunks say together."""
+    statuses: Counter[str] = Counter()
+    for one in chunks:
+        statuses.update(one["statuses"])
+    memory = np.array([one["memory_bytes"] for one in chunks], dtype=float)
+    half = len(memory) // 2
+    return {
+        "protocols": sum(one["count"] for one in chunks),
+        "raised": sum(one["raised"] for one in chunks),
+        "silent": sum(one["silent"] for one in chunks),
+        "statuses": dict(statuses.most_common()),
+        "slowest_seconds": max(one["slowest"] for one in chunks),
+        "mean_seconds": spread([one["mean_seconds"] for one in chunks]),
+        "memory_bytes": spread(memory),
+        "memory_growth": float(memory[half:].mean() / memory[:half].mean() - 1.0) if half else 0.0,
+        "notable": [case for one in chunks for case in one["notable"]][:50],
+    }
+
+
+def main(
+    count: Annotated[int, typer.Option(help="Protocols inside the box.")] = 100_000,
+    beyond: Annotated[int, typer.Option(help="Protocols beyond it.")] = 20_000,
+    seed: Annotated[int, typer.Option(help="Seed of the protocols.")] = 11,
+    jobs: Annotated[int, typer.Option(help="Processes.")] = 2,
+    folder: Annotated[Path, typer.Option(help="Where chunks are kept.")] = KEPT,
+    out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
+) -> None:
+    """Run, or continue, the soak."""
+    content: dict[str, Any] = {"accuracy": ACCURACY, "seed": seed}
+    for where, total in (("inside", count), ("beyond", beyond)):
+        tasks = [delayed(chunk)(where, first, total, seed, folder) for first in range(0, total, CHUNK)]
+        results = Parallel(n_jobs=jobs, return_as="generator")(tasks)
+        chunks = list(track(results, f"{where} the box", total=len(tasks)))
+        if chunks:
+            content[where] = summary(chunks)
+            found = content[where]
+            print(f"{where}: {found['protocols']} protocols, {found['raised']} exceptions, {found['silent']} silent")
+    write_result(out, f"soak --count {count} --beyond {beyond} --seed {seed}", plain(content))
+
+
+if __name__ == "__main__":
+    typer.run(main)
