@@ -32,13 +32,20 @@ await build({
   format: "esm",
   target: "es2022",
   minify: true,
-  legalComments: "linked",
+  legalComments: "none",
   logLevel: "warning",
 });
 for (const file of ["styles.css", "icon.svg"]) cpSync(join(here, "src", file), join(dist, file));
 cpSync(join(here, "public/curves.json"), join(dist, "curves.json"));
 cpSync(model, join(dist, "model.onnx"));
 cpSync(join(here, "node_modules/onnxruntime-web/dist/ort-wasm-simd-threaded.wasm"), join(dist, "ort.wasm"));
+
+// The licences of what is bundled; ONNX Runtime's packages carry none, only a line in their sources.
+const notices = ["echarts/LICENSE", "echarts/NOTICE", "zrender/LICENSE", "tslib/LICENSE.txt"].map(
+  (file) => `${file}\n\n${readFileSync(join(here, "node_modules", file), "utf8")}`,
+);
+notices.push("onnxruntime-web\n\nCopyright (c) Microsoft Corporation. Licensed under the MIT License.\n");
+writeFileSync(join(dist, "licenses.txt"), notices.join(`\n${"-".repeat(80)}\n`));
 
 const megabytes = readdirSync(dist).reduce((sum, file) => sum + statSync(join(dist, file)).size, 0) / 1e6;
 const page = readFileSync(join(here, "src/index.html"), "utf8");

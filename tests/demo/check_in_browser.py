@@ -51,6 +51,8 @@ def test_dragging_moves_what_it_should(browsed):
     assert float(dragged["tabor"]) > float(start["tabor"])
     assert float(dragged["dwell_time"]) < float(start["dwell_time"])
     assert browsed["dragged"]["boxes"] == dragged
+    # Three drags: more drawings than that only come about while the mouse is down.
+    assert browsed["redraws"] > 6
     assert browsed["dragged"]["picked"] == ""
 
 

@@ -104,7 +104,10 @@ async function drag(page, id, pixels) {
   const [x, y] = [box.x + 10 + share * (box.width - 20), box.y + box.height / 2];
   await page.mouse.move(x, y);
   await page.mouse.down();
-  await page.mouse.move(x + pixels, y, { steps: 12 });
+  for (let step = 1; step <= 12; step++) {
+    await page.mouse.move(x + (pixels * step) / 12, y);
+    await page.waitForTimeout(30);
+  }
   await page.mouse.up();
 }
 
@@ -147,6 +150,11 @@ try {
   seen.isolated = await page.evaluate(() => crossOriginIsolated);
   await page.screenshot({ path: join(out, "light.png"), fullPage: true });
 
+  await page.evaluate(() => {
+    window.redraws = 0;
+    const count = () => window.redraws++;
+    new MutationObserver(count).observe(document.getElementById("results"), { attributeFilter: ["data-protocol"] });
+  });
   const inference = [];
   for (const [id, pixels] of [
     ["#tabor-slider", 90],
@@ -158,6 +166,7 @@ try {
     inference.push(Number((await read(page)).values.inference));
   }
   seen.dragged = await read(page);
+  seen.redraws = await page.evaluate(() => window.redraws);
   seen.inference = inference;
   seen.csvName = await download(page, "#csv", "dragged.csv");
   seen.pngName = await download(page, "#png", "charts.png");
