@@ -7,6 +7,7 @@ of shape `(batch, steps)`, all physical and float64.
 from __future__ import annotations
 
 import hashlib
+import importlib.util
 import json
 from functools import cached_property
 from pathlib import Path
@@ -24,6 +25,8 @@ if TYPE_CHECKING:
 
 # Larger batches leave the caches and gain nothing.
 ONNX_BATCH = 256
+
+TRAINING_EXTRA = "Keras is not installed; install it with `pip install 'contact-trajectories[train]'`"
 
 ONNX_FORMAT = "viscoelastic-contact-surrogate-onnx"
 ONNX_FORMAT_VERSION = 1
@@ -167,8 +170,11 @@ def keras_model(folder: Path, run: dict[str, Any]) -> keras.Model:
 
     Raises:
         FileNotFoundError: the weights are missing.
+        ModuleNotFoundError: Keras is not installed.
         ValueError: they do not fit.
     """
+    if importlib.util.find_spec("keras") is None:
+        raise ModuleNotFoundError(f"{TRAINING_EXTRA}, or load with backend='onnx'", name="keras")
     from surrogate.model_files import existing
     from surrogate.weights import load_weights
 

@@ -185,6 +185,13 @@ def app_main() -> None:
     """Run the command line; a user's mistake ends it with one line instead of a traceback."""
     try:
         app()
+    except ModuleNotFoundError as error:
+        if error.name not in ("keras", "tensorflow", "sklearn"):
+            raise
+        from surrogate.backends import TRAINING_EXTRA
+
+        typer.echo(f"surrogate: {TRAINING_EXTRA}", err=True)
+        sys.exit(2)
     except (ValueError, FileNotFoundError) as error:
         typer.echo(f"surrogate: {error}", err=True)
         sys.exit(2)

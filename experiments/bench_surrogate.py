@@ -1,0 +1,206 @@
+"""What a prediction costs on one core: every way to ask a model, against Keras's own `model.predict`.
+
+`python -m experiments.bench_surrogate` measures start, single predictions and batches; with `--stream` the steps of a
+stream, a million of them. Wall seconds of one thread; where other programs share the core the worst steps are theirs,
+so the processor's own seconds stand beside the wall's for single predictions and batches.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+import time
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from bem.designs import Design
+from bem.measurement import measurement_grid
+from experiments.measuring import MEASUREMENTS
+
+BATCH = 1024
+STEPS = 1_000_000
+STREAM_HISTORY = 120
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Measure, print a table and write the numbers."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--model", default="M1-concat", help="a published model or a model directory")
+    parser.add_argument("--models", type=Path, default=None, help="where models are published")
+    parser.add_argument("--stream", action="store_true", help="measure steps of a stream instead")
+    parser.add_argument("--steps", type=int, default=STEPS, help="steps of the stream")
+    parser.add_argument("--repeats", type=int, default=200, help="single predictions")
+    parser.add_argument("--out", type=Path, default=None, help="JSON file")
+    chosen = parser.parse_args(arguments)
+    from surrogate.backend import limit_threads, quiet_backend
+
+    quiet_backend()
+    limit_threads(1)
+    if chosen.stream:
+        content = measure_stream(chosen.model, chosen.models, chosen.steps)
+        print(stream_table(content))
+    else:
+        content = measure_predictions(chosen.model, chosen.models, chosen.repeats)
+        print(prediction_table(content))
+    out = chosen.out or MEASUREMENTS / ("stream_latency.json" if chosen.stream else "surrogate_latency.json")
+    out.parent.mkdir(parents=True, exist_ok=True)
+    out.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+
+
+def measure_predictions(name: str, models: Path | None, repeats: int) -> dict[str, Any]:
+    """Seconds per trajectory of every way, the start from nothing, and how well the ways agree."""
+    import surrogate
+    from surrogate.predictor import ExtrapolationWarning
+
+    warnings.simplefilter("ignore", ExtrapolationWarning)
+    quick, keras = (surrogate.load(name, models, backend=backend) for backend in ("onnx", "keras"))
+    tabor, times, indentations = _protocols(BATCH)
+    one = slice(0, 1)
+    scaled = _scaled_inputs(keras, times, indentations, tabor)
+
+    def ask(model: Any, rows: slice) -> Callable[[], Any]:
+        return lambda: model.predict(times[rows], indentations[rows], tabor=tabor[rows])
+
+    everything = slice(None)
+    ways = {
+        "Keras model.predict, one": (lambda: keras.model.predict([part[one] for part in scaled], verbose=0), 1, 20),
+        "Keras, one": (ask(keras, one), 1, 20),
+        "ONNX, one": (ask(quick, one), 1, repeats),
+        f"Keras, batch of {BATCH}": (ask(keras, everything), BATCH, 2),
+        f"ONNX, batch of {BATCH}": (ask(quick, everything), BATCH, 5),
+    }
+    rows = [{"way": way, **_seconds(call, count, times_)} for way, (call, count, times_) in ways.items()]
+    reference = rows[0]["median"]
+    force = quick.predict(times, indentations, tabor=tabor)
+    same = keras.predict(times, indentations, tabor=tabor)
+    difference = np.abs(quick.scaling.scale_force(force) - quick.scaling.scale_force(same)).max()
+    return {
+        "model": quick.name,
+        "rows": [row | {"times_faster_than_model_predict": reference / row["median"]} for row in rows],
+        "start_seconds": _start_seconds(name, models),
+        "largest_difference_of_scaled_force": float(difference),
+        "versions": _versions(),
+    }
+
+
+def measure_stream(name: str, models: Path | None, steps: int) -> dict[str, Any]:
+    """Nanoseconds of a million steps, each timed by itself, along histories of the training's length."""
+    import surrogate
+
+    tabor, times, indentations = _protocols(1)
+    stream = surrogate.load(name, models).stream(tabor=float(tabor[0]))
+    history = list(zip(times[0].tolist(), indentations[0].tolist(), strict=True))
+    spent = np.empty(steps, dtype=np.int64)
+    clock = time.perf_counter_ns
+    for index in range(steps):
+        at = index % STREAM_HISTORY
+        if at == 0:
+            stream.reset()
+        instant, depth = history[at]
+        started = clock()
+        stream.step(instant, depth, at in (49, 69))
+        spent[index] = clock() - started
+    microseconds = spent / 1e3
+    percentiles = {"median": 50.0, "p99": 99.0, "p99_9": 99.9, "worst": 100.0}
+    return {
+        "model": stream.name,
+        "steps": steps,
+        "microseconds": {key: float(np.percentile(microseconds, value)) for key, value in percentiles.items()},
+        "share_above_50_microseconds": float((microseconds > 50.0).mean()),
+        "versions": _versions(),
+    }
+
+
+def prediction_table(content: dict[str, Any]) -> str:
+    """The numbers as a Markdown table."""
+    lines = [
+        f"{content['model']}, seconds on one core",
+        "",
+        "| way | ms per trajectory | ms of processor | times faster than model.predict |",
+        "|---|---:|---:|---:|",
+    ]
+    for row in content["rows"]:
+        ratio = row["times_faster_than_model_predict"]
+        lines.append(f"| {row['way']} | {1e3 * row['median']:.3f} | {1e3 * row['processor']:.3f} | {ratio:.1f} |")
+    return "\n".join(
+        [
+            *lines,
+            "",
+            f"Start to first prediction: {content['start_seconds']:.2f} s. "
+            f"Largest difference of scaled force: {content['largest_difference_of_scaled_force']:.1e}.",
+        ]
+    )
+
+
+def stream_table(content: dict[str, Any]) -> str:
+    """The numbers in words."""
+    values = content["microseconds"]
+    return (
+        f"{content['model']}, {content['steps']:,} steps: median {values['median']:.1f} us, "
+        f"99 % {values['p99']:.1f} us, 99.9 % {values['p99_9']:.1f} us, worst {values['worst']:.0f} us; "
+        f"{100 * content['share_above_50_microseconds']:.2f} % took more than 50 us"
+    )
+
+
+def _protocols(count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    columns = Design("log-uniform").protocols(count, seed=1)
+    times, indentations = measurement_grid(**columns)
+    return columns["tabor"], times, indentations
+
+
+def _scaled_inputs(model: Any, times: np.ndarray, indentations: np.ndarray, tabor: np.ndarray) -> list[np.ndarray]:
+    from surrogate.features import channels, edge_from_indentations
+
+    found = channels(times, indentations, edge_from_indentations(indentations), model.scaling.features)
+    return [model.scaling.scale_channels(found), model.scaling.scale_tabor(tabor)]
+
+
+def _seconds(call: Callable[[], Any], count: int, repeats: int) -> dict[str, float]:
+    call()
+    wall, processor = [], []
+    for _ in range(repeats):
+        started, used = time.perf_counter(), time.process_time()
+        call()
+        wall.append((time.perf_counter() - started) / count)
+        processor.append((time.process_time() - used) / count)
+    return {"median": float(np.median(wall)), "best": float(min(wall)), "processor": float(np.median(processor))}
+
+
+def _start_seconds(name: str, models: Path | None) -> float:
+    """Seconds from a bare interpreter's first line to the first force; the best of five."""
+    root = str(models) if models else None
+    code = (
+        "import time; started = time.perf_counter()\n"
+        "import numpy, warnings, surrogate\n"
+        "warnings.simplefilter('ignore')\n"
+        f"model = surrogate.load({name!r}, {root!r})\n"
+        "times = numpy.linspace(0.0, 3.0, 120)[None]\n"
+        "model.predict(times, numpy.minimum(5.0 * times, 10.0), tabor=1.0)\n"
+        "print(time.perf_counter() - started)"
+    )
+    environment = os.environ | {"PYTHONPATH": str(Path.cwd())}
+    return min(
+        float(
+            subprocess.run(
+                [sys.executable, "-c", code], capture_output=True, text=True, check=True, env=environment
+            ).stdout
+        )
+        for _ in range(5)
+    )
+
+
+def _versions() -> dict[str, str]:
+    from importlib.metadata import version
+
+    return {name: version(name) for name in ("numpy", "numba", "onnxruntime", "keras")}
+
+
+if __name__ == "__main__":
+    main()
