@@ -12,10 +12,13 @@ ONLY ?=
 EPOCHS ?=
 
 STUDY := experiments/studies.py
+STYLE := paper_figures/drawing.py paper_figures/paper.mplstyle
+REFERENCE_MODEL := paper_figures/paper_values/reference_model.toml
 SURROGATE := $(wildcard surrogate/*.py surrogate/architectures/*.py)
 REFERENCE := $(MODELS)/M1-concat
 # What a study of the reference model reads; the rule below says how it comes about when it is missing.
-REFERENCE_FILES := $(REFERENCE)/run.json $(REFERENCE)/model.weights.h5 $(REFERENCE)/scaling.json
+REFERENCE_FILES := $(REFERENCE)/run.json $(REFERENCE)/model.weights.h5 $(REFERENCE)/scaling.json \
+	$(wildcard $(REFERENCE)/model.onnx)
 FEATURE_SETS := $(PUBLISHED)/feature_sets.json
 DATA_EFFICIENCY := $(PUBLISHED)/data_efficiency.json
 
@@ -39,7 +42,7 @@ data-efficiency: $(DATASET) $(REFERENCE)/run.json | $(INSTALLED)  ## Train on ev
 		--models $(MODELS) --work $(WORK)/data_efficiency --out $(DATA_EFFICIENCY)
 	$(PY) $(MANIFEST) add $(DATA_EFFICIENCY)
 
-$(REFERENCE_FILES):
+$(REFERENCE)/%:
 	@echo "$@ is missing; restore it from the repository, or run \`make models ONLY=M1-concat\`" >&2; exit 1
 
 ##@ Studies (short; result file <- data set and models)
@@ -81,83 +84,83 @@ $(STUDIES)/paper_slips.json: experiments/paper_slips.py $(STUDY) $(SOLVER) $(DAT
 
 .PHONY: figure-1
 figure-1: $(FIGURES)/figure-1.pdf  ## Contact, gap, protocol and a computed force response
-$(FIGURES)/figure-1.pdf: paper_figures/figure_1.py paper_figures/schematics.py $(OUT)/dataset/examples.json $(DRAWING) | $(INSTALLED)
+$(FIGURES)/figure-1.pdf: paper_figures/figure_1.py paper_figures/schematics.py $(OUT)/dataset/examples.json $(STYLE) | $(INSTALLED)
 	$(PY) -m paper_figures.figure_1 --examples $(OUT)/dataset/examples.json --folder $(FIGURES)
 
 .PHONY: figure-4
 figure-4: $(FIGURES)/figure-4.pdf  ## Building blocks and the M1-concat model
-$(FIGURES)/figure-4.pdf: paper_figures/figure_4.py paper_figures/schematics.py $(STUDIES)/architecture_graphs.json $(DRAWING) | $(INSTALLED)
+$(FIGURES)/figure-4.pdf: paper_figures/figure_4.py paper_figures/schematics.py $(STUDIES)/architecture_graphs.json $(STYLE) | $(INSTALLED)
 	$(PY) -m paper_figures.figure_4 --result $(STUDIES)/architecture_graphs.json --folder $(FIGURES)
 
 .PHONY: figure-5
 figure-5: $(FIGURES)/figure-5.pdf  ## Models, sizes, crack velocity, data efficiency
 $(FIGURES)/figure-5.pdf: paper_figures/figure_5.py paper_figures/models_style.py paper_figures/figure_mse_mae.py \
-		paper_figures/figure_learning_curves.py $(STUDIES)/model_comparison.json $(STUDIES)/persson_brener.json \
-		$(wildcard $(DATA_EFFICIENCY)) $(DRAWING) | $(INSTALLED)
+		paper_figures/figure_learning_curves.py $(REFERENCE_MODEL) $(STUDIES)/model_comparison.json $(STUDIES)/persson_brener.json \
+		$(wildcard $(DATA_EFFICIENCY)) $(STYLE) | $(INSTALLED)
 	$(PY) -m paper_figures.figure_5 --comparison $(STUDIES)/model_comparison.json --persson-brener $(STUDIES)/persson_brener.json \
 		--data-efficiency $(DATA_EFFICIENCY) --folder $(FIGURES)
 
 .PHONY: figure-6
 figure-6: $(FIGURES)/figure-6.pdf  ## The twelve canonical protocols
-$(FIGURES)/figure-6.pdf: paper_figures/figure_6.py $(STUDIES)/canonical_regimes.json $(DRAWING) | $(INSTALLED)
+$(FIGURES)/figure-6.pdf: paper_figures/figure_6.py $(STUDIES)/canonical_regimes.json $(STYLE) | $(INSTALLED)
 	$(PY) -m paper_figures.figure_6 --result $(STUDIES)/canonical_regimes.json --folder $(FIGURES)
 
 .PHONY: figure-7
 figure-7: $(FIGURES)/figure-7.pdf  ## Distributions of the held-out errors
-$(FIGURES)/figure-7.pdf: paper_figures/figure_7.py $(STUDIES)/error_statistics.json $(DRAWING) | $(INSTALLED)
+$(FIGURES)/figure-7.pdf: paper_figures/figure_7.py $(STUDIES)/error_statistics.json $(STYLE) | $(INSTALLED)
 	$(PY) -m paper_figures.figure_7 --result $(STUDIES)/error_statistics.json --folder $(FIGURES)
 
 .PHONY: figure-architectures
 figure-architectures: $(FIGURES)/figure-architectures.pdf  ## The eighteen wirings, from the Keras models
-$(FIGURES)/figure-architectures.pdf: paper_figures/figure_architectures.py $(STUDIES)/architecture_graphs.json $(DRAWING) | $(INSTALLED)
+$(FIGURES)/figure-architectures.pdf: paper_figures/figure_architectures.py $(STUDIES)/architecture_graphs.json $(STYLE) | $(INSTALLED)
 	$(PY) -m paper_figures.figure_architectures --result $(STUDIES)/architecture_graphs.json --folder $(FIGURES)
 
 .PHONY: figure-mse-mae
 figure-mse-mae: $(FIGURES)/figure-mse-mae.pdf  ## Held-out MSE against MAE of every trained model
-$(FIGURES)/figure-mse-mae.pdf: paper_figures/figure_mse_mae.py paper_figures/models_style.py $(STUDIES)/model_comparison.json $(DRAWING) | $(INSTALLED)
+$(FIGURES)/figure-mse-mae.pdf: paper_figures/figure_mse_mae.py paper_figures/models_style.py $(REFERENCE_MODEL) $(STUDIES)/model_comparison.json $(STYLE) | $(INSTALLED)
 	$(PY) -m paper_figures.figure_mse_mae --result $(STUDIES)/model_comparison.json --folder $(FIGURES)
 
 .PHONY: figure-learning-curves
 figure-learning-curves: $(FIGURES)/figure-learning-curves.pdf  ## Validation curves of the FiLM and gated models
 $(FIGURES)/figure-learning-curves.pdf: paper_figures/figure_learning_curves.py paper_figures/models_style.py \
-		$(STUDIES)/model_comparison.json $(DRAWING) | $(INSTALLED)
+		$(STUDIES)/model_comparison.json $(STYLE) | $(INSTALLED)
 	$(PY) -m paper_figures.figure_learning_curves --result $(STUDIES)/model_comparison.json --folder $(FIGURES)
 
 .PHONY: figure-features
 figure-features: $(FIGURES)/figure-features.pdf  ## Input representations and training-set size
-$(FIGURES)/figure-features.pdf: paper_figures/figure_features.py $(wildcard $(FEATURE_SETS) $(DATA_EFFICIENCY)) $(DRAWING) | $(INSTALLED)
+$(FIGURES)/figure-features.pdf: paper_figures/figure_features.py $(wildcard $(FEATURE_SETS) $(DATA_EFFICIENCY)) $(STYLE) | $(INSTALLED)
 	$(PY) -m paper_figures.figure_features --feature-sets $(FEATURE_SETS) --data-efficiency $(DATA_EFFICIENCY) --folder $(FIGURES)
 
 .PHONY: figure-fms-transfer
 figure-fms-transfer: $(FIGURES)/figure-fms-transfer.pdf  ## The same weights on other numbers of measurement steps
-$(FIGURES)/figure-fms-transfer.pdf: paper_figures/figure_fms_transfer.py $(STUDIES)/fms_transfer.json $(DRAWING) | $(INSTALLED)
+$(FIGURES)/figure-fms-transfer.pdf: paper_figures/figure_fms_transfer.py $(STUDIES)/fms_transfer.json $(STYLE) | $(INSTALLED)
 	$(PY) -m paper_figures.figure_fms_transfer --result $(STUDIES)/fms_transfer.json --folder $(FIGURES)
 
 .PHONY: graphical-abstract
 graphical-abstract: $(FIGURES)/graphical-abstract.pdf  ## Protocol in, force history out
 $(FIGURES)/graphical-abstract.pdf: paper_figures/graphical_abstract.py paper_figures/schematics.py \
-		$(STUDIES)/canonical_regimes.json $(STUDIES)/error_statistics.json $(DRAWING) | $(INSTALLED)
+		$(STUDIES)/canonical_regimes.json $(STUDIES)/error_statistics.json $(STYLE) | $(INSTALLED)
 	$(PY) -m paper_figures.graphical_abstract --regimes $(STUDIES)/canonical_regimes.json \
 		--errors $(STUDIES)/error_statistics.json --folder $(FIGURES)
 
 .PHONY: table-protocols-canonical
 table-protocols-canonical: $(TABLES)/protocols-canonical.md  ## Canonical protocols and what they cost
-$(TABLES)/protocols-canonical.md: paper_figures/table_protocols_canonical.py $(STUDIES)/canonical_regimes.json $(DRAWING) | $(INSTALLED)
+$(TABLES)/protocols-canonical.md: paper_figures/table_protocols_canonical.py $(STUDIES)/canonical_regimes.json $(STYLE) paper_figures/tables.py | $(INSTALLED)
 	$(PY) -m paper_figures.table_protocols_canonical --result $(STUDIES)/canonical_regimes.json --folder $(TABLES)
 
 .PHONY: table-persson-brener
 table-persson-brener: $(TABLES)/persson-brener.md  ## Crack velocities and amplifications
-$(TABLES)/persson-brener.md: paper_figures/table_persson_brener.py $(STUDIES)/persson_brener.json $(DRAWING) | $(INSTALLED)
+$(TABLES)/persson-brener.md: paper_figures/table_persson_brener.py $(STUDIES)/persson_brener.json $(STYLE) paper_figures/tables.py | $(INSTALLED)
 	$(PY) -m paper_figures.table_persson_brener --result $(STUDIES)/persson_brener.json --folder $(TABLES)
 
 .PHONY: table-quartiles
 table-quartiles: $(TABLES)/quartiles.md  ## Held-out errors by quartile
-$(TABLES)/quartiles.md: paper_figures/table_quartiles.py $(STUDIES)/error_statistics.json $(DRAWING) | $(INSTALLED)
+$(TABLES)/quartiles.md: paper_figures/table_quartiles.py paper_figures/paper_values/quartiles.csv $(STUDIES)/error_statistics.json $(STYLE) paper_figures/tables.py | $(INSTALLED)
 	$(PY) -m paper_figures.table_quartiles --result $(STUDIES)/error_statistics.json --folder $(TABLES)
 
 .PHONY: table-models
 table-models: $(TABLES)/models.md  ## Every trained model: size, errors, cost
-$(TABLES)/models.md: paper_figures/table_models.py paper_figures/models_style.py $(STUDIES)/model_comparison.json $(DRAWING) | $(INSTALLED)
+$(TABLES)/models.md: paper_figures/table_models.py paper_figures/models_style.py $(REFERENCE_MODEL) $(STUDIES)/model_comparison.json $(STYLE) paper_figures/tables.py | $(INSTALLED)
 	$(PY) -m paper_figures.table_models --result $(STUDIES)/model_comparison.json --folder $(TABLES)
 
 ##@ All of it

@@ -41,6 +41,7 @@ def graph(model: Any) -> dict[str, Any]:
     """Layers of a functional Keras model in order of computation."""
     layers = []
     for operation in model.operations:
+        # Keras 3 has no public way to ask a layer what it reads.
         node = operation._inbound_nodes[0]
         layers.append(
             {

@@ -1,8 +1,8 @@
 """The twelve canonical protocols: solver against surrogate, with the seconds both need.
 
 The surrogate is timed three ways, on one thread and warmed up: the plain Keras call (`model.predict`, as most scripts
-do it), our predictor on one protocol, and our predictor on a batch, per trajectory. Source: the paper's section
-"Canonical adhesion regimes" and its timing table.
+do it), our predictor on one protocol, and our predictor on a batch, per trajectory. Our predictor is ONNX Runtime where
+the model is exported. Source: the paper's section "Canonical adhesion regimes" and its timing table.
 
 Usage: `python -m experiments.canonical_regimes [--config FILE] [--models DIR] [--out FILE]`.
 """
@@ -12,13 +12,19 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 import typer
 
+from bem import Trajectory
 from bem.measurement import FMS
 from experiments import studies
+
+if TYPE_CHECKING:
+    import keras
+
+    from surrogate.predictor import Surrogate
 
 CONFIG = studies.CONFIGS / "canonical_regimes.toml"
 OUT = studies.RESULTS / "canonical_regimes.json"
@@ -36,43 +42,41 @@ def median_seconds(call: Callable[[], Any], repetitions: int) -> float:
     return float(np.median(taken))
 
 
-def surrogate_seconds(
-    trained: Any, steps: dict[str, np.ndarray], tabor: float, config: dict[str, Any]
-) -> dict[str, float]:
-    """Seconds for one trajectory by the plain Keras call, by the predictor, and by the predictor in a batch."""
+def keras_inputs(trained: Surrogate, steps: dict[str, np.ndarray], tabor: float) -> list[np.ndarray]:
+    """The scaled arrays of one trajectory, as the Keras model takes them."""
     from surrogate.features import channels, edge_from_counts
 
     times, indentations = steps["time"][np.newaxis], steps["indentation"][np.newaxis]
     physical = channels(times, indentations, edge_from_counts(FMS, 1), trained.scaling.features)
-    inputs = [trained.scaling.scale_channels(physical), trained.scaling.scale_tabor(np.array([tabor]))]
-    batch = config["batch"]
-    many = [np.repeat(values, batch, axis=0) for values in (times, indentations)]
-    repetitions = config["repetitions"]
-
-    return {
-        "keras_call": median_seconds(lambda: trained.model.predict(inputs, verbose=0), repetitions),
-        "predictor": median_seconds(lambda: studies.predicted(trained, steps, FMS, tabor), repetitions),
-        "predictor_batch": median_seconds(lambda: trained.predict(*many, tabor=tabor), 1) / batch,
-    }
+    return [trained.scaling.scale_channels(physical), trained.scaling.scale_tabor(np.array([tabor]))]
 
 
-def regime(
-    protocol: dict[str, Any], trained: Any, config: dict[str, Any], batch_seconds: float | None
-) -> dict[str, Any]:
-    """One protocol: native history, measurement steps, prediction, scalars, errors and seconds."""
+def batch_seconds(trained: Surrogate, steps: dict[str, np.ndarray], tabor: float, batch: int) -> float:
+    """Seconds of our predictor for each trajectory of a batch."""
+    times, indentations = (np.repeat(steps[name][np.newaxis], batch, axis=0) for name in ("time", "indentation"))
+    return median_seconds(lambda: trained.predict(times, indentations, tabor=tabor), 3) / batch
+
+
+def regime(protocol: dict[str, Any], trained: Surrogate, model: keras.Model, config: dict[str, Any]) -> dict[str, Any]:
+    """One protocol: native history, measurement steps, prediction, scalars, errors and seconds.
+
+    Args:
+        protocol: A row of the timing table.
+        trained: Our predictor.
+        model: The Keras model of the same weights.
+        config: The study's configuration.
+    """
     from surrogate.metrics import hysteresis, nmae, pull_off
 
-    def solve() -> Any:
+    tabor, repetitions = protocol["tabor"], config["repetitions"]
+
+    def solve() -> Trajectory:
         return studies.simulated(protocol, modulus_ratio=config["modulus_ratio"], accuracy=config["accuracy"])
 
     trajectory = solve()
     steps = studies.on_steps(protocol, trajectory)
-    force = studies.predicted(trained, steps, FMS, protocol["tabor"])
-    seconds = {"solver": median_seconds(solve, min(config["repetitions"], 5))}
-    timing = config if batch_seconds is None else {**config, "batch": 1}
-    seconds |= surrogate_seconds(trained, steps, protocol["tabor"], timing)
-    if batch_seconds is not None:
-        seconds["predictor_batch"] = batch_seconds
+    force = studies.predicted(trained, steps, FMS, tabor)
+    inputs = keras_inputs(trained, steps, tabor)
     first = FMS[0] + FMS[1] - 1
     found, reference = (
         {
@@ -90,7 +94,12 @@ def regime(
         "surrogate": found,
         "errors_percent": {name: studies.percent(found[name], reference[name]) for name in found}
         | {"nmae": float(nmae(force[None], steps["force"][None])[0])},
-        "seconds": seconds,
+        "seconds": {
+            "solver": median_seconds(solve, repetitions),
+            "keras_call": median_seconds(lambda: model.predict(inputs, verbose=0), repetitions),
+            "predictor": median_seconds(lambda: studies.predicted(trained, steps, FMS, tabor), repetitions),
+            "predictor_batch": batch_seconds(trained, steps, tabor, config["batch"]),
+        },
         "paper_seconds": {"solver": protocol["bem_seconds"], "surrogate": protocol["surrogate_seconds"]},
     }
 
@@ -116,14 +125,16 @@ def main(
     """Simulate, predict and time the twelve protocols."""
     settings = studies.read_config(config, "model", "modulus_ratio", "accuracy", "repetitions", "batch")
     trained = studies.load_surrogate(settings["model"], models)
+    model = studies.load_surrogate(settings["model"], models, backend="keras").model
     regimes: list[dict[str, Any]] = []
     for protocol in studies.paper_protocols("canonical_protocols"):
-        # A batch costs the same for every protocol, so it is timed once.
-        batch_seconds = regimes[0]["seconds"]["predictor_batch"] if regimes else None
-        regimes.append(regime(protocol, trained, settings, batch_seconds))
+        regimes.append(regime(protocol, trained, model, settings))
         print(f"({regimes[-1]['sample']}) " + "  ".join(f"{k} {v:.3g} s" for k, v in regimes[-1]["seconds"].items()))
+    backend = type(trained.backend).__name__
     found = summary(regimes) | {"measurement_steps": sum(FMS), "steps_by_phase": ", ".join(map(str, FMS))}
-    studies.write_result(out, "canonical_regimes", {"config": settings, "summary": found, "regimes": regimes})
+    studies.write_result(
+        out, "canonical_regimes", {"config": settings, "backend": backend, "summary": found, "regimes": regimes}
+    )
 
 
 if __name__ == "__main__":

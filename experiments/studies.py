@@ -89,8 +89,8 @@ def on_steps(
     return {"time": times[0], "indentation": indentations[0], "force": force}
 
 
-def load_surrogate(model: str, models: Path) -> Surrogate:
-    """A trained model, on one thread and without the backend's chatter."""
+def load_surrogate(model: str, models: Path, backend: str | None = None) -> Surrogate:
+    """A trained model on one thread, without the backend's chatter; ONNX Runtime where it is exported, else Keras."""
     from surrogate.backend import limit_threads, quiet_backend
 
     quiet_backend()
@@ -99,7 +99,8 @@ def load_surrogate(model: str, models: Path) -> Surrogate:
             limit_threads(1)
     from surrogate.predictor import Surrogate
 
-    return Surrogate.load(model, root=models)
+    exported = (models / model / "model.onnx").is_file()
+    return Surrogate.load(model, root=models, backend=backend or ("onnx" if exported else "keras"))
 
 
 def predicted(
