@@ -162,3 +162,30 @@ table-accuracy-price: setup  ## What draft, standard and reference cost, as publ
 	$(PY) -m paper_figures.table_accuracy_price
 
 include paper.mk
+
+##@ Demonstrator
+
+DEMO_MODEL ?= published/models/M1-concat/model.onnx
+DEMO_PORT ?= 8000
+
+.PHONY: demo-build
+demo-build: demo/node_modules/.installed  ## Build the browser demonstrator into demo/dist (Node 18 or newer; DEMO_MODEL=... chooses the ONNX file)
+	node demo/build.mjs $(DEMO_MODEL)
+
+.PHONY: demo
+demo: demo-build setup  ## Build the demonstrator and serve it at http://localhost:8000 (DEMO_PORT=... chooses the port)
+	@echo "http://localhost:$(DEMO_PORT)/ - stop with Ctrl-C"
+	@$(PY) -m http.server $(DEMO_PORT) --bind 127.0.0.1 --directory demo/dist
+
+.PHONY: test-demo
+test-demo: setup  ## Use the demonstrator in headless Chromium and compare it with Python; installs Debian's packages if missing
+	tests/demo/run.sh $(DEMO_MODEL)
+
+.PHONY: demo-curves
+demo-curves: setup  ## Choose and simulate the solver curves the demonstrator overlays (demo/public/curves.json)
+	$(PY) -m experiments.demo_curves
+
+demo/node_modules/.installed: demo/package.json demo/package-lock.json demo/.npmrc
+	@command -v npm >/dev/null || { echo "npm not found; install Node 18 or newer with npm" >&2; exit 1; }
+	cd demo && npm ci --silent
+	@touch $@
