@@ -162,6 +162,7 @@ table-accuracy-price: setup  ## What draft, standard and reference cost, as publ
 	$(PY) -m paper_figures.table_accuracy_price
 
 include paper.mk
+include costs.mk
 
 ##@ Demonstrator
 

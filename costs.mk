@@ -1,0 +1,129 @@
+# What accuracy costs, where the hard cases are, what each effect costs. Included by the Makefile, whose two layers it
+# keeps. Measurements take long or belong to one machine, so that their results are published and figures redraw from
+# them; `make measurements` is meant for an idle machine.
+
+MEASUREMENTS := $(PUBLISHED)/measurements
+PROTOCOLS ?= 200
+BASELINE ?= 40
+SOAK ?= 100000
+SOAK_BEYOND ?= 20000
+COST_STYLE := $(DRAWING) paper_figures/cost_style.py paper_figures/paper_values/cost.toml
+# One measurement: its module, its options.
+measure = $(PY) -m experiments.$(1) $(2) --out $(MEASUREMENTS)/$(1).json && $(PY) $(MANIFEST) add $(MEASUREMENTS)/$(1).json
+# One core: BLAS and the backends of the surrogates must not take more.
+measure-%: export OMP_NUM_THREADS := 1
+
+##@ Measurements (result file; on an idle machine)
+
+.PHONY: measurements
+MEASURED := effects recommendations accuracy-cost cost-growth amortisation training-cost hard-cases broad-band
+measurements: $(addprefix measure-,$(MEASURED))  ## All of them but the soak and the surrogate's map
+
+.PHONY: measure-effects
+measure-effects: setup  ## Seconds and errors of scenes that add one effect at a time
+	$(call measure,effects)
+
+.PHONY: measure-recommendations
+measure-recommendations: setup  ## How often `recommend` keeps its promise, and what it saves
+	$(call measure,recommendations)
+
+.PHONY: measure-accuracy-cost
+measure-accuracy-cost: $(DATASET) | $(INSTALLED)  ## Seconds against errors of every tool (PROTOCOLS=200, BASELINE=40 of them by the paper's discretisation)
+	$(call measure,accuracy_cost,--count $(PROTOCOLS) --baseline-count $(BASELINE) --dataset $(DATASET) --models $(PUBLISHED)/models)
+
+.PHONY: measure-cost-growth
+measure-cost-growth: $(DATASET) | $(INSTALLED)  ## How seconds grow with nodes, steps and the scene
+	$(call measure,cost_growth,--dataset $(DATASET))
+
+.PHONY: measure-amortisation
+measure-amortisation: $(DATASET) | $(INSTALLED)  ## When a surrogate pays for itself; reads the measurement of accuracy and cost
+	$(call measure,amortisation,--cost $(MEASUREMENTS)/accuracy_cost.json --dataset $(DATASET) --models $(PUBLISHED)/models)
+
+.PHONY: measure-training-cost
+measure-training-cost: $(DATASET) | $(INSTALLED)  ## Error against time of training, from what is published
+	$(call measure,training_cost,--dataset $(DATASET) --models $(PUBLISHED)/models --shares $(PUBLISHED)/data_efficiency.json)
+
+.PHONY: measure-hard-cases
+measure-hard-cases: setup  ## The solver over the box, beyond it, and at named extremes, refined
+	$(call measure,hard_case_map)
+
+.PHONY: measure-surrogate-map
+measure-surrogate-map: $(DATASET) | $(INSTALLED)  ## Errors of M1-concat over the box, worst trajectories, out of range
+	$(call measure,surrogate_map,--dataset $(DATASET) --models $(PUBLISHED)/models)
+
+.PHONY: measure-broad-band
+measure-broad-band: setup  ## Pull-off of broad-band solids over the unloading rate
+	$(call measure,broad_band)
+	$(PY) $(MANIFEST) add $(MEASUREMENTS)/broad_band.csv
+
+.PHONY: soak
+soak: export OMP_NUM_THREADS := 1
+soak: setup  ## SOAK=100000 random protocols in the box, SOAK_BEYOND=20000 beyond it; continues after an interruption
+	$(call measure,soak,--count $(SOAK) --beyond $(SOAK_BEYOND))
+
+$(MEASUREMENTS)/%.json:
+	@echo "$@ is missing; restore it from the repository, or run \`make measure-$(subst hard-case-map,hard-cases,$(subst _,-,$*))\`" >&2; exit 1
+
+##@ Cost and hard cases (figure <- measurement)
+
+.PHONY: cost-figures
+DRAWN := figure-effects table-effects table-recommendations figure-accuracy-cost table-accuracy-cost figure-cost-growth \
+	figure-amortisation figure-training-cost table-hard-cases figure-broad-band
+cost-figures: $(DRAWN)  ## All figures and tables below but the surrogate's map
+
+.PHONY: figure-effects
+figure-effects: $(FIGURES)/figure-effects.pdf  ## One path under seven scenes; when a simpler scene may stand in
+$(FIGURES)/figure-effects.pdf: paper_figures/figure_effects.py $(MEASUREMENTS)/effects.json $(DRAWING) | $(INSTALLED)
+	$(PY) -m paper_figures.figure_effects --result $(MEASUREMENTS)/effects.json --folder $(FIGURES)
+
+.PHONY: table-effects
+table-effects: $(TABLES)/effects.md  ## What each effect costs
+$(TABLES)/effects.md: paper_figures/table_effects.py $(MEASUREMENTS)/effects.json $(DRAWING) | $(INSTALLED)
+	$(PY) -m paper_figures.table_effects --result $(MEASUREMENTS)/effects.json --folder $(TABLES)
+
+.PHONY: table-recommendations
+table-recommendations: $(TABLES)/recommendations.md  ## How often `recommend` keeps its promise
+$(TABLES)/recommendations.md: paper_figures/table_recommendations.py $(MEASUREMENTS)/recommendations.json $(DRAWING) | $(INSTALLED)
+	$(PY) -m paper_figures.table_recommendations --result $(MEASUREMENTS)/recommendations.json --folder $(TABLES)
+
+.PHONY: figure-accuracy-cost
+figure-accuracy-cost: $(FIGURES)/figure-accuracy-cost.pdf  ## Seconds against error, every tool on one chart
+$(FIGURES)/figure-accuracy-cost.pdf: paper_figures/figure_accuracy_cost.py $(MEASUREMENTS)/accuracy_cost.json \
+		$(COST_STYLE) | $(INSTALLED)
+	$(PY) -m paper_figures.figure_accuracy_cost --result $(MEASUREMENTS)/accuracy_cost.json --folder $(FIGURES)
+
+.PHONY: table-accuracy-cost
+table-accuracy-cost: $(TABLES)/accuracy-cost.md  ## The same as a table
+$(TABLES)/accuracy-cost.md: paper_figures/table_accuracy_cost.py $(MEASUREMENTS)/accuracy_cost.json $(COST_STYLE) | $(INSTALLED)
+	$(PY) -m paper_figures.table_accuracy_cost --result $(MEASUREMENTS)/accuracy_cost.json --folder $(TABLES)
+
+.PHONY: figure-cost-growth
+figure-cost-growth: $(FIGURES)/figure-cost-growth.pdf  ## How seconds grow, with fitted powers; and its table
+$(FIGURES)/figure-cost-growth.pdf: paper_figures/figure_cost_growth.py $(MEASUREMENTS)/cost_growth.json $(COST_STYLE) | $(INSTALLED)
+	$(PY) -m paper_figures.figure_cost_growth --result $(MEASUREMENTS)/cost_growth.json --folder $(FIGURES) --tables $(TABLES)
+
+.PHONY: figure-amortisation
+figure-amortisation: $(FIGURES)/figure-amortisation.pdf  ## When a surrogate pays for itself; and its table
+$(FIGURES)/figure-amortisation.pdf: paper_figures/figure_amortisation.py $(MEASUREMENTS)/amortisation.json $(DRAWING) | $(INSTALLED)
+	$(PY) -m paper_figures.figure_amortisation --result $(MEASUREMENTS)/amortisation.json --folder $(FIGURES) --tables $(TABLES)
+
+.PHONY: figure-training-cost
+figure-training-cost: $(FIGURES)/figure-training-cost.pdf  ## Error against time of training and number of trajectories
+$(FIGURES)/figure-training-cost.pdf: paper_figures/figure_training_cost.py $(MEASUREMENTS)/training_cost.json $(DRAWING) | $(INSTALLED)
+	$(PY) -m paper_figures.figure_training_cost --result $(MEASUREMENTS)/training_cost.json --folder $(FIGURES)
+
+.PHONY: table-hard-cases figure-hard-cases
+figure-hard-cases: table-hard-cases
+table-hard-cases: $(FIGURES)/figure-hard-cases.pdf  ## Where the solver works hard, as a map and a table
+$(FIGURES)/figure-hard-cases.pdf: paper_figures/figure_hard_cases.py $(MEASUREMENTS)/hard_case_map.json $(DRAWING) | $(INSTALLED)
+	$(PY) -m paper_figures.figure_hard_cases --result $(MEASUREMENTS)/hard_case_map.json --folder $(FIGURES) --tables $(TABLES)
+
+.PHONY: figure-surrogate-map
+figure-surrogate-map: $(FIGURES)/figure-surrogate-map.pdf  ## Where M1-concat errs, and its worst twenty trajectories
+$(FIGURES)/figure-surrogate-map.pdf: paper_figures/figure_surrogate_map.py $(MEASUREMENTS)/surrogate_map.json $(DRAWING) | $(INSTALLED)
+	$(PY) -m paper_figures.figure_surrogate_map --result $(MEASUREMENTS)/surrogate_map.json --folder $(FIGURES)
+
+.PHONY: figure-broad-band
+figure-broad-band: $(FIGURES)/figure-broad-band.pdf  ## Pull-off of broad-band solids over the unloading rate
+$(FIGURES)/figure-broad-band.pdf: paper_figures/figure_broad_band.py $(MEASUREMENTS)/broad_band.json $(DRAWING) | $(INSTALLED)
+	$(PY) -m paper_figures.figure_broad_band --result $(MEASUREMENTS)/broad_band.json --folder $(FIGURES)
