@@ -2,8 +2,44 @@
 
 `error_model="numpy"` lets a division by zero give an infinity instead of raising inside a kernel; `fastmath` stays off
 because a NaN must remain visible.
+
+Compiled code is kept on disk under a digest of all sources with kernels: Numba by itself looks only at the file of
+a kernel, so after a change it would go on using stale copies of the kernels that this one calls.
 """
 
-from numba import njit
+import functools
+import hashlib
+import os
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
 
-kernel = njit(cache=True, error_model="numpy", nogil=True)
+from numba import config, njit
+
+
+@functools.cache
+def cache_directory() -> str:
+    """Where compiled kernels of exactly these sources are kept: beside them, or where a user may write."""
+    package = Path(__file__).parent
+    digest = hashlib.sha256()
+    for source in sorted(package.glob("*.py")):
+        text = source.read_bytes()
+        if b"@kernel" in text:
+            digest.update(text)
+    name = f"kernels-{digest.hexdigest()[:16]}"
+    if os.access(package, os.W_OK):
+        return str(package / "__pycache__" / name)
+    home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    beside = Path(home) if os.access(home, os.W_OK) else Path(tempfile.gettempdir())
+    return str(beside / "contact-trajectories" / name)
+
+
+def kernel(function: Callable) -> Callable:
+    """Compile a function with Numba, cached on disk."""
+    before = config.CACHE_DIR
+    if not before:  # else the user has chosen a place
+        config.CACHE_DIR = cache_directory()
+    try:
+        return njit(cache=True, error_model="numpy", nogil=True)(function)
+    finally:
+        config.CACHE_DIR = before

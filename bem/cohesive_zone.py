@@ -13,7 +13,7 @@ from bem._jit import kernel
 from bem.tractions import GAP_AT_PEAK
 
 CRACK_LENGTH = 2.48
-HARD_EDGE = 0.1  # without adhesion there is no such zone: resolve this fraction of the contact radius
+HARD_EDGE = 0.12  # without adhesion there is no such zone: resolve this fraction of the contact radius
 
 
 @kernel

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from threadpoolctl import ThreadpoolController
 
 from bem._checks import instance
-from bem.accuracy import resolve_accuracy
+from bem.accuracy import Accuracy, resolve_accuracy
 from bem.influence import force_weights, influence_matrix, require_mesh
 from bem.march import COMPLETED, COUNTS, NO_EQUILIBRIUM, TOO_MANY_STEPS, UNPHYSICAL, Problem, march
 from bem.mesh import Grid, Mesh, condense, master_grid, pick_nodes, wanted_spacing
@@ -24,6 +24,7 @@ from bem.tractions import HardContact
 from bem.trajectory import Jump, Statistics, Trajectory
 
 MOST_STEPS = 400_000
+_MOST_REFINEMENTS = 3  # each halves the target error
 _REASONS = {
     COMPLETED: "completed",
     NO_EQUILIBRIUM: "no stable equilibrium found; try a tighter accuracy",
@@ -54,8 +55,8 @@ def simulate(
             nodes follow the edge.
 
     Returns:
-        the trajectory. Its `status` is "completed" or says where and why it ended; no number of an unfinished one looks
-        finished.
+        the trajectory. Its `accuracy` is the target, or a tighter one where the coarse mesh found no way through. Its
+        `status` is "completed" or says where and why it ended; no number of an unfinished one looks finished.
 
     Raises:
         ValueError: for input that is not a scene, a protocol, an accuracy, an initial state or a mesh, naming what is
@@ -71,16 +72,23 @@ def simulate(
     history = protocol.history(scene.tabor) if isinstance(protocol, LoadingProtocol) else protocol
     deepest = float(np.max(history.indentations))
     started = time.perf_counter()
-    try:
-        problem, first_mesh = _discretise(scene, deepest, target.controls(), mesh)
-    except MemoryError as error:
-        return _unfinished(str(error), target.target, len(scene.material.strengths))
-    arguments = (np.array(history.times), np.array(history.indentations), initial_state == "glassy", MOST_STEPS)
-    # The systems are too small for BLAS threads, which would only wait for each other.
-    with _thread_controller().limit(limits=1, user_api="blas"):
-        records, jumps, counts, segment_steps, outcome = march(problem, first_mesh, *arguments)
+    for refinement in range(_MOST_REFINEMENTS + 1):
+        aim = target.target / 2.0**refinement
+        try:
+            problem, first_mesh = _discretise(scene, deepest, Accuracy(target.name, aim).controls(), mesh)
+        except MemoryError as error:
+            if refinement == 0:
+                return _unfinished(str(error), aim, len(scene.material.strengths))
+            break
+        arguments = (np.array(history.times), np.array(history.indentations), initial_state == "glassy", MOST_STEPS)
+        # The systems are too small for BLAS threads, which would only wait for each other.
+        with _thread_controller().limit(limits=1, user_api="blas"):
+            result = march(problem, first_mesh, *arguments)
+        # A mesh too coarse for its scene can lose its way at a fold: what is asked for is then worth a finer one.
+        if result[-1] in (COMPLETED, TOO_MANY_STEPS):
+            break
     seconds = time.perf_counter() - started
-    return _trajectory(problem, history, target.target, records, jumps, counts, segment_steps, outcome, seconds)
+    return _trajectory(problem, history, aim, *result, seconds)
 
 
 @functools.cache
