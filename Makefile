@@ -20,7 +20,7 @@ TABLES := $(OUT)/tables
 DATASET := $(PUBLISHED)/dataset.h5
 MANIFEST := tools/manifest.py --root $(PUBLISHED)
 SOLVER := $(wildcard bem/*.py)
-DRAWING := $(wildcard paper_figures/drawing.py paper_figures/tables.py paper_figures/*.mplstyle paper_figures/paper_values/*)
+DRAWING := $(wildcard paper_figures/drawing.py paper_figures/tables.py paper_figures/*.mplstyle paper_figures/paper_values/dataset.toml)
 
 ##@ General
 

@@ -190,17 +190,18 @@ report: $(STUDY_RESULTS) $(OUT)/dataset/statistics.json | $(INSTALLED)  ## Write
 .PHONY: paper
 paper: figures tables report  ## Figures, tables and the report, from what is published
 
+HOURS ?= --hours
 .PHONY: from-scratch
 from-scratch:
-	@$(PY) -m experiments.stages dataset
+	@$(PY) -m experiments.stages dataset $(HOURS)
 	+$(MAKE) --no-print-directory dataset
-	@$(PY) -m experiments.stages models
+	@$(PY) -m experiments.stages models $(HOURS)
 	+$(MAKE) --no-print-directory models
-	@$(PY) -m experiments.stages feature-sets
+	@$(PY) -m experiments.stages feature-sets $(HOURS)
 	+$(MAKE) --no-print-directory feature-sets
-	@$(PY) -m experiments.stages data-efficiency
+	@$(PY) -m experiments.stages data-efficiency $(HOURS)
 	+$(MAKE) --no-print-directory data-efficiency
-	@$(PY) -m experiments.stages paper
+	@$(PY) -m experiments.stages paper $(HOURS)
 	+$(MAKE) --no-print-directory paper
 
 SCRATCH := results/scratch
@@ -215,4 +216,4 @@ SMOKE ?= results/smoke
 smoke: setup  ## The same path on tiny data and one epoch, in minutes; its numbers mean nothing
 	@mkdir -p $(SMOKE)
 	+$(MAKE) --no-print-directory from-scratch OUT=$(SMOKE) PUBLISHED=$(SMOKE)/published REPORT=$(SMOKE)/REPRODUCTION.md \
-		CONFIGS=experiments/configs/smoke COUNT=120 EPOCHS=1 ONLY="M1-concat M4-FiLM"
+		HOURS=--no-hours CONFIGS=experiments/configs/smoke COUNT=120 EPOCHS=1 ONLY="M1-concat M4-FiLM"

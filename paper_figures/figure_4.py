@@ -71,7 +71,7 @@ def draw_tcn(axes: Axes) -> None:
             y += height + 0.12
     node(axes, 4.0, y + 0.02, "$+$", 0.22)
     line(axes, (4.0, y - 0.46), (4.0, y - 0.2))
-    arrow(axes, (4.0, y + 0.24), (4.0, 6.1))
+    arrow(axes, (4.0, y + 0.24), (4.0, 6.5))
     line(axes, (4.0, 0.05), (4.0, 0.5))
     line(axes, (4.0, 0.25), (8.0, 0.25), (8.0, 2.45))
     box(
@@ -87,7 +87,8 @@ def draw_tcn(axes: Axes) -> None:
     line(axes, (8.0, 3.35), (8.0, y + 0.02))
     arrow(axes, (8.0, y + 0.02), (4.22, y + 0.02))
     axes.text(3.6, 0.05, r"$z^{(l-1)}$", fontsize=7, ha="right")
-    axes.text(3.7, 5.75, r"$z^{(l)}$", fontsize=7, ha="right")
+    axes.text(3.7, 5.95, r"$z^{(l)}$", fontsize=7, ha="right")
+    axes.set_ylim(0.0, 6.5)
 
 
 def draw_readout(axes: Axes, layers: dict[str, Any]) -> None:

@@ -36,6 +36,7 @@ def draw_distribution(axes: Axes, content: dict[str, Any], column: str) -> None:
     weights = [np.full(len(part), 100.0 / len(values)) for part in parts]
     axes.hist(parts, bins=bins, weights=weights, stacked=True, color=COLORS)
     axes.set(xscale="log", xlabel=LABELS[column], ylabel="share of trajectories (%)")
+    drawing.log_labels(axes.xaxis)
     overall = content["overall"][column]
     for name, style, text in (("median", "-.", "median"), ("p90", "--", "90th percentile")):
         axes.axvline(
