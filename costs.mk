@@ -54,7 +54,7 @@ measure-surrogate-map: $(DATASET) | $(INSTALLED)  ## Errors of M1-concat over th
 .PHONY: measure-broad-band
 measure-broad-band: setup  ## Pull-off of broad-band solids over the unloading rate
 	$(call measure,broad_band)
-	$(PY) $(MANIFEST) add $(MEASUREMENTS)/broad_band.csv
+	$(PY) $(MANIFEST) add $(MEASUREMENTS)/broad_band.csv --command "python -m experiments.broad_band"
 
 .PHONY: soak
 soak: export OMP_NUM_THREADS := 1

@@ -51,8 +51,8 @@ def main(
         HEADER,
         [row_of(row) for row in content["results"]],
         "The recommended scene against the full one on random samples: the paper's box, one ten times wider with "
-        f"random modulus ratios, and ten-term solids; both simulated to {number(content['accuracy'])}. Kept: the error stayed "
-        f"inside the tolerance. Measured on {content['host']}.",
+        f"random modulus ratios, and ten-term solids; both simulated to {number(content['accuracy'])}. Kept: the error "
+        f"stayed inside the tolerance. Measured on {content['host']}.",
         folder,
     )
 
