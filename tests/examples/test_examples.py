@@ -1,0 +1,98 @@
+"""The worked examples do what they promise, with a stand-in where they need a trained model."""
+
+import importlib.util
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import surrogate
+from surrogate.backends import KerasBackend
+from surrogate.predictor import Surrogate
+from surrogate.scaling import Scaling
+
+EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
+
+
+def example(name):
+    spec = importlib.util.spec_from_file_location(name, EXAMPLES / f"{name}.py")
+    module = importlib.util.module_from_spec(spec)
+    # Dataclasses look their module up by name.
+
+    sys.modules[name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture(scope="module")
+def model():
+    """A model of random weights: the examples must correct what a surrogate gets wrong."""
+    scaling = Scaling(
+        features="D",
+        channel_mean=(0.6, 2.0, 0.5, 0.0),
+        channel_scale=(0.3, 1.4, 3.0, 0.1),
+        tabor=(0.7, 0.4),
+        force=(-2.0, 2.5),
+        ranges={"tabor": (0.2, 3.2), "unloading_rate": (0.1, 1000.0), "dwell_time": (1e-3, 3.0)},
+    )
+    network = surrogate.build("M1-gated")
+    rng = np.random.default_rng(0)
+    network.set_weights(
+        [0.3 * rng.standard_normal(weight.shape) / np.sqrt(weight.shape[0]) for weight in network.get_weights()]
+    )
+    return Surrogate(KerasBackend(network, scaling, name="M1-gated"))
+
+
+def test_hold_force(model):
+    hold = example("hold_force").hold
+    clock = time.perf_counter()
+    loose, held = (hold(model, target=1.0, controlled=controlled) for controlled in (False, True))
+    assert loose.force[-20:].mean() < -3.0
+    assert held.force[-20:].mean() == pytest.approx(1.0, abs=0.2)
+    assert np.abs(held.force[-20:] - 1.0).max() < 0.6
+    # The base drifts towards the half-space, so the command must move away.
+    assert held.command[-1] < held.command[20]
+    assert time.perf_counter() - clock < 60.0
+
+
+def test_design_unloading(model):
+    found = example("design_unloading").design(model, wanted=5.0, steps=10)
+    assert found.simulated == pytest.approx(5.0, rel=0.005)
+    assert found.simulations <= 12
+    assert 0.1 <= found.unloading_rate <= 1000.0
+    assert 1e-3 <= found.dwell_time <= 3.0
+
+
+def test_design_says_when_a_wish_cannot_be_met(model):
+    with pytest.raises(RuntimeError, match="no unloading rate in the trained range"):
+        example("design_unloading").design(model, wanted=500.0, steps=2)
+
+
+def test_gradients_see_the_channels_the_predictor_sees(model):
+    import tensorflow as tf
+
+    from bem.measurement import measurement_grid
+    from surrogate.features import channels, edge_from_counts
+
+    module = example("design_unloading")
+    fixed = {"tabor": 2.0, "peak_indentation": 10.0, "loading_rate": 10.0}
+    logarithms = np.log(np.tile([[30.0, 0.5]], (module.STARTS, 1)))
+    found, tabor = module.scaled_inputs(model.scaling, tf.constant(logarithms), fixed)
+    times, depths = measurement_grid(**fixed, unloading_rate=30.0, dwell_time=0.5)
+    expected = model.scaling.scale_channels(channels(times, depths, edge_from_counts(module.COUNTS, 1)))
+    np.testing.assert_allclose(found.numpy()[:1], expected, rtol=0.0, atol=1e-5)
+    np.testing.assert_array_equal(tabor.numpy()[:1], model.scaling.scale_tabor(np.array([2.0])))
+
+
+def test_identify_material():
+    module = example("identify_material")
+    true = (1.5, 0.15)
+    found = module.identify(*module.measured_curve(*true, noise=0.05, seed=4))
+    # Twice the 95 % factor: the solver's own discretisation differs a little from simulation to simulation.
+    assert abs(np.log(found.tabor / true[0])) < 2.0 * np.log(found.tabor_factor) + 2e-3
+    assert abs(np.log(found.modulus_ratio / true[1])) < 2.0 * np.log(found.modulus_ratio_factor) + 2e-3
+    assert 1.0 < found.tabor_factor < 1.05
+    assert 1.0 < found.modulus_ratio_factor < 1.1
+    assert found.noise == pytest.approx(0.05, rel=0.25)
