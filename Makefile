@@ -85,7 +85,19 @@ lock:  ## Resolve pyproject.toml anew into requirements.lock (needs the network)
 		--no-emit-index-url --no-header --output-file requirements.lock pyproject.toml
 	$(PY) tools/lock.py stamp
 
+.PHONY: docs
+docs: setup  ## Build the documentation into build/site; a broken link fails
+	NO_MKDOCS_2_WARNING=1 $(PY) -m mkdocs build --strict --quiet
+
 ##@ Results (result file <- inputs)
+
+.PHONY: bench-surrogate
+bench-surrogate: setup  ## Measure what a prediction costs, against Keras's model.predict
+	$(PY) -m experiments.bench_surrogate
+
+.PHONY: bench-stream
+bench-stream: setup  ## Measure the latency of a million steps of a stream
+	$(PY) -m experiments.bench_surrogate --stream
 
 .PHONY: bench-solver
 bench-solver: setup  ## Measure accuracy against cost of the contact solver; writes docs/solver-benchmark.md

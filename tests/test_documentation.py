@@ -1,0 +1,56 @@
+"""The guide's Python runs, its commands and make targets exist, and the site builds without a broken link."""
+
+import re
+import subprocess
+import sys
+import textwrap
+from pathlib import Path
+
+import pytest
+
+from surrogate.model_files import PUBLISHED
+
+ROOT = Path(__file__).resolve().parents[1]
+PAGES = sorted((ROOT / "docs").glob("*.md"))
+EXAMPLES = [
+    pytest.param(page.name, textwrap.dedent(code), id=f"{page.stem}-{number}")
+    for page in PAGES
+    for number, code in enumerate(re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), flags=re.DOTALL))
+]
+
+
+@pytest.mark.parametrize(("page", "code"), EXAMPLES)
+def test_the_examples_of_the_guide_run(page, code, capsys):
+    if 'surrogate.load("M1-concat")' in code and not (PUBLISHED / "M1-concat" / "model.onnx").is_file():
+        pytest.skip("M1-concat is not published here")
+    exec(compile(code, page, "exec"), {})
+    assert "nan" not in capsys.readouterr().out
+
+
+def test_the_make_targets_and_files_it_names_exist():
+    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    for page in PAGES:
+        text = page.read_text(encoding="utf-8")
+        for target in re.findall(r"`make ([a-z0-9-]+)", text):
+            assert re.search(rf"^{target}:", makefile, flags=re.MULTILINE), f"{page.name}: make {target}"
+        for path in re.findall(r"python (examples/\w+\.py)", text):
+            assert (ROOT / path).is_file(), f"{page.name}: {path}"
+
+
+@pytest.mark.parametrize("command", ["predict", "export", "train", "evaluate"])
+def test_the_commands_it_names_exist(command):
+    result = subprocess.run([sys.executable, "-m", "surrogate", command, "--help"], capture_output=True, check=False)
+    assert result.returncode == 0
+
+
+def test_the_site_builds_without_a_broken_link(tmp_path):
+    result = subprocess.run(
+        [sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet", "--site-dir", str(tmp_path)],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert result.returncode == 0, result.stdout + result.stderr
+    assert "bem.simulate.simulate" in (tmp_path / "api-bem.html").read_text(encoding="utf-8")
+    assert "snapshot" in (tmp_path / "api-surrogate.html").read_text(encoding="utf-8")
