@@ -127,3 +127,7 @@ $(FIGURES)/figure-surrogate-map.pdf: paper_figures/figure_surrogate_map.py $(MEA
 figure-broad-band: $(FIGURES)/figure-broad-band.pdf  ## Pull-off of broad-band solids over the unloading rate
 $(FIGURES)/figure-broad-band.pdf: paper_figures/figure_broad_band.py $(MEASUREMENTS)/broad_band.json $(DRAWING) | $(INSTALLED)
 	$(PY) -m paper_figures.figure_broad_band --result $(MEASUREMENTS)/broad_band.json --folder $(FIGURES)
+
+.PHONY: docs-effects
+docs-effects: figure-effects  ## Renew the picture of docs/effects.md
+	cp $(FIGURES)/figure-effects.png docs/images/
