@@ -57,7 +57,7 @@ class OnnxBackend:
 
     Raises:
         FileNotFoundError: no such file.
-        ValueError: the file is not of `surrogate export`, or of a later version of it.
+        ValueError: the file is not of `surrogate export` or of a later version of it, or there is no thread to use.
     """
 
     def __init__(self, path: str | Path, threads: int = 1) -> None:
@@ -66,6 +66,8 @@ class OnnxBackend:
         self.path = Path(path)
         if not self.path.is_file():
             raise FileNotFoundError(f"Expected an ONNX file. Received: {self.path}, which does not exist")
+        if threads < 1:
+            raise ValueError(f"Expected at least one thread. Received: threads={threads}")
         options = onnxruntime.SessionOptions()
         options.intra_op_num_threads = threads
         options.inter_op_num_threads = 1

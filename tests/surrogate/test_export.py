@@ -156,3 +156,10 @@ def test_prediction_needs_no_learning_framework(folder):
     )
     result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert result.stdout.strip() == "[]"
+
+
+def test_without_keras_one_sentence_says_what_to_install(folder, monkeypatch):
+    monkeypatch.setattr("surrogate.backends.importlib.util.find_spec", lambda _: None)
+    with pytest.raises(ModuleNotFoundError, match=r"pip install 'contact-trajectories\[train\]'.*backend='onnx'"):
+        surrogate.load(folder, backend="keras")
+    assert surrogate.load(folder).name == "M1-concat"

@@ -1,0 +1,45 @@
+"""The latency measurements measure what they say."""
+
+import json
+
+import pytest
+
+import surrogate
+from experiments import bench_surrogate
+from surrogate.backends import KerasBackend
+from surrogate.predictor import Surrogate
+from surrogate.scaling import Scaling
+
+
+@pytest.fixture
+def stand_in(monkeypatch):
+    scaling = Scaling(
+        features="D",
+        channel_mean=(0.6, 2.0, 0.5, 0.0),
+        channel_scale=(0.3, 1.4, 3.0, 0.1),
+        tabor=(0.7, 0.4),
+        force=(-2.0, 2.5),
+    )
+    model = Surrogate(KerasBackend(surrogate.build("M1-gated"), scaling, name="M1-gated"))
+    monkeypatch.setattr(surrogate, "load", lambda *_, **__: model)
+    monkeypatch.setattr("surrogate.backend.limit_threads", lambda _: None)
+
+
+def test_stream(stand_in, tmp_path, capsys):
+    bench_surrogate.main(["--stream", "--steps", "500", "--out", str(tmp_path / "stream.json")])
+    content = json.loads((tmp_path / "stream.json").read_text())
+    spread = content["microseconds"]
+    assert content["steps"] == 500
+    assert 1.0 < spread["median"] <= spread["p99"] <= spread["p99_9"] <= spread["worst"]
+    assert "M1-gated, 500 steps: median " in capsys.readouterr().out
+
+
+def test_predictions(stand_in, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(bench_surrogate, "BATCH", 4)
+    monkeypatch.setattr(bench_surrogate, "_start_seconds", lambda *_: 0.5)
+    bench_surrogate.main(["--repeats", "3", "--out", str(tmp_path / "predictions.json")])
+    content = json.loads((tmp_path / "predictions.json").read_text())
+    assert [row["way"] for row in content["rows"]][-1] == "ONNX, batch of 4"
+    assert content["rows"][0]["times_faster_than_model_predict"] == 1.0
+    assert content["largest_difference_of_scaled_force"] < 1e-5
+    assert "times faster than model.predict" in capsys.readouterr().out
