@@ -33,9 +33,21 @@ def totals(line: dict[str, Any]) -> np.ndarray:
 
 
 def rows_of(content: dict[str, Any]) -> list[list[str]]:
-    """One row for each pair of surrogate and solver."""
+    """One row for each pair of surrogate and solver, with the median error of the force of both."""
+    lines = {line["name"]: line for line in content["lines"]}
+
+    def error(name: str) -> str:
+        errors = lines.get(name, {}).get("errors")
+        return "-" if errors is None else number(100.0 * errors["force"]["median"], 2)
+
     return [
-        [one["surrogate"], one["solver"], "never" if one["queries"] is None else number(one["queries"])]
+        [
+            one["surrogate"],
+            error(one["surrogate"]),
+            one["solver"],
+            error(one["solver"]),
+            "never" if one["queries"] is None else number(one["queries"]),
+        ]
         for one in content["break_even"]
     ]
 
@@ -48,7 +60,7 @@ def main(
     """Draw the figure and write the table of break-even counts."""
     content = drawing.read_result(result, "make measure-amortisation")
     lines = {line["name"]: line for line in content["lines"]}
-    drawn = drawing.figure(width=drawing.COLUMN * 1.35, height=3.2)
+    drawn = drawing.figure(width=drawing.COLUMN * 1.6, height=3.2)
     axes = drawn.subplots()
     for name, (color, style) in STYLES.items():
         if name in lines:
@@ -76,14 +88,14 @@ def main(
     )
     axes.set(xlabel="queries", ylabel="core time in all (h)", xlim=(1, 1e8))
     axes.set_ylim(bottom=1e-5)
-    axes.legend(loc="upper left", fontsize=6)
+    drawn.legend(loc="outside right upper", fontsize=6)
     if f"{REFERENCE_MODEL}, Keras call" not in lines:
         axes.set_title(f"{REFERENCE_MODEL} is not published yet", loc="right", color="0.4")
     drawing.save(drawn, "figure-amortisation", folder)
     missing = f" Not published yet: {', '.join(content['missing'])}." if content["missing"] else ""
     write_table(
         "amortisation",
-        ["Surrogate", "Instead of", "Break-even (queries)"],
+        ["Surrogate", "Its force error (%)", "Instead of", "Its force error (%)", "Break-even (queries)"],
         rows_of(content),
         "Queries from which data set, training and prediction by a surrogate cost less core time than the solver "
         f"alone. Our data set took {number(content['data_set_seconds'] / 60.0)} core minutes; the paper's lines are "

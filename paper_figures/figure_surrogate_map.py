@@ -57,6 +57,7 @@ def draw_causes(axes: Axes, by_cause: dict[str, Any]) -> None:
         axes.plot(values["median"], i, "o", color=drawing.BLUE)
     axes.set_yticks(range(len(names)), [f"{name}\n({by_cause[name]['count']})" for name in names])
     axes.set(xscale="log", xlabel="force error (%)", ylim=(len(names) - 0.5, -0.5))
+    sparse_ticks(axes)
 
 
 def draw_out_of_range(axes: Axes, rows: list[dict[str, Any]]) -> None:

@@ -164,7 +164,9 @@ def test_amortisation_without_and_with_a_surrogate(write, tmp_path):
     figure_amortisation.main(write({**content, "lines": lines, "break_even": [crossing, never]}), tmp_path, tmp_path)
     figure_amortisation.main(write({**content, "lines": lines[:1], "break_even": []}), tmp_path, tmp_path)
     assert names(tmp_path) == pictures("figure-amortisation") | tables("amortisation")
-    assert "never" in "".join(cell for row in figure_amortisation.rows_of({"break_even": [never]}) for cell in row)
+    assert "never" in "".join(
+        cell for row in figure_amortisation.rows_of({"lines": lines, "break_even": [never]}) for cell in row
+    )
 
 
 @pytest.mark.parametrize("published", [False, True])
