@@ -168,4 +168,5 @@ def _monotone(instants: FloatArray, force: FloatArray, times: FloatArray) -> Flo
     # Imported here because scipy.interpolate takes a noticeable part of a second.
     from scipy.interpolate import PchipInterpolator
 
-    return PchipInterpolator(instants[keep], force[keep])(times)
+    with np.errstate(over="ignore"):  # slopes of subnormal forces, in SciPy's harmonic mean
+        return PchipInterpolator(instants[keep], force[keep])(times)

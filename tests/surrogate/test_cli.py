@@ -33,12 +33,13 @@ def test_list_names_all():
     assert "473,729 parameters (paper)" in result.output
 
 
-def test_train_then_evaluate(tiny, options, tmp_path):
+def test_train_then_evaluate(tiny, options, tmp_path, monkeypatch):
+    monkeypatch.setattr("sys.argv", ["surrogate", "train", "M1-concat", "--threads", "1"])
     result = runner.invoke(cli.app, ["train", "M1-concat", *options])
     assert result.exit_code == 0, result.output
     assert "epoch 2/2" in result.output
     run = json.loads((tmp_path / "models" / "M1-concat" / "run.json").read_text())
-    assert run["command"].startswith("surrogate ")
+    assert run["command"] == "surrogate train M1-concat --threads 1"
 
     errors = tmp_path / "errors.csv"
     result = runner.invoke(cli.app, ["evaluate", "M1-concat", *options[2:4], *options[6:], "--errors", str(errors)])
