@@ -41,6 +41,7 @@ class Problem(NamedTuple):
     grid: Grid
     fixed_mesh: bool
     force_scale: float  # below this the force counts as small, in pi R dgamma
+    force_weight: float  # of its error of prediction beside that of gaps and tractions
     least_force: float  # no history can be more compressive
 
 
@@ -205,7 +206,8 @@ def march(problem: Problem, mesh: Mesh, times: np.ndarray, depths: np.ndarray, g
         smallest = 1e-3 * relaxation
         first = 1e-2 * relaxation
         if speed > 0.0:
-            smallest = min(smallest, controls.fold_increment / speed)
+            # a stiff glass lets go over a shorter way
+            smallest = min(smallest, controls.fold_increment * 2.0 / (problem.force_weight * speed))
             first = min(first, 0.02 / speed)
         smallest = min(max(smallest, 1e-13 * duration), longest)
         step = max(min(first, longest), smallest)
@@ -241,7 +243,15 @@ def march(problem: Problem, mesh: Mesh, times: np.ndarray, depths: np.ndarray, g
             order = recent.count[0]
             if solved:
                 error = prediction_error(
-                    mesh, tabor, hard, guess_gap, guess_traction, new_gap, new_traction, problem.force_scale
+                    mesh,
+                    tabor,
+                    hard,
+                    guess_gap,
+                    guess_traction,
+                    new_gap,
+                    new_traction,
+                    problem.force_scale,
+                    problem.force_weight,
                 )
                 shrink = 0.9 * (controls.prediction / max(error, 1e-12)) ** (1.0 / order)
                 if error > 2.0 * controls.prediction and step > 1.01 * smallest:

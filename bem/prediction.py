@@ -89,11 +89,12 @@ def prediction_error(
     gap: np.ndarray,
     tractions: np.ndarray,
     force_scale: float,
+    force_weight: float = 2.0,
 ) -> float:
     """Largest relative difference between prediction and solution, in the nodes that matter and in the force."""
     if hard:
         difference = abs(np.dot(mesh.force_weights, guess_traction - tractions))
-        return 2.0 * difference / max(abs(np.dot(mesh.force_weights, tractions)), force_scale)
+        return force_weight * difference / max(abs(np.dot(mesh.force_weights, tractions)), force_scale)
     largest_pressure = max(tabor, -np.min(tractions))
     worst = 0.0
     for j in range(gap.size):
@@ -105,4 +106,5 @@ def prediction_error(
                 error *= (2.0 / gap[j]) ** 2
         worst = max(worst, error)
     force = force_of(mesh, tractions, gap)
-    return max(worst, 2.0 * abs(force_of(mesh, guess_traction, guess_gap) - force) / max(abs(force), force_scale))
+    difference = abs(force_of(mesh, guess_traction, guess_gap) - force)
+    return max(worst, force_weight * difference / max(abs(force), force_scale))

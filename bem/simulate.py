@@ -103,6 +103,8 @@ def _discretise(scene: Scene, deepest: float, controls, mesh: ArrayLike | None) 
     strengths, times = np.array(material.strengths), np.array(material.times)
     glassy_hertz = float(hertz.force_from_indentation(max(deepest, 0.0), tabor)) / material.modulus_ratio
     force_scale = max(1e-3 * abs(glassy_hertz) * material.modulus_ratio, 1e-12) if hard else 1.0
+    # The stiffer the glass, the fewer steps the gaps alone would give to a fast pull-off.
+    force_weight = min(max(2.0, 0.2 / material.modulus_ratio), 20.0)
     least_force = 1.05 * glassy_hertz - 4.0 / material.modulus_ratio
     remembers = strengths.size > 0
     if mesh is not None:
@@ -121,7 +123,9 @@ def _discretise(scene: Scene, deepest: float, controls, mesh: ArrayLike | None) 
             grid.size, grid.spacing, tabor, hard, 0.0, 1.0, np.zeros(0, np.int64), none, none, 1.0, 0.0, controls
         )
         first = condense(grid.size, grid.spacing, grid.unit_influence, tabor, pick_nodes(wanted), window, remembers)
-    problem = Problem(tabor, hard, strengths, times, controls, grid, mesh is not None, force_scale, least_force)
+    problem = Problem(
+        tabor, hard, strengths, times, controls, grid, mesh is not None, force_scale, force_weight, least_force
+    )
     return problem, first
 
 
