@@ -27,6 +27,7 @@ _ITERATIONS, _FACTORISATIONS, _UNKNOWNS, _STEPS, _REJECTIONS, _FOLD_SOLVES, _REM
 
 _STALE_AFTER = 8  # iterations in one step after which the kept factorisation is dropped
 _CHECK_MESH_EVERY = 40  # steps
+_STIFF_RESPONSE = 0.02
 _JUMP_IN_FORCE, _JUMP_IN_WIDTHS = 0.02, 0.3
 
 
@@ -322,7 +323,9 @@ def march(problem: Problem, mesh: Mesh, times: np.ndarray, depths: np.ndarray, g
                 step = min(max(step * min(max(shrink, 0.3), 2.5), smallest), longest)
 
             since_choice += 1
-            if not problem.fixed_mesh and (_edge_left_window(problem, mesh, edge) or since_choice >= _CHECK_MESH_EVERY):
+            # In a glass that is stiff against what it remembers a new selection of nodes stirs up large tractions.
+            routine = since_choice >= _CHECK_MESH_EVERY and factors.response > _STIFF_RESPONSE
+            if _edge_left_window(problem, mesh, edge) or (routine and not problem.fixed_mesh):
                 direction = 1.0 if edge >= old_edge else -1.0
                 since_choice = 0
                 new = select_mesh(problem, mesh, edge, direction, remembered, factors.response, gap, tractions)
