@@ -6,140 +6,39 @@ contact then settles on the next stable branch, and the trajectory records the j
 start of each protocol segment, so that long dwells cost no digits.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 
 from bem._jit import kernel
-from bem.accuracy import Controls
-from bem.cohesive_zone import contact_edge, edge_width
-from bem.equilibrium import force_of, new_factor, solve_adhesive
-from bem.folds import settle, smallest_eigenvalue
-from bem.hard_contact import hard_edge, solve_hard
+from bem.cohesive_zone import edge_width
+from bem.contact import (
+    FOLD_SOLVES,
+    ITERATIONS,
+    NODES,
+    REJECTIONS,
+    REMESHINGS,
+    STEPS,
+    Problem,
+    edge_left_window,
+    edge_of,
+    equilibrate,
+    force_on,
+    right_side,
+    select_mesh,
+)
+from bem.equilibrium import new_factor, solve_adhesive
+from bem.folds import smallest_eigenvalue
+from bem.hard_contact import solve_hard
 from bem.memory import advance, forget_rate, new_memory, remembered_traction, shortest_relaxation, step_factors
-from bem.mesh import Grid, Mesh, condense, pick_nodes, prolong, resolves, wanted_spacing
+from bem.mesh import Mesh, prolong
 from bem.prediction import predict, prediction_error, push_recent, start_recent
 from bem.transfer import transfer
 
 COMPLETED, NO_EQUILIBRIUM, TOO_MANY_STEPS, UNPHYSICAL = 0, 1, 2, 3
-COUNTS = ("iterations", "factorisations", "unknowns", "steps", "rejections", "fold_solves", "remeshings", "nodes")
-_ITERATIONS, _FACTORISATIONS, _UNKNOWNS, _STEPS, _REJECTIONS, _FOLD_SOLVES, _REMESHINGS, _NODES = range(8)
 
 _STALE_AFTER = 8  # iterations in one step after which the kept factorisation is dropped
 _CHECK_MESH_EVERY = 40  # steps
 _STIFF_RESPONSE = 0.02
 _JUMP_IN_FORCE, _JUMP_IN_WIDTHS = 0.02, 0.3
-
-
-class Problem(NamedTuple):
-    """One scene, discretised."""
-
-    tabor: float
-    hard: bool
-    strengths: np.ndarray  # (m,) of the material
-    times: np.ndarray  # (m,)
-    controls: Controls
-    grid: Grid
-    fixed_mesh: bool
-    force_scale: float  # below this the force counts as small, in pi R dgamma
-    force_weight: float  # of its error of prediction beside that of gaps and tractions
-    least_force: float  # no history can be more compressive
-
-
-@kernel
-def _edge(problem: Problem, mesh: Mesh, gap: np.ndarray, tractions: np.ndarray) -> float:
-    return hard_edge(mesh.radii, tractions) if problem.hard else contact_edge(mesh.radii, gap)
-
-
-@kernel
-def _force(problem: Problem, mesh: Mesh, gap: np.ndarray, tractions: np.ndarray) -> float:
-    if problem.hard:
-        return np.dot(mesh.force_weights, tractions)
-    return force_of(mesh, tractions, gap)
-
-
-@kernel
-def _right_side(problem: Problem, mesh: Mesh, depth: float, remembered: np.ndarray) -> np.ndarray:
-    """1 - delta + mu r^2 / 2 - G sigma_remembered, the known part of the gap equation; (n,)."""
-    known = -np.dot(mesh.master_rows, remembered) if remembered.size > 0 else np.zeros(mesh.radii.size)
-    for i in range(known.size):
-        known[i] += 1.0 - depth + 0.5 * problem.tabor * mesh.radii[i] ** 2
-    return known
-
-
-@kernel
-def _edge_left_window(problem: Problem, mesh: Mesh, edge: float) -> bool:
-    return not problem.fixed_mesh and (edge < mesh.window[0] or edge > mesh.window[1])
-
-
-@kernel
-def select_mesh(
-    problem: Problem,
-    old: Mesh,
-    edge: float,
-    direction: float,
-    remembered: np.ndarray,
-    response: float,
-    gap: np.ndarray,
-    tractions: np.ndarray,
-) -> Mesh:
-    """A mesh for the present edge and solution; the `old` one when that still resolves both.
-
-    Old nodes are kept where they may: in a stiff, slowly relaxing contact every new selection stirs up tractions.
-    """
-    tabor, grid = problem.tabor, problem.grid
-    active = 0.0
-    for j in range(gap.size):
-        if gap[j] < 4.0:
-            active = old.radii[min(j + 1, gap.size - 1)]
-    wanted, window = wanted_spacing(
-        grid.size,
-        grid.spacing,
-        tabor,
-        problem.hard,
-        edge,
-        direction,
-        old.nodes,
-        tractions,
-        remembered,
-        response,
-        active,
-        problem.controls,
-    )
-    if not _edge_left_window(problem, old, edge) and resolves(old.nodes, wanted):
-        return old
-    remembers = problem.strengths.size > 0
-    return condense(grid.size, grid.spacing, grid.unit_influence, tabor, pick_nodes(wanted), window, remembers)
-
-
-@kernel
-def _equilibrate(
-    problem: Problem,
-    mesh: Mesh,
-    depth: float,
-    remembered: np.ndarray,
-    response: float,
-    gap: np.ndarray,
-    tractions: np.ndarray,
-    counts: np.ndarray,
-) -> tuple[Mesh, np.ndarray, np.ndarray, bool]:
-    """A stable equilibrium from a state that may be far from it; the mesh follows until its window holds the edge."""
-    for _ in range(200):
-        rhs = _right_side(problem, mesh, depth, remembered)
-        if problem.hard:
-            solved = solve_hard(mesh, rhs, response, problem.controls.residual, gap, tractions, counts)
-        else:
-            solved = settle(mesh, problem.tabor, rhs, response, problem.controls.residual, gap, tractions, counts)
-        if not solved:
-            return mesh, gap, tractions, False
-        edge = _edge(problem, mesh, gap, tractions)
-        if not _edge_left_window(problem, mesh, edge):
-            return mesh, gap, tractions, True
-        new = select_mesh(problem, mesh, edge, 1.0, remembered, response, gap, tractions)
-        gap, tractions = transfer(mesh, gap, tractions, new, problem.tabor, problem.hard)
-        mesh = new
-        counts[_REMESHINGS] += 1
-    return mesh, gap, tractions, False
 
 
 @kernel
@@ -170,7 +69,7 @@ def march(problem: Problem, mesh: Mesh, times: np.ndarray, depths: np.ndarray, g
     depth = depths[0]
     gap = np.maximum(1.0 - depth + 0.5 * tabor * mesh.radii**2, 1.0 if hard else 0.95)
     tractions = np.zeros(gap.size)
-    mesh, gap, tractions, solved = _equilibrate(
+    mesh, gap, tractions, solved = equilibrate(
         problem,
         mesh,
         depth,
@@ -180,7 +79,7 @@ def march(problem: Problem, mesh: Mesh, times: np.ndarray, depths: np.ndarray, g
         tractions,
         counts,
     )
-    force, edge = _force(problem, mesh, gap, tractions), _edge(problem, mesh, gap, tractions)
+    force, edge = force_on(problem, mesh, gap, tractions), edge_of(problem, mesh, gap, tractions)
     if not solved:
         return records[:0], jumps[:0], counts, segment_steps, NO_EQUILIBRIUM
     if remembers:
@@ -225,11 +124,11 @@ def march(problem: Problem, mesh: Mesh, times: np.ndarray, depths: np.ndarray, g
             new_depth = depths[segment + 1] if after == duration else depths[segment] + rate * after
             factors = step_factors(memory, step, recent.count[0] >= 2)
             remembered = remembered_traction(memory, factors)
-            rhs = _right_side(problem, mesh, new_depth, remembered)
+            rhs = right_side(problem, mesh, new_depth, remembered)
             guess_gap, guess_traction = np.empty(gap.size), np.empty(gap.size)
             predict(recent, after, tabor, hard, guess_gap, guess_traction)
             new_gap, new_traction = guess_gap.copy(), guess_traction.copy()
-            before = counts[_ITERATIONS]
+            before = counts[ITERATIONS]
             # a stiff response turns a small residual into a large traction
             tolerance = controls.residual * min(1.0, 10.0 * factors.response)
             if hard:
@@ -238,7 +137,7 @@ def march(problem: Problem, mesh: Mesh, times: np.ndarray, depths: np.ndarray, g
                 solved = solve_adhesive(
                     mesh, tabor, rhs, factors.response, tolerance, factor, new_gap, new_traction, counts
                 )
-                if not solved or counts[_ITERATIONS] - before >= _STALE_AFTER:
+                if not solved or counts[ITERATIONS] - before >= _STALE_AFTER:
                     factor.order[0] = 0
             shrink = 0.25
             order = recent.count[0]
@@ -260,7 +159,7 @@ def march(problem: Problem, mesh: Mesh, times: np.ndarray, depths: np.ndarray, g
                     shrink = max(0.2, min(0.8, shrink))
 
             if not solved and step > 1.01 * smallest:
-                counts[_REJECTIONS] += 1
+                counts[REJECTIONS] += 1
                 step = max(shrink * step, smallest)
                 continue
 
@@ -268,26 +167,26 @@ def march(problem: Problem, mesh: Mesh, times: np.ndarray, depths: np.ndarray, g
             eigenvalue = 0.0
             old_force, old_edge = force, edge
             if not solved:
-                counts[_FOLD_SOLVES] += 1
+                counts[FOLD_SOLVES] += 1
                 factors = step_factors(memory, step, False)
                 remembered = remembered_traction(memory, factors)
                 if not hard:
                     eigenvalue = smallest_eigenvalue(mesh, tabor, factors.response, gap)
-                mesh, new_gap, new_traction, solved = _equilibrate(
+                mesh, new_gap, new_traction, solved = equilibrate(
                     problem, mesh, new_depth, remembered, factors.response, gap.copy(), tractions.copy(), counts
                 )
                 if not solved:
                     return records[:recorded], jumps[:jumped], counts, segment_steps, NO_EQUILIBRIUM
                 new_force, new_edge = (
-                    _force(problem, mesh, new_gap, new_traction),
-                    _edge(problem, mesh, new_gap, new_traction),
+                    force_on(problem, mesh, new_gap, new_traction),
+                    edge_of(problem, mesh, new_gap, new_traction),
                 )
                 jump = abs(new_force - force) > _JUMP_IN_FORCE * max(abs(force), problem.force_scale)
                 jump = jump or abs(new_edge - edge) > _JUMP_IN_WIDTHS * edge_width(edge, tabor, hard)
                 order = 0
 
             gap, tractions = new_gap, new_traction
-            force, edge = _force(problem, mesh, gap, tractions), _edge(problem, mesh, gap, tractions)
+            force, edge = force_on(problem, mesh, gap, tractions), edge_of(problem, mesh, gap, tractions)
             if not force >= problem.least_force:
                 return records[:recorded], jumps[:jumped], counts, segment_steps, UNPHYSICAL
             if remembers:
@@ -311,8 +210,8 @@ def march(problem: Problem, mesh: Mesh, times: np.ndarray, depths: np.ndarray, g
             records[recorded] = np.array([instant, depth, force, edge])
             recorded += 1
             segment_steps[segment] += 1
-            counts[_STEPS] += 1
-            counts[_NODES] += gap.size
+            counts[STEPS] += 1
+            counts[NODES] += gap.size
             if order == 0:  # came through a fold: no history to extrapolate
                 recent = start_recent(gap, tractions, now)
                 forget_rate(memory)
@@ -325,7 +224,7 @@ def march(problem: Problem, mesh: Mesh, times: np.ndarray, depths: np.ndarray, g
             since_choice += 1
             # In a glass that is stiff against what it remembers a new selection of nodes stirs up large tractions.
             routine = since_choice >= _CHECK_MESH_EVERY and factors.response > _STIFF_RESPONSE
-            if _edge_left_window(problem, mesh, edge) or (routine and not problem.fixed_mesh):
+            if edge_left_window(problem, mesh, edge) or (routine and not problem.fixed_mesh):
                 direction = 1.0 if edge >= old_edge else -1.0
                 since_choice = 0
                 new = select_mesh(problem, mesh, edge, direction, remembered, factors.response, gap, tractions)
@@ -340,5 +239,5 @@ def march(problem: Problem, mesh: Mesh, times: np.ndarray, depths: np.ndarray, g
                     recent, mesh = moved, new
                     gap, tractions = recent.gap[0].copy(), recent.traction[0].copy()
                     factor = new_factor(gap.size)
-                    counts[_REMESHINGS] += 1
+                    counts[REMESHINGS] += 1
     return records[:recorded], jumps[:jumped], counts, segment_steps, COMPLETED

@@ -13,8 +13,9 @@ from threadpoolctl import ThreadpoolController
 
 from bem._checks import instance
 from bem.accuracy import Accuracy, resolve_accuracy
+from bem.contact import COUNTS, Problem
 from bem.influence import force_weights, influence_matrix, require_mesh
-from bem.march import COMPLETED, COUNTS, NO_EQUILIBRIUM, TOO_MANY_STEPS, UNPHYSICAL, Problem, march
+from bem.march import COMPLETED, NO_EQUILIBRIUM, TOO_MANY_STEPS, UNPHYSICAL, march
 from bem.mesh import Grid, Mesh, condense, master_grid, pick_nodes, wanted_spacing
 from bem.peaks import with_peaks
 from bem.protocol import LoadingProtocol, PiecewiseLinearProtocol

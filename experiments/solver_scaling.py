@@ -21,7 +21,8 @@ from threadpoolctl import threadpool_limits
 
 from bem import LoadingProtocol, Scene, StandardLinearSolid
 from bem.accuracy import resolve_accuracy
-from bem.march import COMPLETED, COUNTS, march
+from bem.contact import COUNTS
+from bem.march import COMPLETED, march
 from bem.provenance import provenance
 from bem.simulate import MOST_STEPS
 from bem.simulate import _discretise as discretise  # `simulate` offers targets only, not single controls

@@ -1,0 +1,135 @@
+"""One contact at one instant: its discretised problem, its force and edge, and a mesh that follows the edge.
+
+What marching (`bem.march`) needs of a state: the right-hand side of the gap equation, a selection of nodes that
+resolves the state, and an equilibrium to settle on where a step cannot be taken by Newton-Raphson.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from bem._jit import kernel
+from bem.accuracy import Controls
+from bem.cohesive_zone import contact_edge
+from bem.equilibrium import force_of
+from bem.folds import settle
+from bem.hard_contact import hard_edge, solve_hard
+from bem.mesh import Grid, Mesh, condense, pick_nodes, resolves, wanted_spacing
+from bem.transfer import transfer
+
+COUNTS = ("iterations", "factorisations", "unknowns", "steps", "rejections", "fold_solves", "remeshings", "nodes")
+ITERATIONS, FACTORISATIONS, UNKNOWNS, STEPS, REJECTIONS, FOLD_SOLVES, REMESHINGS, NODES = range(8)
+
+
+class Problem(NamedTuple):
+    """One scene, discretised."""
+
+    tabor: float
+    hard: bool
+    strengths: np.ndarray  # (m,) of the material
+    times: np.ndarray  # (m,)
+    controls: Controls
+    grid: Grid
+    fixed_mesh: bool
+    force_scale: float  # below this the force counts as small, in pi R dgamma
+    force_weight: float  # of its error of prediction beside that of gaps and tractions
+    least_force: float  # no history can be more compressive
+
+
+@kernel
+def edge_of(problem: Problem, mesh: Mesh, gap: np.ndarray, tractions: np.ndarray) -> float:
+    """Contact radius, in beta; 0 where nothing touches."""
+    return hard_edge(mesh.radii, tractions) if problem.hard else contact_edge(mesh.radii, gap)
+
+
+@kernel
+def force_on(problem: Problem, mesh: Mesh, gap: np.ndarray, tractions: np.ndarray) -> float:
+    """Force in pi R dgamma, tension positive; without adhesion there is no tail."""
+    if problem.hard:
+        return np.dot(mesh.force_weights, tractions)
+    return force_of(mesh, tractions, gap)
+
+
+@kernel
+def right_side(problem: Problem, mesh: Mesh, depth: float, remembered: np.ndarray) -> np.ndarray:
+    """1 - delta + mu r^2 / 2 - G sigma_remembered, the known part of the gap equation; (n,)."""
+    known = -np.dot(mesh.master_rows, remembered) if remembered.size > 0 else np.zeros(mesh.radii.size)
+    for i in range(known.size):
+        known[i] += 1.0 - depth + 0.5 * problem.tabor * mesh.radii[i] ** 2
+    return known
+
+
+@kernel
+def edge_left_window(problem: Problem, mesh: Mesh, edge: float) -> bool:
+    """Whether the mesh must follow."""
+    return not problem.fixed_mesh and (edge < mesh.window[0] or edge > mesh.window[1])
+
+
+@kernel
+def select_mesh(
+    problem: Problem,
+    old: Mesh,
+    edge: float,
+    direction: float,
+    remembered: np.ndarray,
+    response: float,
+    gap: np.ndarray,
+    tractions: np.ndarray,
+) -> Mesh:
+    """A mesh for the present edge and solution; the `old` one when that still resolves both.
+
+    Old nodes are kept where they may: in a stiff, slowly relaxing contact every new selection stirs up tractions.
+    """
+    tabor, grid = problem.tabor, problem.grid
+    active = 0.0
+    for j in range(gap.size):
+        if gap[j] < 4.0:
+            active = old.radii[min(j + 1, gap.size - 1)]
+    wanted, window = wanted_spacing(
+        grid.size,
+        grid.spacing,
+        tabor,
+        problem.hard,
+        edge,
+        direction,
+        old.nodes,
+        tractions,
+        remembered,
+        response,
+        active,
+        problem.controls,
+    )
+    if not edge_left_window(problem, old, edge) and resolves(old.nodes, wanted):
+        return old
+    remembers = problem.strengths.size > 0
+    return condense(grid.size, grid.spacing, grid.unit_influence, tabor, pick_nodes(wanted), window, remembers)
+
+
+@kernel
+def equilibrate(
+    problem: Problem,
+    mesh: Mesh,
+    depth: float,
+    remembered: np.ndarray,
+    response: float,
+    gap: np.ndarray,
+    tractions: np.ndarray,
+    counts: np.ndarray,
+) -> tuple[Mesh, np.ndarray, np.ndarray, bool]:
+    """A stable equilibrium from a state that may be far from it; the mesh follows until its window holds the edge."""
+    for _ in range(200):
+        rhs = right_side(problem, mesh, depth, remembered)
+        if problem.hard:
+            solved = solve_hard(mesh, rhs, response, problem.controls.residual, gap, tractions, counts)
+        else:
+            solved = settle(mesh, problem.tabor, rhs, response, problem.controls.residual, gap, tractions, counts)
+        if not solved:
+            return mesh, gap, tractions, False
+        edge = edge_of(problem, mesh, gap, tractions)
+        if not edge_left_window(problem, mesh, edge):
+            return mesh, gap, tractions, True
+        new = select_mesh(problem, mesh, edge, 1.0, remembered, response, gap, tractions)
+        gap, tractions = transfer(mesh, gap, tractions, new, problem.tabor, problem.hard)
+        mesh = new
+        counts[REMESHINGS] += 1
+    return mesh, gap, tractions, False
