@@ -1,6 +1,5 @@
 """The door in: quick to import, free of TensorFlow, and `simulate` is always the function."""
 
-import importlib.util
 import subprocess
 import sys
 
