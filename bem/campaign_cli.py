@@ -132,21 +132,21 @@ def _run(
 
 
 def _verify(path: Path, sample: int, workers: int | None) -> None:
-    from bem.campaign_files import ROUNDING, verify
+    from bem.campaign_files import verify
 
     found = verify(path, sample=sample, workers=workers)
     size = len(found.indices)
-    solver = "" if found.same_solver else "; the file was made by another version of the solver"
+    measure = "rounding" if found.same_build else f"{found.tolerance:g}, its accuracy, as it was made by another build"
     if found.agrees:
         typer.echo(
-            f"{size} of {size} trajectories agree to rounding, {found.identical} of them to the last bit "
-            f"(largest relative difference {found.differences.max():.1e}){solver}"
+            f"{size} of {size} trajectories agree to {measure}; {found.identical} of them to the last bit "
+            f"(largest relative difference {found.differences.max():.1e})"
         )
         return
-    bad = found.indices[found.differences > ROUNDING]
+    bad = found.indices[found.differences > found.tolerance]
     typer.echo(
-        f"bem: {len(bad)} of {size} trajectories differ, by up to {found.differences.max():.1e} of the largest force: "
-        f"{', '.join(map(str, bad[:10]))}{solver}",
+        f"bem: {len(bad)} of {size} trajectories do not agree to {measure}, but differ by up to "
+        f"{found.differences.max():.1e} of the largest force: {', '.join(map(str, bad[:10]))}",
         err=True,
     )
     raise typer.Exit(1)

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from bem.accuracy import resolve_accuracy
 from bem.campaign import (
     Summary,
     existing,
@@ -20,11 +21,14 @@ from bem.dataset_file import load_dataset, open_dataset, read_tree
 from bem.designs import QUANTITIES, Design, whole_number
 from bem.parts import differences
 from bem.pools import LocalPool
-from bem.provenance import provenance
+from bem.provenance import host, provenance, versions
 from bem.records import COMPLETED, RESULTS, Record, Settings, tabulate, untabulate
 
 ROUNDING = 1e-6
 """Largest difference, relative to the largest force of a trajectory, that is put down to rounding."""
+
+OF_THE_BUILD = ("python", "numpy", "scipy", "numba", "llvmlite")
+"""What, with the solver's source and the processor, decides the last bits of a result."""
 
 
 def campaign_of(attributes: dict[str, Any]) -> Campaign:
@@ -89,12 +93,16 @@ class Verification:
     Args:
         indices: the trajectories computed again.
         differences: of each, the largest difference of force or results, relative to its largest force or the result.
-        same_solver: whether the file was written by this version of the solver.
+        same_build: whether the file was written by this version of the solver, compiled by the same packages for the
+            same processor. Another build rounds otherwise, and where the step control decides on the last bit, the
+            steps after it are others: then the accuracy is what can be asked for.
+        tolerance: largest difference at which they agree: rounding, or for another build the accuracy of the file.
     """
 
     indices: np.ndarray
     differences: np.ndarray
-    same_solver: bool
+    same_build: bool
+    tolerance: float
 
     @property
     def identical(self) -> int:
@@ -103,8 +111,8 @@ class Verification:
 
     @property
     def agrees(self) -> bool:
-        """Whether all agree to rounding."""
-        return bool(np.all(self.differences <= ROUNDING))
+        """Whether all agree to the tolerance."""
+        return bool(np.all(self.differences <= self.tolerance))
 
 
 def verify(
@@ -141,10 +149,21 @@ def verify(
                 row = row_of[record.index]
                 scalars = {name: dataset.scalars[name][row] for name in RESULTS}
                 found[record.index] = _difference(record, dataset.columns["status"][row], dataset.force[row], scalars)
+    same_build = _same_build(dataset.attributes, campaign.identity(solver)["solver"])
     return Verification(
         indices=np.array(list(row_of)),
         differences=np.array([found[index] for index in row_of]),
-        same_solver=dataset.attributes["campaign"]["solver"] == campaign.identity(solver)["solver"],
+        same_build=same_build,
+        tolerance=ROUNDING if same_build else resolve_accuracy(campaign.accuracy).target,
+    )
+
+
+def _same_build(attributes: dict[str, Any], solver: str) -> bool:
+    here = versions()
+    return (
+        attributes["campaign"]["solver"] == solver
+        and attributes["host"].rpartition(" cores of ")[2] == host().rpartition(" cores of ")[2]
+        and all(attributes["versions"].get(name) == here.get(name) for name in OF_THE_BUILD)
     )
 
 

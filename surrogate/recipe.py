@@ -1,12 +1,13 @@
 """Training recipes: everything that decides how a model is trained, read from TOML.
 
-Keys: `name`, `seed`, `batch_size`, `epochs`, `learning_rate` (the peak), optionally `gradient_norm` (gradients are
-scaled down to that global norm) and `weight_average` (the weights that are evaluated and kept are an exponential
-moving average of the trained ones, of this time constant as a share of all steps; a share, so that a shorter training
-does not average over its own beginning), and at most one of two tables. `[cosine]` with `warmup_epochs`: a linear
-rise to the peak, then half a cosine to zero. `[plateau]` with `factor`, `patience`, `minimum_rate`, `stop_after`: the
-rate shrinks by `factor` after `patience` epochs without a better validation error and training stops after
-`stop_after`. Without a table the rate is constant. The weights of the best validation error are kept in every case.
+Keys: `name`, `seed`, `batch_size`, `epochs`, `learning_rate` (the peak), optionally `optimizer` (`"adam"`, the default,
+or `"soap"`), `gradient_norm` (gradients are scaled down to that global norm) and `weight_average` (the weights that are
+evaluated and kept are an exponential moving average of the trained ones, of this time constant as a share of all steps;
+a share, so that a shorter training does not average over its own beginning), and at most one of two tables. `[cosine]`
+with `warmup_epochs`: a linear rise to the peak, then half a cosine to zero. `[plateau]` with `factor`, `patience`,
+`minimum_rate`, `stop_after`: the rate shrinks by `factor` after `patience` epochs without a better validation error and
+training stops after `stop_after`. Without a table the rate is constant. The weights of the best validation error are
+kept in every case.
 """
 
 from __future__ import annotations
@@ -16,6 +17,8 @@ from dataclasses import asdict, dataclass, replace
 from importlib import resources
 from pathlib import Path
 from typing import Any
+
+OPTIMIZERS = ("adam", "soap")
 
 
 @dataclass(frozen=True)
@@ -44,6 +47,7 @@ class Recipe:
     batch_size: int
     epochs: int
     learning_rate: float
+    optimizer: str = "adam"
     gradient_norm: float | None = None
     weight_average: float | None = None
     cosine: Cosine | None = None
@@ -53,6 +57,8 @@ class Recipe:
         for name in ("batch_size", "epochs", "learning_rate"):
             if not getattr(self, name) > 0:
                 raise ValueError(f"Expected {name} above zero. Received: {name}={getattr(self, name)!r}")
+        if self.optimizer not in OPTIMIZERS:
+            raise ValueError(f"Expected optimizer in {', '.join(OPTIMIZERS)}. Received: optimizer={self.optimizer!r}")
         if self.weight_average is not None and not 0.0 < self.weight_average <= 1.0:
             raise ValueError(f"Expected weight_average in (0, 1]. Received: weight_average={self.weight_average!r}")
         if self.cosine and self.plateau:

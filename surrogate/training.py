@@ -21,6 +21,7 @@ import numpy as np
 
 from surrogate.checkpoint import Progress, load_checkpoint, save_checkpoint, save_history
 from surrogate.recipe import Recipe
+from surrogate.soap import Soap
 
 EVALUATION_BATCH = 512
 
@@ -163,7 +164,7 @@ def _compile(model: keras.Model, recipe: Recipe, steps: int) -> None:
             warmup_target=recipe.learning_rate if warmup else None,
             warmup_steps=warmup,
         )
-    optimizer = keras.optimizers.Adam(
+    optimizer = {"adam": keras.optimizers.Adam, "soap": Soap}[recipe.optimizer](
         rate,
         global_clipnorm=recipe.gradient_norm,
         use_ema=recipe.weight_average is not None,

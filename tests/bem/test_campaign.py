@@ -445,6 +445,22 @@ def test_verify_computes_a_sample_again(undisturbed, tmp_path):
         verify(altered, solver=stand_in.solve)
 
 
+def test_verify_asks_another_build_for_the_accuracy_and_the_same_build_for_rounding(undisturbed, tmp_path):
+    nudged = tmp_path / "nudged.h5"
+    nudged.write_bytes(undisturbed.read_bytes())
+    with h5py.File(nudged, "r+") as file:
+        file["fms/force"][...] *= np.float32(1.0 + 1e-4)
+    assert not verify(nudged, sample=10, seed=0, solver=stand_in.solve).agrees
+    with h5py.File(nudged, "r+") as file:
+        file.attrs["host"] = "Linux x86_64, 8 cores of Another Processor"
+    found = verify(nudged, sample=10, seed=0, solver=stand_in.solve)
+    assert found.agrees
+    assert not found.same_build
+    with h5py.File(nudged, "r+") as file:
+        file["fms/force"][:, 60] += np.float32(0.1)
+    assert not verify(nudged, sample=10, seed=0, solver=stand_in.solve).agrees
+
+
 def test_batches_hold_every_trajectory_once_and_the_costliest_first():
     protocols = Design("paper").protocols(3000, seed=0)
     cost = expected_cost(protocols)

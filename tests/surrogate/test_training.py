@@ -16,7 +16,7 @@ from surrogate.predictor import ExtrapolationWarning, Surrogate
 from surrogate.recipe import Recipe
 from surrogate.runs import Run, execute, publish
 
-COSINE = "weight_average = 0.5\ngradient_norm = 1.0\n[cosine]\nwarmup_epochs = 1\n"
+COSINE = 'optimizer = "soap"\nweight_average = 0.5\ngradient_norm = 1.0\n[cosine]\nwarmup_epochs = 1\n'
 PLATEAU = "[plateau]\nfactor = 0.5\npatience = 1\nminimum_rate = 1e-3\nstop_after = 3\n"
 
 
@@ -134,7 +134,7 @@ def test_divergence_is_reported(tiny, dataset, tmp_path):
 def test_packaged_recipes():
     paper, swift = Recipe.load("paper"), Recipe.load("swift")
     assert (paper.batch_size, paper.learning_rate, paper.epochs, paper.plateau.stop_after) == (8, 1e-4, 2000, 30)
-    assert (swift.batch_size, swift.learning_rate, swift.epochs) == (32, 1.5e-3, 110)
+    assert (swift.optimizer, swift.batch_size, swift.learning_rate, swift.epochs) == ("soap", 64, 4e-3, 30)
     assert swift.with_overrides(epochs=3, seed=None).epochs == 3
 
 
@@ -149,6 +149,8 @@ def test_bad_recipes(tmp_path):
         Recipe.load("swift").with_overrides(weight_average=2)
     with pytest.raises(ValueError, match="epochs=0"):
         Recipe.load("swift").with_overrides(epochs=0)
+    with pytest.raises(ValueError, match="Expected optimizer in adam, soap"):
+        Recipe.load("swift").with_overrides(optimizer="sgd")
 
 
 OTHER_BACKEND = """
