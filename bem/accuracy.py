@@ -14,6 +14,9 @@ from typing import NamedTuple
 NAMED_TARGETS = {"draft": 1.7e-2, "standard": 4e-3, "reference": 1.5e-4}
 LOOSEST, TIGHTEST = 5e-2, 2e-5
 _UNIT_TARGET = 2.8e-3  # at which the constants below hold
+# Edge spacings, in widths of the cohesive zone, above which a slow edge hops from node to node; without a memory that
+# resists the hop it comes a little sooner.
+_PINNED_ABOVE, _PINNED_ABOVE_ELASTIC = 0.12, 0.10
 
 
 class Controls(NamedTuple):
@@ -37,13 +40,17 @@ class Accuracy:
     name: str
     target: float
 
-    def controls(self) -> Controls:
-        """Discretisation for this target; spacing and step shrink with their orders of convergence."""
+    def controls(self, elastic: bool = False) -> Controls:
+        """Discretisation for this target; spacing and step shrink with their orders of convergence.
+
+        Args:
+            elastic: whether the material remembers nothing.
+        """
         ratio = self.target / _UNIT_TARGET
         if ratio < 1.0:  # the shallowest contacts converge a little more slowly than the others
             ratio **= 1.1
         return Controls(
-            edge_spacing=0.10 * ratio**0.5,
+            edge_spacing=min(0.10 * ratio**0.5, _PINNED_ABOVE_ELASTIC if elastic else _PINNED_ABOVE),
             curvature=4e-3 * ratio,
             growth=1.0 + 0.2 * min(ratio, 4.0) ** 0.35,
             widest=0.10 * min(ratio, 4.0) ** 0.35,

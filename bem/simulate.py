@@ -75,8 +75,9 @@ def simulate(
     started = time.perf_counter()
     for refinement in range(_MOST_REFINEMENTS + 1):
         aim = target.target / 2.0**refinement
+        controls = Accuracy(target.name, aim).controls(elastic=scene.material.strengths.size == 0)
         try:
-            problem, first_mesh = _discretise(scene, deepest, Accuracy(target.name, aim).controls(), mesh)
+            problem, first_mesh = _discretise(scene, deepest, controls, mesh)
         except MemoryError as error:
             if refinement == 0:
                 return _unfinished(str(error), aim, len(scene.material.strengths))
@@ -103,7 +104,7 @@ def _discretise(scene: Scene, deepest: float, controls, mesh: ArrayLike | None) 
     tabor, material = scene.tabor, scene.material
     strengths, times = np.array(material.strengths), np.array(material.times)
     glassy_hertz = float(hertz.force_from_indentation(max(deepest, 0.0), tabor)) / material.modulus_ratio
-    force_scale = max(1e-3 * abs(glassy_hertz) * material.modulus_ratio, 1e-12) if hard else 1.0
+    force_scale = max(3e-2 * abs(glassy_hertz) * material.modulus_ratio, 1e-12) if hard else 1.0
     # The stiffer the glass, the fewer steps the gaps alone would give to a fast pull-off.
     force_weight = min(max(2.0, 0.2 / material.modulus_ratio), 20.0)
     least_force = 1.05 * glassy_hertz - 4.0 / material.modulus_ratio

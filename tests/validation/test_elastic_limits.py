@@ -31,6 +31,13 @@ def test_the_jumps_at_three():
     assert snap_off.force_before > snap_off.force_after
 
 
+@pytest.mark.parametrize("accuracy", [0.05, 0.03, "draft", 0.008])
+def test_a_loose_answer_is_not_pinned_to_the_nodes(accuracy):
+    trajectory = cycle(3.2, accuracy)
+    assert len(trajectory.jumps) == 2
+    assert trajectory.pull_off_force == pytest.approx(cycle(3.2).pull_off_force, rel=0.01)
+
+
 @pytest.mark.parametrize("tabor", [0.05, 0.2, 0.5])
 def test_long_ranged_adhesion_is_reversible(tabor):
     trajectory = cycle(tabor)
