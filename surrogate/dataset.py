@@ -90,7 +90,9 @@ class TrajectoryDataset:
         counts: Points of loading, dwell and unloading.
         scalars: Native pull-off force and so on, by name, each of shape `(n,)`.
         status: Zero where the simulation completed, shape `(n,)`.
-        sha256: Digest of the file.
+        sha256: Digest of what was asked for: protocols in their order, material, accuracy, measurement steps, and which
+            of them completed. Computing a campaign again, even where another processor rounds otherwise, gives the same
+            digest, so models and data sets find each other; `published/MANIFEST.json` has the sum of the very file.
     """
 
     protocols: dict[str, np.ndarray]
@@ -124,7 +126,7 @@ class TrajectoryDataset:
                     counts=tuple(int(count) for count in file["fms"].attrs["counts"]),
                     scalars={name: file["scalars"][name][:] for name in SCALARS},
                     status=file["status"][:],
-                    sha256=hashlib.sha256(path.read_bytes()).hexdigest(),
+                    sha256=_digest(file),
                 )
         except (KeyError, OSError) as error:
             raise ValueError(f"Expected a data set as `bem` writes it. Received: {path} ({error})") from error
@@ -181,3 +183,13 @@ class TrajectoryDataset:
             raise ValueError(f"Expected force of {sum(self.counts)} steps. Received: shape {self.force.shape}")
         if not np.isfinite(self.force[self.completed]).all():
             raise ValueError("Expected finite forces in every completed trajectory. Received: NaN or infinity")
+
+
+def _digest(file: h5py.File) -> str:
+    asked = {name: str(file.attrs.get(name)) for name in ("modulus_ratio", "accuracy")}
+    asked["counts"] = [int(count) for count in file["fms"].attrs["counts"]]
+    digest = hashlib.sha256(json.dumps(asked, sort_keys=True).encode())
+    for name in PROTOCOL_QUANTITIES:
+        digest.update(file["protocols"][name][:].astype("<f8").tobytes())
+    digest.update((file["status"][:] == 0).tobytes())
+    return digest.hexdigest()

@@ -108,3 +108,21 @@ def test_bad_files(copy, tmp_path):
         file.attrs["format_version"] = 9
     with pytest.raises(ValueError, match="version 1"):
         TrajectoryDataset.load(copy)
+
+
+def test_a_data_set_computed_again_is_the_same_and_another_is_not(dataset_path, tmp_path):
+    path = tmp_path / "again.h5"
+    path.write_bytes(dataset_path.read_bytes())
+    with h5py.File(path, "r+") as file:
+        file.attrs["wall_seconds"] = 12.0
+        file["fms/force"][...] *= np.float32(1.0 + 1e-6)
+    asked = TrajectoryDataset.load(dataset_path).sha256
+    assert TrajectoryDataset.load(path).sha256 == asked
+    for change in ("accuracy", "tabor"):
+        path.write_bytes(dataset_path.read_bytes())
+        with h5py.File(path, "r+") as file:
+            if change == "accuracy":
+                file.attrs["accuracy"] = "draft"
+            else:
+                file["protocols/tabor"][0] *= 1.001
+        assert TrajectoryDataset.load(path).sha256 != asked
