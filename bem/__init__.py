@@ -15,6 +15,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from bem.baseline import simulate_paper_method
     from bem.materials import Elastic, PronySeries, StandardLinearSolid
     from bem.protocol import LoadingProtocol, PiecewiseLinearProtocol
     from bem.recommend import recommend
@@ -37,6 +38,7 @@ __all__ = [
     "Trajectory",
     "recommend",
     "simulate",
+    "simulate_paper_method",
 ]
 
 _HOME = {
@@ -51,6 +53,7 @@ _HOME = {
     "Trajectory": "trajectory",
     "recommend": "recommend",
     "simulate": "simulate",
+    "simulate_paper_method": "baseline",
 }
 
 

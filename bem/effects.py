@@ -14,11 +14,11 @@ Units as in `bem.scene` and `bem.protocol`.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from bem.materials import Elastic, Material, PronySeries, StandardLinearSolid
 from bem.protocol import LoadingProtocol, PiecewiseLinearProtocol
-from bem.scene import Scene
+from bem.scene import SMALLEST_TABOR, Scene
 from bem.tractions import HardContact
 
 Protocol = LoadingProtocol | PiecewiseLinearProtocol
@@ -68,19 +68,25 @@ class Effects:
 
 
 def choices(scene: Scene) -> list[Effects]:
-    """Every way to keep neighbouring terms of a scene with or without its adhesion, fewest effects first."""
+    """Every way to keep neighbouring terms of a scene with or without its adhesion, fewest effects first.
+
+    Ways whose stiffer solid would be out of the range of Tabor parameters are left out; the full scene is the last.
+    """
     of = len(scene.material.strengths)
     adhesion = (False,) if isinstance(scene.adhesion, HardContact) else (False, True)
     kept = [(first, last) for first in range(of + 1) for last in range(first, of + 1)]
     found = [Effects(stick, first, last, of) for stick in adhesion for first, last in kept]
+    found = [effects for effects in found if _tabor(scene, effects) >= SMALLEST_TABOR]
     return sorted(found, key=lambda effects: (effects.count, effects.terms))
 
 
 def reduced(scene: Scene, protocol: Protocol, effects: Effects) -> tuple[Scene, Protocol]:
-    """The scene and protocol that simulate `effects` only; the same force and indentation units, the same path."""
+    """The scene and protocol that simulate `effects` only; the same force and indentation units, the same path.
+
+    A protocol whose start would follow the new Tabor parameter is returned as its indentation history.
+    """
     strengths, times = scene.material.strengths, scene.material.times
-    left = 1.0 - float(strengths[effects.last :].sum())
-    kept = strengths[effects.first : effects.last] / left
+    kept = strengths[effects.first : effects.last] / _left(scene, effects)
     if effects.everything:
         material: Material = scene.material
     elif effects.terms == 0:
@@ -89,7 +95,16 @@ def reduced(scene: Scene, protocol: Protocol, effects: Effects) -> tuple[Scene, 
         material = StandardLinearSolid(1.0 - float(kept[0]))
     else:
         material = PronySeries(kept, times[effects.first : effects.last])
-    adhesion = scene.adhesion if effects.adhesion else HardContact()
-    if isinstance(protocol, LoadingProtocol):
-        protocol = replace(protocol, start_indentation=protocol.start(scene.tabor))
-    return Scene(scene.tabor * left ** (2.0 / 3.0), material, adhesion), protocol
+    simple = Scene(_tabor(scene, effects), material, scene.adhesion if effects.adhesion else HardContact())
+    if isinstance(protocol, LoadingProtocol) and simple.tabor != scene.tabor:
+        return simple, protocol.history(scene.tabor)
+    return simple, protocol
+
+
+def _left(scene: Scene, effects: Effects) -> float:
+    """Relaxed compliance without the slow terms that are left out, over that with them."""
+    return 1.0 - float(scene.material.strengths[effects.last :].sum())
+
+
+def _tabor(scene: Scene, effects: Effects) -> float:
+    return scene.tabor * _left(scene, effects) ** (2.0 / 3.0)

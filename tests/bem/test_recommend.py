@@ -7,7 +7,8 @@ import bem
 from bem import Elastic, HardContact, LoadingProtocol, PiecewiseLinearProtocol, PronySeries, Scene, StandardLinearSolid
 from bem.designs import Design
 from bem.effects import Effects, choices, reduced
-from bem.recommend import difference, recommend
+from bem.recommend import difference, operations, recommend
+from bem.scene import SMALLEST_TABOR
 
 SLS = StandardLinearSolid(0.1)
 
@@ -18,7 +19,7 @@ def deep(rate):
 
 @pytest.mark.parametrize(("rate", "effects"), [(1e6, "elastic glassy"), (1e-3, "elastic rubbery")])
 def test_extremes_need_neither_memory_nor_adhesion(rate, effects):
-    found = recommend(Scene(1.0, SLS), deep(rate), 0.05)
+    found = recommend(Scene(1.0, SLS), deep(rate), 0.05, best="fewest")
     assert str(found.effects) == f"{effects}, without adhesion"
     assert found.found_by == "estimate"
     assert found.scene.material == Elastic()
@@ -42,7 +43,7 @@ def test_a_touch_needs_everything():
 def test_terms_out_of_reach_of_the_protocol_are_left_out():
     broad = PronySeries([0.3, 0.3, 0.3], [1e-6, 1.0, 1e6])
     protocol = LoadingProtocol(peak_indentation=20.0, loading_rate=20.0, dwell_time=0.5, unloading_rate=20.0)
-    found = recommend(Scene(1.0, broad), protocol, 0.02)
+    found = recommend(Scene(1.0, broad), protocol, 0.02, best="fewest")
     assert (found.effects.first, found.effects.last) == (1, 2)
 
 
@@ -68,6 +69,7 @@ def test_promise_holds_on_a_random_sample():
         full = bem.simulate(scene, protocol)
         simple = bem.simulate(found.scene, found.protocol)
         assert difference(simple, full, protocol.history(scene.tabor), "force") < 0.05
+        assert operations(simple) <= operations(full)
 
 
 @pytest.mark.parametrize("quantity", ["pull_off_force", "hysteresis"])
@@ -96,11 +98,56 @@ def test_elastic_scenes_have_two_choices():
     assert two.count("1 of 2 terms, adhesive") == 2
 
 
+def ramp(depth, rate, dwell=0.1):
+    return LoadingProtocol(peak_indentation=depth, loading_rate=rate, dwell_time=dwell, unloading_rate=rate)
+
+
+def test_a_peak_below_the_start_is_a_protocol_like_others():
+    found = recommend(Scene(1.0, SLS), ramp(-10.0, 1.0), 0.5, best="fewest")
+    assert found.effects.terms == 0
+    assert found.scene.tabor != 1.0
+    assert found.protocol == ramp(-10.0, 1.0).history(1.0)
+
+
+@pytest.mark.parametrize("best", ["cheapest", "fewest"])
+def test_choices_out_of_the_range_of_scenes_are_none(best):
+    rigid = Scene(SMALLEST_TABOR, SLS)
+    assert all(reduced(rigid, ramp(1.0, 1.0), effects)[0].tabor >= SMALLEST_TABOR for effects in choices(rigid))
+    assert recommend(rigid, ramp(1.0, 1.0), 0.05, best=best).scene.tabor >= SMALLEST_TABOR
+
+
+def test_the_cheapest_is_never_dearer_than_the_full_scene():
+    slow, scene = ramp(5.0, 1e-2), Scene(5.0, SLS)
+    fewest, cheapest = (recommend(scene, slow, 0.3, best=best) for best in ("fewest", "cheapest"))
+    assert fewest.effects.terms == 0
+    assert fewest.cost > 1.0  # it snaps and hops, which its memory would have kept it from
+    assert (cheapest.found_by, cheapest.cost) == ("nothing is left out", 1.0)
+
+
+def test_operations_say_which_scene_is_slower():
+    touch, press = (bem.simulate(Scene(1.0, SLS), ramp(depth, 10.0), "draft") for depth in (0.5, 50.0))
+    assert 0.0 < operations(touch) < operations(press)
+    assert operations(bem.simulate(Scene(1e4, SLS), ramp(50.0, 10.0))) == np.inf
+
+
+def test_contact_radii_are_given_in_the_units_of_the_full_scene():
+    """A contact without adhesion has the radius of Hertz, sqrt(indentation / mu), whatever its modulus."""
+    scene = Scene(1.0, SLS, HardContact())
+    fast = LoadingProtocol(peak_indentation=9.0, loading_rate=1e7, dwell_time=0.0, unloading_rate=1e7)
+    found = recommend(scene, fast, 0.05, best="fewest")
+    assert found.scene.tabor == pytest.approx(0.1 ** (2.0 / 3.0))
+    assert found.radius_scale == pytest.approx(0.1 ** (1.0 / 3.0))
+    radius = found.radius_scale * np.max(bem.simulate(found.scene, found.protocol).contact_radius)
+    assert radius == pytest.approx(3.0, rel=0.02)
+    assert recommend(scene, ramp(9.0, 1e-3), 0.05).radius_scale == 1.0
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
         ({"tolerance": 0.0}, "tolerance must be a finite number at least 0.001"),
         ({"quantity": "speed"}, "quantity must be one of force, pull_off_force, hysteresis; received 'speed'"),
+        ({"best": "quickest"}, "best must be one of cheapest, fewest; received 'quickest'"),
         ({"scene": 1.0}, "scene must be one of"),
         ({"protocol": 1.0}, "protocol must be one of"),
     ],
