@@ -153,9 +153,12 @@ figure-solver-scaling: results/figures/solver-scaling.pdf  ## How the cost of th
 results/figures/solver-scaling.pdf: paper_figures/figure_solver_scaling.py results/solver/scaling.json $(DRAWING) | $(INSTALLED)
 	$(PY) -m paper_figures.figure_solver_scaling
 
-.PHONY: figure-first-trajectory
-figure-first-trajectory: setup  ## The picture of the README, by the README's own command
-	@command="$$(grep '^$(VENV)/bin/bem simulate' README.md)"; set -x; $${command/--plot /--plot docs/images/}
+.PHONY: readme-pictures
+readme-pictures: setup $(FIGURES)/figure-6.pdf  ## The pictures of the README, by the README's own commands
+	@for program in bem surrogate; do \
+		command="$$(grep "^$(VENV)/bin/$$program .*--plot" README.md)"; set -x; $${command/--plot /--plot docs/images/}; { set +x; } 2>/dev/null; \
+	done
+	cp $(FIGURES)/figure-6.png docs/images/figure-6.png
 
 .PHONY: figure-3
 figure-3: $(FIGURES)/figure-3.pdf  ## From the solver's time steps to measurement steps
@@ -186,9 +189,9 @@ demo-build: demo/node_modules/.installed  ## Build the browser demonstrator into
 	node demo/build.mjs $(DEMO_MODEL)
 
 .PHONY: demo
-demo: demo-build setup  ## Build the demonstrator and serve it at http://localhost:8000 (DEMO_PORT=... chooses the port)
+demo: demo-build  ## Build the demonstrator and serve it at http://localhost:8000 (DEMO_PORT=... chooses the port)
 	@echo "http://localhost:$(DEMO_PORT)/ - stop with Ctrl-C"
-	@$(PY) -m http.server $(DEMO_PORT) --bind 127.0.0.1 --directory demo/dist
+	@python3 -m http.server $(DEMO_PORT) --bind 127.0.0.1 --directory demo/dist
 
 .PHONY: test-demo
 test-demo: setup  ## Use the demonstrator in headless Chromium and compare it with Python; installs Debian's packages if missing

@@ -36,21 +36,25 @@ def test_the_solver_examples_print_what_they_say(capsys):
     assert printed(examples, capsys) == said
 
 
-def test_the_first_command_draws_its_picture(tmp_path):
-    (command,) = re.findall(r"^\.venv/bin/bem (simulate .*)$", README, flags=re.MULTILINE)
+@pytest.mark.parametrize("program", ["bem", "surrogate"])
+def test_the_first_commands_draw_their_pictures(program, tmp_path):
+    command, picture = re.findall(rf"^\.venv/bin/{program} (.* --plot (\S+))$", README, flags=re.MULTILINE)[0]
+    assert (ROOT / "docs/images" / picture).is_file()
+    if program == "surrogate":  # a model by its directory, since the program is not run from the repository
+        command = command.replace("M1-concat", str(ROOT / "published/models/M1-concat"))
     subprocess.run(
-        [sys.executable, "-m", "bem", *command.split()],
+        [sys.executable, "-m", program, *command.split()],
         cwd=tmp_path,
         env={"PYTHONPATH": str(ROOT)},
         check=True,
         capture_output=True,
     )
-    assert (tmp_path / command.split()[-1]).stat().st_size > 10_000
+    assert (tmp_path / picture).stat().st_size > 10_000
 
 
 @pytest.mark.parametrize("text", [README, SOLVER_README], ids=["README.md", "bem/README.md"])
 def test_the_make_targets_it_names_exist(text):
-    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    makefile = "".join((ROOT / name).read_text(encoding="utf-8") for name in ("Makefile", "paper.mk", "costs.mk"))
     for target in re.findall(r"`make ([a-z0-9-]+)", text):
         assert re.search(rf"^{target}:", makefile, flags=re.MULTILINE), target
 
