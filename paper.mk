@@ -15,20 +15,61 @@ STUDY := experiments/studies.py
 STYLE := paper_figures/drawing.py paper_figures/paper.mplstyle
 REFERENCE_MODEL := paper_figures/paper_values/reference_model.toml
 SURROGATE := $(wildcard surrogate/*.py surrogate/architectures/*.py)
+# What a prediction and its errors depend on; nothing that only trains.
+TRAINING_ONLY := $(addprefix surrogate/,__main__ checkpoint cli comparison evaluation progress queue runs soap streaming \
+	tables training)
+PREDICTING := $(filter-out $(addsuffix .py,$(TRAINING_ONLY)),$(SURROGATE))
 REFERENCE := $(MODELS)/M1-concat
+LINEAGE := experiments/lineage.py
+# What tells where a model comes from.
+ORIGIN := run.json split.json recipe.toml
 # What a study of the reference model reads; the rule below says how it comes about when it is missing.
 REFERENCE_FILES := $(REFERENCE)/run.json $(REFERENCE)/model.weights.h5 $(REFERENCE)/scaling.json \
-	$(wildcard $(REFERENCE)/model.onnx)
+	$(wildcard $(REFERENCE)/model.onnx) $(PREDICTING)
 FEATURE_SETS := $(PUBLISHED)/feature_sets.json
 DATA_EFFICIENCY := $(PUBLISHED)/data_efficiency.json
 
 ##@ Trainings (long; interrupted by Ctrl-C, continued by the same command)
 
 .PHONY: models
-models: $(DATASET) | $(INSTALLED)  ## Train and publish the models that are not published yet (about a day on two cores)
+models: $(DATASET) | $(INSTALLED)  ## Train and publish the models that are not published yet (about 4 core-hours)
 	$(VENV)/bin/surrogate train-all --recipe $(RECIPE) --dataset $(DATASET) --jobs $(JOBS) --threads 1 \
 		$(addprefix --only ,$(ONLY)) $(addprefix --epochs ,$(EPOCHS)) --runs $(OUT)/training --models $(MODELS)
 	$(PY) $(MANIFEST) add $(MODELS)
+
+# $(call beside,LABEL,OPTIONS) trains M1-concat otherwise than the eighteen, unless it is published.
+define beside
+	[ -f $(MODELS)/$(1)/run.json ] || $(VENV)/bin/surrogate train M1-concat --label $(1) $(2) --dataset $(DATASET) \
+		--threads 1 --runs $(OUT)/training --models $(MODELS)
+	$(PY) $(MANIFEST) add $(MODELS)/$(1)
+endef
+
+.PHONY: model-paper-recipe
+model-paper-recipe: $(DATASET) | $(INSTALLED)  ## Train M1-concat by the paper's own recipe, as M1-concat-paper (hours)
+	$(call beside,M1-concat-paper,--recipe paper $(addprefix --epochs ,$(EPOCHS)))
+
+# Nine times the trajectories more; the campaign's seed is another than the data set's. Not published.
+EXTRA ?= $(shell echo $$((9 * $(COUNT))))
+EXTRA_DATASET := $(OUT)/dataset/extra.h5
+
+.PHONY: model-large
+model-large: $(DATASET) | $(INSTALLED)  ## Train M1-concat on ten times the trajectories, as M1-concat-large (simulates them first)
+	[ -f $(MODELS)/M1-concat-large/run.json ] || $(MAKE) --no-print-directory $(EXTRA_DATASET)
+	$(call beside,M1-concat-large,--recipe swift --extra $(EXTRA_DATASET) --epochs $(or $(EPOCHS),10))
+
+.PRECIOUS: $(EXTRA_DATASET)
+$(EXTRA_DATASET): $(SOLVER) | $(INSTALLED)
+	$(VENV)/bin/bem campaign --design paper --seed 1 --count $(EXTRA) --accuracy standard --replace --out $@
+	@touch $@
+
+.PHONY: model-budgets
+model-budgets: $(DATASET) | $(INSTALLED)  ## Train M1-concat for 8 and for 15 epochs, for the error against core-minutes
+	$(call beside,M1-concat-8-epochs,--recipe swift --epochs $(or $(EPOCHS),8))
+	$(call beside,M1-concat-15-epochs,--recipe swift --epochs $(or $(EPOCHS),15))
+
+MORE_MODELS ?= model-paper-recipe model-budgets model-large
+.PHONY: more-models
+more-models: $(MORE_MODELS)  ## The three above: M1-concat by another recipe, on more data, and for shorter
 
 .PHONY: feature-sets
 feature-sets: $(DATASET) | $(INSTALLED)  ## Train the input representations A to D anew and publish their errors
@@ -49,7 +90,7 @@ $(REFERENCE)/%:
 
 .PHONY: studies
 STUDY_RESULTS := $(addprefix $(STUDIES)/,canonical_regimes.json persson_brener.json error_statistics.json fms_transfer.json \
-	model_comparison.json architecture_graphs.json paper_slips.json)
+	model_comparison.json architecture_graphs.json adopted_settings.json paper_slips.json)
 studies: $(STUDY_RESULTS)  ## Every study that trains nothing
 
 $(STUDIES)/canonical_regimes.json: experiments/canonical_regimes.py $(STUDY) $(CONFIGS)/canonical_regimes.toml \
@@ -61,23 +102,31 @@ $(STUDIES)/persson_brener.json: experiments/persson_brener.py $(STUDY) $(CONFIGS
 		$(REFERENCE_FILES) | $(INSTALLED)
 	$(PY) -m experiments.persson_brener --config $(CONFIGS)/persson_brener.toml --models $(MODELS) --out $@
 
-$(STUDIES)/error_statistics.json: experiments/error_statistics.py $(STUDY) $(CONFIGS)/error_statistics.toml \
-		$(REFERENCE)/run.json | $(INSTALLED)
-	$(PY) -m experiments.error_statistics --config $(CONFIGS)/error_statistics.toml --models $(MODELS) --out $@
+$(STUDIES)/error_statistics.json: experiments/error_statistics.py $(STUDY) $(LINEAGE) $(CONFIGS)/error_statistics.toml \
+		$(addprefix $(REFERENCE)/,test_errors.csv $(ORIGIN)) $(DATASET) | $(INSTALLED)
+	$(PY) -m experiments.error_statistics --config $(CONFIGS)/error_statistics.toml --models $(MODELS) \
+		--dataset $(DATASET) --out $@
 
-$(STUDIES)/fms_transfer.json: experiments/fms_transfer.py $(STUDY) $(CONFIGS)/fms_transfer.toml $(SOLVER) $(DATASET) \
+$(STUDIES)/fms_transfer.json: experiments/fms_transfer.py $(STUDY) $(LINEAGE) $(CONFIGS)/fms_transfer.toml $(SOLVER) \
+		paper_figures/paper_values/canonical_protocols.csv $(addprefix $(REFERENCE)/,$(ORIGIN)) $(DATASET) \
 		$(REFERENCE_FILES) | $(INSTALLED)
 	$(PY) -m experiments.fms_transfer --config $(CONFIGS)/fms_transfer.toml --models $(MODELS) --dataset $(DATASET) --out $@
 
-$(STUDIES)/model_comparison.json: experiments/model_comparison.py $(STUDY) $(REFERENCE)/run.json \
-		$(wildcard $(MODELS)/*/run.json $(MODELS)/*/metrics.json) | $(INSTALLED)
-	$(PY) -m experiments.model_comparison --models $(MODELS) --out $@
+$(STUDIES)/model_comparison.json: experiments/model_comparison.py $(STUDY) $(LINEAGE) $(REFERENCE)/run.json \
+		$(wildcard $(addprefix $(MODELS)/*/,metrics.json history.csv $(ORIGIN))) surrogate/architectures/naming.py \
+		$(REFERENCE_MODEL) $(DATASET) | $(INSTALLED)
+	$(PY) -m experiments.model_comparison --models $(MODELS) --dataset $(DATASET) --out $@
 
 $(STUDIES)/architecture_graphs.json: experiments/architecture_graphs.py $(STUDY) $(SURROGATE) | $(INSTALLED)
 	$(PY) -m experiments.architecture_graphs --out $@
 
+$(STUDIES)/adopted_settings.json: experiments/adopted_settings.py $(STUDY) $(SURROGATE) $(wildcard surrogate/recipes/*.toml) \
+		$(wildcard $(CONFIGS)/*.toml) paper_figures/paper_values/persson_brener_protocols.csv bem/designs.py bem/protocol.py \
+		bem/reference_solutions/persson_brener.py | $(INSTALLED)
+	$(PY) -m experiments.adopted_settings --configs $(CONFIGS) --out $@
+
 $(STUDIES)/paper_slips.json: experiments/paper_slips.py $(STUDY) $(SOLVER) $(DATASET) \
-		$(wildcard paper_figures/paper_values/*.csv) | $(INSTALLED)
+		$(wildcard paper_figures/paper_values/*.csv) paper_figures/paper_values/claims.toml $(REFERENCE_MODEL) | $(INSTALLED)
 	$(PY) -m experiments.paper_slips --dataset $(DATASET) --out $@
 
 ##@ The paper's figures and tables (figure <- result file)
@@ -102,7 +151,7 @@ $(FIGURES)/figure-5.pdf: paper_figures/figure_5.py paper_figures/models_style.py
 
 .PHONY: figure-6
 figure-6: $(FIGURES)/figure-6.pdf  ## The twelve canonical protocols
-$(FIGURES)/figure-6.pdf: paper_figures/figure_6.py $(STUDIES)/canonical_regimes.json $(STYLE) | $(INSTALLED)
+$(FIGURES)/figure-6.pdf: paper_figures/figure_6.py paper_figures/models_style.py $(STUDIES)/canonical_regimes.json $(STYLE) | $(INSTALLED)
 	$(PY) -m paper_figures.figure_6 --result $(STUDIES)/canonical_regimes.json --folder $(FIGURES)
 
 .PHONY: figure-7
@@ -133,12 +182,12 @@ $(FIGURES)/figure-features.pdf: paper_figures/figure_features.py $(wildcard $(FE
 
 .PHONY: figure-fms-transfer
 figure-fms-transfer: $(FIGURES)/figure-fms-transfer.pdf  ## The same weights on other numbers of measurement steps
-$(FIGURES)/figure-fms-transfer.pdf: paper_figures/figure_fms_transfer.py $(STUDIES)/fms_transfer.json $(STYLE) | $(INSTALLED)
+$(FIGURES)/figure-fms-transfer.pdf: paper_figures/figure_fms_transfer.py paper_figures/models_style.py $(STUDIES)/fms_transfer.json $(STYLE) | $(INSTALLED)
 	$(PY) -m paper_figures.figure_fms_transfer --result $(STUDIES)/fms_transfer.json --folder $(FIGURES)
 
 .PHONY: graphical-abstract
 graphical-abstract: $(FIGURES)/graphical-abstract.pdf  ## Protocol in, force history out
-$(FIGURES)/graphical-abstract.pdf: paper_figures/graphical_abstract.py paper_figures/schematics.py \
+$(FIGURES)/graphical-abstract.pdf: paper_figures/graphical_abstract.py paper_figures/schematics.py paper_figures/models_style.py \
 		$(STUDIES)/canonical_regimes.json $(STUDIES)/error_statistics.json $(STYLE) | $(INSTALLED)
 	$(PY) -m paper_figures.graphical_abstract --regimes $(STUDIES)/canonical_regimes.json \
 		--errors $(STUDIES)/error_statistics.json --folder $(FIGURES)
@@ -186,6 +235,7 @@ REPORT ?= REPRODUCTION.md
 .PHONY: report
 report: $(STUDY_RESULTS) $(OUT)/dataset/statistics.json | $(INSTALLED)  ## Write REPRODUCTION.md: each number of the paper beside ours
 	$(PY) -m paper_figures.reproduction_report --results $(OUT) --published $(PUBLISHED) --out $(REPORT)
+	[ $(PUBLISHED) != published ] || $(PY) -m experiments.stages --document REPRODUCING.md
 
 .PHONY: paper
 paper: figures tables report  ## Figures, tables and the report, from what is published
@@ -197,6 +247,8 @@ from-scratch:
 	+$(MAKE) --no-print-directory dataset
 	@$(PY) -m experiments.stages models $(HOURS)
 	+$(MAKE) --no-print-directory models
+	@$(PY) -m experiments.stages more-models $(HOURS)
+	+$(MAKE) --no-print-directory more-models
 	@$(PY) -m experiments.stages feature-sets $(HOURS)
 	+$(MAKE) --no-print-directory feature-sets
 	@$(PY) -m experiments.stages data-efficiency $(HOURS)
@@ -216,4 +268,5 @@ SMOKE ?= results/smoke
 smoke: setup  ## The same path on tiny data and one epoch, in minutes; its numbers mean nothing
 	@mkdir -p $(SMOKE)
 	+$(MAKE) --no-print-directory from-scratch OUT=$(SMOKE) PUBLISHED=$(SMOKE)/published REPORT=$(SMOKE)/REPRODUCTION.md \
-		HOURS=--no-hours CONFIGS=experiments/configs/smoke COUNT=120 EPOCHS=1 ONLY="M1-concat M4-FiLM"
+		HOURS=--no-hours CONFIGS=experiments/configs/smoke COUNT=120 EPOCHS=1 ONLY="M1-concat M4-FiLM" \
+		MORE_MODELS=model-large EXTRA=40

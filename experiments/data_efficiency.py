@@ -17,7 +17,8 @@ import typer
 
 from experiments import studies
 from experiments.model_comparison import read_model
-from experiments.trainings import WORK, Variant, collect, train_variants
+from experiments.trainings import WORK, Variant, collect, is_trained, train_variants
+from surrogate.dataset import TrajectoryDataset
 from surrogate.queue import STOPPED
 
 CONFIG = studies.CONFIGS / "data_efficiency.toml"
@@ -42,6 +43,31 @@ def variants(config: dict[str, Any]) -> dict[tuple[float, int], Variant]:
     }
 
 
+def whole_part(config: dict[str, Any], data: TrajectoryDataset, models: Path) -> dict[str, Any]:
+    """The published model of the whole training part, which must have been trained as the shares are.
+
+    Its number of epochs is its own, as theirs are.
+
+    Raises:
+        FileNotFoundError: it is not published.
+        ValueError: it comes from another data set, split or recipe.
+    """
+    folder = models / config["architecture"]
+    if not (folder / "run.json").is_file():
+        raise FileNotFoundError(
+            f"no trained model at {str(folder)!r}; `make models ONLY={config['architecture']}` trains it"
+        )
+    found = read_model(folder)
+    published = Variant(
+        label=config["architecture"],
+        architecture=config["architecture"],
+        recipe=config["recipe"],
+        epochs=found["recipe"]["epochs"],
+    )
+    is_trained(published, data, folder)
+    return {name: found[name] for name in ("mse", "training_trajectories", "history")}
+
+
 def share(percent: float, folds: list[dict[str, Any]]) -> dict[str, Any]:
     """Mean and sample standard deviation of the held-out MSE over the folds of one percentage."""
     mse = np.array([fold["mse"] for fold in folds])
@@ -64,11 +90,10 @@ def main(
     """Train the subsets, or go on, and write the result when all are trained."""
     settings = studies.read_config(config, "architecture", "recipe", "percents", "epochs", "folds", "jobs")
     wanted = variants(settings)
+    full = whole_part(settings, TrajectoryDataset.load(dataset), models)
     if not train_variants(list(wanted.values()), dataset=dataset, work=work, jobs=settings["jobs"]):
         print("stopped; the same command resumes")
         raise typer.Exit(STOPPED)
-    whole = read_model(models / settings["architecture"])
-    full = {name: whole[name] for name in ("mse", "training_trajectories", "history")}
     shares = [
         share(percent, [collect(wanted[percent, fold], work) for fold in range(settings["folds"])])
         for percent in settings["percents"]

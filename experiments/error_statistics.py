@@ -3,7 +3,7 @@
 Reads the `test_errors.csv` of a model directory; computes nothing anew. Source: the paper's section "Physically
 interpretable error statistics".
 
-Usage: `python -m experiments.error_statistics [--config FILE] [--models DIR] [--out FILE]`.
+Usage: `python -m experiments.error_statistics [--config FILE] [--models DIR] [--dataset FILE] [--out FILE]`.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ import typer
 from scipy.stats import spearmanr
 
 from experiments import studies
+from experiments.lineage import read_lineage, require_dataset
 
 CONFIG = studies.CONFIGS / "error_statistics.toml"
 OUT = studies.RESULTS / "error_statistics.json"
@@ -87,14 +88,33 @@ def statistics(errors: dict[str, np.ndarray]) -> dict[str, Any]:
     }
 
 
+def held_out_errors(folder: Path, dataset: Path) -> dict[str, np.ndarray]:
+    """Errors of a model directory, which must be those of its own held-out part of that data set.
+
+    Raises:
+        FileNotFoundError: no such file.
+        ValueError: another data set, or errors of other trajectories than the split holds out.
+    """
+    errors = read_errors(folder / "test_errors.csv")
+    require_dataset(folder, dataset)
+    held_out = read_lineage(folder).parts["test"]
+    if tuple(errors["trajectory"].astype(int)) != held_out:
+        raise ValueError(
+            f"{str(folder / 'test_errors.csv')!r} must hold the {len(held_out)} trajectories that split.json holds "
+            f"out, in its order; received {len(errors['trajectory'])} others: `surrogate evaluate` writes them anew"
+        )
+    return errors
+
+
 def main(
     config: Annotated[Path, typer.Option(help="TOML file.")] = CONFIG,
     models: Annotated[Path, typer.Option(help="Where trained models are.")] = studies.MODELS,
+    dataset: Annotated[Path, typer.Option(help="Data set file the model was trained on.")] = studies.DATASET,
     out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
 ) -> None:
     """Write the error statistics of one model."""
     settings = studies.read_config(config, "model")
-    content = statistics(read_errors(models / settings["model"] / "test_errors.csv"))
+    content = statistics(held_out_errors(models / settings["model"], dataset))
     studies.write_result(out, "error_statistics", {"config": settings, **content})
     for column in ("pull_off_force_percent", "hysteresis_percent"):
         found = content["overall"][column]

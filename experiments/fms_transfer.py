@@ -19,6 +19,7 @@ from rich.progress import track
 from bem import Trajectory
 from bem.measurement import measurement_grid, proportional_counts
 from experiments import studies
+from experiments.lineage import require_dataset
 
 CONFIG = studies.CONFIGS / "fms_transfer.toml"
 OUT = studies.RESULTS / "fms_transfer.json"
@@ -49,9 +50,14 @@ def sample_transfer(protocol: dict[str, Any], trained: Any, config: dict[str, An
 
 
 def held_out(models: Path, dataset: Path, config: dict[str, Any]) -> tuple[dict[str, np.ndarray], list[Trajectory]]:
-    """Protocols of the model's held-out trajectories and their simulations."""
+    """Protocols of the model's held-out trajectories and their simulations.
+
+    Raises:
+        ValueError: the model was trained on another data set, in which its indices mean nothing.
+    """
     from surrogate.dataset import Split, TrajectoryDataset
 
+    require_dataset(models / config["model"], dataset)
     data = TrajectoryDataset.load(dataset)
     indices = Split.load(models / config["model"] / "split.json").test
     if config["trajectories"]:

@@ -1,32 +1,51 @@
 """The trained models side by side: errors, sizes, learning curves, costs, and which of the eighteen are missing.
 
-Reads the published model directories; trains and evaluates nothing. Source: the paper's section "Model-family
-selection" and its appendices on conditioning and learning curves.
+Reads the published model directories; trains and evaluates nothing. Only models trained alike are compared: on the data
+set, and with the split, recipe and backend of the reference model. What was trained otherwise on purpose (another
+recipe, more data, fewer epochs) stands beside them in a list of its own; it shares the held-out part. Source: the
+paper's section "Model-family selection" and its appendices on conditioning and learning curves.
 
-Usage: `python -m experiments.model_comparison [--models DIR] [--out FILE]`.
+Usage: `python -m experiments.model_comparison [--models DIR] [--dataset FILE] [--out FILE]`.
 """
 
 from __future__ import annotations
 
 import csv
 import json
+import tomllib
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from experiments import studies
+from experiments.lineage import Lineage, dataset_sum, differences, held_out_differences, read_lineage
 from surrogate.architectures.naming import CONDITIONINGS, FAMILIES, names
 
 OUT = studies.RESULTS / "model_comparison.json"
 METRICS = ("mse", "mae", "dtw_rmse")
+REFERENCE = "M1-concat"
+"""The model whose training is the measure of the others', and whose family the strongest alternative is not of."""
 
 
 def read_history(path: Path) -> dict[str, list[float]]:
-    """Epochs and errors of a `history.csv`."""
+    """Epochs, errors and core seconds of a `history.csv`."""
     with path.open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
-    return {name: [float(row[name]) for row in rows] for name in ("epoch", "train_mse", "validation_mse")}
+    columns = ("epoch", "train_mse", "validation_mse", "cpu_seconds")
+    return {name: [float(row[name]) for row in rows] for name in columns}
+
+
+def minutes_to(history: dict[str, list[float]], mse: float) -> float | None:
+    """Core minutes after which the validation MSE first is at most a given one; `None` where it never is."""
+    pairs = zip(history["cpu_seconds"], history["validation_mse"], strict=True)
+    return next((seconds / 60.0 for seconds, found in pairs if found <= mse), None)
+
+
+def paper_mse() -> float:
+    """The paper's held-out MSE of its best model."""
+    text = (studies.PAPER_VALUES / "reference_model.toml").read_text(encoding="utf-8")
+    return float(tomllib.loads(text)["mse"])
 
 
 def read_model(folder: Path) -> dict[str, Any]:
@@ -41,15 +60,55 @@ def read_model(folder: Path) -> dict[str, Any]:
         "validation_mse": min(history["validation_mse"]),
         "epochs": metrics["epochs"],
         "best_epoch": metrics["best_epoch"],
+        "core_seconds": metrics["cpu_seconds"],
         "hours": metrics["cpu_seconds"] / 3600.0,
+        "minutes_to_paper_mse": minutes_to(history, paper_mse()),
         "backend": run["backend"],
+        "versions": run["versions"],
+        "recipe": tomllib.loads((folder / "recipe.toml").read_text(encoding="utf-8")),
         "training_trajectories": run["training_trajectories"],
         "history": history,
     }
 
 
+def published(models: Path) -> dict[str, Lineage]:
+    """Where every published model comes from, by name: the eighteen in their order, then the others."""
+    folders = {path.parent.name: path.parent for path in sorted(models.glob("*/run.json"))}
+    ordered = [name for name in names() if name in folders] + [name for name in folders if name not in names()]
+    return {name: read_lineage(folders[name]) for name in ordered}
+
+
+def outdated(found: dict[str, Lineage], dataset: str, models: Path) -> dict[str, str]:
+    """One sentence for each model that may not stand beside the others.
+
+    Args:
+        found: Where the published models come from.
+        dataset: SHA-256 of the data set they have to be trained on.
+        models: Where they are.
+    """
+    current = {name: one for name, one in found.items() if one.dataset == dataset and name in names()}
+    measure = current.get(REFERENCE) or next(iter(current.values()), None)
+    sentences = {}
+    for name, one in found.items():
+        if one.dataset != dataset:
+            other = ["data set"]
+        elif measure is None:
+            other = []
+        else:
+            other = (differences if name in names() else held_out_differences)(one, measure)
+        if other:
+            sentences[name] = (
+                f"{name} is left out, its {' and '.join(other)} being another than the comparison's: "
+                f"remove {str(models / name)!r} and train it anew."
+            )
+    return sentences
+
+
 def comparison(found: dict[str, dict[str, Any]]) -> dict[str, Any]:
-    """Ranks by held-out MSE; a comparison that needs a missing model is null."""
+    """Ranks by held-out MSE; a comparison that needs a missing model is null.
+
+    The second family is the best of those the reference model is not of, by its best model.
+    """
     ranking = sorted(found, key=lambda name: found[name]["mse"])
     best = {}
     for family in FAMILIES:
@@ -57,12 +116,12 @@ def comparison(found: dict[str, dict[str, Any]]) -> dict[str, Any]:
         complete = all(name in found for name in members.values())
         best[family] = min(members, key=lambda c: found[members[c]]["mse"]) if complete else None
     complete = len(found) == len(names())
-    families = list(dict.fromkeys(name.split("-")[0] for name in ranking))
+    others = [name.split("-")[0] for name in ranking if name.split("-")[0] != REFERENCE.split("-")[0]]
     longest = max(found, key=lambda name: found[name]["hours"])
     return {
         "ranking": ranking,
         "best": ranking[0] if complete else None,
-        "second_family": families[1] if complete else None,
+        "second_family": others[0] if complete else None,
         "best_conditioning": best,
         "longest_training": longest if complete else None,
         "longest_training_hours": found[longest]["hours"] if complete else None,
@@ -73,16 +132,40 @@ def comparison(found: dict[str, dict[str, Any]]) -> dict[str, Any]:
 
 def main(
     models: Annotated[Path, typer.Option(help="Where trained models are.")] = studies.MODELS,
+    dataset: Annotated[Path, typer.Option(help="Data set file the models are trained on.")] = studies.DATASET,
     out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
 ) -> None:
     """Collect what is published."""
-    found = {name: read_model(models / name) for name in names() if (models / name / "metrics.json").is_file()}
+    lineages, digest = published(models), dataset_sum(dataset)
+    old = outdated(lineages, digest, models)
+    read = {name: read_model(models / name) for name in lineages if name not in old}
+    found = {name: one for name, one in read.items() if name in names()}
     if not found:
-        raise FileNotFoundError(f"no trained model in {str(models)!r}; `make models` trains the eighteen")
+        raise FileNotFoundError(
+            " ".join(
+                [
+                    f"no model trained on {str(dataset)!r} in {str(models)!r}; `make models` trains the eighteen.",
+                    *old.values(),
+                ]
+            )
+        )
+    beside = {
+        name: {"architecture": lineages[name].architecture, **one} for name, one in read.items() if name not in found
+    }
     missing = [name for name in names() if name not in found]
-    content = {"models": found, "missing": missing, "expected": len(names()), "comparison": comparison(found)}
+    content = {
+        "dataset_sha256": digest,
+        "models": found,
+        "beside": beside,
+        "missing": missing,
+        "outdated": old,
+        "expected": len(names()),
+        "comparison": comparison(found),
+    }
     studies.write_result(out, "model_comparison", content)
     print(f"{len(found)} of {len(names())} models published" + (f"; missing: {', '.join(missing)}" if missing else ""))
+    for line in (*(f"beside them: {name}" for name in beside), *old.values()):
+        print(line)
 
 
 if __name__ == "__main__":

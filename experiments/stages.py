@@ -1,18 +1,35 @@
 """The stages of the paper from nothing, and the hours to expect of each: printed up front and as each begins.
 
-Usage: `python -m experiments.stages [NAME]`; the hours are in `experiments/configs/stages.toml`.
+Hours follow from the core seconds that published results took (`run.json` of the models, the result files of the
+studies that train, the data set); a stage of which something is not published shows its estimate, and says so.
+
+Usage: `python -m experiments.stages [NAME] [--published DIR]`; `--document REPRODUCING.md` fills in the hours there.
 """
 
 from __future__ import annotations
 
+import json
 import tomllib
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from experiments import studies
+from surrogate.architectures.naming import names
 
 CONFIG = studies.CONFIGS / "stages.toml"
+PUBLISHED = Path("published")
+REFERENCE = "M1-concat"
+RESTS_ON = {
+    "dataset": ("dataset",),
+    "models": ("dataset", "models"),
+    "figure-models": ("dataset", "models", "data-efficiency"),
+    "features": ("dataset", "reference", "feature-sets", "data-efficiency"),
+    "reference": ("dataset", "reference"),
+    "models-and-more": ("dataset", "models", "more-models"),
+}
+"""Stages under what a row of REPRODUCING.md shows, by the name of its place; `reference` is M1-concat alone."""
 
 
 def read_stages() -> dict[str, dict[str, Any]]:
@@ -20,29 +37,99 @@ def read_stages() -> dict[str, dict[str, Any]]:
     return tomllib.loads(CONFIG.read_text(encoding="utf-8"))["stages"]
 
 
-def describe(name: str, stages: dict[str, dict[str, Any]], *, with_hours: bool = True) -> str:
+def core_seconds(stage: str, published: Path, labels: tuple[str, ...] = ()) -> float | None:
+    """Core seconds that a stage took according to what is published; `None` where a part is missing.
+
+    Args:
+        stage: Its name.
+        published: Where published files are.
+        labels: Model directories of the stage.
+    """
+    if labels:
+        runs = [published / "models" / label / "run.json" for label in labels]
+        if not all(run.is_file() for run in runs):
+            return None
+        return sum(float(_read(run)["cpu_seconds"]) for run in runs)
+    if stage == "dataset":
+        return _dataset_seconds(published / "dataset.h5")
+    results = {"feature-sets": "feature_sets.json", "data-efficiency": "data_efficiency.json"}
+    if stage not in results or not (published / results[stage]).is_file():
+        return None
+    content = _read(published / results[stage])
+    trained = content["sets"].values() if "sets" in content else [f for one in content["shares"] for f in one["folds"]]
+    return 3600.0 * sum(one["hours"] for one in trained)
+
+
+def hours_of(name: str, stages: dict[str, dict[str, Any]], published: Path) -> tuple[float, bool]:
+    """Hours a stage takes, and whether that follows from published results."""
+    if name == "reference":
+        stage = {"labels": [REFERENCE], "jobs": 1, "estimate": stages["models"]["estimate"] / len(names())}
+    else:
+        stage = stages[name]
+    labels = tuple(names()) if name == "models" else tuple(stage.get("labels", ()))
+    taken = core_seconds(name, published, labels)
+    core_hours = stage["estimate"] if taken is None else taken / 3600.0
+    return core_hours / stage["jobs"], taken is not None
+
+
+def hours_text(hours: float, measured: bool) -> str:
+    """Hours as they are read, an estimate called one."""
+    text = f"{hours:.2g} hours" if hours >= 1.0 else f"{60.0 * hours:.0f} minutes"
+    return f"about {text}" + ("" if measured else " by estimate")
+
+
+def describe(name: str, stages: dict[str, dict[str, Any]], published: Path = PUBLISHED, *, hours: bool = True) -> str:
     """One line about a stage."""
     place = list(stages).index(name) + 1
-    if not with_hours:
+    if not hours:
         return f"stage {place} of {len(stages)}, {name}"
-    hours = stages[name]["hours"]
-    expected = f"{hours:g} hours" if hours >= 1.0 else f"{60.0 * hours:.0f} minutes"
-    return f"stage {place} of {len(stages)}, {name}: {stages[name]['does']}, about {expected}"
+    expected = hours_text(*hours_of(name, stages, published))
+    return f"stage {place} of {len(stages)}, {name}: {stages[name]['does']}, {expected}"
+
+
+def places(published: Path) -> dict[str, str]:
+    """Hours for the places of REPRODUCING.md, by name; `e` marks those that rest on an estimate."""
+    stages = read_stages()
+    found = {}
+    for place, under in RESTS_ON.items():
+        parts = [hours_of(name, stages, published) for name in under]
+        found[place] = f"{sum(hours for hours, _ in parts):.2g}" + ("" if all(sure for _, sure in parts) else " e")
+    return found
 
 
 def main(
     name: Annotated[str | None, typer.Argument(help="A stage; all of them by default.")] = None,
     hours: Annotated[bool, typer.Option(help="Say what it does and how long that takes.")] = True,
+    published: Annotated[Path, typer.Option(help="Where published files are.")] = PUBLISHED,
+    document: Annotated[Path | None, typer.Option(help="Fill in its hours instead.")] = None,
 ) -> None:
     """Say what a stage does and how long it takes."""
     stages = read_stages()
+    if document is not None:
+        from tools.readme_numbers import filled
+
+        document.write_text(filled(document.read_text(encoding="utf-8"), places(published)), encoding="utf-8")
+        return
     if name is not None and name not in stages:
         raise typer.BadParameter(f"expected one of {', '.join(stages)}; received {name!r}")
     for one in [name] if name else stages:
-        print(describe(one, stages, with_hours=hours), flush=True)
+        print(describe(one, stages, published, hours=hours), flush=True)
     if name is None:
-        total = sum(stage["hours"] for stage in stages.values())
+        total = sum(hours_of(one, stages, published)[0] for one in stages)
         print(f"about {total:.0f} hours in all on two cores; interrupt at will, the same command goes on", flush=True)
+
+
+def _read(path: Path) -> dict[str, Any]:
+    return json.loads(path.read_text(encoding="utf-8"))
+
+
+def _dataset_seconds(path: Path) -> float | None:
+    import h5py
+
+    if not path.is_file():
+        return None
+    with h5py.File(path, "r") as file:
+        return float(file.attrs["core_seconds"])
 
 
 if __name__ == "__main__":

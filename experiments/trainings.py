@@ -1,13 +1,12 @@
 """What the studies that train share: many variants of one model in a queue that resumes, and their collection.
 
 A variant is trained by `surrogate train` in a process of its own under a label, and is done when its model directory
-exists; the queue logs how each stands and is continued by starting it again. Its result file keeps the learning curves
-and held-out errors, not the weights.
+exists and comes from the data set, split and recipe that are asked for; the queue logs how each stands and is continued
+by starting it again. Its result file keeps the learning curves and held-out errors, not the weights.
 """
 
 from __future__ import annotations
 
-import json
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,8 +14,11 @@ from datetime import timedelta
 from pathlib import Path
 from typing import Any
 
+from experiments.lineage import Lineage, differences, read_lineage
 from experiments.model_comparison import read_model
+from surrogate.dataset import TrajectoryDataset
 from surrogate.queue import STOPPED, run_queue
+from surrogate.recipe import Recipe
 
 WORK = Path("results/training_studies")
 
@@ -61,17 +63,56 @@ class Variant:
         flags = [word for name, value in options.items() for word in (f"--{name}", str(value))]
         return ["train", self.architecture, *flags]
 
+    def lineage(self, data: TrajectoryDataset, backend: str) -> Lineage:
+        """What its model directory has to say about where it comes from."""
+        recipe = Recipe.load(self.recipe).with_overrides(epochs=self.epochs or None)
+        split = data.split().with_fraction(self.fraction, self.fold)
+        return Lineage(
+            dataset=data.sha256,
+            parts={part: tuple(getattr(split, part).tolist()) for part in ("train", "validation", "test")},
+            recipe=recipe.as_dict(),
+            backend=backend,
+            features=self.features,
+            architecture=self.architecture,
+        )
+
+
+def is_trained(variant: Variant, data: TrajectoryDataset, folder: Path) -> bool:
+    """Whether a model directory is there; the backend it was trained under is its own affair.
+
+    Raises:
+        ValueError: it is there, and comes from something else than the variant asks for.
+    """
+    if not (folder / "run.json").is_file():
+        return False
+    found = read_lineage(folder)
+    wanted = variant.lineage(data, found.backend)
+    other = differences(found, wanted) + (["architecture"] if found.architecture != wanted.architecture else [])
+    if other:
+        raise ValueError(
+            f"training {variant.label!r} must come from {variant.architecture}, recipe {variant.recipe!r} and the data "
+            f"set of sum {data.sha256[:12]}; received one of another {', '.join(other)}: remove {str(folder)!r} to "
+            "train it anew"
+        )
+    return True
+
 
 def train_variants(variants: Sequence[Variant], *, dataset: Path, work: Path, jobs: int) -> bool:
     """Train what is not trained yet.
 
     Returns:
         whether all are trained now; where not, the same call resumes.
+
+    Raises:
+        FileNotFoundError: no such data set.
+        ValueError: a training that is there comes from another data set, split or recipe.
+        RuntimeError: a training failed.
     """
     if not dataset.is_file():
         raise FileNotFoundError(f"data set {str(dataset)!r} not found; `make dataset` makes it")
+    data = TrajectoryDataset.load(dataset)
     by_label = {variant.label: variant for variant in variants}
-    waiting = [label for label in by_label if not (work / "models" / label / "run.json").is_file()]
+    waiting = [label for label, one in by_label.items() if not is_trained(one, data, work / "models" / label)]
     started, done = time.monotonic(), []
 
     def log(line: str) -> None:
@@ -97,8 +138,8 @@ def train_variants(variants: Sequence[Variant], *, dataset: Path, work: Path, jo
 
 def collect(variant: Variant, work: Path) -> dict[str, Any]:
     """Learning curve, held-out errors and cost of a trained variant."""
-    found = read_model(work / "models" / variant.label)
-    dataset = json.loads((work / "models" / variant.label / "run.json").read_text(encoding="utf-8"))["dataset_sha256"]
+    folder = work / "models" / variant.label
+    found = read_model(folder)
     kept = ("mse", "mae", "dtw_rmse", "validation_mse", "epochs", "best_epoch", "hours", "training_trajectories")
     curve = {name: found["history"][name] for name in ("epoch", "validation_mse")}
-    return {**{name: found[name] for name in kept}, "dataset_sha256": dataset, "history": curve}
+    return {**{name: found[name] for name in kept}, "dataset_sha256": read_lineage(folder).dataset, "history": curve}

@@ -19,7 +19,7 @@ def test_smoke(tmp_path):
     command = ["make", "smoke", f"SMOKE={folder}"]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-3000:]
-    assert "stage 5 of 5" in done.stdout
+    assert "stage 6 of 6" in done.stdout
     for suffix in ("pdf", "png"):
         drawn = {path.stem for path in (folder / "figures").glob(f"*.{suffix}")}
         assert drawn == {f"figure-{name}" for name in FIGURES} | {"graphical-abstract"}
@@ -27,3 +27,4 @@ def test_smoke(tmp_path):
         assert {path.stem for path in (folder / "tables").glob(f"*.{suffix}")} == TABLES
     report = (folder / "REPRODUCTION.md").read_text(encoding="utf-8")
     assert "Models not trained yet, 16 of 18" in report
+    assert "M1-concat-large" in report

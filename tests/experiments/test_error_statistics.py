@@ -1,4 +1,5 @@
 import csv
+import hashlib
 import json
 
 import numpy as np
@@ -9,7 +10,9 @@ from experiments.data_efficiency import variants as shares
 from experiments.feature_sets import summary as feature_summary
 from experiments.feature_sets import variants as feature_variants
 from surrogate.architectures.naming import names
+from surrogate.recipe import Recipe
 
+SHARES = ("architecture", "recipe", "percents", "epochs", "folds", "jobs")
 COLUMNS = (
     "mse",
     "mae",
@@ -23,15 +26,35 @@ COLUMNS = (
 )
 
 
-def write_model(folder, mse):
+RECIPE = 'name = "swift"\nepochs = 30\n'
+SPLIT = {"seed": 0, "train": [0, 1], "validation": [2], "test": [3, 4]}
+
+
+@pytest.fixture
+def dataset(tmp_path):
+    path = tmp_path / "dataset.h5"
+    path.write_bytes(b"trajectories")
+    return path
+
+
+def write_model(folder, mse, *, recipe=RECIPE, split=SPLIT, data=b"trajectories", **run):
     """A model directory with everything but weights."""
     folder.mkdir(parents=True)
+    (folder / "recipe.toml").write_text(recipe, encoding="utf-8")
+    (folder / "split.json").write_text(json.dumps(split), encoding="utf-8")
     test = {name: {"mean": mse, "median": mse, "p90": mse, "max": mse} for name in COLUMNS}
     metrics = {"parameters": 10, "test": test, "epochs": 2, "best_epoch": 2, "cpu_seconds": 3600.0}
     (folder / "metrics.json").write_text(json.dumps(metrics), encoding="utf-8")
-    run = {"backend": "tensorflow", "training_trajectories": 8, "dataset_sha256": "0"}
+    run = {
+        "architecture": "-".join(folder.name.split("-")[:2]),
+        "features": "D",
+        "backend": "tensorflow",
+        "versions": {},
+        "training_trajectories": 8,
+        "dataset_sha256": hashlib.sha256(data).hexdigest(),
+    } | run
     (folder / "run.json").write_text(json.dumps(run), encoding="utf-8")
-    rows = "epoch,train_mse,validation_mse\n1,0.2,0.3\n2,0.1,0.2\n"
+    rows = "epoch,train_mse,validation_mse,cpu_seconds\n1,0.2,0.3,60\n2,0.1,4e-4,120\n"
     (folder / "history.csv").write_text(rows, encoding="utf-8")
     return folder
 
@@ -51,16 +74,36 @@ def test_quartile_means_and_deviations():
     assert found["spearman"]["pull_off_and_hysteresis"] == pytest.approx(1.0)
 
 
-def test_errors_are_read_from_a_model_directory(tmp_path):
-    folder = tmp_path / "M1-concat"
-    folder.mkdir()
+def write_errors(folder, rows):
     with (folder / "test_errors.csv").open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(["trajectory", *COLUMNS])
-        writer.writerows([[row, *[0.1 * row + 0.1] * len(COLUMNS)] for row in range(8)])
+        writer.writerows([[row, *[0.1 * row + 0.1] * len(COLUMNS)] for row in rows])
+
+
+def test_errors_are_read_from_a_model_directory(tmp_path, dataset):
+    write_errors(write_model(tmp_path / "M1-concat", 1.0, split=SPLIT | {"test": list(range(8))}), range(8))
     out = tmp_path / "out.json"
-    error_statistics.main(error_statistics.CONFIG, tmp_path, out)
+    error_statistics.main(error_statistics.CONFIG, tmp_path, dataset, out)
     assert json.loads(out.read_text(encoding="utf-8"))["trajectories"] == 8
+
+
+def test_errors_of_another_held_out_part_or_data_set_are_refused(tmp_path, dataset):
+    write_errors(write_model(tmp_path / "other part", 1.0), range(8))
+    with pytest.raises(ValueError, match=r"must hold the 2 trajectories .* received 8 others"):
+        error_statistics.held_out_errors(tmp_path / "other part", dataset)
+    write_errors(write_model(tmp_path / "other data", 1.0, data=b"others"), [3, 4])
+    with pytest.raises(ValueError, match="must have been trained on"):
+        error_statistics.held_out_errors(tmp_path / "other data", dataset)
+
+
+def test_indices_are_not_applied_to_another_data_set(tmp_path, dataset):
+    from experiments import fms_transfer
+
+    write_model(tmp_path / "M1-concat", 1.0, data=b"others")
+    content = {"model": "M1-concat", "trajectories": 0}
+    with pytest.raises(ValueError, match="must have been trained on"):
+        fms_transfer.held_out(tmp_path, dataset, content)
 
 
 def test_missing_errors_name_the_command(tmp_path):
@@ -68,32 +111,70 @@ def test_missing_errors_name_the_command(tmp_path):
         error_statistics.read_errors(tmp_path / "absent.csv")
 
 
-def test_comparison_draws_no_conclusion_while_models_are_missing(tmp_path):
+def test_comparison_draws_no_conclusion_while_models_are_missing(tmp_path, dataset):
     write_model(tmp_path / "M1-concat", 2.0)
     write_model(tmp_path / "M1-gated", 1.0)
     out = tmp_path / "comparison.json"
-    model_comparison.main(tmp_path, out)
+    model_comparison.main(tmp_path, dataset, out)
     found = json.loads(out.read_text(encoding="utf-8"))
     assert len(found["missing"]) == 16
     assert found["comparison"]["ranking"] == ["M1-gated", "M1-concat"]
     assert found["comparison"]["best"] is None
     assert found["comparison"]["best_conditioning"]["M1"] is None
-    assert found["models"]["M1-concat"]["hours"] == 1.0
+    assert found["models"]["M1-concat"]["core_seconds"] == 3600.0
+    assert found["models"]["M1-concat"]["minutes_to_paper_mse"] == 2.0
 
 
-def test_comparison_of_all_models(tmp_path):
+def test_comparison_of_all_models(tmp_path, dataset):
     for rank, name in enumerate(names()):
         write_model(tmp_path / name, 18.0 - rank)
     out = tmp_path / "comparison.json"
-    model_comparison.main(tmp_path, out)
+    model_comparison.main(tmp_path, dataset, out)
     found = json.loads(out.read_text(encoding="utf-8"))["comparison"]
-    assert (found["best"], found["second_family"]) == ("M6-gated", "M5")
+    assert (found["best"], found["second_family"]) == ("M6-gated", "M6")
     assert set(found["best_conditioning"].values()) == {"gated"}
 
 
-def test_comparison_of_no_model_names_the_target(tmp_path):
+def test_the_second_family_is_the_best_of_the_others_even_when_the_first_is_not_the_references(tmp_path, dataset):
+    for name in names():
+        write_model(tmp_path / name, {"M4": 1.0, "M1": 2.0}.get(name[:2], 3.0))
+    model_comparison.main(tmp_path, dataset, tmp_path / "out.json")
+    found = json.loads((tmp_path / "out.json").read_text(encoding="utf-8"))["comparison"]
+    assert found["second_family"] == "M4"
+
+
+def test_only_models_trained_alike_are_compared(tmp_path, dataset):
+    write_model(tmp_path / "M1-concat", 1.0)
+    write_model(tmp_path / "M1-FiLM", 0.1, recipe='name = "other"\n')
+    write_model(tmp_path / "M1-gated", 0.1, split=SPLIT | {"test": [0, 1]})
+    write_model(tmp_path / "M2-concat", 0.1, data=b"others")
+    write_model(tmp_path / "M2-FiLM", 0.1, backend="jax")
+    out = tmp_path / "out.json"
+    model_comparison.main(tmp_path, dataset, out)
+    found = json.loads(out.read_text(encoding="utf-8"))
+    assert list(found["models"]) == ["M1-concat"]
+    words = {name: sentence.split("its ")[1].split(" being")[0] for name, sentence in found["outdated"].items()}
+    assert words == {"M1-FiLM": "recipe", "M1-gated": "split", "M2-concat": "data set", "M2-FiLM": "backend"}
+    assert len(found["missing"]) == 17
+
+
+def test_what_is_trained_otherwise_on_purpose_stands_beside_the_eighteen(tmp_path, dataset):
+    write_model(tmp_path / "M1-concat", 1.0)
+    write_model(tmp_path / "M1-concat-large", 0.1, split=SPLIT | {"train": [0]}, extra_dataset_sha256="1")
+    write_model(tmp_path / "M1-concat-paper", 0.1, recipe='name = "paper"\n')
+    write_model(tmp_path / "M1-concat-8-epochs", 0.1, split=SPLIT | {"test": [1]})
+    out = tmp_path / "out.json"
+    model_comparison.main(tmp_path, dataset, out)
+    found = json.loads(out.read_text(encoding="utf-8"))
+    assert found["comparison"]["ranking"] == ["M1-concat"]
+    assert list(found["beside"]) == ["M1-concat-large", "M1-concat-paper"]
+    assert found["beside"]["M1-concat-paper"]["recipe"]["name"] == "paper"
+    assert "test part" in found["outdated"]["M1-concat-8-epochs"]
+
+
+def test_comparison_of_no_model_names_the_target(tmp_path, dataset):
     with pytest.raises(FileNotFoundError, match="make models"):
-        model_comparison.main(tmp_path, tmp_path / "out.json")
+        model_comparison.main(tmp_path, dataset, tmp_path / "out.json")
 
 
 def test_feature_sets_differ_in_nothing_else():
@@ -107,13 +188,19 @@ def test_feature_sets_differ_in_nothing_else():
 
 
 def test_shares_are_the_papers():
-    keys = ("architecture", "recipe", "percents", "epochs", "folds", "jobs")
-    config = studies.read_config(studies.CONFIGS / "data_efficiency.toml", *keys)
+    config = studies.read_config(studies.CONFIGS / "data_efficiency.toml", *SHARES)
     found = shares(config)
     assert len(found) == 35
     assert {percent for percent, _ in found} == {75, 50, 25, 12.5, 6.25, 3.125, 1.55125}
     assert found[50, 4].fraction == 0.5
     assert len({variant.label for variant in found.values()}) == 35
+
+
+def test_the_largest_share_is_trained_as_long_as_the_whole_and_smaller_ones_longer():
+    config = studies.read_config(studies.CONFIGS / "data_efficiency.toml", *SHARES)
+    assert config["epochs"][0] == Recipe.load(config["recipe"]).epochs
+    assert config["epochs"] == sorted(config["epochs"])
+    assert config["percents"] == sorted(config["percents"], reverse=True)
 
 
 def test_a_configuration_with_other_keys_is_refused(tmp_path):

@@ -1,10 +1,57 @@
-from experiments.stages import describe, read_stages
+import json
+import re
+from pathlib import Path
+
+import h5py
+import pytest
+
+from experiments import stages
+from experiments.stages import describe, hours_of, places, read_stages
+from surrogate.architectures.naming import names
+
+DOCUMENT = Path(__file__).parents[2] / "REPRODUCING.md"
 
 
-def test_every_stage_says_its_hours():
-    stages = read_stages()
-    assert list(stages) == ["dataset", "models", "feature-sets", "data-efficiency", "paper"]
-    assert describe("models", stages).startswith("stage 2 of 5, models: train the eighteen models")
-    assert describe("models", stages).endswith("hours")
-    assert describe("dataset", stages).endswith("3 minutes")
-    assert describe("paper", stages, with_hours=False) == "stage 5 of 5, paper"
+def publish(folder, labels, seconds):
+    for label in labels:
+        (folder / "models" / label).mkdir(parents=True)
+        (folder / "models" / label / "run.json").write_text(json.dumps({"cpu_seconds": seconds}), encoding="utf-8")
+
+
+def test_a_stage_of_which_nothing_is_published_shows_an_estimate(tmp_path):
+    known = read_stages()
+    assert list(known) == ["dataset", "models", "more-models", "feature-sets", "data-efficiency", "paper"]
+    line = describe("models", known, tmp_path)
+    assert line.startswith("stage 2 of 6, models: train the eighteen models")
+    assert line.endswith("by estimate")
+    assert describe("paper", known, tmp_path, hours=False) == "stage 6 of 6, paper"
+
+
+def test_hours_follow_from_what_the_published_models_took(tmp_path):
+    publish(tmp_path, names(), 1000.0)
+    assert hours_of("models", read_stages(), tmp_path) == (pytest.approx(18 * 1000.0 / 3600.0 / 2), True)
+    assert hours_of("reference", read_stages(), tmp_path) == (pytest.approx(1000.0 / 3600.0), True)
+    assert describe("models", read_stages(), tmp_path).endswith("about 2.5 hours")
+    (tmp_path / "models" / "M6-gated" / "run.json").unlink()
+    assert not hours_of("models", read_stages(), tmp_path)[1]
+
+
+def test_hours_of_data_set_and_studies(tmp_path):
+    with h5py.File(tmp_path / "dataset.h5", "w") as file:
+        file.attrs["core_seconds"] = 180.0
+    one = {"hours": 0.5}
+    (tmp_path / "feature_sets.json").write_text(json.dumps({"sets": {"A": one, "D": one}}), encoding="utf-8")
+    shares = {"shares": [{"folds": [one, one]}, {"folds": [one, one]}]}
+    (tmp_path / "data_efficiency.json").write_text(json.dumps(shares), encoding="utf-8")
+    found = {name: hours_of(name, read_stages(), tmp_path) for name in ("dataset", "feature-sets", "data-efficiency")}
+    assert found == {"dataset": (0.025, True), "feature-sets": (0.5, True), "data-efficiency": (1.0, True)}
+
+
+def test_the_document_has_a_place_for_hours_and_none_typed_in(tmp_path):
+    text = DOCUMENT.read_text(encoding="utf-8")
+    assert set(re.findall(r"<!-- ([a-z-]+) -->", text)) - {"end"} == stages.RESTS_ON.keys()
+    copy = tmp_path / "REPRODUCING.md"
+    copy.write_text(text, encoding="utf-8")
+    stages.main(None, True, tmp_path, copy)
+    assert f"<!-- models -->{places(tmp_path)['models']}<!-- end -->" in copy.read_text(encoding="utf-8")
+    assert places(tmp_path)["models"].endswith(" e")
