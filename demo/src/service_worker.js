@@ -1,5 +1,7 @@
 // Keeps every file of the page, so that it works offline. The build fills in VERSION and FILES.
-const CACHE = `contact-${VERSION}`;
+// Copies of the page at other paths share the origin's caches; the scope tells whose a cache is.
+const OWN = `contact ${self.registration.scope}#`;
+const CACHE = OWN + VERSION;
 
 self.addEventListener("install", (event) => {
   event.waitUntil(
@@ -11,7 +13,7 @@ self.addEventListener("install", (event) => {
 });
 
 self.addEventListener("activate", (event) => {
-  const stale = (name) => name.startsWith("contact-") && name !== CACHE;
+  const stale = (name) => name.startsWith(OWN) && name !== CACHE;
   event.waitUntil(
     caches
       .keys()
