@@ -58,11 +58,19 @@ export class Plots {
     const start = (place: Place) => {
       const chart = echarts.init(hosts[place], null, { renderer: "canvas" });
       chart.group = GROUP;
-      new ResizeObserver(() => chart.resize()).observe(hosts[place]);
+      new ResizeObserver(() => {
+        chart.resize();
+        // The caption breaks where the chart's width wants it.
+        if (place === "loop") this.redraw();
+      }).observe(hosts[place]);
       return chart;
     };
     this.charts = { protocol: start("protocol"), history: start("history"), loop: start("loop") };
-    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.last && this.draw(...this.last));
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.redraw());
+  }
+
+  private redraw(): void {
+    if (this.last) this.draw(...this.last);
   }
 
   draw(picture: Picture, view: View): void {
@@ -153,7 +161,7 @@ export class Plots {
             // The same left edge for both, so that their phases line up.
             left: 58,
             right: 22,
-            top: place === "loop" ? 66 : 40,
+            top: place === "loop" ? 72 : 40,
             bottom: place === "protocol" ? 26 : 66,
             outerBoundsMode: "none",
           },

@@ -21,7 +21,7 @@ export interface Grid {
 
 export const LABELS: Record<Quantity, { name: string; brief: string; symbol: string; unit: string }> = {
   tabor: { name: "Tabor parameter", brief: "μ", symbol: "μ", unit: "" },
-  peak_indentation: { name: "Peak indentation", brief: "peak", symbol: "δₗ", unit: "h₀" },
+  peak_indentation: { name: "Peak indentation", brief: "peak", symbol: "δ_l", unit: "h₀" },
   loading_rate: { name: "Loading rate", brief: "loading", symbol: "v_L", unit: "h₀/τ" },
   dwell_time: { name: "Dwell time", brief: "dwell", symbol: "t_D", unit: "τ" },
   unloading_rate: { name: "Unloading rate", brief: "unloading", symbol: "v_U", unit: "h₀/τ" },

@@ -15,7 +15,7 @@ function tile(id: string, value: number, reference?: number): void {
   byId(`${id}-solver`).textContent =
     reference === undefined
       ? ""
-      : `solver ${significant(reference)} · error ${percent(relativeError(value, reference))}`;
+      : `solver ${significant(reference)} · error\u00a0${percent(relativeError(value, reference))}`;
 }
 
 /** Show what is read off a prediction. */
