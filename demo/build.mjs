@@ -35,7 +35,7 @@ await build({
   legalComments: "none",
   logLevel: "warning",
 });
-for (const file of ["styles.css", "icon.svg"]) cpSync(join(here, "src", file), join(dist, file));
+for (const file of ["boot.js", "styles.css", "icon.svg"]) cpSync(join(here, "src", file), join(dist, file));
 cpSync(join(here, "public/curves.json"), join(dist, "curves.json"));
 cpSync(model, join(dist, "model.onnx"));
 cpSync(join(here, "node_modules/onnxruntime-web/dist/ort-wasm-simd-threaded.wasm"), join(dist, "ort.wasm"));

@@ -3,11 +3,13 @@
 import { significant } from "./format";
 import type { Grid } from "./protocol";
 
-export interface View {
+export const VIEWS = {
   /** `steps`: each phase as wide as its number of measurement steps; `real`: true to scale. */
-  time: "steps" | "real";
-  force: "linear" | "log";
-}
+  time: ["steps", "real"],
+  force: ["linear", "log"],
+} as const;
+export type View = { [axis in keyof typeof VIEWS]: (typeof VIEWS)[axis][number] };
+export const USUAL_VIEW: View = { time: "steps", force: "linear" };
 
 export interface AxisStyle {
   line: string;

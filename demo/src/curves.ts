@@ -1,6 +1,8 @@
 /** Solver curves of published protocols, written by `python -m experiments.demo_curves`. */
 
-import { QUANTITIES, sameProtocol, type Counts, type Protocol } from "./protocol";
+import { fetchFile } from "./files";
+import { complaint, QUANTITIES, sameProtocol, type Counts, type Protocol } from "./protocol";
+import { Trouble } from "./trouble";
 
 export interface Curve {
   name: string;
@@ -22,12 +24,42 @@ export interface CurveSet {
 /**
  * Fetch the curves.
  *
- * @throws Error with one sentence for the reader.
+ * @throws Trouble where they cannot be had or are no curves.
  */
 export async function loadCurves(url: string): Promise<CurveSet> {
-  const response = await fetch(url);
-  if (!response.ok) throw new Error(`The solver curves could not be loaded (${url} answers ${response.status}).`);
-  return (await response.json()) as CurveSet;
+  const bytes = await fetchFile(url, "The solver curves");
+  let content: unknown;
+  try {
+    content = JSON.parse(new TextDecoder().decode(bytes));
+  } catch {
+    content = undefined;
+  }
+  if (!isCurveSet(content)) {
+    throw new Trouble(`The solver curves could not be read: ${url} is not what experiments.demo_curves writes.`);
+  }
+  return content;
+}
+
+function isCurveSet(content: unknown): content is CurveSet {
+  const { counts, curves } = (content ?? {}) as Partial<CurveSet>;
+  if (!areNumbers(counts, 3) || !counts.every((count) => Number.isInteger(count) && count > 1)) return false;
+  const steps = counts.reduce((sum, count) => sum + count);
+  return Array.isArray(curves) && curves.length > 0 && curves.every((curve: unknown) => isCurve(curve, steps));
+}
+
+function isCurve(content: unknown, steps: number): content is Curve {
+  const { name, kind, protocol, results, force } = (content ?? {}) as Partial<Curve>;
+  return (
+    typeof name === "string" &&
+    (kind === "paper" || kind === "test") &&
+    QUANTITIES.every((quantity) => complaint(protocol?.[quantity] ?? NaN) === undefined) &&
+    areNumbers([results?.pull_off_force, results?.pull_off_time, results?.hysteresis], 3) &&
+    areNumbers(force, steps)
+  );
+}
+
+function areNumbers(values: unknown, length: number): values is number[] {
+  return Array.isArray(values) && values.length === length && values.every(Number.isFinite);
 }
 
 /** The paper's number of a sample, or the place of a trajectory in the data set. */

@@ -1,6 +1,6 @@
 /** The history on the screen as CSV, the charts as PNG. */
 
-import { toFragment } from "./address";
+import { protocolFragment } from "./address";
 import type { Grid, Protocol } from "./protocol";
 
 /** One row for each measurement step; numbers in full precision. */
@@ -27,7 +27,7 @@ export function downloadPng(url: string, protocol: Protocol): void {
 }
 
 function fileName(protocol: Protocol): string {
-  return `contact_${toFragment(protocol).replaceAll("=", "-").replaceAll("&", "_")}`;
+  return `contact_${protocolFragment(protocol).replaceAll("=", "-").replaceAll("&", "_")}`;
 }
 
 function download(url: string, name: string): void {

@@ -1,7 +1,7 @@
 /** The page: whatever changes the protocol leads to one prediction, and that to one drawing. */
 
 import { fromFragment, toFragment } from "./address";
-import type { View } from "./axes";
+import { USUAL_VIEW, type View } from "./axes";
 import { Controls } from "./controls";
 import { curveOf, loadCurves, nearestCurve, number, type Curve, type CurveSet } from "./curves";
 import { csv, downloadCsv, downloadPng } from "./downloads";
@@ -11,6 +11,8 @@ import { Model } from "./model";
 import { Plots } from "./plots";
 import { LABELS, measurementGrid, QUANTITIES, type Grid, type Protocol } from "./protocol";
 import { listCurves, showComparison, showExtrapolation, showInference, showResults } from "./results";
+import { reachable } from "./scrollers";
+import { tell, Trouble, untell } from "./trouble";
 
 const RECENT = 20;
 const ADDRESS_DELAY = 150;
@@ -24,7 +26,7 @@ class Page {
   private readonly picker = byId<HTMLSelectElement>("presets");
   private protocol: Protocol;
   private shown?: { protocol: Protocol; grid: Grid; force: Float64Array; curve?: Curve };
-  private view: View = { time: "steps", force: "linear" };
+  private view = USUAL_VIEW;
   private waiting = false;
   private addressTimer?: number;
 
@@ -89,7 +91,7 @@ class Page {
     }
     for (const input of document.querySelectorAll<HTMLInputElement>("input[name=time], input[name=force]")) {
       input.addEventListener("change", () => {
-        this.view = { ...this.view, [input.name]: input.value };
+        this.view = { ...this.view, [input.name]: input.value } as View;
         this.draw();
       });
     }
@@ -111,10 +113,19 @@ class Page {
 
   private open(fragment: string, fallback: Protocol): void {
     try {
-      this.show(fromFragment(fragment, fallback));
+      const { protocol, view } = fromFragment(fragment, fallback);
+      this.look(view);
+      this.show(protocol);
     } catch (error) {
-      tell(`${(error as Error).message} Showing the first of the paper’s samples instead.`);
       this.show(fallback);
+      tell(`${(error as Error).message} Showing the first of the paper’s samples instead.`);
+    }
+  }
+
+  private look(view: View): void {
+    this.view = view;
+    for (const [axis, value] of Object.entries(view)) {
+      document.querySelector<HTMLInputElement>(`input[name=${axis}][value=${value}]`)!.checked = true;
     }
   }
 
@@ -135,6 +146,7 @@ class Page {
   }
 
   private change(protocol: Protocol): void {
+    untell();
     this.protocol = protocol;
     if (!this.waiting) void this.predict();
   }
@@ -165,7 +177,7 @@ class Page {
     if (!this.shown) return;
     const { protocol, grid, force, curve } = this.shown;
     const outside = this.model.outside(protocol);
-    const caption = QUANTITIES.map((name) => `${LABELS[name].brief} ${significant(protocol[name], 4)}`).join(" · ");
+    const caption = QUANTITIES.map((name) => `${LABELS[name].brief}\u00a0${significant(protocol[name], 4)}`).join(" · ");
     this.plots.draw(
       { grid, force, solver: curve?.force, pullOff: pullOff(grid, force), extrapolated: outside.length > 0, caption },
       this.view,
@@ -175,21 +187,15 @@ class Page {
     showComparison(grid, force, curve, nearestCurve(this.set.curves, protocol), (chosen) => this.show(chosen.protocol));
     showExtrapolation(outside);
     this.picker.value = curve?.name ?? "";
-    byId("results").dataset["protocol"] = toFragment(protocol);
+    byId("results").dataset["address"] = toFragment(protocol, this.view);
     clearTimeout(this.addressTimer);
     // Browsers limit how often the address may change; a drag changes it far more often.
     this.addressTimer = window.setTimeout(() => this.writeAddress(), ADDRESS_DELAY);
   }
 
   private writeAddress(): void {
-    history.replaceState(null, "", `#${toFragment(this.shown!.protocol)}`);
+    history.replaceState(null, "", `#${toFragment(this.shown!.protocol, this.view)}`);
   }
-}
-
-/** One sentence to the reader, where it is seen. */
-function tell(sentence: string): void {
-  byId("message").textContent = sentence;
-  byId("message").hidden = false;
 }
 
 async function keepForOffline(): Promise<void> {
@@ -202,7 +208,7 @@ async function keepForOffline(): Promise<void> {
 
 async function start(): Promise<void> {
   if (typeof WebAssembly === "undefined") {
-    throw new Error(
+    throw new Trouble(
       "This browser runs no WebAssembly, which the surrogate needs; switch it on, or use a current browser.",
     );
   }
@@ -210,6 +216,7 @@ async function start(): Promise<void> {
   byId("model-name").textContent = model.name;
   byId("demonstrator").hidden = false;
   const page = new Page(model, set);
+  for (const box of document.querySelectorAll<HTMLElement>(".charts, .scroll")) reachable(box);
   await page.compareAll();
   byId("progress").hidden = true;
   document.body.dataset["state"] = "ready";
@@ -218,8 +225,9 @@ async function start(): Promise<void> {
   });
 }
 
+document.body.dataset["state"] = "loading";
 start().catch((error: unknown) => {
   byId("progress").hidden = true;
-  tell(error instanceof Error ? error.message : String(error));
+  tell(error instanceof Trouble ? error.message : `The page could not be started (${String(error)}).`);
   document.body.dataset["state"] = "failed";
 });

@@ -5,8 +5,10 @@
 
 import * as ort from "onnxruntime-web/wasm";
 
+import { fetchFile } from "./files";
 import { readMetadata } from "./onnx_metadata";
 import { measurementGrid, QUANTITIES, type Grid, type Protocol, type Quantity } from "./protocol";
+import { Trouble } from "./trouble";
 
 const INPUTS = ["times", "indentations", "tabor", "edge"];
 const OUTPUT = "force";
@@ -34,18 +36,16 @@ export class Model {
   /**
    * Fetch and compile the model.
    *
-   * @throws Error with one sentence for the reader: no such file, or not one of our models.
+   * @throws Trouble: no such file, not one of our models, or nothing that runs.
    */
   static async load(url: string, runtime: string): Promise<Model> {
-    const response = await fetch(url);
-    if (!response.ok) throw new Error(`The model could not be loaded (${url} answers ${response.status}).`);
-    const bytes = new Uint8Array(await response.arrayBuffer());
+    const bytes = await fetchFile(url, "The model");
     const metadata = readMetadata(bytes);
     const ranges = parseRanges(metadata.get("ranges"));
     const foreign = `${url} is not a surrogate of this project`;
-    if (metadata.get("format") !== FORMAT || !ranges) throw new Error(`${foreign}: its metadata do not say so.`);
+    if (metadata.get("format") !== FORMAT || !ranges) throw new Trouble(`${foreign}: its metadata do not say so.`);
     if (metadata.get("format_version") !== FORMAT_VERSION) {
-      throw new Error(`${foreign}: expected version ${FORMAT_VERSION}, received ${metadata.get("format_version")}.`);
+      throw new Trouble(`${foreign}: expected version ${FORMAT_VERSION}, received ${metadata.get("format_version")}.`);
     }
 
     ort.env.wasm.numThreads = 1;
@@ -54,12 +54,17 @@ export class Model {
     try {
       session = await ort.InferenceSession.create(bytes, { executionProviders: ["wasm"] });
     } catch (error) {
-      throw new Error(`The model could not be started (${String(error)}).`);
+      // ONNX Runtime fetches its WebAssembly itself, which lets the browser keep it compiled, but does not say why not.
+      await fetchFile(runtime, "ONNX Runtime", { method: "HEAD" });
+      console.error(error);
+      throw new Trouble(
+        `The model could not be started: ${runtime} or ${url} is damaged, or this browser is too old for them.`,
+      );
     }
     const wanted = [...INPUTS, OUTPUT].join(", ");
     const found = [...session.inputNames, ...session.outputNames].join(", ");
     if ([...session.inputNames].sort().join() !== [...INPUTS].sort().join() || session.outputNames[0] !== OUTPUT) {
-      throw new Error(`${foreign}: expected ${wanted}, received ${found}.`);
+      throw new Trouble(`${foreign}: expected ${wanted}, received ${found}.`);
     }
     const model = new Model(session, metadata.get("name") ?? "surrogate", ranges);
     await model.warmUp();
