@@ -8,8 +8,9 @@ import pytest
 
 from bem.designs import QUANTITIES
 from bem.measurement import FMS, measurement_grid
+from bem.protocol import LoadingProtocol
 from surrogate.features import edge_from_counts
-from surrogate.metrics import hysteresis, nmae, pull_off
+from surrogate.metrics import nmae
 
 TOLERANCE = 1e-4
 
@@ -22,13 +23,14 @@ def predicted(session, protocols):
     return times, indentations, session.run(["force"], inputs)[0]
 
 
-def numbers(session, protocol):
-    times, indentations, force = predicted(session, [protocol])
-    peak_force, peak_time = pull_off(times, force, FMS[0] + FMS[1] - 1)
+def numbers(model, protocol):
+    quantities = {name: float(value) for name, value in protocol.items()}
+    tabor = quantities.pop("tabor")
+    (found,) = model.trajectories(LoadingProtocol(**quantities), tabor=tabor)
     return {
-        "pull-off-force": peak_force[0],
-        "pull-off-time": peak_time[0],
-        "hysteresis": hysteresis(indentations, force)[0],
+        "pull-off-force": found.pull_off_force,
+        "pull-off-time": found.pull_off_time,
+        "hysteresis": found.hysteresis,
     }
 
 
@@ -38,9 +40,9 @@ def table(path):
 
 
 @pytest.mark.parametrize("moment", ["start", "dragged", "typed", "shared", "preset", "outside", "phone"])
-def test_numbers_are_those_of_python(browsed, session, moment):
+def test_numbers_are_those_of_python(browsed, model, moment):
     seen = browsed[moment]
-    for name, expected in numbers(session, seen["protocol"]).items():
+    for name, expected in numbers(model, seen["protocol"]).items():
         assert seen["values"][name] == pytest.approx(expected, rel=TOLERANCE)
         assert float(seen["shown"][name].replace("−", "-")) == pytest.approx(expected, rel=TOLERANCE)
 
@@ -65,9 +67,12 @@ def test_downloaded_history_is_that_of_python(browsed, session, folder):
     rows = table(folder / "dragged.csv")
     times, indentations, force = predicted(session, [browsed["dragged"]["protocol"]])
     for name, expected in (("time", times), ("indentation", indentations), ("edge", edge_from_counts(FMS, 1))):
-        np.testing.assert_allclose([float(row[name]) for row in rows], expected[0], rtol=1e-9, atol=1e-9)
+        np.testing.assert_allclose([float(row[name]) for row in rows], expected[0], rtol=1e-14, atol=1e-15)
     scale = np.abs(force).max()
     np.testing.assert_allclose([float(row["force"]) for row in rows], force[0], rtol=TOLERANCE, atol=1e-6 * scale)
+    unloading = [float(row["force"]) for row in rows[FMS[0] + FMS[1] - 1 :]]
+    # Every digit of the page's own numbers.
+    assert max(unloading) == browsed["dragged"]["values"]["pull-off-force"]
     assert [row["phase"] for row in rows] == ["loading"] * 50 + ["dwell"] * 20 + ["unloading"] * 50
     assert browsed["csvName"].endswith(".csv")
     assert "solver_force" not in rows[0]
@@ -95,6 +100,16 @@ def test_link_shares_the_state(browsed):
     assert browsed["shared"]["shown"] | {"inference": ""} == browsed["typed"]["shown"] | {"inference": ""}
 
 
+def test_link_shares_the_view(browsed):
+    usual = {"time": "steps", "force": "linear"}
+    assert browsed["start"]["view"] == browsed["shared"]["view"] == usual
+    assert browsed["shared"]["address"] == {"time": None, "force": None}
+    # Opened from the link of a logarithmic page, with `time=real` and keys of other sites added.
+    assert browsed["viewed"]["view"] == browsed["viewed"]["address"] == {"time": "real", "force": "log"}
+    assert browsed["viewed"]["protocol"] == browsed["preset"]["protocol"]
+    assert browsed["viewed"]["message"] is None
+
+
 def test_out_of_range_is_marked(browsed, session):
     ranges = json.loads(session.get_modelmeta().custom_metadata_map["ranges"])
     assert ranges["tabor"][1] < 5
@@ -119,17 +134,72 @@ def test_nothing_is_wider_than_a_phone(browsed):
     assert browsed["phone"]["wide"] is False
 
 
+def test_focused_control_is_in_sight_on_a_phone(browsed):
+    assert browsed["hidden"] == {window: [] for window in browsed["hidden"]}
+    assert browsed["scroller"] == 0
+    assert browsed["noScroller"] == -1
+
+
 def test_offline_once_loaded(browsed):
     before, after = browsed["offline"]["before"], browsed["offline"]["after"]
     assert after["protocol"] == before["protocol"]
     assert after["values"]["pull-off-force"] == before["values"]["pull-off-force"]
 
 
-def test_trouble_is_told_in_a_sentence(browsed):
-    assert browsed["missing"] == "The model could not be loaded (./model.onnx answers 404)."
-    for case in ("notOnnx", "foreignOnnx"):
-        assert browsed[case] == "./model.onnx is not a surrogate of this project: its metadata do not say so."
-    assert browsed["noWebAssembly"].startswith("This browser runs no WebAssembly")
-    assert browsed["badLink"]["message"].startswith("The link gives tabor = “soft”, which is no usable number.")
-    assert browsed["badLink"]["protocol"] == browsed["start"]["protocol"]
+def test_another_copy_on_the_origin_stays_offline_too(browsed):
+    assert browsed["caches"] == ["contact /a/#one", "contact /b/#other"]
+    assert browsed["twin"]["protocol"] == browsed["start"]["protocol"]
+
+
+MODEL = "The model could not be loaded (./model.onnx {})."
+FOREIGN = "./model.onnx is not a surrogate of this project: its metadata do not say so."
+CURVES = "The solver curves could not be {}."
+UNREADABLE = CURVES.format("read: ./curves.json is not what experiments.demo_curves writes")
+SENTENCES = {
+    "missing": MODEL.format("answers 404"),
+    "unreachable": MODEL.format("cannot be reached"),
+    "notOnnx": FOREIGN,
+    "foreignOnnx": FOREIGN,
+    "missingCurves": CURVES.format("loaded (./curves.json answers 404)"),
+    "noJson": UNREADABLE,
+    "noCurves": UNREADABLE,
+    "cutCurves": UNREADABLE,
+    "missingRuntime": "ONNX Runtime could not be loaded (./ort.wasm answers 404).",
+    "badRuntime": "The model could not be started: ./ort.wasm or ./model.onnx is damaged, "
+    "or this browser is too old for them.",
+    "noWebAssembly": "This browser runs no WebAssembly, which the surrogate needs; switch it on, "
+    "or use a current browser.",
+    "missingScript": "The page could not load its script (./main.js); load the page again.",
+    "badScript": "This browser cannot run the page’s script (./main.js); use a current browser.",
+    "noModules": "This browser knows no JavaScript modules, which the page is made of; use a current browser.",
+    "file": "Opened as a file, the page cannot load its model; serve its folder, "
+    "for instance with python3 -m http.server.",
+    "noScript": "This page needs JavaScript: it is switched off in this browser, or the page’s scripts were not found.",
+    "noBoot": "This page needs JavaScript: it is switched off in this browser, or the page’s scripts were not found.",
+}
+
+
+@pytest.mark.parametrize("trouble", SENTENCES)
+def test_trouble_is_told_in_a_sentence(browsed, trouble):
+    assert browsed["messages"][trouble] == SENTENCES[trouble]
+
+
+@pytest.mark.parametrize(
+    ("fragment", "sentence"),
+    [
+        ("tabor=soft", "The link gives tabor = “soft”, which is no usable number."),
+        ("tabor=0x1", "The link gives tabor = “0x1”, which is no usable number."),
+        ("tabor=1&tabor=2", "The link gives tabor more than once."),
+        ("force=cubic", "The link gives force = “cubic”, which is neither linear nor log."),
+        ("time=real&time=steps", "The link gives time more than once."),
+    ],
+)
+def test_unusable_link_is_refused_in_a_sentence(browsed, fragment, sentence):
+    """The driver also waits for the sentence to go with the next change."""
+    seen = browsed["badLinks"][fragment]
+    assert seen["message"].startswith(sentence)
+    assert seen["protocol"] == browsed["start"]["protocol"]
+
+
+def test_unusable_number_is_refused(browsed):
     assert browsed["refused"].startswith("Give a number from")

@@ -8,6 +8,8 @@ from pathlib import Path
 import onnxruntime
 import pytest
 
+import surrogate
+
 ROOT = Path(__file__).resolve().parents[2]
 DIST = ROOT / "demo" / "dist"
 OUT = Path(os.environ.get("DEMO_OUT", ROOT / "results" / "demo"))
@@ -39,6 +41,11 @@ def folder():
 @pytest.fixture(scope="session")
 def curves():
     return json.loads((DIST / "curves.json").read_text(encoding="utf-8"))
+
+
+@pytest.fixture(scope="session")
+def model():
+    return surrogate.load(DIST / "model.onnx")
 
 
 @pytest.fixture(scope="session")

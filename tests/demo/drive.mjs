@@ -1,23 +1,22 @@
 /**
  * Use the built demonstrator as a person would, in headless Chromium, and write down what was seen.
  *
- * The page is served by `python -m http.server` below a sub-path. Nothing is judged here: the numbers, messages and
- * screenshots go to a folder, and `check_in_browser.py` compares them.
+ * Nothing is judged here: the numbers, messages and screenshots go to a folder, and `check_in_browser.py` compares them.
  *
  * Usage: node drive.mjs DIST FOLDER CHROMIUM PYTHON
  */
 
-import { spawn } from "node:child_process";
-import { mkdirSync, readFileSync, symlinkSync, writeFileSync } from "node:fs";
+import { readFileSync, writeFileSync } from "node:fs";
 import { createRequire } from "node:module";
-import { createServer } from "node:net";
 import { dirname, join } from "node:path";
 import { fileURLToPath } from "node:url";
+
+import { serve } from "./serving.mjs";
+import { PATIENCE, troubles } from "./troubles.mjs";
 
 const here = dirname(fileURLToPath(import.meta.url));
 const { chromium } = createRequire(join(here, "../../demo/package.json"))("playwright-core");
 const [dist, out, executablePath, python] = process.argv.slice(2);
-const SUB_PATH = "some/sub-path";
 const FLAGS = [
   "--no-sandbox",
   "--disable-gpu",
@@ -27,40 +26,11 @@ const FLAGS = [
   "--disable-component-update",
   "--disable-sync",
 ];
-const PATIENCE = 60_000;
-
-async function freePort() {
-  const server = createServer();
-  await new Promise((resolve) => server.listen(0, "127.0.0.1", resolve));
-  const { port } = server.address();
-  await new Promise((resolve) => server.close(resolve));
-  return port;
-}
-
-async function serve() {
-  const root = join(out, "root");
-  mkdirSync(join(root, dirname(SUB_PATH)), { recursive: true });
-  symlinkSync(dist, join(root, SUB_PATH));
-  const port = await freePort();
-  const options = ["-m", "http.server", String(port), "--bind", "127.0.0.1", "--directory", root];
-  const server = spawn(python, options, { stdio: "ignore" });
-  const base = `http://127.0.0.1:${port}/${SUB_PATH}/`;
-  for (let attempt = 0; ; attempt++) {
-    try {
-      await fetch(base);
-      const gone = new Promise((resolve) => server.on("exit", resolve));
-      return { base, stop: () => server.kill() && gone };
-    } catch (error) {
-      if (attempt === 100) throw error;
-      await new Promise((resolve) => setTimeout(resolve, 100));
-    }
-  }
-}
 
 const settled = (page) =>
   page.waitForFunction(
     () => {
-      const drawn = document.getElementById("results").dataset.protocol;
+      const drawn = document.getElementById("results").dataset.address;
       if (document.body.dataset.state === "failed") throw new Error(document.getElementById("message").textContent);
       return document.body.dataset.state === "ready" && drawn && location.hash === `#${drawn}`;
     },
@@ -73,8 +43,12 @@ const read = (page) =>
     const text = (id) => document.getElementById(id).textContent;
     const number = (id) => Number(document.getElementById(id).dataset.value);
     const tiles = ["pull-off-force", "pull-off-time", "hysteresis", "inference"];
+    const { time, force, ...protocol } = Object.fromEntries(new URLSearchParams(location.hash.slice(1)));
+    const chosen = (name) => document.querySelector(`input[name=${name}]:checked`).value;
     return {
-      protocol: Object.fromEntries(new URLSearchParams(location.hash.slice(1))),
+      protocol,
+      address: { time: time ?? null, force: force ?? null },
+      view: { time: chosen("time"), force: chosen("force") },
       values: Object.fromEntries(tiles.map((id) => [id, number(id)])),
       shown: Object.fromEntries(tiles.map((id) => [id, text(id)])),
       boxes: Object.fromEntries(
@@ -88,6 +62,22 @@ const read = (page) =>
       chart: document.getElementById("loop").getAttribute("aria-label"),
       wide: document.documentElement.scrollWidth > document.documentElement.clientWidth,
     };
+  });
+
+/** Controls that the charts hide, or that lie outside the window, once they have the focus. */
+const hidden = (page) =>
+  page.evaluate(() => {
+    const charts = document.querySelector(".charts");
+    const found = [];
+    for (const control of document.querySelectorAll("#side button, #side select, #side input")) {
+      scrollTo(0, document.body.scrollHeight);
+      control.focus();
+      const [seen, stage] = [control.getBoundingClientRect(), charts.getBoundingClientRect()];
+      const beside = seen.right <= stage.left || stage.right <= seen.left;
+      const covered = !beside && seen.top < stage.bottom && stage.top < seen.bottom;
+      if (covered || seen.top < -1 || seen.bottom > innerHeight + 1) found.push(control.id || control.value);
+    }
+    return found;
   });
 
 async function download(page, button, name) {
@@ -111,7 +101,7 @@ async function drag(page, id, pixels) {
   await page.mouse.up();
 }
 
-const { base, stop } = await serve();
+const { base, origin, stop } = await serve(join(out, "root"), dist, python);
 const seen = { base, errors: [], foreign: [] };
 const browser = await chromium.launch({ executablePath, args: FLAGS });
 const watch = (page) => {
@@ -130,17 +120,6 @@ const open = async (fragment, options = {}) => {
   await settled(page);
   return page;
 };
-/** The message a page ends with whose model answers otherwise. */
-const message = async (withBrowser, answer) => {
-  const page = await (await withBrowser.newContext({ serviceWorkers: "block" })).newPage();
-  if (answer) await page.route("**/model.onnx", (route) => route.fulfill(answer));
-  await page.goto(base);
-  await page.waitForSelector("body[data-state=failed]", { timeout: PATIENCE });
-  const said = await page.textContent("#message");
-  await page.context().close();
-  return said;
-};
-
 try {
   const page = await open("");
   seen.start = await read(page);
@@ -153,7 +132,7 @@ try {
   await page.evaluate(() => {
     window.redraws = 0;
     const count = () => window.redraws++;
-    new MutationObserver(count).observe(document.getElementById("results"), { attributeFilter: ["data-protocol"] });
+    new MutationObserver(count).observe(document.getElementById("results"), { attributeFilter: ["data-address"] });
   });
   const inference = [];
   for (const [id, pixels] of [
@@ -193,7 +172,11 @@ try {
   seen.preset = await read(shared);
   await download(shared, "#csv", "preset.csv");
   await shared.locator("input[name=force][value=log]").check({ force: true });
+  await shared.waitForFunction(() => location.hash.endsWith("&force=log"));
   await shared.screenshot({ path: join(out, "logarithmic.png") });
+  const viewed = await open(`${new URL(shared.url()).hash}&time=real&utm_source=a&utm_source=b`);
+  seen.viewed = await read(viewed);
+  await viewed.context().close();
   await shared.locator("input[name=force][value=linear]").check({ force: true });
   await shared.locator("input[name=time][value=real]").check({ force: true });
   await shared.screenshot({ path: join(out, "true-to-scale.png") });
@@ -204,10 +187,15 @@ try {
   await shared.fill("#tabor", "-1");
   seen.refused = await shared.textContent("#tabor-note");
 
-  await shared.evaluate(() => (location.hash = "#tabor=soft"));
-  await shared.waitForSelector("#message:not([hidden])");
-  await settled(shared);
-  seen.badLink = await read(shared);
+  seen.badLinks = {};
+  for (const fragment of ["tabor=soft", "tabor=0x1", "tabor=1&tabor=2", "force=cubic", "time=real&time=steps"]) {
+    await shared.evaluate((hash) => (location.hash = hash), fragment);
+    await shared.waitForSelector("#message:not([hidden])");
+    await settled(shared);
+    seen.badLinks[fragment] = await read(shared);
+    await shared.click("#next");
+    await shared.waitForSelector("#message", { state: "hidden", timeout: 5000 });
+  }
 
   const canonical = "#tabor=3.2&peak_indentation=15&loading_rate=1000&dwell_time=0.008&unloading_rate=1000";
   const dark = await open(canonical, { colorScheme: "dark" });
@@ -223,23 +211,46 @@ try {
   await drag(small, "#tabor-slider", -80);
   await settled(small);
   await small.screenshot({ path: join(out, "phone-dark.png") });
+  await small.emulateMedia({ colorScheme: "light" });
+  seen.hidden = {};
+  for (const [width, height] of [
+    [390, 844],
+    [375, 667],
+    [320, 568],
+    [667, 375],
+    [844, 390],
+  ]) {
+    await small.setViewportSize({ width, height });
+    seen.hidden[`${width}x${height}`] = await hidden(small);
+    await small.locator("#dwell_time-slider").focus();
+    await small.screenshot({ path: join(out, `phone-${width}x${height}.png`) });
+    if (width !== 667) continue;
+    seen.scroller = await small.evaluate(() => document.querySelector(".charts").tabIndex);
+    await small.screenshot({ path: join(out, "phone-landscape.png"), fullPage: true });
+  }
   await small.context().close();
+  seen.noScroller = await page.evaluate(() => document.querySelector(".charts").tabIndex);
 
-  seen.missing = await message(browser, { status: 404, body: "" });
-  seen.notOnnx = await message(browser, { status: 200, body: "<html>not a model</html>" });
-  // The prefix of a protocol buffer: ir_version 8, no metadata.
-  seen.foreignOnnx = await message(browser, { status: 200, body: Buffer.from([0x08, 0x08]) });
   // Without a just-in-time compiler there is no WebAssembly either.
   const plain = await chromium.launch({ executablePath, args: [...FLAGS, "--js-flags=--jitless"] });
-  seen.noWebAssembly = await message(plain);
+  seen.messages = await troubles({ browser, plain, base, origin, dist });
   await plain.close();
 
+  const twin = await (await browser.newContext()).newPage();
+  for (const path of ["a", "b"]) {
+    await twin.goto(`${origin}${path}/`);
+    await twin.waitForSelector("body[data-offline=ready]", { timeout: PATIENCE });
+  }
+  seen.caches = (await twin.evaluate(() => caches.keys())).map((name) => name.replace(origin, "/"));
   await page.waitForSelector("body[data-offline=ready]", { timeout: PATIENCE });
   const before = await read(page);
   await stop();
   await page.reload();
   await settled(page);
   seen.offline = { before, after: await read(page) };
+  await twin.goto(`${origin}a/`);
+  await settled(twin);
+  seen.twin = await read(twin);
   seen.manifest = readFileSync(join(dist, "service-worker.js"), "utf8").split("\n")[1];
 } finally {
   await browser.close();

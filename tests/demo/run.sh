@@ -6,8 +6,8 @@ cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
 model="${1:-published/models/M1-concat/model.onnx}"
 if [ ! -f "$model" ]; then
-	echo "The demonstrator is not tested: $model is missing; export it with \`surrogate export M1-concat --format onnx\`."
-	exit 0
+	echo "The demonstrator cannot be tested: $model is missing; export it with \`surrogate export M1-concat --format onnx\`." >&2
+	exit 1
 fi
 
 missing=()
