@@ -136,6 +136,7 @@ def test_nothing_is_wider_than_a_phone(browsed):
 
 def test_focused_control_is_in_sight_on_a_phone(browsed):
     assert browsed["hidden"] == {window: [] for window in browsed["hidden"]}
+    assert browsed["stays"] == {window: window in ("390x844", "375x667") for window in browsed["hidden"]}
     assert browsed["scroller"] == 0
     assert browsed["noScroller"] == -1
 

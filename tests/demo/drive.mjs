@@ -213,6 +213,7 @@ try {
   await small.screenshot({ path: join(out, "phone-dark.png") });
   await small.emulateMedia({ colorScheme: "light" });
   seen.hidden = {};
+  seen.stays = {};
   for (const [width, height] of [
     [390, 844],
     [375, 667],
@@ -222,6 +223,9 @@ try {
   ]) {
     await small.setViewportSize({ width, height });
     seen.hidden[`${width}x${height}`] = await hidden(small);
+    seen.stays[`${width}x${height}`] = await small.evaluate(
+      () => getComputedStyle(document.querySelector(".charts")).position === "sticky",
+    );
     await small.locator("#dwell_time-slider").focus();
     await small.screenshot({ path: join(out, `phone-${width}x${height}.png`) });
     if (width !== 667) continue;
