@@ -20,7 +20,7 @@ TRAINING_ONLY := $(addprefix surrogate/,__main__ checkpoint cli comparison evalu
 	tables training)
 PREDICTING := $(filter-out $(addsuffix .py,$(TRAINING_ONLY)),$(SURROGATE))
 REFERENCE := $(MODELS)/M1-concat
-LINEAGE := experiments/lineage.py
+LINEAGE := experiments/lineage.py surrogate/dataset.py
 # What tells where a model comes from.
 ORIGIN := run.json split.json recipe.toml
 # What a study of the reference model reads; the rule below says how it comes about when it is missing.

@@ -6,7 +6,6 @@ than one model directory, or a model and a data set, asks here first.
 
 from __future__ import annotations
 
-import hashlib
 import json
 import tomllib
 from dataclasses import dataclass
@@ -21,13 +20,13 @@ class Lineage:
     """What decided a training.
 
     Args:
-        dataset: SHA-256 of the data set file.
+        dataset: Digest of the data set, as `surrogate.dataset` makes it.
         parts: Trajectory indices of training, validation and test, by name.
         recipe: Keys and values of the recipe, tables as dictionaries.
         backend: The Keras backend.
         features: The feature set.
         architecture: One of the eighteen names.
-        extra: SHA-256 of a second data set, all for training; `None` without one.
+        extra: Digest of a second data set, all for training; `None` without one.
     """
 
     dataset: str
@@ -60,15 +59,17 @@ def read_lineage(folder: Path) -> Lineage:
     )
 
 
-def dataset_sum(path: Path) -> str:
-    """SHA-256 of a data set file.
+def dataset_digest(path: Path) -> str:
+    """Digest of a data set file, the one that trainings record.
 
     Raises:
         FileNotFoundError: no such file.
     """
+    from surrogate.dataset import TrajectoryDataset
+
     if not path.is_file():
         raise FileNotFoundError(f"data set {str(path)!r} not found; `make dataset` makes it")
-    return hashlib.sha256(path.read_bytes()).hexdigest()
+    return TrajectoryDataset.load(path).sha256
 
 
 def differences(found: Lineage, wanted: Lineage) -> list[str]:
@@ -92,15 +93,15 @@ def held_out_differences(found: Lineage, wanted: Lineage) -> list[str]:
 
 
 def require_dataset(folder: Path, dataset: Path) -> str:
-    """SHA-256 of the data set a model was trained on, which must be that file's.
+    """Digest of the data set a model was trained on, which must be that file's.
 
     Raises:
         ValueError: the model was trained on another data set.
     """
-    trained_on, received = read_lineage(folder).dataset, dataset_sum(dataset)
+    trained_on, received = read_lineage(folder).dataset, dataset_digest(dataset)
     if trained_on != received:
         raise ValueError(
-            f"model {folder.name!r} must have been trained on {str(dataset)!r}, of sum {received[:12]}; "
-            f"received one trained on a data set of sum {trained_on[:12]}: remove {str(folder)!r} and train it anew"
+            f"model {folder.name!r} must have been trained on {str(dataset)!r}, of digest {received[:12]}; "
+            f"received one trained on a data set of digest {trained_on[:12]}: remove {str(folder)!r} and train it anew"
         )
     return received

@@ -19,7 +19,7 @@ from typing import Annotated, Any
 import typer
 
 from experiments import studies
-from experiments.lineage import Lineage, dataset_sum, differences, held_out_differences, read_lineage
+from experiments.lineage import Lineage, dataset_digest, differences, held_out_differences, read_lineage
 from surrogate.architectures.naming import CONDITIONINGS, FAMILIES, names
 
 OUT = studies.RESULTS / "model_comparison.json"
@@ -83,7 +83,7 @@ def outdated(found: dict[str, Lineage], dataset: str, models: Path) -> dict[str,
 
     Args:
         found: Where the published models come from.
-        dataset: SHA-256 of the data set they have to be trained on.
+        dataset: Digest of the data set they have to be trained on.
         models: Where they are.
     """
     current = {name: one for name, one in found.items() if one.dataset == dataset and name in names()}
@@ -136,7 +136,7 @@ def main(
     out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
 ) -> None:
     """Collect what is published."""
-    lineages, digest = published(models), dataset_sum(dataset)
+    lineages, digest = published(models), dataset_digest(dataset)
     old = outdated(lineages, digest, models)
     read = {name: read_model(models / name) for name in lineages if name not in old}
     found = {name: one for name, one in read.items() if name in names()}

@@ -1,14 +1,16 @@
 """What training buys: error against core minutes of training, and against the solver seconds of the trajectories.
 
-Only reads: `history.csv`, `metrics.json` and `run.json` of every published model; for the number of trajectories, the
-published study of data efficiency (models trained on shares of the data set), where there is one.
+A history knows validation errors alone; the held-out error is measured once, at the end of a run. So the curve of a run
+is its validation error, and the test error over core minutes is one point for each run of the reference architecture:
+the published model, and those trained for shorter, by the paper's recipe, or on more data. Only reads: `history.csv`,
+`metrics.json` and `run.json` of every published model; for the number of trajectories, the published study of data
+efficiency (models trained on shares of the data set), where there is one.
 
 Usage: `python -m experiments.training_cost [--models DIR] [--shares FILE] [--out FILE]`.
 """
 
 from __future__ import annotations
 
-import csv
 import json
 from pathlib import Path
 from typing import Annotated, Any
@@ -17,36 +19,39 @@ import numpy as np
 import typer
 
 from bem.dataset_file import load_dataset
+from experiments.lineage import dataset_digest
 from experiments.measuring import MEASUREMENTS, plain
+from experiments.model_comparison import REFERENCE, minutes_to, outdated, paper_mse, published, read_model
 from experiments.studies import DATASET, MODELS, write_result
-from experiments.surrogate_cost import missing, published
+from surrogate.architectures.naming import names
 
 OUT = MEASUREMENTS / "training_cost.json"
 SHARES = Path("published/data_efficiency.json")
+BUDGETS = ("M1-concat-8-epochs", "M1-concat-15-epochs", "M1-concat-paper", "M1-concat-large")
+"""Runs of the reference architecture beside the published one, which `make more-models` trains."""
 
 
-def learning(path: Path) -> dict[str, list[float]]:
+def learning(history: dict[str, list[float]]) -> dict[str, list[float]]:
     """Core minutes and validation errors after each epoch, and the best so far."""
-    with path.open(encoding="utf-8", newline="") as file:
-        rows = list(csv.DictReader(file))
-    columns = {name: [float(row[name]) for row in rows] for name in ("cpu_seconds", "validation_mse", "validation_mae")}
     return {
-        "core_minutes": [seconds / 60.0 for seconds in columns["cpu_seconds"]],
-        "validation_mse": columns["validation_mse"],
-        "validation_mae": columns["validation_mae"],
-        "best_mse": np.minimum.accumulate(columns["validation_mse"]).tolist(),
+        "core_minutes": [seconds / 60.0 for seconds in history["cpu_seconds"]],
+        "validation_mse": history["validation_mse"],
+        "best_mse": np.minimum.accumulate(history["validation_mse"]).tolist(),
     }
 
 
 def trained(folder: Path) -> dict[str, Any]:
-    """One published model."""
-    run, metrics = (json.loads((folder / f"{name}.json").read_text(encoding="utf-8")) for name in ("run", "metrics"))
+    """One published model: the curve of its validation error, and its held-out error at the end."""
+    found = read_model(folder)
     return {
         "name": folder.name,
-        "training_trajectories": run["training_trajectories"],
-        "core_minutes": run["cpu_seconds"] / 60.0,
-        "test": metrics["test"],
-        "history": learning(folder / "history.csv"),
+        "recipe": found["recipe"]["name"],
+        "epochs": found["epochs"],
+        "training_trajectories": found["training_trajectories"],
+        "core_minutes": found["core_seconds"] / 60.0,
+        "test_mse": found["mse"],
+        "minutes_to_paper_mse": minutes_to(found["history"], paper_mse()),
+        "history": learning(found["history"]),
     }
 
 
@@ -72,18 +77,27 @@ def main(
     """Collect what is published; name what is missing."""
     data = load_dataset(dataset)
     seconds_each = float(data.scalars["solver_seconds"].mean())
-    absent = missing(models)
+    lineages = published(models)
+    old = outdated(lineages, dataset_digest(dataset), models)
+    runs = {name: trained(models / name) for name in lineages if name not in old}
+    absent = [name for name in (*names(), *BUDGETS) if name not in runs]
     found = shares(share_file, seconds_each)
     if not found:
         absent.append(str(share_file))
     content = {
         "seconds_per_trajectory": seconds_each,
-        "models": [trained(models / name) for name in published(models)],
+        "paper_mse": paper_mse(),
+        "minutes_to_paper_mse": runs[REFERENCE]["minutes_to_paper_mse"] if REFERENCE in runs else None,
+        "models": [run for name, run in runs.items() if name in names()],
+        "beside": [runs[name] for name in BUDGETS if name in runs],
         "shares": found,
         "missing": absent,
+        "outdated": old,
     }
     write_result(out, "training_cost", plain(content))
     print(f"missing: {', '.join(absent) or 'nothing'}")
+    for sentence in old.values():
+        print(sentence)
 
 
 if __name__ == "__main__":

@@ -91,7 +91,7 @@ def is_trained(variant: Variant, data: TrajectoryDataset, folder: Path) -> bool:
     if other:
         raise ValueError(
             f"training {variant.label!r} must come from {variant.architecture}, recipe {variant.recipe!r} and the data "
-            f"set of sum {data.sha256[:12]}; received one of another {', '.join(other)}: remove {str(folder)!r} to "
+            f"set of digest {data.sha256[:12]}; received one of another {', '.join(other)}: remove {str(folder)!r} to "
             "train it anew"
         )
     return True

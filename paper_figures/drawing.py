@@ -32,8 +32,8 @@ BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK = (
     "#000000",
 )
 PHASES = {"loading": BLUE, "dwell": ORANGE, "unloading": GREEN}
-PAPER = VERMILION
-"""The colour of everything that is the paper's."""
+PAPER = "#882255"
+"""The colour of everything that is the paper's, and of nothing else."""
 
 
 def figure(*, width: float = DOUBLE_COLUMN, height: float) -> Figure:

@@ -1,7 +1,8 @@
 """Figure 5: validation curves, size against shape error, surface energy against crack velocity, data efficiency.
 
 The filled squares of panel (c) stand at the crack velocities of the paper's table, the open ones at those our solver
-measures at the retreating contact edge.
+measures at the retreating contact edge. The model is asked a little beyond the Tabor parameters it was trained on; the
+title says by how much.
 """
 
 from pathlib import Path
@@ -40,7 +41,10 @@ def draw_effective_energy(axes: Axes, content: dict[str, Any]) -> None:
     open_square = {"color": drawing.VERMILION, "markerfacecolor": "none", "markersize": 6.0, "markeredgewidth": 0.7}
     axes.plot(own, solver, "s", label="solver, own velocity", **open_square)
     name = content["config"]["model"]
+    beyond = content["summary"]["extrapolation_percent"]
     axes.plot(theirs, [one["surrogate"] for one in points], label=name, **models_style.marker(name))
+    if beyond:
+        axes.set_title(rf"{name} asked {beyond:.3g} % above its largest $\mu$", loc="right")
     axes.set(xscale="log", xlabel=r"crack velocity $\tilde v_c$", ylabel=r"effective energy $\hat\Gamma_\mathrm{eff}$")
     axes.set_ylim(0.0, None)
     axes.legend(loc="upper left")
@@ -57,12 +61,15 @@ def draw_data_efficiency(axes: Axes, content: dict[str, Any] | None) -> None:
     shares = sorted(content["shares"], key=lambda one: one["percent"])
     percents = [one["percent"] for one in shares]
     means, deviations = ([one[name] for one in shares] for name in ("mse_mean", "mse_sd"))
-    color = models_style.color(content["config"]["architecture"])
-    axes.errorbar(percents, means, deviations, color=color, marker="o", capsize=2, linewidth=1.0, label="mean of folds")
+    look = models_style.marker(content["config"]["architecture"])
+    color = look["color"]
+    axes.errorbar(
+        percents, means, deviations, capsize=2, linewidth=1.0, label="mean of folds", **look | {"linestyle": "-"}
+    )
     band = [[m + sign * d for m, d in zip(means, deviations, strict=True)] for sign in (-1.0, 1.0)]
     axes.fill_between(percents, *band, color=color, alpha=0.15, linewidth=0)
-    full = models_style.marker(content["config"]["architecture"])
-    axes.plot(100.0, content["full"]["mse"], label="all trajectories", **full)
+    whole = {"markeredgecolor": drawing.BLACK, "markeredgewidth": 0.9}
+    axes.plot(100.0, content["full"]["mse"], label="all trajectories", **look | whole)
     axes.legend(loc="upper right")
     for axis in (axes.xaxis, axes.yaxis):
         drawing.log_labels(axis)

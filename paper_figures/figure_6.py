@@ -1,4 +1,7 @@
-"""Figure 6: force against indentation of the twelve canonical protocols, solver and surrogate."""
+"""Figure 6: force against indentation of the twelve canonical protocols, solver and surrogate.
+
+The surrogate has one marker throughout; the number of a sample stands at its turning point.
+"""
 
 from pathlib import Path
 from typing import Annotated, Any
@@ -6,29 +9,30 @@ from typing import Annotated, Any
 import typer
 from matplotlib.axes import Axes
 
-from paper_figures import drawing
+from paper_figures import drawing, models_style
 
 RESULT = Path("results/studies/canonical_regimes.json")
 PANELS = {"a": (1, 2, 3), "b": (4, 5, 6), "c": (7, 8, 9), "d": (10, 11, 12)}
-STYLES = (("o", drawing.BLUE), ("s", drawing.VERMILION), ("^", drawing.GREEN))
+CROWDED = {7: (42, 14), 10: (42, 14)}
+"""Samples whose turning point lies among the loops of others, and where their numbers go, in points from it."""
 
 
-def draw_regime(axes: Axes, regime: dict[str, Any], style: tuple[str, str]) -> None:
-    """The solver's history as a line, the surrogate's measurement steps as markers."""
+def draw_regime(axes: Axes, regime: dict[str, Any], model: str) -> None:
+    """The solver's history as a line, the surrogate's measurement steps as markers, the sample's number beside them."""
     native, steps = regime["native"], regime["steps"]
     axes.plot(native["indentation"], native["force"], color=drawing.BLACK, linewidth=0.9, zorder=2)
     axes.plot(
         steps["indentation"],
         steps["predicted"],
-        linestyle="",
-        marker=style[0],
-        color=style[1],
-        markersize=3.2,
-        markerfacecolor="none",
-        markeredgewidth=0.6,
         zorder=3,
         label=f"({regime['sample']})",
+        **models_style.step_marker(model),
     )
+    deepest = native["indentation"].index(max(native["indentation"]))
+    turning = native["indentation"][deepest], native["force"][deepest]
+    place = {"xytext": CROWDED.get(regime["sample"], (5, 0)), "textcoords": "offset points", "va": "center"}
+    leader = {"arrowstyle": "-", "linewidth": 0.5, "shrinkB": 3} if regime["sample"] in CROWDED else None
+    axes.annotate(f"({regime['sample']})", turning, fontsize=7, arrowprops=leader, **place)
 
 
 def main(
@@ -41,17 +45,17 @@ def main(
     drawn = drawing.figure(height=5.2)
     for axes, (name, samples) in zip(drawn.subplots(2, 2).flat, PANELS.items(), strict=True):
         axes.axhline(0.0, color="0.8", linewidth=0.6, zorder=0)
-        for sample, style in zip(samples, STYLES, strict=True):
-            draw_regime(axes, regimes[sample], style)
+        for sample in samples:
+            draw_regime(axes, regimes[sample], content["config"]["model"])
+        axes.margins(x=0.12)
         tabor = regimes[samples[0]]["protocol"]["tabor"]
         dwell = "long" if max(regimes[sample]["protocol"]["dwell_time"] for sample in samples) > 0.1 else "short"
         axes.set_title(rf"$\mu = {tabor:g}$, {dwell} dwell", loc="right")
         drawing.letter(axes, name)
         axes.set(xlabel=r"indentation $\hat\delta$", ylabel=r"force $\hat P$")
-        handles, labels = axes.get_legend_handles_labels()
         solver = axes.plot([], [], color=drawing.BLACK, linewidth=0.9)[0]
-        marks = f"{content['config']['model']}, sample"
-        axes.legend([solver, *handles], ["solver", *(f"{marks} {text}" for text in labels)], loc="best")
+        marks = axes.get_legend_handles_labels()[0][:1]
+        axes.legend([solver, *marks], ["solver", content["config"]["model"]], loc="best")
     drawing.save(drawn, "figure-6", folder)
 
 

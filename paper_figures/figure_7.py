@@ -18,6 +18,8 @@ RESULT = Path("results/studies/error_statistics.json")
 QUARTILES = ("Q1", "Q2", "Q3", "Q4")
 COLORS = (drawing.BLUE, drawing.SKY, drawing.ORANGE, drawing.VERMILION)
 LOWEST, BINS_PER_DECADE = 1e-2, 6
+BARS = 0.76
+"""Share of a panel's height for bars and lines; the legend is above them."""
 LABELS = {
     "pull_off_force_percent": "pull-off force error (%)",
     "hysteresis_percent": "hysteresis error (%)",
@@ -39,9 +41,9 @@ def draw_distribution(axes: Axes, content: dict[str, Any], column: str) -> None:
     drawing.log_labels(axes.xaxis)
     overall = content["overall"][column]
     for name, style, text in (("median", "-.", "median"), ("p90", "--", "90th percentile")):
-        axes.axvline(
-            overall[name], color=drawing.BLACK, linestyle=style, linewidth=0.9, label=f"{text} {overall[name]:.2g} %"
-        )
+        label = f"{text} {overall[name]:.2g} %"
+        axes.axvline(overall[name], ymax=BARS, color=drawing.BLACK, linestyle=style, linewidth=0.9, label=label)
+    axes.set_ylim(0.0, max(patch.get_y() + patch.get_height() for patch in axes.patches) / BARS)
     axes.legend(loc="upper left")
 
 

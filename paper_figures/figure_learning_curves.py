@@ -29,7 +29,7 @@ def draw_curves(axes: Axes, models: dict[str, Any], conditioning: str) -> int:
     axes.legend(loc="upper right", ncols=2)
     if not drawn:
         axes.text(0.5, 0.5, f"no {conditioning} model trained yet", transform=axes.transAxes, ha="center", color="0.4")
-        axes.set(xlim=(0, 110), ylim=(1e-4, 1.0))
+        axes.set(xlim=(0.0, 1.0), ylim=(1e-4, 1.0), xticks=[])
     return drawn
 
 

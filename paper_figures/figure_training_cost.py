@@ -1,5 +1,6 @@
 """Figure: error against core minutes of training, and against the trajectories it was trained on.
 
+Curves are validation errors; held-out errors, measured once at the end of a run, are marked at its core minutes.
 Reads the result of `experiments.training_cost`; what is not published yet is named in the panels.
 """
 
@@ -9,26 +10,54 @@ from typing import Annotated, Any
 import typer
 from matplotlib.axes import Axes
 
-from paper_figures import drawing
+from paper_figures import drawing, models_style
+from paper_figures.models_style import REFERENCE
 
 RESULT = Path("published/measurements/training_cost.json")
-REFERENCE_MODEL = "M1-concat"
+GREY = {"color": "0.75", "linewidth": 0.7}
 
 
-def draw_time(axes: Axes, models: list[dict[str, Any]]) -> None:
-    """Best validation error so far over core minutes; the reference model in colour, the others behind it."""
-    for model in sorted(models, key=lambda one: one["name"] == REFERENCE_MODEL):
+def draw_time(axes: Axes, content: dict[str, Any]) -> None:
+    """Best validation error so far over core minutes, and the held-out error at the end of each run of the reference.
+
+    The other architectures' curves are grey, behind the reference model's; the paper's error is a line.
+    """
+    for model in sorted(content["models"], key=lambda one: one["name"] == REFERENCE):
         history = model["history"]
-        first = model["name"] == REFERENCE_MODEL
-        style = {"color": drawing.BLUE, "linewidth": 1.4} if first else {"color": "0.75", "linewidth": 0.7}
-        label = REFERENCE_MODEL if first else "other architectures"
+        first = model["name"] == REFERENCE
+        style = {"color": models_style.color(REFERENCE), "linewidth": 1.4} if first else GREY
+        label = f"{REFERENCE}, validation so far" if first else "other architectures, validation so far"
         axes.loglog(history["core_minutes"], history["best_mse"], label=label, **style)
-        if first:
-            axes.loglog(history["core_minutes"], history["validation_mse"], color=drawing.SKY, linewidth=0.5, zorder=1)
+    runs = [*(model for model in content["models"] if model["name"] == REFERENCE), *content["beside"]]
+    for run in runs:
+        axes.loglog(
+            run["core_minutes"],
+            run["test_mse"],
+            label="held-out, end of a run",
+            zorder=4,
+            **models_style.marker(REFERENCE),
+        )
+        words = run["name"].removeprefix(f"{REFERENCE}-").replace("-", " ") if run["name"] != REFERENCE else ""
+        axes.annotate(
+            words or f"{run['epochs']} epochs",
+            (run["core_minutes"], run["test_mse"]),
+            xytext=(0, -6),
+            textcoords="offset points",
+            ha="center",
+            va="top",
+            fontsize=6,
+        )
+    axes.axhline(content["paper_mse"], color=drawing.PAPER, linewidth=0.8, linestyle="--", label="paper's held-out")
+    reached = content["minutes_to_paper_mse"]
+    if reached is not None:
+        axes.axvline(reached, color=models_style.color(REFERENCE), linewidth=0.6, linestyle=":", zorder=1)
+        text = f"{reached:.2g} core minutes\nto the paper's"
+        axes.text(0.9 * reached, 0.97, text, transform=axes.get_xaxis_transform(), ha="right", va="top", fontsize=6)
     handles, labels = axes.get_legend_handles_labels()
     unique = dict(zip(labels, handles, strict=True))
-    axes.legend(unique.values(), unique.keys())
-    axes.set(xlabel="training (core minutes)", ylabel="validation error (MSE, scaled force)")
+    axes.legend(unique.values(), unique.keys(), loc="lower left", fontsize=6)
+    low, high = axes.get_ylim()
+    axes.set(xlabel="training (core minutes)", ylabel="MSE of the scaled force", ylim=(low / 8.0, high))
 
 
 def draw_shares(axes: Axes, points: list[dict[str, Any]]) -> None:
@@ -47,7 +76,7 @@ def draw_shares(axes: Axes, points: list[dict[str, Any]]) -> None:
         return
     count = [point["trajectories"] for point in points]
     error, deviation = ([point[name] for point in points] for name in ("mse", "mse_sd"))
-    axes.errorbar(count, error, yerr=deviation, color=drawing.BLUE, marker="o", markersize=4, capsize=2)
+    axes.errorbar(count, error, yerr=deviation, capsize=2, **models_style.marker(REFERENCE) | {"linestyle": "-"})
     axes.set(xscale="log", yscale="log", xlabel="training trajectories", ylabel="held-out error (MSE, scaled force)")
     each = points[-1]["solver_seconds"] / points[-1]["trajectories"]
     above = axes.secondary_xaxis("top", functions=(lambda n: n * each, lambda s: s / each))
@@ -63,7 +92,7 @@ def main(
     drawn = drawing.figure(height=2.8)
     left, right = drawn.subplots(1, 2)
     if content["models"]:
-        draw_time(left, content["models"])
+        draw_time(left, content)
     else:
         left.text(0.5, 0.5, "no model published yet", transform=left.transAxes, ha="center", color="0.4")
         left.set(xticks=[], yticks=[])

@@ -7,7 +7,7 @@ import numpy as np
 import typer
 from matplotlib.axes import Axes
 
-from paper_figures import drawing, schematics
+from paper_figures import drawing, models_style, schematics
 from paper_figures.figure_6 import RESULT as REGIMES
 from paper_figures.figure_7 import RESULT as ERRORS
 
@@ -47,7 +47,7 @@ def draw_force(axes: Axes, regime: dict[str, Any], name: str) -> None:
     native, steps = regime["native"], regime["steps"]
     axes.axhline(0.0, color="0.8", linewidth=0.6, zorder=0)
     axes.plot(native["indentation"], native["force"], color=drawing.BLACK, linewidth=1.0, label="solver")
-    axes.plot(steps["indentation"], steps["predicted"], "o", color=drawing.BLUE, markersize=2.4, label=name)
+    axes.plot(steps["indentation"], steps["predicted"], label=name, **models_style.step_marker(name))
     axes.set(xlabel=r"indentation $\hat\delta$", ylabel=r"force $\hat P$", title="force history")
     axes.legend(loc="lower left")
 

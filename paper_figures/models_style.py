@@ -42,6 +42,12 @@ def marker(name: str) -> dict[str, Any]:
     }
 
 
+def step_marker(name: str) -> dict[str, Any]:
+    """The same for the many measurement steps of a predicted history: smaller and hollow, so that they do not merge."""
+    small = {"markersize": 3.2, "markerfacecolor": "none", "markeredgecolor": color(name), "markeredgewidth": 0.6}
+    return marker(name) | small
+
+
 def family_handles() -> list[Line2D]:
     """Legend entries of the six families."""
     return [Line2D([], [], color=COLORS[name], linewidth=3.0, label=name) for name in FAMILIES]
@@ -56,8 +62,8 @@ def conditioning_handles() -> list[Line2D]:
 
 
 def paper_marker(name: str) -> dict[str, Any]:
-    """Keywords of `Axes.plot` that draw the paper's own point of a model: the model's marker, hollow and black."""
-    hollow = {"color": "none", "markeredgecolor": drawing.BLACK, "markeredgewidth": 0.8, "markersize": 8.0}
+    """Keywords of `Axes.plot` that draw the paper's own point of a model: the model's marker, hollow, in its colour."""
+    hollow = {"color": "none", "markeredgecolor": drawing.PAPER, "markeredgewidth": 1.0, "markersize": 8.0}
     return marker(name) | hollow
 
 

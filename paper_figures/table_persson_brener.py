@@ -40,10 +40,14 @@ def main(
             ("surrogate_against_theory", "surrogate"),
         )
     )
+    first = content["points"][0]["protocol"]
     caption = (
-        r"Effective surface energy $\hat\Gamma_\mathrm{eff}=|\hat P_\mathrm{po}|/1.5$ at $\mu=3.24$, "
-        r"$\hat\delta_l=80$, $\hat v_L=1.3895$, $\hat t_D=3$. The solver's own crack velocity is the speed of the "
-        "contact edge at pull-off. "
+        r"Effective surface energy $\hat\Gamma_\mathrm{eff}=|\hat P_\mathrm{po}|/1.5$ at "
+        rf"$\mu={first['tabor']:g}$, $\hat\delta_l={first['peak_indentation']:g}$, "
+        rf"$\hat v_L={first['loading_rate']:g}$, $\hat t_D={first['dwell_time']:g}$. "
+        "The solver's own crack velocity is the speed of the contact edge at pull-off. "
+        rf"The surrogate extrapolates: it was trained up to $\mu={found['trained_up_to_tabor']:g}$ and is asked "
+        f"{found['extrapolation_percent']:.3g} % beyond. "
         f"Median and largest deviation from Persson-Brener theory: {deviations}."
     )
     write_table("persson-brener", ["Point", *COLUMNS.values()], rows(content["points"]), caption, folder)

@@ -25,7 +25,6 @@ from experiments import (
     recommendations,
     soak,
     surrogate_map,
-    training_cost,
 )
 from experiments.measuring import exponent, plain, spread
 
@@ -96,27 +95,6 @@ def test_amortisation_finds_where_lines_cross(cost, dataset, tmp_path):
     )
     with pytest.raises(FileNotFoundError, match="make measure-accuracy-cost"):
         amortisation.main(tmp_path / "absent.json", dataset, tmp_path, out)
-
-
-def test_cost_of_training_is_read_from_what_is_published(dataset, tmp_path):
-    folder = tmp_path / "models" / "M1-concat"
-    folder.mkdir(parents=True)
-    (folder / "model.weights.h5").touch()
-    (folder / "run.json").write_text('{"training_trajectories": 48, "cpu_seconds": 120.0}', encoding="utf-8")
-    (folder / "metrics.json").write_text('{"test": {}}', encoding="utf-8")
-    (folder / "history.csv").write_text(
-        "epoch,validation_mse,validation_mae,cpu_seconds\n1,0.5,0.1,60\n2,0.7,0.1,120\n", encoding="utf-8"
-    )
-    shares = tmp_path / "shares.json"
-    full, half = {"training_trajectories": 48, "mse": 0.1}, {"trajectories": 24, "mse_mean": 0.2, "mse_sd": 0.01}
-    shares.write_text(json.dumps({"full": full, "shares": [half]}), encoding="utf-8")
-    out = tmp_path / "training.json"
-    training_cost.main(tmp_path / "models", dataset, shares, out)
-    content = json.loads(out.read_text(encoding="utf-8"))
-    assert content["models"][0]["history"]["best_mse"] == [0.5, 0.5]
-    assert content["models"][0]["history"]["core_minutes"] == [1.0, 2.0]
-    assert [point["trajectories"] for point in content["shares"]] == [24, 48]
-    assert len(content["missing"]) == 17
 
 
 def test_growth_of_both_solvers():

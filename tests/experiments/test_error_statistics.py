@@ -1,11 +1,10 @@
 import csv
-import hashlib
 import json
 
 import numpy as np
 import pytest
 
-from experiments import error_statistics, model_comparison, studies
+from experiments import error_statistics, fms_transfer, lineage, model_comparison, studies
 from experiments.data_efficiency import variants as shares
 from experiments.feature_sets import summary as feature_summary
 from experiments.feature_sets import variants as feature_variants
@@ -30,14 +29,17 @@ RECIPE = 'name = "swift"\nepochs = 30\n'
 SPLIT = {"seed": 0, "train": [0, 1], "validation": [2], "test": [3, 4]}
 
 
+DIGEST = "of the data set"
+
+
 @pytest.fixture
-def dataset(tmp_path):
-    path = tmp_path / "dataset.h5"
-    path.write_bytes(b"trajectories")
-    return path
+def dataset(tmp_path, monkeypatch):
+    for module in (lineage, model_comparison):
+        monkeypatch.setattr(module, "dataset_digest", lambda _: DIGEST)
+    return tmp_path / "dataset.h5"
 
 
-def write_model(folder, mse, *, recipe=RECIPE, split=SPLIT, data=b"trajectories", **run):
+def write_model(folder, mse, *, recipe=RECIPE, split=SPLIT, **run):
     """A model directory with everything but weights."""
     folder.mkdir(parents=True)
     (folder / "recipe.toml").write_text(recipe, encoding="utf-8")
@@ -51,7 +53,7 @@ def write_model(folder, mse, *, recipe=RECIPE, split=SPLIT, data=b"trajectories"
         "backend": "tensorflow",
         "versions": {},
         "training_trajectories": 8,
-        "dataset_sha256": hashlib.sha256(data).hexdigest(),
+        "dataset_sha256": DIGEST,
     } | run
     (folder / "run.json").write_text(json.dumps(run), encoding="utf-8")
     rows = "epoch,train_mse,validation_mse,cpu_seconds\n1,0.2,0.3,60\n2,0.1,4e-4,120\n"
@@ -92,15 +94,13 @@ def test_errors_of_another_held_out_part_or_data_set_are_refused(tmp_path, datas
     write_errors(write_model(tmp_path / "other part", 1.0), range(8))
     with pytest.raises(ValueError, match=r"must hold the 2 trajectories .* received 8 others"):
         error_statistics.held_out_errors(tmp_path / "other part", dataset)
-    write_errors(write_model(tmp_path / "other data", 1.0, data=b"others"), [3, 4])
+    write_errors(write_model(tmp_path / "other data", 1.0, dataset_sha256="of others"), [3, 4])
     with pytest.raises(ValueError, match="must have been trained on"):
         error_statistics.held_out_errors(tmp_path / "other data", dataset)
 
 
 def test_indices_are_not_applied_to_another_data_set(tmp_path, dataset):
-    from experiments import fms_transfer
-
-    write_model(tmp_path / "M1-concat", 1.0, data=b"others")
+    write_model(tmp_path / "M1-concat", 1.0, dataset_sha256="of others")
     content = {"model": "M1-concat", "trajectories": 0}
     with pytest.raises(ValueError, match="must have been trained on"):
         fms_transfer.held_out(tmp_path, dataset, content)
@@ -147,7 +147,7 @@ def test_only_models_trained_alike_are_compared(tmp_path, dataset):
     write_model(tmp_path / "M1-concat", 1.0)
     write_model(tmp_path / "M1-FiLM", 0.1, recipe='name = "other"\n')
     write_model(tmp_path / "M1-gated", 0.1, split=SPLIT | {"test": [0, 1]})
-    write_model(tmp_path / "M2-concat", 0.1, data=b"others")
+    write_model(tmp_path / "M2-concat", 0.1, dataset_sha256="of others")
     write_model(tmp_path / "M2-FiLM", 0.1, backend="jax")
     out = tmp_path / "out.json"
     model_comparison.main(tmp_path, dataset, out)

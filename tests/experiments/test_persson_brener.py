@@ -27,6 +27,13 @@ def test_lengths_agree_with_the_papers():
     assert persson_brener.beta_over_length_scale(3.24) == pytest.approx(beta_over_gap / theory.length_scale(3.24))
 
 
+def test_extrapolation_beyond_the_trained_tabor_parameters_is_stated():
+    trained = types.SimpleNamespace(scaling=types.SimpleNamespace(ranges={"tabor": (0.2, 3.2)}))
+    protocols = studies.paper_protocols("persson_brener_protocols")
+    assert persson_brener.extrapolation_percent(trained, protocols) == pytest.approx(1.25)
+    assert persson_brener.extrapolation_percent(trained, [{"tabor": 3.0}]) == 0.0
+
+
 def test_the_three_forms_of_the_theory_agree():
     assert persson_brener.agreement(np.geomspace(1e-2, 1e4, 60), 0.1) < 1e-10
 

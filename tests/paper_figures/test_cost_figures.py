@@ -7,6 +7,7 @@ import pytest
 
 from bem.designs import PAPER_RANGES
 from paper_figures import (
+    drawing,
     figure_accuracy_cost,
     figure_amortisation,
     figure_broad_band,
@@ -172,9 +173,11 @@ def test_amortisation_without_and_with_a_surrogate(write, tmp_path):
 @pytest.mark.parametrize("published", [False, True])
 def test_cost_of_training(write, tmp_path, published):
     history = {key: [1.0, 0.5] for key in ("core_minutes", "validation_mse", "best_mse")}
-    content = (
+    run = {"name": "M1-concat", "epochs": 2, "core_minutes": 2.0, "test_mse": 4e-4, "history": history}
+    content = {"paper_mse": 5e-4, "minutes_to_paper_mse": 1.5 if published else None, "beside": []} | (
         {
-            "models": [{"name": "M1-concat", "history": history}],
+            "models": [run],
+            "beside": [run | {"name": "M1-concat-8-epochs", "core_minutes": 1.0, "test_mse": 8e-4}],
             "shares": [
                 {"trajectories": n, "solver_seconds": 0.01 * n, "mse": 1.0 / n, "mse_sd": 0.0} for n in (10, 100)
             ],
@@ -184,6 +187,11 @@ def test_cost_of_training(write, tmp_path, published):
     )
     figure_training_cost.main(write(content), tmp_path)
     assert names(tmp_path) == pictures("figure-training-cost")
+    axes = drawing.figure(height=2.0).subplots()
+    figure_training_cost.draw_time(axes, content)
+    held_out = [line.get_xydata()[0].tolist() for line in axes.lines if line.get_label() == "held-out, end of a run"]
+    assert held_out == ([[2.0, 4e-4], [1.0, 8e-4]] if published else [])
+    assert ("1.5 core minutes" in " ".join(text.get_text() for text in axes.texts)) == published
 
 
 def test_hard_cases(write, tmp_path):

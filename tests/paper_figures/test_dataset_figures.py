@@ -5,6 +5,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
+from bem.dataset_file import load_dataset
 from bem.designs import PAPER_RANGES
 from paper_figures import drawing, figure_2, figure_3, table_accuracy_price, table_protocols_dataset
 from paper_figures.tables import number, write_table
@@ -30,6 +31,55 @@ def test_histograms_are_shares_and_mark_the_papers_cost(dataset_path, examples_p
     texts = " ".join(text.get_text() for text in panels[8].texts)
     assert "paper: 478 h\nmean 138 s" in texts
     plt.close(kept[0])
+
+
+@pytest.fixture
+def kept(monkeypatch):
+    """The figures that are drawn, kept open instead of written."""
+    figures = []
+    monkeypatch.setattr(drawing, "save", lambda drawn, *_: figures.append(drawn))
+    yield figures
+    plt.close("all")
+
+
+def test_figure_2_plots_the_examples_and_the_data_set(dataset_path, examples_path, tmp_path, kept):
+    figure_2.main(dataset_path, examples_path, tmp_path)
+    example = json.loads(examples_path.read_text(encoding="utf-8"))["examples"][0]
+    first = kept[0].axes[0]
+    histories = [line.get_xydata() for line in first.lines if len(line.get_xdata()) > 2]
+    native = np.stack([example["native"][name] for name in ("time", "force")], axis=1)
+    assert len(histories) == 1
+    np.testing.assert_array_equal(histories[0], native)
+    marks = {line.get_label(): line.get_xydata()[0].tolist() for line in first.lines if len(line.get_xdata()) == 1}
+    assert marks[r"$\hat P_\mathrm{po}$"] == [1.2345, 1.2345]
+    assert marks[r"$\hat P_\mathrm{mc}$"] == native[native[:, 1].argmin()].tolist()
+    data = load_dataset(dataset_path)
+    scalars = {name: values[data.completed] for name, values in data.scalars.items()}
+    ratio = scalars["pull_off_force"] / np.abs(scalars["max_compression"])
+    for axes, values in zip(kept[0].axes[6:8], (scalars["pull_off_time"], ratio[ratio > 0.0]), strict=True):
+        bars = sorted((patch.get_x(), patch.get_width(), patch.get_height()) for patch in axes.patches)
+        edges = [x for x, _, _ in bars] + [bars[-1][0] + bars[-1][1]]
+        np.testing.assert_allclose([height for *_, height in bars], np.histogram(values, edges)[0] / len(values))
+    marked = [line for line in kept[0].axes[8].lines if line.get_color() == drawing.PAPER]
+    assert [line.get_xdata()[0] for line in marked] == pytest.approx([3600.0 * 478 / 12_450])
+
+
+def test_figure_3_plots_the_history_and_its_measurement_steps(examples_path, tmp_path, kept):
+    figure_3.main(examples_path, tmp_path)
+    mapping = json.loads(examples_path.read_text(encoding="utf-8"))["mapping"]
+    by_letter = {axes.get_title(loc="left").strip("()"): axes for axes in kept[0].axes}
+    for letter, quantity in (("c", "indentation"), ("d", "time"), ("e", "force")):
+        phases = [line for line in by_letter[letter].lines if line.get_marker() == "."]
+        assert [len(line.get_xdata()) for line in phases] == [50, 20, 50]
+        assert np.concatenate([line.get_xdata() for line in phases]).tolist() == list(range(1, 121))
+        plotted = np.concatenate([line.get_ydata() for line in phases])
+        np.testing.assert_array_equal(plotted, mapping["steps"][quantity])
+    for letter, quantity in (("a", "indentation"), ("b", "force")):
+        phases = [line for line in by_letter[letter].lines if line.get_marker() == "None"]
+        assert len(phases) == 3
+        drawn = np.unique(np.concatenate([line.get_xydata() for line in phases]), axis=0)
+        native = np.unique(np.stack([mapping["native"][name] for name in ("time", quantity)], axis=1), axis=0)
+        np.testing.assert_array_equal(drawn, native)
 
 
 def test_figure_3_is_drawn_from_files(examples_path, tmp_path):

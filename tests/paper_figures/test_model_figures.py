@@ -43,15 +43,19 @@ def comparison(trained):
             "mse": 1e-3 * (rank + 1),
             "mae": 1e-2 * (rank + 1),
             "dtw_rmse": 2e-2 * (rank + 1),
-            "test": {"pull_off_force_percent": one, "hysteresis_percent": one},
+            "test": {"nmae_percent": {"median": 0.7}, "pull_off_force_percent": one, "hysteresis_percent": one},
+            "recipe": {"name": "swift"},
+            "training_trajectories": 9960,
             "epochs": 3,
-            "hours": 0.5,
+            "core_seconds": 1800.0,
             "history": HISTORY,
         }
         for rank, name in enumerate(trained)
     }
     missing = [name for name in names() if name not in trained]
-    return {"models": models, "missing": missing, "comparison": {"ranking": list(trained)}}
+    beside = {"M1-concat-large": models[trained[0]] | {"training_trajectories": 120_000}}
+    common = {"missing": missing, "outdated": {}, "beside": beside}
+    return {"models": models, **common, "comparison": {"ranking": list(trained)}}
 
 
 @pytest.fixture
@@ -115,12 +119,14 @@ def cracks(tmp_path):
         "solver": 2.2,
         "surrogate": 2.3,
     }
+    point["protocol"] = {"tabor": 3.24, "peak_indentation": 80.0, "loading_rate": 1.3895, "dwell_time": 3.0}
     points = [{**point, "point": k, "crack_velocity": 1.0 * k, "own_crack_velocity": 1.1 * k} for k in range(1, 15)]
     summary = {
         f"{name}_{part}_percent": 1.0
         for name in ("solver_against_theory", "solver_against_theory_at_own_velocity", "surrogate_against_theory")
         for part in ("median", "largest")
     }
+    summary |= {"extrapolation_percent": 1.25, "trained_up_to_tabor": 3.2}
     theory = {"crack_velocity": [0.1, 10.0], "effective_energy": [1.0, 5.0]}
     content = {"config": {"model": "M1-concat"}, "summary": summary, "points": points, "theory": theory}
     return write(tmp_path / "cracks.json", content)
@@ -138,6 +144,18 @@ def test_each_model_looks_the_same_everywhere_and_no_two_alike():
     assert len(looks) == 18
     assert models_style.marker("M1-concat")["marker"] == "^"
     assert models_style.color("M1-concat") == drawing.BLUE
+
+
+def is_reference(line):
+    """Whether a line is drawn as M1-concat is."""
+    shape, color = models_style.marker("M1-concat")["marker"], models_style.color("M1-concat")
+    return (line.get_marker(), line.get_color()) == (shape, color)
+
+
+def test_the_papers_colour_is_used_for_nothing_else():
+    ours = {drawing.BLUE, drawing.VERMILION, drawing.GREEN, drawing.PURPLE, drawing.ORANGE, drawing.SKY, drawing.BLACK}
+    assert drawing.PAPER not in ours
+    assert models_style.paper_marker("M1-concat")["markeredgecolor"] == drawing.PAPER
 
 
 def test_missing_models_are_named():
@@ -169,6 +187,7 @@ def test_figure_5_with_one_model_and_no_data_efficiency(tmp_path, cracks, kept):
     assert by_label["solver"][3].tolist() == [4.0, 2.2]
     assert by_label["solver, own velocity"][3].tolist() == pytest.approx([4.4, 2.2])
     assert by_label["M1-concat"][3].tolist() == [4.0, 2.3]
+    assert "1.25 %" in energies.get_title(loc="right")
     assert "make data-efficiency" in shares.texts[0].get_text()
 
 
@@ -189,6 +208,8 @@ def test_figure_6_plots_solver_and_prediction(tmp_path, regimes, kept):
     markers = {line.get_label(): line for line in panel.lines if line.get_label().startswith("(")}
     assert list(markers) == ["(4)", "(5)", "(6)"]
     assert markers["(5)"].get_xydata().tolist() == [[0.0, 0.5], [5.0, -5.0]]
+    assert {is_reference(line) for line in markers.values()} == {True}
+    assert [text.get_text() for text in panel.texts] == ["(4)", "(5)", "(6)"]
 
 
 def test_figure_7_counts_every_trajectory_once(tmp_path, errors, kept):
@@ -196,6 +217,9 @@ def test_figure_7_counts_every_trajectory_once(tmp_path, errors, kept):
     for axes in kept[0].axes[:2]:
         assert sum(patch.get_height() for patch in axes.patches) == pytest.approx(100.0)
         assert sorted(line.get_xdata()[0] for line in axes.lines) == [1.5, 6.0]
+        kept[0].draw_without_rendering()
+        highest = max(patch.get_window_extent().y1 for patch in axes.patches)
+        assert axes.get_legend().get_window_extent().y0 > highest
     assert sum(len(line.get_xdata()) for line in kept[0].axes[2].lines) == 8
 
 
@@ -226,10 +250,12 @@ def test_figure_fms_transfer(tmp_path, kept):
     predictions = {n: {"indentation": [0.0, 1.0], "predicted": [0.0, float(n)]} for n in ("100", "120", "140")}
     sample = {"sample": 8, "native": {"indentation": [0.0], "force": [0.0]}, "predictions": predictions}
     errors = {n: {"nmae_percent": {"median": float(n), "p90": 2.0 * float(n)}} for n in predictions}
-    content = {"sample": sample, "test_set": {"trajectories": 3, "errors": errors}}
+    config = {"model": "M1-concat"}
+    content = {"config": config, "sample": sample, "test_set": {"trajectories": 3, "errors": errors}}
     figure_fms_transfer.main(write(tmp_path / "f.json", content), tmp_path)
     first, second = kept[0].axes
     assert {line.get_label(): line.get_ydata()[-1] for line in first.lines[2:]}["$N = 140$"] == 140.0
+    assert all(is_reference(line) for line in first.lines[2:])
     heights = [bar.get_height() for bars in second.containers for bar in bars if hasattr(bar, "get_height")]
     assert heights == [100.0, 120.0, 140.0, 200.0, 240.0, 280.0]
 
@@ -263,6 +289,9 @@ def test_graphical_abstract_states_the_medians(tmp_path, regimes, errors, kept):
     text = " ".join(text.get_text() for text in kept[0].axes[1].texts)
     assert "pull-off force 1.5 %" in text
     assert "6 ms a prediction, solver 10 ms" in text
+    (predicted,) = [line for line in kept[0].axes[2].lines if line.get_label() == "M1-concat"]
+    assert is_reference(predicted)
+    assert predicted.get_ydata().tolist() == [0.5, -5.0]
 
 
 def read_csv(path):
@@ -295,10 +324,13 @@ def test_tables(tmp_path, regimes, errors, cracks):
     assert rows[2][:3] == ["", "here", r"2 $\pm$ 1"]
     table_persson_brener.main(cracks, tmp_path)
     assert read_csv(tmp_path / "persson-brener.csv")[2] == ["2", "1", "2", "2.2", "2", "2.1", "2.2", "2.3"]
+    assert "1.25 % beyond" in (tmp_path / "persson-brener.md").read_text(encoding="utf-8")
     table_models.main(write(tmp_path / "c.json", comparison(["M1-concat"])), tmp_path)
     rows = read_csv(tmp_path / "models.csv")
-    assert rows[1][:2] == ["M1-concat, paper", "473,729"]
-    assert rows[2][:3] == ["M1-concat", "100,000", "0.001"]
+    assert rows[1] == ["M1-concat, paper", "473,729", "5.00e-04", "0.0092", "0.0148", "-", "2.2", "1.1", *["-"] * 4]
+    errors = ["0.001", "0.01", "0.02", "0.7", "2", "2"]
+    assert rows[2] == ["M1-concat", "100,000", *errors, "swift", "9,960", "3", "1800"]
+    assert rows[3] == ["M1-concat-large", "100,000", *errors, "swift", "120,000", "3", "1800"]
     assert "17 of 18" in (tmp_path / "models.md").read_text(encoding="utf-8")
 
 
