@@ -7,13 +7,14 @@ from __future__ import annotations
 
 import json
 import math
-import sys
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from bem.campaign_cli import register
+from bem.command import run_command
+from bem.outputs import Outputs
 
 app = typer.Typer(
     help="Adhesive contact of a rigid sphere with a viscoelastic half-space. All quantities are dimensionless: "
@@ -69,15 +70,16 @@ def simulate(
         unloading_rate=unloading_rate,
         start_indentation=start_indentation,
     )
-    for path in (csv, plot):
-        require_writable(path)
-    trajectory = run(scene, protocol, parse_accuracy(accuracy), initial_state=initial_state)
-    if csv is not None:
-        write_csv(trajectory, csv)
-    if plot is not None:
-        from bem.plots import plot_trajectory
+    with Outputs(csv, plot) as outputs:
+        trajectory = run(scene, protocol, parse_accuracy(accuracy), initial_state=initial_state)
+        if csv is not None:
+            with outputs.write(csv) as part:
+                write_csv(trajectory, part)
+        if plot is not None:
+            from bem.plots import plot_trajectory
 
-        plot_trajectory(trajectory, plot, title=f"mu = {tabor:g}, {material}, {protocol_words(protocol)}")
+            with outputs.write(plot) as part:
+                plot_trajectory(trajectory, part, title=f"mu = {tabor:g}, {material}, {protocol_words(protocol)}")
     typer.echo(to_json(trajectory) if as_json else readable(trajectory))
     if not trajectory.completed:
         raise typer.Exit(1)
@@ -118,12 +120,6 @@ def parse_accuracy(text: str) -> str | float:
         return float(text)
     except ValueError:
         return text
-
-
-def require_writable(path: Path | None) -> None:
-    """Refuse a place that cannot be written before hours are spent on what should go there."""
-    if path is not None and (path.is_dir() or not path.absolute().parent.is_dir()):
-        raise ValueError(f"output must be a file in a directory that exists; received {str(path)!r}")
 
 
 def protocol_words(protocol: Any) -> str:
@@ -188,11 +184,7 @@ def readable(trajectory: Any) -> str:
 
 def app_main() -> None:
     """Run the command; a user's mistake becomes one sentence on standard error and exit code 2."""
-    try:
-        app()
-    except (ValueError, FileNotFoundError) as error:
-        typer.echo(f"bem: {error}", err=True)
-        sys.exit(2)
+    run_command(app, "bem")
 
 
 if __name__ == "__main__":

@@ -40,7 +40,9 @@ def has_fused_lstm() -> bool:
 
     try:
         module = importlib.import_module(f"keras.src.backend.{keras.backend.backend()}.rnn")
-        return bool(module.cudnn_ok("tanh", "sigmoid", unroll=False, use_bias=True))
+        # Compared as functions, not by name.
+        tanh, sigmoid = keras.activations.tanh, keras.activations.sigmoid
+        return bool(module.cudnn_ok(tanh, sigmoid, unroll=False, use_bias=True))
     except (ImportError, AttributeError, TypeError):
         return False
 

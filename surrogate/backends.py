@@ -32,6 +32,16 @@ ONNX_FORMAT = "viscoelastic-contact-surrogate-onnx"
 ONNX_FORMAT_VERSION = 1
 ONNX_NAME = "model.onnx"
 
+ONNX_METADATA = ("name", "architecture", "features", "ranges", "scaling", "plan", "dataset_sha256", "weights_sha256")
+ONNX_INTERFACE = [
+    ("times", "tensor(double)", 2),
+    ("indentations", "tensor(double)", 2),
+    ("tabor", "tensor(double)", 1),
+    ("edge", "tensor(double)", 2),
+    ("force", "tensor(double)", 2),
+]
+"""Inputs and the output: name, type and number of axes."""
+
 
 class Backend(Protocol):
     """What a `surrogate.Surrogate` needs of whatever computes its forces."""
@@ -57,7 +67,8 @@ class OnnxBackend:
 
     Raises:
         FileNotFoundError: no such file.
-        ValueError: the file is not of `surrogate export` or of a later version of it, or there is no thread to use.
+        ValueError: the file is not of `surrogate export`, of a later version of it or damaged, or there is no thread to
+            use.
     """
 
     def __init__(self, path: str | Path, threads: int = 1) -> None:
@@ -65,7 +76,8 @@ class OnnxBackend:
 
         self.path = Path(path)
         if not self.path.is_file():
-            raise FileNotFoundError(f"Expected an ONNX file. Received: {self.path}, which does not exist")
+            where = "is a directory" if self.path.is_dir() else "does not exist"
+            raise FileNotFoundError(f"Expected an ONNX file. Received: {self.path}, which {where}")
         if threads < 1:
             raise ValueError(f"Expected at least one thread. Received: threads={threads}")
         options = onnxruntime.SessionOptions()
@@ -90,8 +102,34 @@ class OnnxBackend:
                 f"Expected version {ONNX_FORMAT_VERSION} of the ONNX files of `surrogate export`. "
                 f"Received: version {found[1]} in {self.path}"
             )
+        missing = [key for key in ONNX_METADATA if key not in self.metadata]
+        if missing:
+            raise self._damaged(f"without {', '.join(missing)} in its metadata")
+        interface = [
+            (item.name, item.type, len(item.shape))
+            for item in (*self.session.get_inputs(), *self.session.get_outputs())
+        ]
+        if sorted(interface) != sorted(ONNX_INTERFACE):
+            names = ", ".join(name for name, _, _ in interface)
+            raise self._damaged(f"whose inputs and outputs ({names}) are other ones")
         self.name = self.metadata["name"]
-        self.scaling = Scaling.from_json(self.metadata["scaling"], source=self.path)
+        self._operations = self._read_operations()
+        try:
+            self.scaling = Scaling.from_json(self.metadata["scaling"], source=self.path)
+        except (ValueError, RecursionError) as error:
+            raise self._damaged("whose scaling is damaged") from error
+
+    def _read_operations(self) -> list[Operation]:
+        try:
+            operations = [Operation.from_dict(entry) for entry in json.loads(self.metadata["plan"])]
+            if not operations:
+                raise ValueError("no operations")
+        except (ValueError, KeyError, TypeError, RecursionError) as error:
+            raise self._damaged("whose plan is damaged") from error
+        return operations
+
+    def _damaged(self, words: str) -> ValueError:
+        return ValueError(f"Expected an ONNX file of `surrogate export`. Received: {self.path}, {words}")
 
     def force(self, times: np.ndarray, indentations: np.ndarray, tabor: np.ndarray, edge: np.ndarray) -> np.ndarray:
         """Return the physical forces of shape `(batch, steps)`."""
@@ -110,12 +148,11 @@ class OnnxBackend:
         import onnx
 
         graph = onnx.load(self.path).graph
-        operations = [Operation.from_dict(entry) for entry in json.loads(self.metadata["plan"])]
-        names = tuple(f"{operation.name}/" for operation in operations)
+        names = tuple(f"{operation.name}/" for operation in self._operations)
         weights = {
             item.name: onnx.numpy_helper.to_array(item) for item in graph.initializer if item.name.startswith(names)
         }
-        return Plan(operations, weights)
+        return Plan(self._operations, weights)
 
     def require_weights_of(self, folder: Path) -> None:
         """Check that the file was exported from the weights beside it, where there are any.
@@ -129,6 +166,35 @@ class OnnxBackend:
                 f"Expected an ONNX file exported from {weights}; export it again with `surrogate export {self.name}`. "
                 f"Received: {self.path}, exported from other weights"
             )
+
+    def require_scaling(self, scaling: Scaling) -> None:
+        """Check that the file was exported with the scaling beside it.
+
+        Raises:
+            ValueError: it was not.
+        """
+        if scaling != self.scaling:
+            raise ValueError(
+                f"Expected the scaling that {self.path} was exported with; export it again with `surrogate export "
+                f"{self.name}`, or restore scaling.json. Received: another one beside it"
+            )
+
+
+def require_scaling_of(folder: Path, scaling: Scaling) -> None:
+    """Check a model directory's scaling against the copy in its ONNX file, where one of the same weights is there.
+
+    Raises:
+        ValueError: they differ.
+    """
+    if not (folder / ONNX_NAME).is_file():
+        return
+    try:
+        exported = OnnxBackend(folder / ONNX_NAME)
+        exported.require_weights_of(folder)
+    except ValueError:
+        # A file that must be exported again says nothing about the scaling.
+        return
+    exported.require_scaling(scaling)
 
 
 class KerasBackend:

@@ -1,4 +1,4 @@
-"""What a user may ask of a trained model, and which protocol an indentation history is."""
+"""What a user may ask of a trained model."""
 
 from __future__ import annotations
 
@@ -6,10 +6,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from surrogate.features import plateau
+from bem.protocol import LARGEST_INDENTATION, LARGEST_RATE, LONGEST_DWELL, SMALLEST_RATE
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
+
+LONGEST_HISTORY = LONGEST_DWELL + 4.0 * LARGEST_INDENTATION / SMALLEST_RATE
+"""What the slowest protocol takes, in retardation times."""
+
+SHORTEST_STEP = 1e-24
+"""Far below what any allowed motion needs, and far above where divisions by it overflow."""
 
 
 def checked_tabor(tabor: ArrayLike, count: int) -> np.ndarray:
@@ -27,25 +33,12 @@ def checked_tabor(tabor: ArrayLike, count: int) -> np.ndarray:
     return tabor
 
 
-def protocol_quantities(times: np.ndarray, indentations: np.ndarray) -> dict[str, np.ndarray]:
-    """Recover peak, rates and dwell time of every history; NaN where a phase is absent."""
-    rows = []
-    for time, indentation in zip(times, indentations, strict=True):
-        peak = int(np.argmax(indentation))
-        onset, end = plateau(indentation) or (peak, peak)
-        loading = (indentation[onset] - indentation[0]) / (time[onset] - time[0]) if onset else np.nan
-        last = len(time) - 1
-        unloading = (indentation[end] - indentation[last]) / (time[last] - time[end]) if end < last else np.nan
-        rows.append((indentation[peak], loading, time[end] - time[onset], unloading))
-    keys = ("peak_indentation", "loading_rate", "dwell_time", "unloading_rate")
-    return dict(zip(keys, np.array(rows).T, strict=True))
-
-
 def check_history(times: np.ndarray, indentations: np.ndarray) -> None:
     """Check times and indentations of shape `(batch, steps)`.
 
     Raises:
-        ValueError: other shapes, NaN or infinity, or times that do not increase.
+        ValueError: other shapes, NaN or infinity, times that do not increase, or numbers beyond the bounds of
+            `bem.protocol`.
     """
     if times.ndim != 2 or times.shape != indentations.shape or times.size == 0:
         raise ValueError(
@@ -56,10 +49,41 @@ def check_history(times: np.ndarray, indentations: np.ndarray) -> None:
         bad = np.flatnonzero(~np.isfinite(values).all(axis=1))
         if bad.size:
             raise ValueError(f"Expected finite {name}. Received: NaN or infinity in history {bad[0]}")
-    bad = np.flatnonzero((np.diff(times, axis=1) <= 0).any(axis=1))
+    # As the models see them, from the first on, where close times of a distant clock may coincide.
+    since = times - times[:, :1]
+    steps = np.diff(since, axis=1)
+    bad = np.flatnonzero((steps <= 0.0).any(axis=1))
     if bad.size:
-        step = int(np.argmax(np.diff(times[bad[0]]) <= 0)) + 1
+        step = int(np.argmax(steps[bad[0]] <= 0.0)) + 1
         raise ValueError(
             "Expected times that increase strictly. "
-            f"Received: {times[bad[0], step]!r} after {times[bad[0], step - 1]!r} in history {bad[0]}"
+            f"Received: {float(times[bad[0], step])!r} after {float(times[bad[0], step - 1])!r} in history {bad[0]}"
+        )
+    _within("indentations", indentations, -LARGEST_INDENTATION, LARGEST_INDENTATION)
+    _within("times after the first", since, 0.0, LONGEST_HISTORY)
+    _within("time steps", steps, SHORTEST_STEP, LONGEST_HISTORY)
+    _within("rates", np.diff(indentations, axis=1) / steps, -LARGEST_RATE, LARGEST_RATE)
+
+
+def checked_edge(edge: ArrayLike, shape: tuple[int, ...]) -> np.ndarray:
+    """Return edge marks as float64.
+
+    Raises:
+        ValueError: another shape, or a mark that is neither zero nor one.
+    """
+    edge = np.asarray(edge, dtype=np.float64)
+    if edge.shape != shape:
+        raise ValueError(f"Expected edge marks of shape {shape}. Received: shape {edge.shape}")
+    bad = edge[~((edge == 0.0) | (edge == 1.0))]
+    if bad.size:
+        raise ValueError(f"Expected edge marks of zero or one. Received: {bad[0]:g}")
+    return edge
+
+
+def _within(name: str, values: np.ndarray, low: float, high: float) -> None:
+    bad = np.argwhere(~((values >= low) & (values <= high)))
+    if bad.size:
+        row, column = bad[0]
+        raise ValueError(
+            f"Expected {name} within {low:g} and {high:g}. Received: {float(values[row, column])!r} in history {row}"
         )

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import importlib.util
 import json
 import shlex
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
+from bem.command import run_command
 from surrogate.architectures.naming import PAPER_PARAMETER_COUNTS, names, split_name
 from surrogate.backend import limit_threads, quiet_backend
+from surrogate.model_files import find_model, model_roots
 from surrogate.predict_cli import register
-from surrogate.queue import STOPPED, StopRequest, run_queue
+from surrogate.queue import STOPPED, StopRequest, dataset_digest, outdated, run_queue, set_aside
 
 app = typer.Typer(
     help="Sequence models that imitate the contact solver.", no_args_is_help=True, pretty_exceptions_enable=False
@@ -23,6 +26,9 @@ DatasetOption = Annotated[Path, typer.Option(help="Data set file.")]
 RecipeOption = Annotated[str, typer.Option(help="A recipe's name (paper, swift) or a TOML file.")]
 RunsOption = Annotated[Path, typer.Option(help="Where runs keep checkpoints; a file called STOP there stops them.")]
 ModelsOption = Annotated[Path, typer.Option(help="Where finished models are published.")]
+FoundOption = Annotated[
+    Path | None, typer.Option(help="Where models are published, instead of the places `surrogate.load` looks at.")
+]
 EpochsOption = Annotated[int | None, typer.Option(help="Epochs, instead of the recipe's.")]
 ThreadsOption = Annotated[int | None, typer.Option(help="Threads of the backend; as many as it likes by default.")]
 SeedOption = Annotated[int | None, typer.Option(help="Seed of weights and batches, instead of the recipe's.")]
@@ -34,7 +40,7 @@ MODELS = Path("published/models")
 
 @app.command("list")
 def list_models(
-    models: ModelsOption = MODELS,
+    models: FoundOption = None,
     markdown: Annotated[bool, typer.Option(help="Print the table of docs/surrogate-models.md.")] = False,
 ) -> None:
     """List the eighteen models, their parameters, and what is published."""
@@ -44,15 +50,12 @@ def list_models(
         typer.echo(parameter_table())
         return
     quiet_backend()
-    import surrogate
-
     for name in names():
         whose = "paper" if name in PAPER_PARAMETER_COUNTS else "ours"
-        error = ""
-        if (models / name / "metrics.json").exists():
-            test = json.loads((models / name / "metrics.json").read_text(encoding="utf-8"))["test"]
-            error = f"test MSE {test['mse']['mean']:.2e}"
-        typer.echo(f"{name:<10} {surrogate.build(name).count_params():>8,} parameters ({whose})  {error}".rstrip())
+        places = [root / name / "metrics.json" for root in model_roots(models)]
+        metrics = next((_metrics(place) for place in places if place.is_file()), {})
+        error = f"test MSE {metrics['test']['mse']['mean']:.2e}" if metrics else ""
+        typer.echo(f"{name:<10} {_parameters(name, metrics):>8} parameters ({whose})  {error}".rstrip())
 
 
 @app.command()
@@ -122,13 +125,28 @@ def train_all(
     runs: RunsOption = RUNS,
     models: ModelsOption = MODELS,
 ) -> None:
-    """Train every model that is not published yet, a few at a time; start it again to resume."""
+    """Train every model that is not published yet, or was trained otherwise; start it again to resume."""
     wanted = only or names()
     for name in wanted:
         split_name(name)
-    waiting = [name for name in wanted if not (models / name / "run.json").exists()]
     if not dataset.is_file():
         raise FileNotFoundError(f"No data set. Received: dataset={dataset}")
+    from surrogate.recipe import Recipe
+
+    asked = {
+        "dataset_sha256": dataset_digest(dataset),
+        "recipe": Recipe.load(recipe).with_overrides(epochs=epochs, seed=seed),
+    }
+    waiting = []
+    for name in wanted:
+        reason = outdated(models / name, **asked) if (models / name / "run.json").exists() else "not published"
+        if not reason:
+            continue
+        if reason != "not published":
+            typer.echo(f"{name}: outdated, {reason}; it is trained again")
+        if (aside := set_aside(runs / name, **asked)) is not None:
+            typer.echo(f"{name}: the work of another data set or recipe is kept in {aside}")
+        waiting.append(name)
 
     def command(name: str) -> list[str]:
         options = {
@@ -156,7 +174,7 @@ def train_all(
 def evaluate(
     name: Annotated[str, typer.Argument(help="A published model, or the path of a model directory.")],
     dataset: DatasetOption = DATASET,
-    models: ModelsOption = MODELS,
+    models: FoundOption = None,
     errors: Annotated[Path | None, typer.Option(help="Write every trajectory's errors to this CSV file.")] = None,
     threads: ThreadsOption = None,
 ) -> None:
@@ -169,7 +187,7 @@ def evaluate(
     from surrogate.predictor import Surrogate
 
     trained = Surrogate.load(name, root=models, backend="keras")
-    folder = Path(name) if Path(name).is_dir() else models / name
+    folder = find_model(name, models)
     indices, found = evaluate_published(trained, folder, dataset)
     for quantity, values in summary(found).items():
         numbers = "  ".join(f"{statistic} {value:.3e}" for statistic, value in values.items())
@@ -181,17 +199,28 @@ def evaluate(
 register(app)
 
 
+def _metrics(path: Path) -> dict[str, Any]:
+    return json.loads(path.read_text(encoding="utf-8"))
+
+
+def _parameters(name: str, metrics: dict[str, Any]) -> str:
+    """Trainable parameters in words; counting those of an untrained model needs Keras."""
+    known = metrics.get("parameters") or PAPER_PARAMETER_COUNTS.get(name)
+    if known is None and importlib.util.find_spec("keras") is not None:
+        import surrogate
+
+        known = surrogate.build(name).count_params()
+    return "?" if known is None else f"{known:,}"
+
+
 def app_main() -> None:
     """Run the command line; a user's mistake ends it with one line instead of a traceback."""
     try:
-        app()
+        run_command(app, "surrogate")
     except ModuleNotFoundError as error:
         if error.name not in ("keras", "tensorflow", "sklearn"):
             raise
         from surrogate.backends import TRAINING_EXTRA
 
         typer.echo(f"surrogate: {TRAINING_EXTRA}", err=True)
-        sys.exit(2)
-    except (ValueError, FileNotFoundError) as error:
-        typer.echo(f"surrogate: {error}", err=True)
         sys.exit(2)

@@ -7,12 +7,30 @@ from typing import Any
 
 import numpy as np
 
-from surrogate.files import whole_file
-
 MOST_DRAWN = 12
 
+ERRORS = (
+    "pull_off_percent",
+    "pull_off_on_steps_percent",
+    "hysteresis_percent",
+    "hysteresis_on_steps_percent",
+    "force_rms",
+)
 
-def solver_errors(predicted: Any, simulated: Any) -> dict[str, float]:
+
+def solver_force(predicted: Any, simulated: Any) -> np.ndarray:
+    """Return the solver's force at the predicted instants, shape `(steps,)`; NaN where it did not get to."""
+    force = np.full(predicted.time.shape, np.nan)
+    if simulated.time.size == 0:
+        return force
+    last = simulated.time[-1]
+    # Instants of the last step may differ by rounding.
+    reached = predicted.time <= (np.inf if simulated.completed else last)
+    force[reached] = simulated.at(np.clip(predicted.time[reached], simulated.time[0], last))
+    return force
+
+
+def solver_errors(predicted: Any, simulated: Any) -> dict[str, Any]:
     """Compare a predicted trajectory with a simulated one of the same protocol.
 
     Args:
@@ -20,20 +38,21 @@ def solver_errors(predicted: Any, simulated: Any) -> dict[str, float]:
         simulated: A `bem.Trajectory`.
 
     Returns:
-        Errors of pull-off force and hysteresis in percent; the pull-off force both on the measurement steps and against
-        the solver's own, which a narrow peak between steps tells apart; and the root mean square difference of the
-        force as a fraction of the force's range. NaN where the simulation did not finish.
+        The solver's status; errors of pull-off force and hysteresis in percent, both against the solver's own and on
+        the measurement steps, which a narrow peak between steps tells apart; and the root mean square difference of the
+        force as a fraction of the force's range. The errors are NaN where the simulation did not finish.
     """
     if not simulated.completed:
-        return dict.fromkeys(
-            ("pull_off_percent", "pull_off_on_steps_percent", "hysteresis_percent", "force_rms"), np.nan
-        )
-    force = simulated.at(np.clip(predicted.time, simulated.time[0], simulated.time[-1]))
+        return {"solver_status": simulated.status} | dict.fromkeys(ERRORS, np.nan)
+    force = solver_force(predicted, simulated)
     on_steps = force[predicted.unloading].max() if predicted.unloading.any() else np.nan
+    area = abs(float(np.trapezoid(force, predicted.indentation)))
     return {
+        "solver_status": simulated.status,
         "pull_off_percent": _percent(predicted.pull_off_force, simulated.pull_off_force),
         "pull_off_on_steps_percent": _percent(predicted.pull_off_force, on_steps),
         "hysteresis_percent": _percent(predicted.hysteresis, simulated.hysteresis),
+        "hysteresis_on_steps_percent": _percent(predicted.hysteresis, area),
         "force_rms": float(np.sqrt(np.mean((predicted.force - force) ** 2)) / np.ptp(force)),
     }
 
@@ -83,8 +102,7 @@ def plot_predictions(path: Path, predicted: list[Any], simulated: list[Any] | No
         axes.spines[["top", "right"]].set_visible(False)
     history.set_ylabel(FORCE_LABEL)
     loop.legend(frameon=False)
-    with whole_file(path) as part:
-        figure.savefig(part, dpi=150)
+    figure.savefig(path, dpi=150)
 
 
 def _percent(value: float, reference: float) -> float:

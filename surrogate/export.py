@@ -21,9 +21,9 @@ import numpy as np
 import onnx
 from onnx import TensorProto, helper, numpy_helper
 
+from bem.outputs import whole_file
 from surrogate.backends import ONNX_FORMAT, ONNX_FORMAT_VERSION, ONNX_NAME, keras_model
 from surrogate.features import ACCELERATION_SMOOTHING, channel_names
-from surrogate.files import whole_file
 from surrogate.model_files import read_run
 from surrogate.onnx_graph import EMITTERS, Graph
 from surrogate.plan import SEQUENCE, TABOR, Plan, lower
@@ -46,15 +46,24 @@ def export_folder(folder: Path) -> Path:
         FileNotFoundError: the directory is not complete.
         ValueError: the weights do not fit.
     """
-    run, scaling = read_run(folder)
-    weights = hashlib.sha256((folder / "model.weights.h5").read_bytes()).hexdigest()
-    content = build_graph(
-        keras_model(folder, run), scaling, name=run["name"], architecture=run["architecture"], weights_sha256=weights
-    )
     target = folder / ONNX_NAME
     with whole_file(target) as part:
-        part.write_bytes(content.SerializeToString(deterministic=True))
+        part.write_bytes(folder_content(folder))
     return target
+
+
+def folder_content(folder: Path) -> bytes:
+    """Return the ONNX file of a model directory's weights and scaling.
+
+    Raises:
+        FileNotFoundError: the directory is not complete.
+        ValueError: the weights do not fit.
+    """
+    run, scaling = read_run(folder)
+    model = keras_model(folder, run)
+    weights = hashlib.sha256((folder / "model.weights.h5").read_bytes()).hexdigest()
+    content = build_graph(model, scaling, name=run["name"], architecture=run["architecture"], weights_sha256=weights)
+    return content.SerializeToString(deterministic=True)
 
 
 def build_graph(

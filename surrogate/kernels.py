@@ -22,8 +22,8 @@ COLUMNS = ("kind", "first", "second", "result", "width_in", "width", "weights", 
 CHANNELS = ("time", "indentation", "velocity", "acceleration", "edge")
 
 # What a step remembers of the motion, float64.
-TIME, INDENTATION, VELOCITY, ACCELERATION, STEPS = range(5)
-MOTION_SIZE = 5
+TIME, INDENTATION, VELOCITY, ACCELERATION, STEPS, ORIGIN, LATEST = range(7)
+MOTION_SIZE = 7
 
 compiled = njit(cache=True, error_model="numpy", nogil=True)
 
@@ -139,7 +139,11 @@ def symlog(value: float) -> float:
 
 @compiled
 def observe(motion: np.ndarray, time: float, indentation: float) -> None:
-    """Update velocity and smoothed acceleration by a new point of the history."""
+    """Update velocity and smoothed acceleration by a new point; the first one sets the clock to zero."""
+    if motion[STEPS] == 0.0:
+        motion[ORIGIN] = time
+    motion[LATEST] = time
+    time -= motion[ORIGIN]
     velocity = 0.0
     acceleration = 0.0
     if motion[STEPS] > 0.0:
@@ -177,7 +181,7 @@ def advance(
         motion: What is remembered of the motion, float64; updated.
         channels: Number in `CHANNELS` and symlog passes of every channel, of shape `(channels, 2)`.
         moments: Mean and deviation of every channel, then of the force, of shape `(channels + 1, 2)`.
-        time: The new point's time.
+        time: The new point's time by any clock.
         indentation: The new point's indentation.
         edge: One at an end of the dwell, else zero.
     """

@@ -1,7 +1,7 @@
 """Where trained models lie, and what a model directory must hold (see `surrogate.runs` for its files).
 
-A name is looked for under `published/models` of the repository first, then among the models packaged with an
-installation, of which `M1-concat` is one.
+A name is looked for under `published/models` of the repository first, then under that of the working directory, then
+among the models packaged with an installation, of which `M1-concat` is one.
 """
 
 from __future__ import annotations
@@ -33,9 +33,10 @@ def find_model(name: str | Path, root: str | Path | None = None) -> Path:
         return path
     if path.suffix == ".onnx":
         if not path.is_file():
-            raise FileNotFoundError(f"Expected an ONNX file. Received: {path}, which does not exist")
+            where = "is a directory without run.json" if path.is_dir() else "does not exist"
+            raise FileNotFoundError(f"Expected an ONNX file. Received: {path}, which {where}")
         return path
-    roots = [PUBLISHED, PACKAGED] if root is None else [Path(root)]
+    roots = model_roots(root)
     for place in roots:
         if (place / path).is_dir():
             return place / path
@@ -49,6 +50,14 @@ def find_model(name: str | Path, root: str | Path | None = None) -> Path:
         f"No trained {name} in {' or '.join(map(str, roots))}; train it with `surrogate train {name}`. "
         f"Trained there: {', '.join(trained) or 'none'}"
     )
+
+
+def model_roots(root: str | Path | None = None) -> list[Path]:
+    """Return the directories searched for a model's name, in this order."""
+    if root is not None:
+        return [Path(root)]
+    # An installation's own training leaves its models below the working directory.
+    return list(dict.fromkeys([PUBLISHED, Path("published/models").absolute(), PACKAGED]))
 
 
 def existing(path: Path) -> Path:
@@ -75,7 +84,7 @@ def read_run(folder: Path) -> tuple[dict[str, Any], Scaling]:
         run = json.loads(run_path.read_text(encoding="utf-8"))
         dataset, features = run["dataset_sha256"], run["features"]
         _ = run["name"], run["architecture"]
-    except (json.JSONDecodeError, KeyError, TypeError) as error:
+    except (ValueError, KeyError, TypeError, RecursionError) as error:
         raise ValueError(f"Expected a run.json that `surrogate train` wrote. Received: {run_path}") from error
     if scaling.dataset_sha256 != dataset or scaling.features != features:
         raise ValueError(

@@ -15,14 +15,20 @@ class PredictedTrajectory(Trajectory):
     """A `bem.Trajectory` that a surrogate predicted on measurement steps.
 
     Pull-off force and time are the largest force on those steps while unloading, so a peak narrower than a step is
-    understated (`docs/dataset.md` says by how much). A surrogate knows no contact radius (all NaN), no jumps, and no
-    error of its own (`accuracy` is NaN); of the statistics only the seconds mean anything.
+    understated (`docs/dataset.md` says by how much). The hysteresis is the paper's too, the loop area on those steps by
+    the trapezoidal rule as in `surrogate.metrics`, not along an interpolation as a simulated trajectory's. A surrogate
+    knows no contact radius (all NaN), no jumps, and no error of its own (`accuracy` is NaN); of the statistics only the
+    seconds mean anything.
     """
 
     extrapolated: tuple[str, ...] = ()
     """What lies outside the ranges of the training, in words; empty for a prediction inside them."""
     model: str = ""
     """Name of the model that predicted it."""
+
+    def work(self) -> float:
+        """Integral of -P d(delta) over the measurement steps by the trapezoidal rule."""
+        return -float(np.trapezoid(self.force, self.indentation))
 
     def summary(self) -> dict[str, Any]:
         """Return the scalars, ready for JSON."""

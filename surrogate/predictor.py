@@ -18,8 +18,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from surrogate.backends import ONNX_NAME, Backend, KerasBackend, OnnxBackend, keras_model
-from surrogate.checks import check_history, checked_tabor, protocol_quantities
+from surrogate.backends import ONNX_NAME, Backend, KerasBackend, OnnxBackend, keras_model, require_scaling_of
+from surrogate.checks import check_history, checked_edge, checked_tabor
+from surrogate.extrapolation import (
+    POINTS,
+    Excess,
+    ExtrapolationWarning,
+    excesses,
+    history_quantities,
+    of_history,
+    worst,
+)
 from surrogate.features import edge_from_counts, edge_from_indentations
 from surrogate.model_files import existing, find_model, read_run
 from surrogate.scaling import Scaling
@@ -33,13 +42,6 @@ if TYPE_CHECKING:
     from surrogate.streaming import Stream
 
 BACKENDS = ("onnx", "keras")
-
-# Leaves room for rates recovered from rounded times.
-RANGE_TOLERANCE = 1e-6
-
-
-class ExtrapolationWarning(UserWarning):
-    """A prediction was asked for outside the ranges the model was trained on."""
 
 
 class Surrogate:
@@ -66,6 +68,7 @@ class Surrogate:
             return cls(OnnxBackend(place, threads))
         run, scaling = read_run(place)
         if backend == "keras":
+            require_scaling_of(place, scaling)
             return cls(KerasBackend(keras_model(place, run), scaling, name=run["name"]))
         if not (place / ONNX_NAME).is_file():
             existing(place / "model.weights.h5")
@@ -74,6 +77,7 @@ class Surrogate:
             )
         loaded = OnnxBackend(place / ONNX_NAME, threads)
         loaded.require_weights_of(place)
+        loaded.require_scaling(scaling)
         return cls(loaded)
 
     @property
@@ -101,36 +105,43 @@ class Surrogate:
         """Predict the force along indentation histories.
 
         Args:
-            times: Times of shape `(batch, steps)`, strictly increasing along the steps. The models were trained on the
-                fixed measurement steps of `bem.measurement.measurement_grid`.
+            times: Times of shape `(batch, steps)`, strictly increasing along the steps; a history may begin at any. The
+                models were trained on the fixed measurement steps of `bem.measurement.measurement_grid`.
             indentations: Indentations of the same shape.
             tabor: Tabor parameters of shape `(batch,)`, or one for all.
-            edge: Marks of the dwell's onset and end, of the same shape as `times`. By default they are found: the first
-                and last point of each history's longest run of constant indentation, none where nothing is constant.
+            edge: Marks of the dwell's onset and end, one there and zero elsewhere, of the same shape as `times`. By
+                default they are found: the first and last point of each history's longest run of constant indentation,
+                none where nothing is constant.
 
         Returns:
             Forces P / (pi R dgamma), tension positive, of shape `(batch, steps)`, float64.
 
         Raises:
-            ValueError: shapes that do not fit, NaN or infinity, times that do not increase, Tabor parameters not above
-                zero.
+            ValueError: shapes that do not fit, NaN or infinity, times that do not increase, numbers beyond the bounds
+                of `bem.protocol`, marks other than zero and one, Tabor parameters not above zero.
 
         Warns:
-            ExtrapolationWarning: once, when protocols leave the ranges of the training set.
+            ExtrapolationWarning: once, naming every quantity in which a history leaves what the model was trained on
+                (see `surrogate.extrapolation`), its worst value and the range.
         """
-        times, indentations = (np.asarray(values, dtype=np.float64) for values in (times, indentations))
-        check_history(times, indentations)
-        tabor = checked_tabor(tabor, len(times))
-        if edge is None:
-            edge = edge_from_indentations(indentations)
-        else:
-            edge = np.asarray(edge, dtype=np.float64)
-            if edge.shape != times.shape:
-                raise ValueError(f"Expected edge marks of shape {times.shape}. Received: shape {edge.shape}")
-            if not np.isfinite(edge).all():
-                raise ValueError("Expected edge marks of zero or one. Received: NaN or infinity")
-        self._warn_outside_ranges({"tabor": tabor, **protocol_quantities(times, indentations)})
+        times, indentations, tabor, edge = self._checked(times, indentations, tabor, edge)
+        self._warn(excesses({"tabor": tabor, **history_quantities(times, indentations, edge)}, self.scaling.ranges))
         return self.backend.force(times, indentations, tabor, edge)
+
+    def extrapolated(
+        self, times: np.ndarray, indentations: np.ndarray, *, tabor: ArrayLike, edge: np.ndarray | None = None
+    ) -> list[tuple[str, ...]]:
+        """Say in words what of each history lies outside the training, for the arguments of `predict`.
+
+        Returns:
+            One tuple per history, empty where nothing does.
+
+        Raises:
+            ValueError: as `predict`.
+        """
+        times, indentations, tabor, edge = self._checked(times, indentations, tabor, edge)
+        found = excesses({"tabor": tabor, **history_quantities(times, indentations, edge)}, self.scaling.ranges)
+        return [of_history(found, index) for index in range(len(times))]
 
     def trajectories(
         self,
@@ -144,8 +155,8 @@ class Surrogate:
         Args:
             protocols: One protocol or many.
             tabor: One Tabor parameter per protocol, or one for all.
-            counts: Points of loading, dwell and unloading; the models were trained on the default. A protocol without
-                dwell gets no dwell points.
+            counts: Points of loading, dwell and unloading; the models were trained on the default, and much fewer or
+                more are extrapolation. A protocol without dwell gets no dwell points.
 
         Returns:
             One trajectory per protocol, in order, with the interface of `bem.Trajectory`. What lies outside the ranges
@@ -163,11 +174,12 @@ class Surrogate:
             if not isinstance(protocol, LoadingProtocol):
                 raise ValueError(f"Expected LoadingProtocols; other histories go to `predict`. Received: {protocol!r}")
         tabor = checked_tabor(tabor, len(protocols))
+        if not protocols:
+            return []
         fields = ("peak_indentation", "loading_rate", "dwell_time", "unloading_rate")
         quantities = {name: np.array([getattr(p, name) for p in protocols], dtype=np.float64) for name in fields}
         start = np.array([p.start(mu) for p, mu in zip(protocols, tabor, strict=True)])
-        outside = self._outside_ranges({"tabor": tabor, **quantities})
-        usual_start = np.array([p.start_indentation is None for p in protocols])
+        unchanged = {"tabor": tabor, **quantities, "start_indentation": start}
         found: list[PredictedTrajectory | None] = [None] * len(protocols)
         for still in (False, True):
             chosen = np.flatnonzero((quantities["dwell_time"] > 0.0) == still)
@@ -182,18 +194,22 @@ class Surrogate:
                 **{name: values[chosen] for name, values in quantities.items()},
             )
             edge = edge_from_counts(points, len(chosen))
+            check_history(times, indentations)
             force = self.backend.force(times, indentations, tabor[chosen], edge)
+            counted = dict(zip(POINTS, (np.full(chosen.size, float(count)) for count in points), strict=True))
+            if not still:
+                del counted["dwell_points"]
+            outside = excesses(
+                {name: values[chosen] for name, values in unchanged.items()} | counted, self.scaling.ranges
+            )
             seconds = (time.perf_counter() - clock) / len(chosen)
             for row, index in enumerate(chosen):
-                words = [f"{name} = {values[index]:.6g} {where}" for name, values, where in _at(outside, index)]
-                if not usual_start[index]:
-                    words.append(f"start_indentation = {start[index]:.6g} is not the training's -pi^(2/3) mu")
                 found[index] = predicted_trajectory(
                     times[row],
                     indentations[row],
                     force[row],
                     unloading_from=points[0] + points[1] - 1,
-                    extrapolated=tuple(words),
+                    extrapolated=of_history(outside, row),
                     model=self.name,
                     seconds=seconds,
                 )
@@ -210,11 +226,16 @@ class Surrogate:
 
         Raises:
             ValueError: a Tabor parameter not above zero, or a model that is not causal (M5).
+
+        Warns:
+            ExtrapolationWarning: the Tabor parameter lies outside the training's.
         """
         from surrogate.streaming import Stream
 
-        (tabor,) = checked_tabor(tabor, 1)
-        return Stream(self.backend.plan(), self.scaling, tabor=float(tabor), name=self.name)
+        plan = self.backend.plan()
+        tabor = checked_tabor(tabor, 1)
+        self._warn(excesses({"tabor": tabor}, self.scaling.ranges))
+        return Stream(plan, self.scaling, tabor=float(tabor[0]), name=self.name)
 
     def predict_channels(self, sequence: np.ndarray, tabor: np.ndarray) -> np.ndarray:
         """Predict the force from scaled channels of shape `(batch, steps, channels)` and scaled Tabor `(batch, 1)`.
@@ -241,26 +262,17 @@ class Surrogate:
             )
         return self.backend
 
-    def _outside_ranges(self, quantities: dict[str, np.ndarray]) -> list[tuple[str, np.ndarray, np.ndarray, str]]:
-        """Quantities that leave their range somewhere: name, values, how far beyond, and the range in words."""
-        outside = []
-        for name, (low, high) in self.scaling.ranges.items():
-            values = quantities[name]
-            slack = RANGE_TOLERANCE * max(abs(low), abs(high))
-            beyond = np.nan_to_num(np.maximum(low - values, values - high), nan=-np.inf)
-            if values.size and beyond.max() > slack:
-                outside.append(
-                    (name, values, np.where(beyond > slack, beyond, 0.0), f"lies outside [{low:.6g}, {high:.6g}]")
-                )
-        return outside
+    def _checked(
+        self, times: np.ndarray, indentations: np.ndarray, tabor: ArrayLike, edge: np.ndarray | None
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        times, indentations = (np.asarray(values, dtype=np.float64) for values in (times, indentations))
+        check_history(times, indentations)
+        # The models' clock starts with the protocol; what is lost between close times of a late clock is lost already.
+        times = times - times[:, :1]
+        edge = edge_from_indentations(indentations) if edge is None else checked_edge(edge, times.shape)
+        return times, indentations, checked_tabor(tabor, len(times)), edge
 
-    def _warn_outside_ranges(self, quantities: dict[str, np.ndarray]) -> None:
-        outside = self._outside_ranges(quantities)
-        if outside:
-            worst = [f"{name} = {values[beyond.argmax()]:.6g} {where}" for name, values, beyond, where in outside]
-            message = f"{self.name} extrapolates beyond its training: {'; '.join(worst)}"
+    def _warn(self, found: list[Excess]) -> None:
+        if found:
+            message = f"{self.name} extrapolates beyond its training: {'; '.join(worst(found))}"
             warnings.warn(message, ExtrapolationWarning, stacklevel=3)
-
-
-def _at(outside: list[tuple[str, np.ndarray, np.ndarray, str]], index: int) -> list[tuple[str, np.ndarray, str]]:
-    return [(name, values, where) for name, values, beyond, where in outside if beyond[index] > 0.0]

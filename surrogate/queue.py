@@ -1,12 +1,15 @@
 """Train many models, a few at a time, each in a process of its own; and how such work is asked to stop.
 
-The queue keeps no state beside what the runs leave: a model whose directory is published is done, every other one
-starts or resumes. So an interrupted queue is continued by starting it again.
+The queue keeps no state beside what the runs leave: a model that is published, and was trained on the same data set
+with the same recipe, is done; every other one starts or resumes. So an interrupted queue is continued by starting it
+again.
 """
 
 from __future__ import annotations
 
 import csv
+import hashlib
+import json
 import signal
 import subprocess
 import sys
@@ -14,6 +17,10 @@ import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from types import FrameType
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from surrogate.recipe import Recipe
 
 STOP_FILE = "STOP"
 STOPPED = 75
@@ -93,6 +100,46 @@ def run_queue(
             for name in running:
                 log(f"{name}: {standing(folder / name / 'history.csv')}")
     return ended
+
+
+def dataset_digest(path: Path) -> str:
+    """Digest of a data set file, the one that trainings record."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def outdated(folder: Path, *, dataset_sha256: str, recipe: Recipe) -> str:
+    """Say in a few words why a published model is not the one that would be trained now; empty where it is."""
+    from surrogate.recipe import Recipe
+
+    try:
+        run = json.loads((folder / "run.json").read_text(encoding="utf-8"))
+        if run["dataset_sha256"] != dataset_sha256:
+            return "trained on another data set"
+        return "" if Recipe.load(folder / "recipe.toml") == recipe else "trained with another recipe"
+    except (ValueError, KeyError, TypeError, FileNotFoundError):
+        return "which does not say how it was trained"
+
+
+def set_aside(folder: Path, *, dataset_sha256: str, recipe: Recipe) -> Path | None:
+    """Rename a run's directory whose checkpoint is of another data set or recipe, so that the run can start anew.
+
+    Returns:
+        Where it went, or `None` where there was nothing of the kind.
+    """
+    import numpy as np
+
+    checkpoint = folder / "checkpoint.npz"
+    if not checkpoint.is_file():
+        return None
+    with np.load(checkpoint) as stored:
+        found = json.loads(json.loads(str(stored["state"]))["fingerprint"])
+    if (found["dataset"], found["recipe"]) == (dataset_sha256, recipe.as_dict()):
+        return None
+    number = 1
+    while (aside := folder.with_name(f"{folder.name}.outdated-{number}")).exists():
+        number += 1
+    return folder.rename(aside)
 
 
 def standing(history: Path) -> str:

@@ -1,3 +1,4 @@
+import importlib
 import os
 
 import keras
@@ -23,6 +24,15 @@ def test_no_fused_lstm_on_a_processor():
     import tensorflow as tf
 
     assert has_fused_lstm() == bool(tf.config.list_physical_devices("GPU"))
+
+
+def test_a_fused_lstm_is_recognised_where_there_is_a_gpu(monkeypatch):
+    if keras.backend.backend() != "tensorflow":
+        pytest.skip("TensorFlow's own question")
+    # The package binds the module's name to a function.
+    module = importlib.import_module("keras.src.backend.tensorflow.rnn")
+    monkeypatch.setattr(module, "_is_gpu_available", lambda: True)
+    assert has_fused_lstm()
 
 
 def test_versions_name_the_backend():

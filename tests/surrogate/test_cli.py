@@ -2,11 +2,13 @@ import json
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
 from surrogate import cli
-from surrogate.queue import STOPPED, run_queue, standing
+from surrogate.queue import STOPPED, dataset_digest, run_queue, set_aside, standing
+from surrogate.recipe import Recipe
 
 runner = CliRunner()
 
@@ -31,6 +33,21 @@ def test_list_names_all():
     assert result.exit_code == 0
     assert len(result.output.splitlines()) == 18
     assert "473,729 parameters (paper)" in result.output
+
+
+def test_list_needs_no_keras_and_finds_packaged_models(tmp_path, monkeypatch):
+    monkeypatch.setattr("surrogate.cli.importlib.util.find_spec", lambda _: None)
+    for place in ("PUBLISHED", "PACKAGED"):
+        monkeypatch.setattr(f"surrogate.model_files.{place}", tmp_path / place)
+    monkeypatch.chdir(tmp_path)
+    folder = tmp_path / "PACKAGED" / "M1-FiLM"
+    folder.mkdir(parents=True)
+    (folder / "metrics.json").write_text('{"parameters": 489473, "test": {"mse": {"mean": 2e-5}}}')
+    lines = runner.invoke(cli.app, ["list"]).output.splitlines()
+    assert len(lines) == 18
+    assert lines[1] == "M1-FiLM     489,473 parameters (paper)  test MSE 2.00e-05"
+    assert any("? parameters (ours)" in line for line in lines)
+    monkeypatch.undo()
 
 
 def test_train_then_evaluate(tiny, options, tmp_path, monkeypatch):
@@ -59,6 +76,25 @@ def test_stop_file_ends_after_the_epoch_and_the_same_command_resumes(tiny, optio
     assert runner.invoke(cli.app, ["train", "M1-concat", *options]).exit_code == 0
 
 
+def publish_as(folder, dataset_sha256, recipe):
+    folder.mkdir(parents=True)
+    (folder / "run.json").write_text(json.dumps({"dataset_sha256": dataset_sha256}))
+    (folder / "recipe.toml").write_text(recipe.to_toml())
+
+
+def test_work_of_another_data_set_is_set_aside(tmp_path):
+    recipe = Recipe.load("swift")
+    asked = {"dataset_sha256": "a" * 64, "recipe": recipe}
+    folder = tmp_path / "M1-concat"
+    assert set_aside(folder, **asked) is None
+    folder.mkdir()
+    for dataset, aside in (("a", False), ("b", True)):
+        fingerprint = json.dumps({"dataset": dataset * 64, "recipe": recipe.as_dict()})
+        np.savez(folder / "checkpoint.npz", state=np.array(json.dumps({"fingerprint": fingerprint})))
+        assert (set_aside(folder, **asked) is not None) == aside
+    assert [path.name for path in tmp_path.iterdir()] == ["M1-concat.outdated-1"]
+
+
 def test_queue_runs_what_is_missing_and_reports_failures(options, tmp_path, monkeypatch):
     asked = {}
 
@@ -67,13 +103,23 @@ def test_queue_runs_what_is_missing_and_reports_failures(options, tmp_path, monk
         return dict.fromkeys(waiting, 0)
 
     monkeypatch.setattr(cli, "run_queue", fake_queue)
-    published = tmp_path / "models" / "M1-FiLM"
-    published.mkdir(parents=True)
-    (published / "run.json").touch()
+    digest = dataset_digest(tmp_path / options[3])
+    recipe = Recipe.load(tmp_path / "fast.toml").with_overrides(epochs=7)
+    publish_as(tmp_path / "models" / "M1-FiLM", digest, recipe)
+    publish_as(tmp_path / "models" / "M2-FiLM", "0" * 64, recipe)
+    publish_as(tmp_path / "models" / "M3-FiLM", digest, recipe.with_overrides(epochs=8))
+    publish_as(tmp_path / "models" / "M4-FiLM", digest, recipe)
+    (tmp_path / "models" / "M4-FiLM" / "run.json").write_bytes(b"\xff")
     result = runner.invoke(cli.app, ["train-all", *options, "--epochs", "7"])
     assert result.exit_code == 0, result.output
     assert len(asked) == 17
     assert "M1-FiLM" not in asked
+    for line in (
+        "M2-FiLM: outdated, trained on another data set; it is trained again",
+        "M3-FiLM: outdated, trained with another recipe; it is trained again",
+        "M4-FiLM: outdated, which does not say how it was trained; it is trained again",
+    ):
+        assert line in result.output.splitlines()
     assert asked["M1-concat"][:2] == ["train", "M1-concat"]
     assert " --epochs 7 --threads 1" in " ".join(asked["M1-concat"])
 

@@ -134,6 +134,51 @@ def test_files_that_are_not_ours(folder, tmp_path, dataset):
         surrogate.load(folder)
 
 
+@pytest.mark.parametrize(
+    ("key", "value", "words"),
+    [
+        ("scaling", None, "without scaling in its metadata"),
+        ("weights_sha256", None, "without weights_sha256"),
+        ("scaling", "{}", "whose scaling is damaged"),
+        ("plan", "[{}]", "whose plan is damaged"),
+        ("plan", "[]", "whose plan is damaged"),
+        ("plan", "no JSON", "whose plan is damaged"),
+        ("plan", "[" * 100_000, "whose plan is damaged"),
+    ],
+)
+def test_damaged_metadata(folder, tmp_path, key, value, words):
+    graph = onnx.load(folder / "model.onnx")
+    entry = next(entry for entry in graph.metadata_props if entry.key == key)
+    if value is None:
+        graph.metadata_props.remove(entry)
+    else:
+        entry.value = value
+    onnx.save(graph, tmp_path / "damaged.onnx")
+    with pytest.raises(ValueError, match=rf"ONNX file of `surrogate export`\. Received: .*damaged\.onnx, {words}"):
+        surrogate.load(tmp_path / "damaged.onnx")
+
+
+def test_foreign_inputs_under_our_tag(folder, tmp_path):
+    graph = onnx.load(folder / "model.onnx")
+    for node in graph.graph.node:
+        node.input[:] = ["instants" if name == "times" else name for name in node.input]
+    graph.graph.input[0].name = "instants"
+    onnx.save(graph, tmp_path / "foreign.onnx")
+    with pytest.raises(ValueError, match=r"foreign\.onnx, whose inputs and outputs \(instants, "):
+        surrogate.load(tmp_path / "foreign.onnx")
+
+
+def test_a_plan_that_lacks_weights_does_not_stream(folder, tmp_path):
+    graph = onnx.load(folder / "model.onnx")
+    entry = next(entry for entry in graph.metadata_props if entry.key == "plan")
+    operations = json.loads(entry.value)
+    operations[-1]["name"] = "elsewhere"
+    entry.value = json.dumps(operations)
+    onnx.save(graph, tmp_path / "damaged.onnx")
+    with pytest.raises(ValueError, match="operations and weights fit"):
+        surrogate.load(tmp_path / "damaged.onnx").stream(tabor=1.0)
+
+
 def test_unknown_backend(folder):
     with pytest.raises(ValueError, match=r"onnx, keras\. Received: backend='torch'"):
         surrogate.load(folder, backend="torch")

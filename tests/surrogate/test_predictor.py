@@ -6,7 +6,10 @@ import numpy as np
 import pytest
 
 import surrogate
+from bem import LoadingProtocol
+from bem.measurement import proportional_counts
 from surrogate.backends import KerasBackend
+from surrogate.metrics import hysteresis
 from surrogate.predictor import ExtrapolationWarning, Surrogate
 from surrogate.recipe import Recipe
 from surrogate.runs import Run, execute, fit_scaling, publish
@@ -59,6 +62,9 @@ def test_edge_override(predictor, inside):
     assert np.abs(predictor.predict(times, indentations, tabor=tabor, edge=0 * found) - base).max() > 1e-4
     with pytest.raises(ValueError, match="edge marks of shape"):
         predictor.predict(times, indentations, tabor=tabor, edge=found[:, 1:])
+    for wrong in (0.5, -1.0, 2.0, np.nan):
+        with pytest.raises(ValueError, match="edge marks of zero or one"):
+            predictor.predict(times, indentations, tabor=tabor, edge=wrong * found)
 
 
 def test_extrapolation_warns_once_by_name(predictor, inside):
@@ -71,6 +77,88 @@ def test_extrapolation_warns_once_by_name(predictor, inside):
     assert len(caught) == 1
     with pytest.warns(ExtrapolationWarning, match="rate"):
         predictor.predict(times * 1e6, indentations, tabor=tabor)
+
+
+def test_a_history_may_begin_at_any_time(predictor, inside):
+    times, indentations, tabor = inside
+    base = predictor.predict(times, indentations, tabor=tabor)
+    for shift in (-5.0, 1e3):
+        found = predictor.predict(times + shift, indentations, tabor=tabor)
+        np.testing.assert_allclose(found, base, rtol=1e-6, atol=1e-5)
+
+
+def resampled(times, indentations, total):
+    """The first history on another number of measurement steps."""
+    counts = proportional_counts(total)
+    corners = times[0, [0, 49, 69, 119]]
+    fine = np.concatenate(
+        [
+            np.linspace(corners[0], corners[1], counts[0]),
+            np.linspace(corners[1], corners[2], counts[1] + 1)[1:],
+            np.linspace(corners[2], corners[3], counts[2] + 1)[1:],
+        ]
+    )
+    depth = np.interp(fine, corners, indentations[0, [0, 49, 69, 119]])
+    return fine[None], depth[None]
+
+
+@pytest.mark.parametrize("total", [100, 120, 140])
+def test_nearby_numbers_of_points_are_silent(predictor, inside, total):
+    times, indentations, tabor = inside
+    assert predictor.extrapolated(*resampled(times, indentations, total), tabor=tabor[:1]) == [()]
+
+
+@pytest.mark.parametrize("total", [24, 30, 90, 150, 2000])
+def test_other_numbers_of_points_are_said(predictor, inside, total):
+    times, indentations, tabor = inside
+    arguments = resampled(times, indentations, total)
+    words = (
+        rf"loading_points = {proportional_counts(total)[0]} lies outside \[42, 58\]; dwell_points = .*; unloading_po"
+    )
+    with pytest.warns(ExtrapolationWarning, match=words) as caught:
+        predictor.predict(*arguments, tabor=tabor[:1])
+    assert len(caught) == 1
+
+
+def test_other_shapes_are_said(predictor, inside):
+    times, indentations, tabor = (part[:1] for part in inside)
+    peak = indentations.max()
+
+    def said(new_times=times, new_indentations=indentations):
+        (words,) = predictor.extrapolated(new_times, new_indentations, tabor=tabor)
+        return "; ".join(words)
+
+    assert said() == ""
+    shallow = indentations + 0.5 * (peak - indentations)
+    assert "start_indentation" in said(new_indentations=shallow)
+    assert "end_indentation" in said(new_indentations=shallow)
+    bump = np.zeros_like(times)
+    bump[0, :50] = 0.05 * peak * np.sin(np.linspace(0.0, np.pi, 50))
+    assert "bend = " in said(new_indentations=indentations + bump)
+    assert "lies outside [0, 0.005]" in said(new_indentations=indentations + bump)
+    crowded = times[0, 49] * np.linspace(0.0, 1.0, 50) ** 2
+    start = indentations[0, 0]
+    assert "step_ratio = " in said(
+        np.concatenate([crowded, times[0, 50:]])[None],
+        np.concatenate([start + (peak - start) * crowded / times[0, 49], indentations[0, 50:]])[None],
+    )
+
+
+def test_other_numbers_of_points_of_a_protocol_are_said(predictor, dataset):
+    index = dataset.split().train[0]
+    values = {name: float(column[index]) for name, column in dataset.protocols.items()}
+    tabor = values.pop("tabor")
+    protocol = LoadingProtocol(**values)
+    for counts, words in (((50, 20, 50), ()), ((42, 16, 42), ()), ((10, 4, 10), ("loading", "dwell", "unloading"))):
+        (found,) = predictor.trajectories([protocol], tabor=tabor, counts=counts)
+        assert [line.split("_points = ")[0] for line in found.extrapolated] == list(words)
+
+
+def test_hysteresis_is_the_paper_s(predictor, dataset):
+    index = dataset.split().train[0]
+    values = {name: float(column[index]) for name, column in dataset.protocols.items()}
+    (found,) = predictor.trajectories(LoadingProtocol(**{k: v for k, v in values.items() if k != "tabor"}), tabor=1.0)
+    assert found.hysteresis == pytest.approx(hysteresis(found.indentation[None], found.force[None])[0], rel=1e-12)
 
 
 def test_history_without_plateau_works(predictor):
@@ -94,6 +182,11 @@ def test_bad_input(predictor, inside):
         ((times, indentations, tabor[:2]), "one Tabor parameter per history"),
         ((times, indentations, -tabor), "above zero"),
         ((times, indentations, tabor * np.nan), "above zero"),
+        ((times * 1e-320, indentations, tabor), "time steps within|increase strictly"),
+        ((times * 1e-16, indentations, tabor), "rates within -1e"),
+        ((times * 1e30, indentations, tabor), "times after the first within 0 and"),
+        ((times, 1e9 * indentations, tabor), "indentations within -1e"),
+        (((times - 1e18)[:, :3], indentations[:, :3], tabor), "increase strictly"),
     ):
         with pytest.raises(ValueError, match=words):
             predictor.predict(*arguments[:2], tabor=arguments[2])
@@ -124,6 +217,27 @@ def test_scaling_of_another_data_set(folder):
     (folder / "scaling.json").write_text(json.dumps(content))
     with pytest.raises(ValueError, match="scaling of data set"):
         surrogate.load(folder)
+
+
+def test_another_scaling_than_the_exported_one(folder):
+    content = json.loads((folder / "scaling.json").read_text())
+    content["force"][0] += 0.1
+    (folder / "scaling.json").write_text(json.dumps(content))
+    for backend in ("onnx", "keras"):
+        with pytest.raises(ValueError, match=r"the scaling that .*model\.onnx was exported with"):
+            surrogate.load(folder, backend=backend)
+
+
+def test_damaged_directories(folder, tmp_path):
+    (folder / "run.json").write_bytes(b"\xff\xfe{}")
+    with pytest.raises(ValueError, match=r"a run\.json that `surrogate train` wrote"):
+        surrogate.load(folder)
+    (folder / "run.json").write_text("[" * 100_000)
+    with pytest.raises(ValueError, match=r"a run\.json that `surrogate train` wrote"):
+        surrogate.load(folder)
+    (tmp_path / "x.onnx").mkdir()
+    with pytest.raises(FileNotFoundError, match=r"x\.onnx, which is a directory"):
+        surrogate.load(tmp_path / "x.onnx")
 
 
 def test_weights_of_another_model(folder, tmp_path):

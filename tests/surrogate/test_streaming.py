@@ -6,10 +6,13 @@ import pytest
 
 import surrogate
 from surrogate.backends import KerasBackend
+from surrogate.extrapolation import ExtrapolationWarning
 from surrogate.kernels import hyperbolic_tangents
+from surrogate.plan import Plan
 from surrogate.predictor import Surrogate
 from surrogate.recipe import Recipe
 from surrogate.runs import Run, fit_scaling
+from surrogate.streaming import Stream
 
 CAUSAL = [name for name in surrogate.names() if not name.startswith("M5")]
 
@@ -82,8 +85,8 @@ def test_reset_and_snapshot(model, history):
     other = model.stream(tabor=tabor)
     other.restore(kept)
     np.testing.assert_array_equal(steps(other, times[60:], indentations[60:], edges=(9,)), whole[60:])
-    with pytest.raises(ValueError, match=r"snapshot of M1-concat at tabor=9"):
-        model.stream(tabor=9.0).restore(kept)
+    with pytest.raises(ValueError, match=r"snapshot of M1-concat at tabor=2"):
+        model.stream(tabor=2.0).restore(kept)
     with pytest.raises(ValueError, match="snapshot of M1-concat"):
         stream.restore(None)
 
@@ -98,6 +101,10 @@ def test_a_refused_step_leaves_the_stream_where_it_was(model, history):
         (times[18], 0.0, "time after .*that of the step before"),
         (np.nan, 0.0, "finite step"),
         (times[19], np.inf, "finite step"),
+        (times[19], 1e7, "indentations within"),
+        (1e-320, 0.0, "time after"),
+        (times[18] + 1e-13, 50.0, "a rate of at most 1e"),
+        (1e300, 0.0, "time after .* at most"),
     ):
         with pytest.raises(ValueError, match=words):
             stream.step(time, depth)
@@ -107,8 +114,64 @@ def test_a_refused_step_leaves_the_stream_where_it_was(model, history):
             model.stream(tabor=tabor)
 
 
+def test_a_whole_history_is_its_steps_to_the_last_bit(model, history):
+    times, indentations, tabor = history
+    edge = np.zeros_like(times)
+    edge[[49, 69]] = 1.0
+    stream = model.stream(tabor=tabor)
+    whole = stream.run(times, indentations, edge)
+    assert whole.dtype == np.float64
+    stream.reset()
+    np.testing.assert_array_equal(steps(stream, times, indentations), whole)
+    stream.reset()
+    first = stream.run(times[:70], indentations[:70], edge[:70])
+    np.testing.assert_array_equal(np.concatenate([first, stream.run(times[70:], indentations[70:], edge[70:])]), whole)
+    for bad, words in (
+        ((times, indentations[1:], edge), "one shape"),
+        ((times, indentations, edge[1:]), "edge marks of shape"),
+        ((times, indentations, 0.5 * edge), "zero or one"),
+        ((times[::-1], indentations, edge), "time after"),
+    ):
+        stream.reset()
+        with pytest.raises(ValueError, match=words):
+            stream.run(*bad)
+        assert stream.time == -np.inf
+
+
+@pytest.mark.parametrize("name", ["M1-concat", "M2-concat", "M4-gated"])
+def test_the_clock_starts_with_the_history(name, dataset, history):
+    times, indentations, tabor = history
+    stream = make(name, dataset).stream(tabor=tabor)
+    base = steps(stream, times, indentations)
+    stream.reset()
+    late = steps(stream, times + 1024.0, indentations)
+    assert stream.time == times[-1] + 1024.0
+    # Times lose their last digits beside a late clock.
+    np.testing.assert_allclose(late, base, rtol=1e-6, atol=1e-6)
+
+
+def test_a_stream_outside_the_training_warns(model):
+    with pytest.warns(ExtrapolationWarning, match=r"tabor = 50 lies outside \["):
+        stream = model.stream(tabor=50.0)
+    with pytest.warns(ExtrapolationWarning, match=r"start_indentation = 1 lies outside \[-110\.\d+, -104"):
+        stream.step(0.0, 1.0)
+
+
+def test_a_damaged_plan_is_refused(dataset):
+    model = make("M3-concat", dataset)
+    plan = model.backend.plan()
+    first = next(operation for operation in plan.operations if operation.kind == "dense")
+    for name, values in (("kernel", np.zeros((3, 3))), ("bias", np.zeros(1)), ("kernel", None)):
+        weights = {key: array for key, array in plan.weights.items() if key != f"{first.name}/{name}"}
+        if values is not None:
+            weights[f"{first.name}/{name}"] = values
+        with pytest.raises(ValueError, match=r"weights that fit|operations and weights fit"):
+            Stream(Plan(plan.operations, weights), model.scaling, tabor=1.0)
+
+
 def test_a_step_allocates_nothing_that_stays(model):
     stream = model.stream(tabor=1.0)
+    stream.step(-1.0, -(np.pi ** (2 / 3)))
     for index in range(50):
         stream.step(index, 1.0)
     gc.collect()

@@ -1,0 +1,41 @@
+"""How both command lines end: a user's mistake becomes one sentence on standard error, and exit status 2."""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+import typer
+
+
+def run_command(app: Any, name: str) -> None:
+    """Run a Typer application and leave the process with its status.
+
+    Args:
+        app: The application.
+        name: The command's name, which begins the sentence.
+    """
+    try:
+        status = app(standalone_mode=False)
+    except (ValueError, OSError) as error:
+        typer.echo(f"{name}: {sentence(error)}", err=True)
+        sys.exit(2)
+    except typer.Abort:
+        sys.exit(1)
+    except Exception as error:
+        # Typer brings its own copy of click's exceptions or takes click's, depending on its version.
+        if not hasattr(error, "format_message"):
+            raise
+        if type(error).__name__ == "NoArgsIsHelpError":
+            error.show()
+        else:
+            typer.echo(f"{name}: {' '.join(error.format_message().split())}", err=True)
+        sys.exit(error.exit_code)
+    sys.exit(status if isinstance(status, int) else 0)
+
+
+def sentence(error: Exception) -> str:
+    """An error in words, on one line; what the operating system says, with the file it is about."""
+    if isinstance(error, OSError) and error.strerror:
+        return f"{error.strerror}: {error.filename}" if error.filename else error.strerror
+    return " ".join(str(error).split())

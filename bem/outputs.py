@@ -1,0 +1,146 @@
+"""Files a command writes: reserved before the work, there together and whole after it, or not at all.
+
+A place that cannot be written is refused before anything is computed, and every failure names the path the user gave.
+"""
+
+from __future__ import annotations
+
+import secrets
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import TracebackType
+
+
+class Outputs:
+    """Output files of one command, as a context around its work.
+
+    On entering, each file's part is created beside it; `write` gives the part to write to; on leaving without an
+    error, all parts take their places. Otherwise what was there before stays.
+
+    Args:
+        paths: The files, `None` for those not wanted. A device or a pipe is written directly.
+
+    Raises:
+        ValueError: a path twice, a directory, or a place that cannot be written.
+    """
+
+    def __init__(self, *paths: Path | None) -> None:
+        self.paths = [Path(path) for path in paths if path is not None]
+        if len(set(map(Path.absolute, self.paths))) < len(self.paths):
+            raise ValueError(f"Expected different output files; received {', '.join(map(str, self.paths))}")
+        self._targets: dict[Path, Path] = {}
+        self._parts: dict[Path, Path] = {}
+
+    def __enter__(self) -> Outputs:
+        try:
+            for path in self.paths:
+                self._reserve(path)
+        except BaseException:
+            self._discard()
+            raise
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, _: BaseException | None, __: TracebackType | None) -> None:
+        try:
+            if kind is None:
+                self._settle()
+        finally:
+            self._discard()
+
+    @contextmanager
+    def write(self, path: Path) -> Iterator[Path]:
+        """Give the path to write to in place of `path`; its suffix is the same.
+
+        Raises:
+            ValueError: the operating system refused, as a full disk does.
+        """
+        with _refusals(path):
+            yield self._parts.get(Path(path), Path(path))
+
+    def _reserve(self, path: Path) -> None:
+        with _refusals(path):
+            if path.is_dir() or not path.absolute().parent.is_dir():
+                raise ValueError(f"Expected an output file in a directory that exists; received {path}")
+            if path.exists() and not path.is_file():
+                return
+            # A link stays one; its target is replaced.
+            target = path.resolve()
+            # Short, so that only the name the user chose can be too long.
+            part = target.with_name(f".{secrets.token_hex(4)}.part{target.suffix}")
+            _try_name(target)
+            part.touch(exist_ok=False)
+            self._targets[path], self._parts[path] = target, part
+
+    def _settle(self) -> None:
+        done: list[tuple[Path, Path | None]] = []
+        try:
+            for path, part in self._parts.items():
+                with _refusals(path):
+                    done.append((self._targets[path], self._set_aside(path)))
+                    part.replace(self._targets[path])
+        except ValueError:
+            for target, former in done:
+                if former is None:
+                    target.unlink(missing_ok=True)
+                else:
+                    former.replace(target)
+            raise
+        for _, former in done:
+            if former is not None:
+                former.unlink(missing_ok=True)
+
+    def _set_aside(self, path: Path) -> Path | None:
+        """Rename what a file will replace, so that it can come back; a single file is replaced at once."""
+        target, part = self._targets[path], self._parts[path]
+        if len(self._parts) == 1 or not target.exists():
+            return None
+        return target.replace(part.with_name(f"{part.name}.former"))
+
+    def _discard(self) -> None:
+        for part in self._parts.values():
+            part.unlink(missing_ok=True)
+
+
+@contextmanager
+def whole_file(path: str | Path) -> Iterator[Path]:
+    """Give a path to write to beside `path`; what is there afterwards takes its place, unless something failed.
+
+    Raises:
+        ValueError: `path` is a directory, lies in none, or cannot be written.
+    """
+    path = Path(path)
+    with Outputs(path) as outputs, outputs.write(path) as part:
+        yield part
+
+
+def require_output(path: str | Path) -> None:
+    """Refuse a place that cannot be written before hours are spent on what should go there.
+
+    Raises:
+        ValueError: `path` is a directory, lies in none, or cannot be written.
+    """
+    path = Path(path)
+    outputs = Outputs(path)
+    try:
+        outputs._reserve(path)
+    finally:
+        outputs._discard()
+
+
+def _try_name(target: Path) -> None:
+    """Let the operating system refuse a name it will not take."""
+    try:
+        target.lstat()
+    except FileNotFoundError:
+        return
+
+
+@contextmanager
+def _refusals(path: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        raise ValueError(
+            f"Expected an output file that can be written; received {path} ({error.strerror or error})"
+        ) from error

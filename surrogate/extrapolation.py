@@ -1,0 +1,150 @@
+"""How far a history is from those a model was trained on: every quantity that leaves its range, with value and range.
+
+The protocol's own quantities have the ranges of the training set. The others are what all training histories have in
+common: they begin and end at -pi^(2/3) mu, consist of a straight ramp, a dwell and a straight ramp back, and have 50,
+20 and 50 equally spaced points there. What may stray from that unsaid was chosen so that it hardly shows in the error
+against the solver, but for the number of points: 100 to 140 of them, in proportion, are the nearby resolutions the
+paper shows (its appendix "FMS-resolution transferability"); `experiments.fms_transfer` measures what they cost.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from bem.measurement import proportional_counts
+from bem.protocol import default_start_indentation
+from surrogate.features import plateau
+
+# Leaves room for rates recovered from rounded times.
+RANGE_TOLERANCE = 1e-6
+
+FEWEST, MOST = (proportional_counts(total) for total in (100, 140))
+POINTS = {
+    f"{phase}_points": bounds
+    for phase, bounds in zip(("loading", "dwell", "unloading"), zip(FEWEST, MOST, strict=True), strict=True)
+}
+"""Points of each phase that pass unsaid."""
+
+START_TOLERANCE = 0.03
+"""How far start and end may lie from -pi^(2/3) mu, as a share of it."""
+
+BEND_TOLERANCE = 0.005
+"""How far indentations may lie from the straight ramps and the dwell, as a share of the travel."""
+
+LARGEST_STEP_RATIO = 1.5
+"""How much longer the longest time step of a phase may be than its shortest."""
+
+
+class ExtrapolationWarning(UserWarning):
+    """A prediction was asked for outside the ranges the model was trained on."""
+
+
+@dataclass(frozen=True)
+class Excess:
+    """A quantity that leaves its range somewhere; arrays of shape `(batch,)`."""
+
+    name: str
+    values: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+
+    @property
+    def beyond(self) -> np.ndarray:
+        """How far each value lies outside, zero for those inside and those that do not exist."""
+        slack = RANGE_TOLERANCE * np.maximum(np.abs(self.low), np.abs(self.high))
+        beyond = np.nan_to_num(np.maximum(self.low - self.values, self.values - self.high), nan=0.0)
+        return np.where(beyond > slack, beyond, 0.0)
+
+    def words(self, index: int) -> str:
+        """Name, value and range for one history."""
+        return f"{self.name} = {self.values[index]:.6g} lies outside [{self.low[index]:.6g}, {self.high[index]:.6g}]"
+
+
+def excesses(quantities: dict[str, np.ndarray], ranges: dict[str, tuple[float, float]]) -> list[Excess]:
+    """Return the quantities that leave their range.
+
+    Args:
+        quantities: Values by name, each of shape `(batch,)`; NaN where a history has no such thing.
+        ranges: Smallest and largest training value by name. The others' ranges are this module's.
+    """
+    bounds = {name: ranges[name] for name in quantities if name in ranges} | POINTS
+    bounds |= {"bend": (0.0, BEND_TOLERANCE), "step_ratio": (1.0, LARGEST_STEP_RATIO)}
+    if "tabor" in quantities:
+        usual = default_start_indentation(quantities["tabor"])
+        around = ((1.0 + START_TOLERANCE) * usual, (1.0 - START_TOLERANCE) * usual)
+        bounds |= {"start_indentation": around, "end_indentation": around}
+    found = [
+        Excess(name, values, *(np.broadcast_to(bound, values.shape) for bound in bounds[name]))
+        for name, values in quantities.items()
+        if name in bounds
+    ]
+    return [excess for excess in found if excess.beyond.any()]
+
+
+def worst(found: Iterable[Excess]) -> list[str]:
+    """Say for every quantity the value farthest outside."""
+    return [excess.words(int(excess.beyond.argmax())) for excess in found]
+
+
+def of_history(found: Iterable[Excess], index: int) -> tuple[str, ...]:
+    """Say what of one history lies outside."""
+    return tuple(excess.words(index) for excess in found if excess.beyond[index] > 0.0)
+
+
+def history_quantities(
+    times: np.ndarray, indentations: np.ndarray, edge: np.ndarray | None = None
+) -> dict[str, np.ndarray]:
+    """Recover what `excesses` judges from histories; NaN where a phase is absent.
+
+    Args:
+        times: Times of shape `(batch, steps)`.
+        indentations: Indentations of the same shape.
+        edge: Marks of the dwell's ends, of the same shape, where the caller knows them. By default, and where there are
+            not one or two marks, the dwell is the longest run of constant indentation.
+    """
+    marks = [None] * len(times) if edge is None else edge
+    rows = [_history(*row) for row in zip(times, indentations, marks, strict=True)]
+    return {name: np.array([row[name] for row in rows]) for name in rows[0]}
+
+
+def dwell_ends(indentation: np.ndarray, edge: np.ndarray | None = None) -> tuple[int, int]:
+    """Return the first and the last point of the dwell; twice the highest point where there is none."""
+    if edge is not None and 1 <= np.count_nonzero(edge) <= 2:
+        marks = np.flatnonzero(edge)
+        return int(marks[0]), int(marks[-1])
+    peak = int(np.argmax(indentation))
+    return plateau(indentation) or (peak, peak)
+
+
+def _history(time: np.ndarray, indentation: np.ndarray, edge: np.ndarray | None) -> dict[str, float]:
+    onset, end = dwell_ends(indentation, edge)
+    last = len(time) - 1
+    corners = np.unique([0, onset, end, last])
+    travel = np.ptp(indentation)
+    straight = np.interp(time, time[corners], indentation[corners])
+    ratios = [
+        float(steps.max() / steps.min())
+        for steps in (np.diff(time[begin : stop + 1]) for begin, stop in pairwise(corners))
+    ]
+    return {
+        "peak_indentation": float(indentation.max()),
+        "loading_rate": _slope(time, indentation, 0, onset),
+        "dwell_time": float(time[end] - time[onset]),
+        "unloading_rate": -_slope(time, indentation, end, last),
+        "start_indentation": float(indentation[0]),
+        "end_indentation": float(indentation[last]),
+        "loading_points": onset + 1.0,
+        # Without a dwell there is nothing to count; that its time is zero is said anyway.
+        "dwell_points": float(end - onset) if end > onset else np.nan,
+        "unloading_points": float(last - end),
+        "bend": float(np.abs(indentation - straight).max() / travel) if travel else 0.0,
+        "step_ratio": max(ratios, default=1.0),
+    }
+
+
+def _slope(time: np.ndarray, indentation: np.ndarray, begin: int, end: int) -> float:
+    return float((indentation[end] - indentation[begin]) / (time[end] - time[begin])) if end > begin else np.nan

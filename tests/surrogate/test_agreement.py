@@ -1,0 +1,68 @@
+"""The published M1-concat gives the same forces by every way of asking, within the bound the documents state."""
+
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import surrogate
+from bem.designs import Design
+from bem.measurement import measurement_grid
+from surrogate.features import edge_from_counts
+from surrogate.model_files import PUBLISHED
+from surrogate.streaming import AGREEMENT
+
+COUNT = 300
+STREAMED = 40
+ROOT = Path(__file__).resolve().parents[2]
+
+pytestmark = pytest.mark.skipif(
+    not (PUBLISHED / "M1-concat" / "model.onnx").is_file(), reason="M1-concat is not published here"
+)
+
+
+@pytest.fixture(scope="module")
+def histories():
+    columns = Design("log-uniform").protocols(COUNT, seed=5)
+    return *measurement_grid(**columns), columns["tabor"]
+
+
+@pytest.fixture(scope="module")
+def forces(histories):
+    times, indentations, tabor = histories
+    # The design's extremes may lie beyond those of the training set by rounding.
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", surrogate.ExtrapolationWarning)
+        return {
+            backend: surrogate.load("M1-concat", backend=backend).predict(times, indentations, tabor=tabor)
+            for backend in ("onnx", "keras")
+        }
+
+
+def difference(found, expected):
+    """The largest difference as a share of the history's force range."""
+    return (np.abs(found - expected).max(axis=1) / np.ptp(expected, axis=1)).max()
+
+
+def test_onnx_and_keras(forces):
+    assert 0.0 < difference(forces["onnx"], forces["keras"]) < AGREEMENT
+
+
+def test_stream_and_whole_sequence(histories, forces):
+    model = surrogate.load("M1-concat")
+    edge = edge_from_counts((50, 20, 50), STREAMED)
+    streamed, stepped = [], []
+    for row, (times, indentations, tabor) in enumerate(zip(*(part[:STREAMED] for part in histories), strict=True)):
+        stream = model.stream(tabor=float(tabor))
+        streamed.append(stream.run(times, indentations, edge[row]))
+        stream.reset()
+        stepped.append([stream.step(*point) for point in zip(times, indentations, edge[row], strict=True)])
+    np.testing.assert_array_equal(streamed, stepped)
+    for backend in ("onnx", "keras"):
+        assert difference(np.array(streamed), forces[backend][:STREAMED]) < AGREEMENT
+
+
+def test_the_documents_state_this_bound():
+    text = (ROOT / "docs" / "control.md").read_text(encoding="utf-8")
+    assert f"{AGREEMENT:.0e}".replace("e-0", "e-") in text
