@@ -10,7 +10,7 @@ from setuptools import setup
 from setuptools.command.build_py import build_py
 
 MODEL = "M1-concat"
-FILES = ("model.onnx", "model.weights.h5", "run.json", "scaling.json", "metrics.json")
+FILES = ("model.onnx", "model.weights.h5", "run.json", "scaling.json", "metrics.json", "split.json")
 
 
 class BuildWithModel(build_py):

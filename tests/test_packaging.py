@@ -1,14 +1,23 @@
-"""The wheel holds the published model and finds it far from the repository."""
+"""The wheel holds both packages and the published model, and predicts far from the repository."""
 
+import re
 import shutil
 import subprocess
 import sys
 import zipfile
+from email.parser import Parser
 from pathlib import Path
 
 import pytest
 
+from surrogate.model_files import PUBLISHED
+
 ROOT = Path(__file__).resolve().parents[1]
+MODEL = {"model.onnx", "model.weights.h5", "run.json", "scaling.json", "metrics.json", "split.json"}
+
+pytestmark = pytest.mark.skipif(
+    not (PUBLISHED / "M1-concat" / "model.onnx").is_file(), reason="M1-concat is not published here"
+)
 
 
 @pytest.fixture(scope="module")
@@ -16,37 +25,89 @@ def wheel(tmp_path_factory):
     source = tmp_path_factory.mktemp("source")
     for name in ("pyproject.toml", "setup.py", "MANIFEST.in", "README.md", "LICENSE"):
         shutil.copy(ROOT / name, source / name)
-    for name in ("bem", "surrogate"):
+    for name in ("bem", "surrogate", "experiments", "paper_figures"):
         shutil.copytree(ROOT / name, source / name, ignore=shutil.ignore_patterns("__pycache__"))
-    model = source / "published" / "models" / "M1-concat"
-    model.mkdir(parents=True)
-    for name in ("model.onnx", "model.weights.h5", "run.json", "scaling.json", "metrics.json", "history.csv"):
-        (model / name).write_text("{}")
+    shutil.copytree(PUBLISHED / "M1-concat", source / "published" / "models" / "M1-concat")
     command = [sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "--no-build-isolation", "--no-index"]
     subprocess.run([*command, "--wheel-dir", source / "dist", source], check=True, capture_output=True)
     (built,) = (source / "dist").glob("*.whl")
     return built
 
 
-@pytest.mark.slow
-def test_the_wheel_holds_the_published_model(wheel):
+@pytest.fixture(scope="module")
+def site(wheel, tmp_path_factory):
+    """The wheel, unpacked as an installation would."""
+    folder = tmp_path_factory.mktemp("site")
+    zipfile.ZipFile(wheel).extractall(folder)
+    return folder
+
+
+def isolated(site, code, cwd):
+    """Run code that sees the unpacked wheel before the repository's own packages."""
+    code = f"import sys; sys.path.insert(0, {str(site)!r})\n{code}"
+    result = subprocess.run(
+        [sys.executable, "-I", "-c", code], cwd=cwd, capture_output=True, text=True, check=False, timeout=120
+    )
+    assert result.returncode == 0, result.stderr
+    return result.stdout.strip()
+
+
+def test_the_wheel_holds_the_packages_and_the_published_model(wheel):
     names = set(zipfile.ZipFile(wheel).namelist())
     packaged = {name.rpartition("/")[2] for name in names if name.startswith("surrogate/models/M1-concat/")}
-    assert packaged == {"model.onnx", "model.weights.h5", "run.json", "scaling.json", "metrics.json"}
-    assert {"bem/simulate.py", "surrogate/predictor.py", "surrogate/recipes/swift.toml"} <= names
-    assert not any(name.startswith(("tests", "published", "demo")) for name in names)
+    assert packaged == MODEL
+    assert {"bem/simulate.py", "bem/outputs.py", "surrogate/predictor.py", "surrogate/recipes/swift.toml"} <= names
+    assert {name.partition("/")[0] for name in names if ".dist-info/" not in name} == {"bem", "surrogate"}
 
 
-@pytest.mark.slow
-def test_an_installation_finds_it_from_anywhere(wheel, tmp_path):
-    zipfile.ZipFile(wheel).extractall(tmp_path / "site")
-    code = (
-        f"import sys; sys.path.insert(0, {str(tmp_path / 'site')!r})\n"
+def test_its_size_is_the_one_the_documents_state(wheel):
+    stated = re.search(r"about (\d+) MB of\s+wheel", (ROOT / "docs" / "index.md").read_text(encoding="utf-8"))
+    assert round(wheel.stat().st_size / 1e6) == int(stated[1])
+
+
+def test_the_extras_and_ranges_are_in_the_metadata(site):
+    (path,) = site.glob("*.dist-info/METADATA")
+    metadata = Parser().parsestr(path.read_text(encoding="utf-8"))
+    assert {"train", "cluster", "dev"} <= set(metadata.get_all("Provides-Extra"))
+    required = metadata.get_all("Requires-Dist")
+    # An exact version would forbid installing this beside other packages.
+    assert not [line for line in required if "==" in line.partition(";")[0]]
+    assert any(line.startswith("tensorflow") and "extra == 'train'" in line.replace('"', "'") for line in required)
+    assert any(line.startswith("onnxruntime") and "extra" not in line for line in required)
+
+
+def test_an_installation_predicts_from_anywhere(site, tmp_path):
+    found = isolated(
+        site,
+        "import surrogate\n"
+        "from bem import LoadingProtocol\n"
         "from surrogate.model_files import find_model\n"
-        "print(find_model('M1-concat'))"
+        "model = surrogate.load('M1-concat')\n"
+        "protocol = LoadingProtocol(peak_indentation=20, loading_rate=10, dwell_time=1, unloading_rate=10)\n"
+        "print(find_model('M1-concat'), model.trajectories(protocol, tabor=1.0)[0].pull_off_force)",
+        tmp_path,
     )
-    # Isolated, so that neither the working directory nor the repository's own packages are seen first.
-    result = subprocess.run(
-        [sys.executable, "-I", "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True
-    )
-    assert Path(result.stdout.strip()) == tmp_path / "site" / "surrogate" / "models" / "M1-concat"
+    place, force = found.rsplit(" ", 1)
+    assert Path(place) == site / "surrogate" / "models" / "M1-concat"
+    assert 1.0 < float(force) < 20.0
+
+
+COMMAND = """
+import importlib.util
+{before}
+from surrogate.cli import app_main
+sys.argv = ["surrogate", *{words}]
+try:
+    app_main()
+except SystemExit as end:
+    assert not end.code, end.code
+"""
+
+
+def test_the_commands_find_the_packaged_model(site, tmp_path):
+    # Without Keras, as in a plain installation.
+    listing = COMMAND.format(before="importlib.util.find_spec = lambda *_: None", words=["list"])
+    assert "M1-concat   473,729 parameters (paper)  test MSE" in isolated(site, listing, tmp_path)
+    isolated(site, COMMAND.format(before="", words=["export", "M1-concat", "--out", "copy.onnx"]), tmp_path)
+    packaged = site / "surrogate" / "models" / "M1-concat" / "model.onnx"
+    assert (tmp_path / "copy.onnx").read_bytes() == packaged.read_bytes()
