@@ -85,7 +85,7 @@ def persson_brener(accuracy: str | float, known: dict[str, Any]) -> Iterable[dic
 
 def timed_protocols(accuracy: str | float, known: dict[str, Any]) -> Iterable[dict[str, Any]]:
     """Pull-off force and hysteresis of protocols of the paper's timing table."""
-    for protocol in read_protocols("figure_9_protocols"):
+    for protocol in read_protocols("canonical_protocols"):
         if protocol["sample"] not in SAMPLES:
             continue
         trajectory = viscoelastic(protocol, accuracy)

@@ -56,7 +56,12 @@ def statistics(dataset: Dataset) -> dict[str, Any]:
         "completed": len(rows),
         "distinct_protocols": len(np.unique(columns, axis=0)),
         "ranges": {name: [float(values.min()), float(values.max())] for name, values in dataset.protocols.items()},
-        "solver_seconds": {"mean": float(seconds.mean()), "sum": float(seconds.sum()), **percentiles(seconds)},
+        "solver_seconds": {
+            "mean": float(seconds.mean()),
+            "sum": float(seconds.sum()),
+            "range": [float(seconds.min()), float(seconds.max())],
+            **percentiles(seconds),
+        },
         "steps_mean": float(scalars["steps"].mean()),
         "core_seconds": dataset.attributes["core_seconds"],
         "wall_seconds": dataset.attributes["wall_seconds"],

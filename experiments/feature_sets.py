@@ -39,8 +39,12 @@ def summary(sets: dict[str, dict[str, Any]]) -> dict[str, Any]:
     """The factor between the extremes, and the order by validation error."""
     order = sorted(sets, key=lambda name: sets[name]["validation_mse"])
     found: dict[str, Any] = {"order": order, "best": order[0]}
+    errors = {name: sets[name]["validation_mse"] for name in order}
+    if {"A", "B", "C", "D"} <= sets.keys():
+        found["all_improve_over_a"] = all(errors[name] < errors["A"] for name in "BCD")
+        found["d_better_than_c"] = errors["D"] < errors["C"]
     if {"A", "D"} <= sets.keys():
-        found["factor_a_over_d"] = sets["A"]["validation_mse"] / sets["D"]["validation_mse"]
+        found["factor_a_over_d"] = errors["A"] / errors["D"]
     return found
 
 

@@ -6,14 +6,16 @@ with `--out FILE` it also writes them. The paper's wording is in `paper_values/s
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 import typer
 
 from experiments import studies
+from experiments.model_comparison import paper_mse
 
 OUT = studies.RESULTS / "paper_slips.json"
 
@@ -93,6 +95,22 @@ def quartile_mean() -> dict[str, float]:
     }
 
 
+def concatenation_superiority() -> dict[str, float]:
+    """In how many families the paper itself finds concatenation best."""
+    best = [claim["value"] for claim in _claims() if claim["says"].startswith("best conditioning of ")]
+    return {"families": len(best), "of these with concatenation best": best.count("concat")}
+
+
+def percent_mse() -> dict[str, float]:
+    """The highlights' per cent as a bare number, beside the abstract's."""
+    (percent,) = [claim["value"] for claim in _claims() if claim["says"] == "mean-squared error in per cent"]
+    return {"highlights, as a bare number": percent / 100.0, "abstract": paper_mse()}
+
+
+def _claims() -> list[dict[str, Any]]:
+    return tomllib.loads((studies.PAPER_VALUES / "claims.toml").read_text(encoding="utf-8"))["claim"]
+
+
 def concatenation_point() -> dict[str, float]:
     """Parameters of M4-concat with the Tabor parameter before the first block and after the last."""
     kernel, widths = 3, (64, 64, 128, 128)
@@ -130,6 +148,8 @@ SLIPS: dict[str, Callable[[], dict[str, float]]] = {
     "inference-time": inference_time,
     "halving": halving,
     "quartile-mean": quartile_mean,
+    "concatenation-superiority": concatenation_superiority,
+    "percent-mse": percent_mse,
 }
 
 

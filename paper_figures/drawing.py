@@ -1,6 +1,8 @@
 """What all figures share: sizes, colours, panel letters, reading inputs, writing PDF and PNG."""
 
+import functools
 import json
+import re
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -84,6 +86,28 @@ def read_result(path: str | Path, made_by: str) -> Any:
     return json.loads(path.read_text(encoding="utf-8"))
 
 
+@functools.cache
 def paper_values(name: str) -> dict[str, Any]:
     """The paper's own numbers from `paper_values/NAME.toml`."""
     return tomllib.loads((PAPER_VALUES / f"{name}.toml").read_text(encoding="utf-8"))
+
+
+def stated(place: str) -> Any:
+    """A number of the paper by its place, as `dataset:ranges/tabor/0`, so that each is transcribed once.
+
+    Raises:
+        ValueError: there is none at that place.
+    """
+    name, _, path = place.partition(":")
+    found: Any = paper_values(name)
+    for key in path.split("/"):
+        try:
+            found = found[int(key)] if isinstance(found, list) else found[key]
+        except (KeyError, IndexError, ValueError, TypeError) as error:
+            raise ValueError(f"a place must be FILE:KEY/... in paper_values; received {place!r}") from error
+    return found
+
+
+def with_stated(text: str) -> str:
+    """A text whose `{FILE:KEY}` are filled with the paper's numbers."""
+    return re.sub(r"\{(\w+:[\w/]+)\}", lambda match: f"{stated(match[1]):g}", text)

@@ -1,7 +1,7 @@
 """Figure 2: six trajectories of the data set over time, and how pull-off time, force ratio and cost are distributed.
 
 Reads the data set, the examples and the paper's cost; the histograms count completed trajectories, divided by their
-number. The paper marks no single cost in its panel (i); we mark its mean, 478 CPU-hours over 12,450 trajectories.
+number. The paper marks no single cost in its panel (i); we mark its mean, that of all CPU-hours over the trajectories.
 """
 
 from pathlib import Path

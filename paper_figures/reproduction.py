@@ -3,13 +3,16 @@
 A verdict follows from the claim's rule alone:
 
     count   equal: reproduced; otherwise differs
-    value   within the tolerance (10 % unless stated): reproduced; otherwise differs
-    error, cost   smaller is better: within 25 %: reproduced; smaller: better; larger: differs
+    value   within the tolerance: reproduced; otherwise differs
+    error, cost   smaller is better: within the tolerance: reproduced; smaller: better; larger: differs
     bound   ours at most the paper's: reproduced; otherwise differs
+    least   ours at least the paper's: reproduced; otherwise differs
     text    the same word: reproduced; otherwise differs
+    adopted   a setting of the paper that we follow: adopted where ours is equal, otherwise differs; never counted
     none    not comparable
 
-Where a result is not there yet the verdict is "not yet", with the target that makes it.
+Tolerances are in `paper_values/claims.toml`. Where a result is not there yet the verdict is "not yet", with the target
+that makes it. Claims marked `beyond` are ours alone and get no verdict.
 """
 
 from __future__ import annotations
@@ -24,9 +27,12 @@ from typing import Any
 from paper_figures import drawing
 
 REPRODUCED, BETTER, DIFFERS, NOT_COMPARABLE, NOT_YET = "reproduced", "better", "differs", "not comparable", "not yet"
+ADOPTED = "adopted"
 VERDICTS = (REPRODUCED, BETTER, DIFFERS, NOT_COMPARABLE, NOT_YET)
-TOLERANCES = {"value": 0.10, "error": 0.25, "cost": 0.25}
-RULES = ("count", "value", "error", "cost", "bound", "text", "none")
+"""Those that are counted."""
+RULES = ("count", "value", "error", "cost", "bound", "least", "text", "adopted", "none")
+EXACT = 1e-6
+"""Relative width within which an adopted number is the paper's."""
 
 SOURCES = {
     "dataset": ("results", "dataset/statistics.json", "make table-protocols-dataset"),
@@ -37,6 +43,7 @@ SOURCES = {
     "models": ("results", "studies/model_comparison.json", "make models table-models"),
     "graphs": ("results", "studies/architecture_graphs.json", "make figure-architectures"),
     "slips": ("results", "studies/paper_slips.json", "make report"),
+    "settings": ("results", "studies/adopted_settings.json", "make report"),
     "features": ("published", "feature_sets.json", "make feature-sets"),
     "efficiency": ("published", "data_efficiency.json", "make data-efficiency"),
 }
@@ -54,10 +61,15 @@ class Finding:
     @property
     def ratio(self) -> float | None:
         """Ours over the paper's, where both are numbers."""
-        theirs = self.claim["value"]
+        theirs = self.claim.get("value")
         if not _is_number(theirs) or not _is_number(self.ours) or theirs == 0:
             return None
         return self.ours / theirs
+
+    @property
+    def counted(self) -> bool:
+        """Whether the verdict says something about a result, not about a setting we adopted or a number of ours."""
+        return self.claim["rule"] != "adopted" and not self.claim.get("beyond")
 
 
 class Results:
@@ -77,13 +89,27 @@ class Results:
 
     def find(self, claim: dict[str, Any]) -> Any:
         """Our number for a claim; `None` where there is none yet."""
-        source, _, path = claim["source"].partition(":")
+        found = self.at(claim["source"])
+        if found is None:
+            return None
+        reduced = _reduced(found, claim)
+        if "than" in claim:
+            than = self.at(claim["than"])
+            return None if than is None else reduced > than
+        if "over" in claim:
+            over = self.at(claim["over"])
+            return None if over is None else reduced / over
+        return reduced
+
+    def at(self, place: str) -> Any:
+        """What a result file holds at a place, as `dataset:ranges/tabor/0`; `None` where there is nothing yet."""
+        source, _, path = place.partition(":")
         found = self.content(source)
         for key in path.split("/"):
             if found is None:
                 return None
             found = found[int(key)] if isinstance(found, list) else found.get(key)
-        return None if found is None else _reduced(found, claim)
+        return found
 
 
 def verdict(rule: str, theirs: Any, ours: Any, tolerance: float | None = None) -> str:
@@ -96,71 +122,80 @@ def verdict(rule: str, theirs: Any, ours: Any, tolerance: float | None = None) -
         return REPRODUCED if ours == theirs else DIFFERS
     if rule == "bound":
         return REPRODUCED if ours <= theirs else DIFFERS
-    width = TOLERANCES[rule] if tolerance is None else tolerance
+    if rule == "least":
+        return REPRODUCED if ours >= theirs else DIFFERS
+    if rule == "adopted":
+        same = math.isclose(ours, theirs, rel_tol=EXACT) if _is_number(theirs) else str(ours) == str(theirs)
+        return ADOPTED if same else DIFFERS
+    width = tolerance_of({"rule": rule, "tolerance": tolerance})
     if abs(ours - theirs) <= width * abs(theirs):
         return REPRODUCED
     return BETTER if rule in ("error", "cost") and ours < theirs else DIFFERS
 
 
+def tolerance_of(claim: dict[str, Any]) -> float | None:
+    """Relative width of a claim, its own or its rule's; `None` where the rule has none."""
+    own = claim.get("tolerance")
+    return drawing.paper_values("claims")["rules"].get(claim["rule"], {}).get("tolerance") if own is None else own
+
+
 def judge(claim: dict[str, Any], results: Results) -> Finding:
     """Find our number for a claim and compare."""
     ours = results.find(claim) if claim.get("source") else None
-    if ours is None and claim["rule"] != "none":
-        target = SOURCES[claim["source"].partition(":")[0]][2]
+    if ours is None and (claim["rule"] != "none" or claim.get("beyond")):
+        places = [claim[key] for key in ("source", "than", "over") if key in claim]
+        lacking = next(place for place in places if results.at(place) is None)
+        target = claim.get("made_by", SOURCES[lacking.partition(":")[0]][2])
         return Finding(claim, None, NOT_YET, f"`{target}` makes it.")
-    return Finding(claim, ours, verdict(claim["rule"], claim["value"], ours, claim.get("tolerance")), claim["why"])
+    found = verdict(claim["rule"], claim.get("value"), ours, claim.get("tolerance"))
+    return Finding(claim, ours, found, claim["why"])
 
 
 def text_claims() -> list[dict[str, Any]]:
-    """Claims of the paper's text and captions."""
-    return drawing.paper_values("claims")["claim"]
+    """Claims of the paper's text and captions, their numbers filled in from where they are transcribed."""
+    return [
+        claim | ({"value": _listed(drawing.stated(claim["stated"]))} if "stated" in claim else {})
+        for claim in drawing.paper_values("claims")["claim"]
+    ]
 
 
 def table_claims() -> list[dict[str, Any]]:
     """Claims of the paper's tables: quartiles, timings, crack velocities."""
+    common = drawing.paper_values("claims")["tables"]
     claims: list[dict[str, Any]] = []
     for row in _rows("quartiles"):
         for column in ("mse", "pull_off_force_percent", "hysteresis_percent", "pull_off_time_percent"):
             for part, word in (("mean", "mean"), ("sd", "standard deviation")):
                 quartile = row["quartile"]
                 claims.append(
-                    {
-                        "group": "Quartile table",
-                        "place": "table 2",
+                    common["quartiles"]
+                    | {
                         "says": f"{quartile}: {word} of {column.replace('_percent', ' error').replace('_', ' ')}",
                         "value": float(row[f"{column}_{part}"]),
                         "unit": "%" if "percent" in column else "",
-                        "rule": "error",
                         "source": f"errors:quartiles/{quartile}/{column}/{part}",
-                        "why": "Ranked by force MSE, relative errors on the measurement steps.",
                     }
                 )
     for index, row in enumerate(_rows("canonical_protocols")):
-        pairs = (("bem", "solver", "solver"), ("surrogate", "keras_call", "plain Keras call"))
-        for column, key, word in pairs:
+        for table, column, key, word in (
+            ("solver_seconds", "bem", "solver", "solver"),
+            ("surrogate_seconds", "surrogate", "keras_call", "plain Keras call"),
+        ):
             claims.append(
-                {
-                    "group": "Timing table",
-                    "place": "table 1",
+                common[table]
+                | {
                     "says": f"sample ({row['sample']}), {word}",
                     "value": float(row[f"{column}_seconds"]),
-                    "unit": "s",
-                    "rule": "cost",
                     "source": f"canonical:regimes/{index}/seconds/{key}",
-                    "why": "One thread of another processor.",
                 }
             )
     for index, row in enumerate(_rows("persson_brener_protocols")):
         claims.append(
-            {
-                "group": "Crack velocities",
-                "place": "table 4",
+            common["crack_velocities"]
+            | {
                 "says": f"crack velocity of point {row['point']}",
                 "value": float(row["crack_velocity"]),
-                "rule": "value",
-                "tolerance": 0.2,
                 "source": f"persson_brener:points/{index}/own_crack_velocity",
-                "why": "Ours is measured at the retreating contact edge; the paper's comes from another study.",
             }
         )
     return claims
@@ -176,9 +211,15 @@ def _reduced(found: Any, claim: dict[str, Any]) -> Any:
         return sum(layer["parameters"] for layer in found if layer["name"] in claim["layers"])
     if claim.get("op") == "length":
         return len(found)
+    if claim.get("op") == "join":
+        return _listed(found)
     if claim.get("op") == "decades":
         return math.log10(found[-1] / found[0])
     return found * claim["scale"] if "scale" in claim else found
+
+
+def _listed(value: Any) -> Any:
+    return ", ".join(f"{one:g}" for one in value) if isinstance(value, list) else value
 
 
 def _is_number(value: Any) -> bool:

@@ -10,7 +10,17 @@ from typing import Annotated, Any
 import typer
 
 from paper_figures import drawing, models_style
-from paper_figures.reproduction import VERDICTS, Finding, Results, judge, table_claims, text_claims
+from paper_figures.reproduction import (
+    ADOPTED,
+    DIFFERS,
+    VERDICTS,
+    Finding,
+    Results,
+    judge,
+    table_claims,
+    text_claims,
+    tolerance_of,
+)
 from paper_figures.tables import number
 
 OUT = Path("REPRODUCTION.md")
@@ -20,10 +30,26 @@ INTRODUCTION = """\
 Every number the paper states, ours beside it, and a verdict. `make report` writes this file from the result files; no
 number in it is typed in by hand but the paper's own, which are in `paper_figures/paper_values/`.
 
-The rule of the verdict: counts and words must be equal. Values must agree within 10 %, or the tolerance stated in the
-data file. Of errors and costs, where smaller is better, those within 25 % of the paper's count as reproduced, smaller
-ones as better, larger ones as differing. Bounds must hold. "Not comparable" means that the two do not measure the same
-thing, "not yet" that the result is still to be computed."""
+The rule of the verdict: counts and words must be equal, values must agree within the tolerance beside them. Of errors
+and costs, where smaller is better, those within the tolerance count as reproduced, smaller ones as better, larger ones
+as differing. Bounds must hold. "Adopted" is a setting of the paper that we follow, which shows nothing about results
+and is not counted. "Not comparable" means that the two do not measure the same thing, "not yet" that the result is
+still to be computed."""
+
+
+def tolerances_text() -> str:
+    """The rules' tolerances, with why where one is above a tenth."""
+    rules = drawing.paper_values("claims")["rules"]
+    parts = [
+        f"{percent_text(rule['tolerance'])} of {name}s" + (f" ({rule['because']})" if "because" in rule else "")
+        for name, rule in rules.items()
+    ]
+    return f"Tolerances unless a row has its own: {', '.join(parts)}."
+
+
+def percent_text(share: float) -> str:
+    """A share in percent."""
+    return f"{100.0 * share:g} %"
 
 
 def value_text(value: Any, unit: str = "") -> str:
@@ -40,26 +66,47 @@ def value_text(value: Any, unit: str = "") -> str:
     return str(value)
 
 
+def tolerance_text(claim: dict[str, Any]) -> str:
+    """The tolerance of a row, with its own justification."""
+    tolerance = tolerance_of(claim)
+    if tolerance is None:
+        return "-"
+    return percent_text(tolerance) + (f": {claim['because'].lower()}".rstrip(".") if "because" in claim else "")
+
+
 def row(finding: Finding) -> str:
-    """One line of a table."""
+    """One line of a table; without tolerance and verdict where there is nothing of the paper's to judge by."""
     claim, unit = finding.claim, finding.claim.get("unit", "")
     ours = finding.ours if not isinstance(finding.ours, float) else float(f"{finding.ours:.3g}")
+    if claim["rule"] == "adopted":
+        ours = finding.ours
     ratio = "-" if finding.ratio is None else number(finding.ratio, 2)
-    cells = (claim["says"], claim["place"], value_text(claim["value"], unit), value_text(ours, unit), ratio)
-    return "| " + " | ".join((*cells, f"**{finding.verdict}**", finding.why)) + " |"
+    cells = [claim["says"], claim["place"], value_text(claim.get("value"), unit), value_text(ours, unit), ratio]
+    if not claim.get("beyond"):
+        cells += [tolerance_text(claim), f"**{finding.verdict}**"]
+    return "| " + " | ".join([*cells, finding.why]) + " |"
 
 
 def section(group: str, findings: list[Finding]) -> str:
     """A heading and its table."""
-    head = "| what | place | paper | here | ratio | verdict | why |\n|---|---|---:|---:|---:|---|---|"
+    head = "| what | place | paper | here | ratio | tolerance | verdict | why |\n|---|---|---:|---:|---:|---|---|---|"
+    if findings[0].claim.get("beyond"):
+        head = "| what | beside | paper | here | ratio | why |\n|---|---|---:|---:|---:|---|"
     return "\n".join([f"## {group}\n", head, *(row(finding) for finding in findings)])
 
 
 def overview(findings: list[Finding]) -> str:
-    """How often each verdict falls, and what holds of the models."""
-    counts = Counter(finding.verdict for finding in findings)
+    """How often each verdict falls among what is counted, and what is left out of the count."""
+    counts = Counter(finding.verdict for finding in findings if finding.counted)
     lines = [f"| {name} | {counts[name]} |" for name in VERDICTS if counts[name]]
-    return "\n".join([f"{len(findings)} numbers:\n", "| verdict | numbers |", "|---|---:|", *lines])
+    settings = Counter(finding.verdict for finding in findings if finding.claim["rule"] == "adopted")
+    ours = sum(bool(finding.claim.get("beyond")) for finding in findings)
+    rest = (
+        f"Not counted: {sum(settings.values())} settings of the paper, of which {settings[ADOPTED]} are adopted and "
+        f"{settings[DIFFERS]} differ, and {ours} numbers of ours beyond the paper, in a section of their own."
+    )
+    table = [f"{sum(counts.values())} numbers:\n", "| verdict | numbers |", "|---|---:|", *lines]
+    return "\n".join(table) + f"\n\n{rest}"
 
 
 def slips_section(results: Results) -> str:
@@ -69,7 +116,8 @@ def slips_section(results: Results) -> str:
     for slip in drawing.paper_values("slips")["slip"]:
         values = found.get(slip.get("name", ""), {})
         comes_to = "; ".join(f"{what}: {value:.6g}" for what, value in values.items()) or "-"
-        cells = (slip["place"], slip["says"], slip["instead"], f"`{slip['shown_by']}`", comes_to)
+        says, instead = (drawing.with_stated(slip[key]) for key in ("says", "instead"))
+        cells = (slip["place"], says, instead, f"`{slip['shown_by']}`", comes_to)
         lines.append("| " + " | ".join(cells) + " |")
     return "\n".join(["## Slips of the paper\n", *lines])
 
@@ -78,10 +126,13 @@ def report(results: Results) -> str:
     """The whole report as Markdown."""
     findings = [judge(claim, results) for claim in (*text_claims(), *table_claims())]
     groups = list(dict.fromkeys(finding.claim["group"] for finding in findings))
-    parts = [INTRODUCTION, overview(findings)]
+    # What is ours alone comes last, after all that the paper states.
+    groups.sort(key=lambda group: any(f.claim.get("beyond") for f in findings if f.claim["group"] == group))
+    parts = [INTRODUCTION, tolerances_text(), overview(findings)]
     missing = models_style.missing_note((results.content("models") or {}).get("missing", []))
     if missing:
         parts.append(f"Models {missing}.")
+    parts += (results.content("models") or {}).get("outdated", {}).values()
     host = (results.content("canonical") or {}).get("host")
     if host:
         parts.append(f"Timings: {host}.")

@@ -185,6 +185,9 @@ def test_feature_sets_differ_in_nothing_else():
     assert {(v.recipe, v.fraction, v.epochs) for v in found.values()} == {("swift", 1.0, 0)}
     summary = feature_summary({"A": {"validation_mse": 7.0}, "D": {"validation_mse": 1.0}})
     assert summary == {"order": ["D", "A"], "best": "D", "factor_a_over_d": 7.0}
+    errors = {"A": 7.0, "B": 3.0, "C": 0.5, "D": 1.0}
+    summary = feature_summary({name: {"validation_mse": error} for name, error in errors.items()})
+    assert (summary["best"], summary["all_improve_over_a"], summary["d_better_than_c"]) == ("C", True, False)
 
 
 def test_shares_are_the_papers():

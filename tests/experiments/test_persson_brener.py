@@ -57,6 +57,8 @@ def test_solver_follows_theory_and_the_table_of_crack_velocities():
         ("inference-time", "median of the table (s)", 0.16),
         ("halving", "half of 3.125 (%)", 1.5625),
         ("quartile-mean", "mean of the quartile means", 5.128e-4),
+        ("concatenation-superiority", "of these with concatenation best", 2),
+        ("percent-mse", "highlights, as a bare number", 5e-4),
         ("longest-pull-off-time", "duration of the slowest loading", 1068.6),
     ],
 )
