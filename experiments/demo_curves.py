@@ -25,7 +25,7 @@ from surrogate.dataset import Split, TrajectoryDataset
 
 DATASET = Path("published/dataset.h5")
 SPLIT = Path("published/models/M1-concat/split.json")
-PROTOCOLS = Path("paper_figures/paper_values/figure_9_protocols.csv")
+PROTOCOLS = Path("paper_figures/paper_values/canonical_protocols.csv")
 OUT = Path("demo/public/curves.json")
 MODULUS_RATIO = 0.1
 ACCURACY = "standard"
