@@ -3,10 +3,8 @@
 Workers, interruptions and the order of arrival leave no trace in the numbers, only in the seconds.
 """
 
-import functools
-import time
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,19 +12,15 @@ from typing import Any
 import numpy as np
 
 from bem._checks import FloatArray
-from bem.campaign_plan import Campaign, Solver, solver_digest
+from bem.campaign_plan import Campaign, Solver
+from bem.campaign_work import Arrival, results
 from bem.dataset_file import load_dataset, write_dataset
-from bem.designs import QUANTITIES, whole_number
-from bem.materials import StandardLinearSolid
+from bem.designs import QUANTITIES
 from bem.parts import CampaignError, PartStore, differences
-from bem.pools import Batch, Cluster, LocalPool, Pool
-from bem.protocol import LoadingProtocol
-from bem.provenance import provenance
-from bem.records import COMPLETED, FAILED, Columns, Record, Settings, failed, simulate_record, tabulate
-from bem.scene import Scene
+from bem.pools import Cluster, LocalPool
+from bem.provenance import merged, provenance
+from bem.records import COMPLETED, FAILED, Columns, Record, tabulate, untabulate
 
-LARGEST_BATCH = 32
-BATCHES_PER_WORKER = 48
 Progress = Callable[[int, int], None]
 """Told how many trajectories are done and how many of them failed."""
 
@@ -54,69 +48,43 @@ class Summary:
     damaged: int = 0
 
 
-def expected_cost(protocols: dict[str, FloatArray]) -> FloatArray:
-    """Relative cost of each protocol, a fit to measured seconds: deep contacts of large Tabor parameter cost most."""
-    return 2.5 + protocols["tabor"] ** 0.4 * protocols["peak_indentation"]
+class _Done:
+    """The trajectories a run need not compute any more, and what they cost."""
 
+    def __init__(self, store: PartStore, retry_failed: bool) -> None:
+        self.records: dict[int, Record] = {}
+        self.failures = 0
+        self._store = store
+        self._retry_failed = retry_failed
+        self._before = {"wall_seconds": 0.0, "core_seconds": 0.0}
 
-def batches_of(indices: np.ndarray, cost: FloatArray, workers: int) -> list[Batch]:
-    """Divide trajectories into batches of about equal cost, the costliest trajectories first."""
-    order = indices[np.argsort(-cost, kind="stable")]
-    spent = np.cumsum(np.sort(cost)[::-1])
-    share = max(spent[-1] / (BATCHES_PER_WORKER * workers), 1e-300)
-    batches: list[Batch] = []
-    begin, used = 0, 0.0
-    for end in range(1, len(order) + 1):
-        if end == len(order) or spent[end] - used > share or end - begin == LARGEST_BATCH:
-            batches.append(tuple(order[begin:end].tolist()))
-            begin, used = end, spent[end - 1]
-    return batches
+    @property
+    def seconds(self) -> dict[str, float]:
+        """Wall and core seconds of all calls together."""
+        return {name: self._before[name] + seconds for name, seconds in self._store.seconds.items()}
 
+    def take_file(self, path: Path) -> None:
+        """Keep what completed of a data set whose failed trajectories are computed again."""
+        dataset = load_dataset(path, native=True)
+        self._before = {name: float(dataset.attributes[name]) for name in self._before}
+        self._store.origins += [{name: dataset.attributes[name]} for name in ("versions", "host")]
+        self._keep(untabulate(dataset.columns))
 
-@functools.cache
-def _warm_solver() -> Solver:
-    """The solver with its kernels loaded, so that no trajectory is charged for that."""
-    from bem.simulate import simulate
+    def take_parts(self, wanted: np.ndarray) -> None:
+        """Keep what an interrupted call saved."""
+        saved, wanted_indices = self._store.load(), frozenset(wanted.tolist())
+        self._keep(record for index, record in saved.items() if index in wanted_indices)
 
-    protocol = LoadingProtocol(peak_indentation=2.0, loading_rate=10.0, dwell_time=0.1, unloading_rate=10.0)
-    simulate(Scene(tabor=1.0, material=StandardLinearSolid(0.1)), protocol, "draft")
-    return simulate
+    def add(self, arrival: Arrival) -> None:
+        """Keep what has just arrived."""
+        self._store.add(arrival.records, arrival.seconds, arrival.origin)
+        self.records |= {record.index: record for record in arrival.records}
+        self.failures += sum(record.status == FAILED for record in arrival.records)
 
-
-@dataclass(frozen=True)
-class Task:
-    """What a worker does with a batch; it travels to workers, so it holds no more than they need."""
-
-    protocols: dict[str, FloatArray]
-    settings: Settings
-    solver: Solver | None
-
-    def __call__(self, batch: Batch) -> tuple[list[Record], float, str]:
-        """Records of the batch, the seconds they took, and the digest of the solver used."""
-        solver = _warm_solver() if self.solver is None else self.solver
-        started = time.perf_counter()
-        rows = ({name: values[index] for name, values in self.protocols.items()} for index in batch)
-        records = [simulate_record(index, row, self.settings, solver) for index, row in zip(batch, rows, strict=True)]
-        return records, time.perf_counter() - started, solver_digest()
-
-
-def results(
-    campaign: Campaign, indices: np.ndarray, pool: Pool, solver: Solver | None
-) -> Iterator[tuple[list[Record], float]]:
-    """Records of some of a campaign's protocols, as they arrive, with the seconds they took a worker."""
-    if not len(indices):
-        return
-    cost = expected_cost({name: values[indices] for name, values in campaign.protocols.items()})
-    task = Task(campaign.protocols, campaign.settings, solver)
-    for batch, outcome in pool.run(batches_of(indices, cost, pool.workers), task):
-        if outcome is None:
-            reason = "the worker process died every time, perhaps for lack of memory"
-            yield [failed(index, reason, campaign.settings) for index in batch], 0.0
-            continue
-        records, seconds, digest = outcome
-        if digest != solver_digest():
-            raise CampaignError("the workers run another version of the solver than this machine")
-        yield records, seconds
+    def _keep(self, records: Iterable[Record]) -> None:
+        kept = [record for record in records if record.status == COMPLETED or not self._retry_failed]
+        self.records |= {record.index: record for record in kept}
+        self.failures += sum(record.status == FAILED for record in kept)
 
 
 def run_campaign(
@@ -126,6 +94,7 @@ def run_campaign(
     workers: int | None = None,
     cluster: str | None = None,
     replace: bool = False,
+    retry_failed: bool = False,
     solver: Solver | None = None,
     command: str = "",
     progress: Progress = lambda _done, _failed: None,
@@ -138,6 +107,7 @@ def run_campaign(
         workers: processes of this machine; as many as cores by default.
         cluster: address of a Dask scheduler to use instead.
         replace: let the new data set take the place of another campaign's, once it is complete.
+        retry_failed: compute trajectories that failed in an earlier call again.
         solver: a stand-in for `bem.simulate`, importable by the workers.
         command: what the user typed, for the record.
         progress: told of results as they arrive.
@@ -151,38 +121,47 @@ def run_campaign(
     """
     path = campaign.path(out)
     identity = campaign.identity(solver)
-    if path.exists() and (complete := existing(path, identity, replace=replace)):
-        return complete
-    protocols = campaign.protocols
-    if workers is not None:
-        whole_number("workers", workers, low=1, high=4096)
-    with (
-        Cluster(cluster) if cluster else LocalPool(workers) as pool,
-        PartStore(path, identity, campaign.settings, replace=replace) as store,
-    ):
-        if path.exists() and (complete := existing(path, identity, replace=replace)):
+    if workers is not None and cluster is not None:
+        raise ValueError(f"workers must not be given with cluster, which has its own; received {workers!r}")
+    local = LocalPool(workers) if cluster is None else None
+    complete = existing(path, identity, replace=replace)
+    store = PartStore(path, identity, campaign.settings, replace=replace)
+    if complete:
+        # A process killed right after the file was in place could not remove its parts.
+        store.discard()
+        if not (retry_failed and complete.failures):
             return complete
-        records = {index: record for index, record in store.load().items() if index in set(campaign.indices.tolist())}
-        resumed = len(records)
-        failures = sum(record.status == FAILED for record in records.values())
-        progress(resumed, failures)
-        missing = np.array([index for index in campaign.indices.tolist() if index not in records], dtype=np.int64)
-        for arrived, seconds in results(campaign, missing, pool, solver):
-            store.add(arrived, seconds)
-            records |= {record.index: record for record in arrived}
-            failures += sum(record.status == FAILED for record in arrived)
-            progress(len(records), failures)
+        store = PartStore(path, identity | {"retry_failed": True}, campaign.settings, replace=replace)
+    protocols = campaign.protocols
+    with local or Cluster(cluster) as pool, store:
+        done = _Done(store, retry_failed)
+        if complete := existing(path, identity, replace=replace):
+            if not (retry_failed and complete.failures):
+                store.remove()
+                return complete
+            done.take_file(path)
+        done.take_parts(campaign.indices)
+        resumed = len(done.records)
+        progress(resumed, done.failures)
+        missing = np.array([index for index in campaign.indices.tolist() if index not in done.records], dtype=np.int64)
+        for arrival in results(campaign, missing, pool, solver):
+            done.add(arrival)
+            progress(len(done.records), done.failures)
         store.flush()
-        attributes = root_attributes(identity) | store.seconds | {"workers": pool.workers} | provenance(command)
-        write_result(path, tabulate(records.values(), campaign.settings), protocols, attributes, campaign.counts)
-        store.remove()
-    return summary_of(path, len(records) - resumed, damaged=store.damaged)
+        attributes = root_attributes(identity) | done.seconds | {"workers": pool.workers}
+        attributes |= provenance(command) | merged(store.origins)
+        columns = tabulate(done.records.values(), campaign.settings)
+        write_result(path, columns, protocols, attributes, campaign.counts, scratch=store.folder)
+        store.remove(others=replace)
+    return summary_of(path, len(missing), damaged=store.damaged)
 
 
 def existing(path: Path, identity: dict[str, Any], *, replace: bool) -> Summary | None:
-    """The summary of a complete file of the same campaign; `None` for another one that may be replaced."""
+    """The summary of a complete file of the same campaign; `None` for none, or another one that may be replaced."""
     if path.is_dir():
         raise ValueError(f"out must be a file; received the folder {str(path)!r}")
+    if not path.exists():
+        return None
     attributes = load_dataset(path).attributes
     difference = differences(identity, attributes["campaign"])
     if not difference:
@@ -207,20 +186,20 @@ def write_result(
     protocols: dict[str, FloatArray],
     attributes: dict[str, Any],
     counts: tuple[int, int, int],
+    *,
+    scratch: Path | None = None,
 ) -> None:
-    """Write a data set file of some of the protocols.
+    """Write a data set file of some of the protocols; `scratch` is where its temporary goes.
 
     Raises:
         CampaignError: it could not be written.
     """
     columns = {f"protocols/{name}": protocols[name][columns["index"]] for name in QUANTITIES} | columns
     try:
-        write_dataset(path, columns, attributes, counts)
+        write_dataset(path, columns, attributes, counts, scratch)
     except OSError as error:
-        raise CampaignError(
-            f"cannot write {str(path)!r} ({error.strerror or error}); what was computed is kept, and the same command "
-            "continues"
-        ) from error
+        kept = "; what was computed is kept, and the same command continues" if scratch else ""
+        raise CampaignError(f"cannot write {str(path)!r} ({error.strerror or error}){kept}") from error
 
 
 def summary_of(path: Path, computed: int, damaged: int = 0) -> Summary:

@@ -1,7 +1,6 @@
 """The commands `bem campaign` and `bem merge`: a user's options become a campaign, its outcome a few lines."""
 
 import functools
-import shlex
 import signal
 import sys
 from collections.abc import Callable
@@ -9,6 +8,9 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+
+from bem.command import sentence
+from bem.outputs import require_output
 
 INTERRUPTED = 130
 DESIGN_HELP = "How protocols are drawn: paper (the default), log-uniform or sobol."
@@ -26,7 +28,7 @@ def _one_sentence(command: Callable[..., None]) -> Callable[..., None]:
         try:
             command(*arguments, **options)
         except (ValueError, OSError) as error:
-            typer.echo(f"bem: {error}", err=True)
+            typer.echo(f"bem: {sentence(error)}", err=True)
             raise typer.Exit(2) from error
         except CampaignError as error:
             typer.echo(f"bem: {error}", err=True)
@@ -50,15 +52,41 @@ def campaign(
     cluster: Annotated[str | None, typer.Option(help=CLUSTER_HELP)] = None,
     shard: Annotated[str | None, typer.Option(help="i/n: only the i-th of n shares, for job arrays.")] = None,
     replace: Annotated[bool, typer.Option(help="Replace the file of another campaign, once complete.")] = False,
+    retry_failed: Annotated[bool, typer.Option(help="Compute what failed in an earlier run again.")] = False,
     verify: Annotated[Path | None, typer.Option(help="Compute a sample of this data set again, instead.")] = None,
-    sample: Annotated[int, typer.Option(help="How many trajectories to verify.")] = 20,
+    sample: Annotated[int | None, typer.Option(help="How many trajectories to verify; 20 by default.")] = None,
 ) -> None:
-    """Simulate many protocols into a data set file; after an interruption the same command continues."""
-    from bem.designs import parse_range, read_design_file
+    """Simulate many protocols into a data set file; after an interruption the same command continues.
+
+    The exit status is 1 when any trajectory failed.
+    """
+    from bem.designs import read_design_file
 
     if verify is not None:
-        _verify(verify, sample, workers)
+        of_campaigns = {
+            "--out": out,
+            "--design": design,
+            "--count": count,
+            "--seed": seed,
+            "--accuracy": accuracy,
+            "--modulus-ratio": modulus_ratio,
+            "--range": ranges,
+            "--design-file": design_file,
+            "--shard": shard,
+            "--cluster": cluster,
+            "--native": native,
+            "--replace": replace,
+            "--retry-failed": retry_failed,
+        }
+        superfluous = [
+            name for name, value in of_campaigns.items() if value is not None and value is not False and value != []
+        ]
+        if superfluous:
+            raise ValueError(f"--verify takes --sample and --workers only; received {', '.join(superfluous)}")
+        _verify(verify, 20 if sample is None else sample, workers)
         return
+    if sample is not None:
+        raise ValueError(f"--sample is for --verify only; received {sample}")
     if out is None:
         raise ValueError("campaign needs --out FILE.h5 to write, or --verify FILE.h5 to check")
     given = {
@@ -70,8 +98,9 @@ def campaign(
     }
     settings = read_design_file(design_file) if design_file else {}
     settings |= {name: value for name, value in given.items() if value is not None}
-    settings["ranges"] = {**settings.get("ranges", {}), **dict(parse_range(text) for text in ranges or [])}
-    _run(settings, out, native=native, shard=_shard(shard), workers=workers, cluster=cluster, replace=replace)
+    settings["ranges"] = {**settings.get("ranges", {}), **_ranges(ranges or [])}
+    how = {"workers": workers, "cluster": cluster, "replace": replace, "retry_failed": retry_failed}
+    _run(settings, out, native=native, shard=_shard(shard), how=how)
 
 
 @_one_sentence
@@ -83,8 +112,11 @@ def merge(
     """Join the data set files that `bem campaign --shard` wrote."""
     from bem.campaign_files import merge as join
 
+    _require_place(out)
     summary = join(shards, out, command=_command(), replace=replace)
-    typer.echo(f"{summary.count} trajectories of {len(shards)} shards in {summary.path}")
+    failed = sum(summary.failures.values())
+    typer.echo(f"{summary.count} trajectories of {len(shards)} shards in {summary.path}, {failed} failed")
+    _end_with_failures(summary)
 
 
 def register(app: typer.Typer) -> None:
@@ -99,9 +131,7 @@ def _run(
     *,
     native: bool,
     shard: tuple[int, int],
-    workers: int | None,
-    cluster: str | None,
-    replace: bool,
+    how: dict[str, Any],
 ) -> None:
     from bem.campaign import run_campaign
     from bem.campaign_plan import Campaign
@@ -110,13 +140,12 @@ def _run(
 
     design = Design(settings.pop("design", "paper"), settings.pop("ranges"), settings.pop("modulus_ratio", 0.1))
     plan = Campaign(design=design, native=native, shard=shard, **settings)
+    _require_place(out)
     # A terminated job then saves what it holds, as an interrupted one does.
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         with progress_bar(len(plan.indices)) as progress:
-            summary = run_campaign(
-                plan, out, workers=workers, cluster=cluster, replace=replace, command=_command(), progress=progress
-            )
+            summary = run_campaign(plan, out, command=_command(), progress=progress, **how)
     except KeyboardInterrupt:
         typer.echo("bem: interrupted; what was done is saved, and the same command continues", err=True)
         raise typer.Exit(INTERRUPTED) from None
@@ -127,8 +156,14 @@ def _run(
         f"{summary.count} trajectories in {summary.path}, {summary.computed} of them computed now, {failed} failed; "
         f"{summary.wall_seconds:.1f} s in all, {summary.core_seconds / 60.0:.2f} core-minutes"
     )
+    _end_with_failures(summary)
+
+
+def _end_with_failures(summary: Any) -> None:
     for reason, times in summary.failures.most_common():
         typer.echo(f"{times} failed: {reason}")
+    if summary.failures:
+        raise typer.Exit(1)
 
 
 def _verify(path: Path, sample: int, workers: int | None) -> None:
@@ -143,17 +178,36 @@ def _verify(path: Path, sample: int, workers: int | None) -> None:
             f"(largest relative difference {found.differences.max():.1e})"
         )
         return
-    bad = found.indices[found.differences > found.tolerance]
+    bad = found.bad
     typer.echo(
         f"bem: {len(bad)} of {size} trajectories do not agree to {measure}, but differ by up to "
-        f"{found.differences.max():.1e} of the largest force: {', '.join(map(str, bad[:10]))}",
+        f"{found.differences.max():.1e}: {', '.join(map(str, bad[:10]))}",
         err=True,
     )
     raise typer.Exit(1)
 
 
+def _require_place(out: Path) -> None:
+    """Refuse a file that cannot be written before hours are spent; directories still missing are made later."""
+    if out.absolute().parent.is_dir() and not out.is_dir():
+        require_output(out)
+
+
 def _command() -> str:
-    return shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]])
+    from bem.provenance import command_line
+
+    return command_line(sys.argv)
+
+
+def _ranges(texts: list[str]) -> dict[str, tuple[float, float]]:
+    from bem.designs import parse_range
+
+    found: dict[str, tuple[float, float]] = {}
+    for name, bounds in map(parse_range, texts):
+        if name in found:
+            raise ValueError(f"range must name a quantity once; received {name!r} twice")
+        found[name] = bounds
+    return found
 
 
 def _number_or_name(text: str) -> str | float:

@@ -8,21 +8,15 @@ from typing import Any
 import numpy as np
 
 from bem.accuracy import resolve_accuracy
-from bem.campaign import (
-    Summary,
-    existing,
-    results,
-    root_attributes,
-    summary_of,
-    write_result,
-)
-from bem.campaign_plan import Campaign, Solver
-from bem.dataset_file import load_dataset, open_dataset, read_tree
+from bem.campaign import Summary, existing, root_attributes, summary_of, write_result
+from bem.campaign_plan import Campaign, Solver, followed
+from bem.campaign_work import results
+from bem.dataset_file import Dataset, load_dataset
 from bem.designs import QUANTITIES, Design, whole_number
 from bem.parts import differences
 from bem.pools import LocalPool
-from bem.provenance import host, provenance, versions
-from bem.records import COMPLETED, RESULTS, Record, Settings, tabulate, untabulate
+from bem.provenance import host, merged, provenance, versions
+from bem.records import JUMP_QUANTITIES, RESULTS, SCALARS, Record, tabulate, untabulate
 
 ROUNDING = 1e-6
 """Largest difference, relative to the largest force of a trajectory, that is put down to rounding."""
@@ -30,17 +24,29 @@ ROUNDING = 1e-6
 OF_THE_BUILD = ("python", "numpy", "scipy", "numba", "llvmlite")
 """What, with the solver's source and the processor, decides the last bits of a result."""
 
+OF_ANY_BUILD = frozenset(("status", "force", *RESULTS))
+"""What agrees to the accuracy whatever build computed it."""
+
 
 def campaign_of(attributes: dict[str, Any]) -> Campaign:
-    """The campaign that a data set file with these root attributes holds."""
+    """The campaign that a data set file with these root attributes holds.
+
+    Raises:
+        ValueError: they describe none.
+    """
     identity = attributes["campaign"]
-    shard = tuple(int(number) for number in identity["shard"].split("/"))
-    return Campaign(
-        design=Design(identity["design"], identity["ranges"], identity["modulus_ratio"]),
-        **{name: identity[name] for name in ("count", "seed", "accuracy", "native")},
-        counts=tuple(identity["counts"]),
-        shard=shard,
-    )
+    try:
+        number, total = identity["shard"].split("/")
+        return Campaign(
+            design=Design(identity["design"], identity["ranges"], identity["modulus_ratio"]),
+            **{name: identity[name] for name in ("count", "seed", "accuracy", "native")},
+            counts=tuple(identity["counts"]),
+            shard=(int(number), int(total)),
+        )
+    except (AttributeError, KeyError, TypeError) as error:
+        raise ValueError(
+            f"expected a data set whose attribute 'campaign' describes one; received {identity}"
+        ) from error
 
 
 def merge(shards: Sequence[str | Path], out: str | Path, *, command: str = "", replace: bool = False) -> Summary:
@@ -52,38 +58,43 @@ def merge(shards: Sequence[str | Path], out: str | Path, *, command: str = "", r
     """
     if not shards:
         raise ValueError("shards must name at least one data set file; received none")
-    out = Path(out)
-    identities, records, seconds = [], {}, []
+    out = followed(Path(out))
+    datasets: list[Dataset] = []
+    records: dict[int, Record] = {}
+    identity: dict[str, Any] = {}
     for path in shards:
-        dataset = load_dataset(path)
-        identity = dict(dataset.attributes["campaign"])
-        number = identity.pop("shard")
-        if identities and (difference := differences(identities[0], identity)):
+        dataset = load_dataset(path, native=True)
+        campaign_of(dataset.attributes)
+        described = {**dataset.attributes["campaign"], "shard": "1/1"}
+        identity = identity or described
+        if difference := differences(identity, described):
             raise ValueError(f"shards must belong to one campaign; received {str(path)!r}: {difference}")
         if not records.keys().isdisjoint(dataset.columns["index"].tolist()):
+            number = dataset.attributes["campaign"]["shard"]
             raise ValueError(f"shards must not overlap; received {str(path)!r}, shard {number}, a second time")
-        identities.append(identity)
-        seconds.append([dataset.attributes[name] for name in ("wall_seconds", "core_seconds")])
-        with open_dataset(path) as file:
-            records |= {record.index: record for record in untabulate(read_tree(file))}
-    identity = {**identities[0], "shard": "1/1"}
+        datasets.append(dataset)
+        records |= {record.index: record for record in untabulate(dataset.columns)}
     absent = sorted(set(range(identity["count"])) - records.keys())
     if absent:
         raise ValueError(
             f"shards must hold all {identity['count']} trajectories; received files without {len(absent)} of them, "
             f"the first being trajectory {absent[0]}"
         )
-    if out.exists() and (complete := existing(out, identity, replace=replace)):
+    if complete := existing(out, identity, replace=replace):
         return complete
-    design = Design(identity["design"], identity["ranges"], identity["modulus_ratio"])
-    settings = Settings(counts=tuple(identity["counts"]), native=identity["native"])
-    wall, core = np.array(seconds).T
-    attributes = root_attributes(identity) | {"wall_seconds": wall.max(), "core_seconds": core.sum(), "workers": 0}
-    protocols = design.protocols(identity["count"], identity["seed"])
-    write_result(
-        out, tabulate(records.values(), settings), protocols, attributes | provenance(command), settings.counts
-    )
+    campaign = campaign_of({"campaign": identity})
+    columns = tabulate(records.values(), campaign.settings)
+    attributes = root_attributes(identity) | provenance(command) | _joined([found.attributes for found in datasets])
+    write_result(out, columns, campaign.protocols, attributes, campaign.counts)
     return summary_of(out, 0)
+
+
+def _joined(shards: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """Cost and origin of shards that were computed side by side."""
+    wall, core, workers = ([found[name] for found in shards] for name in ("wall_seconds", "core_seconds", "workers"))
+    names = ("versions", "host", "git_revision")
+    origins = merged({name: found[name] for name in names if name in found} for found in shards)
+    return {"wall_seconds": max(wall), "core_seconds": sum(core), "workers": sum(workers), **origins}
 
 
 @dataclass(frozen=True)
@@ -92,27 +103,37 @@ class Verification:
 
     Args:
         indices: the trajectories computed again.
-        differences: of each, the largest difference of force or results, relative to its largest force or the result.
+        differences: of each, the largest difference of what is compared: of times, forces and the like relative to the
+            largest of the trajectory, of results relative to themselves; infinite where counts, reasons or what is
+            finite differ.
+        exact: of each, whether everything in the file but the seconds is the same to the last bit.
         same_build: whether the file was written by this version of the solver, compiled by the same packages for the
-            same processor. Another build rounds otherwise, and where the step control decides on the last bit, the
-            steps after it are others: then the accuracy is what can be asked for.
+            same processor. Then everything is compared. Another build rounds otherwise, and where the step control
+            decides on the last bit, the steps after it are others: then status, force and results are compared, and the
+            accuracy is what can be asked for.
         tolerance: largest difference at which they agree: rounding, or for another build the accuracy of the file.
     """
 
     indices: np.ndarray
     differences: np.ndarray
+    exact: np.ndarray
     same_build: bool
     tolerance: float
 
     @property
     def identical(self) -> int:
         """How many agree to the last bit."""
-        return int(np.sum(self.differences == 0.0))
+        return int(np.sum(self.exact))
+
+    @property
+    def bad(self) -> np.ndarray:
+        """The trajectories that do not agree to the tolerance."""
+        return self.indices[~(self.differences <= self.tolerance)]
 
     @property
     def agrees(self) -> bool:
         """Whether all agree to the tolerance."""
-        return bool(np.all(self.differences <= self.tolerance))
+        return len(self.bad) == 0
 
 
 def verify(
@@ -135,24 +156,26 @@ def verify(
     Raises:
         FileNotFoundError, ValueError: not a data set, or its protocols are not those of its design.
     """
-    dataset = load_dataset(path)
+    dataset = load_dataset(path, native=True)
     campaign = campaign_of(dataset.attributes)
     for name in QUANTITIES:
         if not np.array_equal(campaign.protocols[name][dataset.columns["index"]], dataset.protocols[name]):
             raise ValueError(f"protocols must be those of the design; received {str(path)!r} with another {name}")
     rows = np.random.default_rng(seed).permutation(len(dataset))[: whole_number("sample", sample, low=1)]
-    row_of = {int(dataset.columns["index"][row]): int(row) for row in np.sort(rows)}
-    found: dict[int, float] = {}
-    with LocalPool(workers) as pool:
-        for records, _ in results(campaign, np.array(list(row_of)), pool, solver):
-            for record in records:
-                row = row_of[record.index]
-                scalars = {name: dataset.scalars[name][row] for name in RESULTS}
-                found[record.index] = _difference(record, dataset.columns["status"][row], dataset.force[row], scalars)
+    written = untabulate(dataset.columns)
+    chosen = {written[row].index: written[row] for row in np.sort(rows)}
     same_build = _same_build(dataset.attributes, campaign.identity(solver)["solver"])
+    found: dict[int, tuple[float, bool]] = {}
+    with LocalPool(workers) as pool:
+        for arrival in results(campaign, np.array(list(chosen)), pool, solver):
+            for record in arrival.records:
+                parts = _differences(record, chosen[record.index])
+                compared = [value for name, value in parts.items() if same_build or name in OF_ANY_BUILD]
+                found[record.index] = max(compared), max(parts.values()) == 0.0
     return Verification(
-        indices=np.array(list(row_of)),
-        differences=np.array([found[index] for index in row_of]),
+        indices=np.array(list(chosen)),
+        differences=np.array([found[index][0] for index in chosen]),
+        exact=np.array([found[index][1] for index in chosen]),
         same_build=same_build,
         tolerance=ROUNDING if same_build else resolve_accuracy(campaign.accuracy).target,
     )
@@ -160,19 +183,44 @@ def verify(
 
 def _same_build(attributes: dict[str, Any], solver: str) -> bool:
     here = versions()
+    hosts, builds = (
+        value if isinstance(value, list) else [value] for value in (attributes["host"], attributes["versions"])
+    )
     return (
         attributes["campaign"]["solver"] == solver
-        and attributes["host"].rpartition(" cores of ")[2] == host().rpartition(" cores of ")[2]
-        and all(attributes["versions"].get(name) == here.get(name) for name in OF_THE_BUILD)
+        and all(one.rpartition(" cores of ")[2] == host().rpartition(" cores of ")[2] for one in hosts)
+        and all(one.get(name) == here.get(name) for one in builds for name in OF_THE_BUILD)
     )
 
 
-def _difference(record: Record, status: int, force: np.ndarray, scalars: dict[str, float]) -> float:
-    if record.status != status:
+def _differences(record: Record, written: Record) -> dict[str, float]:
+    """By name, how far two records of one trajectory are apart; zero where they agree to the last bit."""
+    found = {
+        "status": 0.0 if record.status == written.status else np.inf,
+        "reason": 0.0 if record.reason == written.reason else np.inf,
+        "force": _apart(record.force, written.force),
+    }
+    for name in set(SCALARS) - {"solver_seconds"}:
+        found[name] = _apart(np.array([record.scalars[name]]), np.array([written.scalars[name]]))
+    for name in set(SCALARS) - {*RESULTS, "nodes", "solver_seconds"}:
+        found[name] = np.inf if found[name] else 0.0
+    for column, name in enumerate(JUMP_QUANTITIES):
+        found[f"jumps/{name}"] = _apart(record.jumps[:, column], written.jumps[:, column])
+    if (record.native is None) != (written.native is None):
+        found["native"] = np.inf
+    elif record.native is not None and written.native is not None:
+        rows = zip(record.native, written.native, strict=True)
+        found |= {f"native/{number}": _apart(*pair) for number, pair in enumerate(rows)}
+    return found
+
+
+def _apart(ours: np.ndarray, theirs: np.ndarray) -> float:
+    """Largest difference relative to the largest of theirs; infinite for other shapes, or where one is not finite."""
+    if ours.shape != theirs.shape:
         return np.inf
-    if status != COMPLETED:
+    differ = (ours != theirs) & ~(np.isnan(ours) & np.isnan(theirs))
+    if not np.any(differ):
         return 0.0
-    size = float(np.max(np.abs(force)))
-    parts = [float(np.max(np.abs(record.force - force))) / size]
-    parts += [abs(record.scalars[name] - value) / max(abs(value), 1e-12) for name, value in scalars.items()]
-    return max(parts)
+    size = float(np.max(np.abs(theirs)))
+    step = float(np.max(np.abs(ours.astype(np.float64) - theirs)[differ]))
+    return step / size if np.isfinite(step) and np.isfinite(size) and size > 0.0 else np.inf

@@ -1,8 +1,9 @@
 """What a campaign computes: protocols of a design at one accuracy by one version of the solver, wherever it runs."""
 
+import ast
 import functools
 import hashlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -11,14 +12,12 @@ import numpy as np
 
 from bem._checks import FloatArray
 from bem.designs import Design, whole_number
-from bem.measurement import FMS
+from bem.measurement import FMS, checked_counts
 from bem.records import Settings
 
 Solver = Callable[..., Any]
-AROUND_THE_SOLVER = frozenset(
-    ("__main__", "cli", "dataset_file", "designs", "parts", "plots", "pools", "provenance", "records")
-)
-"""Modules of this package that decide no trajectory's numbers, beside those called campaign."""
+DECIDING = ("simulate", "measurement", "records")
+"""Modules of this package that, with all they import, decide a trajectory's numbers."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,7 +31,10 @@ class Campaign:
         accuracy: as in `bem.simulate`.
         counts: measurement points in loading, dwell and unloading.
         native: whether the solver's own histories are kept too.
-        shard: (i, n) for the i-th of n interleaved shares, counting from 1.
+        shard: (i, n) for the i-th of n interleaved shares, counting from 1, none of them empty.
+
+    Raises:
+        ValueError: naming the quantity, the allowed range and the value received.
     """
 
     design: Design = field(default_factory=Design)
@@ -47,15 +49,23 @@ class Campaign:
         from bem.accuracy import resolve_accuracy
 
         resolve_accuracy(self.accuracy)
-        whole_number("shards", self.shard[1], low=1)
-        whole_number("shard", self.shard[0], low=1, high=self.shard[1])
+        count = whole_number("count", self.count, low=1, high=self.design.largest_count)
+        shards = whole_number("shards", self.shard[1], low=1, high=count)
+        checked = {
+            "count": count,
+            "seed": whole_number("seed", self.seed, low=0),
+            "counts": checked_counts(self.counts),
+            "shard": (whole_number("shard", self.shard[0], low=1, high=shards), shards),
+        }
+        for name, value in checked.items():
+            object.__setattr__(self, name, value)
 
     @functools.cached_property
     def protocols(self) -> dict[str, FloatArray]:
         """The quantities of all `count` protocols by name, whatever the shard."""
         return self.design.protocols(self.count, self.seed)
 
-    @property
+    @functools.cached_property
     def indices(self) -> np.ndarray:
         """Which of the protocols this campaign simulates."""
         return np.arange(self.shard[0] - 1, self.count, self.shard[1])
@@ -83,20 +93,52 @@ class Campaign:
         }
 
     def path(self, out: str | Path) -> Path:
-        """Where the data set goes: `out` itself, or beside it for one of several shards."""
+        """Where the data set goes: `out` itself or what it links to, or beside it for one of several shards.
+
+        Raises:
+            ValueError: a link that leads in circles.
+        """
         out = Path(out)
-        if self.shard[1] == 1:
-            return out
-        return out.with_name(f"{out.stem}.shard-{self.shard[0]}-of-{self.shard[1]}{out.suffix}")
+        if self.shard[1] > 1:
+            out = out.with_name(f"{out.stem}.shard-{self.shard[0]}-of-{self.shard[1]}{out.suffix}")
+        return followed(out)
+
+
+def followed(path: Path) -> Path:
+    """The path itself, or what it links to, so that writing replaces that and not the link.
+
+    Raises:
+        ValueError: a link that leads in circles.
+    """
+    try:
+        return path.resolve() if path.is_symlink() else path
+    except (OSError, RuntimeError) as error:
+        raise ValueError(f"out must not be a link in circles; received {str(path)!r}") from error
+
+
+def deciding_modules() -> list[Path]:
+    """Source files of `DECIDING` and of all modules of this package that they import, at any place in them."""
+    package = Path(__file__).parent
+    found: set[Path] = set()
+    waiting = [f"{package.name}.{name}" for name in DECIDING]
+    while waiting:
+        path = package.joinpath(*waiting.pop().split(".")[1:]).with_suffix(".py")
+        if path.is_file() and path not in found:
+            found.add(path)
+            waiting += [name for name in _imported(path) if name.startswith(f"{package.name}.")]
+    return sorted(found)
+
+
+def _imported(path: Path) -> Iterator[str]:
+    for node in ast.walk(ast.parse(path.read_bytes())):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            yield node.module
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
 
 
 @functools.cache
 def solver_digest() -> str:
-    """Digest of the solver's source, the same wherever and whenever it is installed."""
-    package = Path(__file__).parent
-    sources = sorted(
-        path
-        for path in package.rglob("*.py")
-        if path.stem not in AROUND_THE_SOLVER and not path.stem.startswith("campaign")
-    )
-    return hashlib.sha256(b"\0".join(path.read_bytes() for path in sources)).hexdigest()[:16]
+    """Digest of the source that decides the numbers, the same wherever and whenever it is installed."""
+    return hashlib.sha256(b"\0".join(path.read_bytes() for path in deciding_modules())).hexdigest()[:16]

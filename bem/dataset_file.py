@@ -5,6 +5,7 @@ The tree, with shapes, units and attributes, is written down in docs/dataset.md.
 
 import json
 import os
+import secrets
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -17,13 +18,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bem._checks import FloatArray
+from bem.dataset_checks import attribute_fault, column_fault
 from bem.designs import QUANTITIES
 from bem.measurement import measurement_grid
-from bem.records import COMPLETED, RESULTS, SCALARS, Columns
+from bem.records import COMPLETED, SCALARS, Columns
 
 FORMAT = "viscoelastic-contact-dataset"
 FORMAT_VERSION = 1
 TEMPORARY = ".writing"
+SMALL = 4096
+"""Bytes up to which an array is stored as it is; larger ones are compressed, with checksums."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,15 +73,16 @@ class Dataset:
 
 
 def write_tree(target: BytesIO, columns: Columns, attributes: Mapping[str, Any]) -> None:
-    """Write columns and root attributes as HDF5; dictionaries become JSON."""
+    """Write columns and root attributes as HDF5; dictionaries and lists become JSON."""
     with h5py.File(target, "w") as file:
         for name, value in attributes.items():
-            file.attrs[name] = json.dumps(value) if isinstance(value, dict) else value
+            file.attrs[name] = json.dumps(value) if isinstance(value, dict | list) else value
         for path, values in columns.items():
             if values.dtype == object:
                 file.create_dataset(path, data=values, dtype=h5py.string_dtype(), chunks=None)
-            elif values.nbytes > 4096:
-                file.create_dataset(path, data=values, compression="gzip", compression_opts=6, shuffle=True)
+            elif values.nbytes > SMALL:
+                options = {"compression": "gzip", "compression_opts": 6, "shuffle": True, "fletcher32": True}
+                file.create_dataset(path, data=values, **options)
             else:
                 file.create_dataset(path, data=values)
 
@@ -94,8 +99,21 @@ def read_tree(file: h5py.File, *, native: bool = True) -> Columns:
     return columns
 
 
-def write_dataset(path: Path, columns: Columns, attributes: Mapping[str, Any], counts: tuple[int, int, int]) -> None:
+def write_dataset(
+    path: Path,
+    columns: Columns,
+    attributes: Mapping[str, Any],
+    counts: tuple[int, int, int],
+    scratch: Path | None = None,
+) -> None:
     """Write a data set to a temporary name and move it into place once it is on the disk.
+
+    Args:
+        path: where it goes.
+        columns: arrays by their path in the file.
+        attributes: root attributes.
+        counts: measurement points of loading, dwell and unloading.
+        scratch: folder for the temporary, on the same file system; that of `path` by default.
 
     Raises:
         OSError: nothing was written, and what was at `path` is untouched.
@@ -105,10 +123,19 @@ def write_dataset(path: Path, columns: Columns, attributes: Mapping[str, Any], c
     write_tree(memory, columns, {"format": FORMAT, "format_version": FORMAT_VERSION, **attributes})
     with h5py.File(memory, "r+") as file:
         file["fms"].attrs["counts"] = np.array(counts, dtype=np.int64)
-    temporary = path.with_name(path.name + TEMPORARY)
+    write_new(path, memory.getbuffer(), scratch)
+
+
+def write_new(path: Path, content: bytes | memoryview, scratch: Path | None = None) -> None:
+    """Write a file under a name nobody has, then move it into place.
+
+    Raises:
+        OSError: nothing was written, and what was at `path` is untouched.
+    """
+    temporary = (scratch or path.parent) / f".{secrets.token_hex(6)}{TEMPORARY}"
     try:
-        with temporary.open("wb") as file:
-            file.write(memory.getbuffer())
+        with temporary.open("xb") as file:
+            file.write(content)
         move_into_place(temporary, path)
     finally:
         temporary.unlink(missing_ok=True)
@@ -135,40 +162,54 @@ def open_dataset(path: str | Path) -> Iterator[h5py.File]:
         ValueError: truncated, not a data set, or of another version of the format.
     """
     path = Path(path)
+    if path.is_dir():
+        raise ValueError(f"expected a data set file; received the folder {str(path)!r}")
     if not path.is_file():
         raise FileNotFoundError(f"data set file not found; received {str(path)!r}")
     expected = f"expected a data set of format {FORMAT!r}, version {FORMAT_VERSION}"
     try:
         file = h5py.File(path, "r")
-    except OSError as error:
+    except BlockingIOError as error:
+        raise ValueError(f"{expected}; received {str(path)!r}, which another program is writing") from error
+    except PermissionError as error:
+        raise ValueError(f"{expected}; received {str(path)!r}, which may not be read") from error
+    except Exception as error:  # of a damaged file the library may say anything
         kind = "truncated or damaged" if h5py.is_hdf5(path) else "not HDF5, or damaged at its beginning"
         raise ValueError(f"{expected}; received {str(path)!r}, which is {kind}") from error
     with file:
-        found = file.attrs.get("format"), file.attrs.get("format_version")
-        if found[0] != FORMAT:
+        try:
+            found = file.attrs.get("format"), file.attrs.get("format_version")
+        except Exception as error:
+            raise ValueError(f"{expected}; received {str(path)!r}, which is damaged") from error
+        if not isinstance(found[0], str) or found[0] != FORMAT:
             raise ValueError(f"{expected}; received {str(path)!r}, an HDF5 file of another kind")
-        if found[1] != FORMAT_VERSION:
-            raise ValueError(f"{expected}; received {str(path)!r}, which is of version {found[1]}")
+        if not isinstance(found[1], np.integer) or found[1] != FORMAT_VERSION:
+            version = found[1].item() if isinstance(found[1], np.generic) else found[1]
+            raise ValueError(f"{expected}; received {str(path)!r}, which is of version {version!r}")
         yield file
 
 
-def load_dataset(path: str | Path) -> Dataset:
-    """Read a data set but for native histories; errors as `open_dataset`."""
+def load_dataset(path: str | Path, *, native: bool = False) -> Dataset:
+    """Read a data set, by default but for native histories.
+
+    Raises:
+        FileNotFoundError: no such file.
+        ValueError: as `open_dataset`, or what is in the file does not fit together.
+    """
     with open_dataset(path) as file:
         try:
-            columns = read_tree(file, native=False)
+            columns = read_tree(file, native=native)
             counts = tuple(int(count) for count in file["fms"].attrs["counts"])
             attributes = {name: _plain(value) for name, value in file.attrs.items()}
-        except (KeyError, OSError) as error:
-            raise ValueError(f"expected a complete data set; received {str(path)!r} ({error})") from error
-    missing = {f"protocols/{name}" for name in QUANTITIES} | {f"scalars/{name}" for name in RESULTS}
-    missing = sorted((missing | {"index", "status", "fms/force"}) - columns.keys())
-    if missing:
-        raise ValueError(f"expected a complete data set; received {str(path)!r} without /{missing[0]}")
+            wrong = attribute_fault(attributes) or column_fault(columns, attributes["campaign"], counts)
+        except Exception as error:  # of a damaged file the library may say anything
+            wrong = f"which cannot be read ({' '.join(str(error).split()) or type(error).__name__})"
+    if wrong:
+        raise ValueError(f"expected a complete data set; received {str(path)!r}, {wrong}")
     return Dataset(columns, attributes, counts)
 
 
 def _plain(value: Any) -> Any:
-    if isinstance(value, str) and value.startswith("{"):
+    if isinstance(value, str) and value.startswith(("{", "[")):
         return json.loads(value)
     return value.item() if isinstance(value, np.generic) else value

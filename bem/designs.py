@@ -169,6 +169,8 @@ def read_design_file(path: str | Path) -> dict[str, Any]:
         ValueError: not TOML, or a key it does not know.
     """
     path = Path(path)
+    if path.is_dir():
+        raise ValueError(f"design file must be a file; received the folder {str(path)!r}")
     if not path.is_file():
         raise FileNotFoundError(f"design file not found; received {str(path)!r}")
     try:

@@ -24,12 +24,22 @@ def proportional_counts(total: int) -> tuple[int, int, int]:
     return ramp, int(total) - 2 * ramp, ramp
 
 
-def _checked_counts(counts: Sequence[int]) -> tuple[int, int, int]:
-    if len(counts) != 3 or counts[0] < 2 or counts[1] < 0 or counts[2] < 1:
+def checked_counts(counts: Sequence[int]) -> tuple[int, int, int]:
+    """Return the counts of loading, dwell and unloading points when they are whole numbers and enough.
+
+    Raises:
+        ValueError: naming what is allowed and what was received.
+    """
+    try:
+        whole = [int(count) for count in counts if isinstance(count, int | np.integer) and not isinstance(count, bool)]
+        sound = len(whole) == len(counts) == 3 and min(np.subtract(whole, (2, 0, 1))) >= 0
+    except TypeError:
+        sound = False
+    if not sound:
         raise ValueError(
             f"counts must be three integers, at least 2 (loading), 0 (dwell) and 1 (unloading); received {counts!r}"
         )
-    return int(counts[0]), int(counts[1]), int(counts[2])
+    return whole[0], whole[1], whole[2]
 
 
 def measurement_grid(
@@ -59,7 +69,7 @@ def measurement_grid(
     Raises:
         ValueError: when dwell points are asked of a protocol without dwell, or instants coincide in double precision.
     """
-    n_load, n_dwell, n_unload = _checked_counts(counts)
+    n_load, n_dwell, n_unload = checked_counts(counts)
     start = (
         default_start_indentation(np.asarray(tabor, dtype=np.float64))
         if start_indentation is None

@@ -1,10 +1,11 @@
 """Where batches of work run: processes of this machine (joblib), or the workers of a Dask cluster.
 
-Both give results as they arrive, survive workers that die, and run one thread per worker. A batch is a tuple of
-indices; one that cannot be finished because every worker dies on it is split, and a single index that still kills is
-given up.
+Both give results as they arrive, survive workers that die, and run one thread per worker. A batch is a tuple of items,
+each with all a worker needs to know of it; a batch that cannot be finished because every worker dies on it is split,
+and a single item that still kills is given up.
 """
 
+import asyncio
 import functools
 import logging
 import os
@@ -13,21 +14,27 @@ import threading
 import time
 import warnings
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from types import TracebackType
 from typing import Any, Protocol, Self
+from urllib.parse import urlsplit
 
 import joblib
 from joblib.externals.loky.process_executor import TerminatedWorkerError
 
+from bem.designs import whole_number
 from bem.parts import CampaignError
 
-Batch = tuple[int, ...]
+Item = tuple[int, tuple[float, ...]]
+"""Index of a trajectory in its design, and its protocol in the order of `bem.designs.QUANTITIES`."""
+Batch = tuple[Item, ...]
 Task = Callable[[Batch], Any]
 Outcome = tuple[Batch, Any]
 """A batch and what the task returned for it, `None` where the worker died every time."""
 
 PATIENCE = 3
+SCHEMES = ("tcp", "tls", "ucx", "ws", "wss")
 
 
 class Pool(Protocol):
@@ -69,10 +76,13 @@ class LocalPool:
 
     Args:
         workers: how many; as many as there are cores by default.
+
+    Raises:
+        ValueError: not a whole number from 1 to 4096.
     """
 
     def __init__(self, workers: int | None = None) -> None:
-        self.workers = joblib.cpu_count() if workers is None else workers
+        self.workers = joblib.cpu_count() if workers is None else whole_number("workers", workers, low=1, high=4096)
         # A single worker is still a process of its own: with one thread, and expendable.
         self._processes = max(self.workers, 2)
         self._in_flight = 2 * self.workers if self.workers > 1 else 1
@@ -104,7 +114,7 @@ class LocalPool:
             if deaths >= PATIENCE:
                 # Whatever kills the workers was among those started first.
                 for key in list(waiting)[: self._in_flight]:
-                    yield from (((index,), self._alone(index, task)) for index in waiting.pop(key))
+                    yield from (((item,), self._alone(item, task)) for item in waiting.pop(key))
                 deaths = 0
 
     def _stream(self, waiting: dict[int, Batch], task: Task, in_flight: int) -> Iterator[tuple[int, Any]]:
@@ -116,11 +126,27 @@ class LocalPool:
             joblib.delayed(_in_worker)(key, task, batch, os.getpid()) for key, batch in list(waiting.items())
         )
 
-    def _alone(self, index: int, task: Task) -> Any:
+    def _alone(self, item: Item, task: Task) -> Any:
         for _ in range(PATIENCE):
             with suppress(TerminatedWorkerError):
-                return next(self._stream({0: (index,)}, task, 1))[1]
+                return next(self._stream({0: (item,)}, task, 1))[1]
         return None
+
+
+def scheduler_address(address: str) -> str:
+    """The address of a scheduler with its scheme, 'tcp' unless another is given.
+
+    Raises:
+        ValueError: no scheme that Dask speaks between machines, no host or no port.
+    """
+    try:
+        parts = urlsplit(address if "://" in address else f"tcp://{address}")
+        sensible = parts.scheme in SCHEMES and parts.hostname and parts.port and not parts.path.strip("/")
+    except ValueError:
+        sensible = False
+    if not sensible:
+        raise ValueError(f"cluster must be an address like 'tcp://host:8786'; received {address!r}")
+    return f"{parts.scheme}://{parts.netloc}"
 
 
 class Cluster:
@@ -143,16 +169,25 @@ class Cluster:
         # Dask retries and reports by itself; its log would bury the one sentence that matters.
         logging.getLogger("distributed").setLevel(logging.CRITICAL)
         self._dask = distributed
+        reachable = scheduler_address(address)
+        nobody = f"no Dask scheduler answers at {address!r}"
+        # Client itself waits for ever for a server of another kind, and prints tracebacks when it gives up.
         try:
-            self._client = distributed.Client(address, timeout=patience, set_as_default=False)
+            # In a thread of its own, because a notebook has a running loop in this one.
+            with ThreadPoolExecutor(1) as thread:
+                kind = thread.submit(asyncio.run, _kind_of_server(distributed, reachable, patience)).result()
+        except Exception as error:  # another kind of server may answer anything
+            raise CampaignError(nobody) from error
+        if "Scheduler" not in kind:
+            raise CampaignError(f"{nobody}, but a {kind}")
+        try:
+            self._client = distributed.Client(reachable, timeout=patience, set_as_default=False)
         except (OSError, TimeoutError) as error:
-            raise CampaignError(f"no Dask scheduler answers at {address!r}") from error
-        except (ValueError, TypeError) as error:
-            raise ValueError(f"cluster must be an address like 'tcp://host:8786'; received {address!r}") from error
+            raise CampaignError(nobody) from error
         try:
             self._client.wait_for_workers(1, timeout=patience)
             self.workers = sum(self._client.nthreads().values())
-        except TimeoutError as error:
+        except (OSError, TimeoutError) as error:
             self._client.close()
             raise CampaignError(f"the Dask scheduler at {address!r} has no workers") from error
         self.address = address
@@ -179,7 +214,7 @@ class Cluster:
                 if len(batch) == 1:
                     yield batch, None
                     continue
-                singles = [(index,) for index in batch]
+                singles = [(item,) for item in batch]
                 more = dict(zip(self._submit(singles, task), singles, strict=True))
                 batch_of |= more
                 arriving.update(list(more))
@@ -193,3 +228,15 @@ class Cluster:
 
     def _submit(self, batches: Sequence[Batch], task: Task) -> list[Any]:
         return self._client.map(task, list(batches), pure=False, batch_size=None)
+
+
+async def _kind_of_server(distributed: Any, address: str, patience: float) -> str:
+    """What a Dask server says it is, within `patience` seconds whatever it sends."""
+
+    async def ask() -> str:
+        arguments = distributed.Security().get_connection_args("client")
+        async with distributed.rpc(address, timeout=patience, connection_args=arguments) as server:
+            return str((await server.identity())["type"])
+
+    async with asyncio.timeout(patience):
+        return await ask()

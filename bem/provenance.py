@@ -3,7 +3,9 @@
 import functools
 import os
 import platform
+import shlex
 import subprocess
+from collections.abc import Iterable, Mapping, Sequence
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
@@ -16,6 +18,31 @@ def provenance(command: str) -> dict[str, Any]:
     return {"versions": versions(), "host": host(), "git_revision": git_revision(), "command": command}
 
 
+def origin() -> dict[str, Any]:
+    """Versions and host alone: what a worker adds to its results, since it may run elsewhere."""
+    return {"versions": versions(), "host": host()}
+
+
+def merged(origins: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
+    """One dictionary of many: what all agree on as it is, and a list of the different values otherwise."""
+    values: dict[str, list[Any]] = {}
+    for found in origins:
+        for name, value in found.items():
+            known = values.setdefault(name, [])
+            for one in value if isinstance(value, list) else [value]:
+                if one not in known:
+                    known.append(one)
+    return {name: known[0] if len(known) == 1 else known for name, known in values.items()}
+
+
+def command_line(arguments: Sequence[str]) -> str:
+    """What was typed, without the folder of the program: 'bem ...', or 'python -m bem ...'."""
+    program = Path(arguments[0])
+    name = f"python -m {program.parent.name}" if program.name == "__main__.py" else shlex.quote(program.name)
+    return " ".join([name, *map(shlex.quote, arguments[1:])])
+
+
+@functools.cache
 def versions() -> dict[str, str]:
     """Versions of Python and of the packages that decide numbers; those not installed are left out."""
     found = {"python": platform.python_version()}

@@ -7,6 +7,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+from joblib.externals.loky import get_reusable_executor
+
+from bem.accuracy import resolve_accuracy
+from bem.protocol import LoadingProtocol
+from bem.scene import Scene
 
 
 @dataclass
@@ -103,3 +108,27 @@ def kills_its_worker_always(scene, protocol, accuracy="standard"):
     if scene.tabor > 3.0 and protocol.peak_indentation > 90.0:
         os.kill(os.getpid(), signal.SIGKILL)
     return solve(scene, protocol, accuracy)
+
+
+def fails_until_mended(scene, protocol, accuracy="standard"):
+    if scene.tabor > 3.0 and not Path(os.environ["STAND_IN_MARKER"]).exists():
+        raise ArithmeticError("not mended yet")
+    return solve(scene, protocol, accuracy)
+
+
+def rough(scene, protocol, accuracy="standard"):
+    """Forces too large by the target error of the accuracy."""
+    history = solve(scene, protocol, accuracy)
+    history.force = history.force * (1.0 + resolve_accuracy(accuracy).target)
+    return history
+
+
+def case(quantities):
+    """Scene and protocol of some quantities."""
+    rest = {name: float(value) for name, value in quantities.items()}
+    return Scene(tabor=rest.pop("tabor")), LoadingProtocol(**rest)
+
+
+def restart_workers():
+    """Workers see a variable of the environment only when they start after it was set."""
+    get_reusable_executor().shutdown(wait=True)

@@ -1,7 +1,18 @@
-"""Settings of the solver's unit tests."""
+"""Settings of the solver's unit tests, and the campaign of the stand-in solver that many of them compare with."""
+
+import sys
+from collections import Counter
+from pathlib import Path
 
 import pytest
 from threadpoolctl import threadpool_limits
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+import campaign_stand_in as stand_in
+
+from bem.campaign import run_campaign
+from bem.campaign_plan import Campaign
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -9,3 +20,24 @@ def one_blas_thread():
     """Kernels tried without `simulate` want what it gives them: systems this small only suffer from threads."""
     with threadpool_limits(limits=1, user_api="blas"):
         yield
+
+
+@pytest.fixture(scope="session")
+def plan():
+    return Campaign(count=120, seed=4, native=True)
+
+
+@pytest.fixture(scope="session")
+def undisturbed(plan, tmp_path_factory):
+    path = tmp_path_factory.mktemp("undisturbed") / "data.h5"
+    summary = run_campaign(plan, path, solver=stand_in.solve, command="bem campaign --count 120")
+    assert (summary.count, summary.computed, summary.failures) == (120, 120, Counter())
+    assert sorted(path.parent.iterdir()) == [path]
+    return path
+
+
+@pytest.fixture(scope="session")
+def undisturbed_slow(plan, tmp_path_factory):
+    path = tmp_path_factory.mktemp("undisturbed") / "data.h5"
+    run_campaign(plan, path, solver=stand_in.slow)
+    return path

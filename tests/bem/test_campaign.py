@@ -1,80 +1,24 @@
-import errno
-import os
-import random
-import shutil
-import signal
-import subprocess
+import pickle
 import sys
-import time
 from collections import Counter
 from pathlib import Path
 
-import h5py
 import numpy as np
 import pytest
-import typer
-from joblib.externals.loky import get_reusable_executor
-from typer.testing import CliRunner
 
-import bem.dataset_file
-import bem.parts
-from bem.campaign import batches_of, expected_cost, run_campaign
-from bem.campaign_cli import register
-from bem.campaign_files import merge, verify
-from bem.campaign_plan import Campaign
-from bem.campaign_progress import rate_line
-from bem.dataset_file import load_dataset, open_dataset, read_tree
+import bem.campaign_work
+from bem.campaign import run_campaign
+from bem.campaign_plan import Campaign, deciding_modules
+from bem.campaign_work import LONGEST_BATCH, batches_of, expected_seconds, results
+from bem.dataset_file import load_dataset, open_dataset
 from bem.designs import Design
 from bem.measurement import measurement_grid
-from bem.parts import CampaignError
-from bem.pools import Cluster
 from surrogate.dataset import TrajectoryDataset
 
-HERE = Path(__file__).parent
-sys.path.insert(0, str(HERE))
+sys.path.insert(0, str(Path(__file__).parent))
 
-import campaign_stand_in as stand_in  # noqa: E402
-
-TIMINGS = ("scalars/solver_seconds",)
-app = typer.Typer()
-register(app)
-
-
-def command(*arguments):
-    return CliRunner().invoke(app, [str(argument) for argument in arguments])
-
-
-def numbers(path):
-    with open_dataset(path) as file:
-        return {name: values for name, values in read_tree(file).items() if name not in TIMINGS}
-
-
-def assert_same_numbers(path, other):
-    found, expected = numbers(path), numbers(other)
-    assert found.keys() == expected.keys()
-    for name, values in expected.items():
-        np.testing.assert_array_equal(found[name], values, err_msg=name)
-
-
-@pytest.fixture(scope="module")
-def plan():
-    return Campaign(count=120, seed=4, native=True)
-
-
-@pytest.fixture(scope="module")
-def undisturbed(plan, tmp_path_factory):
-    path = tmp_path_factory.mktemp("undisturbed") / "data.h5"
-    summary = run_campaign(plan, path, solver=stand_in.solve, command="bem campaign --count 120")
-    assert (summary.count, summary.computed, summary.failures) == (120, 120, Counter())
-    assert sorted(path.parent.iterdir()) == [path]
-    return path
-
-
-@pytest.fixture(scope="module")
-def undisturbed_slow(plan, tmp_path_factory):
-    path = tmp_path_factory.mktemp("undisturbed") / "data.h5"
-    run_campaign(plan, path, solver=stand_in.slow)
-    return path
+import campaign_stand_in as stand_in
+from campaign_helpers import assert_same_numbers
 
 
 def test_file_holds_what_its_documentation_says(plan, undisturbed):
@@ -143,242 +87,6 @@ def test_failures_are_recorded_with_their_reason(tmp_path):
     np.testing.assert_array_equal(dataset.protocols["tabor"], tabor)
 
 
-def start_campaign(out, solver="slow", count=120):
-    code = (
-        f"import sys; sys.path.insert(0, {str(HERE)!r})\n"
-        "import bem.parts, campaign_stand_in\n"
-        "from pathlib import Path\n"
-        "from bem.campaign import run_campaign\n"
-        "from bem.campaign_plan import Campaign\n"
-        "bem.parts.SECONDS_BETWEEN_PARTS = 0.05\n"
-        f"plan = Campaign(count={count}, seed=4, native=True)\n"
-        f"run_campaign(plan, Path({str(out)!r}), workers=2, solver=campaign_stand_in.{solver})\n"
-    )
-    return subprocess.Popen([sys.executable, "-c", code], stderr=subprocess.PIPE, cwd=HERE.parents[1])
-
-
-def children(parent):
-    if shutil.which("ps") is None:
-        return []
-    answer = subprocess.run(["ps", "-o", "pid=", "--ppid", str(parent)], capture_output=True, text=True)
-    return answer.stdout.split()
-
-
-def parts(out):
-    return list(out.with_name(out.name + ".parts").glob("part-*.h5"))
-
-
-def await_parts(out, process, at_least):
-    limit = time.monotonic() + 60.0
-    while len(parts(out)) < at_least and process.poll() is None:
-        assert time.monotonic() < limit
-        time.sleep(0.005)
-
-
-def test_kill_at_random_moments_loses_and_duplicates_nothing(plan, undisturbed_slow, tmp_path):
-    out = tmp_path / "data.h5"
-    chance = random.Random(0)
-    kept = 0
-    for _ in range(2):
-        process = start_campaign(out)
-        await_parts(out, process, len(parts(out)) + 1)
-        time.sleep(chance.uniform(0.0, 0.2))
-        workers = children(process.pid)
-        process.kill()
-        process.wait()
-        process.stderr.close()
-        assert not out.exists() or len(load_dataset(out)) == 120
-        assert len(parts(out)) >= kept
-        kept = len(parts(out))
-    summary = run_campaign(plan, out, solver=stand_in.slow)
-    assert summary.computed < 120
-    assert_same_numbers(out, undisturbed_slow)
-    assert sorted(tmp_path.iterdir()) == [out]
-    limit = time.monotonic() + 10.0
-    while alive := [worker for worker in workers if Path(f"/proc/{worker}").exists()]:
-        assert time.monotonic() < limit, alive
-        time.sleep(0.1)
-
-
-def start_command(*arguments, solver="slow", before=""):
-    code = (
-        f"import sys; sys.path.insert(0, {str(HERE)!r})\n"
-        "import bem.campaign, bem.parts, campaign_stand_in, functools, typer, bem.campaign_cli\n"
-        f"solver = campaign_stand_in.{solver}\n"
-        "bem.campaign.run_campaign = functools.partial(bem.campaign.run_campaign, solver=solver)\n"
-        "app = typer.Typer()\n"
-        "bem.campaign_cli.register(app)\n"
-        f"sys.argv = {['bem', *map(str, arguments)]!r}\n"
-        f"{before}\n"
-        "app()\n"
-    )
-    return subprocess.Popen([sys.executable, "-c", code], stderr=subprocess.PIPE, cwd=HERE.parents[1], text=True)
-
-
-@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
-def test_interrupted_campaign_saves_what_it_holds(how, tmp_path):
-    out = tmp_path / "data.h5"
-    process = start_command("campaign", "--count", 3000, "--workers", 2, "--out", out)
-    await_parts(out, process, 1)
-    before = len(parts(out))
-    process.send_signal(how)
-    _, errors = process.communicate(timeout=30)
-    assert process.returncode == 130
-    assert errors == "bem: interrupted; what was done is saved, and the same command continues\n"
-    assert len(parts(out)) >= before
-    assert not out.exists()
-
-
-@pytest.mark.parametrize("limit", [10_000, 150_000])
-def test_real_write_errors_end_in_one_sentence(limit, tmp_path):
-    # The least part is larger than the first limit, the file than the second.
-    before = f"import resource; resource.setrlimit(resource.RLIMIT_FSIZE, ({limit}, {limit}))"
-    before += "; bem.parts.SECONDS_BETWEEN_PARTS = 0.0"
-    out = tmp_path / "data.h5"
-    process = start_command("campaign", "--count", 600, "--out", out, "--native", solver="solve", before=before)
-    _, errors = process.communicate(timeout=60)
-    assert (process.returncode, errors.count("\n")) == (1, 1), errors
-    assert "File too large" in errors
-    assert "the same command continues" in errors
-    assert not out.exists()
-    assert bool(parts(out)) == (limit > 50_000)
-    assert not list(tmp_path.rglob("*.writing"))
-
-
-def test_a_killed_worker_costs_nothing(tmp_path, monkeypatch):
-    monkeypatch.setenv("STAND_IN_MARKER", str(tmp_path / "marker"))
-    get_reusable_executor().shutdown(wait=True)  # workers see the variable only when they start after it
-    plan = Campaign(count=60, seed=4)
-    summary = run_campaign(plan, tmp_path / "data.h5", workers=2, solver=stand_in.kills_its_worker_once)
-    assert (tmp_path / "marker").exists()
-    assert (summary.count, summary.failures) == (60, Counter())
-    run_campaign(plan, tmp_path / "calm.h5", solver=stand_in.slow)
-    assert_same_numbers(tmp_path / "data.h5", tmp_path / "calm.h5")
-
-
-@pytest.mark.slow
-def test_cluster_gives_the_same_numbers_with_a_worker_killed(plan, undisturbed_slow, tmp_path, monkeypatch):
-    distributed = pytest.importorskip("distributed")
-    monkeypatch.setenv("PYTHONPATH", str(HERE))
-    out = tmp_path / "data.h5"
-    with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address=None, silence_logs=50
-    ) as cluster:
-        victim = next(iter(cluster.workers.values())).pid
-        killed = []
-
-        def kill_one(done, failed):
-            if done > 20 and not killed:
-                killed.append(os.kill(victim, signal.SIGKILL))
-
-        address = cluster.scheduler_address
-        summary = run_campaign(plan, out, cluster=address, solver=stand_in.slow, progress=kill_one)
-    assert killed
-    assert (summary.count, summary.failures) == (120, Counter())
-    assert_same_numbers(out, undisturbed_slow)
-    with pytest.raises(CampaignError, match="no Dask scheduler answers at"):
-        Cluster(address, patience=1.0)
-
-
-@pytest.mark.parametrize(
-    ("address", "message"),
-    [
-        ("tcp://127.0.0.1:9", "no Dask scheduler answers at 'tcp://127.0.0.1:9'"),
-        ("teleport://here", "cluster must be an address like"),
-    ],
-)
-def test_dead_scheduler(address, message, tmp_path, monkeypatch):
-    pytest.importorskip("distributed")
-    monkeypatch.setattr(Cluster.__init__, "__defaults__", (1.0,))
-    result = command("campaign", "--count", "3", "--out", tmp_path / "x.h5", "--cluster", address)
-    assert (result.exit_code > 0, message in result.stderr, result.stderr.count("\n")) == (True, True, 1)
-    assert not list(tmp_path.iterdir())
-
-
-@pytest.mark.slow
-def test_a_trajectory_that_always_kills_its_worker_is_recorded(tmp_path):
-    plan = Campaign(count=200, seed=4)
-    deadly = (plan.protocols["tabor"] > 3.0) & (plan.protocols["peak_indentation"] > 90.0)
-    assert 0 < deadly.sum() < 5
-    run_campaign(plan, tmp_path / "data.h5", workers=2, solver=stand_in.kills_its_worker_always)
-    dataset = load_dataset(tmp_path / "data.h5")
-    np.testing.assert_array_equal(dataset.columns["status"], deadly)
-    assert "worker process died every time" in dataset.columns["reason"][deadly][0]
-
-
-def test_a_full_disk_ends_in_one_sentence_and_loses_nothing(plan, undisturbed, tmp_path, monkeypatch):
-    out = tmp_path / "data.h5"
-    monkeypatch.setattr(bem.parts, "SECONDS_BETWEEN_PARTS", 0.0)
-    write_bytes, left = Path.write_bytes, [3]
-
-    def until_full(path, content):
-        if left[0] == 0:
-            write_bytes(path, content[: len(content) // 2])
-            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
-        left[0] -= 1
-        return write_bytes(path, content)
-
-    with monkeypatch.context() as full:
-        full.setattr(Path, "write_bytes", until_full)
-        with pytest.raises(CampaignError, match=r"No space left on device.*the same command continues"):
-            run_campaign(plan, out, solver=stand_in.solve)
-    assert len(parts(out)) == 3
-    assert not out.exists()
-    summary = run_campaign(plan, out, solver=stand_in.solve)
-    assert 0 < summary.computed < 120
-    assert_same_numbers(out, undisturbed)
-
-
-def test_a_disk_full_at_the_very_end_keeps_the_parts(plan, undisturbed, tmp_path, monkeypatch):
-    out = tmp_path / "data.h5"
-
-    def full(*arguments):
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-
-    with monkeypatch.context() as patch:
-        patch.setattr(bem.dataset_file, "move_into_place", full)
-        with pytest.raises(CampaignError, match="No space left on device"):
-            run_campaign(plan, out, solver=stand_in.solve)
-    assert not out.exists()
-    assert not list(tmp_path.glob("*.writing"))
-    assert run_campaign(plan, out, solver=stand_in.solve).computed == 0
-    assert_same_numbers(out, undisturbed)
-
-
-@pytest.mark.parametrize("harm", ["truncate", "flip", "empty"])
-def test_a_damaged_part_is_computed_again(harm, plan, undisturbed, tmp_path, monkeypatch):
-    out = tmp_path / "data.h5"
-    monkeypatch.setattr(bem.parts, "SECONDS_BETWEEN_PARTS", 0.0)
-    with monkeypatch.context() as patch:
-        patch.setattr("bem.campaign.write_dataset", lambda *_: (_ for _ in ()).throw(OSError("unplugged")))
-        with pytest.raises(CampaignError, match="unplugged"):
-            run_campaign(plan, out, solver=stand_in.solve)
-    path = parts(out)[0]
-    content = bytearray(path.read_bytes())
-    with h5py.File(path) as file:
-        size = len(file["index"])
-    content[len(content) // 2] ^= 1
-    path.write_bytes({"truncate": content[: len(content) // 2], "flip": content, "empty": b""}[harm])
-    summary = run_campaign(plan, out, solver=stand_in.solve)
-    assert (summary.damaged, summary.computed) == (1, size)
-    assert_same_numbers(out, undisturbed)
-
-
-def test_two_campaigns_on_one_file_exclude_each_other(plan, tmp_path):
-    out = tmp_path / "data.h5"
-    process = start_campaign(out, count=4000)
-    try:
-        await_parts(out, process, 1)
-        with pytest.raises(CampaignError, match="another campaign is writing"):
-            run_campaign(Campaign(count=4000, seed=4, native=True), out, solver=stand_in.slow)
-    finally:
-        process.kill()
-        process.wait()
-        process.stderr.close()
-    with pytest.raises(ValueError, match=r"another one is under way: count 4000 there and 120 here"):
-        run_campaign(plan, out, solver=stand_in.slow)
-
-
 def test_the_same_command_again_does_nothing(plan, undisturbed):
     content = undisturbed.read_bytes()
     assert run_campaign(plan, undisturbed, solver=stand_in.solve).computed == 0
@@ -411,59 +119,9 @@ def test_another_version_of_the_solver_is_told_apart(plan, undisturbed):
         run_campaign(plan, undisturbed, solver=stand_in.slow)
 
 
-def test_shards_merge_into_the_undisturbed_file(undisturbed, tmp_path):
-    out = tmp_path / "data.h5"
-    paths = []
-    for number in (2, 3, 1):
-        plan = Campaign(count=120, seed=4, native=True, shard=(number, 3))
-        paths.append(run_campaign(plan, out, solver=stand_in.solve).path)
-    assert paths[0].name == "data.shard-2-of-3.h5"
-    assert len(load_dataset(paths[0])) == 40
-    with pytest.raises(ValueError, match="without 40 of them, the first being trajectory 0"):
-        merge(paths[:2], out)
-    with pytest.raises(ValueError, match="must not overlap"):
-        merge([*paths, paths[0]], out)
-    assert not out.exists()
-    assert merge(paths, out).count == 120
-    assert_same_numbers(out, undisturbed)
-    with pytest.raises(ValueError, match="must not overlap"):
-        merge([paths[0], undisturbed], tmp_path / "other.h5")
-
-
-def test_verify_computes_a_sample_again(undisturbed, tmp_path):
-    found = verify(undisturbed, sample=10, seed=0, solver=stand_in.solve)
-    assert found.agrees
-    assert found.identical == len(found.indices) == 10
-    altered = tmp_path / "altered.h5"
-    altered.write_bytes(undisturbed.read_bytes())
-    with h5py.File(altered, "r+") as file:
-        file["fms/force"][:, 60] += np.float32(0.1)
-    assert not verify(altered, sample=10, seed=0, solver=stand_in.solve).agrees
-    with h5py.File(altered, "r+") as file:
-        file["protocols/tabor"][3] = 1.234
-    with pytest.raises(ValueError, match="protocols must be those of the design"):
-        verify(altered, solver=stand_in.solve)
-
-
-def test_verify_asks_another_build_for_the_accuracy_and_the_same_build_for_rounding(undisturbed, tmp_path):
-    nudged = tmp_path / "nudged.h5"
-    nudged.write_bytes(undisturbed.read_bytes())
-    with h5py.File(nudged, "r+") as file:
-        file["fms/force"][...] *= np.float32(1.0 + 1e-4)
-    assert not verify(nudged, sample=10, seed=0, solver=stand_in.solve).agrees
-    with h5py.File(nudged, "r+") as file:
-        file.attrs["host"] = "Linux x86_64, 8 cores of Another Processor"
-    found = verify(nudged, sample=10, seed=0, solver=stand_in.solve)
-    assert found.agrees
-    assert not found.same_build
-    with h5py.File(nudged, "r+") as file:
-        file["fms/force"][:, 60] += np.float32(0.1)
-    assert not verify(nudged, sample=10, seed=0, solver=stand_in.solve).agrees
-
-
 def test_batches_hold_every_trajectory_once_and_the_costliest_first():
     protocols = Design("paper").protocols(3000, seed=0)
-    cost = expected_cost(protocols)
+    cost = expected_seconds(protocols)
     batches = batches_of(np.arange(3000), cost, workers=2)
     assert sorted(index for batch in batches for index in batch) == list(range(3000))
     assert max(map(len, batches)) <= 32
@@ -472,91 +130,166 @@ def test_batches_hold_every_trajectory_once_and_the_costliest_first():
     assert cost[list(batches[0])].min() >= cost[list(batches[-1])].max()
 
 
-def test_rate_line():
-    assert rate_line(10, 20, 0, 5.0) == "2.0 a second, none failed, 0:00:10 left"
-    assert rate_line(0, 20, 3, 0.0) == "3 failed"
+@pytest.mark.parametrize(("accuracy", "mean"), [("draft", 0.0022), ("standard", 0.0063), ("reference", 0.47)])
+def test_no_batch_is_expected_to_keep_a_worker_long(accuracy, mean):
+    seconds = expected_seconds(Design("paper").protocols(3000, seed=0), accuracy)
+    assert mean / 2.0 < seconds.mean() < 3.0 * mean  # as published in accuracy_price.json
+    batches = batches_of(np.arange(3000), seconds, workers=2)
+    assert all(len(batch) == 1 or seconds[list(batch)].sum() <= LONGEST_BATCH for batch in batches)
 
 
-def bad_files(folder, undisturbed):
-    (folder / "foreign.h5").write_text("not HDF5\n", encoding="utf-8")
-    (folder / "truncated.h5").write_bytes(undisturbed.read_bytes()[:20_000])
-    (folder / "older.h5").write_bytes(undisturbed.read_bytes())
-    with h5py.File(folder / "older.h5", "r+") as file:
-        file.attrs["format_version"] = 0
-    with h5py.File(folder / "other.h5", "w") as file:
-        file["x"] = 1
+def test_a_batch_travels_with_its_own_protocols_only():
+    plan = Campaign(count=50_000, design=Design("sobol"))
+
+    class Pool:
+        workers = 2
+
+        def run(self, batches, task):
+            sizes.extend(len(pickle.dumps((task, batch))) for batch in batches)
+            return ((batch, task(batch)) for batch in batches[:1])
+
+    sizes = []
+    arrivals = list(results(plan, plan.indices, Pool(), stand_in.solve))
+    assert max(sizes) < 5000
+    for record in arrivals[0].records:
+        alone = stand_in.solve(*stand_in.case({name: values[record.index] for name, values in plan.protocols.items()}))
+        assert record.scalars["end_force"] == alone.end_force
+
+
+def test_resuming_asks_once_which_trajectories_are_wanted(undisturbed, tmp_path, monkeypatch):
+    class Counted(np.ndarray):
+        def tolist(self):
+            asked.append(len(self))
+            return super().tolist()
+
+    asked = []
+    plan = Campaign(count=120, seed=4, native=True)
+    plan.__dict__["indices"] = plan.indices.view(Counted)
+    with monkeypatch.context() as patch:
+        patch.setattr("bem.campaign.write_dataset", lambda *_: (_ for _ in ()).throw(OSError("unplugged")))
+        with pytest.raises(RuntimeError, match="unplugged"):
+            run_campaign(plan, tmp_path / "data.h5", solver=stand_in.solve)
+    asked.clear()
+    assert run_campaign(plan, tmp_path / "data.h5", solver=stand_in.solve).computed == 0
+    assert len(asked) < 5
+    assert_same_numbers(tmp_path / "data.h5", undisturbed)
+
+
+def test_the_digest_is_of_what_decides_the_numbers():
+    names = {path.stem for path in deciding_modules()}
+    assert names == {
+        *("_checks", "_jit", "_lapack", "accuracy", "cohesive_zone", "contact", "equilibrium", "folds", "hard_contact"),
+        *("hertz", "influence", "march", "materials", "measurement", "memory", "mesh", "peaks", "prediction"),
+        *("protocol", "records", "scene", "simulate", "tractions", "trajectory", "transfer"),
+    }
 
 
 @pytest.mark.parametrize(
-    ("name", "message"),
+    ("arguments", "message"),
     [
-        ("absent.h5", "data set file not found"),
-        ("foreign.h5", "not HDF5"),
-        ("truncated.h5", "truncated or damaged"),
-        ("older.h5", "which is of version 0"),
-        ("other.h5", "an HDF5 file of another kind"),
+        ({"count": "12"}, "count must be a whole number from 1 to 559872; received '12'"),
+        ({"count": 1e400}, "count must be a whole number"),
+        ({"count": float("nan")}, "count must be a whole number"),
+        ({"count": 10**30}, "count must be a whole number"),
+        ({"count": 0}, "count must be a whole number"),
+        ({"seed": -1}, "seed must be a whole number"),
+        ({"seed": 0.5}, "seed must be a whole number"),
+        ({"counts": (50.9, 20, 50)}, "counts must be three integers"),
+        ({"counts": 120}, "counts must be three integers"),
+        ({"shard": (4, 5), "count": 3}, "shards must be a whole number from 1 to 3; received 5"),
+        ({"shard": (0, 5)}, "shard must be a whole number from 1 to 5; received 0"),
     ],
 )
-def test_files_that_are_no_data_sets(name, message, undisturbed, tmp_path):
-    bad_files(tmp_path, undisturbed)
-    result = command("campaign", "--verify", tmp_path / name)
-    assert (result.exit_code, message in result.stderr, result.stderr.count("\n")) == (2, True, 1)
-    if name == "absent.h5":
-        return
-    content = (tmp_path / name).read_bytes()
-    for options in ([], ["--replace"]):
-        result = command("campaign", "--count", "3", "--out", tmp_path / name, *options)
-        assert (result.exit_code, message in result.stderr, result.stderr.count("\n")) == (2, True, 1)
-        assert (tmp_path / name).read_bytes() == content
-    result = command("merge", tmp_path / name, "--out", tmp_path / "merged.h5")
-    assert (result.exit_code, message in result.stderr) == (2, True)
+def test_impossible_campaigns_are_refused(arguments, message):
+    with pytest.raises(ValueError, match=message):
+        Campaign(**arguments)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message", "code"),
-    [
-        ([], "campaign needs --out FILE.h5", 2),
-        (["--out", "/proc/nowhere/data.h5"], "cannot write beside '/proc/nowhere/data.h5'", 1),
-        (["--out", "."], "out must be a file", 2),
-        (["--out", "x.h5", "--count", "0"], "count must be a whole number from 1", 2),
-        (["--out", "x.h5", "--count", "600000"], "count must be a whole number from 1 to 559872", 2),
-        (["--out", "x.h5", "--design", "grid"], "design must be one of", 2),
-        (["--out", "x.h5", "--range", "tabor=3:1"], "must have its lower bound first", 2),
-        (["--out", "x.h5", "--range", "dwell_time=-1:1"], "lower bound of dwell_time must be", 2),
-        (["--out", "x.h5", "--accuracy", "superb"], "accuracy", 2),
-        (["--out", "x.h5", "--shard", "4/3"], "shard must be a whole number from 1 to 3", 2),
-        (["--out", "x.h5", "--shard", "one"], "shard must read i/n", 2),
-        (["--out", "x.h5", "--workers", "0"], "workers must be a whole number from 1", 2),
-        (["--out", "x.h5", "--design-file", "absent.toml"], "design file not found", 2),
-    ],
-)
-def test_bad_options_end_in_one_sentence(arguments, message, code, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    result = command("campaign", *arguments)
-    assert (result.exit_code, message in result.stderr, result.stderr.count("\n")) == (code, True, 1), result.stderr
-    assert not list(tmp_path.iterdir())
+def test_failed_trajectories_are_computed_again_when_asked(tmp_path, monkeypatch):
+    out, mended = tmp_path / "data.h5", tmp_path / "mended"
+    monkeypatch.setenv("STAND_IN_MARKER", str(mended))
+    plan = Campaign(count=200, seed=1)
+    tabor = plan.protocols["tabor"]
+    deep = int(np.sum(tabor > 3.0))
+
+    def run(**options):
+        return run_campaign(plan, out, solver=stand_in.fails_until_mended, workers=1, **options)
+
+    stand_in.restart_workers()
+    assert sum(run().failures.values()) == deep
+    assert run().computed == 0
+    again = run(retry_failed=True)
+    assert (again.computed, sum(again.failures.values())) == (deep, deep)
+    mended.touch()
+    before = load_dataset(out)
+    found = run(retry_failed=True)
+    assert (found.computed, found.count, found.failures) == (deep, 200, Counter())
+    after = load_dataset(out)
+    kept = before.completed
+    np.testing.assert_array_equal(after.force[kept], before.force[kept])
+    assert after.attributes["core_seconds"] > before.attributes["core_seconds"]
+    assert run(retry_failed=True).computed == 0
+    assert sorted(tmp_path.iterdir()) == [out, mended]
 
 
-def test_design_file_and_options_together(tmp_path, monkeypatch):
-    called = []
-    monkeypatch.setattr("bem.campaign_cli._run", lambda settings, _out, **rest: called.append((settings, rest)))
-    path = tmp_path / "design.toml"
-    path.write_text('design = "sobol"\ncount = 5\n[ranges]\ntabor = [1.0, 2.0]\n', encoding="utf-8")
-    result = command(
-        "campaign",
-        "--out",
-        "x.h5",
-        "--design-file",
-        path,
-        "--count",
-        "7",
-        "--range",
-        "dwell_time=1",
-        "--accuracy",
-        "1e-3",
-    )
-    assert result.exit_code == 0, result.stderr
-    settings, rest = called[0]
-    ranges = {"tabor": [1.0, 2.0], "dwell_time": (1.0, 1.0)}
-    assert settings == {"design": "sobol", "count": 7, "accuracy": 1e-3, "ranges": ranges}
-    assert rest["shard"] == (1, 1)
+def test_an_interrupted_retry_continues(tmp_path, monkeypatch):
+    out, mended = tmp_path / "data.h5", tmp_path / "mended"
+    monkeypatch.setenv("STAND_IN_MARKER", str(mended))
+    stand_in.restart_workers()
+    plan = Campaign(count=200, seed=1)
+
+    def run(**options):
+        return run_campaign(plan, out, solver=stand_in.fails_until_mended, workers=1, **options)
+
+    failed = sum(run().failures.values())
+    mended.touch()
+
+    def stop(done, _):
+        if done > 200 - failed:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        run(retry_failed=True, progress=stop)
+    assert run().computed == 0  # and leaves what the retry saved
+    found = run(retry_failed=True)
+    assert 0 < found.computed < failed
+    assert found.failures == Counter()
+    assert sorted(tmp_path.iterdir()) == [out, mended]
+
+
+def test_where_the_work_was_done_is_recorded(tmp_path, monkeypatch):
+    places = iter([{"host": "A", "versions": {"numpy": "1"}}, {"host": "B", "versions": {"numpy": "1"}}] * 500)
+    monkeypatch.setattr(bem.campaign_work, "origin", lambda: next(places))
+
+    class Here:
+        workers = 1
+
+        def __init__(self, *_):
+            pass
+
+        def __enter__(self):
+            return self
+
+        def __exit__(self, *_):
+            pass
+
+        def run(self, batches, task):
+            return ((batch, task(batch)) for batch in batches)
+
+    monkeypatch.setattr("bem.campaign.LocalPool", Here)
+    run_campaign(Campaign(count=60, seed=4), tmp_path / "data.h5", solver=stand_in.solve)
+    attributes = load_dataset(tmp_path / "data.h5").attributes
+    assert (attributes["host"], attributes["versions"]) == (["A", "B"], {"numpy": "1"})
+
+
+def test_a_link_stays_one_and_what_it_leads_to_is_written(tmp_path):
+    (tmp_path / "there").mkdir()
+    link = tmp_path / "data.h5"
+    link.symlink_to(tmp_path / "there" / "real.h5")
+    run_campaign(Campaign(count=10), link, solver=stand_in.solve, workers=1)
+    assert link.is_symlink()
+    assert len(load_dataset(tmp_path / "there" / "real.h5")) == 10
+    link.unlink()
+    link.symlink_to(link)
+    with pytest.raises(ValueError, match="out must not be a link in circles"):
+        run_campaign(Campaign(count=10), link, solver=stand_in.solve, workers=1)

@@ -1,0 +1,88 @@
+"""Campaigns of the stand-in solver: started in processes of their own, watched, and compared."""
+
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import typer
+from typer.testing import CliRunner
+
+from bem.campaign_cli import register
+from bem.dataset_file import open_dataset, read_tree
+
+HERE = Path(__file__).parent
+TIMINGS = ("scalars/solver_seconds",)
+app = typer.Typer()
+register(app)
+
+
+def command(*arguments):
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+
+def numbers(path):
+    with open_dataset(path) as file:
+        return {name: values for name, values in read_tree(file).items() if name not in TIMINGS}
+
+
+def assert_same_numbers(path, other):
+    found, expected = numbers(path), numbers(other)
+    assert found.keys() == expected.keys()
+    for name, values in expected.items():
+        np.testing.assert_array_equal(found[name], values, err_msg=name)
+
+
+def start_campaign(out, solver="slow", count=120):
+    code = (
+        f"import sys; sys.path.insert(0, {str(HERE)!r})\n"
+        "import bem.parts, campaign_stand_in\n"
+        "from pathlib import Path\n"
+        "from bem.campaign import run_campaign\n"
+        "from bem.campaign_plan import Campaign\n"
+        "bem.parts.SECONDS_BETWEEN_PARTS = 0.05\n"
+        f"plan = Campaign(count={count}, seed=4, native=True)\n"
+        f"run_campaign(plan, Path({str(out)!r}), workers=2, solver=campaign_stand_in.{solver})\n"
+    )
+    return subprocess.Popen([sys.executable, "-c", code], stderr=subprocess.PIPE, cwd=HERE.parents[1])
+
+
+def children(parent):
+    found = []
+    for path in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            # The name of the program, in parentheses, may hold spaces.
+            fields = path.read_text(encoding="utf-8", errors="replace").rpartition(")")[2].split()
+        except OSError:
+            continue
+        if int(fields[1]) == parent:
+            found.append(int(path.parent.name))
+    return found
+
+
+def parts(out):
+    return list(out.with_name(out.name + ".parts").glob("campaign-*/part-*.h5"))
+
+
+def await_parts(out, process, at_least):
+    limit = time.monotonic() + 60.0
+    while len(parts(out)) < at_least and process.poll() is None:
+        assert time.monotonic() < limit
+        time.sleep(0.005)
+
+
+def start_command(*arguments, solver="slow", before=""):
+    code = (
+        f"import sys; sys.path.insert(0, {str(HERE)!r})\n"
+        "import bem.campaign, bem.parts, campaign_stand_in, functools, typer, bem.campaign_cli\n"
+        f"solver = campaign_stand_in.{solver}\n"
+        "bem.campaign.run_campaign = functools.partial(bem.campaign.run_campaign, solver=solver)\n"
+        "app = typer.Typer()\n"
+        "bem.campaign_cli.register(app)\n"
+        f"sys.argv = {['bem', *map(str, arguments)]!r}\n"
+        f"{before}\n"
+        "app()\n"
+    )
+    streams = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    return subprocess.Popen([sys.executable, "-c", code], cwd=HERE.parents[1], **streams)

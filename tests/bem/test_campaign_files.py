@@ -1,0 +1,258 @@
+import subprocess
+import sys
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+from bem.campaign import run_campaign
+from bem.campaign_files import merge, verify
+from bem.campaign_plan import Campaign
+from bem.dataset_file import load_dataset
+from bem.parts import CampaignError
+from bem.records import SCALARS
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+import campaign_stand_in as stand_in
+from campaign_helpers import assert_same_numbers
+
+
+def test_shards_merge_into_the_undisturbed_file(undisturbed, tmp_path):
+    out = tmp_path / "data.h5"
+    paths = []
+    for number in (2, 3, 1):
+        plan = Campaign(count=120, seed=4, native=True, shard=(number, 3))
+        paths.append(run_campaign(plan, out, solver=stand_in.solve).path)
+    assert paths[0].name == "data.shard-2-of-3.h5"
+    assert len(load_dataset(paths[0])) == 40
+    with pytest.raises(ValueError, match="without 40 of them, the first being trajectory 0"):
+        merge(paths[:2], out)
+    with pytest.raises(ValueError, match="must not overlap"):
+        merge([*paths, paths[0]], out)
+    assert not out.exists()
+    assert merge(paths, out).count == 120
+    assert_same_numbers(out, undisturbed)
+    with pytest.raises(ValueError, match="must not overlap"):
+        merge([paths[0], undisturbed], tmp_path / "other.h5")
+
+
+def test_verify_computes_a_sample_again(undisturbed, tmp_path):
+    found = verify(undisturbed, sample=10, seed=0, solver=stand_in.solve)
+    assert found.agrees
+    assert found.identical == len(found.indices) == 10
+    altered = tmp_path / "altered.h5"
+    altered.write_bytes(undisturbed.read_bytes())
+    with h5py.File(altered, "r+") as file:
+        file["fms/force"][:, 60] += np.float32(0.1)
+    assert not verify(altered, sample=10, seed=0, solver=stand_in.solve).agrees
+    with h5py.File(altered, "r+") as file:
+        file["protocols/tabor"][3] = 1.234
+    with pytest.raises(ValueError, match="protocols must be those of the design"):
+        verify(altered, solver=stand_in.solve)
+
+
+def test_verify_asks_another_build_for_the_accuracy_and_the_same_build_for_rounding(undisturbed, tmp_path):
+    nudged = tmp_path / "nudged.h5"
+    nudged.write_bytes(undisturbed.read_bytes())
+    with h5py.File(nudged, "r+") as file:
+        file["fms/force"][...] *= np.float32(1.0 + 1e-4)
+    assert not verify(nudged, sample=10, seed=0, solver=stand_in.solve).agrees
+    with h5py.File(nudged, "r+") as file:
+        file.attrs["host"] = "Linux x86_64, 8 cores of Another Processor"
+    found = verify(nudged, sample=10, seed=0, solver=stand_in.solve)
+    assert found.agrees
+    assert not found.same_build
+    with h5py.File(nudged, "r+") as file:
+        file["fms/force"][:, 60] += np.float32(0.1)
+    assert not verify(nudged, sample=10, seed=0, solver=stand_in.solve).agrees
+
+
+def altered(undisturbed, tmp_path, change):
+    path = tmp_path / "altered.h5"
+    path.write_bytes(undisturbed.read_bytes())
+    with h5py.File(path, "r+") as file:
+        change(file)
+    return path
+
+
+def put(name, value):
+    def change(file):
+        content = file[name][...]
+        content[...] = value
+        file[name][...] = content
+
+    return change
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("fms/force", np.nan),
+        ("fms/force", 0.0),
+        ("fms/force", np.inf),
+        *(
+            (f"scalars/{name}", np.nan)
+            for name, kind in SCALARS.items()
+            if kind is np.float64 and "seconds" not in name
+        ),
+        *((f"scalars/{name}", 99) for name, kind in SCALARS.items() if kind is np.int32),
+        ("jumps/time", np.nan),
+        ("jumps/force_after", 77.0),
+        ("native/contact_radius", np.nan),
+        ("reason", "because"),
+    ],
+)
+def test_verify_compares_every_column(name, value, undisturbed, tmp_path):
+    path = altered(undisturbed, tmp_path, put(name, value))
+    found = verify(path, sample=120, solver=stand_in.solve, workers=1)
+    assert found.same_build
+    assert not found.agrees
+    jumping = name.startswith("jumps/")
+    assert found.identical == (np.sum(load_dataset(path).scalars["jump_count"] == 0) if jumping else 0)
+    assert len(found.bad) == 120 - found.identical
+
+
+def test_verify_leaves_the_seconds_alone(undisturbed, tmp_path):
+    path = altered(undisturbed, tmp_path, put("scalars/solver_seconds", 5.0))
+    found = verify(path, sample=20, solver=stand_in.solve, workers=1)
+    assert (found.agrees, found.identical) == (True, 20)
+
+
+def test_another_build_may_step_otherwise_but_not_result_in_nothing(undisturbed, tmp_path):
+    def change(file):
+        file.attrs["host"] = "Linux x86_64, 8 cores of Another Processor"
+        file["scalars/steps"][...] += 1
+
+    found = verify(altered(undisturbed, tmp_path, change), sample=5, solver=stand_in.solve, workers=1)
+    assert (found.agrees, found.identical) == (True, 0)
+
+    def empty(file):
+        change(file)
+        file["scalars/hysteresis"][...] = np.nan
+
+    assert not verify(altered(undisturbed, tmp_path, empty), sample=5, solver=stand_in.solve, workers=1).agrees
+
+
+def drop(name):
+    return lambda file: file.__delitem__(name)
+
+
+def forget(name):
+    return lambda file: file.attrs.__delitem__(name)
+
+
+def set_attribute(name, value):
+    return lambda file: file.attrs.__setitem__(name, value)
+
+
+def shape(name, rows):
+    def change(file):
+        content = file[name][...][rows]
+        del file[name]
+        file[name] = content
+
+    return change
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (drop("scalars/steps"), "without /scalars/steps"),
+        (drop("jumps/time"), "without /jumps/time"),
+        (drop("protocols/tabor"), "without /protocols/tabor"),
+        (drop("native/force"), "without /native/force"),
+        (drop("fms"), "cannot be read"),
+        (drop("reason"), "without /reason"),
+        (shape("scalars/hysteresis", np.s_[:-1]), r"whose /scalars/hysteresis is float64 of shape \(119,\)"),
+        (shape("fms/force", np.s_[:, :-1]), r"whose /fms/force is float32 of shape \(120, 119\)"),
+        (shape("jumps/force_before", np.s_[1:]), "whose /jumps/force_before is"),
+        (shape("native/offsets", np.s_[1:]), "whose /native/offsets is"),
+        (shape("index", np.s_[::-1]), "whose /index does not increase"),
+        (put("index", 3), "whose /index does not increase"),
+        (put("status", 7), "whose /status is neither"),
+        (put("jumps/trajectory", 4000), "whose /jumps/trajectory is not in the order"),
+        (forget("campaign"), "without the attribute 'campaign'"),
+        (forget("wall_seconds"), "without the attribute 'wall_seconds'"),
+        (forget("host"), "without the attribute 'host'"),
+        (set_attribute("campaign", "{"), "cannot be read"),
+        (set_attribute("campaign", '{"count": 3}'), "lacks 'design'"),
+        (set_attribute("campaign", "none"), "whose attribute 'campaign' is 'none'"),
+        (set_attribute("wall_seconds", "long"), "whose attribute 'wall_seconds' is 'long'"),
+        (lambda file: file["fms"].attrs.__setitem__("counts", [50, 20, 49]), "whose measurement points are"),
+        (lambda file: file["fms"].attrs.__delitem__("counts"), "cannot be read"),
+    ],
+)
+def test_incomplete_files_are_refused_in_one_sentence(change, message, undisturbed, tmp_path):
+    path = altered(undisturbed, tmp_path, change)
+    expected = rf"expected a complete data set; received '.*altered.h5', .*{message}"
+    with pytest.raises(ValueError, match=expected):
+        load_dataset(path, native=True)
+    with pytest.raises(ValueError, match=expected):
+        verify(path, solver=stand_in.solve)
+    out = tmp_path / "merged.h5"
+    with pytest.raises(ValueError, match=expected):
+        merge([path], out)
+    assert not out.exists()
+
+
+def test_a_flipped_bit_of_the_force_is_noticed(undisturbed, tmp_path):
+    with h5py.File(undisturbed) as file:
+        chunk = file["fms/force"].id.get_chunk_info(0)
+    content = bytearray(undisturbed.read_bytes())
+    content[chunk.byte_offset + chunk.size // 2] ^= 1
+    (tmp_path / "flipped.h5").write_bytes(content)
+    with pytest.raises(ValueError, match="expected a complete data set"):
+        load_dataset(tmp_path / "flipped.h5")
+
+
+def test_a_file_cut_anywhere_or_altered_anywhere_gives_one_sentence_or_its_numbers(undisturbed, tmp_path):
+    content = undisturbed.read_bytes()
+    path = tmp_path / "damaged.h5"
+    rng = np.random.default_rng(0)
+    for place in rng.integers(0, len(content), 60):
+        for damaged in (content[:place], content[:place] + b"\xff\xff\xff\xff" + content[place + 4 :]):
+            path.write_bytes(damaged)
+            try:
+                load_dataset(path, native=True)
+            except ValueError as error:
+                assert "\n" not in str(error)  # noqa: PT017
+
+
+def test_a_file_another_program_is_writing_is_not_called_damaged(undisturbed, tmp_path):
+    path = tmp_path / "busy.h5"
+    path.write_bytes(undisturbed.read_bytes())
+    code = f"import h5py, sys; f = h5py.File({str(path)!r}, 'r+'); print('open', flush=True); sys.stdin.read()"
+    process = subprocess.Popen([sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    try:
+        assert process.stdout.readline() == "open\n"
+        with pytest.raises(ValueError, match="which another program is writing"):
+            load_dataset(path)
+    finally:
+        process.communicate()
+
+
+def test_merging_keeps_where_the_shards_come_from(tmp_path):
+    paths = []
+    for number, host in ((1, "Linux x86_64, 4 cores of A"), (2, "Linux x86_64, 8 cores of B")):
+        plan = Campaign(count=20, seed=4, shard=(number, 2))
+        path = run_campaign(plan, tmp_path / "data.h5", solver=stand_in.solve, workers=2).path
+        with h5py.File(path, "r+") as file:
+            file.attrs["host"] = host
+        paths.append(path)
+    shards = [load_dataset(path).attributes for path in paths]
+    merge(paths, tmp_path / "data.h5", command="bem merge")
+    found = load_dataset(tmp_path / "data.h5").attributes
+    assert found["host"] == ["Linux x86_64, 4 cores of A", "Linux x86_64, 8 cores of B"]
+    assert found["versions"] == shards[0]["versions"]
+    assert (found["workers"], found["command"]) == (4, "bem merge")
+    assert found["core_seconds"] == sum(shard["core_seconds"] for shard in shards)
+    assert not verify(tmp_path / "data.h5", sample=2, solver=stand_in.solve).same_build
+
+
+def test_merging_into_a_folder_that_is_not_there_promises_nothing(undisturbed, tmp_path):
+    with pytest.raises(CampaignError) as found:
+        merge([undisturbed], tmp_path / "absent" / "data.h5")
+    assert "No such file or directory" in str(found.value)
+    assert "continues" not in str(found.value)
