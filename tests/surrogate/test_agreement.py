@@ -9,6 +9,7 @@ import pytest
 import surrogate
 from bem.designs import Design
 from bem.measurement import measurement_grid
+from surrogate import extrapolation
 from surrogate.features import edge_from_counts
 from surrogate.model_files import PUBLISHED
 from surrogate.streaming import AGREEMENT
@@ -63,6 +64,15 @@ def test_stream_and_whole_sequence(histories, forces):
         assert difference(np.array(streamed), forces[backend][:STREAMED]) < AGREEMENT
 
 
-def test_the_documents_state_this_bound():
+def test_the_documents_state_the_bounds():
     text = (ROOT / "docs" / "control.md").read_text(encoding="utf-8")
-    assert f"{AGREEMENT:.0e}".replace("e-0", "e-") in text
+    agreement = f"{AGREEMENT:.0e}".replace("e-0", "e-")
+    assert text.count(f"within {agreement} of") == 2
+    points = ", ".join(f"{low:g} to {high:g}" for low, high in extrapolation.POINTS.values())
+    for words in (
+        f"within {100 * extrapolation.START_TOLERANCE:g} % of -pi^(2/3) tabor",
+        f"{points}: the paper's N = 100 to 140",
+        f"within {100 * extrapolation.BEND_TOLERANCE:g} % of the travel",
+        f"a factor of {extrapolation.LARGEST_STEP_RATIO:g}",
+    ):
+        assert words in text
