@@ -3,10 +3,13 @@
 All scenes belong to one sphere, one work of adhesion and one relaxed modulus, pressed to the same depth at the same
 speed: lengths along the axis in units of mu h0 (= R^(1/3) (dgamma/E0*)^(2/3), whatever the range of adhesion), so that
 a scene of Tabor parameter mu is given mu times the depth in h0. Per scene: unknowns, memory vectors, steps, seconds,
-the difference from a closed form where one exists, and the files whose code runs.
+the difference from a closed form where one exists, and the files whose code runs, as `experiments.effect_files` finds
+them.
 
 The second part answers when a simpler scene is a safe stand-in: the error of its force history, as `bem.recommend`
-measures it, over the rate at which the sphere moves (without a dwell), and what `recommend` says.
+measures it, over the rate at which the sphere moves (without a dwell), and what `recommend` says; the error of a short
+or long range of adhesion instead of the true one, over the Tabor parameter; and of one relaxation process instead of
+ten, over the decades that those span.
 
 Usage: `python -m experiments.effects [--repeats N] [--out FILE]`.
 """
@@ -35,7 +38,8 @@ from bem.effects import Effects, reduced
 from bem.materials import Material
 from bem.recommend import difference
 from bem.reference_solutions import dmt, hereditary_hertz, hertz, jkr
-from experiments.measuring import MEASUREMENTS, plain, spread, timed
+from experiments.effect_files import branches, code_of, own_files, shared_files
+from experiments.measuring import MEASUREMENTS, plain, progress, spread, timed
 from experiments.studies import write_result
 
 OUT = MEASUREMENTS / "effects.json"
@@ -44,21 +48,9 @@ DEPTH, START, RATE, DWELL = 4.0, -3.0, 20.0, 0.2
 MODULUS_RATIO = 0.1
 RATES = np.geomspace(1e-2, 1e4, 19)
 TOLERANCE = 0.05
-
-SHARED = [
-    "scene",
-    "protocol",
-    "simulate",
-    "march",
-    "mesh",
-    "influence",
-    "prediction",
-    "transfer",
-    "peaks",
-    "trajectory",
-]
-FILES = {"no adhesion": ["hard_contact"], "adhesion": ["tractions", "equilibrium", "folds", "cohesive_zone"]}
-MEMORY_FILES = ["materials", "memory"]
+TABORS = np.geomspace(0.05, 5.0, 17)
+DECADES = (0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0)
+SLOW_AND_FAST = (0.2, RATE, 2000.0)
 
 SLS = StandardLinearSolid(MODULUS_RATIO)
 THREE = PronySeries([0.3, 0.3, 0.3], [0.1, 1.0, 10.0])
@@ -87,12 +79,6 @@ def protocol_for(tabor: float, rate: float = RATE, dwell: float = DWELL) -> Load
         unloading_rate=tabor * rate,
         start_indentation=tabor * START,
     )
-
-
-def files_of(scene: Scene) -> list[str]:
-    """Files of `bem` whose code this scene runs beyond what all scenes share."""
-    found = list(FILES["no adhesion" if isinstance(scene.adhesion, HardContact) else "adhesion"])
-    return found + (MEMORY_FILES if len(scene.material.strengths) else [])
 
 
 def against_closed_form(scene: Scene, trajectory: Trajectory) -> tuple[str, float | None]:
@@ -136,7 +122,6 @@ def row(name: str, scene: Scene, repeats: int) -> dict[str, Any]:
         "seconds_per_step": float(np.median(seconds)) / stats.steps,
         "closed_form": closed_form,
         "error": error,
-        "files": files_of(scene),
         "pull_off_force": trajectory.pull_off_force,
         "hysteresis": trajectory.hysteresis / scene.tabor,
     }
@@ -174,8 +159,63 @@ def stand_ins(rate: float) -> dict[str, Any]:
         name: difference(simulate(*reduced(scene, protocol, effects), 1e-3), full, history, "force")
         for name, effects in simpler.items()
     }
-    found = recommend(scene, protocol, TOLERANCE)
-    return {"rate": rate, "errors": errors, "recommended": str(found.effects), "estimate": found.estimate}
+    fewest, cheapest = (recommend(scene, protocol, TOLERANCE, best=best) for best in ("fewest", "cheapest"))
+    return {
+        "rate": rate,
+        "errors": errors,
+        "recommended": str(fewest.effects),
+        "cheapest": str(cheapest.effects),
+        "estimate": fewest.estimate,
+    }
+
+
+def of_another_range(tabor: float) -> dict[str, Any]:
+    """Error of the force history when adhesion of another range stands in, with and without memory."""
+    found: dict[str, Any] = {"tabor": tabor}
+    for kind, material in (("elastic", Elastic()), ("one relaxation", SLS)):
+        truth = simulate(Scene(tabor, material), protocol_for(tabor), 1e-3)
+        history = protocol_for(tabor).history(tabor)
+        for name, other in (("DMT-like", DMT_TABOR), ("JKR-like", JKR_TABOR)):
+            # In units of mu h0 and of time the path is the same for all.
+            stand_in = simulate(Scene(other, material), protocol_for(other), 1e-3)
+            found[f"{name}, {kind}"] = difference(stand_in, truth, history, "force")
+    return found
+
+
+def of_one_process(decades: float, rate: float) -> dict[str, Any]:
+    """Error of the force history when one relaxation process stands in for ten around it that span some decades."""
+    protocol = protocol_for(TABOR, rate)
+    spectrum = np.geomspace(10.0 ** (-0.5 * decades), 10.0 ** (0.5 * decades), 10)
+    truth = simulate(Scene(TABOR, PronySeries(np.full(10, 0.1 * (1.0 - MODULUS_RATIO)), spectrum)), protocol, 1e-3)
+    error = difference(simulate(Scene(TABOR, SLS), protocol, 1e-3), truth, protocol.history(TABOR), "force")
+    return {"decades": decades, "rate": rate, "error": error}
+
+
+def safe(ranges: list[dict[str, Any]], bands: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Between which Tabor parameters, and up to how many decades, a stand-in keeps the error within `TOLERANCE`."""
+    found: list[dict[str, Any]] = []
+    for name, own in (("DMT-like", DMT_TABOR), ("JKR-like", JKR_TABOR)):
+        for kind in ("elastic", "one relaxation"):
+            below = sorted((p for p in ranges if p["tabor"] <= own), key=lambda point: -point["tabor"])
+            above = sorted((p for p in ranges if p["tabor"] >= own), key=lambda point: point["tabor"])
+            low, high = (_last_within(points, "tabor", f"{name}, {kind}") for points in (below, above))
+            words = {"stand_in": f"{name}, mu = {own:g}", "instead_of": f"another range, {kind}", "over": "tabor"}
+            found.append({**words, "low": own if low is None else low, "high": own if high is None else high})
+    for rate in SLOW_AND_FAST:
+        points = sorted((p for p in bands if p["rate"] == rate), key=lambda point: point["decades"])
+        limit = _last_within(points, "decades", "error")
+        words = {"stand_in": "one relaxation", "instead_of": f"ten relaxations, rate {rate:g}", "over": "decades"}
+        found.append({**words, "low": 0.0, "high": limit or 0.0})
+    return found
+
+
+def _last_within(points: list[dict[str, Any]], place: str, error: str) -> float | None:
+    limit = None
+    for point in points:
+        if not point[error] <= TOLERANCE:
+            break
+        limit = point[place]
+    return limit
 
 
 def main(
@@ -183,8 +223,15 @@ def main(
     out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
 ) -> None:
     """Measure the table and the curves of effects."""
-    rows = [row(name, Scene(tabor, material, law), repeats) for name, tabor, material, law in SCENES]
-    six = {
+    scenes = {name: Scene(tabor, material, law) for name, tabor, material, law in SCENES}
+    rows = [row(name, scene, repeats) for name, scene in progress(scenes.items(), "scenes")]
+    code = code_of(scenes)
+    own, lines = own_files(code), branches(code)
+    for one in rows:
+        files = own[one["name"]]
+        elsewhere = {file: count for file, count in lines[one["name"]].items() if file not in files}
+        one |= {"files": files, "lines_elsewhere": elsewhere}
+    seven = {
         "Hertz": Scene(TABOR, Elastic(), HardContact()),
         "DMT-like": Scene(DMT_TABOR),
         "JKR-like": Scene(JKR_TABOR),
@@ -193,13 +240,18 @@ def main(
         "one relaxation": Scene(TABOR, SLS),
         "ten relaxations": Scene(TABOR, TEN),
     }
+    ranges = [of_another_range(float(tabor)) for tabor in progress(TABORS, "ranges of adhesion")]
+    bands = [of_one_process(decades, rate) for decades in progress(DECADES, "spectra") for rate in SLOW_AND_FAST]
     content = {
         "path": {"depth": DEPTH, "start": START, "rate": RATE, "dwell": DWELL, "modulus_ratio": MODULUS_RATIO},
-        "shared_files": SHARED,
+        "shared_files": shared_files(code),
         "rows": rows,
-        "curves": [curve(name, scene) for name, scene in six.items()],
+        "curves": [curve(name, scene) for name, scene in seven.items()],
         "tolerance": TOLERANCE,
-        "stand_ins": [stand_ins(float(rate)) for rate in RATES],
+        "stand_ins": [stand_ins(float(rate)) for rate in progress(RATES, "rates")],
+        "ranges": ranges,
+        "bands": bands,
+        "safe": safe(ranges, bands),
     }
     write_result(out, f"effects --repeats {repeats}", plain(content))
 

@@ -1,19 +1,62 @@
-"""What measurements share: seconds with their spread, percentiles, and values that JSON can hold.
+"""What measurements share: seconds with their spread, percentiles, progress, and values that JSON can hold.
 
-Seconds are wall seconds of one thread. A first call, which loads compiled kernels, is never counted.
+Seconds are wall seconds of whole calls on one thread. A first call, which loads compiled kernels, is never counted.
 """
 
 from __future__ import annotations
 
+import hashlib
+import json
+import sys
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from datetime import timedelta
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 MEASUREMENTS = Path("published/measurements")
 """Where measurements go that take long or belong to one machine."""
+FORCE_ERROR = "mean |P - P*| / range of P*"
+"""The one error of a force history in the measurements of cost: see `force_error`."""
+SAID_EVERY = 20.0  # seconds between lines of progress where nobody has a terminal
+Item = TypeVar("Item")
+
+
+def force_error(found: np.ndarray, exact: np.ndarray) -> np.ndarray:
+    """Mean absolute difference over the range of the exact force, (count,), of histories (count, steps).
+
+    Steps of which nothing is said (NaN in `found`) do not count; NaN where nothing is said at all.
+    """
+    known = np.isfinite(found)
+    total = np.sum(np.abs(np.where(known, found - exact, 0.0)), axis=1)
+    counted = np.count_nonzero(known, axis=1)
+    return np.where(counted > 0, total / np.maximum(counted, 1), np.nan) / np.ptp(exact, axis=1)
+
+
+def fingerprint(**parts: Any) -> str:
+    """Digest of everything that decides a kept result: name every one of them."""
+    return hashlib.sha256(json.dumps(plain(parts), sort_keys=True).encode()).hexdigest()[:16]
+
+
+def progress(items: Iterable[Item], label: str, total: int | None = None) -> Iterator[Item]:
+    """Give the items one by one and say how many are done and how long the rest will take."""
+    count = len(items) if total is None else total  # type: ignore[arg-type]
+    if sys.stderr.isatty():
+        from rich.console import Console
+        from rich.progress import track
+
+        yield from track(items, label, total=count, console=Console(stderr=True))
+        return
+    started = said = time.perf_counter()
+    for done, item in enumerate(items, start=1):
+        yield item
+        now = time.perf_counter()
+        if now - said > SAID_EVERY or (done == count and now - started > SAID_EVERY):
+            left = timedelta(seconds=round((now - started) / done * (count - done)))
+            print(f"{label}: {done} of {count}, {left} left", file=sys.stderr, flush=True)
+            said = now
 
 
 def spread(values: Sequence[float] | np.ndarray) -> dict[str, float]:
@@ -27,9 +70,10 @@ def spread(values: Sequence[float] | np.ndarray) -> dict[str, float]:
     return {"count": int(array.size), "mean": float(array.mean()), **found}
 
 
-def timed(function: Callable[[], Any], repeats: int) -> list[float]:
-    """Seconds of each of `repeats` calls, after one that is not counted."""
-    function()
+def timed(function: Callable[[], Any], repeats: int, *, first: bool = True) -> list[float]:
+    """Seconds of each of `repeats` calls, after a `first` one that is not counted where kernels may have to load."""
+    if first:
+        function()
     seconds = []
     for _ in range(repeats):
         started = time.perf_counter()

@@ -1,4 +1,4 @@
-"""Figure: one path of the sphere under seven scenes, and when the simpler ones may stand in for the full one.
+"""Figure: one path of the sphere under seven scenes, and when simpler ones may stand in, over rate and range.
 
 Reads the measurement of `experiments.effects`.
 """
@@ -31,17 +31,16 @@ LABELS = {
 }
 
 
-def draw_curves(axes: Axes, curves: list[dict[str, Any]], names: list[str]) -> None:
-    """Force over depth of some scenes."""
+def draw_curves(axes: Axes, curves: list[dict[str, Any]]) -> None:
+    """Force over depth of all scenes."""
     axes.axhline(0.0, color="0.8", linewidth=0.6, zorder=0)
     for curve in curves:
-        if curve["name"] in names:
-            color, line = STYLES[curve["name"]]
-            label = LABELS.get(curve["name"], curve["name"])
-            axes.plot(curve["depth"], curve["force"], color=color, linestyle=line, label=label)
+        color, line = STYLES[curve["name"]]
+        label = LABELS.get(curve["name"], curve["name"])
+        axes.plot(curve["depth"], curve["force"], color=color, linestyle=line, label=label)
     axes.set_xlabel(r"depth $\hat\delta/\mu$")
     axes.set_ylabel(r"force $\hat P$")
-    axes.legend(loc="lower left")
+    axes.legend(loc="lower left", fontsize=6)
 
 
 def draw_stand_ins(axes: Axes, content: dict[str, Any]) -> None:
@@ -53,7 +52,7 @@ def draw_stand_ins(axes: Axes, content: dict[str, Any]) -> None:
         errors = [100.0 * point["errors"][name] for point in points]
         axes.plot(rates, errors, color=color, linestyle=line, marker=".", label=LABELS.get(name, name).split(" (")[0])
     axes.axhline(100.0 * content["tolerance"], color="0.4", linewidth=0.8, linestyle=(0, (5, 3)))
-    axes.set(xscale="log", yscale="log", xlabel=r"rate $\hat v/\mu$", ylabel="error of the force (%)")
+    axes.set(xscale="log", yscale="log", xlabel=r"rate $\hat v/\mu$", ylabel=r"rms $\Delta\hat P$ / range (%)")
     axes.set_ylim(0.08, 1.5e3)
     edges = np.sqrt(np.array(rates)[1:] * np.array(rates)[:-1])
     begin = rates[0]
@@ -76,6 +75,20 @@ def draw_stand_ins(axes: Axes, content: dict[str, Any]) -> None:
     axes.legend(loc="lower center", ncol=2, fontsize=6.5)
 
 
+def draw_ranges(axes: Axes, content: dict[str, Any]) -> None:
+    """Error of the DMT-like and the JKR-like scene over the Tabor parameter of the scene they stand in for."""
+    points = content["ranges"]
+    tabors = [point["tabor"] for point in points]
+    for name in ("DMT-like", "JKR-like"):
+        for kind, line in (("elastic", "-"), ("one relaxation", ":")):
+            errors = [100.0 * point[f"{name}, {kind}"] for point in points]
+            label = name if kind == "elastic" else None
+            axes.plot(tabors, errors, line, color=STYLES[name][0], marker=".", label=label)
+    axes.axhline(100.0 * content["tolerance"], color="0.4", linewidth=0.8, linestyle=(0, (5, 3)))
+    axes.set(xscale="log", yscale="log", xlabel=r"Tabor parameter $\mu$", ylabel=r"rms $\Delta\hat P$ / range (%)")
+    axes.legend(loc="lower left", title="full: elastic, dotted: one relaxation", title_fontsize=6)
+
+
 def _short(effects: str) -> str:
     short = {"viscoelastic, adhesive": "everything", "viscoelastic, without adhesion": "no adhesion"}
     return short.get(effects, effects.removeprefix("elastic ").removesuffix(", adhesive"))
@@ -89,9 +102,9 @@ def main(
     content = drawing.read_result(result, "make measure-effects")
     drawn = drawing.figure(height=2.7)
     panels = drawn.subplots(1, 3)
-    draw_curves(panels[0], content["curves"], ["Hertz", "DMT-like", "JKR-like", "rubbery"])
-    draw_curves(panels[1], content["curves"], ["rubbery", "glassy", "one relaxation", "ten relaxations"])
-    draw_stand_ins(panels[2], content)
+    draw_curves(panels[0], content["curves"])
+    draw_stand_ins(panels[1], content)
+    draw_ranges(panels[2], content)
     for axes, name in zip(panels, "abc", strict=True):
         drawing.letter(axes, name)
     drawing.save(drawn, "figure-effects", folder)
