@@ -4,7 +4,8 @@
 
 MEASUREMENTS := $(PUBLISHED)/measurements
 PROTOCOLS ?= 200
-BASELINE ?= 40
+FINEST ?= 200
+MODEL ?= M1-concat
 SOAK ?= 100000
 SOAK_BEYOND ?= 20000
 COST_STYLE := $(DRAWING) paper_figures/cost_style.py paper_figures/paper_values/cost.toml
@@ -16,8 +17,11 @@ measure-%: export OMP_NUM_THREADS := 1
 ##@ Measurements (result file; on an idle machine)
 
 .PHONY: measurements
-MEASURED := effects recommendations accuracy-cost cost-growth amortisation training-cost hard-cases broad-band
-measurements: $(addprefix measure-,$(MEASURED))  ## All of them but the soak and the surrogate's map
+MEASURED := effects recommendations accuracy-cost cost-growth amortisation training-cost hard-cases broad-band \
+	surrogate-map
+measurements: $(addprefix measure-,$(MEASURED))  ## All of them but the soak
+# Two measurements at once would measure each other.
+.NOTPARALLEL: measurements
 
 .PHONY: measure-effects
 measure-effects: setup  ## Seconds and errors of scenes that add one effect at a time
@@ -28,15 +32,15 @@ measure-recommendations: setup  ## How often `recommend` keeps its promise, and 
 	$(call measure,recommendations)
 
 .PHONY: measure-accuracy-cost
-measure-accuracy-cost: $(DATASET) | $(INSTALLED)  ## Seconds against errors of every tool (PROTOCOLS=200, BASELINE=40 of them by the paper's discretisation)
-	$(call measure,accuracy_cost,--count $(PROTOCOLS) --baseline-count $(BASELINE) --dataset $(DATASET) --models $(PUBLISHED)/models)
+measure-accuracy-cost: $(DATASET) | $(INSTALLED)  ## Seconds against errors of every tool (PROTOCOLS=200; FINEST=200 nodes of the paper's discretisation at most)
+	$(call measure,accuracy_cost,--count $(PROTOCOLS) --finest $(FINEST) --dataset $(DATASET) --models $(PUBLISHED)/models)
 
 .PHONY: measure-cost-growth
 measure-cost-growth: $(DATASET) | $(INSTALLED)  ## How seconds grow with nodes, steps and the scene
 	$(call measure,cost_growth,--dataset $(DATASET))
 
 .PHONY: measure-amortisation
-measure-amortisation: $(DATASET) | $(INSTALLED)  ## When a surrogate pays for itself; reads the measurement of accuracy and cost
+measure-amortisation: $(DATASET) $(MEASUREMENTS)/accuracy_cost.json | $(INSTALLED)  ## When a surrogate pays for itself; reads the measurement of accuracy and cost
 	$(call measure,amortisation,--cost $(MEASUREMENTS)/accuracy_cost.json --dataset $(DATASET) --models $(PUBLISHED)/models)
 
 .PHONY: measure-training-cost
@@ -48,8 +52,8 @@ measure-hard-cases: setup  ## The solver over the box, beyond it, and at named e
 	$(call measure,hard_case_map)
 
 .PHONY: measure-surrogate-map
-measure-surrogate-map: $(DATASET) | $(INSTALLED)  ## Errors of M1-concat over the box, worst trajectories, out of range
-	$(call measure,surrogate_map,--dataset $(DATASET) --models $(PUBLISHED)/models)
+measure-surrogate-map: $(DATASET) | $(INSTALLED)  ## Errors of MODEL=M1-concat over the box, worst trajectories, out of range
+	$(call measure,surrogate_map,--model $(MODEL) --dataset $(DATASET) --models $(PUBLISHED)/models)
 
 .PHONY: measure-broad-band
 measure-broad-band: setup  ## Pull-off of broad-band solids over the unloading rate
@@ -68,8 +72,8 @@ $(MEASUREMENTS)/%.json:
 
 .PHONY: cost-figures
 DRAWN := figure-effects table-effects table-recommendations figure-accuracy-cost table-accuracy-cost figure-cost-growth \
-	figure-amortisation figure-training-cost table-hard-cases figure-broad-band
-cost-figures: $(DRAWN)  ## All figures and tables below but the surrogate's map
+	figure-amortisation figure-training-cost table-hard-cases figure-surrogate-map figure-broad-band
+cost-figures: $(DRAWN)  ## All figures and tables below
 
 .PHONY: figure-effects
 figure-effects: $(FIGURES)/figure-effects.pdf  ## One path under seven scenes; when a simpler scene may stand in
@@ -77,7 +81,7 @@ $(FIGURES)/figure-effects.pdf: paper_figures/figure_effects.py $(MEASUREMENTS)/e
 	$(PY) -m paper_figures.figure_effects --result $(MEASUREMENTS)/effects.json --folder $(FIGURES)
 
 .PHONY: table-effects
-table-effects: $(TABLES)/effects.md  ## What each effect costs
+table-effects: $(TABLES)/effects.md  ## What each effect costs, and where a simpler scene is a safe stand-in
 $(TABLES)/effects.md: paper_figures/table_effects.py $(MEASUREMENTS)/effects.json $(DRAWING) | $(INSTALLED)
 	$(PY) -m paper_figures.table_effects --result $(MEASUREMENTS)/effects.json --folder $(TABLES)
 
@@ -93,7 +97,7 @@ $(FIGURES)/figure-accuracy-cost.pdf: paper_figures/figure_accuracy_cost.py $(MEA
 	$(PY) -m paper_figures.figure_accuracy_cost --result $(MEASUREMENTS)/accuracy_cost.json --folder $(FIGURES)
 
 .PHONY: table-accuracy-cost
-table-accuracy-cost: $(TABLES)/accuracy-cost.md  ## The same as a table
+table-accuracy-cost: $(TABLES)/accuracy-cost.md  ## The same as a table, and the fastest tool for a wanted error
 $(TABLES)/accuracy-cost.md: paper_figures/table_accuracy_cost.py $(MEASUREMENTS)/accuracy_cost.json $(COST_STYLE) | $(INSTALLED)
 	$(PY) -m paper_figures.table_accuracy_cost --result $(MEASUREMENTS)/accuracy_cost.json --folder $(TABLES)
 
@@ -114,14 +118,16 @@ $(FIGURES)/figure-training-cost.pdf: paper_figures/figure_training_cost.py $(MEA
 
 .PHONY: table-hard-cases figure-hard-cases
 figure-hard-cases: table-hard-cases
-table-hard-cases: $(FIGURES)/figure-hard-cases.pdf  ## Where the solver works hard, as a map and a table
-$(FIGURES)/figure-hard-cases.pdf: paper_figures/figure_hard_cases.py $(MEASUREMENTS)/hard_case_map.json $(DRAWING) | $(INSTALLED)
-	$(PY) -m paper_figures.figure_hard_cases --result $(MEASUREMENTS)/hard_case_map.json --folder $(FIGURES) --tables $(TABLES)
+table-hard-cases: $(FIGURES)/figure-hard-cases.pdf  ## Where the solver works hard, as a map and a table, and what the soak found
+$(FIGURES)/figure-hard-cases.pdf: paper_figures/figure_hard_cases.py $(MEASUREMENTS)/hard_case_map.json \
+		$(wildcard $(MEASUREMENTS)/soak.json) $(DRAWING) | $(INSTALLED)
+	$(PY) -m paper_figures.figure_hard_cases --result $(MEASUREMENTS)/hard_case_map.json --soak $(MEASUREMENTS)/soak.json \
+		--folder $(FIGURES) --tables $(TABLES)
 
 .PHONY: figure-surrogate-map
-figure-surrogate-map: $(FIGURES)/figure-surrogate-map.pdf  ## Where M1-concat errs, and its worst twenty trajectories
-$(FIGURES)/figure-surrogate-map.pdf: paper_figures/figure_surrogate_map.py $(MEASUREMENTS)/surrogate_map.json $(DRAWING) | $(INSTALLED)
-	$(PY) -m paper_figures.figure_surrogate_map --result $(MEASUREMENTS)/surrogate_map.json --folder $(FIGURES)
+figure-surrogate-map: $(FIGURES)/figure-surrogate-map.pdf  ## Where a surrogate errs, its worst twenty trajectories, and their table
+$(FIGURES)/figure-surrogate-map.pdf: paper_figures/figure_surrogate_map.py $(MEASUREMENTS)/surrogate_map.json $(COST_STYLE) | $(INSTALLED)
+	$(PY) -m paper_figures.figure_surrogate_map --result $(MEASUREMENTS)/surrogate_map.json --folder $(FIGURES) --tables $(TABLES)
 
 .PHONY: figure-broad-band
 figure-broad-band: $(FIGURES)/figure-broad-band.pdf  ## Pull-off of broad-band solids over the unloading rate
@@ -131,3 +137,7 @@ $(FIGURES)/figure-broad-band.pdf: paper_figures/figure_broad_band.py $(MEASUREME
 .PHONY: docs-effects
 docs-effects: figure-effects  ## Renew the picture of docs/effects.md
 	cp $(FIGURES)/figure-effects.png docs/images/
+
+.PHONY: docs-cost
+docs-cost: $(MEASUREMENTS)/accuracy_cost.json $(COST_STYLE) | $(INSTALLED)  ## Renew the table of the fastest tools in docs/cost.md
+	$(PY) -m paper_figures.table_accuracy_cost --result $< --folder $(TABLES) --page docs/cost.md

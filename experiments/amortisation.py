@@ -1,8 +1,9 @@
 """When a surrogate pays for itself: core seconds of data set, training and queries against the number of queries.
 
 Only reads: the data set's core seconds, the training seconds in each published model's `run.json`, and the seconds of
-one query in the measurement of `experiments.accuracy_cost`. A surrogate by ONNX Runtime in batches is set against the
-solver at draft and standard accuracy; the paper's line has its own numbers.
+one query in the measurement of `experiments.accuracy_cost`. Every surrogate, by every way of calling it, is set against
+the solver at its named accuracies; the paper's line has its own numbers. A model that was published after the
+measurement is named, not guessed at.
 
 Usage: `python -m experiments.amortisation [--cost FILE] [--models DIR] [--out FILE]`.
 """
@@ -19,7 +20,7 @@ import typer
 from bem.dataset_file import load_dataset
 from experiments.measuring import MEASUREMENTS, plain
 from experiments.studies import DATASET, MODELS, PAPER_VALUES, write_result
-from experiments.surrogate_cost import missing, published
+from experiments.surrogate_cost import missing, outdated, published
 
 OUT = MEASUREMENTS / "amortisation.json"
 COST = MEASUREMENTS / "accuracy_cost.json"
@@ -64,14 +65,16 @@ def main(
         for tool in tools
         if tool["kind"] == "solver" and tool["setting"] in ("draft", "standard", "reference")
     ]
-    surrogates = []
+    surrogates, unmeasured = [], []
     for name in published(models):
-        run = json.loads((models / name / "run.json").read_text(encoding="utf-8"))
-        for tool in tools:
-            if tool.get("model") == name:
-                fixed = data_seconds + float(run["cpu_seconds"])
-                more = {"errors": tool["errors"], "training_seconds": float(run["cpu_seconds"]), "way": tool["way"]}
-                surrogates.append(line(tool["setting"], "surrogate", fixed, tool["seconds"]["mean"], **more))
+        training = float(json.loads((models / name / "run.json").read_text(encoding="utf-8"))["cpu_seconds"])
+        calls = [tool for tool in tools if tool.get("model") == name]
+        if not calls:
+            unmeasured.append(name)
+        for tool in calls:
+            more = {"errors": tool["errors"], "training_seconds": training, "way": tool["way"]}
+            query = tool["seconds"]["mean"]
+            surrogates.append(line(tool["setting"], "surrogate", data_seconds + training, query, **more))
     paper = paper_lines()
     crossings = [
         {"surrogate": one["name"], "solver": other["name"], "queries": break_even(one, other)}
@@ -83,8 +86,11 @@ def main(
         "lines": [*solver, *surrogates, *paper],
         "break_even": crossings,
         "missing": missing(models),
+        "unmeasured": unmeasured,
+        "outdated": outdated(models, dataset),
     }
     write_result(out, "amortisation", plain(content))
+    print(f"missing: {', '.join(content['missing']) or 'nothing'}; not measured: {', '.join(unmeasured) or 'nothing'}")
 
 
 if __name__ == "__main__":

@@ -12,11 +12,11 @@ from pathlib import Path
 
 import numpy as np
 from joblib import Parallel, delayed
-from rich.progress import track
 
 from bem import LoadingProtocol, Scene, StandardLinearSolid, Trajectory, simulate
 from bem.designs import Design
 from bem.measurement import measurement_times
+from experiments.measuring import progress
 
 MODULUS_RATIO = 0.1
 TRUTH_TARGET = 7e-5
@@ -74,7 +74,7 @@ def truth(count: int, seed: int, target: float = TRUTH_TARGET, jobs: int = 2) ->
         return np.load(path)
     cases = sample_cases(count, seed)
     rows = Parallel(n_jobs=jobs, return_as="generator")(delayed(measured)(case, target) for case in cases)
-    table = np.array(list(track(rows, description=f"refined solutions at {target:g}", total=count)))
+    table = np.array(list(progress(rows, f"refined solutions at {target:g}", count)))
     path.parent.mkdir(parents=True, exist_ok=True)
     np.save(path, table)
     return table

@@ -6,6 +6,9 @@ The plain call is `model.predict` on one trajectory, as most scripts do it, feat
 
 from __future__ import annotations
 
+import contextlib
+import hashlib
+import json
 import time
 import warnings
 from collections.abc import Callable
@@ -15,27 +18,62 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from bem.measurement import FMS, measurement_grid
+from experiments.measuring import progress
 
 if TYPE_CHECKING:
     from experiments.solver_sample import Case
 
-KERAS_PROTOCOLS = 40
+Predict = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
 BATCH_REPEATS = 5
+FILES = (
+    "model.weights.h5",
+    "model.onnx",
+    "run.json",
+    "recipe.toml",
+    "scaling.json",
+    "split.json",
+    "metrics.json",
+    "history.csv",
+    "test_errors.csv",
+)
+"""What a published model directory holds."""
+
+
+def states(models: Path) -> dict[str, str]:
+    """What lacks of every architecture, in their order: "" where nothing does, else "not trained" or the files."""
+    from surrogate.architectures.naming import names
+
+    found = {}
+    for name in names():
+        absent = [file for file in FILES if not (models / name / file).is_file()]
+        found[name] = "not trained" if len(absent) == len(FILES) else ", ".join(f"no {file}" for file in absent)
+        if not absent and _trained_on(models / name) is None:
+            found[name] = "run.json names no data set"
+    return found
 
 
 def published(models: Path) -> list[str]:
-    """Names of the model directories with weights, in the order of the architectures."""
-    from surrogate.architectures.naming import names
-
-    return [name for name in names() if (models / name / "model.weights.h5").is_file()]
+    """Names of the complete model directories, in the order of the architectures."""
+    return [name for name, lacking in states(models).items() if not lacking]
 
 
 def missing(models: Path) -> list[str]:
-    """Architectures that are not published."""
-    from surrogate.architectures.naming import names
+    """Architectures that are not published, and what an unfinished one lacks."""
+    lacks = {name: lacking for name, lacking in states(models).items() if lacking}
+    return [name if lacking == "not trained" else f"{name} ({lacking})" for name, lacking in lacks.items()]
 
-    found = published(models)
-    return [name for name in names() if name not in found]
+
+def outdated(models: Path, dataset: Path) -> list[str]:
+    """Published models that were trained on another data set file than this."""
+    digest = hashlib.sha256(dataset.read_bytes()).hexdigest()
+    return [name for name in published(models) if _trained_on(models / name) != digest]
+
+
+def _trained_on(folder: Path) -> str | None:
+    try:
+        return str(json.loads((folder / "run.json").read_text(encoding="utf-8"))["dataset_sha256"])
+    except (json.JSONDecodeError, KeyError, TypeError):
+        return None
 
 
 def histories(cases: list[Case]) -> dict[str, np.ndarray]:
@@ -47,7 +85,7 @@ def histories(cases: list[Case]) -> dict[str, np.ndarray]:
     return {"times": times, "indentations": indentations, "tabor": tabor}
 
 
-def keras_call(trained: Any) -> Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]:
+def keras_call(trained: Any) -> Predict:
     """`model.predict` on physical inputs, with features and scaling by hand."""
     from surrogate.features import channels, edge_from_counts
 
@@ -60,9 +98,7 @@ def keras_call(trained: Any) -> Callable[[np.ndarray, np.ndarray, np.ndarray], n
     return call
 
 
-def one_at_a_time(
-    predict: Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray], inputs: dict[str, np.ndarray], repeats: int
-) -> list[np.ndarray]:
+def one_at_a_time(predict: Predict, inputs: dict[str, np.ndarray], repeats: int) -> list[np.ndarray]:
     """Seconds (count,) of each repeat, after one call that is not counted."""
     times, indentations, tabor = inputs["times"], inputs["indentations"], inputs["tabor"]
     predict(times[:1], indentations[:1], tabor[:1])
@@ -77,7 +113,7 @@ def one_at_a_time(
     return runs
 
 
-def in_batches(predict: Callable, inputs: dict[str, np.ndarray], repeats: int, size: int = 1024) -> list[np.ndarray]:
+def in_batches(predict: Predict, inputs: dict[str, np.ndarray], repeats: int, size: int = 1024) -> list[np.ndarray]:
     """Seconds per trajectory (count,) of each repeat, all equal: of a batch of `size`, repeating the protocols."""
     count = len(inputs["tabor"])
     chosen = np.arange(size) % count
@@ -92,39 +128,56 @@ def in_batches(predict: Callable, inputs: dict[str, np.ndarray], repeats: int, s
 
 
 def surrogate_tools(cases: list[Case], models: Path, repeats: int) -> tuple[list[dict[str, Any]], list[str]]:
-    """Forces (count, 120) and seconds of every published model by every way that works, and what is missing."""
-    names = published(models)
-    absent = missing(models)
+    """Forces (count, 120) and seconds (repeats, count) of every published model by every way, and what is missing.
+
+    A model that cannot be loaded is missing, with the reason; the others are measured all the same.
+    """
+    names, absent = published(models), missing(models)
     if not names:
         return [], absent
     from surrogate.backend import limit_threads, quiet_backend
 
     quiet_backend()
-    limit_threads(1)
-    from surrogate.predictor import ExtrapolationWarning, Surrogate
+    with contextlib.suppress(RuntimeError):  # imported already, by who calls: then theirs is the choice of threads
+        limit_threads(1)
+    from surrogate.predictor import ExtrapolationWarning
 
     inputs = histories(cases)
-    few = {key: values[:KERAS_PROTOCOLS] for key, values in inputs.items()}
-    tools = []
+    tools: list[dict[str, Any]] = []
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ExtrapolationWarning)
-        for name in names:
-            trained = Surrogate.load(name, models, backend="keras")
-            force = trained.predict(inputs["times"], inputs["indentations"], tabor=inputs["tabor"])
-            call = one_at_a_time(keras_call(trained), few, 1)
-            medians = [np.full(len(cases), np.median(seconds)) for seconds in call]
-            common = {"model": name, "parameters": trained.model.count_params(), "force": force}
-            tools.append({**common, "setting": f"{name}, Keras call", "way": "Keras call", "seconds": medians})
-            if not (models / name / "model.onnx").is_file():
-                absent.append(f"{name}/model.onnx")
-                continue
-            light = Surrogate.load(name, models)
-
-            def predict(t: np.ndarray, d: np.ndarray, mu: np.ndarray, light: Any = light) -> np.ndarray:
-                return light.predict(t, d, tabor=mu)
-
-            common["force"] = predict(inputs["times"], inputs["indentations"], inputs["tabor"])
-            single, batch = one_at_a_time(predict, inputs, repeats), in_batches(predict, inputs, BATCH_REPEATS)
-            tools.append({**common, "setting": f"{name}, ONNX single", "way": "ONNX single", "seconds": single})
-            tools.append({**common, "setting": f"{name}, ONNX batch", "way": "ONNX batch", "seconds": batch})
+        for name in progress(names, "surrogates"):
+            try:
+                tools += _by_every_way(name, models, inputs, repeats)
+            except (OSError, ValueError, KeyError) as error:
+                absent.append(f"{name} ({str(error).splitlines()[0]})")
     return tools, absent
+
+
+def _by_every_way(name: str, models: Path, inputs: dict[str, np.ndarray], repeats: int) -> list[dict[str, Any]]:
+    from surrogate.predictor import Surrogate
+
+    trained, light = Surrogate.load(name, models, backend="keras"), Surrogate.load(name, models)
+    call = keras_call(trained)
+
+    def predict(t: np.ndarray, d: np.ndarray, mu: np.ndarray) -> np.ndarray:
+        return light.predict(t, d, tabor=mu)
+
+    arrays = inputs["times"], inputs["indentations"], inputs["tabor"]
+    common = {"model": name, "parameters": trained.model.count_params()}
+    force, light_force = call(*arrays), predict(*arrays)
+    seconds = {
+        "Keras call": one_at_a_time(call, inputs, repeats),
+        "ONNX single": one_at_a_time(predict, inputs, repeats),
+        "ONNX batch": in_batches(predict, inputs, BATCH_REPEATS),
+    }
+    return [
+        {
+            **common,
+            "force": force if way == "Keras call" else light_force,
+            "setting": f"{name}, {way}",
+            "way": way,
+            "seconds": runs,
+        }
+        for way, runs in seconds.items()
+    ]

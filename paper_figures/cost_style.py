@@ -17,6 +17,10 @@ KINDS = {
 }
 
 
+FORCE_ERROR = r"force error, mean $|\Delta\hat P|$ / range (%)"
+"""Axis label of `experiments.measuring.force_error` in percent."""
+
+
 def kind_of(tool: dict[str, Any]) -> str:
     """Key of `KINDS`: surrogates by the way they are called."""
     return tool.get("way", tool["kind"])

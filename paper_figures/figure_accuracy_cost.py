@@ -1,7 +1,9 @@
 """Figure: seconds a trajectory against error, for every tool on the same held-out protocols.
 
 Markers are medians over the protocols, thin lines reach to the 95th percentile of the error and over the quartiles of
-the seconds. Reads the measurement of `experiments.accuracy_cost`.
+the seconds. Open markers: measured on fewer protocols than the others. Errors beyond the axis lie on its upper edge,
+with an arrow. Named are the closed forms, the reference model, and of each way to call a surrogate the best and the
+worst. Reads the measurement of `experiments.accuracy_cost`.
 """
 
 from pathlib import Path
@@ -11,41 +13,39 @@ import typer
 from matplotlib.axes import Axes
 
 from paper_figures import drawing
-from paper_figures.cost_style import KINDS, kind_of, mark_paper
+from paper_figures.cost_style import FORCE_ERROR, KINDS, kind_of, mark_paper
 
 RESULT = Path("published/measurements/accuracy_cost.json")
-PANELS = {"pull_off_force": "error of the pull-off force (%)", "force": "error of the force history (%)"}
-LARGEST = 99.0
-"""Errors above, in percent, mean that a tool does not answer the question at all."""
+PANELS = {"pull_off_force": "error of the pull-off force (%)", "force": FORCE_ERROR}
+REFERENCE_MODEL = "M1-concat"
+LARGEST = 100.0
+"""Errors above, in percent, are drawn on the edge."""
 
 
 def draw(axes: Axes, tools: list[dict[str, Any]], quantity: str) -> None:
     """All tools in one panel; the solver and the paper's discretisation as curves."""
+    most = max(tool["protocols"] for tool in tools)
+    named = names_of(tools, quantity)
     for kind, style in KINDS.items():
         points = [tool for tool in tools if kind_of(tool) == kind and _percent(tool, quantity) is not None]
         if not points:
             continue
-        seconds = [tool["seconds"]["median"] for tool in points]
-        errors = [_percent(tool, quantity) for tool in points]
         curve = kind in ("solver", "paper's discretisation")
-        axes.plot(
-            seconds, errors, linestyle="-" if curve else "", label=kind, markersize=4, linewidth=1.0, zorder=3, **style
-        )
+        errors = [min(_percent(tool, quantity), LARGEST) for tool in points]
+        seconds = [tool["seconds"]["median"] for tool in points]
+        axes.plot(seconds, errors, linestyle="-" if curve else "", color=style["color"], linewidth=1.0, zorder=2)
+        axes.plot([], [], linestyle="-" if curve else "", label=kind, markersize=4, linewidth=1.0, **style)
         for tool, second, error in zip(points, seconds, errors, strict=True):
             thin = {"color": style["color"], "linewidth": 0.5, "alpha": 0.7}
-            axes.plot([second, second], [error, 100.0 * tool["errors"][quantity]["p95"]], **thin)
+            axes.plot([second, second], [error, min(100.0 * tool["errors"][quantity]["p95"], LARGEST)], **thin)
             axes.plot([tool["seconds"]["low"], tool["seconds"]["high"]], [error, error], **thin)
-            if tool["setting"] in ("draft", "standard", "reference"):
-                axes.annotate(
-                    tool["setting"],
-                    (second, error),
-                    xytext=(-4, -3),
-                    textcoords="offset points",
-                    fontsize=5.5,
-                    ha="right",
-                    va="top",
-                    color=style["color"],
-                )
+            inside = style["color"] if tool["protocols"] == most else "white"
+            mark = "^" if _percent(tool, quantity) > LARGEST else style["marker"]
+            axes.plot(
+                second, error, mark, color=style["color"], markersize=4, markerfacecolor=inside, zorder=3, clip_on=False
+            )
+            if tool["setting"] in named:
+                _annotate(axes, named[tool["setting"]], (second, error), style["color"])
     floor = next((tool for tool in tools if tool["kind"] == "measurement steps"), None)
     if floor and _percent(floor, quantity):
         level = _percent(floor, quantity)
@@ -60,12 +60,31 @@ def draw(axes: Axes, tools: list[dict[str, Any]], quantity: str) -> None:
         )
     axes.set(xscale="log", yscale="log", xlabel="time a trajectory, one core (s)", ylabel=PANELS[quantity])
     axes.set_xlim(axes.get_xlim()[0] / 2.0, 1000.0)
+    axes.set_ylim(top=1.3 * LARGEST)
     mark_paper(axes)
+
+
+def names_of(tools: list[dict[str, Any]], quantity: str) -> dict[str, str]:
+    """Words beside a marker, by setting."""
+    named = {name: name for name in ("draft", "standard", "reference")}
+    named |= {tool["setting"]: tool["setting"].split(",")[0] for tool in tools if tool["kind"] == "closed form"}
+    for way in dict.fromkeys(tool["way"] for tool in tools if "way" in tool):
+        ranked = [tool for tool in tools if tool.get("way") == way and _percent(tool, quantity) is not None]
+        ranked.sort(key=lambda tool: _percent(tool, quantity))
+        chosen = [tool for tool in ranked if tool["model"] == REFERENCE_MODEL] + ranked[:1] + ranked[-1:]
+        named |= {tool["setting"]: tool["model"] for tool in chosen}
+    return named
+
+
+def _annotate(axes: Axes, text: str, place: tuple[float, float], color: str) -> None:
+    axes.annotate(
+        text, place, xytext=(-4, -3), textcoords="offset points", fontsize=5, ha="right", va="top", color=color
+    )
 
 
 def _percent(tool: dict[str, Any], quantity: str) -> float | None:
     value = tool["errors"][quantity]["median"]
-    return 100.0 * value if value and 100.0 * value < LARGEST else None
+    return 100.0 * value if value else None
 
 
 def main(
@@ -80,7 +99,7 @@ def main(
         draw(axes, content["tools"], quantity)
         drawing.letter(axes, name)
     handles, labels = panels[1].get_legend_handles_labels()
-    drawn.legend(handles, labels, loc="outside lower center", ncol=6)
+    drawn.legend(handles, labels, loc="outside lower center", ncol=6, title="open: fewer protocols", title_fontsize=6)
     drawing.save(drawn, "figure-accuracy-cost", folder)
 
 
