@@ -6,27 +6,33 @@ accuracy and for the paper's discretisation with a spacing and a time step that 
 that its nodes and steps grow as its accuracy demands. The data set gives exponents over the whole box: least squares of
 log seconds over the logarithms of all five quantities.
 
+All seconds are wall seconds: of a step where nodes are varied, for both, and of the whole call elsewhere; medians of at
+least three runs. Iterations per step are fitted beside them, the N_iter of the paper's O(N_s^2 N_t N_iter). With a
+fresh factorisation in every iteration the paper's method costs N_s^3 once systems are large, and its sum over the
+history costs N_t^2 once histories are long; the solver, which remembers by recursion and factorises seldom, has
+neither.
+
 Usage: `python -m experiments.cost_growth [--repeats N] [--out FILE]`.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
 import typer
-from rich.progress import track
 
-from bem import LoadingProtocol, Scene, StandardLinearSolid, simulate
+from bem import LoadingProtocol, Scene, StandardLinearSolid, Trajectory, simulate
 from bem.accuracy import resolve_accuracy
 from bem.baseline import FAR_GAP, RESOLVED, simulate_paper_method
 from bem.cohesive_zone import edge_width, largest_contact_radius
 from bem.dataset_file import load_dataset
 from bem.designs import PAPER_RANGES
 from experiments import solver_scaling
-from experiments.measuring import MEASUREMENTS, exponent, plain, spread
+from experiments.measuring import MEASUREMENTS, exponent, plain, progress, spread, timed
 from experiments.studies import DATASET, write_result
 
 OUT = MEASUREMENTS / "cost_growth.json"
@@ -44,6 +50,7 @@ RANGES = {
 }
 BASELINE_NODES = (50, 100, 200, 400)
 BASELINE_STEPS = (50, 100, 200, 400, 800)
+LEAST_REPEATS = 3
 LARGEST_BASELINE = (500, 4000)  # nodes, steps of one segment
 
 
@@ -51,9 +58,20 @@ def solver_seconds(quantities: dict[str, float], repeats: int) -> dict[str, Any]
     """Seconds of the solver at standard accuracy."""
     rest = dict(quantities)
     scene = Scene(rest.pop("tabor"), StandardLinearSolid(0.1))
-    runs = [simulate(scene, LoadingProtocol(**rest)) for _ in range(repeats + 1)][1:]
+    return _timed(lambda: simulate(scene, LoadingProtocol(**rest)), repeats)
+
+
+def _timed(run: Callable[[], Trajectory], repeats: int) -> dict[str, Any]:
+    runs: list[Trajectory] = []
+    seconds = timed(lambda: runs.append(run()), repeats, first=False)
     stats = runs[0].stats
-    return {"seconds": spread([run.stats.seconds for run in runs]), "nodes": stats.nodes, "steps": stats.steps}
+    return {
+        "seconds": spread(seconds),
+        "nodes": stats.nodes,
+        "steps": stats.steps,
+        "iterations_per_step": stats.iterations / stats.steps,
+        "completed": runs[0].completed,
+    }
 
 
 def resolution(quantities: dict[str, float]) -> tuple[int, int]:
@@ -70,21 +88,21 @@ def baseline_seconds(quantities: dict[str, float], nodes: int, steps: int, repea
     """Seconds of the paper's discretisation at one resolution."""
     rest = dict(quantities)
     scene = Scene(rest.pop("tabor"), StandardLinearSolid(0.1))
-    runs = [simulate_paper_method(scene, LoadingProtocol(**rest), nodes=nodes, steps=steps) for _ in range(repeats)]
-    stats = runs[0].stats
-    return {
-        "seconds": spread([run.stats.seconds for run in runs]),
-        "nodes": nodes,
-        "steps": stats.steps,
-        "iterations_per_step": stats.iterations / stats.steps,
-        "completed": runs[0].completed,
-    }
+    return _timed(lambda: simulate_paper_method(scene, LoadingProtocol(**rest), nodes=nodes, steps=steps), repeats)
+
+
+def a_step(point: dict[str, Any]) -> dict[str, Any]:
+    """The same point with the seconds of one step."""
+    seconds = {key: value / (1.0 if key == "count" else point["steps"]) for key, value in point["seconds"].items()}
+    return {**point, "seconds": seconds}
 
 
 def fitted(points: list[dict[str, Any]], name: str) -> dict[str, float]:
-    """Exponent of the median seconds in one column, with its standard error."""
-    slope, error = exponent([point[name] for point in points], [point["seconds"]["median"] for point in points])
-    return {"exponent": slope, "error": error}
+    """Exponents of the median seconds and of the iterations a step in one column, with their standard errors."""
+    places = [point[name] for point in points]
+    slope, error = exponent(places, [point["seconds"]["median"] for point in points])
+    iterations, doubt = exponent(places, [point["iterations_per_step"] for point in points])
+    return {"exponent": slope, "error": error, "iterations": iterations, "iterations_error": doubt}
 
 
 def over_the_data_set(path: Path) -> dict[str, Any]:
@@ -107,31 +125,39 @@ def main(
     out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
 ) -> None:
     """Measure all growth curves."""
-    few = max(repeats // 3, 1)
+    if repeats < LEAST_REPEATS:
+        raise ValueError(f"repeats must be at least {LEAST_REPEATS}; received {repeats}")
     solver, baseline = {}, {}
     solver_scaling.measure(1)
+    solver_seconds(CENTRE, 1)
+    baseline_seconds(CENTRE, 20, 20, 1)
     for name, control, factors in (
         ("nodes", "edge_spacing", solver_scaling.EDGE_FACTORS),
         ("steps", "prediction", solver_scaling.PREDICTION_FACTORS),
     ):
-        points = [solver_scaling.measure(repeats, **{control: float(f)}) for f in track(factors, f"solver, {name}")]
-        for point in points:
-            # What an extra node costs is what it costs in one step.
-            point["seconds"] = spread([point["seconds"] / (point["steps"] if name == "nodes" else 1.0)])
+        points = []
+        for factor in progress(factors, f"solver, {name}"):
+            point = solver_scaling.measure(repeats, **{control: float(factor)})
+            point |= {
+                "seconds": spread(point.pop("runs")),
+                "iterations_per_step": point["iterations"] / point["steps"],
+            }
+            points.append(a_step(point) if name == "nodes" else point)
         solver[name] = {"points": points, **fitted(points, name)}
-    baseline_seconds(CENTRE, 20, 20, 1)
     counts = [n for n in BASELINE_NODES if n <= finest]
-    points = [baseline_seconds(CENTRE, n, 100, few) for n in track(counts, "paper's, nodes")]
+    points = [a_step(baseline_seconds(CENTRE, n, 100, LEAST_REPEATS)) for n in progress(counts, "paper's, nodes")]
     baseline["nodes"] = {"points": points, **fitted(points, "nodes")}
-    points = [baseline_seconds(CENTRE, 50, n, few) for n in track(BASELINE_STEPS, "paper's, steps")]
+    points = [baseline_seconds(CENTRE, 50, n, LEAST_REPEATS) for n in progress(BASELINE_STEPS, "paper's, steps")]
     baseline["steps"] = {"points": points, **fitted(points, "steps")}
     for name, values in RANGES.items():
         ours, theirs = [], []
-        for value in track(values, name):
+        for value in progress(values, name):
             quantities = CENTRE | {name: float(value)}
             ours.append({name: float(value), **solver_seconds(quantities, repeats)})
             nodes, steps = resolution(quantities)
-            theirs.append({name: float(value), **baseline_seconds(quantities, min(nodes, finest), steps, 1)})
+            theirs.append(
+                {name: float(value), **baseline_seconds(quantities, min(nodes, finest), steps, LEAST_REPEATS)}
+            )
         solver[name] = {"points": ours, **fitted(ours, name)}
         baseline[name] = {"points": theirs, **fitted(theirs, name)}
     content = {"centre": CENTRE, "solver": solver, "baseline": baseline, "data_set": over_the_data_set(dataset)}

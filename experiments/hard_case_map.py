@@ -2,7 +2,8 @@
 
 Every case is simulated at standard accuracy and again with a quarter of the target error. Reported: how it ended,
 steps, jumps, seconds, how far pull-off force and work moved under refinement, and the energy balance: the work of the
-closed loop over the integral of |P d(delta)|, never negative in a solid that cannot create energy. Beyond the box means
+closed loop over the integral of |P d(delta)|, never negative in a solid that cannot create energy. The extremes are run
+at coarser accuracies too, where a solver fails first. Beyond the box means
 ten times lower and higher rates and dwells and more, see `BEYOND`; modulus ratios there are random. The random
 combinations of `experiments.hard_cases` are another, coarser net over the same sea.
 
@@ -17,18 +18,18 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 from joblib import Parallel, delayed
-from rich.progress import track
 
 from bem import Elastic, LoadingProtocol, PiecewiseLinearProtocol, Scene, StandardLinearSolid, Trajectory, simulate
 from bem.accuracy import resolve_accuracy
 from bem.designs import Design
 from bem.protocol import default_start_indentation
 from experiments.hard_cases import REFINEMENT, corners, run, turnover
-from experiments.measuring import MEASUREMENTS, plain
+from experiments.measuring import MEASUREMENTS, plain, progress
 from experiments.studies import write_result
 
 OUT = MEASUREMENTS / "hard_case_map.json"
 ACCURACY = "standard"
+COARSER = ("draft", 0.05)
 BEYOND = {
     "tabor": (0.02, 6.4),
     "peak_indentation": (0.2, 1000.0),
@@ -100,6 +101,7 @@ def pair(scene: Scene, protocol: Protocol) -> dict[str, Any]:
         "refined_status": fine.status,
         "finite": bool(np.all(np.isfinite(coarse.force))),
         "pull_off_force": coarse.pull_off_force,
+        "refined_pull_off_force": fine.pull_off_force,
         "change": abs(coarse.pull_off_force / fine.pull_off_force - 1.0) if both else np.nan,
         "work_change": abs(coarse.work() - fine.work()) / turnover(fine) if both else np.nan,
         "energy": energy(coarse),
@@ -112,6 +114,26 @@ def pair(scene: Scene, protocol: Protocol) -> dict[str, Any]:
         "seconds": coarse.stats.seconds,
         "refined_seconds": fine.stats.seconds,
     }
+
+
+def coarsely(scene: Scene, protocol: Protocol, pull_off_force: float) -> dict[str, dict[str, Any]]:
+    """One case at the coarser accuracies, its pull-off force set against a finer one."""
+    found = {}
+    for accuracy in COARSER:
+        trajectory = simulate(scene, protocol, accuracy)
+        found[str(accuracy)] = {
+            "status": trajectory.status,
+            "change": abs(trajectory.pull_off_force / pull_off_force - 1.0),
+            "energy": energy(trajectory),
+            "seconds": trajectory.stats.seconds,
+        }
+    return found
+
+
+def extreme(name: str, scene: Scene, protocol: Protocol) -> dict[str, Any]:
+    """One case that has a name."""
+    found = {"name": name, "tabor": scene.tabor, "modulus_ratio": scene.material.modulus_ratio, **pair(scene, protocol)}
+    return {**found, "coarse": coarsely(scene, protocol, found["refined_pull_off_force"])}
 
 
 def energy(trajectory: Trajectory) -> float:
@@ -150,12 +172,9 @@ def main(
     points = drawn("inside", count, seed) + drawn("beyond", count, seed)
     points.sort(key=lambda point: -point["tabor"] * point["peak_indentation"])
     results = Parallel(n_jobs=jobs, return_as="generator_unordered")(delayed(mapped)(point) for point in points)
-    rows = list(track(results, "map", total=len(points)))
+    rows = list(progress(results, "map", len(points)))
     rows.sort(key=lambda row: (row["where"], row["tabor"], row["unloading_rate"]))
-    named = [
-        {"name": name, "tabor": scene.tabor, "modulus_ratio": scene.material.modulus_ratio, **pair(scene, protocol)}
-        for name, (scene, protocol) in track(extremes().items(), "extremes")
-    ]
+    named = [extreme(name, *case) for name, case in progress(extremes().items(), "extremes")]
     content = {"accuracy": ACCURACY, "refinement": REFINEMENT, "map": rows, "extremes": named}
     write_result(out, f"hard_case_map --count {count} --seed {seed}", plain(content))
     unfinished = [row for row in rows + named if row["status"] != "completed"]

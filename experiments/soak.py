@@ -2,8 +2,9 @@
 
 Counted for every protocol: exceptions, numbers that are not finite in a trajectory that says it completed, trajectories
 that say they did not, and what they say. Memory is read after every chunk; the growth reported is that of the second
-half over the first, in which kernels and caches have settled. Protocol i depends on the seed and i only. Chunks are
-kept, so that an interrupted soak continues with the same command.
+half over the first, in which kernels and caches have settled, and none is reported of fewer than `CHUNKS_FOR_MEMORY`
+chunks. Protocol i depends on the seed and i only. Chunks are kept, so that an interrupted soak continues with the same
+command; they are known by the solver's source, its accuracy and their protocols.
 
 Usage: `python -m experiments.soak [--count N] [--beyond N] [--jobs N] [--out FILE]`.
 """
@@ -21,17 +22,18 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 from joblib import Parallel, delayed
-from rich.progress import track
 
 from bem import LoadingProtocol, Scene, StandardLinearSolid, simulate
+from bem.campaign_plan import solver_digest
 from bem.designs import Design
 from experiments.hard_case_map import BEYOND, DEEPEST
-from experiments.measuring import MEASUREMENTS, plain, spread
+from experiments.measuring import MEASUREMENTS, fingerprint, plain, progress, spread
 from experiments.studies import write_result
 
 OUT = MEASUREMENTS / "soak.json"
 KEPT = Path("results/soak")
 CHUNK = 250
+CHUNKS_FOR_MEMORY = 8
 ACCURACY = "standard"
 
 
@@ -76,13 +78,14 @@ def memory_bytes() -> int:
 
 def chunk(where: str, first: int, count: int, seed: int, folder: Path) -> dict[str, Any]:
     """Protocols `first` to `first` + CHUNK of `count`; read where already done."""
-    path = folder / f"{where}-{seed}-{count}-{first}.json"
-    if path.is_file():
-        return json.loads(path.read_text(encoding="utf-8"))
     columns = protocols(where, count, seed)
     points = [
         {name: float(values[i]) for name, values in columns.items()} for i in range(first, min(first + CHUNK, count))
     ]
+    key = fingerprint(solver=solver_digest(), accuracy=ACCURACY, protocols=points)
+    path = folder / f"{where}-{first}-{key}.json"
+    if path.is_file():
+        return json.loads(path.read_text(encoding="utf-8"))
     started = time.perf_counter()
     found = [soaked(point) for point in points]
     notable = [
@@ -116,6 +119,9 @@ def summary(chunks: list[dict[str, Any]]) -> dict[str, Any]:
         statuses.update(one["statuses"])
     memory = np.array([one["memory_bytes"] for one in chunks], dtype=float)
     half = len(memory) // 2
+    growth = None
+    if len(memory) >= CHUNKS_FOR_MEMORY:
+        growth = float(memory[half:].mean() / memory[:half].mean() - 1.0)
     return {
         "protocols": sum(one["count"] for one in chunks),
         "raised": sum(one["raised"] for one in chunks),
@@ -124,7 +130,8 @@ def summary(chunks: list[dict[str, Any]]) -> dict[str, Any]:
         "slowest_seconds": max(one["slowest"] for one in chunks),
         "mean_seconds": spread([one["mean_seconds"] for one in chunks]),
         "memory_bytes": spread(memory),
-        "memory_growth": float(memory[half:].mean() / memory[:half].mean() - 1.0) if half else 0.0,
+        "chunks": len(chunks),
+        "memory_growth": growth,
         "notable": [case for one in chunks for case in one["notable"]][:50],
     }
 
@@ -138,11 +145,11 @@ def main(
     out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
 ) -> None:
     """Run, or continue, the soak."""
-    content: dict[str, Any] = {"accuracy": ACCURACY, "seed": seed}
+    content: dict[str, Any] = {"accuracy": ACCURACY, "seed": seed, "solver": solver_digest()}
     for where, total in (("inside", count), ("beyond", beyond)):
         tasks = [delayed(chunk)(where, first, total, seed, folder) for first in range(0, total, CHUNK)]
         results = Parallel(n_jobs=jobs, return_as="generator")(tasks)
-        chunks = list(track(results, f"{where} the box", total=len(tasks)))
+        chunks = list(progress(results, f"{where} the box, chunks of {CHUNK}", len(tasks)))
         if chunks:
             content[where] = summary(chunks)
             found = content[where]

@@ -2,7 +2,7 @@
 
 Nodes: only the spacing at the contact edge is varied, on a fixed scene; reported are seconds per step against the mean
 number of nodes. Steps: only the difference of prediction and solution allowed in one step is varied; reported are
-seconds against steps. Both are medians over repetitions of processor time, since wall time measures other programs too.
+seconds against steps. Both are medians over repetitions of wall seconds, the clock of every other measurement.
 
 Usage: `python -m experiments.solver_scaling [--repetitions N] [--out FILE]`.
 """
@@ -16,7 +16,6 @@ from typing import Annotated, Any
 
 import numpy as np
 import typer
-from rich.progress import track
 from threadpoolctl import threadpool_limits
 
 from bem import LoadingProtocol, Scene, StandardLinearSolid
@@ -26,6 +25,7 @@ from bem.march import COMPLETED, march
 from bem.provenance import provenance
 from bem.simulate import MOST_STEPS
 from bem.simulate import _discretise as discretise  # `simulate` offers targets only, not single controls
+from experiments.measuring import progress
 
 OUT = Path("results/solver/scaling.json")
 SCENE = Scene(tabor=3.2, material=StandardLinearSolid(0.1))
@@ -34,20 +34,20 @@ EDGE_FACTORS = np.geomspace(2.0, 0.1, 9)
 PREDICTION_FACTORS = np.geomspace(4.0, 0.01, 9)  # below, the residual of an equilibrium is what steps would follow
 
 
-def measure(repetitions: int, **factors: float) -> dict[str, float]:
-    """Nodes, steps, iterations and processor seconds with some controls of accuracy standard multiplied by factors."""
+def measure(repetitions: int, **factors: float) -> dict[str, Any]:
+    """Nodes, steps, iterations and wall seconds with some controls of accuracy standard multiplied by factors."""
     usual = resolve_accuracy("standard").controls()
     controls = usual._replace(**{name: factor * getattr(usual, name) for name, factor in factors.items()})
     history = PROTOCOL.history(SCENE.tabor)
     seconds = []
     for _ in range(repetitions):
-        started = time.process_time()
+        started = time.perf_counter()
         problem, mesh = discretise(SCENE, PROTOCOL.peak_indentation, controls, None)
         with threadpool_limits(limits=1, user_api="blas"):
             *_, counts, _, outcome = march(
                 problem, mesh, np.array(history.times), np.array(history.indentations), False, MOST_STEPS
             )
-        seconds.append(time.process_time() - started)
+        seconds.append(time.perf_counter() - started)
     if outcome != COMPLETED:
         raise RuntimeError(f"the simulation must complete; received outcome {outcome} with {factors}")
     found = {name: float(value) for name, value in zip(COUNTS, counts, strict=True)}
@@ -59,6 +59,7 @@ def measure(repetitions: int, **factors: float) -> dict[str, float]:
         "iterations": found["iterations"],
         "factorisations": found["factorisations"],
         "seconds": float(np.median(seconds)),
+        "runs": seconds,
     }
 
 
@@ -74,10 +75,10 @@ def main(
     """Measure both and write them with the fitted exponents."""
     measure(1)
     nodes: list[dict[str, Any]] = [
-        measure(repetitions, edge_spacing=float(factor)) for factor in track(EDGE_FACTORS, description="nodes")
+        measure(repetitions, edge_spacing=float(factor)) for factor in progress(EDGE_FACTORS, "nodes")
     ]
     steps: list[dict[str, Any]] = [
-        measure(repetitions, prediction=float(factor)) for factor in track(PREDICTION_FACTORS, description="steps")
+        measure(repetitions, prediction=float(factor)) for factor in progress(PREDICTION_FACTORS, "steps")
     ]
     content = {
         "nodes": nodes,

@@ -3,9 +3,10 @@
 Three parts, all for one published model:
 
 - The error of every test trajectory over its protocol.
-- The worst trajectories, drawn later, each with a cause where one is evident: a jump of the contact; a peak so narrow
-  that the measurement steps themselves miss it; a corner of the box, where at least two of the five quantities lie in
-  the outermost twentieth of their logarithmic range.
+- The worst trajectories, drawn later, each with a cause where one can be shown: a jump of the contact, or a peak so
+  narrow that the measurement steps themselves miss it, when at least half of the error lies within a few steps of it.
+  Where the protocol lies in a corner of the box, at least two of the five quantities in the outermost twentieth of
+  their logarithmic range, is said beside, which is a place and no cause.
 - Errors outside the range of training: one quantity at a time is moved beyond either bound by 5, 20 and 100 % while the
   others are random inside the box, and the truth is simulated.
 
@@ -21,27 +22,29 @@ from typing import Annotated, Any
 
 import numpy as np
 import typer
-from rich.progress import track
 
 from bem.dataset_file import Dataset, load_dataset
 from bem.designs import PAPER_RANGES, Design
 from bem.measurement import measurement_grid
 from experiments.dataset_statistics import resolution_floor
-from experiments.measuring import MEASUREMENTS, plain, spread
+from experiments.measuring import FORCE_ERROR, MEASUREMENTS, force_error, plain, progress, spread
 from experiments.solver_sample import MODULUS_RATIO
 from experiments.studies import DATASET, MODELS, simulated, write_result
+from experiments.surrogate_cost import outdated
 
 OUT = MEASUREMENTS / "surrogate_map.json"
 WORST = 20
 BEYOND = (0.0, 0.05, 0.2, 1.0)
 CORNER_SHARE, CORNER_QUANTITIES, NARROW = 0.05, 2, 0.05
+NEAR, LOCAL_SHARE = 3, 0.5
+"""Measurement steps either side of a place, and the share of the error there that makes the place its cause."""
 FIRST_UNLOADING = 69
 Predict = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
 
 
 def errors(predicted: np.ndarray, truth: np.ndarray, pull_off: np.ndarray) -> dict[str, np.ndarray]:
-    """Force error (mean |dP| over the range of P) and pull-off error against the solver's own, each (batch,)."""
-    force = np.mean(np.abs(predicted - truth), axis=1) / np.ptp(truth, axis=1)
+    """Force error as `measuring.force_error` and pull-off error against the solver's own, each (batch,)."""
+    force = force_error(predicted, truth)
     largest = predicted[:, FIRST_UNLOADING:].max(axis=1)
     return {"force": force, "pull_off_force": np.abs(largest - pull_off) / np.abs(pull_off)}
 
@@ -55,18 +58,28 @@ def edges_touched(protocols: dict[str, np.ndarray]) -> np.ndarray:
     return np.asarray(count)
 
 
-def causes(dataset: Dataset, rows: np.ndarray, floor: np.ndarray) -> list[list[str]]:
-    """Evident causes of each trajectory; none is an answer too."""
-    jumps = dataset.scalars["jump_count"][rows]
-    edges = edges_touched({name: values[rows] for name, values in dataset.protocols.items()})
+def share_near(place: int, predicted: np.ndarray, truth: np.ndarray) -> float:
+    """Share of the sum of |dP| over the steps (120,) that lies within `NEAR` steps of a place."""
+    difference = np.abs(predicted - truth)
+    return float(difference[max(place - NEAR, 0) : place + NEAR + 1].sum() / max(difference.sum(), 1e-300))
+
+
+def causes(jumps: np.ndarray, floor: np.ndarray, predicted: np.ndarray, truth: np.ndarray) -> list[list[str]]:
+    """Causes of each trajectory at whose place most of its error lies; none is an answer too."""
     found = []
-    for i in range(len(rows)):
-        checks = {
-            "jump": jumps[i] > 0,
-            "narrow peak": floor[i] > NARROW,
-            "corner of the box": edges[i] >= CORNER_QUANTITIES,
+    for i in range(len(jumps)):
+        # Where the force changes most from step to step is where a contact has jumped, if it has.
+        places = {
+            "jump": (jumps[i] > 0, int(np.argmax(np.abs(np.diff(truth[i]))))),
+            "narrow peak": (floor[i] > NARROW, FIRST_UNLOADING + int(np.argmax(truth[i, FIRST_UNLOADING:]))),
         }
-        found.append([name for name, holds in checks.items() if holds])
+        found.append(
+            [
+                name
+                for name, (there, place) in places.items()
+                if there and share_near(place, predicted[i], truth[i]) >= LOCAL_SHARE
+            ]
+        )
     return found
 
 
@@ -75,15 +88,17 @@ def over_the_box(predict: Predict, dataset: Dataset, rows: np.ndarray) -> tuple[
     times, indentations = (values[rows] for values in dataset.grid())
     predicted = predict(times, indentations, dataset.protocols["tabor"][rows])
     truth = dataset.force[rows].astype(np.float64)
+    protocols = {name: values[rows] for name, values in dataset.protocols.items()}
     everywhere = np.full(len(dataset), np.nan)
     everywhere[dataset.completed] = resolution_floor(dataset)["pull_off_force"]
     floor = everywhere[rows]
     content = {
         "index": rows,
-        "protocols": {name: values[rows] for name, values in dataset.protocols.items()},
+        "protocols": protocols,
         "errors": errors(predicted, truth, dataset.scalars["pull_off_force"][rows]),
         "floor": floor,
-        "causes": causes(dataset, rows, floor),
+        "causes": causes(dataset.scalars["jump_count"][rows], floor, predicted, truth),
+        "corner": edges_touched(protocols) >= CORNER_QUANTITIES,
     }
     return content, predicted
 
@@ -99,6 +114,7 @@ def worst(content: dict[str, Any], dataset: Dataset, predicted: np.ndarray) -> l
                 "index": index,
                 "protocol": {name: float(values[place]) for name, values in content["protocols"].items()},
                 "causes": content["causes"][place],
+                "corner": bool(content["corner"][place]),
                 "errors": {name: float(values[place]) for name, values in content["errors"].items()},
                 "time": times[index],
                 "indentation": indentations[index],
@@ -110,20 +126,19 @@ def worst(content: dict[str, Any], dataset: Dataset, predicted: np.ndarray) -> l
 
 
 def shares(content: dict[str, Any]) -> dict[str, Any]:
-    """Median force error and number of trajectories by cause."""
-    force = content["errors"]["force"]
-    found = {}
-    for cause in ("jump", "narrow peak", "corner of the box", "none of these"):
-        chosen = np.array([cause in own if own else cause == "none of these" for own in content["causes"]])
-        found[cause] = spread(force[chosen])
-    return found
+    """Force error of the trajectories with each cause, and of those without, in a corner of the box or not."""
+    force, corner = content["errors"]["force"], np.asarray(content["corner"])
+    none = np.array([not own for own in content["causes"]])
+    chosen = {name: np.array([name in own for own in content["causes"]]) for name in ("jump", "narrow peak")}
+    chosen |= {"corner of the box": none & corner, "none of these": none & ~corner}
+    return {name: spread(force[rows]) for name, rows in chosen.items()}
 
 
 def out_of_range(predict: Predict, count: int, seed: int) -> list[dict[str, Any]]:
     """Errors with one quantity beyond a bound."""
     drawn = Design("log-uniform").protocols(count, seed)
     rows = []
-    for name, (low, high) in track(PAPER_RANGES.items(), "out of range"):
+    for name, (low, high) in progress(PAPER_RANGES.items(), "out of range"):
         for side in ("below", "above"):
             for share in BEYOND:
                 value = low / (1.0 + share) if side == "below" else high * (1.0 + share)
@@ -165,6 +180,8 @@ def main(
         content, predicted = over_the_box(predict, data, Split.load(models / model / "split.json").test)
         result = {
             "model": model,
+            "outdated": model in outdated(models, dataset),
+            "force_error": FORCE_ERROR,
             "test": content,
             "by_cause": shares(content),
             "worst": worst(content, data, predicted),

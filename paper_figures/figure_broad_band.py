@@ -1,6 +1,7 @@
 """Figure: pull-off amplification against unloading rate for broad-band solids, and their creep compliances.
 
-Reads the data of `experiments.broad_band`. Full lines are the deepest preload, dotted ones the shallower.
+Amplification is the largest force over JKR's 3/2 and over that of the elastic solid of the same Tabor parameter. Reads
+the data of `experiments.broad_band`. Full lines are the deepest preload, dotted ones the shallower.
 """
 
 from pathlib import Path
@@ -13,6 +14,10 @@ from matplotlib.axes import Axes
 from paper_figures import drawing
 
 RESULT = Path("published/measurements/broad_band.json")
+LABELS = {
+    "amplification": r"amplification $\hat P_\mathrm{po}/1.5$",
+    "own_amplification": r"$\hat P_\mathrm{po}$ over the elastic one",
+}
 COLORS = (drawing.BLUE, drawing.GREEN, drawing.ORANGE, drawing.PURPLE, drawing.BLACK)
 
 
@@ -28,23 +33,23 @@ def draw_compliances(axes: Axes, curves: list[dict[str, Any]], ratio: float) -> 
     axes.set(xlabel=r"time $\hat t$", ylabel=r"creep compliance $E_0 C$", ylim=(0.0, 1.05))
 
 
-def draw_amplification(axes: Axes, curves: list[dict[str, Any]], names: list[str], ratio: float) -> None:
+def draw_amplification(axes: Axes, curves: list[dict[str, Any]], names: list[str], ratio: float, over: str) -> None:
     """Amplification over the rate for every solid and preload."""
     deepest = max(curve["preload"] for curve in curves)
     for curve in curves:
         color = COLORS[names.index(curve["name"])]
         deep = curve["preload"] == deepest
-        points = [point for point in curve["points"] if point["amplification"] is not None]
+        points = [point for point in curve["points"] if point[over] is not None]
         axes.loglog(
             [point["unloading_rate"] for point in points],
-            [point["amplification"] for point in points],
+            [point[over] for point in points],
             color=color,
             linestyle="-" if deep else ":",
             label=curve["name"].replace("n = ", "$n$ = ") if deep else None,
         )
     axes.axhline(1.0 / ratio, color="0.6", linewidth=0.7, linestyle="--")
     axes.annotate("$1/k$", (0.02, 1.0 / ratio), xycoords=("axes fraction", "data"), va="bottom", color="0.4")
-    axes.set(xlabel=r"unloading rate $\hat v_U$", ylabel=r"amplification $\hat P_\mathrm{po}/1.5$", ylim=(0.8, 15.0))
+    axes.set(xlabel=r"unloading rate $\hat v_U$", ylabel=LABELS[over], ylim=(0.8, 15.0))
     axes.set_yticks([1, 2, 5, 10], labels=["1", "2", "5", "10"])
     axes.legend(loc="lower right")
 
@@ -58,10 +63,11 @@ def main(
     curves, ratio = content["curves"], content["modulus_ratio"]
     names = list(dict.fromkeys(curve["name"] for curve in curves))
     drawn = drawing.figure(height=2.8)
-    left, right = drawn.subplots(1, 2)
+    left, middle, right = drawn.subplots(1, 3)
     draw_compliances(left, [next(c for c in curves if c["name"] == name) for name in names], ratio)
-    draw_amplification(right, curves, names, ratio)
-    for axes, name in ((left, "a"), (right, "b")):
+    for axes, over in zip((middle, right), LABELS, strict=True):
+        draw_amplification(axes, curves, names, ratio, over)
+    for axes, name in ((left, "a"), (middle, "b"), (right, "c")):
         drawing.letter(axes, name)
     drawing.save(drawn, "figure-broad-band", folder)
 

@@ -1,6 +1,6 @@
 """Figure and table: the solver over the paper's box and well beyond it, and extremes by name.
 
-Reads the measurement of `experiments.hard_case_map`.
+Reads the measurement of `experiments.hard_case_map`, and of `experiments.soak` where there is one.
 """
 
 from pathlib import Path
@@ -18,6 +18,7 @@ from paper_figures import drawing
 from paper_figures.tables import TABLES, number, write_table
 
 RESULT = Path("published/measurements/hard_case_map.json")
+SOAK = Path("published/measurements/soak.json")
 COLOURED = {
     "steps": "time steps",
     "seconds": "time (s)",
@@ -31,6 +32,8 @@ HEADER = [
     "Status, refined",
     "Jumps",
     "Change of pull-off force (%)",
+    "Change, draft (%)",
+    "Change, 0.05 (%)",
     "Change of work (%)",
     "Work over turnover",
     "End over pull-off force",
@@ -76,6 +79,7 @@ def row_of(name: str, rows: list[dict[str, Any]]) -> list[str]:
         _counted(rows, "refined_status"),
         number(worst["jumps"]),
         number(100.0 * worst["change"], 2),
+        *(_coarse(rows, accuracy) for accuracy in COARSER),
         number(100.0 * worst["work_change"], 2),
         number(worst["energy"], 2),
         number(worst["end_over_pull_off"], 2),
@@ -84,6 +88,7 @@ def row_of(name: str, rows: list[dict[str, Any]]) -> list[str]:
     ]
 
 
+COARSER = ("draft", "0.05")
 _WORST = {
     "jumps": True,
     "change": True,
@@ -93,6 +98,33 @@ _WORST = {
     "steps": True,
     "seconds": True,
 }
+
+
+def soak_rows(soak: dict[str, Any]) -> list[list[str]]:
+    """What very many random protocols came to; columns that a soak does not refine stay empty."""
+    rows = []
+    for where in ("inside", "beyond"):
+        if where not in soak:
+            continue
+        found = soak[where]
+        growth = found["memory_growth"]
+        memory = "not measured" if growth is None else f"{number(100.0 * growth, 2)} %"
+        name = (
+            f"soak {where} the box: {found['raised']} exceptions, {found['silent']} silent non-finite, "
+            f"memory growth {memory}"
+        )
+        status = f"{found['statuses'].get('completed', 0)} of {found['protocols']} completed"
+        rows.append([name, status, *["-"] * (len(HEADER) - 3), number(found["slowest_seconds"], 2)])
+    return rows
+
+
+def _coarse(rows: list[dict[str, Any]], accuracy: str) -> str:
+    if len(rows) > 1 or "coarse" not in rows[0]:
+        return "-"
+    found = rows[0]["coarse"][accuracy]
+    if found["status"] != "completed":
+        return found["status"]
+    return "-" if found["change"] is None else number(100.0 * found["change"], 2)
 
 
 def _extreme(rows: list[dict[str, Any]], key: str, largest: bool) -> float:
@@ -110,6 +142,7 @@ def main(
     result: Annotated[Path, typer.Option(help="Measurement of the map.")] = RESULT,
     folder: Annotated[Path, typer.Option(help="Where the figure goes.")] = drawing.FIGURES,
     tables: Annotated[Path, typer.Option(help="Where the table goes.")] = TABLES,
+    soak: Annotated[Path, typer.Option(help="Measurement of the soak; without it the table says so.")] = SOAK,
 ) -> None:
     """Draw the map and write the table."""
     content = drawing.read_result(result, "make measure-hard-cases")
@@ -122,13 +155,19 @@ def main(
     groups = {where: [row for row in content["map"] if row["where"] == where] for where in ("inside", "beyond")}
     rows = [row_of(f"{where} the box, worst of {len(group)}", group) for where, group in groups.items() if group]
     rows += [row_of(row["name"], [row]) for row in content["extremes"]]
+    soaked = " `make soak` has not been run."
+    if soak.is_file():
+        found = drawing.read_result(soak, "make soak")
+        rows += soak_rows(found)
+        soaked = f" The soak ran at {found['accuracy']} accuracy on {found['host']}; its time is that of the slowest."
     write_table(
         "hard-cases",
         HEADER,
         rows,
         f"The solver at {content['accuracy']} accuracy where it has most to do, and refined by dividing the target by "
         f"{content['refinement']:g}. Work over turnover below zero would be energy created. Rows of several cases show "
-        f"the worst of each column. Measured on {content['host']}.",
+        "the worst of each column. Change, draft and 0.05: of the pull-off force at those accuracies from the refined "
+        f"one. Measured on {content['host']}.{soaked}",
         tables,
     )
 

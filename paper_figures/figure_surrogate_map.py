@@ -1,4 +1,4 @@
-"""Figures: the surrogate's error over the box and out of range, and its worst trajectories with their causes.
+"""Figures and table: the surrogate's error over the box and out of range, its worst trajectories with their causes.
 
 Reads the measurement of `experiments.surrogate_map`.
 """
@@ -14,7 +14,8 @@ from matplotlib.figure import Figure
 
 from bem.designs import PAPER_RANGES
 from paper_figures import drawing
-from paper_figures.cost_style import sparse_ticks
+from paper_figures.cost_style import FORCE_ERROR, sparse_ticks
+from paper_figures.tables import TABLES, number, write_table
 
 RESULT = Path("published/measurements/surrogate_map.json")
 LABELS = {
@@ -25,7 +26,7 @@ LABELS = {
     "unloading_rate": r"$\hat v_U$",
 }
 COLORS = (drawing.BLUE, drawing.VERMILION, drawing.GREEN, drawing.PURPLE, drawing.ORANGE)
-SHORT = {"jump": "jump", "narrow peak": "narrow peak", "corner of the box": "corner"}
+HEADER = ["Trajectories", "Protocols", "Force error (%)", "Pull-off error (%)", "Cause", "In a corner of the box"]
 BINS = 6
 
 
@@ -44,7 +45,7 @@ def draw_map(drawn: Figure, axes: Axes, test: dict[str, Any], across: str, up: s
     mesh = axes.pcolormesh(10.0 ** edges[0], 10.0 ** edges[1], cell, norm=LogNorm())
     axes.set(xscale="log", yscale="log", xlabel=LABELS[across], ylabel=LABELS[up])
     sparse_ticks(axes)
-    drawn.colorbar(mesh, ax=axes, label="median force error (%)")
+    drawn.colorbar(mesh, ax=axes, label=f"median {FORCE_ERROR}")
 
 
 def draw_causes(axes: Axes, by_cause: dict[str, Any]) -> None:
@@ -56,7 +57,7 @@ def draw_causes(axes: Axes, by_cause: dict[str, Any]) -> None:
         axes.plot([values["median"], values["p95"]], [i, i], color=drawing.BLUE, linewidth=0.7)
         axes.plot(values["median"], i, "o", color=drawing.BLUE)
     axes.set_yticks(range(len(names)), [f"{name}\n({by_cause[name]['count']})" for name in names])
-    axes.set(xscale="log", xlabel="force error (%)", ylim=(len(names) - 0.5, -0.5))
+    axes.set(xscale="log", xlabel=FORCE_ERROR, ylim=(len(names) - 0.5, -0.5))
     sparse_ticks(axes)
 
 
@@ -71,7 +72,7 @@ def draw_out_of_range(axes: Axes, rows: list[dict[str, Any]]) -> None:
             axes.plot(x, y, color=color, linestyle=line, marker=".", label=label)
     axes.set_xscale("symlog", linthresh=5.0)
     axes.set_xticks([0, 5, 20, 100], labels=["0", "5", "20", "100"])
-    axes.set(yscale="log", xlabel="beyond the bound (%)", ylabel="median force error (%)")
+    axes.set(yscale="log", xlabel="beyond the bound (%)", ylabel=f"median {FORCE_ERROR}")
     axes.legend(ncol=2, title="full: above, dotted: below", title_fontsize=6)
 
 
@@ -80,7 +81,7 @@ def draw_worst(axes: Axes, case: dict[str, Any]) -> None:
     steps = np.arange(len(case["force"]))
     axes.plot(steps, case["force"], color=drawing.BLACK, linewidth=0.9)
     axes.plot(steps, case["predicted"], color=drawing.VERMILION, linewidth=0.8)
-    cause = ", ".join(SHORT[name] for name in case["causes"]) or "none evident"
+    cause = ", ".join(case["causes"]) or "no local cause"
     protocol = case["protocol"]
     axes.set_title(
         rf"$\mu$={protocol['tabor']:.3g}, $\hat\delta_l$={protocol['peak_indentation']:.3g}" + f"\n{cause}",
@@ -89,11 +90,30 @@ def draw_worst(axes: Axes, case: dict[str, Any]) -> None:
     axes.tick_params(labelsize=5)
 
 
+def rows_of(content: dict[str, Any]) -> list[list[str]]:
+    """The worst trajectories, then each quantity beyond its bounds."""
+    rows = []
+    for place, case in enumerate(content["worst"], start=1):
+        errors = [number(100.0 * case["errors"][name], 2) for name in ("force", "pull_off_force")]
+        words = [", ".join(case["causes"]) or "not local", "yes" if case["corner"] else "no"]
+        rows.append([f"worst {place} (no. {case['index']})", "1", *errors, *words])
+    for row in content["out_of_range"]:
+        errors = [_pair(row["errors"][name]) for name in ("force", "pull_off_force")]
+        name = f"{row['quantity'].replace('_', ' ')} {row['side']} by {100.0 * row['beyond']:g} %"
+        rows.append([name, str(row["errors"]["force"]["count"]), *errors, "-", "-"])
+    return rows
+
+
+def _pair(error: dict[str, float]) -> str:
+    return f"{number(100.0 * error['median'], 2)} / {number(100.0 * error['p95'], 2)}"
+
+
 def main(
     result: Annotated[Path, typer.Option(help="Measurement of the map.")] = RESULT,
     folder: Annotated[Path, typer.Option(help="Where the figures go.")] = drawing.FIGURES,
+    tables: Annotated[Path, typer.Option(help="Where the table goes.")] = TABLES,
 ) -> None:
-    """Draw both figures."""
+    """Draw both figures and write the table."""
     content = drawing.read_result(result, "make measure-surrogate-map")
     drawn = drawing.figure(height=4.6)
     panels = drawn.subplots(2, 2)
@@ -114,6 +134,17 @@ def main(
     drawn.supxlabel("measurement step", fontsize=8)
     drawn.supylabel(rf"force $\hat P$: solver (black), {content['model']} (red)", fontsize=8)
     drawing.save(drawn, "figure-surrogate-worst", folder)
+    old = " The model was trained on another data set." if content.get("outdated") else ""
+    write_table(
+        "surrogate-map",
+        HEADER,
+        rows_of(content),
+        f"{content['model']}: its worst test trajectories, and its errors with one quantity beyond the bounds of "
+        "training while the others are random inside (median / 95th percentile; 0 % is the bound itself). Force error: "
+        "mean |dP| over the range. A cause is named where at least half of the error lies within a few measurement "
+        f"steps of a jump or of a peak that the steps themselves miss. Measured on {content['host']}.{old}",
+        tables,
+    )
 
 
 if __name__ == "__main__":
