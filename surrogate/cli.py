@@ -12,6 +12,7 @@ from typing import Annotated, Any
 import typer
 
 from bem.command import run_command
+from bem.outputs import Outputs
 from surrogate.architectures.naming import PAPER_PARAMETER_COUNTS, names, split_name
 from surrogate.backend import limit_threads, quiet_backend
 from surrogate.model_files import find_model, model_roots
@@ -186,21 +187,27 @@ def evaluate(
     from surrogate.metrics import summary
     from surrogate.predictor import Surrogate
 
-    trained = Surrogate.load(name, root=models, backend="keras")
-    folder = find_model(name, models)
-    indices, found = evaluate_published(trained, folder, dataset)
+    with Outputs(errors) as outputs:
+        trained = Surrogate.load(name, root=models, backend="keras")
+        indices, found = evaluate_published(trained, find_model(name, models), dataset)
+        if errors is not None:
+            with outputs.write(errors) as part:
+                write_errors(part, indices, found)
     for quantity, values in summary(found).items():
         numbers = "  ".join(f"{statistic} {value:.3e}" for statistic, value in values.items())
         typer.echo(f"{quantity:<30} {numbers}")
-    if errors is not None:
-        write_errors(errors, indices, found)
 
 
 register(app)
 
 
 def _metrics(path: Path) -> dict[str, Any]:
-    return json.loads(path.read_text(encoding="utf-8"))
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+        _ = float(content["test"]["mse"]["mean"]), int(content["parameters"])
+    except (ValueError, KeyError, TypeError) as error:
+        raise ValueError(f"Expected a metrics.json that `surrogate train` wrote. Received: {path}") from error
+    return content
 
 
 def _parameters(name: str, metrics: dict[str, Any]) -> str:

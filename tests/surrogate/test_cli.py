@@ -62,6 +62,12 @@ def test_train_then_evaluate(tiny, options, tmp_path, monkeypatch):
     result = runner.invoke(cli.app, ["evaluate", "M1-concat", *options[2:4], *options[6:], "--errors", str(errors)])
     assert result.exit_code == 0, result.output
     assert "hysteresis_percent" in result.output
+    again = runner.invoke(cli.app, ["evaluate", "M1-concat", *options[2:4], *options[6:], "--errors", str(tmp_path)])
+    assert "a directory that exists" in str(again.exception)
+    (tmp_path / "models" / "M2-FiLM").mkdir()
+    (tmp_path / "models" / "M2-FiLM" / "metrics.json").write_bytes(b"\xff")
+    listed = runner.invoke(cli.app, ["list", *options[6:]])
+    assert "metrics.json that `surrogate train` wrote" in str(listed.exception)
     assert errors.read_bytes() == (tmp_path / "models" / "M1-concat" / "test_errors.csv").read_bytes()
 
 
