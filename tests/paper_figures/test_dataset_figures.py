@@ -54,12 +54,13 @@ def test_figure_2_plots_the_examples_and_the_data_set(dataset_path, examples_pat
     assert marks[r"$\hat P_\mathrm{po}$"] == [1.2345, 1.2345]
     assert marks[r"$\hat P_\mathrm{mc}$"] == native[native[:, 1].argmin()].tolist()
     data = load_dataset(dataset_path)
-    scalars = {name: values[data.completed] for name, values in data.scalars.items()}
-    ratio = scalars["pull_off_force"] / np.abs(scalars["max_compression"])
-    for axes, values in zip(kept[0].axes[6:8], (scalars["pull_off_time"], ratio[ratio > 0.0]), strict=True):
-        bars = sorted((patch.get_x(), patch.get_width(), patch.get_height()) for patch in axes.patches)
-        edges = [x for x, _, _ in bars] + [bars[-1][0] + bars[-1][1]]
-        np.testing.assert_allclose([height for *_, height in bars], np.histogram(values, edges)[0] / len(values))
+    times = data.scalars["pull_off_time"][data.completed]
+    low, high = np.floor(np.log10(times.min())), np.ceil(np.log10(times.max()))
+    edges = np.logspace(low, high, round(figure_2.BINS_PER_DECADE * (high - low)) + 1)
+    bars = kept[0].axes[6].patches
+    np.testing.assert_allclose([bar.get_x() for bar in bars], edges[:-1])
+    shares = np.histogram(times, edges)[0] / len(times)
+    np.testing.assert_allclose([bar.get_height() for bar in bars], shares, atol=1e-12)
     marked = [line for line in kept[0].axes[8].lines if line.get_color() == drawing.PAPER]
     assert [line.get_xdata()[0] for line in marked] == pytest.approx([3600.0 * 478 / 12_450])
 
