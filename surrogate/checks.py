@@ -81,9 +81,8 @@ def checked_edge(edge: ArrayLike, shape: tuple[int, ...]) -> np.ndarray:
 
 
 def _within(name: str, values: np.ndarray, low: float, high: float) -> None:
-    bad = np.argwhere(~((values >= low) & (values <= high)))
-    if bad.size:
-        row, column = bad[0]
+    if values.size and not (values.min() >= low and values.max() <= high):
+        row, column = np.argwhere((values < low) | (values > high))[0]
         raise ValueError(
             f"Expected {name} within {low:g} and {high:g}. Received: {float(values[row, column])!r} in history {row}"
         )

@@ -51,13 +51,8 @@ class Excess:
     values: np.ndarray
     low: np.ndarray
     high: np.ndarray
-
-    @property
-    def beyond(self) -> np.ndarray:
-        """How far each value lies outside, zero for those inside and those that do not exist."""
-        slack = RANGE_TOLERANCE * np.maximum(np.abs(self.low), np.abs(self.high))
-        beyond = np.nan_to_num(np.maximum(self.low - self.values, self.values - self.high), nan=0.0)
-        return np.where(beyond > slack, beyond, 0.0)
+    beyond: np.ndarray
+    """How far each value lies outside, zero for those inside and those that do not exist."""
 
     def words(self, index: int) -> str:
         """Name, value and range for one history."""
@@ -71,18 +66,25 @@ def excesses(quantities: dict[str, np.ndarray], ranges: dict[str, tuple[float, f
         quantities: Values by name, each of shape `(batch,)`; NaN where a history has no such thing.
         ranges: Smallest and largest training value by name. The others' ranges are this module's.
     """
-    bounds = {name: ranges[name] for name in quantities if name in ranges} | POINTS
-    bounds |= {"bend": (0.0, BEND_TOLERANCE), "step_ratio": (1.0, LARGEST_STEP_RATIO)}
+    bounds = ranges | POINTS | {"bend": (0.0, BEND_TOLERANCE), "step_ratio": (1.0, LARGEST_STEP_RATIO)}
     if "tabor" in quantities:
         usual = default_start_indentation(quantities["tabor"])
         around = ((1.0 + START_TOLERANCE) * usual, (1.0 - START_TOLERANCE) * usual)
         bounds |= {"start_indentation": around, "end_indentation": around}
-    found = [
-        Excess(name, values, *(np.broadcast_to(bound, values.shape) for bound in bounds[name]))
-        for name, values in quantities.items()
-        if name in bounds
+    names = [name for name in quantities if name in bounds]
+    if not names:
+        return []
+    # All at once, because a single prediction takes little longer than a few dozen array operations.
+    values = np.array([quantities[name] for name in names])
+    low, high = np.empty_like(values), np.empty_like(values)
+    for row, name in enumerate(names):
+        low[row], high[row] = bounds[name]
+    beyond = np.maximum(low - values, values - high)
+    outside = beyond > RANGE_TOLERANCE * np.maximum(np.abs(low), np.abs(high))
+    return [
+        Excess(names[row], values[row], low[row], high[row], np.where(outside[row], beyond[row], 0.0))
+        for row in np.flatnonzero(outside.any(axis=1))
     ]
-    return [excess for excess in found if excess.beyond.any()]
 
 
 def worst(found: Iterable[Excess]) -> list[str]:
@@ -123,13 +125,12 @@ def dwell_ends(indentation: np.ndarray, edge: np.ndarray | None = None) -> tuple
 def _history(time: np.ndarray, indentation: np.ndarray, edge: np.ndarray | None) -> dict[str, float]:
     onset, end = dwell_ends(indentation, edge)
     last = len(time) - 1
-    corners = np.unique([0, onset, end, last])
+    corners = sorted({0, onset, end, last})
     travel = np.ptp(indentation)
     straight = np.interp(time, time[corners], indentation[corners])
-    ratios = [
-        float(steps.max() / steps.min())
-        for steps in (np.diff(time[begin : stop + 1]) for begin, stop in pairwise(corners))
-    ]
+    steps = np.diff(time)
+    phases = (steps[begin:stop] for begin, stop in pairwise(corners))
+    ratios = [float(phase.max() / phase.min()) for phase in phases]
     return {
         "peak_indentation": float(indentation.max()),
         "loading_rate": _slope(time, indentation, 0, onset),
