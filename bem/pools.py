@@ -21,7 +21,7 @@ from typing import Any, Protocol, Self
 from urllib.parse import urlsplit
 
 import joblib
-from joblib.externals.loky.process_executor import TerminatedWorkerError
+from joblib.externals.loky.process_executor import TerminatedWorkerError, _ExecutorManagerThread
 
 from bem.designs import whole_number
 from bem.parts import CampaignError
@@ -71,6 +71,18 @@ def _end_with(parent: int) -> None:
     threading.Thread(target=watch, daemon=True).start()
 
 
+@functools.cache
+def _excuse_the_manager() -> None:
+    """Keep quiet about loky's own thread, which now and then trips over work that was called off under it."""
+    report = threading.excepthook
+
+    def hook(arguments: threading.ExceptHookArgs) -> None:
+        if not isinstance(arguments.thread, _ExecutorManagerThread):
+            report(arguments)
+
+    threading.excepthook = hook
+
+
 class LocalPool:
     """Processes of this machine.
 
@@ -107,6 +119,9 @@ class LocalPool:
                     deaths = 0
             except TerminatedWorkerError:
                 deaths += 1
+            except BaseException:
+                _excuse_the_manager()
+                raise
             finally:
                 # joblib warns of results nobody took; whoever stops early knows.
                 with warnings.catch_warnings(action="ignore"):
