@@ -18,6 +18,7 @@ COUNT ?= 12450
 FIGURES := $(OUT)/figures
 TABLES := $(OUT)/tables
 DATASET := $(PUBLISHED)/dataset.h5
+ACCURACY_PRICE := $(PUBLISHED)/accuracy_price.json
 MANIFEST := tools/manifest.py --root $(PUBLISHED)
 SOLVER := $(wildcard bem/*.py)
 DRAWING := $(wildcard paper_figures/drawing.py paper_figures/tables.py paper_figures/*.mplstyle paper_figures/paper_values/dataset.toml)
@@ -110,17 +111,16 @@ table-solver-hard-cases: setup  ## Run the solver where it is most likely to bre
 results/solver/scaling.json: experiments/solver_scaling.py $(SOLVER) | $(INSTALLED)
 	$(PY) -m experiments.solver_scaling --out $@
 
+ALL := 12450
+WHOLE := $(or $(filter $(ALL),$(COUNT)),$(filter-out $(abspath published),$(abspath $(PUBLISHED))))
 .PHONY: dataset
-dataset: $(OUT)/dataset/dataset.h5  ## Simulate the 12,450 trajectories and publish them; continues after an interruption
-	@mkdir -p $(PUBLISHED)
-	cp -p $< $(DATASET).writing && mv $(DATASET).writing $(DATASET)
+dataset: setup  ## Simulate the 12,450 trajectories and publish them; continues after an interruption
+	@$(if $(WHOLE),:,echo "only all $(ALL) trajectories go to published/; with COUNT=$(COUNT), give OUT=... and PUBLISHED=..." >&2; exit 1)
+	@mkdir -p $(PUBLISHED) $(OUT)/dataset
+	$(VENV)/bin/bem campaign --design paper --count $(COUNT) --seed 0 --accuracy standard --replace --out $(OUT)/dataset/dataset.h5
+	cp -p $(OUT)/dataset/dataset.h5 $(DATASET).writing && mv $(DATASET).writing $(DATASET)
 	$(PY) $(MANIFEST) add $(DATASET)
 	[ $(PUBLISHED) != published ] || $(PY) tools/readme_numbers.py
-
-.PRECIOUS: $(OUT)/dataset/dataset.h5
-$(OUT)/dataset/dataset.h5: $(SOLVER) | $(INSTALLED)
-	$(VENV)/bin/bem campaign --design paper --count $(COUNT) --seed 0 --accuracy standard --replace --out $@
-	@touch $@
 
 $(DATASET):
 	@echo "$(DATASET) is missing; restore it from the repository, or run \`make dataset\`" >&2; exit 1
@@ -134,8 +134,11 @@ $(OUT)/dataset/statistics.json: experiments/dataset_statistics.py $(DATASET) | $
 
 .PHONY: accuracy-price
 accuracy-price: setup  ## Measure what draft, standard and reference cost over the paper's design (long) and publish it
-	$(PY) -m experiments.accuracy_price
-	$(PY) tools/manifest.py add published/accuracy_price.json
+	$(PY) -m experiments.accuracy_price --folder $(OUT)/accuracy_price --out $(ACCURACY_PRICE)
+	$(PY) $(MANIFEST) add $(ACCURACY_PRICE)
+
+$(ACCURACY_PRICE):
+	@echo "$@ is missing; restore it from the repository, or run \`make accuracy-price\`" >&2; exit 1
 
 .PHONY: verify
 verify: setup  ## Compare what is published with its manifest
@@ -173,8 +176,9 @@ $(TABLES)/protocols-dataset.md: paper_figures/table_protocols_dataset.py $(OUT)/
 		--statistics $(OUT)/dataset/statistics.json --folder $(TABLES)
 
 .PHONY: table-accuracy-price
-table-accuracy-price: setup  ## What draft, standard and reference cost, as published
-	$(PY) -m paper_figures.table_accuracy_price
+table-accuracy-price: $(TABLES)/accuracy-price.md  ## What draft, standard and reference cost, as published
+$(TABLES)/accuracy-price.md: paper_figures/table_accuracy_price.py $(ACCURACY_PRICE) $(DRAWING) | $(INSTALLED)
+	$(PY) -m paper_figures.table_accuracy_price --price $(ACCURACY_PRICE) --folder $(TABLES)
 
 include paper.mk
 include costs.mk

@@ -228,7 +228,7 @@ figures: $(ALL_FIGURES)  ## Every figure whose inputs are published
 	@echo "figures are in $(FIGURES)"
 
 .PHONY: tables
-tables: table-protocols-dataset table-protocols-canonical table-quartiles table-persson-brener table-models  ## Every table
+tables: table-protocols-dataset table-protocols-canonical table-quartiles table-persson-brener table-models $(if $(wildcard $(ACCURACY_PRICE)),table-accuracy-price)  ## Every table
 	@echo "tables are in $(TABLES)"
 
 REPORT ?= REPRODUCTION.md

@@ -98,7 +98,7 @@ class Trajectory:
 
     @property
     def max_compression(self) -> float:
-        """Most compressive force of the history, as a negative force; NaN when unfinished."""
+        """Smallest force: largest compression, negative, or smallest tension if not compressed; NaN if unfinished."""
         return float(np.min(self.force)) if self.completed else np.nan
 
     @property

@@ -5,6 +5,11 @@ the steps of the unloading phase against the largest of the solver's own history
 can be told from the solver below it. A trajectory still in contact at its end has its pull-off force there, if nowhere
 else.
 
+Cost is the solver's seconds and, over these, the workers' seconds on trajectories (measuring and keeping included) and
+the whole run, wall time times workers; the parallel efficiency is the share of the whole run that went into
+trajectories. The force ratio, pull-off force over largest compression, has no meaning for a trajectory that is never
+compressed; these are counted and left out of it.
+
 Usage: `python -m experiments.dataset_statistics [--dataset FILE] [--out FILE]`.
 """
 
@@ -44,12 +49,21 @@ def resolution_floor(dataset: Dataset) -> dict[str, FloatArray]:
     }
 
 
+def force_ratio(dataset: Dataset) -> FloatArray:
+    """Pull-off force over largest compression of the completed trajectories that are ever compressed."""
+    force, compression = (dataset.scalars[name][dataset.completed] for name in ("pull_off_force", "max_compression"))
+    compressed = compression < 0.0
+    return force[compressed] / -compression[compressed]
+
+
 def statistics(dataset: Dataset) -> dict[str, Any]:
     """Everything the tables say about a data set."""
     rows, scalars = dataset.completed, dataset.scalars
     floor = resolution_floor(dataset)
     force, seconds = scalars["pull_off_force"][rows], scalars["solver_seconds"]
-    ratio = force / np.abs(scalars["max_compression"][rows])
+    ratio = force_ratio(dataset)
+    attributes = dataset.attributes
+    workers_seconds = attributes["wall_seconds"] * attributes["workers"]
     columns = np.stack(list(dataset.protocols.values()), axis=1)
     return {
         "trajectories": len(dataset),
@@ -63,16 +77,16 @@ def statistics(dataset: Dataset) -> dict[str, Any]:
             **percentiles(seconds),
         },
         "steps_mean": float(scalars["steps"].mean()),
-        "core_seconds": dataset.attributes["core_seconds"],
-        "wall_seconds": dataset.attributes["wall_seconds"],
-        "workers": dataset.attributes["workers"],
-        "host": dataset.attributes["host"],
-        "accuracy": dataset.attributes["accuracy"],
+        **{name: attributes[name] for name in ("core_seconds", "wall_seconds", "workers", "host", "accuracy")},
+        "trajectories_over_solver": float(attributes["core_seconds"] / seconds.sum()),
+        "run_over_solver": float(workers_seconds / seconds.sum()),
+        "parallel_efficiency": float(attributes["core_seconds"] / workers_seconds),
         "with_jumps": float(np.mean(scalars["jump_count"][rows] > 0)),
         "end_force_above_half_pull_off": float(np.mean(scalars["end_force"][rows] > 0.5 * force)),
         "pull_off_force": [float(force.min()), float(force.max())],
         "pull_off_time": [float(bound) for bound in np.percentile(scalars["pull_off_time"][rows], [0.0, 100.0])],
-        "force_ratio": [float(ratio.min()), float(ratio.max())],
+        "never_compressed": len(rows) - len(ratio),
+        "force_ratio": [float(ratio.min()), float(ratio.max())] if len(ratio) else None,
         "resolution_floor": {name: percentiles(values) for name, values in floor.items()},
         "floor_above_20_percent": float(np.mean(floor["pull_off_force"] > 0.2)),
     }

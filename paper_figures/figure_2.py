@@ -1,7 +1,8 @@
 """Figure 2: six trajectories of the data set over time, and how pull-off time, force ratio and cost are distributed.
 
 Reads the data set, the examples and the paper's cost; the histograms count completed trajectories, divided by their
-number. The paper marks no single cost in its panel (i); we mark its mean, that of all CPU-hours over the trajectories.
+number; trajectories that are never compressed have no force ratio. The paper marks no single cost in its panel (i); we
+mark its mean, that of all CPU-hours over the trajectories.
 """
 
 from pathlib import Path
@@ -14,6 +15,7 @@ from matplotlib.ticker import MultipleLocator, PercentFormatter
 
 from bem._checks import FloatArray
 from bem.dataset_file import Dataset, load_dataset
+from experiments.dataset_statistics import force_ratio
 from paper_figures import drawing
 
 EXAMPLES = Path("results/dataset/examples.json")
@@ -74,6 +76,11 @@ def mark(axes: Axes, value: float, text: str, color: str, *, height: float, side
     )
 
 
+def note(axes: Axes, text: str) -> None:
+    """Words in the upper right corner of a panel."""
+    axes.annotate(text, (0.97, 0.97), xycoords="axes fraction", ha="right", va="top", fontsize=6.5)
+
+
 def draw_cost(axes: Axes, dataset: Dataset, paper: dict[str, Any]) -> None:
     """Solver seconds of each trajectory, our mean and the paper's."""
     seconds = dataset.scalars["solver_seconds"][dataset.completed]
@@ -101,8 +108,9 @@ def main(
         draw_example(axes, example)
     panels[0, 1].legend(loc="lower right")
     draw_histogram(panels[2, 0], scalars["pull_off_time"][rows], r"pull-off time $\hat t_\mathrm{po}$")
-    ratio = scalars["pull_off_force"][rows] / np.abs(scalars["max_compression"][rows])
-    draw_histogram(panels[2, 1], ratio[ratio > 0.0], r"force ratio $\hat P_\mathrm{po}/|\hat P_\mathrm{mc}|$")
+    ratio = force_ratio(data)
+    draw_histogram(panels[2, 1], ratio, r"force ratio $\hat P_\mathrm{po}/|\hat P_\mathrm{mc}|$")
+    note(panels[2, 1], f"without {len(rows) - len(ratio)}\nnever compressed")
     draw_cost(panels[2, 2], data, drawing.paper_values("dataset"))
     for axes, name in zip(panels[2], "ghi", strict=True):
         drawing.letter(axes, name)

@@ -44,7 +44,7 @@ def summary_rows(found: dict[str, Any], paper: dict[str, Any]) -> list[list[str]
     seconds, floor = found["solver_seconds"], found["resolution_floor"]["pull_off_force"]
     ranges = {name: paper["ranges"][name] for name in QUANTITIES}
     mean = 3600.0 * paper["cpu_hours"] / paper["trajectories"]
-    unknown = "not stated"
+    unknown, hosts = "not stated", found["host"]
     return [
         ["trajectories", str(paper["trajectories"]), str(found["trajectories"])],
         ["of these completed", unknown, str(found["completed"])],
@@ -57,7 +57,11 @@ def summary_rows(found: dict[str, Any], paper: dict[str, Any]) -> list[list[str]
         ["solver time, mean", f"{mean:.0f} s", f"{1e3 * seconds['mean']:.1f} ms"],
         ["solver time, median", unknown, f"{1e3 * seconds['median']:.1f} ms"],
         ["wall time", unknown, f"{found['wall_seconds'] / 60.0:.2f} minutes"],
-        ["hardware", paper["hardware"], found["host"]],
+        ["workers' time on trajectories over solver time", unknown, f"{found['trajectories_over_solver']:.3f}"],
+        ["whole run over solver time", unknown, f"{found['run_over_solver']:.3f}"],
+        ["parallel efficiency", unknown, f"{found['parallel_efficiency']:.3f}"],
+        ["hardware", paper["hardware"], "; ".join([hosts] if isinstance(hosts, str) else hosts)],
+        ["trajectories never compressed", unknown, str(found["never_compressed"])],
         ["trajectories with a jump", unknown, f"{100 * found['with_jumps']:.1f} %"],
         ["end force above half the pull-off force", unknown, f"{100 * found['end_force_above_half_pull_off']:.1f} %"],
         *(
@@ -89,7 +93,8 @@ def main(
         ["Quantity", "Paper", "Here"],
         summary_rows(found, drawing.paper_values("dataset")),
         f"The data set beside the paper's; here at accuracy {found['accuracy']} on {found['workers']} workers. The "
-        "resolution floor is the error of the pull-off force made by the measurement steps alone.",
+        "whole run is the wall time of all workers; parallel efficiency is the share of it that they spent on "
+        "trajectories. The resolution floor is the error of the pull-off force made by the measurement steps alone.",
         folder,
     )
 

@@ -102,3 +102,14 @@ def test_touching_an_input_redoes_what_reads_it(touched, studies, tmp_path):
         os.utime(path, (future, future))
     redone = set(re.findall(r"-m experiments\.(\w+) ", commands("studies", f"OUT={tmp_path}", "-W", touched)))
     assert redone - {"architecture_graphs", "adopted_settings"} == studies - {"architecture_graphs"}
+
+
+def test_a_part_of_the_data_set_is_not_published(tmp_path):
+    def lines(*words):
+        return [line for line in commands("dataset", *words).splitlines() if "trajectories go to published/" in line]
+
+    assert lines() == []
+    assert lines("COUNT=5", f"OUT={tmp_path}", f"PUBLISHED={tmp_path}/published") == []
+    for published in ("published", "./published", str(ROOT / "published")):
+        assert len(lines("COUNT=5", f"PUBLISHED={published}")) == 1
+        assert lines("COUNT=5", f"PUBLISHED={published}")[0].endswith("exit 1")

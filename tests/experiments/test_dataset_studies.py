@@ -9,10 +9,16 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "bem"))
 
 import campaign_stand_in as stand_in
 
+from bem.accuracy import NAMED_TARGETS
 from bem.campaign import run_campaign
 from bem.campaign_plan import Campaign
 from bem.dataset_file import Dataset, load_dataset
 from experiments import accuracy_price, dataset_examples, dataset_statistics
+from paper_figures import table_accuracy_price
+from paper_figures.reproduction import Results, judge, text_claims
+from paper_figures.reproduction_report import row
+
+ROOT = Path(__file__).resolve().parents[2]
 
 
 @pytest.fixture(scope="module")
@@ -42,21 +48,65 @@ def test_statistics_are_written(path, tmp_path):
     assert (found["trajectories"], found["completed"], found["distinct_protocols"]) == (60, 60, 60)
     assert found["solver_seconds"]["sum"] == pytest.approx(60 * 1e-3)
     assert found["resolution_floor"]["pull_off_force"].keys() == {"median", "p90", "p99", "largest"}
+    attributes = load_dataset(path).attributes
+    whole = attributes["wall_seconds"] * attributes["workers"]
+    assert found["run_over_solver"] == pytest.approx(whole / (60 * 1e-3))
+    assert found["trajectories_over_solver"] == pytest.approx(attributes["core_seconds"] / (60 * 1e-3))
+    assert found["parallel_efficiency"] == pytest.approx(attributes["core_seconds"] / whole)
+
+
+def test_what_is_never_compressed_has_no_force_ratio(path):
+    dataset = load_dataset(path)
+    columns = dict(dataset.columns)
+    compression = dataset.scalars["max_compression"].copy()
+    before = dataset_statistics.statistics(dataset)
+    compression[:7] = 0.25
+    columns["scalars/max_compression"] = compression
+    changed = Dataset(columns, dataset.attributes, dataset.counts)
+    found = dataset_statistics.statistics(changed)
+    assert found["never_compressed"] == before["never_compressed"] + 7
+    expected = dataset.scalars["pull_off_force"][7:] / -compression[7:]
+    np.testing.assert_array_equal(dataset_statistics.force_ratio(changed), expected[compression[7:] < 0.0])
 
 
 def test_price_compares_the_same_protocols(tmp_path):
-    datasets = accuracy_price.run(40, 10, 3, tmp_path, 2, solver=stand_in.solve)
+    datasets = accuracy_price.run(40, 10, 3, tmp_path, 2, solver=stand_in.rough)
     levels = accuracy_price.price(datasets)
     assert [(level["accuracy"], level["trajectories"]) for level in levels] == [
         ("draft", 40),
         ("standard", 40),
         ("reference", 10),
     ]
-    assert levels[0]["compared"] == 10
-    assert levels[0]["errors"]["pull_off_force"]["largest"] == 0.0
+    for level in levels[:2]:
+        assert level["compared"] == 10
+        expected = (1.0 + NAMED_TARGETS[level["accuracy"]]) / (1.0 + NAMED_TARGETS["reference"]) - 1.0
+        for quantity in ("pull_off_force", "hysteresis"):
+            for name in ("median", "largest"):
+                assert level["errors"][quantity][name] == pytest.approx(expected, rel=1e-6)
+        # The root mean square of the history is less than its range.
+        assert 0.1 * expected < level["errors"]["force"]["largest"] < expected
+        assert level["errors"]["pull_off_time"]["largest"] == 0.0
     assert "errors" not in levels[2]
     with pytest.raises(ValueError, match="reference_count must be a whole number from 1 to 40"):
-        accuracy_price.run(40, 41, 3, tmp_path, 2, solver=stand_in.solve)
+        accuracy_price.run(40, 41, 3, tmp_path, 2, solver=stand_in.rough)
+
+
+def test_cost_is_stated_for_all_trajectories_where_fewer_were_run(tmp_path):
+    datasets = accuracy_price.run(40, 10, 3, tmp_path, 2, solver=stand_in.rough)
+    levels = accuracy_price.price(datasets)
+    rows = table_accuracy_price.rows_of([level | {"core_seconds": 60.0} for level in levels])
+    assert [row[6] for row in rows] == ["1.0", "1.0", "4.0"]
+
+
+def test_the_report_is_of_the_published_data_set(tmp_path):
+    (tmp_path / "dataset").mkdir()
+    dataset_statistics.main(ROOT / "published" / "dataset.h5", tmp_path / "dataset" / "statistics.json")
+    results = Results(tmp_path, ROOT / "published")
+    claims = [claim for claim in text_claims() if claim.get("source", "").startswith("dataset:")]
+    assert len(claims) > 10
+    report = (ROOT / "REPRODUCTION.md").read_text(encoding="utf-8").splitlines()
+    stale = [line for line in (row(judge(claim, results)) for claim in claims) if line not in report]
+    assert not stale, "run `make report`"
 
 
 def test_example_of_the_real_solver():
