@@ -7,7 +7,6 @@ The plain call is `model.predict` on one trajectory, as most scripts do it, feat
 from __future__ import annotations
 
 import contextlib
-import hashlib
 import json
 import time
 import warnings
@@ -18,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from bem.measurement import FMS, measurement_grid
+from experiments.lineage import dataset_digest
 from experiments.measuring import progress
 
 if TYPE_CHECKING:
@@ -64,8 +64,8 @@ def missing(models: Path) -> list[str]:
 
 
 def outdated(models: Path, dataset: Path) -> list[str]:
-    """Published models that were trained on another data set file than this."""
-    digest = hashlib.sha256(dataset.read_bytes()).hexdigest()
+    """Published models that were trained on another data set than this file's."""
+    digest = dataset_digest(dataset)
     return [name for name in published(models) if _trained_on(models / name) != digest]
 
 
