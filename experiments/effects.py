@@ -48,7 +48,7 @@ DEPTH, START, RATE, DWELL = 4.0, -3.0, 20.0, 0.2
 MODULUS_RATIO = 0.1
 RATES = np.geomspace(1e-2, 1e4, 19)
 TOLERANCE = 0.05
-TABORS = np.geomspace(0.05, 5.0, 17)
+TABORS = np.geomspace(0.05, 5.0, 33)
 DECADES = (0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0)
 SLOW_AND_FAST = (0.2, RATE, 2000.0)
 

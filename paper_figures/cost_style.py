@@ -13,7 +13,7 @@ KINDS = {
     "Keras call": {"color": drawing.PURPLE, "marker": "v"},
     "ONNX single": {"color": drawing.GREEN, "marker": "^"},
     "ONNX batch": {"color": drawing.ORANGE, "marker": "D"},
-    "closed form": {"color": drawing.BLACK, "marker": "x"},
+    "closed form": {"color": drawing.BLACK, "marker": "X"},
 }
 
 

@@ -59,27 +59,36 @@ def draw(axes: Axes, tools: list[dict[str, Any]], quantity: str) -> None:
             va="bottom",
         )
     axes.set(xscale="log", yscale="log", xlabel="time a trajectory, one core (s)", ylabel=PANELS[quantity])
-    axes.set_xlim(axes.get_xlim()[0] / 2.0, 1000.0)
+    axes.set_xlim(axes.get_xlim()[0] / 5.0, 1000.0)
     axes.set_ylim(top=1.3 * LARGEST)
     mark_paper(axes)
 
 
-def names_of(tools: list[dict[str, Any]], quantity: str) -> dict[str, str]:
-    """Words beside a marker, by setting."""
-    named = {name: name for name in ("draft", "standard", "reference")}
-    named |= {tool["setting"]: tool["setting"].split(",")[0] for tool in tools if tool["kind"] == "closed form"}
+def names_of(tools: list[dict[str, Any]], quantity: str) -> dict[str, tuple[str, str]]:
+    """Words beside a marker and where they stand, by setting."""
+    named = {name: (name, "left") for name in ("draft", "standard", "reference")}
+    for tool in tools:
+        if tool["kind"] == "closed form":
+            named[tool["setting"]] = (tool["setting"].split(",")[0], "left")
     for way in dict.fromkeys(tool["way"] for tool in tools if "way" in tool):
         ranked = [tool for tool in tools if tool.get("way") == way and _percent(tool, quantity) is not None]
         ranked.sort(key=lambda tool: _percent(tool, quantity))
-        chosen = [tool for tool in ranked if tool["model"] == REFERENCE_MODEL] + ranked[:1] + ranked[-1:]
-        named |= {tool["setting"]: tool["model"] for tool in chosen}
+        if ranked:
+            named |= {tool["setting"]: (tool["model"], "right") for tool in ranked if tool["model"] == REFERENCE_MODEL}
+            named[ranked[-1]["setting"]] = (ranked[-1]["model"], "above")
+            named[ranked[0]["setting"]] = (ranked[0]["model"], "below")
     return named
 
 
-def _annotate(axes: Axes, text: str, place: tuple[float, float], color: str) -> None:
-    axes.annotate(
-        text, place, xytext=(-4, -3), textcoords="offset points", fontsize=5, ha="right", va="top", color=color
-    )
+def _annotate(axes: Axes, named: tuple[str, str], place: tuple[float, float], color: str) -> None:
+    text, side = named
+    offset, across, up = {
+        "left": ((-4, -3), "right", "top"),
+        "right": ((5, 0), "left", "center"),
+        "above": ((0, 5), "center", "bottom"),
+        "below": ((0, -5), "center", "top"),
+    }[side]
+    axes.annotate(text, place, xytext=offset, textcoords="offset points", fontsize=5, ha=across, va=up, color=color)
 
 
 def _percent(tool: dict[str, Any], quantity: str) -> float | None:

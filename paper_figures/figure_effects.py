@@ -40,6 +40,10 @@ def draw_curves(axes: Axes, curves: list[dict[str, Any]]) -> None:
         axes.plot(curve["depth"], curve["force"], color=color, linestyle=line, label=label)
     axes.set_xlabel(r"depth $\hat\delta/\mu$")
     axes.set_ylabel(r"force $\hat P$")
+    # Both the pull of an elastic contact and the push of a glassy one can be read.
+    axes.set_yscale("asinh", linear_width=1.0)
+    axes.set_yticks([-30, -10, -3, -1, 0, 1, 3, 6], labels=["-30", "-10", "-3", "-1", "0", "1", "3", "6"])
+    axes.minorticks_off()
     axes.legend(loc="lower left", fontsize=6)
 
 
@@ -86,7 +90,7 @@ def draw_ranges(axes: Axes, content: dict[str, Any]) -> None:
             axes.plot(tabors, errors, line, color=STYLES[name][0], marker=".", label=label)
     axes.axhline(100.0 * content["tolerance"], color="0.4", linewidth=0.8, linestyle=(0, (5, 3)))
     axes.set(xscale="log", yscale="log", xlabel=r"Tabor parameter $\mu$", ylabel=r"rms $\Delta\hat P$ / range (%)")
-    axes.legend(loc="lower left", title="full: elastic, dotted: one relaxation", title_fontsize=6)
+    axes.legend(loc="upper right", fontsize=6.5, title="full: elastic, dotted: one relaxation", title_fontsize=6)
 
 
 def _short(effects: str) -> str:
