@@ -18,7 +18,7 @@ from bem.dataset_file import load_dataset, write_dataset
 from bem.designs import QUANTITIES
 from bem.parts import CampaignError, PartStore, differences
 from bem.pools import Cluster, LocalPool
-from bem.provenance import merged, provenance
+from bem.provenance import merged, peak_memory, provenance
 from bem.records import COMPLETED, FAILED, Columns, Record, tabulate, untabulate
 
 Progress = Callable[[int, int], None]
@@ -56,6 +56,7 @@ class _Done:
         self.failures = 0
         self._store = store
         self._retry_failed = retry_failed
+        self._worker_memory = 0
         self._before = {"wall_seconds": 0.0, "core_seconds": 0.0}
 
     @property
@@ -75,8 +76,13 @@ class _Done:
         saved, wanted_indices = self._store.load(), frozenset(wanted.tolist())
         self._keep(record for index, record in saved.items() if index in wanted_indices)
 
+    def memory(self, workers: int) -> int:
+        """Bytes of this process and the workers together, each at its largest; no less than were held at once."""
+        return peak_memory() + workers * self._worker_memory
+
     def add(self, arrival: Arrival) -> None:
         """Keep what has just arrived."""
+        self._worker_memory = max(self._worker_memory, arrival.memory)
         self._store.add(arrival.records, arrival.seconds, arrival.origin)
         self.records |= {record.index: record for record in arrival.records}
         self.failures += sum(record.status == FAILED for record in arrival.records)
@@ -149,6 +155,7 @@ def run_campaign(
             progress(len(done.records), done.failures)
         store.flush()
         attributes = root_attributes(identity) | done.seconds | {"workers": pool.workers}
+        attributes["peak_memory"] = done.memory(pool.workers)
         attributes |= provenance(command) | merged(store.origins)
         columns = tabulate(done.records.values(), campaign.settings)
         write_result(path, columns, protocols, attributes, campaign.counts, scratch=store.folder)

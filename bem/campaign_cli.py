@@ -189,8 +189,10 @@ def _verify(path: Path, sample: int, workers: int | None) -> None:
 
 def _require_place(out: Path) -> None:
     """Refuse a file that cannot be written before hours are spent; directories still missing are made later."""
+    from bem.campaign_plan import followed
+
     if out.absolute().parent.is_dir() and not out.is_dir():
-        require_output(out)
+        require_output(followed(out))
 
 
 def _command() -> str:

@@ -94,7 +94,9 @@ def _joined(shards: Sequence[dict[str, Any]]) -> dict[str, Any]:
     wall, core, workers = ([found[name] for found in shards] for name in ("wall_seconds", "core_seconds", "workers"))
     names = ("versions", "host", "git_revision")
     origins = merged({name: found[name] for name in names if name in found} for found in shards)
-    return {"wall_seconds": max(wall), "core_seconds": sum(core), "workers": sum(workers), **origins}
+    memory = max(found.get("peak_memory", 0) for found in shards)
+    cost = {"wall_seconds": max(wall), "core_seconds": sum(core), "workers": sum(workers), "peak_memory": memory}
+    return cost | origins
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from bem.materials import StandardLinearSolid
 from bem.parts import CampaignError
 from bem.pools import Batch, Pool
 from bem.protocol import LoadingProtocol
-from bem.provenance import origin
+from bem.provenance import origin, peak_memory
 from bem.records import Record, Settings, failed, simulate_record
 from bem.scene import Scene
 
@@ -66,12 +66,14 @@ class Arrival:
         seconds: what they took a worker.
         origin: versions and host of the worker, empty where it died.
         digest: of the worker's solver.
+        memory: largest memory of the worker so far, in bytes.
     """
 
     records: list[Record]
     seconds: float = 0.0
     origin: dict[str, Any] = field(default_factory=dict)
     digest: str = ""
+    memory: int = 0
 
 
 @dataclass(frozen=True)
@@ -87,7 +89,7 @@ class Task:
         started = time.perf_counter()
         rows = ((index, dict(zip(QUANTITIES, protocol, strict=True))) for index, protocol in batch)
         records = [simulate_record(index, row, self.settings, solver) for index, row in rows]
-        return Arrival(records, time.perf_counter() - started, origin(), solver_digest())
+        return Arrival(records, time.perf_counter() - started, origin(), solver_digest(), peak_memory())
 
 
 def results(campaign: Campaign, indices: np.ndarray, pool: Pool, solver: Solver | None) -> Iterator[Arrival]:

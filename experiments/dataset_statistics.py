@@ -81,6 +81,7 @@ def statistics(dataset: Dataset) -> dict[str, Any]:
         "trajectories_over_solver": float(attributes["core_seconds"] / seconds.sum()),
         "run_over_solver": float(workers_seconds / seconds.sum()),
         "parallel_efficiency": float(attributes["core_seconds"] / workers_seconds),
+        "peak_memory": attributes.get("peak_memory"),
         "with_jumps": float(np.mean(scalars["jump_count"][rows] > 0)),
         "end_force_above_half_pull_off": float(np.mean(scalars["end_force"][rows] > 0.5 * force)),
         "pull_off_force": [float(force.min()), float(force.max())],

@@ -44,7 +44,7 @@ def summary_rows(found: dict[str, Any], paper: dict[str, Any]) -> list[list[str]
     seconds, floor = found["solver_seconds"], found["resolution_floor"]["pull_off_force"]
     ranges = {name: paper["ranges"][name] for name in QUANTITIES}
     mean = 3600.0 * paper["cpu_hours"] / paper["trajectories"]
-    unknown, hosts = "not stated", found["host"]
+    unknown, hosts, memory = "not stated", found["host"], found["peak_memory"]
     return [
         ["trajectories", str(paper["trajectories"]), str(found["trajectories"])],
         ["of these completed", unknown, str(found["completed"])],
@@ -60,6 +60,7 @@ def summary_rows(found: dict[str, Any], paper: dict[str, Any]) -> list[list[str]
         ["workers' time on trajectories over solver time", unknown, f"{found['trajectories_over_solver']:.3f}"],
         ["whole run over solver time", unknown, f"{found['run_over_solver']:.3f}"],
         ["parallel efficiency", unknown, f"{found['parallel_efficiency']:.3f}"],
+        ["peak memory", unknown, f"{memory / 1e6:.0f} MB" if memory else "not recorded"],
         ["hardware", paper["hardware"], "; ".join([hosts] if isinstance(hosts, str) else hosts)],
         ["trajectories never compressed", unknown, str(found["never_compressed"])],
         ["trajectories with a jump", unknown, f"{100 * found['with_jumps']:.1f} %"],

@@ -39,6 +39,7 @@ def test_file_holds_what_its_documentation_says(plan, undisturbed):
     assert attributes["host"]
     assert attributes["git_revision"]
     assert 0.0 < attributes["core_seconds"] < 60.0
+    assert 5e7 < attributes["peak_memory"] < 1e11
     jumps = dataset.columns["jumps/trajectory"]
     np.testing.assert_array_equal(np.unique(jumps), np.flatnonzero(plan.protocols["tabor"] > 1.0))
     np.testing.assert_array_equal(dataset.scalars["jump_count"], np.bincount(jumps, minlength=120))

@@ -67,6 +67,7 @@ def test_files_that_are_no_data_sets(name, message, undisturbed, tmp_path):
         (["--out", "x.h5", "--shard", "4/3"], "shard must be a whole number from 1 to 3", 2),
         (["--out", "x.h5", "--shard", "one"], "shard must read i/n", 2),
         (["--out", "x.h5", "--workers", "0"], "workers must be a whole number from 1", 2),
+        (["--out", "loop.h5"], "out must not be a link in circles", 2),
         (["--out", "x.h5", "--workers", "-3"], "workers must be a whole number from 1", 2),
         (["--out", "x.h5", "--cluster", ""], "cluster must be an address like", 2),
         (["--out", "x.h5", "--cluster", "tcp://h:1", "--workers", "2"], "workers must not be given with cluster", 2),
@@ -82,9 +83,11 @@ def test_files_that_are_no_data_sets(name, message, undisturbed, tmp_path):
 )
 def test_bad_options_end_in_one_sentence(arguments, message, code, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
+    if "loop.h5" in arguments:
+        Path("loop.h5").symlink_to("loop.h5")
     result = command("campaign", *arguments)
     assert (result.exit_code, message in result.stderr, result.stderr.count("\n")) == (code, True, 1), result.stderr
-    assert not list(tmp_path.iterdir())
+    assert [path.name for path in tmp_path.iterdir()] == ["loop.h5"] * ("loop.h5" in arguments)
 
 
 def test_design_file_and_options_together(tmp_path, monkeypatch):
