@@ -125,7 +125,8 @@ class PartStore:
     def _refuse_strangers(self) -> None:
         for path in sorted(self.place.iterdir()):
             ours = path.stat().st_size == 0 if path.name == "lock" else _FOLDER.fullmatch(path.name) and path.is_dir()
-            if not ours:
+            # A file server keeps a removed file that is still open under such a name.
+            if not ours and not path.name.startswith(".nfs"):
                 raise ValueError(
                     f"out must leave the folder {self.place.name!r} beside it to the campaign; received "
                     f"{str(self.out)!r}, where that folder holds {path.name!r}, which no campaign wrote"

@@ -217,6 +217,7 @@ def test_only_own_files_are_removed(plan, tmp_path, monkeypatch):
     place = begun(plan, out, monkeypatch)
     (own,) = place.glob("campaign-*")
     (own / "notes.txt").write_text("x", encoding="utf-8")
+    (place / ".nfs0001").touch()  # as a file server does
     run_campaign(plan, out, solver=stand_in.solve)
     assert [path.name for path in own.iterdir()] == ["notes.txt"]
     assert (tmp_path / "data.h5.writing").read_text(encoding="utf-8") == "mine"
