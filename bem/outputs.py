@@ -5,6 +5,7 @@ A place that cannot be written is refused before anything is computed, and every
 
 from __future__ import annotations
 
+import os
 import secrets
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -64,8 +65,10 @@ class Outputs:
                 raise ValueError(f"Expected an output file in a directory that exists; received {path}")
             if path.exists() and not path.is_file():
                 return
-            # A link stays one; its target is replaced.
-            target = path.resolve()
+            # A link stays one; its target is replaced. A link that leads to itself is refused by the system.
+            target = Path(os.path.realpath(path))
+            if target.is_symlink():
+                target.stat()
             # Short, so that only the name the user chose can be too long.
             part = target.with_name(f".{secrets.token_hex(4)}.part{target.suffix}")
             _try_name(target)

@@ -79,6 +79,14 @@ def test_places_that_cannot_be_written(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+def test_a_link_that_leads_to_itself(tmp_path):
+    link = tmp_path / "loop.csv"
+    link.symlink_to(link)
+    with pytest.raises(ValueError, match=UNWRITABLE):
+        require_output(link)
+    assert link.is_symlink()
+
+
 @pytest.mark.skipif(os.name != "posix" or os.geteuid() != 0, reason="only the administrator can become somebody else")
 def test_a_read_only_directory_refuses_an_ordinary_user(tmp_path):
     closed = tmp_path / "closed"
