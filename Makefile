@@ -111,11 +111,14 @@ table-solver-hard-cases: setup  ## Run the solver where it is most likely to bre
 results/solver/scaling.json: experiments/solver_scaling.py $(SOLVER) | $(INSTALLED)
 	$(PY) -m experiments.solver_scaling --out $@
 
-ALL := 12450
-WHOLE := $(or $(filter $(ALL),$(COUNT)),$(filter-out $(abspath published),$(abspath $(PUBLISHED))))
+.PHONY: only-all-is-published
+only-all-is-published:
+	@if [ "$(COUNT)" != 12450 ] && [ "$$(realpath -m "$(PUBLISHED)")" = "$$(realpath -m published)" ]; then \
+		echo "only all 12450 trajectories go to published/; with COUNT=$(COUNT), give OUT=... and PUBLISHED=..." >&2; exit 1; \
+	fi
+
 .PHONY: dataset
-dataset: setup  ## Simulate the 12,450 trajectories and publish them; continues after an interruption
-	@$(if $(WHOLE),:,echo "only all $(ALL) trajectories go to published/; with COUNT=$(COUNT), give OUT=... and PUBLISHED=..." >&2; exit 1)
+dataset: setup only-all-is-published  ## Simulate the 12,450 trajectories and publish them; continues after an interruption
 	@mkdir -p $(PUBLISHED) $(OUT)/dataset
 	$(VENV)/bin/bem campaign --design paper --count $(COUNT) --seed 0 --accuracy standard --replace --out $(OUT)/dataset/dataset.h5
 	cp -p $(OUT)/dataset/dataset.h5 $(DATASET).writing && mv $(DATASET).writing $(DATASET)
