@@ -1,13 +1,15 @@
 """Training recipes: everything that decides how a model is trained, read from TOML.
 
 Keys: `name`, `seed`, `batch_size`, `epochs`, `learning_rate` (the peak), optionally `optimizer` (`"adam"`, the default,
-or `"soap"`), `gradient_norm` (gradients are scaled down to that global norm) and `weight_average` (the weights that are
+or `"soap"`), `gradient_norm` (gradients are scaled down to that global norm), `weight_average` (the weights that are
 evaluated and kept are an exponential moving average of the trained ones, of this time constant as a share of all steps;
-a share, so that a shorter training does not average over its own beginning), and at most one of two tables. `[cosine]`
-with `warmup_epochs`: a linear rise to the peak, then half a cosine to zero. `[plateau]` with `factor`, `patience`,
-`minimum_rate`, `stop_after`: the rate shrinks by `factor` after `patience` epochs without a better validation error and
-training stops after `stop_after`. Without a table the rate is constant. The weights of the best validation error are
-kept in every case.
+a share, so that a shorter training does not average over its own beginning) and `dropout_until` (dropout is switched
+off after this share of the epochs, so that the last ones train the network that will predict; with dropout to the end,
+what follows it has only seen thinned activations and may predict with a bias), and at most one of two tables.
+`[cosine]` with `warmup_epochs`: a linear rise to the peak, then half a cosine to zero. `[plateau]` with `factor`,
+`patience`, `minimum_rate`, `stop_after`: the rate shrinks by `factor` after `patience` epochs without a better
+validation error and training stops after `stop_after`. Without a table the rate is constant. The weights of the best
+validation error are kept in every case.
 """
 
 from __future__ import annotations
@@ -50,6 +52,7 @@ class Recipe:
     optimizer: str = "adam"
     gradient_norm: float | None = None
     weight_average: float | None = None
+    dropout_until: float | None = None
     cosine: Cosine | None = None
     plateau: Plateau | None = None
 
@@ -61,6 +64,8 @@ class Recipe:
             raise ValueError(f"Expected optimizer in {', '.join(OPTIMIZERS)}. Received: optimizer={self.optimizer!r}")
         if self.weight_average is not None and not 0.0 < self.weight_average <= 1.0:
             raise ValueError(f"Expected weight_average in (0, 1]. Received: weight_average={self.weight_average!r}")
+        if self.dropout_until is not None and not 0.0 <= self.dropout_until <= 1.0:
+            raise ValueError(f"Expected dropout_until in [0, 1]. Received: dropout_until={self.dropout_until!r}")
         if self.cosine and self.plateau:
             raise ValueError("Expected at most one of [cosine] and [plateau]. Received: both")
 

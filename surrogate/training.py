@@ -107,6 +107,8 @@ def train(
     while not progress.finished:
         clock, cpu = time.perf_counter(), time.process_time()
         epoch = progress.epoch + 1
+        if recipe.dropout_until is not None and epoch > recipe.dropout_until * recipe.epochs:
+            _switch_off_dropout(model)
         train_mse = _train_epoch(model, training, recipe, epoch)
         with averaged_weights(model):
             residual = predict_scaled(model, validation.sequence, validation.tabor) - validation.force[..., 0]
@@ -173,6 +175,15 @@ def _compile(model: keras.Model, recipe: Recipe, steps: int) -> None:
     optimizer.build(model.trainable_variables)
     # XLA is what makes JAX fast; on TensorFlow's CPU it makes an LSTM four times slower.
     model.compile(optimizer=optimizer, loss="mse", jit_compile=keras.backend.backend() == "jax")
+
+
+def _switch_off_dropout(model: keras.Model) -> None:
+    active = [one for one in model._flatten_layers() if isinstance(one, keras.layers.Dropout) and one.rate > 0.0]
+    if not active:
+        return
+    for layer in active:
+        layer.rate = 0.0
+    model.make_train_function(force=True)  # the compiled one holds the old rates
 
 
 def _train_epoch(model: keras.Model, training: Examples, recipe: Recipe, epoch: int) -> float:

@@ -124,6 +124,31 @@ def test_extra_trajectories_join_training_but_held_out_protocols_do_not(tiny, da
     assert written["training_trajectories"] == 48 + 48
 
 
+def test_dropout_ends_where_the_recipe_says_also_after_a_resumption(tiny, dataset, tmp_path, monkeypatch):
+    import surrogate.training as training
+
+    seen = []
+    trained = training._train_epoch
+
+    def watched(model, *arguments):
+        loss = trained(model, *arguments)
+        layers = [one for one in model._flatten_layers() if isinstance(one, keras.layers.Dropout)]
+        # What a layer has drawn moves its state on: the compiled step must really draw nothing any more.
+        seen.append([(one.rate, *keras.ops.convert_to_numpy(one.seed_generator.state).tolist()) for one in layers])
+        return loss
+
+    monkeypatch.setattr(training, "_train_epoch", watched)
+    chosen = recipe(tmp_path, "dropout_until = 0.5\n", epochs=4)
+    run = Run("M4-concat", dataset, dataset.split(), chosen)
+    execute(run, tmp_path / "whole")
+    assert [{rate for rate, *_ in layers} for layers in seen] == [{0.1}, {0.1}, {0.0}, {0.0}]
+    drawn = [[state for _, *state in layers] for layers in seen]
+    assert drawn[0] != drawn[1] == drawn[2] == drawn[3]
+    execute(run, tmp_path / "parts", should_stop=StopAfter(3))
+    execute(run, tmp_path / "parts")
+    assert history(tmp_path / "parts") == history(tmp_path / "whole")
+
+
 def test_divergence_is_reported(tiny, dataset, tmp_path):
     run = Run("M1-concat", dataset, dataset.split(), recipe(tmp_path, table="", rate=1e30))
     with pytest.raises(FloatingPointError, match="diverged"):
@@ -148,6 +173,8 @@ def test_bad_recipes(tmp_path):
         Recipe.load("swift").with_overrides(weight_average=2)
     with pytest.raises(ValueError, match="epochs=0"):
         Recipe.load("swift").with_overrides(epochs=0)
+    with pytest.raises(ValueError, match="dropout_until=2"):
+        Recipe.load("swift").with_overrides(dropout_until=2)
     with pytest.raises(ValueError, match="Expected optimizer in adam, soap"):
         Recipe.load("swift").with_overrides(optimizer="sgd")
 
