@@ -17,7 +17,7 @@ from surrogate.architectures.naming import PAPER_PARAMETER_COUNTS, names, split_
 from surrogate.backend import limit_threads, quiet_backend
 from surrogate.model_files import find_model, model_roots
 from surrogate.predict_cli import register
-from surrogate.queue import STOPPED, StopRequest, dataset_digest, outdated, run_queue, set_aside
+from surrogate.queue import STOPPED, StopRequest, outdated, run_queue, set_aside
 
 app = typer.Typer(
     help="Sequence models that imitate the contact solver.", no_args_is_help=True, pretty_exceptions_enable=False
@@ -130,12 +130,11 @@ def train_all(
     wanted = only or names()
     for name in wanted:
         split_name(name)
-    if not dataset.is_file():
-        raise FileNotFoundError(f"No data set. Received: dataset={dataset}")
+    from surrogate.dataset import TrajectoryDataset
     from surrogate.recipe import Recipe
 
     asked = {
-        "dataset_sha256": dataset_digest(dataset),
+        "dataset_sha256": TrajectoryDataset.load(dataset).sha256,
         "recipe": Recipe.load(recipe).with_overrides(epochs=epochs, seed=seed),
     }
     waiting = []

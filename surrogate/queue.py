@@ -8,7 +8,6 @@ again.
 from __future__ import annotations
 
 import csv
-import hashlib
 import json
 import signal
 import subprocess
@@ -100,12 +99,6 @@ def run_queue(
             for name in running:
                 log(f"{name}: {standing(folder / name / 'history.csv')}")
     return ended
-
-
-def dataset_digest(path: Path) -> str:
-    """Digest of a data set file, the one that trainings record."""
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def outdated(folder: Path, *, dataset_sha256: str, recipe: Recipe) -> str:

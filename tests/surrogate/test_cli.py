@@ -1,13 +1,16 @@
 import json
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 from typer.testing import CliRunner
 
 from surrogate import cli
-from surrogate.queue import STOPPED, dataset_digest, run_queue, set_aside, standing
+from surrogate.architectures.naming import names
+from surrogate.dataset import TrajectoryDataset
+from surrogate.queue import STOPPED, run_queue, set_aside, standing
 from surrogate.recipe import Recipe
 
 runner = CliRunner()
@@ -57,6 +60,9 @@ def test_train_then_evaluate(tiny, options, tmp_path, monkeypatch):
     assert "epoch 2/2" in result.output
     run = json.loads((tmp_path / "models" / "M1-concat" / "run.json").read_text())
     assert run["command"] == "surrogate train M1-concat --threads 1"
+
+    again = runner.invoke(cli.app, ["train-all", "--only", "M1-concat", *options])
+    assert "0 of 1 models to train" in again.output
 
     errors = tmp_path / "errors.csv"
     result = runner.invoke(cli.app, ["evaluate", "M1-concat", *options[2:4], *options[6:], "--errors", str(errors)])
@@ -109,7 +115,7 @@ def test_queue_runs_what_is_missing_and_reports_failures(options, tmp_path, monk
         return dict.fromkeys(waiting, 0)
 
     monkeypatch.setattr(cli, "run_queue", fake_queue)
-    digest = dataset_digest(tmp_path / options[3])
+    digest = TrajectoryDataset.load(tmp_path / options[3]).sha256
     recipe = Recipe.load(tmp_path / "fast.toml").with_overrides(epochs=7)
     publish_as(tmp_path / "models" / "M1-FiLM", digest, recipe)
     publish_as(tmp_path / "models" / "M2-FiLM", "0" * 64, recipe)
@@ -128,6 +134,16 @@ def test_queue_runs_what_is_missing_and_reports_failures(options, tmp_path, monk
         assert line in result.output.splitlines()
     assert asked["M1-concat"][:2] == ["train", "M1-concat"]
     assert " --epochs 7 --threads 1" in " ".join(asked["M1-concat"])
+
+
+def test_the_published_models_are_of_the_published_data_set(monkeypatch):
+    monkeypatch.chdir(Path(__file__).parents[2])
+    monkeypatch.setattr(cli, "run_queue", lambda waiting, *_, **__: dict.fromkeys(waiting, 0))
+    published = [name for name in names() if Path("published/models", name, "run.json").exists()]
+    chosen = [word for name in published for word in ("--only", name)]
+    result = runner.invoke(cli.app, ["train-all", *chosen])
+    assert result.exit_code == 0, result.output
+    assert "another data set" not in result.output
 
 
 def test_queue_processes(tmp_path):
