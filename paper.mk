@@ -71,17 +71,19 @@ MORE_MODELS ?= model-paper-recipe model-budgets model-large
 .PHONY: more-models
 more-models: $(MORE_MODELS)  ## The three above: M1-concat by another recipe, on more data, and for shorter
 
+# A study that was stopped has published what it trained until then.
+list_also_unfinished = || status=$$?; [ ! -f $(1) ] || $(PY) $(MANIFEST) add $(1); exit $${status:-0}
+
 .PHONY: feature-sets
-feature-sets: $(DATASET) | $(INSTALLED)  ## Train the input representations A to D anew and publish their errors
+feature-sets: $(DATASET) | $(INSTALLED)  ## Train the input representations A to D and publish their errors
 	$(PY) -m experiments.feature_sets --config $(CONFIGS)/feature_sets.toml --dataset $(DATASET) \
-		--work $(WORK)/feature_sets --out $(FEATURE_SETS)
-	$(PY) $(MANIFEST) add $(FEATURE_SETS)
+		--models $(MODELS) --work $(WORK)/feature_sets --out $(FEATURE_SETS) $(call list_also_unfinished,$(FEATURE_SETS))
 
 .PHONY: data-efficiency
-data-efficiency: $(DATASET) $(REFERENCE)/run.json | $(INSTALLED)  ## Train on ever smaller shares of the data and publish the errors
+data-efficiency: $(DATASET) | $(INSTALLED)  ## Train on ever smaller shares of the data and publish the errors
 	$(PY) -m experiments.data_efficiency --config $(CONFIGS)/data_efficiency.toml --dataset $(DATASET) \
-		--models $(MODELS) --work $(WORK)/data_efficiency --out $(DATA_EFFICIENCY)
-	$(PY) $(MANIFEST) add $(DATA_EFFICIENCY)
+		--models $(MODELS) --work $(WORK)/data_efficiency --out $(DATA_EFFICIENCY) \
+		$(call list_also_unfinished,$(DATA_EFFICIENCY))
 
 $(REFERENCE)/%:
 	@echo "$@ is missing; restore it from the repository, or run \`make models ONLY=M1-concat\`" >&2; exit 1

@@ -1,10 +1,12 @@
 """How the held-out error grows as training trajectories are taken away, in five nested families of subsets.
 
-Scaling statistics come from each subset alone; validation and test stay what they are for the published model, which is
-the point at 100 %. Trains up to 35 models, hours; continues where it was interrupted. The result file is published.
-Source: the paper's section "Model-family selection" and its appendix on training-set size.
+Scaling statistics come from each subset alone; validation and test stay what they are for the whole training part, the
+point at 100 %. Trains up to 36 models, hours; continues where it was interrupted, and takes what the result file holds
+already. That file is published; without it all are trained anew. Source: the paper's section "Model-family selection"
+and its appendix on training-set size.
 
-Usage: `python -m experiments.data_efficiency [--config FILE] [--dataset FILE] [--models DIR] [--out FILE]`.
+Usage: `python -m experiments.data_efficiency [--config FILE] [--dataset FILE] [--models DIR] [--work DIR]
+[--out FILE]`.
 """
 
 from __future__ import annotations
@@ -16,56 +18,34 @@ import numpy as np
 import typer
 
 from experiments import studies
-from experiments.model_comparison import read_model
-from experiments.trainings import WORK, Variant, collect, is_trained, train_variants
-from surrogate.dataset import TrajectoryDataset
+from experiments.trainings import WORK, Variant, earlier_trainings, train_variants
 from surrogate.queue import STOPPED
 
 CONFIG = studies.CONFIGS / "data_efficiency.toml"
 OUT = Path("published/data_efficiency.json")
+KEYS = ("architecture", "recipe", "whole_epochs", "percents", "epochs", "folds", "jobs")
+WHOLE = (100, 0)
+"""Percentage and fold of the whole training part."""
 
 
 def variants(config: dict[str, Any]) -> dict[tuple[float, int], Variant]:
-    """One training for each percentage and fold, all percentages of a fold before the next fold."""
+    """One training for each percentage and fold: the whole, then all percentages of a fold before the next fold."""
     if len(config["percents"]) != len(config["epochs"]):
         raise ValueError(f"epochs must be as many as percents; received {config['epochs']!r}")
+    asked = [(*WHOLE, config["whole_epochs"])]
+    for fold in range(config["folds"]):
+        asked += [(percent, fold, epochs) for percent, epochs in zip(config["percents"], config["epochs"], strict=True)]
     return {
         (percent, fold): Variant(
-            label=f"share-{percent:g}-fold-{fold}",
+            label="whole" if (percent, fold) == WHOLE else f"share-{percent:g}-fold-{fold}",
             architecture=config["architecture"],
             recipe=config["recipe"],
             epochs=epochs,
             fraction=percent / 100.0,
             fold=fold,
         )
-        for fold in range(config["folds"])
-        for percent, epochs in zip(config["percents"], config["epochs"], strict=True)
+        for percent, fold, epochs in asked
     }
-
-
-def whole_part(config: dict[str, Any], data: TrajectoryDataset, models: Path) -> dict[str, Any]:
-    """The published model of the whole training part, which must have been trained as the shares are.
-
-    Its number of epochs is its own, as theirs are.
-
-    Raises:
-        FileNotFoundError: it is not published.
-        ValueError: it comes from another data set, split or recipe.
-    """
-    folder = models / config["architecture"]
-    if not (folder / "run.json").is_file():
-        raise FileNotFoundError(
-            f"no trained model at {str(folder)!r}; `make models ONLY={config['architecture']}` trains it"
-        )
-    found = read_model(folder)
-    published = Variant(
-        label=config["architecture"],
-        architecture=config["architecture"],
-        recipe=config["recipe"],
-        epochs=found["recipe"]["epochs"],
-    )
-    is_trained(published, data, folder)
-    return {name: found[name] for name in ("mse", "training_trajectories", "history")}
 
 
 def share(percent: float, folds: list[dict[str, Any]]) -> dict[str, Any]:
@@ -80,28 +60,53 @@ def share(percent: float, folds: list[dict[str, Any]]) -> dict[str, Any]:
     }
 
 
+def result(config: dict[str, Any], trained: dict[tuple[float, int], dict[str, Any]]) -> dict[str, Any]:
+    """The result file's content from what is trained, by percentage and fold; the whole must be among it."""
+    shares = []
+    for percent in config["percents"]:
+        folds = [trained[percent, fold] for fold in range(config["folds"]) if (percent, fold) in trained]
+        if folds:
+            shares.append(share(percent, folds))
+    means = [trained[WHOLE]["mse"], *(one["mse_mean"] for one in shares)]
+    complete = len(trained) == 1 + len(config["percents"]) * config["folds"]
+    summary = {
+        "folds": min((len(one["folds"]) for one in shares), default=0),
+        "grows_as_data_shrink": bool(np.all(np.diff(means) > 0.0)),
+        "smallest_over_full": means[-1] / means[0],
+    }
+    return {"config": config, "complete": complete, "summary": summary, "full": trained[WHOLE], "shares": shares}
+
+
 def main(
     config: Annotated[Path, typer.Option(help="TOML file.")] = CONFIG,
     dataset: Annotated[Path, typer.Option(help="Data set file.")] = studies.DATASET,
-    models: Annotated[Path, typer.Option(help="Where the model of the whole training part is.")] = studies.MODELS,
+    models: Annotated[Path, typer.Option(help="Published models, taken where trained alike.")] = studies.MODELS,
     work: Annotated[Path, typer.Option(help="Where the trainings are kept.")] = WORK / "data_efficiency",
     out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
 ) -> None:
-    """Train the subsets, or go on, and write the result when all are trained."""
-    settings = studies.read_config(config, "architecture", "recipe", "percents", "epochs", "folds", "jobs")
+    """Train the subsets, or go on; the result file holds what is trained."""
+    settings = studies.read_config(config, *KEYS)
     wanted = variants(settings)
-    full = whole_part(settings, TrajectoryDataset.load(dataset), models)
-    if not train_variants(list(wanted.values()), dataset=dataset, work=work, jobs=settings["jobs"]):
+
+    def publish(done: dict[str, dict[str, Any]]) -> None:
+        trained = {place: done[variant.label] for place, variant in wanted.items() if variant.label in done}
+        if WHOLE in trained and len(trained) > 1:
+            studies.write_result(out, "data_efficiency", result(settings, trained))
+
+    complete = train_variants(
+        list(wanted.values()),
+        dataset=dataset,
+        work=work,
+        models=models,
+        published=earlier_trainings(
+            out, lambda content: [content["full"], *(fold for one in content["shares"] for fold in one["folds"])]
+        ),
+        jobs=settings["jobs"],
+        publish=publish,
+    )
+    if not complete:
         print("stopped; the same command resumes")
         raise typer.Exit(STOPPED)
-    shares = [
-        share(percent, [collect(wanted[percent, fold], work) for fold in range(settings["folds"])])
-        for percent in settings["percents"]
-    ]
-    means = [full["mse"], *(one["mse_mean"] for one in shares)]
-    summary = {"grows_as_data_shrink": bool(np.all(np.diff(means) > 0.0)), "smallest_over_full": means[-1] / means[0]}
-    content = {"config": settings, "summary": summary, "full": full, "shares": shares}
-    studies.write_result(out, "data_efficiency", content)
 
 
 if __name__ == "__main__":

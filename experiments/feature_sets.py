@@ -1,9 +1,11 @@
 """The input representations A to D on the reference architecture, trained alike.
 
-Trains four models, hours; continues where it was interrupted. The result file is published so that the figure draws at
-once. Source: the paper's appendix "Effects of training-set size and physics-guided input representation".
+Trains up to four models; continues where it was interrupted, and takes what the result file holds already. That file is
+published, so that the figure draws at once; without it all are trained anew. Source: the paper's appendix "Effects of
+training-set size and physics-guided input representation".
 
-Usage: `python -m experiments.feature_sets [--config FILE] [--dataset FILE] [--work DIR] [--out FILE]`.
+Usage: `python -m experiments.feature_sets [--config FILE] [--dataset FILE] [--models DIR] [--work DIR]
+[--out FILE]`.
 """
 
 from __future__ import annotations
@@ -14,7 +16,7 @@ from typing import Annotated, Any
 import typer
 
 from experiments import studies
-from experiments.trainings import WORK, Variant, collect, train_variants
+from experiments.trainings import WORK, Variant, earlier_trainings, train_variants
 from surrogate.queue import STOPPED
 
 CONFIG = studies.CONFIGS / "feature_sets.toml"
@@ -51,17 +53,32 @@ def summary(sets: dict[str, dict[str, Any]]) -> dict[str, Any]:
 def main(
     config: Annotated[Path, typer.Option(help="TOML file.")] = CONFIG,
     dataset: Annotated[Path, typer.Option(help="Data set file.")] = studies.DATASET,
+    models: Annotated[Path, typer.Option(help="Published models, taken where trained alike.")] = studies.MODELS,
     work: Annotated[Path, typer.Option(help="Where the trainings are kept.")] = WORK / "feature_sets",
     out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
 ) -> None:
-    """Train the feature sets, or go on, and write the result when all are trained."""
+    """Train the feature sets, or go on; the result file holds what is trained."""
     settings = studies.read_config(config, "architecture", "recipe", "epochs", "sets", "jobs")
     wanted = variants(settings)
-    if not train_variants(list(wanted.values()), dataset=dataset, work=work, jobs=settings["jobs"]):
+
+    def publish(done: dict[str, dict[str, Any]]) -> None:
+        sets = {name: done[variant.label] for name, variant in wanted.items() if variant.label in done}
+        if sets:
+            content = {"config": settings, "complete": len(sets) == len(wanted), "summary": summary(sets), "sets": sets}
+            studies.write_result(out, "feature_sets", content)
+
+    complete = train_variants(
+        list(wanted.values()),
+        dataset=dataset,
+        work=work,
+        models=models,
+        published=earlier_trainings(out, lambda content: content["sets"].values()),
+        jobs=settings["jobs"],
+        publish=publish,
+    )
+    if not complete:
         print("stopped; the same command resumes")
         raise typer.Exit(STOPPED)
-    sets = {name: collect(variant, work) for name, variant in wanted.items()}
-    studies.write_result(out, "feature_sets", {"config": settings, "summary": summary(sets), "sets": sets})
 
 
 if __name__ == "__main__":

@@ -1,15 +1,18 @@
 """What the studies that train share: many variants of one model in a queue that resumes, and their collection.
 
-A variant is trained by `surrogate train` in a process of its own under a label, and is done when its model directory
-exists and comes from the data set, split and recipe that are asked for; the queue logs how each stands and is continued
-by starting it again. Its result file keeps the learning curves and held-out errors, not the weights.
+A variant is trained by `surrogate train` in a process of its own under a label. It is done when the study's published
+result file, its own model directory or that of a published model holds one of the same data set, split, recipe,
+features and architecture, so that a study goes on where it was interrupted, also in another clone of what is published.
+Result files keep learning curves and held-out errors, not the weights.
 """
 
 from __future__ import annotations
 
+import hashlib
+import json
 import time
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import asdict, dataclass
 from datetime import timedelta
 from pathlib import Path
 from typing import Any
@@ -76,6 +79,11 @@ class Variant:
             architecture=self.architecture,
         )
 
+    def identity(self, data: TrajectoryDataset) -> str:
+        """Digest of what decides the training, but for the backend."""
+        decisive = asdict(self.lineage(data, backend=""))
+        return hashlib.sha256(json.dumps(decisive, sort_keys=True).encode()).hexdigest()
+
 
 def is_trained(variant: Variant, data: TrajectoryDataset, folder: Path) -> bool:
     """Whether a model directory is there; the backend it was trained under is its own affair.
@@ -85,10 +93,7 @@ def is_trained(variant: Variant, data: TrajectoryDataset, folder: Path) -> bool:
     """
     if not (folder / "run.json").is_file():
         return False
-    found = read_lineage(folder)
-    wanted = variant.lineage(data, found.backend)
-    other = differences(found, wanted) + (["architecture"] if found.architecture != wanted.architecture else [])
-    if other:
+    if other := _other(variant, data, folder):
         raise ValueError(
             f"training {variant.label!r} must come from {variant.architecture}, recipe {variant.recipe!r} and the data "
             f"set of digest {data.sha256[:12]}; received one of another {', '.join(other)}: remove {str(folder)!r} to "
@@ -97,31 +102,63 @@ def is_trained(variant: Variant, data: TrajectoryDataset, folder: Path) -> bool:
     return True
 
 
-def train_variants(variants: Sequence[Variant], *, dataset: Path, work: Path, jobs: int) -> bool:
+def train_variants(
+    variants: Sequence[Variant],
+    *,
+    dataset: Path,
+    work: Path,
+    models: Path,
+    published: Iterable[dict[str, Any]],
+    jobs: int,
+    publish: Callable[[dict[str, dict[str, Any]]], None],
+) -> bool:
     """Train what is not trained yet.
+
+    Args:
+        variants: What is wanted, in order.
+        dataset: Data set file.
+        work: Where the trainings of this study are kept.
+        models: Where published models are, one of which may be what a variant asks for.
+        published: What `collect` returned in earlier calls, as the study's result file holds it.
+        jobs: Trainings at a time.
+        publish: Given what `collect` returns, by label, of all that is trained: at once, and after each training.
 
     Returns:
         whether all are trained now; where not, the same call resumes.
 
     Raises:
         FileNotFoundError: no such data set.
-        ValueError: a training that is there comes from another data set, split or recipe.
+        ValueError: a training in `work` comes from another data set, split or recipe.
         RuntimeError: a training failed.
     """
     if not dataset.is_file():
         raise FileNotFoundError(f"data set {str(dataset)!r} not found; `make dataset` makes it")
     data = TrajectoryDataset.load(dataset)
     by_label = {variant.label: variant for variant in variants}
-    waiting = [label for label, one in by_label.items() if not is_trained(one, data, work / "models" / label)]
-    started, done = time.monotonic(), []
+    earlier = {one.get("training"): one for one in published}
+    done: dict[str, dict[str, Any]] = {}
+    for label, variant in by_label.items():
+        if (identity := variant.identity(data)) in earlier:
+            done[label] = earlier[identity]
+        elif folder := _found(variant, data, work / "models" / label, models):
+            done[label] = collect(variant, data, folder)
+    waiting = [label for label in by_label if label not in done]
+    publish(done)
+    started = time.monotonic()
 
     def log(line: str) -> None:
         print(line, flush=True)
-        if line.endswith(": done"):
-            done.append(line)
-            elapsed = time.monotonic() - started
-            left = elapsed / len(done) * (len(waiting) - len(done))
-            print(f"{len(done)} of {len(waiting)} trained, about {timedelta(seconds=round(left))} left", flush=True)
+        if not line.endswith(": done"):
+            return
+        label = line.removesuffix(": done")
+        done[label] = collect(by_label[label], data, work / "models" / label)
+        publish(done)
+        missing = len(by_label) - len(done)
+        left = (time.monotonic() - started) / (len(waiting) - missing) * missing
+        print(
+            f"{len(waiting) - missing} of {len(waiting)} trained, about {timedelta(seconds=round(left))} left",
+            flush=True,
+        )
 
     print(f"{len(waiting)} of {len(variants)} trainings to do, {jobs} at a time", flush=True)
     ended = run_queue(
@@ -133,13 +170,37 @@ def train_variants(variants: Sequence[Variant], *, dataset: Path, work: Path, jo
     )
     if any(status not in (0, STOPPED) for status in ended.values()):
         raise RuntimeError(f"a training failed; its log is in {str(work / 'runs')!r}")
-    return len(done) == len(waiting)
+    return len(done) == len(by_label)
 
 
-def collect(variant: Variant, work: Path) -> dict[str, Any]:
-    """Learning curve, held-out errors and cost of a trained variant."""
-    folder = work / "models" / variant.label
+def collect(variant: Variant, data: TrajectoryDataset, folder: Path) -> dict[str, Any]:
+    """Learning curve, held-out errors and cost of a trained variant, and which training that is."""
     found = read_model(folder)
     kept = ("mse", "mae", "dtw_rmse", "validation_mse", "epochs", "best_epoch", "hours", "training_trajectories")
     curve = {name: found["history"][name] for name in ("epoch", "validation_mse")}
-    return {**{name: found[name] for name in kept}, "dataset_sha256": read_lineage(folder).dataset, "history": curve}
+    return {**{name: found[name] for name in kept}, "training": variant.identity(data), "history": curve}
+
+
+def earlier_trainings(out: Path, entries: Callable[[dict[str, Any]], Iterable[dict[str, Any]]]) -> list[dict[str, Any]]:
+    """What a study's result file holds of earlier trainings; nothing where there is no such file.
+
+    Args:
+        out: The result file.
+        entries: Takes the content apart into what `collect` returned.
+    """
+    return list(entries(json.loads(out.read_text(encoding="utf-8")))) if out.is_file() else []
+
+
+def _other(variant: Variant, data: TrajectoryDataset, folder: Path) -> list[str]:
+    """Words for what a model directory differs in from what is asked for."""
+    found = read_lineage(folder)
+    wanted = variant.lineage(data, found.backend)
+    return differences(found, wanted) + (["architecture"] if found.architecture != wanted.architecture else [])
+
+
+def _found(variant: Variant, data: TrajectoryDataset, own: Path, models: Path) -> Path | None:
+    """The model directory of a variant: its own, or a published one that was trained alike."""
+    if is_trained(variant, data, own):
+        return own
+    candidates = sorted(path.parent for path in models.glob(f"{variant.architecture}*/run.json"))
+    return next((folder for folder in candidates if not _other(variant, data, folder)), None)

@@ -5,13 +5,12 @@ import numpy as np
 import pytest
 
 from experiments import error_statistics, fms_transfer, lineage, model_comparison, studies
+from experiments.data_efficiency import KEYS as SHARES
 from experiments.data_efficiency import variants as shares
 from experiments.feature_sets import summary as feature_summary
 from experiments.feature_sets import variants as feature_variants
 from surrogate.architectures.naming import names
-from surrogate.recipe import Recipe
 
-SHARES = ("architecture", "recipe", "percents", "epochs", "folds", "jobs")
 COLUMNS = (
     "mse",
     "mae",
@@ -193,15 +192,16 @@ def test_feature_sets_differ_in_nothing_else():
 def test_shares_are_the_papers():
     config = studies.read_config(studies.CONFIGS / "data_efficiency.toml", *SHARES)
     found = shares(config)
-    assert len(found) == 35
-    assert {percent for percent, _ in found} == {75, 50, 25, 12.5, 6.25, 3.125, 1.55125}
+    assert len(found) == 36
+    assert {percent for percent, _ in found} == {100, 75, 50, 25, 12.5, 6.25, 3.125, 1.55125}
     assert found[50, 4].fraction == 0.5
-    assert len({variant.label for variant in found.values()}) == 35
+    assert next(iter(found.values())).fraction == 1.0
+    assert len({variant.label for variant in found.values()}) == 36
 
 
 def test_the_largest_share_is_trained_as_long_as_the_whole_and_smaller_ones_longer():
     config = studies.read_config(studies.CONFIGS / "data_efficiency.toml", *SHARES)
-    assert config["epochs"][0] == Recipe.load(config["recipe"]).epochs
+    assert config["epochs"][0] == config["whole_epochs"]
     assert config["epochs"] == sorted(config["epochs"])
     assert config["percents"] == sorted(config["percents"], reverse=True)
 

@@ -1,10 +1,12 @@
 """A training counts as done only when it comes from what is asked for."""
 
 import json
+import shutil
 import sys
 from pathlib import Path
 
 import pytest
+import typer
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "bem"))
 
@@ -73,32 +75,107 @@ def test_a_training_on_another_data_set_is_refused(tmp_path, data, path):
     run = tmp_path / "models" / "half" / "run.json"
     run.write_text(run.read_text(encoding="utf-8").replace(data.sha256, "0" * 64), encoding="utf-8")
     with pytest.raises(ValueError, match="another data set"):
-        trainings.train_variants([VARIANT], dataset=path, work=tmp_path, jobs=1)
+        study(tmp_path, path, [VARIANT])
 
 
-def test_the_model_of_the_whole_part_must_be_trained_as_the_shares(tmp_path, data):
-    config = {"architecture": "M1-concat", "recipe": "swift"}
-    with pytest.raises(FileNotFoundError, match="make models ONLY=M1-concat"):
-        data_efficiency.whole_part(config, data, tmp_path)
-    other = Variant(label="M1-concat", architecture="M1-concat", recipe="paper")
-    write_training(tmp_path / "M1-concat", other, data)
-    (tmp_path / "M1-concat" / "metrics.json").write_text(
-        json.dumps(
-            {
-                "parameters": 1,
-                "epochs": 2,
-                "best_epoch": 1,
-                "cpu_seconds": 1.0,
-                "test": {name: {"mean": 0.1} for name in ("mse", "mae", "dtw_rmse")},
-            }
-        ),
-        encoding="utf-8",
+def write_errors(folder, mse):
+    """The rest of a model directory: errors, a learning curve, costs."""
+    metrics = {"parameters": 1, "epochs": 2, "best_epoch": 1, "cpu_seconds": 1.0}
+    metrics["test"] = {name: {"mean": mse} for name in ("mse", "mae", "dtw_rmse")}
+    (folder / "metrics.json").write_text(json.dumps(metrics), encoding="utf-8")
+    curve = "epoch,train_mse,validation_mse,cpu_seconds\n1,0.1,0.1,1\n"
+    (folder / "history.csv").write_text(curve, encoding="utf-8")
+    run = json.loads((folder / "run.json").read_text(encoding="utf-8"))
+    run |= {"versions": {}, "training_trajectories": 32}
+    (folder / "run.json").write_text(json.dumps(run), encoding="utf-8")
+
+
+def study(tmp_path, dataset, wanted, published=()):
+    """One call; returns whether all are trained, and the errors published at the end."""
+    found = {}
+    complete = trainings.train_variants(
+        wanted,
+        dataset=dataset,
+        work=tmp_path,
+        models=tmp_path / "published",
+        published=published,
+        jobs=1,
+        publish=lambda done: found.update(done),
     )
-    (tmp_path / "M1-concat" / "history.csv").write_text(
-        "epoch,train_mse,validation_mse,cpu_seconds\n1,0.1,0.1,1\n", encoding="utf-8"
-    )
-    run = tmp_path / "M1-concat" / "run.json"
-    content = json.loads(run.read_text(encoding="utf-8")) | {"versions": {}, "training_trajectories": 32}
-    run.write_text(json.dumps(content), encoding="utf-8")
-    with pytest.raises(ValueError, match="another recipe"):
-        data_efficiency.whole_part(config, data, tmp_path)
+    return complete, found
+
+
+@pytest.fixture
+def queue(monkeypatch, tmp_path, data):
+    """Stands in for training: each variant of the queue appears with an error of 0.5, but for the labels refused."""
+    refused, started = set(), []
+
+    def run(waiting, command, *, folder, jobs, log):
+        for label in waiting:
+            options = dict(zip(command(label)[2::2], command(label)[3::2], strict=True))
+            variant = Variant(
+                label,
+                command(label)[1],
+                options["--recipe"],
+                int(options["--epochs"]),
+                options["--features"],
+                float(options["--fraction"]),
+                int(options["--fold"]),
+            )
+            started.append(label)
+            if label in refused:
+                return {label: trainings.STOPPED}
+            write_training(tmp_path / "models" / label, variant, data)
+            write_errors(tmp_path / "models" / label, 0.5)
+            log(f"{label}: done")
+        return dict.fromkeys(waiting, 0)
+
+    monkeypatch.setattr(trainings, "run_queue", run)
+    return refused, started
+
+
+def test_a_published_model_that_was_trained_alike_is_taken(tmp_path, data, path, queue):
+    for label, epochs, mse in (("M1-concat-short", 35, 0.25), ("M1-concat", 36, 0.75)):
+        folder = tmp_path / "published" / label
+        write_training(folder, Variant(**(vars(VARIANT) | {"epochs": epochs})), data)
+        write_errors(folder, mse)
+    complete, found = study(tmp_path, path, [VARIANT])
+    assert (complete, found["half"]["mse"], queue[1]) == (True, 0.25, [])
+
+
+def test_a_study_goes_on_from_its_result_file_in_another_clone(tmp_path, path, queue):
+    refused, started = queue
+    config = {"architecture": "M1-concat", "recipe": "swift", "whole_epochs": 1}
+    config |= {"percents": [75, 50], "epochs": [1, 2], "folds": 2, "jobs": 1}
+    toml = tmp_path / "study.toml"
+    toml.write_text("".join(f"{name} = {json.dumps(value)}\n" for name, value in config.items()), encoding="utf-8")
+
+    def run():
+        options = {"dataset": path, "models": tmp_path / "published", "work": tmp_path, "out": tmp_path / "out.json"}
+        try:
+            data_efficiency.main(toml, **options)
+        except typer.Exit as stop:
+            return stop.exit_code, json.loads((tmp_path / "out.json").read_text(encoding="utf-8"))
+        return 0, json.loads((tmp_path / "out.json").read_text(encoding="utf-8"))
+
+    refused.add("share-75-fold-1")
+    status, content = run()
+    assert (status, content["complete"]) == (trainings.STOPPED, False)
+    assert [len(one["folds"]) for one in content["shares"]] == [1, 1]
+    refused.clear()
+    started.clear()
+    shutil.rmtree(tmp_path / "models")
+    status, content = run()
+    assert (status, content["complete"], content["summary"]["folds"]) == (0, True, 2)
+    assert started == ["share-75-fold-1", "share-50-fold-1"]
+    assert [one["mse_mean"] for one in content["shares"]] == [0.5, 0.5]
+    started.clear()
+    assert run()[0] == 0
+    assert started == []
+
+
+def test_the_result_of_another_training_is_not_taken(tmp_path, path, data, queue):
+    other = Variant(**(vars(VARIANT) | {"epochs": 36}))
+    entry = {"training": other.identity(data), "mse": 0.125}
+    _, found = study(tmp_path, path, [VARIANT], published=[entry])
+    assert found["half"]["mse"] == 0.5
