@@ -1,8 +1,10 @@
-"""How both command lines end: a user's mistake becomes one sentence on standard error, and exit status 2."""
+"""How every command line ends: a user's mistake becomes one sentence on standard error, and exit status 2."""
 
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import typer
@@ -32,6 +34,18 @@ def run_command(app: Any, name: str) -> None:
             typer.echo(f"{name}: {' '.join(error.format_message().split())}", err=True)
         sys.exit(error.exit_code)
     sys.exit(status if isinstance(status, int) else 0)
+
+
+def run_main(main: Callable[..., Any]) -> None:
+    """Run a module's function as a command of its own, and leave the process with its status.
+
+    Args:
+        main: The function; its parameters are the command's.
+    """
+    app = typer.Typer(add_completion=False)
+    app.command()(main)
+    spec = main.__globals__.get("__spec__")
+    run_command(app, spec.name if spec else Path(sys.argv[0]).name)
 
 
 def sentence(error: Exception) -> str:

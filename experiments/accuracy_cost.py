@@ -28,6 +28,7 @@ from threadpoolctl import threadpool_limits
 from bem import Trajectory, simulate_paper_method
 from bem.accuracy import NAMED_TARGETS
 from bem.campaign_plan import solver_digest
+from bem.command import run_main
 from bem.materials import StandardLinearSolid
 from bem.protocol import LoadingProtocol
 from bem.scene import Scene
@@ -208,4 +209,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_main(main)

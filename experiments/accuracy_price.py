@@ -18,6 +18,7 @@ from bem._checks import FloatArray
 from bem.campaign import run_campaign
 from bem.campaign_plan import Campaign, Solver
 from bem.campaign_progress import progress_bar
+from bem.command import run_main
 from bem.dataset_file import Dataset, load_dataset
 from bem.designs import whole_number
 from bem.provenance import provenance
@@ -105,4 +106,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_main(main)

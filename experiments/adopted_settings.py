@@ -15,6 +15,7 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
+from bem.command import run_main
 from bem.designs import PAPER_RANGES
 from bem.measurement import FMS
 from bem.protocol import default_start_indentation
@@ -94,4 +95,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_main(main)

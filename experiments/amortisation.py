@@ -17,6 +17,7 @@ from typing import Annotated, Any
 
 import typer
 
+from bem.command import run_main
 from bem.dataset_file import load_dataset
 from experiments.measuring import MEASUREMENTS, plain
 from experiments.studies import DATASET, MODELS, PAPER_VALUES, write_result
@@ -94,4 +95,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_main(main)

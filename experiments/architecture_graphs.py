@@ -13,6 +13,7 @@ from typing import Annotated, Any
 
 import typer
 
+from bem.command import run_main
 from experiments import studies
 
 OUT = studies.RESULTS / "architecture_graphs.json"
@@ -79,4 +80,4 @@ def main(out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT)
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_main(main)

@@ -24,6 +24,7 @@ from rich.progress import track
 from threadpoolctl import threadpool_limits
 
 from bem.accuracy import NAMED_TARGETS
+from bem.command import run_main
 from bem.provenance import provenance
 from experiments import bench_report
 from experiments.closed_forms import closed_forms, summary
@@ -179,4 +180,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_main(main)

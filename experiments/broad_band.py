@@ -26,6 +26,7 @@ from joblib import Parallel, delayed
 from scipy.optimize import nnls
 
 from bem import Elastic, PiecewiseLinearProtocol, PronySeries, Scene, StandardLinearSolid, simulate
+from bem.command import run_main
 from bem.materials import Material
 from bem.reference_solutions.jkr import PULL_OFF_FORCE
 from experiments.measuring import MEASUREMENTS, plain, progress
@@ -130,4 +131,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_main(main)

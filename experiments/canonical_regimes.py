@@ -18,6 +18,7 @@ import numpy as np
 import typer
 
 from bem import Trajectory
+from bem.command import run_main
 from bem.measurement import FMS
 from experiments import studies
 
@@ -138,4 +139,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_main(main)

@@ -29,6 +29,7 @@ from bem import LoadingProtocol, Scene, StandardLinearSolid, Trajectory, simulat
 from bem.accuracy import resolve_accuracy
 from bem.baseline import FAR_GAP, RESOLVED, simulate_paper_method
 from bem.cohesive_zone import edge_width, largest_contact_radius
+from bem.command import run_main
 from bem.dataset_file import load_dataset
 from bem.designs import PAPER_RANGES
 from experiments import solver_scaling
@@ -127,6 +128,7 @@ def main(
     """Measure all growth curves."""
     if repeats < LEAST_REPEATS:
         raise ValueError(f"repeats must be at least {LEAST_REPEATS}; received {repeats}")
+    over_data_set = over_the_data_set(dataset)
     solver, baseline = {}, {}
     solver_scaling.measure(1)
     solver_seconds(CENTRE, 1)
@@ -160,11 +162,11 @@ def main(
             )
         solver[name] = {"points": ours, **fitted(ours, name)}
         baseline[name] = {"points": theirs, **fitted(theirs, name)}
-    content = {"centre": CENTRE, "solver": solver, "baseline": baseline, "data_set": over_the_data_set(dataset)}
+    content = {"centre": CENTRE, "solver": solver, "baseline": baseline, "data_set": over_data_set}
     write_result(out, f"cost_growth --repeats {repeats}", plain(content))
     for tool, curves in (("solver", solver), ("paper's discretisation", baseline)):
         print(tool, {name: round(curve["exponent"], 2) for name, curve in curves.items()})
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_main(main)

@@ -14,6 +14,7 @@ from typing import Annotated, Any
 
 import typer
 
+from bem.command import run_main
 from bem.measurement import measurement_grid
 from bem.protocol import LoadingProtocol
 from bem.provenance import provenance
@@ -69,4 +70,4 @@ def main(out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT)
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_main(main)

@@ -22,6 +22,7 @@ import numpy as np
 import typer
 
 from bem._checks import FloatArray
+from bem.command import run_main
 from bem.dataset_file import Dataset, load_dataset
 
 DATASET = Path("published/dataset.h5")
@@ -111,4 +112,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_main(main)

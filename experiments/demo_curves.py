@@ -17,6 +17,7 @@ import numpy as np
 import typer
 from scipy.stats import qmc
 
+from bem.command import run_main
 from bem.designs import QUANTITIES
 from bem.measurement import measurement_times
 from bem.protocol import LoadingProtocol
@@ -133,4 +134,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_main(main)

@@ -34,6 +34,7 @@ from bem import (
     recommend,
     simulate,
 )
+from bem.command import run_main
 from bem.effects import Effects, reduced
 from bem.materials import Material
 from bem.recommend import difference
@@ -257,4 +258,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_main(main)

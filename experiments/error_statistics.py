@@ -16,6 +16,7 @@ import numpy as np
 import typer
 from scipy.stats import spearmanr
 
+from bem.command import run_main
 from experiments import studies
 from experiments.lineage import read_lineage, require_dataset
 
@@ -122,4 +123,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_main(main)

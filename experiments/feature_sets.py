@@ -15,6 +15,7 @@ from typing import Annotated, Any
 
 import typer
 
+from bem.command import run_main
 from experiments import studies
 from experiments.trainings import WORK, Variant, earlier_trainings, train_variants
 from surrogate.queue import STOPPED
@@ -82,4 +83,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_main(main)

@@ -17,6 +17,7 @@ import typer
 from rich.progress import track
 
 from bem import Trajectory
+from bem.command import run_main
 from bem.measurement import measurement_grid, proportional_counts
 from experiments import studies
 from experiments.lineage import require_dataset
@@ -131,4 +132,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_main(main)

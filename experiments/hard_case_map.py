@@ -21,6 +21,7 @@ from joblib import Parallel, delayed
 
 from bem import Elastic, LoadingProtocol, PiecewiseLinearProtocol, Scene, StandardLinearSolid, Trajectory, simulate
 from bem.accuracy import resolve_accuracy
+from bem.command import run_main
 from bem.designs import Design
 from bem.protocol import default_start_indentation
 from experiments.hard_cases import REFINEMENT, corners, run, turnover
@@ -182,4 +183,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_main(main)

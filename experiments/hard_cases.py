@@ -22,6 +22,7 @@ from rich.progress import track
 
 from bem import Elastic, LoadingProtocol, Scene, StandardLinearSolid, Trajectory, simulate
 from bem.accuracy import resolve_accuracy
+from bem.command import run_main
 from bem.designs import PAPER_RANGES
 from bem.provenance import provenance
 
@@ -186,4 +187,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_main(main)

@@ -18,6 +18,7 @@ from typing import Annotated, Any
 
 import typer
 
+from bem.command import run_main
 from experiments import studies
 from experiments.lineage import Lineage, dataset_digest, differences, held_out_differences, read_lineage
 from surrogate.architectures.naming import CONDITIONINGS, FAMILIES, names
@@ -169,4 +170,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_main(main)

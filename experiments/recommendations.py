@@ -30,6 +30,7 @@ from bem import (
     recommend,
     simulate,
 )
+from bem.command import run_main
 from bem.designs import PAPER_RANGES, Design
 from bem.effects import Protocol
 from bem.recommend import difference
@@ -143,4 +144,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_main(main)

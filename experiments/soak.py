@@ -25,6 +25,7 @@ from joblib import Parallel, delayed
 
 from bem import LoadingProtocol, Scene, StandardLinearSolid, simulate
 from bem.campaign_plan import solver_digest
+from bem.command import run_main
 from bem.designs import Design
 from experiments.hard_case_map import BEYOND, DEEPEST
 from experiments.measuring import MEASUREMENTS, fingerprint, plain, progress, spread
@@ -158,4 +159,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_main(main)

@@ -20,6 +20,7 @@ from threadpoolctl import threadpool_limits
 
 from bem import LoadingProtocol, Scene, StandardLinearSolid
 from bem.accuracy import resolve_accuracy
+from bem.command import run_main
 from bem.contact import COUNTS
 from bem.march import COMPLETED, march
 from bem.provenance import provenance
@@ -94,4 +95,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_main(main)

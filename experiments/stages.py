@@ -15,6 +15,7 @@ from typing import Annotated, Any
 
 import typer
 
+from bem.command import run_main
 from experiments import studies
 from surrogate.architectures.naming import names
 
@@ -133,4 +134,4 @@ def _dataset_seconds(path: Path) -> float | None:
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_main(main)

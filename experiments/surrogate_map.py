@@ -23,6 +23,7 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
+from bem.command import run_main
 from bem.dataset_file import Dataset, load_dataset
 from bem.designs import PAPER_RANGES, Design
 from bem.measurement import measurement_grid
@@ -192,4 +193,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_main(main)

@@ -18,6 +18,7 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
+from bem.command import run_main
 from bem.dataset_file import load_dataset
 from experiments.lineage import dataset_digest
 from experiments.measuring import MEASUREMENTS, plain
@@ -101,4 +102,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_main(main)

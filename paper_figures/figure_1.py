@@ -11,6 +11,7 @@ import typer
 from matplotlib.axes import Axes
 from matplotlib.patches import Circle, Polygon
 
+from bem.command import run_main
 from paper_figures import drawing, schematics
 from paper_figures.figure_2 import EXAMPLES
 
@@ -155,4 +156,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_main(main)

@@ -14,6 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MultipleLocator, PercentFormatter
 
 from bem._checks import FloatArray
+from bem.command import run_main
 from bem.dataset_file import Dataset, load_dataset
 from experiments.dataset_statistics import force_ratio
 from paper_figures import drawing
@@ -118,4 +119,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_main(main)

@@ -8,6 +8,7 @@ import typer
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
+from bem.command import run_main
 from bem.measurement import FMS
 from paper_figures import drawing
 from paper_figures.figure_2 import EXAMPLES
@@ -75,4 +76,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_main(main)

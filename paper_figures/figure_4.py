@@ -6,6 +6,7 @@ from typing import Annotated, Any
 import typer
 from matplotlib.axes import Axes
 
+from bem.command import run_main
 from paper_figures import drawing, schematics
 from paper_figures.figure_architectures import RESULT
 from paper_figures.schematics import CONV_FILL, DENSE_FILL, LSTM_FILL, PLAIN_FILL, TABOR_FILL, arrow, box, line, node
@@ -160,4 +161,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_main(main)

@@ -11,6 +11,7 @@ from typing import Annotated, Any
 import typer
 from matplotlib.axes import Axes
 
+from bem.command import run_main
 from paper_figures import drawing, models_style
 from paper_figures.figure_learning_curves import draw_curves
 from paper_figures.figure_mse_mae import RESULT as COMPARISON
@@ -104,4 +105,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_main(main)

@@ -12,6 +12,7 @@ import typer
 from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 
+from bem.command import run_main
 from paper_figures import drawing
 
 RESULT = Path("results/studies/error_statistics.json")
@@ -92,4 +93,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_main(main)

@@ -12,6 +12,7 @@ from typing import Annotated, Any
 import typer
 from matplotlib.axes import Axes
 
+from bem.command import run_main
 from paper_figures import drawing
 from paper_figures.cost_style import FORCE_ERROR, KINDS, kind_of, mark_paper
 
@@ -113,4 +114,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_main(main)

@@ -11,6 +11,7 @@ import typer
 from matplotlib.axes import Axes
 from matplotlib.patches import FancyBboxPatch
 
+from bem.command import run_main
 from paper_figures import drawing
 from surrogate.architectures.naming import CONDITIONINGS, FAMILIES
 
@@ -131,4 +132,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_main(main)

@@ -11,6 +11,7 @@ import numpy as np
 import typer
 from matplotlib.axes import Axes
 
+from bem.command import run_main
 from paper_figures import drawing
 
 RESULT = Path("published/measurements/broad_band.json")
@@ -73,4 +74,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_main(main)

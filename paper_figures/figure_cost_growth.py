@@ -10,6 +10,7 @@ import numpy as np
 import typer
 from matplotlib.axes import Axes
 
+from bem.command import run_main
 from paper_figures import drawing
 from paper_figures.cost_style import KINDS, sparse_ticks
 from paper_figures.tables import TABLES, number, write_table
@@ -117,4 +118,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_main(main)

@@ -10,6 +10,7 @@ import numpy as np
 import typer
 from matplotlib.axes import Axes
 
+from bem.command import run_main
 from paper_figures import drawing
 
 RESULT = Path("published/measurements/effects.json")
@@ -115,4 +116,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_main(main)

@@ -7,6 +7,7 @@ import typer
 from matplotlib import colormaps
 from matplotlib.axes import Axes
 
+from bem.command import run_main
 from paper_figures import drawing
 from paper_figures.figure_5 import DATA_EFFICIENCY
 
@@ -77,4 +78,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_main(main)

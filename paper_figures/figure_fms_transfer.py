@@ -11,6 +11,7 @@ import typer
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
 
+from bem.command import run_main
 from paper_figures import drawing, models_style
 
 RESULT = Path("results/studies/fms_transfer.json")
@@ -62,4 +63,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_main(main)

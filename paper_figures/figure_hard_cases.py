@@ -13,6 +13,7 @@ from matplotlib.colors import BoundaryNorm, ListedColormap, LogNorm
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
+from bem.command import run_main
 from bem.designs import PAPER_RANGES
 from paper_figures import drawing
 from paper_figures.tables import TABLES, number, write_table
@@ -173,4 +174,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_main(main)

@@ -6,6 +6,7 @@ from typing import Annotated, Any
 import typer
 from matplotlib.axes import Axes
 
+from bem.command import run_main
 from paper_figures import drawing, models_style
 from surrogate.architectures.naming import FAMILIES
 
@@ -54,4 +55,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_main(main)

@@ -6,6 +6,7 @@ from typing import Annotated, Any
 import typer
 from matplotlib.axes import Axes
 
+from bem.command import run_main
 from paper_figures import drawing, models_style
 
 RESULT = Path("results/studies/model_comparison.json")
@@ -48,4 +49,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_main(main)

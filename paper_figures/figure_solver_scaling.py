@@ -8,6 +8,7 @@ import typer
 from matplotlib.axes import Axes
 from matplotlib.ticker import FixedLocator, LogLocator, NullFormatter, ScalarFormatter
 
+from bem.command import run_main
 from paper_figures import drawing
 
 SCALING = Path("results/solver/scaling.json")
@@ -59,4 +60,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_main(main)

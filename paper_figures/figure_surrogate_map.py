@@ -12,6 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
+from bem.command import run_main
 from bem.designs import PAPER_RANGES
 from paper_figures import drawing
 from paper_figures.cost_style import FORCE_ERROR, sparse_ticks
@@ -148,4 +149,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_main(main)

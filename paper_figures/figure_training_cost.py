@@ -10,6 +10,7 @@ from typing import Annotated, Any
 import typer
 from matplotlib.axes import Axes
 
+from bem.command import run_main
 from paper_figures import drawing, models_style
 from paper_figures.models_style import REFERENCE
 
@@ -103,4 +104,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_main(main)

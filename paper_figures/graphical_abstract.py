@@ -7,6 +7,7 @@ import numpy as np
 import typer
 from matplotlib.axes import Axes
 
+from bem.command import run_main
 from paper_figures import drawing, models_style, schematics
 from paper_figures.figure_6 import RESULT as REGIMES
 from paper_figures.figure_7 import RESULT as ERRORS
@@ -70,4 +71,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_main(main)

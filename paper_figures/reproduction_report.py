@@ -9,6 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
+from bem.command import run_main
 from paper_figures import drawing, models_style
 from paper_figures.reproduction import (
     ADOPTED,
@@ -151,4 +152,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_main(main)

@@ -8,6 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
+from bem.command import run_main
 from paper_figures import drawing, models_style
 from paper_figures.figure_mse_mae import RESULT
 from paper_figures.tables import TABLES, number, write_table
@@ -79,4 +80,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_main(main)

@@ -5,6 +5,7 @@ from typing import Annotated, Any
 
 import typer
 
+from bem.command import run_main
 from paper_figures import drawing
 from paper_figures.figure_6 import RESULT
 from paper_figures.table_protocols_dataset import QUANTITIES
@@ -54,4 +55,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_main(main)

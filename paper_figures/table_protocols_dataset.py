@@ -5,6 +5,7 @@ from typing import Annotated, Any
 
 import typer
 
+from bem.command import run_main
 from paper_figures import drawing
 from paper_figures.figure_2 import EXAMPLES
 from paper_figures.tables import TABLES, number, write_table
@@ -101,4 +102,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_main(main)

@@ -8,6 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
+from bem.command import run_main
 from paper_figures import drawing
 from paper_figures.tables import TABLES, number, write_table
 
@@ -64,4 +65,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_main(main)

@@ -1,0 +1,46 @@
+"""A module run as a command ends in a sentence and a status, not in a traceback."""
+
+import subprocess
+import sys
+
+import pytest
+import typer
+
+from bem.command import run_main
+
+
+def ended(main, arguments, monkeypatch):
+    """Exit status of a module's function run with these arguments."""
+    monkeypatch.setattr(sys, "argv", ["study", *arguments])
+    with pytest.raises(SystemExit) as stop:
+        run_main(main)
+    return stop.value.code
+
+
+def study(count: int, stop: bool = False) -> None:
+    """Do something."""
+    if count < 1:
+        raise ValueError(f"count must be at least 1;\nreceived {count}")
+    if stop:
+        raise typer.Exit(75)
+
+
+def test_a_module_ends_with_its_status(monkeypatch):
+    assert ended(study, ["2"], monkeypatch) == 0
+    assert ended(study, ["2", "--stop"], monkeypatch) == 75
+
+
+@pytest.mark.parametrize(("argument", "words"), [("0", "count must be at least 1; received 0"), ("x", "valid integer")])
+def test_a_mistake_becomes_one_sentence(argument, words, monkeypatch, capsys):
+    assert ended(study, [argument], monkeypatch) == 2
+    printed = capsys.readouterr().err
+    assert words in printed
+    assert printed.count("\n") == 1
+
+
+def test_a_module_is_called_by_the_name_it_was_run_by():
+    command = [sys.executable, "-m", "paper_figures.table_quartiles", "--result", "nowhere.json"]
+    ended = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert ended.returncode == 2
+    assert ended.stderr.startswith("paper_figures.table_quartiles: ")
+    assert ended.stderr.count("\n") == 1
