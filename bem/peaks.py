@@ -38,7 +38,11 @@ def with_peaks(records: np.ndarray, unloading: np.ndarray) -> tuple[np.ndarray, 
         side = i - 1 if vertex < 0.0 else i + 1
         part = vertex / (time[side] - time[i])
         row = records[i] + part * (records[side] - records[i])
-        row[2] = force[i] + slope * vertex + curvature * vertex**2
+        rise = slope * vertex + curvature * vertex**2
+        # Beside a step cut to nothing, at a fold, the slope is rounding: no peak that the steps resolve rises so far.
+        if rise > max(-a, -b):
+            continue
+        row[2] = force[i] + rise
         if not time[min(i, side)] < row[0] < time[max(i, side)]:
             continue
         positions.append(max(i, side))

@@ -1,10 +1,11 @@
 """A soak of the solver: very many random protocols inside the paper's box and beyond it, in one process or several.
 
-Counted for every protocol: exceptions, numbers that are not finite in a trajectory that says it completed, trajectories
-that say they did not, and what they say. Memory is read after every chunk; the growth reported is that of the second
-half over the first, in which kernels and caches have settled, and none is reported of fewer than `CHUNKS_FOR_MEMORY`
-chunks. Protocol i depends on the seed and i only. Chunks are kept, so that an interrupted soak continues with the same
-command; they are known by the solver's source, its accuracy and their protocols.
+Counted for every protocol: exceptions, numbers that are not finite and lone spikes of the force in a trajectory that
+says it completed, trajectories that say they did not, and what they say. Memory is read after every chunk; the growth
+reported is that of the second half over the first, in which kernels and caches have settled, and none is reported of
+fewer than `CHUNKS_FOR_MEMORY` chunks. Protocol i depends on the seed and i only. Chunks are kept, so that an
+interrupted soak continues with the same command; they are known by the solver's source, its accuracy and their
+protocols.
 
 Usage: `python -m experiments.soak [--count N] [--beyond N] [--jobs N] [--out FILE]`.
 """
@@ -57,7 +58,8 @@ def soaked(point: dict[str, float]) -> dict[str, Any]:
         scene = Scene(rest.pop("tabor"), StandardLinearSolid(rest.pop("modulus_ratio")))
         trajectory = simulate(scene, LoadingProtocol(**rest), ACCURACY)
     except Exception as error:
-        return {"status": f"{type(error).__name__}: {error}", "raised": True, "silent": False, "seconds": 0.0}
+        status = f"{type(error).__name__}: {error}"
+        return {"status": status, "raised": True, "silent": False, "spikes": 0, "seconds": 0.0}
     arrays = (trajectory.time, trajectory.indentation, trajectory.force, trajectory.contact_radius)
     scalars = (trajectory.pull_off_force, trajectory.pull_off_time, trajectory.hysteresis, trajectory.end_force)
     finite = all(np.all(np.isfinite(values)) for values in arrays) and bool(np.all(np.isfinite(scalars)))
@@ -65,8 +67,23 @@ def soaked(point: dict[str, float]) -> dict[str, Any]:
         "status": trajectory.status,
         "raised": False,
         "silent": trajectory.completed and not finite,
+        "spikes": lone_spikes(trajectory.force, trajectory.pull_off_force) if trajectory.completed and finite else 0,
         "seconds": trajectory.stats.seconds,
     }
+
+
+def lone_spikes(force: np.ndarray, scale: float) -> int:
+    """Entries of a force history (n,) that stand out alone, which no history of a contact has.
+
+    Such an entry lies above or below both neighbours by more than 1 % of `scale`, and by more than ten times what
+    these and their neighbours differ. A jump is a step, not a spike.
+    """
+    if force.size < 5:
+        return 0
+    before, at, after = force[1:-3], force[2:-2], force[3:-1]
+    out = np.minimum(np.abs(at - before), np.abs(at - after)) * ((at - before) * (at - after) > 0.0)
+    around = np.abs(np.stack([before - force[:-4], after - before, force[4:] - after])).max(axis=0)
+    return int(np.sum((out > 0.01 * abs(scale)) & (out > 10.0 * around)))
 
 
 def memory_bytes() -> int:
@@ -92,7 +109,7 @@ def chunk(where: str, first: int, count: int, seed: int, folder: Path) -> dict[s
     notable = [
         {"index": first + i, **point, **one}
         for i, (point, one) in enumerate(zip(points, found, strict=True))
-        if one["status"] != "completed" or one["silent"]
+        if one["status"] != "completed" or one["silent"] or one["spikes"]
     ]
     content = {
         "where": where,
@@ -100,6 +117,7 @@ def chunk(where: str, first: int, count: int, seed: int, folder: Path) -> dict[s
         "statuses": Counter(one["status"].split(" (at")[0] for one in found),
         "raised": sum(one["raised"] for one in found),
         "silent": sum(one["silent"] for one in found),
+        "spikes": sum(one["spikes"] > 0 for one in found),
         "slowest": max(one["seconds"] for one in found),
         "mean_seconds": float(np.mean([one["seconds"] for one in found])),
         "notable": notable,
@@ -127,6 +145,7 @@ def summary(chunks: list[dict[str, Any]]) -> dict[str, Any]:
         "protocols": sum(one["count"] for one in chunks),
         "raised": sum(one["raised"] for one in chunks),
         "silent": sum(one["silent"] for one in chunks),
+        "spikes": sum(one["spikes"] for one in chunks),
         "statuses": dict(statuses.most_common()),
         "slowest_seconds": max(one["slowest"] for one in chunks),
         "mean_seconds": spread([one["mean_seconds"] for one in chunks]),
@@ -154,7 +173,8 @@ def main(
         if chunks:
             content[where] = summary(chunks)
             found = content[where]
-            print(f"{where}: {found['protocols']} protocols, {found['raised']} exceptions, {found['silent']} silent")
+            counted = ", ".join(f"{found[name]} {name}" for name in ("raised", "silent", "spikes"))
+            print(f"{where}: {found['protocols']} protocols; {counted}")
     write_result(out, f"soak --count {count} --beyond {beyond} --seed {seed}", plain(content))
 
 

@@ -112,7 +112,7 @@ def soak_rows(soak: dict[str, Any]) -> list[list[str]]:
         memory = "not measured" if growth is None else f"{number(100.0 * growth, 2)} %"
         name = (
             f"soak {where} the box: {found['raised']} exceptions, {found['silent']} silent non-finite, "
-            f"memory growth {memory}"
+            f"{found['spikes']} with a lone spike, memory growth {memory}"
         )
         status = f"{found['statuses'].get('completed', 0)} of {found['protocols']} completed"
         rows.append([name, status, *["-"] * (len(HEADER) - 3), number(found["slowest_seconds"], 2)])

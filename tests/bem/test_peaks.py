@@ -59,3 +59,9 @@ def test_no_parabola_reaches_across(times, depths):
     records = records_of(times, [0.0, 2.0, 1.0, 0.5], depths)
     out, _ = with_peaks(records, np.ones(4, bool))
     np.testing.assert_array_equal(out, records)
+
+
+def test_no_peak_grows_from_rounding_beside_a_tiny_step():
+    records = records_of([0.0, 2.0, 2.0 + 1e-6, 2.0 + 2e-6], [0.468, 0.476, 0.474, 0.474])
+    out, _ = with_peaks(records, np.ones(4, bool))
+    np.testing.assert_array_equal(out, records)

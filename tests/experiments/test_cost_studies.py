@@ -385,6 +385,16 @@ def test_extremes_are_run_more_coarsely_too():
     assert all(one["status"] == "completed" and one["change"] < 0.5 for one in found["coarse"].values())
 
 
+def test_a_lone_spike_is_told_from_peaks_and_jumps():
+    peak = np.sin(np.linspace(0.0, 3.0, 40))
+    assert soak.lone_spikes(peak, 1.0) == 0
+    assert soak.lone_spikes(np.concatenate([peak[:20], peak[:20] - 3.0]), 1.0) == 0
+    assert soak.lone_spikes(np.array([0.0, 0.0, 1.0, 0.2, 0.1, 0.0]), 1.0) == 0
+    for spike in (868.0, -0.5):
+        assert soak.lone_spikes(np.insert(peak, 10, spike), 1.0) == 1
+    assert soak.lone_spikes(np.array([0.0, 9.0, 0.0]), 1.0) == 0
+
+
 def test_a_small_soak_raises_nothing_and_keeps_its_memory(tmp_path, monkeypatch):
     monkeypatch.setattr(soak, "CHUNK", 6)
     content = soak_summary(48, 12, tmp_path)
@@ -399,7 +409,7 @@ def test_a_small_soak_raises_nothing_and_keeps_its_memory(tmp_path, monkeypatch)
 
 def test_chunks_belong_to_their_solver_accuracy_and_protocols(tmp_path, monkeypatch):
     monkeypatch.setattr(
-        soak, "soaked", lambda _: {"status": "completed", "raised": False, "silent": False, "seconds": 1}
+        soak, "soaked", lambda _: {"status": "completed", "raised": False, "silent": False, "spikes": 0, "seconds": 1}
     )
     soak.chunk("inside", 0, 4, 1, tmp_path)
     soak.chunk("inside", 0, 4, 1, tmp_path)

@@ -314,6 +314,7 @@ def test_the_soak_is_shown_among_the_hard_cases():
         "protocols": 100,
         "raised": 0,
         "silent": 1,
+        "spikes": 2,
         "statuses": {"completed": 99, "stopped": 1},
         "slowest_seconds": 2.0,
         "memory_growth": 0.003,
@@ -321,7 +322,7 @@ def test_the_soak_is_shown_among_the_hard_cases():
     rows = figure_hard_cases.soak_rows({"inside": found, "beyond": found | {"memory_growth": None}})
     assert all(len(row) == len(figure_hard_cases.HEADER) for row in rows)
     assert rows[0][:2] == [
-        "soak inside the box: 0 exceptions, 1 silent non-finite, memory growth 0.3 %",
+        "soak inside the box: 0 exceptions, 1 silent non-finite, 2 with a lone spike, memory growth 0.3 %",
         "99 of 100 completed",
     ]
     assert "memory growth not measured" in rows[1][0]
