@@ -62,19 +62,24 @@ def share(percent: float, folds: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def result(config: dict[str, Any], trained: dict[tuple[float, int], dict[str, Any]]) -> dict[str, Any]:
-    """The result file's content from what is trained, by percentage and fold; the whole must be among it."""
+    """The result file's content from what is trained, by percentage and fold; the whole must be among it.
+
+    The summary is empty while something is missing.
+    """
     shares = []
     for percent in config["percents"]:
         folds = [trained[percent, fold] for fold in range(config["folds"]) if (percent, fold) in trained]
         if folds:
             shares.append(share(percent, folds))
-    means = [trained[WHOLE]["mse"], *(one["mse_mean"] for one in shares)]
     complete = len(trained) == 1 + len(config["percents"]) * config["folds"]
+    means = [trained[WHOLE]["mse"], *(one["mse_mean"] for one in shares)]
     summary = {
-        "folds": min((len(one["folds"]) for one in shares), default=0),
+        "folds": config["folds"],
         "grows_as_data_shrink": bool(np.all(np.diff(means) > 0.0)),
         "smallest_over_full": means[-1] / means[0],
     }
+    if not complete:
+        summary = dict.fromkeys(summary)
     return {"config": config, "complete": complete, "summary": summary, "full": trained[WHOLE], "shares": shares}
 
 

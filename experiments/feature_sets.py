@@ -65,7 +65,9 @@ def main(
     def publish(done: dict[str, dict[str, Any]]) -> None:
         sets = {name: done[variant.label] for name, variant in wanted.items() if variant.label in done}
         if sets:
-            content = {"config": settings, "complete": len(sets) == len(wanted), "summary": summary(sets), "sets": sets}
+            complete = len(sets) == len(wanted)
+            found = summary(sets) if complete else {}
+            content = {"config": settings, "complete": complete, "summary": found, "sets": sets}
             studies.write_result(out, "feature_sets", content)
 
     complete = train_variants(

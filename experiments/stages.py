@@ -26,7 +26,7 @@ RESTS_ON = {
     "dataset": ("dataset",),
     "models": ("dataset", "models"),
     "figure-models": ("dataset", "models", "data-efficiency"),
-    "features": ("dataset", "reference", "feature-sets", "data-efficiency"),
+    "features": ("dataset", "feature-sets", "data-efficiency"),
     "reference": ("dataset", "reference"),
     "models-and-more": ("dataset", "models", "more-models"),
 }
@@ -57,8 +57,13 @@ def core_seconds(stage: str, published: Path, labels: tuple[str, ...] = ()) -> f
     if stage not in results or not (published / results[stage]).is_file():
         return None
     content = _read(published / results[stage])
-    trained = content["sets"].values() if "sets" in content else [f for one in content["shares"] for f in one["folds"]]
-    return 3600.0 * sum(one["hours"] for one in trained)
+    if not content["complete"]:
+        return None
+    if stage == "feature-sets":
+        trained = list(content["sets"].values())
+    else:
+        trained = [content["full"], *(fold for one in content["shares"] for fold in one["folds"])]
+    return 3600.0 * sum(one["hours"] for one in trained if "taken_from" not in one)
 
 
 def hours_of(name: str, stages: dict[str, dict[str, Any]], published: Path) -> tuple[float, bool]:

@@ -140,8 +140,10 @@ def train_variants(
     for label, variant in by_label.items():
         if (identity := variant.identity(data)) in earlier:
             done[label] = earlier[identity]
-        elif folder := _found(variant, data, work / "models" / label, models):
-            done[label] = collect(variant, data, folder)
+        elif is_trained(variant, data, work / "models" / label):
+            done[label] = collect(variant, data, work / "models" / label)
+        elif folder := _published(variant, data, models):
+            done[label] = collect(variant, data, folder) | {"taken_from": folder.name}
     waiting = [label for label in by_label if label not in done]
     publish(done)
     started = time.monotonic()
@@ -174,7 +176,10 @@ def train_variants(
 
 
 def collect(variant: Variant, data: TrajectoryDataset, folder: Path) -> dict[str, Any]:
-    """Learning curve, held-out errors and cost of a trained variant, and which training that is."""
+    """Learning curve, held-out errors and cost of a trained variant, and which training that is.
+
+    `train_variants` adds as `taken_from` the published model that was taken instead of a training of its own.
+    """
     found = read_model(folder)
     kept = ("mse", "mae", "dtw_rmse", "validation_mse", "epochs", "best_epoch", "hours", "training_trajectories")
     curve = {name: found["history"][name] for name in ("epoch", "validation_mse")}
@@ -198,9 +203,7 @@ def _other(variant: Variant, data: TrajectoryDataset, folder: Path) -> list[str]
     return differences(found, wanted) + (["architecture"] if found.architecture != wanted.architecture else [])
 
 
-def _found(variant: Variant, data: TrajectoryDataset, own: Path, models: Path) -> Path | None:
-    """The model directory of a variant: its own, or a published one that was trained alike."""
-    if is_trained(variant, data, own):
-        return own
+def _published(variant: Variant, data: TrajectoryDataset, models: Path) -> Path | None:
+    """The directory of a published model that was trained alike."""
     candidates = sorted(path.parent for path in models.glob(f"{variant.architecture}*/run.json"))
     return next((folder for folder in candidates if not _other(variant, data, folder)), None)

@@ -40,11 +40,15 @@ def test_hours_of_data_set_and_studies(tmp_path):
     with h5py.File(tmp_path / "dataset.h5", "w") as file:
         file.attrs["core_seconds"] = 180.0
     one = {"hours": 0.5}
-    (tmp_path / "feature_sets.json").write_text(json.dumps({"sets": {"A": one, "D": one}}), encoding="utf-8")
-    shares = {"shares": [{"folds": [one, one]}, {"folds": [one, one]}]}
+    taken = one | {"taken_from": "M1-concat"}
+    sets = {"complete": True, "sets": {"A": one, "B": one, "D": taken}}
+    (tmp_path / "feature_sets.json").write_text(json.dumps(sets), encoding="utf-8")
+    shares = {"complete": True, "full": taken, "shares": [{"folds": [one, one]}, {"folds": [one, one]}]}
     (tmp_path / "data_efficiency.json").write_text(json.dumps(shares), encoding="utf-8")
     found = {name: hours_of(name, read_stages(), tmp_path) for name in ("dataset", "feature-sets", "data-efficiency")}
     assert found == {"dataset": (0.025, True), "feature-sets": (0.5, True), "data-efficiency": (1.0, True)}
+    (tmp_path / "feature_sets.json").write_text(json.dumps(sets | {"complete": False}), encoding="utf-8")
+    assert hours_of("feature-sets", read_stages(), tmp_path)[1] is False
 
 
 def test_the_document_has_a_place_for_hours_and_none_typed_in(tmp_path):

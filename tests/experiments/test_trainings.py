@@ -141,6 +141,7 @@ def test_a_published_model_that_was_trained_alike_is_taken(tmp_path, data, path,
         write_errors(folder, mse)
     complete, found = study(tmp_path, path, [VARIANT])
     assert (complete, found["half"]["mse"], queue[1]) == (True, 0.25, [])
+    assert found["half"]["taken_from"] == "M1-concat-short"
 
 
 def test_a_study_goes_on_from_its_result_file_in_another_clone(tmp_path, path, queue):
@@ -162,6 +163,7 @@ def test_a_study_goes_on_from_its_result_file_in_another_clone(tmp_path, path, q
     status, content = run()
     assert (status, content["complete"]) == (trainings.STOPPED, False)
     assert [len(one["folds"]) for one in content["shares"]] == [1, 1]
+    assert set(content["summary"].values()) == {None}
     refused.clear()
     started.clear()
     shutil.rmtree(tmp_path / "models")

@@ -136,12 +136,12 @@ def test_queue_runs_what_is_missing_and_reports_failures(options, tmp_path, monk
     assert " --epochs 7 --threads 1" in " ".join(asked["M1-concat"])
 
 
-def test_the_published_models_are_of_the_published_data_set(monkeypatch):
+def test_the_published_models_are_of_the_published_data_set(tmp_path, monkeypatch):
     monkeypatch.chdir(Path(__file__).parents[2])
     monkeypatch.setattr(cli, "run_queue", lambda waiting, *_, **__: dict.fromkeys(waiting, 0))
     published = [name for name in names() if Path("published/models", name, "run.json").exists()]
     chosen = [word for name in published for word in ("--only", name)]
-    result = runner.invoke(cli.app, ["train-all", *chosen])
+    result = runner.invoke(cli.app, ["train-all", *chosen, "--runs", str(tmp_path)])
     assert result.exit_code == 0, result.output
     assert "another data set" not in result.output
 
