@@ -40,7 +40,7 @@ def with_peaks(records: np.ndarray, unloading: np.ndarray) -> tuple[np.ndarray, 
         row = records[i] + part * (records[side] - records[i])
         rise = slope * vertex + curvature * vertex**2
         # Beside a step cut to nothing, at a fold, the slope is rounding: no peak that the steps resolve rises so far.
-        if rise > max(-a, -b):
+        if rise > 2.0 * max(-a, -b):
             continue
         row[2] = force[i] + rise
         if not time[min(i, side)] < row[0] < time[max(i, side)]:

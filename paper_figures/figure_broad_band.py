@@ -28,10 +28,12 @@ def draw_compliances(axes: Axes, curves: list[dict[str, Any]], ratio: float) -> 
     few = times[::12]
     for curve, color in zip(curves, COLORS, strict=True):
         strengths, taus = np.array(curve["compliances"]), np.array(curve["times"])
-        axes.semilogx(times, 1.0 - np.exp(-times[:, None] / taus) @ strengths, color=color)
+        label = curve["name"].replace("n = ", "$n$ = ").replace("standard linear solid", "standard\nlinear solid")
+        axes.semilogx(times, 1.0 - np.exp(-times[:, None] / taus) @ strengths, color=color, label=label)
         if curve["n"] is not None:
             axes.semilogx(few, 1.0 + (ratio - 1.0) * (1.0 + few) ** -curve["n"], "o", color=color, markersize=2.5)
     axes.set(xlabel=r"time $\hat t$", ylabel=r"creep compliance $E_0 C$", ylim=(0.0, 1.05))
+    axes.legend(loc="lower right", handlelength=1.2)
 
 
 def draw_amplification(axes: Axes, curves: list[dict[str, Any]], names: list[str], ratio: float, over: str) -> None:
@@ -46,13 +48,16 @@ def draw_amplification(axes: Axes, curves: list[dict[str, Any]], names: list[str
             [point[over] for point in points],
             color=color,
             linestyle="-" if deep else ":",
-            label=curve["name"].replace("n = ", "$n$ = ") if deep else None,
         )
     axes.axhline(1.0 / ratio, color="0.6", linewidth=0.7, linestyle="--")
     axes.annotate("$1/k$", (0.02, 1.0 / ratio), xycoords=("axes fraction", "data"), va="bottom", color="0.4")
     axes.set(xlabel=r"unloading rate $\hat v_U$", ylabel=LABELS[over], ylim=(0.8, 15.0))
     axes.set_yticks([1, 2, 5, 10], labels=["1", "2", "5", "10"])
-    axes.legend(loc="lower right")
+    depths = sorted({curve["preload"] for curve in curves})
+    if len(depths) > 1:
+        shallower = ", ".join(f"{depth:g}" for depth in depths[:-1])
+        text = f"full: preload {deepest:g} $h_0$,\ndotted: {shallower}"
+        axes.text(0.97, 0.03, text, transform=axes.transAxes, ha="right", va="bottom", fontsize="small")
 
 
 def main(
