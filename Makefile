@@ -92,14 +92,6 @@ docs: setup  ## Build the documentation into build/site; a broken link fails
 
 ##@ Results (result file <- inputs)
 
-.PHONY: bench-surrogate
-bench-surrogate: setup  ## Measure what a prediction costs, against Keras's model.predict
-	$(PY) -m experiments.bench_surrogate
-
-.PHONY: bench-stream
-bench-stream: setup  ## Measure the latency of a million steps of a stream
-	$(PY) -m experiments.bench_surrogate --stream
-
 .PHONY: bench-solver
 bench-solver: setup  ## Measure accuracy against cost of the contact solver; writes docs/solver-benchmark.md
 	$(PY) -m experiments.bench_solver

@@ -9,10 +9,12 @@ MODEL ?= M1-concat
 SOAK ?= 100000
 SOAK_BEYOND ?= 20000
 COST_STYLE := $(DRAWING) paper_figures/cost_style.py paper_figures/paper_values/cost.toml
-# One measurement: its module, its options.
-measure = $(PY) -m experiments.$(1) $(2) --out $(MEASUREMENTS)/$(1).json && $(PY) $(MANIFEST) add $(MEASUREMENTS)/$(1).json
+# One measurement: its module, its options, its file where that has another name.
+measure = $(PY) -m experiments.$(1) $(2) --out $(call measured,$(or $(3),$(1))) && \
+	$(PY) $(MANIFEST) add $(call measured,$(or $(3),$(1)))
+measured = $(MEASUREMENTS)/$(1).json
 # One core: BLAS and the backends of the surrogates must not take more.
-measure-%: export OMP_NUM_THREADS := 1
+measure-% bench-surrogate bench-stream: export OMP_NUM_THREADS := 1
 
 ##@ Measurements (result file; on an idle machine)
 
@@ -59,6 +61,14 @@ measure-surrogate-map: $(DATASET) | $(INSTALLED)  ## Errors of MODEL=M1-concat o
 measure-broad-band: setup  ## Pull-off of broad-band solids over the unloading rate
 	$(call measure,broad_band)
 	$(PY) $(MANIFEST) add $(MEASUREMENTS)/broad_band.csv --command "python -m experiments.broad_band"
+
+.PHONY: bench-surrogate
+bench-surrogate: setup  ## What a prediction costs, against Keras's model.predict
+	$(call measure,bench_surrogate,--models $(PUBLISHED)/models,surrogate_latency)
+
+.PHONY: bench-stream
+bench-stream: setup  ## The latency of a million steps of a stream
+	$(call measure,bench_surrogate,--stream --models $(PUBLISHED)/models,stream_latency)
 
 .PHONY: soak
 soak: export OMP_NUM_THREADS := 1
@@ -141,3 +151,7 @@ docs-effects: figure-effects  ## Renew the picture of docs/effects.md
 .PHONY: docs-cost
 docs-cost: $(MEASUREMENTS)/accuracy_cost.json $(COST_STYLE) | $(INSTALLED)  ## Renew the table of the fastest tools in docs/cost.md
 	$(PY) -m paper_figures.table_accuracy_cost --result $< --folder $(TABLES) --page docs/cost.md
+
+.PHONY: docs-control
+docs-control: setup  ## Renew the seconds of a prediction and of a step in docs/control.md, as published
+	$(PY) -m experiments.bench_surrogate --page docs/control.md

@@ -31,11 +31,14 @@ DATA_EFFICIENCY := $(PUBLISHED)/data_efficiency.json
 
 ##@ Trainings (long; interrupted by Ctrl-C, continued by the same command)
 
+# What was stopped has published what it trained until then.
+list_also_unfinished = || status=$$?; [ ! -e $(1) ] || $(PY) $(MANIFEST) add $(1); exit $${status:-0}
+
 .PHONY: models
 models: $(DATASET) | $(INSTALLED)  ## Train and publish the models that are not published yet (about 4 core-hours)
 	$(VENV)/bin/surrogate train-all --recipe $(RECIPE) --dataset $(DATASET) --jobs $(JOBS) --threads 1 \
-		$(addprefix --only ,$(ONLY)) $(addprefix --epochs ,$(EPOCHS)) --runs $(OUT)/training --models $(MODELS)
-	$(PY) $(MANIFEST) add $(MODELS)
+		$(addprefix --only ,$(ONLY)) $(addprefix --epochs ,$(EPOCHS)) --runs $(OUT)/training --models $(MODELS) \
+		$(call list_also_unfinished,$(MODELS))
 
 # $(call beside,LABEL,OPTIONS) trains M1-concat otherwise than the eighteen, unless it is published.
 define beside
@@ -70,9 +73,6 @@ model-budgets: $(DATASET) | $(INSTALLED)  ## Train M1-concat for 8 and for 15 ep
 MORE_MODELS ?= model-paper-recipe model-budgets model-large
 .PHONY: more-models
 more-models: $(MORE_MODELS)  ## The three above: M1-concat by another recipe, on more data, and for shorter
-
-# A study that was stopped has published what it trained until then.
-list_also_unfinished = || status=$$?; [ ! -f $(1) ] || $(PY) $(MANIFEST) add $(1); exit $${status:-0}
 
 .PHONY: feature-sets
 feature-sets: $(DATASET) | $(INSTALLED)  ## Train the input representations A to D and publish their errors
@@ -114,17 +114,19 @@ $(STUDIES)/fms_transfer.json: experiments/fms_transfer.py $(STUDY) $(LINEAGE) $(
 		$(REFERENCE_FILES) | $(INSTALLED)
 	$(PY) -m experiments.fms_transfer --config $(CONFIGS)/fms_transfer.toml --models $(MODELS) --dataset $(DATASET) --out $@
 
+# Here and below a published folder is a prerequisite beside what is in it: it changes when an entry goes, of which a
+# wildcard does not tell.
 $(STUDIES)/model_comparison.json: experiments/model_comparison.py $(STUDY) $(LINEAGE) $(REFERENCE)/run.json \
-		$(wildcard $(addprefix $(MODELS)/*/,metrics.json history.csv $(ORIGIN))) surrogate/architectures/naming.py \
-		$(REFERENCE_MODEL) $(DATASET) | $(INSTALLED)
+		$(wildcard $(addprefix $(MODELS)/*/,metrics.json history.csv $(ORIGIN)) $(MODELS)) \
+		surrogate/architectures/naming.py $(REFERENCE_MODEL) $(DATASET) | $(INSTALLED)
 	$(PY) -m experiments.model_comparison --models $(MODELS) --dataset $(DATASET) --out $@
 
 $(STUDIES)/architecture_graphs.json: experiments/architecture_graphs.py $(STUDY) $(SURROGATE) | $(INSTALLED)
 	$(PY) -m experiments.architecture_graphs --out $@
 
 $(STUDIES)/adopted_settings.json: experiments/adopted_settings.py $(STUDY) $(SURROGATE) $(wildcard surrogate/recipes/*.toml) \
-		$(wildcard $(CONFIGS)/*.toml) paper_figures/paper_values/persson_brener_protocols.csv bem/designs.py bem/protocol.py \
-		bem/reference_solutions/persson_brener.py | $(INSTALLED)
+		$(wildcard $(CONFIGS)/*.toml) paper_figures/paper_values/persson_brener_protocols.csv $(addprefix bem/,designs.py \
+		measurement.py protocol.py $(addprefix reference_solutions/,dmt.py jkr.py persson_brener.py)) | $(INSTALLED)
 	$(PY) -m experiments.adopted_settings --configs $(CONFIGS) --out $@
 
 $(STUDIES)/paper_slips.json: experiments/paper_slips.py $(STUDY) $(SOLVER) $(DATASET) \
@@ -147,7 +149,7 @@ $(FIGURES)/figure-4.pdf: paper_figures/figure_4.py paper_figures/schematics.py $
 figure-5: $(FIGURES)/figure-5.pdf  ## Models, sizes, crack velocity, data efficiency
 $(FIGURES)/figure-5.pdf: paper_figures/figure_5.py paper_figures/models_style.py paper_figures/figure_mse_mae.py \
 		paper_figures/figure_learning_curves.py $(REFERENCE_MODEL) $(STUDIES)/model_comparison.json $(STUDIES)/persson_brener.json \
-		$(wildcard $(DATA_EFFICIENCY)) $(STYLE) | $(INSTALLED)
+		$(wildcard $(DATA_EFFICIENCY) $(PUBLISHED)) $(STYLE) | $(INSTALLED)
 	$(PY) -m paper_figures.figure_5 --comparison $(STUDIES)/model_comparison.json --persson-brener $(STUDIES)/persson_brener.json \
 		--data-efficiency $(DATA_EFFICIENCY) --folder $(FIGURES)
 
@@ -179,7 +181,8 @@ $(FIGURES)/figure-learning-curves.pdf: paper_figures/figure_learning_curves.py p
 
 .PHONY: figure-features
 figure-features: $(FIGURES)/figure-features.pdf  ## Input representations and training-set size
-$(FIGURES)/figure-features.pdf: paper_figures/figure_features.py $(wildcard $(FEATURE_SETS) $(DATA_EFFICIENCY)) $(STYLE) | $(INSTALLED)
+$(FIGURES)/figure-features.pdf: paper_figures/figure_features.py $(wildcard $(FEATURE_SETS) $(DATA_EFFICIENCY) $(PUBLISHED)) \
+		$(STYLE) | $(INSTALLED)
 	$(PY) -m paper_figures.figure_features --feature-sets $(FEATURE_SETS) --data-efficiency $(DATA_EFFICIENCY) --folder $(FIGURES)
 
 .PHONY: figure-fms-transfer
@@ -217,7 +220,7 @@ $(TABLES)/models.md: paper_figures/table_models.py paper_figures/models_style.py
 ##@ All of it
 
 # A figure whose every input is still untrained is left out with a word instead of failing the rest.
-TRAINED_OTHERS := $(filter-out %-concat/run.json,$(wildcard $(MODELS)/M[1-6]-*/run.json))
+TRAINED_OTHERS := $(wildcard $(addprefix $(MODELS)/M[1-6]-,FiLM/run.json gated/run.json))
 CURVES := $(if $(TRAINED_OTHERS),figure-learning-curves)
 FEATURES := $(if $(wildcard $(FEATURE_SETS) $(DATA_EFFICIENCY)),figure-features)
 

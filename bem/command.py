@@ -39,13 +39,24 @@ def run_command(app: Any, name: str) -> None:
 def run_main(main: Callable[..., Any]) -> None:
     """Run a module's function as a command of its own, and leave the process with its status.
 
+    A `RuntimeError`, by which a study says that something it needs did not work out, ends it with its sentence and
+    status 1.
+
     Args:
         main: The function; its parameters are the command's.
     """
     app = typer.Typer(add_completion=False)
     app.command()(main)
     spec = main.__globals__.get("__spec__")
-    run_command(app, spec.name if spec else Path(sys.argv[0]).name)
+    name = spec.name if spec else Path(sys.argv[0]).name
+    try:
+        run_command(app, name)
+    except RuntimeError as error:
+        # Python's own kinds, such as endless recursion, are mistakes of the program: they keep their traceback.
+        if type(error) is not RuntimeError:
+            raise
+        typer.echo(f"{name}: {sentence(error)}", err=True)
+        sys.exit(1)
 
 
 def sentence(error: Exception) -> str:

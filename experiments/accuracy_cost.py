@@ -205,7 +205,7 @@ def main(
         more = {**tool, "outdated": tool["model"] in old}
         tools.append(report("surrogate", more.pop("setting"), answers, exact, **more))
     write(absent, complete=True)
-    print(f"missing: {', '.join(absent) or 'nothing'}; trained on another data set: {', '.join(old) or 'none'}")
+    print(f"missing: {', '.join(absent) or 'nothing'}; trained otherwise: {', '.join(old) or 'none'}")
 
 
 if __name__ == "__main__":

@@ -2,8 +2,8 @@
 
 Only reads: the data set's core seconds, the training seconds in each published model's `run.json`, and the seconds of
 one query in the measurement of `experiments.accuracy_cost`. Every surrogate, by every way of calling it, is set against
-the solver at its named accuracies; the paper's line has its own numbers. A model that was published after the
-measurement is named, not guessed at.
+the solver at its named accuracies; the paper's line has its own numbers. A model that was published, or trained anew,
+after the measurement is named, not guessed at.
 
 Usage: `python -m experiments.amortisation [--cost FILE] [--models DIR] [--out FILE]`.
 """
@@ -21,7 +21,7 @@ from bem.command import run_main
 from bem.dataset_file import load_dataset
 from experiments.measuring import MEASUREMENTS, plain
 from experiments.studies import DATASET, MODELS, PAPER_VALUES, write_result
-from experiments.surrogate_cost import missing, outdated, published
+from experiments.surrogate_cost import missing, outdated, published, weights_digest
 
 OUT = MEASUREMENTS / "amortisation.json"
 COST = MEASUREMENTS / "accuracy_cost.json"
@@ -66,13 +66,14 @@ def main(
         for tool in tools
         if tool["kind"] == "solver" and tool["setting"] in ("draft", "standard", "reference")
     ]
-    surrogates, unmeasured = [], []
+    surrogates, unmeasured, retrained = [], [], []
     for name in published(models):
         training = float(json.loads((models / name / "run.json").read_text(encoding="utf-8"))["cpu_seconds"])
         calls = [tool for tool in tools if tool.get("model") == name]
-        if not calls:
-            unmeasured.append(name)
-        for tool in calls:
+        current = [tool for tool in calls if tool.get("weights_sha256") == weights_digest(models / name)]
+        if not current:
+            (retrained if calls else unmeasured).append(name)
+        for tool in current:
             more = {"errors": tool["errors"], "training_seconds": training, "way": tool["way"]}
             query = tool["seconds"]["mean"]
             surrogates.append(line(tool["setting"], "surrogate", data_seconds + training, query, **more))
@@ -88,10 +89,12 @@ def main(
         "break_even": crossings,
         "missing": missing(models),
         "unmeasured": unmeasured,
+        "retrained": retrained,
         "outdated": outdated(models, dataset),
     }
     write_result(out, "amortisation", plain(content))
-    print(f"missing: {', '.join(content['missing']) or 'nothing'}; not measured: {', '.join(unmeasured) or 'nothing'}")
+    said = {"missing": "missing", "unmeasured": "not measured", "retrained": "trained anew since the measurement"}
+    print("; ".join(f"{words}: {', '.join(content[key]) or 'nothing'}" for key, words in said.items()))
 
 
 if __name__ == "__main__":

@@ -1,13 +1,13 @@
 """What a prediction costs on one core: every way to ask a model, against Keras's own `model.predict`.
 
 `python -m experiments.bench_surrogate` measures start, single predictions and batches; with `--stream` the steps of a
-stream, a million of them. Wall seconds of one thread; where other programs share the core the worst steps are theirs,
-so the processor's own seconds stand beside the wall's for single predictions and batches.
+stream, a million of them; with `--page docs/control.md` it measures nothing and shows there what is published. Wall
+seconds of one thread; where other programs share the core the worst steps are theirs, so the processor's own seconds
+stand beside the wall's for single predictions and batches.
 """
 
 from __future__ import annotations
 
-import argparse
 import json
 import os
 import subprocess
@@ -16,42 +16,22 @@ import time
 import warnings
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
+import typer
 
+from bem.command import run_main
 from bem.designs import Design
 from bem.measurement import measurement_grid
-from experiments.measuring import MEASUREMENTS
+from bem.provenance import versions
+from experiments.measuring import MEASUREMENTS, write_place
+from experiments.studies import write_result
 
+PREDICTIONS, STREAM = MEASUREMENTS / "surrogate_latency.json", MEASUREMENTS / "stream_latency.json"
 BATCH = 1024
 STEPS = 1_000_000
 STREAM_HISTORY = 120
-
-
-def main(arguments: list[str] | None = None) -> None:
-    """Measure, print a table and write the numbers."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--model", default="M1-concat", help="a published model or a model directory")
-    parser.add_argument("--models", type=Path, default=None, help="where models are published")
-    parser.add_argument("--stream", action="store_true", help="measure steps of a stream instead")
-    parser.add_argument("--steps", type=int, default=STEPS, help="steps of the stream")
-    parser.add_argument("--repeats", type=int, default=200, help="single predictions")
-    parser.add_argument("--out", type=Path, default=None, help="JSON file")
-    chosen = parser.parse_args(arguments)
-    from surrogate.backend import limit_threads, quiet_backend
-
-    quiet_backend()
-    limit_threads(1)
-    if chosen.stream:
-        content = measure_stream(chosen.model, chosen.models, chosen.steps)
-        print(stream_table(content))
-    else:
-        content = measure_predictions(chosen.model, chosen.models, chosen.repeats)
-        print(prediction_table(content))
-    out = chosen.out or MEASUREMENTS / ("stream_latency.json" if chosen.stream else "surrogate_latency.json")
-    out.parent.mkdir(parents=True, exist_ok=True)
-    out.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
 
 
 def measure_predictions(name: str, models: Path | None, repeats: int) -> dict[str, Any]:
@@ -149,6 +129,24 @@ def stream_table(content: dict[str, Any]) -> str:
     )
 
 
+def show(page: Path, predictions: Path = PREDICTIONS, stream: Path = STREAM) -> None:
+    """Put what is published of both measurements into their places on a page, or that there is nothing yet.
+
+    Raises:
+        ValueError: the page has no such places.
+    """
+    places = {
+        "seconds of a prediction": (predictions, prediction_table, "bench-surrogate"),
+        "seconds of a step": (stream, stream_table, "bench-stream"),
+    }
+    for place, (path, table, target) in places.items():
+        words = f"Not measured yet: `make {target} docs-control`."
+        if path.is_file():
+            content = json.loads(path.read_text(encoding="utf-8"))
+            words = f"{table(content)}\n\nMeasured on one core of {content['host']}."
+        write_place(page, place, words)
+
+
 def _protocols(count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     columns = Design("log-uniform").protocols(count, seed=1)
     times, indentations = measurement_grid(**columns)
@@ -199,8 +197,35 @@ def _start_seconds(name: str, models: Path | None) -> float:
 def _versions() -> dict[str, str]:
     from importlib.metadata import version
 
-    return {name: version(name) for name in ("numpy", "numba", "onnxruntime", "keras")}
+    return versions() | {name: version(name) for name in ("onnxruntime", "keras")}
+
+
+def main(
+    model: Annotated[str, typer.Option(help="A published model or a model directory.")] = "M1-concat",
+    models: Annotated[Path | None, typer.Option(help="Where models are published.")] = None,
+    stream: Annotated[bool, typer.Option("--stream", help="Measure steps of a stream instead.")] = False,
+    steps: Annotated[int, typer.Option(help="Steps of the stream.")] = STEPS,
+    repeats: Annotated[int, typer.Option(help="Single predictions.")] = 200,
+    out: Annotated[Path | None, typer.Option(help="Result file to write.")] = None,
+    page: Annotated[Path | None, typer.Option(help="Page to show what is published on, instead of measuring.")] = None,
+) -> None:
+    """Measure, print a table and write the numbers."""
+    if page is not None:
+        show(page)
+        return
+    from surrogate.backend import limit_threads, quiet_backend
+
+    quiet_backend()
+    limit_threads(1)
+    if stream:
+        content = measure_stream(model, models, steps)
+        print(stream_table(content))
+        write_result(out or STREAM, f"bench_surrogate --stream --model {model} --steps {steps}", content)
+    else:
+        content = measure_predictions(model, models, repeats)
+        print(prediction_table(content))
+        write_result(out or PREDICTIONS, f"bench_surrogate --model {model} --repeats {repeats}", content)
 
 
 if __name__ == "__main__":
-    main()
+    run_main(main)

@@ -101,7 +101,7 @@ def main(
     """Write the statistics of a data set as JSON."""
     content = {
         "dataset": dataset.name,
-        "dataset_sha256": hashlib.sha256(dataset.read_bytes()).hexdigest(),
+        "file_sha256": hashlib.sha256(dataset.read_bytes()).hexdigest(),
         **statistics(load_dataset(dataset)),
     }
     out.parent.mkdir(parents=True, exist_ok=True)

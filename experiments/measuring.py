@@ -1,4 +1,4 @@
-"""What measurements share: seconds with their spread, percentiles, progress, and values that JSON can hold.
+"""What measurements share: seconds with their spread, progress, values that JSON can hold, places in the guide.
 
 Seconds are wall seconds of whole calls on one thread. A first call, which loads compiled kernels, is never counted.
 """
@@ -95,6 +95,20 @@ def plain(value: Any) -> Any:
     if isinstance(value, float) and not np.isfinite(value):
         return None
     return value
+
+
+def write_place(page: Path, name: str, words: str) -> None:
+    """Put words into the place of a page between the marks `<!-- NAME -->` and `<!-- /NAME -->`.
+
+    Raises:
+        ValueError: the page has no such marks.
+    """
+    begin, end = f"<!-- {name} -->", f"<!-- /{name} -->"
+    text = page.read_text(encoding="utf-8")
+    if text.count(begin) != 1 or text.count(end) != 1:
+        raise ValueError(f"the page must hold {begin} and {end} once each; received {str(page)!r}")
+    before, after = text.split(begin)[0], text.split(end)[1]
+    page.write_text(f"{before}{begin}\n\n{words}\n\n{end}{after}", encoding="utf-8")
 
 
 def exponent(x: Sequence[float], y: Sequence[float]) -> tuple[float, float]:

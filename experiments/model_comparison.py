@@ -2,8 +2,9 @@
 
 Reads the published model directories; trains and evaluates nothing. Only models trained alike are compared: on the data
 set, and with the split, recipe and backend of the reference model. What was trained otherwise on purpose (another
-recipe, more data, fewer epochs) stands beside them in a list of its own; it shares the held-out part. Source: the
-paper's section "Model-family selection" and its appendices on conditioning and learning curves.
+recipe, more data, fewer epochs, a family beyond the paper's) stands beside them in a list of its own; it shares the
+held-out part. Source: the paper's section "Model-family selection" and its appendices on conditioning and learning
+curves.
 
 Usage: `python -m experiments.model_comparison [--models DIR] [--dataset FILE] [--out FILE]`.
 """
@@ -21,7 +22,7 @@ import typer
 from bem.command import run_main
 from experiments import studies
 from experiments.lineage import Lineage, dataset_digest, differences, held_out_differences, read_lineage
-from surrogate.architectures.naming import CONDITIONINGS, FAMILIES, names
+from surrogate.architectures.naming import CONDITIONINGS, PAPER_FAMILIES, names, paper_names
 
 OUT = studies.RESULTS / "model_comparison.json"
 METRICS = ("mse", "mae", "dtw_rmse")
@@ -75,33 +76,43 @@ def read_model(folder: Path) -> dict[str, Any]:
 def published(models: Path) -> dict[str, Lineage]:
     """Where every published model comes from, by name: the eighteen in their order, then the others."""
     folders = {path.parent.name: path.parent for path in sorted(models.glob("*/run.json"))}
-    ordered = [name for name in names() if name in folders] + [name for name in folders if name not in names()]
-    return {name: read_lineage(folders[name]) for name in ordered}
+    first = [name for name in paper_names() if name in folders]
+    return {name: read_lineage(folders[name]) for name in dict.fromkeys([*first, *folders])}
+
+
+def trained_otherwise(found: dict[str, Lineage], dataset: str) -> dict[str, list[str]]:
+    """Words for what differs in each model that may not stand beside the others: its recipe, its data set and so on.
+
+    Args:
+        found: Where the published models come from.
+        dataset: Digest of the data set they have to be trained on.
+    """
+    current = {name: found[name] for name in paper_names() if name in found and found[name].dataset == dataset}
+    measure = current.get(REFERENCE) or next(iter(current.values()), None)
+    words = {}
+    for name, one in found.items():
+        if one.dataset != dataset:
+            words[name] = ["data set"]
+        elif measure is not None:
+            words[name] = (differences if name in paper_names() else held_out_differences)(one, measure)
+    return {name: other for name, other in words.items() if other}
 
 
 def outdated(found: dict[str, Lineage], dataset: str, models: Path) -> dict[str, str]:
-    """One sentence for each model that may not stand beside the others.
+    """One sentence for each model that may not stand beside the others, with what to do about it.
 
     Args:
         found: Where the published models come from.
         dataset: Digest of the data set they have to be trained on.
         models: Where they are.
     """
-    current = {name: one for name, one in found.items() if one.dataset == dataset and name in names()}
-    measure = current.get(REFERENCE) or next(iter(current.values()), None)
     sentences = {}
-    for name, one in found.items():
-        if one.dataset != dataset:
-            other = ["data set"]
-        elif measure is None:
-            other = []
-        else:
-            other = (differences if name in names() else held_out_differences)(one, measure)
-        if other:
-            sentences[name] = (
-                f"{name} is left out, its {' and '.join(other)} being another than the comparison's: "
-                f"remove {str(models / name)!r} and train it anew."
-            )
+    for name, words in trained_otherwise(found, dataset).items():
+        # What has a label of its own, or differs in its backend alone, `make models` leaves as it is.
+        known = name in names() and words != ["backend"]
+        advice = "`make models` trains it anew" if known else f"remove {str(models / name)!r} and train it anew"
+        other = " and ".join(words)
+        sentences[name] = f"{name} is left out, its {other} being another than the comparison's: {advice}."
     return sentences
 
 
@@ -112,11 +123,11 @@ def comparison(found: dict[str, dict[str, Any]]) -> dict[str, Any]:
     """
     ranking = sorted(found, key=lambda name: found[name]["mse"])
     best = {}
-    for family in FAMILIES:
+    for family in PAPER_FAMILIES:
         members = {conditioning: f"{family}-{conditioning}" for conditioning in CONDITIONINGS}
         complete = all(name in found for name in members.values())
         best[family] = min(members, key=lambda c: found[members[c]]["mse"]) if complete else None
-    complete = len(found) == len(names())
+    complete = len(found) == len(paper_names())
     others = [name.split("-")[0] for name in ranking if name.split("-")[0] != REFERENCE.split("-")[0]]
     longest = max(found, key=lambda name: found[name]["hours"])
     return {
@@ -140,7 +151,7 @@ def main(
     lineages, digest = published(models), dataset_digest(dataset)
     old = outdated(lineages, digest, models)
     read = {name: read_model(models / name) for name in lineages if name not in old}
-    found = {name: one for name, one in read.items() if name in names()}
+    found = {name: one for name, one in read.items() if name in paper_names()}
     if not found:
         raise FileNotFoundError(
             " ".join(
@@ -153,18 +164,19 @@ def main(
     beside = {
         name: {"architecture": lineages[name].architecture, **one} for name, one in read.items() if name not in found
     }
-    missing = [name for name in names() if name not in found]
+    missing = [name for name in paper_names() if name not in lineages]
     content = {
         "dataset_sha256": digest,
         "models": found,
         "beside": beside,
         "missing": missing,
         "outdated": old,
-        "expected": len(names()),
+        "differences": trained_otherwise(lineages, digest),
+        "expected": len(paper_names()),
         "comparison": comparison(found),
     }
     studies.write_result(out, "model_comparison", content)
-    print(f"{len(found)} of {len(names())} models published" + (f"; missing: {', '.join(missing)}" if missing else ""))
+    print(f"{len(found)} of {len(paper_names())} models compared; missing: {', '.join(missing) or 'none'}")
     for line in (*(f"beside them: {name}" for name in beside), *old.values()):
         print(line)
 

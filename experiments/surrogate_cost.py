@@ -7,6 +7,7 @@ The plain call is `model.predict` on one trajectory, as most scripts do it, feat
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import json
 import time
 import warnings
@@ -17,8 +18,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from bem.measurement import FMS, measurement_grid
-from experiments.lineage import dataset_digest
+from experiments.lineage import dataset_digest, read_lineage
 from experiments.measuring import progress
+from experiments.model_comparison import trained_otherwise
 
 if TYPE_CHECKING:
     from experiments.solver_sample import Case
@@ -63,10 +65,29 @@ def missing(models: Path) -> list[str]:
     return [name if lacking == "not trained" else f"{name} ({lacking})" for name, lacking in lacks.items()]
 
 
+def left_out(models: Path, dataset: Path) -> dict[str, list[str]]:
+    """Why the comparison leaves models out, under whatever name, as `model_comparison.trained_otherwise` says it.
+
+    Args:
+        models: Where trained models are; those that do not say where they come from are passed over.
+        dataset: The data set file they have to be trained on.
+    """
+    lineages = {}
+    for path in sorted(models.glob("*/run.json")):
+        with contextlib.suppress(FileNotFoundError, ValueError, KeyError, TypeError):
+            lineages[path.parent.name] = read_lineage(path.parent)
+    return trained_otherwise(lineages, dataset_digest(dataset))
+
+
 def outdated(models: Path, dataset: Path) -> list[str]:
-    """Published models that were trained on another data set than this file's."""
-    digest = dataset_digest(dataset)
-    return [name for name in published(models) if _trained_on(models / name) != digest]
+    """Published models that the comparison leaves out."""
+    otherwise = left_out(models, dataset)
+    return [name for name in published(models) if name in otherwise]
+
+
+def weights_digest(folder: Path) -> str:
+    """Digest of a model's weights, which tells one training from the next."""
+    return hashlib.sha256((folder / "model.weights.h5").read_bytes()).hexdigest()
 
 
 def _trained_on(folder: Path) -> str | None:
@@ -164,7 +185,11 @@ def _by_every_way(name: str, models: Path, inputs: dict[str, np.ndarray], repeat
         return light.predict(t, d, tabor=mu)
 
     arrays = inputs["times"], inputs["indentations"], inputs["tabor"]
-    common = {"model": name, "parameters": trained.model.count_params()}
+    common = {
+        "model": name,
+        "parameters": trained.model.count_params(),
+        "weights_sha256": weights_digest(models / name),
+    }
     force, light_force = call(*arrays), predict(*arrays)
     seconds = {
         "Keras call": one_at_a_time(call, inputs, repeats),

@@ -70,7 +70,7 @@ def draw_data_efficiency(axes: Axes, content: dict[str, Any] | None) -> None:
     band = [[m + sign * d for m, d in zip(means, deviations, strict=True)] for sign in (-1.0, 1.0)]
     axes.fill_between(percents, *band, color=color, alpha=0.15, linewidth=0)
     whole = {"markeredgecolor": drawing.BLACK, "markeredgewidth": 0.9}
-    axes.plot(100.0, content["full"]["mse"], label="all trajectories", **look | whole)
+    axes.plot(100.0, content["full"]["mse"], label=f"all, {content['full']['epochs']} epochs", **look | whole)
     axes.legend(loc="upper right")
     for axis in (axes.xaxis, axes.yaxis):
         drawing.log_labels(axis)
@@ -89,7 +89,8 @@ def main(
     drawn = drawing.figure(height=5.4)
     panels = drawn.subplots(2, 2)
     draw_curves(panels[0, 0], models["models"], "concat")
-    panels[0, 0].get_legend().remove()
+    if legend := panels[0, 0].get_legend():
+        legend.remove()
     panels[0, 0].set_title("concatenated models", loc="right")
     draw_sizes(panels[0, 1], models["models"])
     draw_effective_energy(panels[1, 0], cracks)
@@ -98,7 +99,7 @@ def main(
         drawing.letter(axes, name)
     handles = models_style.handles(drawing.paper_values("reference_model")["name"])
     drawn.legend(handles=handles, loc="outside upper center", ncols=10, columnspacing=1.2, handlelength=1.4)
-    note = models_style.missing_note(models["missing"])
+    note = models_style.missing_note(models["missing"], models["differences"])
     if note:
         drawn.supxlabel(note, fontsize=6, color="0.4")
     drawing.save(drawn, "figure-5", folder)

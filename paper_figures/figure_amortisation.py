@@ -91,14 +91,15 @@ def main(
     axes.set_ylim(bottom=1e-5)
     drawn.legend(loc="outside right upper", fontsize=6)
     if f"{REFERENCE_MODEL}, Keras call" not in lines:
-        known = REFERENCE_MODEL in content.get("unmeasured", [])
+        known = REFERENCE_MODEL in [*content["unmeasured"], *content["retrained"]]
         words = "published but not measured" if known else "not published yet"
         axes.set_title(f"{REFERENCE_MODEL} is {words}", loc="right", color="0.4")
     drawing.save(drawn, "figure-amortisation", folder)
     said = {
         "missing": "Not published yet",
         "unmeasured": "Published but not measured",
-        "outdated": "Trained on another data set",
+        "retrained": "Trained anew since they were measured",
+        "outdated": "Trained otherwise than those compared",
     }
     left_out = "".join(f" {word}: {', '.join(content[key])}." for key, word in said.items() if content.get(key))
     write_table(

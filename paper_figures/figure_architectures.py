@@ -13,7 +13,7 @@ from matplotlib.patches import FancyBboxPatch
 
 from bem.command import run_main
 from paper_figures import drawing
-from surrogate.architectures.naming import CONDITIONINGS, FAMILIES
+from surrogate.architectures.naming import CONDITIONINGS, FAMILIES, PAPER_FAMILIES, paper_names
 
 RESULT = Path("results/studies/architecture_graphs.json")
 TABOR = "tabor"
@@ -114,10 +114,10 @@ def main(
 ) -> None:
     """Draw the eighteen wirings."""
     graphs = drawing.read_result(result, "make figure-architectures")["models"]
-    deepest = max(row for graph in graphs.values() for row in ranks(graph["layers"]).values())
+    deepest = max(row for name in paper_names() for row in ranks(graphs[name]["layers"]).values())
     drawn = drawing.figure(height=7.8)
     panels = drawn.subplots(2, 3)
-    for axes, name, (family, words) in zip(panels.flat, "abcdef", FAMILIES.items(), strict=True):
+    for axes, name, family in zip(panels.flat, "abcdef", PAPER_FAMILIES, strict=True):
         for column, conditioning in enumerate(CONDITIONINGS):
             graph, x = graphs[f"{family}-{conditioning}"], column * COLUMN_STEP
             draw_model(axes, graph, x)
@@ -127,7 +127,7 @@ def main(
             axes.text(x, -last - 0.72, count, ha="center", va="center", fontsize=5.2, linespacing=0.95)
         axes.set(xlim=(-0.65, 2 * COLUMN_STEP + 0.75), ylim=(-deepest - 1.1, 0.8))
         axes.axis("off")
-        axes.set_title(f"({name}) {family}: {words}", loc="left", fontweight="bold", fontsize=6)
+        axes.set_title(f"({name}) {family}: {FAMILIES[family]}", loc="left", fontweight="bold", fontsize=6)
     drawing.save(drawn, "figure-architectures", folder)
 
 

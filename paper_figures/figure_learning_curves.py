@@ -8,15 +8,17 @@ from matplotlib.axes import Axes
 
 from bem.command import run_main
 from paper_figures import drawing, models_style
-from surrogate.architectures.naming import FAMILIES
+from surrogate.architectures.naming import PAPER_FAMILIES
 
 RESULT = Path("results/studies/model_comparison.json")
+SHOWN = ("FiLM", "gated")
+"""One panel for each of these conditionings."""
 
 
 def draw_curves(axes: Axes, models: dict[str, Any], conditioning: str) -> int:
     """Validation MSE over epochs of the six models of a conditioning that are trained; returns how many."""
     drawn = 0
-    for family in FAMILIES:
+    for family in PAPER_FAMILIES:
         name = f"{family}-{conditioning}"
         if name not in models:
             continue
@@ -27,9 +29,10 @@ def draw_curves(axes: Axes, models: dict[str, Any], conditioning: str) -> int:
         axes.plot(history["epoch"][least], history["validation_mse"][least], **models_style.marker(name))
         drawn += 1
     axes.set(xlabel="epoch", ylabel="validation MSE", yscale="log")
-    axes.legend(loc="upper right", ncols=2)
-    if not drawn:
-        axes.text(0.5, 0.5, f"no {conditioning} model trained yet", transform=axes.transAxes, ha="center", color="0.4")
+    if drawn:
+        axes.legend(loc="upper right", ncols=2)
+    else:
+        axes.text(0.5, 0.5, f"no {conditioning} model to compare", transform=axes.transAxes, ha="center", color="0.4")
         axes.set(xlim=(0.0, 1.0), ylim=(1e-4, 1.0), xticks=[])
     return drawn
 
@@ -40,15 +43,20 @@ def main(
 ) -> None:
     """Draw both panels."""
     content = drawing.read_result(result, "make figure-learning-curves")
-    if not any(not name.endswith("concat") for name in content["models"]):
+    models = content["models"]
+    missing = [name for name in content["missing"] if name.endswith(SHOWN)]
+    otherwise = {name: words for name, words in content["differences"].items() if name.endswith(SHOWN)}
+    if len(missing) == len(PAPER_FAMILIES) * len(SHOWN):
         raise FileNotFoundError("no FiLM or gated model is trained yet; `make models` trains them")
     drawn = drawing.figure(height=2.7)
-    panels = drawn.subplots(1, 2, sharex=True, sharey=True)
-    for axes, conditioning, name in zip(panels, ("FiLM", "gated"), "ab", strict=True):
-        draw_curves(axes, content["models"], conditioning)
+    # An empty panel has no limits to share.
+    shared = all(any(name.endswith(conditioning) for name in models) for conditioning in SHOWN)
+    panels = drawn.subplots(1, 2, sharex=shared, sharey=shared)
+    for axes, conditioning, name in zip(panels, SHOWN, "ab", strict=True):
+        draw_curves(axes, models, conditioning)
         axes.set_title(conditioning, loc="right")
         drawing.letter(axes, name)
-    note = models_style.missing_note([name for name in content["missing"] if not name.endswith("concat")])
+    note = models_style.missing_note(missing, otherwise)
     if note:
         drawn.supxlabel(note, fontsize=5.5, color="0.4")
     drawing.save(drawn, "figure-learning-curves", folder)

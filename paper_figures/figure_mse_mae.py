@@ -42,7 +42,7 @@ def main(
         columnspacing=1.0,
         handlelength=1.2,
     )
-    note = models_style.missing_note(content["missing"])
+    note = models_style.missing_note(content["missing"], content["differences"])
     if note:
         drawn.supxlabel(note, fontsize=5.5, color="0.4")
     drawing.save(drawn, "figure-mse-mae", folder)

@@ -135,7 +135,8 @@ def main(
     drawn.supxlabel("measurement step", fontsize=8)
     drawn.supylabel(rf"force $\hat P$: solver (black), {content['model']} (red)", fontsize=8)
     drawing.save(drawn, "figure-surrogate-worst", folder)
-    old = " The model was trained on another data set." if content.get("outdated") else ""
+    other = " and ".join(content.get("outdated", []))
+    old = f" The model was trained otherwise than those compared, with another {other}." if other else ""
     write_table(
         "surrogate-map",
         HEADER,

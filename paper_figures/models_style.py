@@ -5,17 +5,18 @@ As in the paper: triangle for concatenation, star for FiLM, diamond for gated.
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from matplotlib.lines import Line2D
 
 from paper_figures import drawing
-from surrogate.architectures.naming import CONDITIONINGS, FAMILIES, names, split_name
+from surrogate.architectures.naming import CONDITIONINGS, PAPER_FAMILIES, paper_names, split_name
 
 REFERENCE = "M1-concat"
 COLORS = dict(
     zip(
-        FAMILIES,
+        PAPER_FAMILIES,
         (drawing.BLUE, drawing.VERMILION, drawing.GREEN, drawing.PURPLE, drawing.ORANGE, drawing.SKY),
         strict=True,
     )
@@ -50,7 +51,7 @@ def step_marker(name: str) -> dict[str, Any]:
 
 def family_handles() -> list[Line2D]:
     """Legend entries of the six families."""
-    return [Line2D([], [], color=COLORS[name], linewidth=3.0, label=name) for name in FAMILIES]
+    return [Line2D([], [], color=COLORS[name], linewidth=3.0, label=name) for name in PAPER_FAMILIES]
 
 
 def conditioning_handles() -> list[Line2D]:
@@ -73,11 +74,25 @@ def handles(paper: str) -> list[Line2D]:
     return [*family_handles(), *conditioning_handles(), theirs]
 
 
-def missing_note(missing: list[str]) -> str:
-    """One line that says which models are not drawn because they are not trained yet; empty when none."""
-    if not missing:
-        return ""
-    whole = [family for family in FAMILIES if all(f"{family}-{c}" in missing for c in CONDITIONINGS)]
-    single = [name for name in missing if split_name(name)[0] not in whole]
-    listed = single + ([f"all of {', '.join(whole)}"] if whole else [])
-    return f"not trained yet, {len(missing)} of {len(names())}: {', '.join(listed)}"
+def missing_note(missing: Sequence[str], differences: Mapping[str, Sequence[str]] | None = None) -> str:
+    """One line that says which models are not drawn, and why; empty when none.
+
+    Args:
+        missing: Those that are not trained yet.
+        differences: For those that are trained otherwise, words for what differs; others than the eighteen are not
+            drawn in any case, and not named.
+    """
+    parts = [f"not trained yet, {len(missing)} of {len(paper_names())}: {_listed(missing)}"] if missing else []
+    alike: dict[str, list[str]] = {}
+    for name, words in (differences or {}).items():
+        if name in paper_names():
+            alike.setdefault(" and ".join(words), []).append(name)
+    parts += [f"trained with another {words}: {_listed(names)}" for words, names in alike.items()]
+    return "; ".join(parts)
+
+
+def _listed(names: Sequence[str]) -> str:
+    """Models by name, whole families by theirs."""
+    whole = [family for family in PAPER_FAMILIES if all(f"{family}-{c}" in names for c in CONDITIONINGS)]
+    single = [name for name in names if split_name(name)[0] not in whole]
+    return ", ".join(single + ([f"all of {', '.join(whole)}"] if whole else []))

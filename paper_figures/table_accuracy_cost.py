@@ -11,6 +11,7 @@ import numpy as np
 import typer
 
 from bem.command import run_main
+from experiments.measuring import write_place
 from paper_figures import drawing
 from paper_figures.cost_style import paper_seconds
 from paper_figures.tables import TABLES, number, write_table
@@ -25,7 +26,7 @@ CHOICES = [
     "Pull-off force, many at once",
 ]
 WANTED = (0.1, 0.05, 0.02, 0.01, 5e-3, 2e-3, 1e-3, 5e-4)
-BEGIN, END = "<!-- fastest tool -->", "<!-- /fastest tool -->"
+PLACE = "fastest tool"
 ERRORS = {"pull_off_force": "Pull-off error (%)", "force": "Force error (%)", "hysteresis": "Hysteresis error (%)"}
 
 
@@ -80,22 +81,14 @@ def choices(tools: list[dict[str, Any]]) -> list[list[str]]:
 
 
 def write_page(page: Path, content: dict[str, Any], rows: list[list[str]]) -> None:
-    """Put the table of choices between the marks of a page.
-
-    Raises:
-        ValueError: the page has no such marks.
-    """
-    text = page.read_text(encoding="utf-8")
-    if text.count(BEGIN) != 1 or text.count(END) != 1:
-        raise ValueError(f"the page must hold {BEGIN} and {END} once each; received {str(page)!r}")
-    before, after = text.split(BEGIN)[0], text.split(END)[1]
+    """Put the table of choices into its place on a page."""
     table = "\n".join("| " + " | ".join(row) + " |" for row in (CHOICES, ["---"] * len(CHOICES), *rows))
     words = f"Measured on {content['protocols']} held-out protocols, one core of {content['host']}.{_left_out(content)}"
-    page.write_text(f"{before}{BEGIN}\n\n{table}\n\n{words}\n\n{END}{after}", encoding="utf-8")
+    write_place(page, PLACE, f"{table}\n\n{words}")
 
 
 def _left_out(content: dict[str, Any]) -> str:
-    said = {"missing": "Not published yet", "outdated": "Trained on another data set"}
+    said = {"missing": "Not published yet", "outdated": "Trained otherwise than those compared"}
     words = "".join(f" {word}: {', '.join(content[key])}." for key, word in said.items() if content.get(key))
     return words if content.get("complete", True) else f"{words} The surrogates were not measured to the end."
 

@@ -78,6 +78,13 @@ def train(
 ) -> None:
     """Train one model, or resume its training, and publish it when it is finished."""
     split_name(name)
+    given = {"features": features != "D", "split-seed": split_seed, "fraction": fraction != 1.0, "extra": extra}
+    otherwise = [f"--{option}" for option, chosen in given.items() if chosen]
+    if otherwise and not label and models == MODELS:
+        raise ValueError(
+            f"Expected --label beside {', '.join(otherwise)}, since {models / name} is for the model trained like all "
+            f"others. Received: label={label!r}"
+        )
     from surrogate.recipe import Recipe
 
     chosen = Recipe.load(recipe).with_overrides(epochs=epochs, seed=seed)
@@ -133,9 +140,11 @@ def train_all(
     from surrogate.dataset import TrajectoryDataset
     from surrogate.recipe import Recipe
 
+    data = TrajectoryDataset.load(dataset)
     asked = {
-        "dataset_sha256": TrajectoryDataset.load(dataset).sha256,
+        "dataset_sha256": data.sha256,
         "recipe": Recipe.load(recipe).with_overrides(epochs=epochs, seed=seed),
+        "split": data.split(),
     }
     waiting = []
     for name in wanted:
@@ -145,7 +154,7 @@ def train_all(
         if reason != "not published":
             typer.echo(f"{name}: outdated, {reason}; it is trained again")
         if (aside := set_aside(runs / name, **asked)) is not None:
-            typer.echo(f"{name}: the work of another data set or recipe is kept in {aside}")
+            typer.echo(f"{name}: the work of another training is kept in {aside}")
         waiting.append(name)
 
     def command(name: str) -> list[str]:

@@ -56,6 +56,12 @@ class Split:
         kept = np.sort(order[: max(1, round(fraction * self.train.size))])
         return Split(train=kept, validation=self.validation, test=self.test, seed=self.seed)
 
+    @property
+    def sha256(self) -> str:
+        """Digest of the indices."""
+        parts = [self.train, self.validation, self.test]
+        return hashlib.sha256(b"".join(part.astype(np.int64).tobytes() for part in parts)).hexdigest()
+
     def save(self, path: str | Path) -> None:
         """Write the indices as JSON."""
         content = {"seed": self.seed}

@@ -1,8 +1,8 @@
 """Train many models, a few at a time, each in a process of its own; and how such work is asked to stop.
 
-The queue keeps no state beside what the runs leave: a model that is published, and was trained on the same data set
-with the same recipe, is done; every other one starts or resumes. So an interrupted queue is continued by starting it
-again.
+The queue keeps no state beside what the runs leave: a model that is published, and was trained on the same trajectories
+with the same recipe and features, is done; every other one starts or resumes. So an interrupted queue is continued by
+starting it again.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from types import FrameType
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from surrogate.dataset import Split
     from surrogate.recipe import Recipe
 
 STOP_FILE = "STOP"
@@ -101,21 +102,51 @@ def run_queue(
     return ended
 
 
-def outdated(folder: Path, *, dataset_sha256: str, recipe: Recipe) -> str:
-    """Say in a few words why a published model is not the one that would be trained now; empty where it is."""
+def outdated(
+    folder: Path, *, dataset_sha256: str, recipe: Recipe, split: Split | None = None, features: str = "D"
+) -> str:
+    """Say in a few words why a published model is not the one that would be trained now; empty where it is.
+
+    The backend is no reason: under another one the same training differs by rounding.
+
+    Args:
+        folder: The model directory.
+        dataset_sha256: Digest of the data set to train on, without a second one.
+        recipe: How to train.
+        split: Division of the data set; `None` takes any, as does a directory without `split.json`.
+        features: The feature set.
+    """
+    from surrogate.dataset import Split
     from surrogate.recipe import Recipe
 
     try:
         run = json.loads((folder / "run.json").read_text(encoding="utf-8"))
-        if run["dataset_sha256"] != dataset_sha256:
-            return "trained on another data set"
-        return "" if Recipe.load(folder / "recipe.toml") == recipe else "trained with another recipe"
+        divided = folder / "split.json"
+        reasons = {
+            "trained on another data set": run["dataset_sha256"] != dataset_sha256,
+            "trained with another recipe": Recipe.load(folder / "recipe.toml") != recipe,
+            "trained with other features": run.get("features", features) != features,
+            "trained on an extra data set": run.get("extra_dataset_sha256") is not None,
+            "trained on other trajectories of the data set": split is not None
+            and divided.is_file()
+            and Split.load(divided).sha256 != split.sha256,
+        }
     except (ValueError, KeyError, TypeError, FileNotFoundError):
         return "which does not say how it was trained"
+    return next((reason for reason, differs in reasons.items() if differs), "")
 
 
-def set_aside(folder: Path, *, dataset_sha256: str, recipe: Recipe) -> Path | None:
-    """Rename a run's directory whose checkpoint is of another data set or recipe, so that the run can start anew.
+def set_aside(
+    folder: Path, *, dataset_sha256: str, recipe: Recipe, split: Split | None = None, features: str = "D"
+) -> Path | None:
+    """Rename a run's directory whose checkpoint is of another training, so that the run can start anew.
+
+    Args:
+        folder: The run's directory.
+        dataset_sha256: Digest of the data set to train on, without a second one.
+        recipe: How to train.
+        split: Division of the data set; `None` takes any.
+        features: The feature set.
 
     Returns:
         Where it went, or `None` where there was nothing of the kind.
@@ -127,7 +158,10 @@ def set_aside(folder: Path, *, dataset_sha256: str, recipe: Recipe) -> Path | No
         return None
     with np.load(checkpoint) as stored:
         found = json.loads(json.loads(str(stored["state"]))["fingerprint"])
-    if (found["dataset"], found["recipe"]) == (dataset_sha256, recipe.as_dict()):
+    wanted = {"dataset": dataset_sha256, "recipe": recipe.as_dict(), "features": features, "extra": None}
+    if split is not None:
+        wanted["split"] = split.sha256
+    if all(found.get(name, value) == value for name, value in wanted.items()):
         return None
     number = 1
     while (aside := folder.with_name(f"{folder.name}.outdated-{number}")).exists():

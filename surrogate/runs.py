@@ -15,7 +15,6 @@ A model directory holds:
 
 from __future__ import annotations
 
-import hashlib
 import json
 import shutil
 from collections.abc import Callable
@@ -69,13 +68,11 @@ class Run:
     @property
     def fingerprint(self) -> str:
         """Everything that decides the result, in one line."""
-        parts = [self.split.train, self.split.validation, self.split.test]
-        digest = hashlib.sha256(b"".join(part.astype(np.int64).tobytes() for part in parts)).hexdigest()
         content = {
             "architecture": self.architecture,
             "features": self.features,
             "dataset": self.dataset.sha256,
-            "split": digest,
+            "split": self.split.sha256,
             "extra": self.extra.sha256 if self.extra else None,
             "recipe": self.recipe.as_dict(),
             "backend": keras.backend.backend(),

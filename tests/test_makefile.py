@@ -69,6 +69,14 @@ def test_models_beside_the_eighteen_are_trained_by_their_own_recipes_and_labels(
     }
 
 
+def test_latencies_are_listed_among_what_is_published(tmp_path):
+    lines = commands("bench-surrogate", "bench-stream", f"PUBLISHED={tmp_path}")
+    for name, option in (("surrogate_latency", ""), ("stream_latency", "--stream ")):
+        path = f"{tmp_path}/measurements/{name}.json"
+        assert f"-m experiments.bench_surrogate {option}--models {tmp_path}/models --out {path}" in lines
+        assert re.search(rf"tools/manifest\.py --root {tmp_path} add {path}$", lines, flags=re.MULTILINE)
+
+
 STUDIES = (
     "canonical_regimes",
     "persson_brener",
@@ -94,14 +102,97 @@ STUDIES = (
     ],
 )
 def test_touching_an_input_redoes_what_reads_it(touched, studies, tmp_path):
-    (tmp_path / "studies").mkdir()
+    assert redone(tmp_path, touched) - {"architecture_graphs", "adopted_settings"} == studies - {"architecture_graphs"}
+
+
+@pytest.mark.parametrize("name", ["measurement", "protocol", "reference_solutions/dmt", "reference_solutions/jkr"])
+def test_touching_what_carries_out_a_setting_reads_the_settings_anew(name, tmp_path):
+    assert "adopted_settings" in redone(tmp_path, f"bem/{name}.py")
+
+
+def redone(folder, touched):
+    """Studies that are up to date, but for an input that is touched."""
+    (folder / "studies").mkdir()
     future = time.time() + 1e6
     for name in STUDIES:
-        path = tmp_path / "studies" / f"{name}.json"
+        path = folder / "studies" / f"{name}.json"
         path.touch()
         os.utime(path, (future, future))
-    redone = set(re.findall(r"-m experiments\.(\w+) ", commands("studies", f"OUT={tmp_path}", "-W", touched)))
-    assert redone - {"architecture_graphs", "adopted_settings"} == studies - {"architecture_graphs"}
+    return set(re.findall(r"-m experiments\.(\w+) ", commands("studies", f"OUT={folder}", "-W", touched)))
+
+
+@pytest.fixture
+def tree(tmp_path):
+    """Results and figures that are younger than all they are made from: two models and two studies that train."""
+    folder = tmp_path / "published" / "models"
+    for name in ("M1-concat", "M1-FiLM"):
+        (folder / name).mkdir(parents=True)
+        for file in ("run.json", "split.json", "recipe.toml", "model.weights.h5", "scaling.json"):
+            (folder / name / file).touch()
+    for file in ("dataset.h5", "feature_sets.json", "data_efficiency.json"):
+        (tmp_path / "published" / file).touch()
+    results = [f"studies/{name}.json" for name in STUDIES]
+    for path in [*results, "figures/figure-5.pdf", "figures/figure-features.pdf"]:
+        (tmp_path / "out" / path).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / "out" / path).touch()
+    return tmp_path
+
+
+def made(tree):
+    """Modules that the comparison and two figures would run, which then are made."""
+    paths = [tree / "out" / path for path in ("studies/model_comparison.json", "figures/figure-5.pdf")]
+    paths.append(tree / "out" / "figures/figure-features.pdf")
+    lines = commands(*map(str, paths), f"OUT={tree}/out", f"PUBLISHED={tree}/published")
+    for path in paths:
+        path.touch()
+    # File systems count time in steps; what happens next must be later than this.
+    time.sleep(0.05)
+    return set(re.findall(r"-m (?:experiments|paper_figures)\.(\w+) ", lines))
+
+
+def test_what_shows_a_model_is_made_once_when_the_model_goes(tree):
+    assert made(tree) == set()
+    shutil.rmtree(tree / "published" / "models" / "M1-FiLM")
+    assert made(tree) == {"model_comparison", "figure_5"}
+    assert made(tree) == set()
+
+
+def test_what_shows_a_study_is_made_once_when_the_study_goes(tree):
+    (tree / "published" / "data_efficiency.json").unlink()
+    assert made(tree) == {"figure_5", "figure_features"}
+    assert made(tree) == set()
+
+
+def test_learning_curves_are_drawn_where_a_model_with_them_is_published(tmp_path):
+    def drawn(name):
+        (tmp_path / "models" / name).mkdir(parents=True)
+        (tmp_path / "models" / name / "run.json").touch()
+        return "-m paper_figures.figure_learning_curves" in commands("figures", f"PUBLISHED={tmp_path}")
+
+    found = {name: drawn(name) for name in ("M1-concat", "M1-concat-large", "M1-concat-8-epochs", "M4-gated")}
+    assert found == {"M1-concat": False, "M1-concat-large": False, "M1-concat-8-epochs": False, "M4-gated": True}
+
+
+@pytest.mark.parametrize(("status", "listed"), [(0, True), (1, True), (75, True), (75, False)])
+def test_what_was_published_until_then_is_listed_when_training_ends_otherwise(status, listed, tmp_path):
+    """Programs stand in for Python and `surrogate`: one ends as asked, the other notes what it is asked."""
+    (tmp_path / "bin").mkdir()
+    train = f"mkdir -p {tmp_path}/models; exit {status}" if listed else f"exit {status}"
+    for name, words in (("surrogate", train), ("python", f'echo "$@" >> {tmp_path}/noted')):
+        (tmp_path / "bin" / name).write_text(f"#!/bin/sh\n{words}\n", encoding="utf-8")
+        (tmp_path / "bin" / name).chmod(0o755)
+    for file in (".installed", "dataset.h5"):
+        (tmp_path / file).touch()
+    words = [f"VENV={tmp_path}", f"PUBLISHED={tmp_path}", "-o", f"{tmp_path}/.installed"]
+    if shutil.which("make") is None:
+        pytest.skip("make is not installed")
+    done = subprocess.run(["make", "-s", "models", *words], cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == (2 if status else 0)
+    assert (f"Error {status}" in done.stderr) == (status != 0)
+    noted = tmp_path / "noted"
+    assert (noted.read_text(encoding="utf-8") if noted.is_file() else "") == (
+        f"tools/manifest.py --root {tmp_path} add {tmp_path}/models\n" if listed else ""
+    )
 
 
 def test_a_part_of_the_data_set_is_not_published(tmp_path):

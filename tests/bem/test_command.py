@@ -38,6 +38,25 @@ def test_a_mistake_becomes_one_sentence(argument, words, monkeypatch, capsys):
     assert printed.count("\n") == 1
 
 
+def test_what_did_not_work_out_becomes_one_sentence_too(monkeypatch, capsys):
+    def failed():
+        raise RuntimeError("a training failed;\nits log is in 'runs'")
+
+    assert ended(failed, [], monkeypatch) == 1
+    printed = capsys.readouterr().err
+    assert printed.endswith(": a training failed; its log is in 'runs'\n")
+    assert printed.count("\n") == 1
+
+
+def test_a_mistake_of_the_program_keeps_its_traceback(monkeypatch):
+    def unwritten():
+        raise NotImplementedError("later")
+
+    monkeypatch.setattr(sys, "argv", ["study"])
+    with pytest.raises(NotImplementedError):
+        run_main(unwritten)
+
+
 def test_a_module_is_called_by_the_name_it_was_run_by():
     command = [sys.executable, "-m", "paper_figures.table_quartiles", "--result", "nowhere.json"]
     ended = subprocess.run(command, capture_output=True, text=True, check=False)

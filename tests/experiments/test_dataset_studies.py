@@ -1,3 +1,4 @@
+import hashlib
 import json
 import sys
 from pathlib import Path
@@ -47,6 +48,9 @@ def test_statistics_are_written(path, tmp_path):
     found = json.loads(out.read_text(encoding="utf-8"))
     assert (found["trajectories"], found["completed"], found["distinct_protocols"]) == (60, 60, 60)
     assert found["solver_seconds"]["sum"] == pytest.approx(60 * 1e-3)
+    # Elsewhere `dataset_sha256` is the digest of what was asked for, not of the file.
+    assert found["file_sha256"] == hashlib.sha256(path.read_bytes()).hexdigest()
+    assert "dataset_sha256" not in found
     assert found["resolution_floor"]["pull_off_force"].keys() == {"median", "p90", "p99", "largest"}
     attributes = load_dataset(path).attributes
     whole = attributes["wall_seconds"] * attributes["workers"]

@@ -9,7 +9,7 @@ from experiments.data_efficiency import KEYS as SHARES
 from experiments.data_efficiency import variants as shares
 from experiments.feature_sets import summary as feature_summary
 from experiments.feature_sets import variants as feature_variants
-from surrogate.architectures.naming import names
+from surrogate.architectures.naming import FAMILIES, names
 
 COLUMNS = (
     "mse",
@@ -154,7 +154,30 @@ def test_only_models_trained_alike_are_compared(tmp_path, dataset):
     assert list(found["models"]) == ["M1-concat"]
     words = {name: sentence.split("its ")[1].split(" being")[0] for name, sentence in found["outdated"].items()}
     assert words == {"M1-FiLM": "recipe", "M1-gated": "split", "M2-concat": "data set", "M2-FiLM": "backend"}
-    assert len(found["missing"]) == 17
+    assert found["differences"] == {name: [word] for name, word in words.items()}
+    assert len(found["missing"]) == 13
+
+
+def test_an_outdated_model_comes_with_the_command_that_trains_it_anew(tmp_path, dataset):
+    write_model(tmp_path / "M1-concat", 1.0)
+    write_model(tmp_path / "M1-FiLM", 0.1, recipe='name = "other"\n')
+    write_model(tmp_path / "M2-FiLM", 0.1, backend="jax")
+    write_model(tmp_path / "M1-concat-large", 0.1, dataset_sha256="of others")
+    sentences = model_comparison.outdated(model_comparison.published(tmp_path), DIGEST, tmp_path)
+    assert sentences["M1-FiLM"].endswith(": `make models` trains it anew.")
+    for name in ("M2-FiLM", "M1-concat-large"):
+        assert sentences[name].endswith(f": remove {str(tmp_path / name)!r} and train it anew.")
+
+
+def test_a_family_beyond_the_papers_stands_beside_the_eighteen(tmp_path, dataset, monkeypatch):
+    monkeypatch.setitem(FAMILIES, "M7", "one more")
+    for name in names():
+        write_model(tmp_path / name, 0.1 if name == "M7-concat" else 1.0)
+    model_comparison.main(tmp_path, dataset, tmp_path / "out.json")
+    found = json.loads((tmp_path / "out.json").read_text(encoding="utf-8"))
+    assert list(found["beside"]) == ["M7-FiLM", "M7-concat", "M7-gated"]
+    assert (len(found["models"]), found["expected"], found["missing"]) == (18, 18, [])
+    assert found["comparison"]["best"] != "M7-concat"
 
 
 def test_what_is_trained_otherwise_on_purpose_stands_beside_the_eighteen(tmp_path, dataset):

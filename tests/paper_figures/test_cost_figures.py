@@ -85,7 +85,7 @@ def test_accuracy_and_cost(write, tmp_path):
     table_accuracy_cost.main(path, tmp_path)
     assert names(tmp_path) == pictures("figure-accuracy-cost") | tables("accuracy-cost", "fastest-tool")
     text = (tmp_path / "accuracy-cost.md").read_text(encoding="utf-8")
-    assert "Not published yet: M2-FiLM. Trained on another data set: M1-concat." in text
+    assert "Not published yet: M2-FiLM. Trained otherwise than those compared: M1-concat." in text
     assert text.count("20 (10-30)") == 7
     hertz = next(line for line in text.splitlines() if "Hertz" in line)
     assert [cell.strip() for cell in hertz.split("|")[3:6]] == ["2", "2", "0"]
@@ -131,7 +131,7 @@ def test_the_fastest_tool_is_the_quickest_that_keeps_the_error():
 
 
 def test_the_table_of_choices_goes_between_the_marks_of_the_page(write, tmp_path):
-    begin, end = table_accuracy_cost.BEGIN, table_accuracy_cost.END
+    begin, end = (f"<!-- {mark}{table_accuracy_cost.PLACE} -->" for mark in ("", "/"))
     page = tmp_path / "page.md"
     page.write_text(f"before\n\n{begin}\n\nold\n\n{end}\n\nafter\n", encoding="utf-8")
     for _ in range(2):
@@ -246,10 +246,12 @@ def test_amortisation_without_and_with_a_surrogate(write, tmp_path):
     ]
     crossing = {"surrogate": "M1-concat, ONNX batch", "solver": "solver, standard", "queries": 1.1e5}
     never = {"surrogate": "paper's surrogate", "solver": "solver, standard", "queries": None}
-    content = {"data_set_seconds": 100.0, "missing": [], "unmeasured": ["M2-FiLM"], "outdated": ["M1-concat"]}
+    content = {"data_set_seconds": 100.0, "missing": [], "unmeasured": ["M2-FiLM"]}
+    content |= {"retrained": ["M2-gated"], "outdated": ["M1-concat"]}
     figure_amortisation.main(write({**content, "lines": lines, "break_even": [crossing, never]}), tmp_path, tmp_path)
     text = (tmp_path / "amortisation.md").read_text(encoding="utf-8")
-    assert "Published but not measured: M2-FiLM. Trained on another data set: M1-concat." in text
+    assert "Published but not measured: M2-FiLM. Trained anew since they were measured: M2-gated. " in text
+    assert "Trained otherwise than those compared: M1-concat." in text
     figure_amortisation.main(write({**content, "lines": lines[:1], "break_even": []}), tmp_path, tmp_path)
     assert names(tmp_path) == pictures("figure-amortisation") | tables("amortisation")
     assert "never" in "".join(
@@ -350,6 +352,7 @@ def test_surrogate_map(write, tmp_path):
     path = write(
         {
             "model": "M1-concat",
+            "outdated": ["split", "recipe"],
             "test": {"protocols": protocols, "errors": found},
             "by_cause": {"jump": SPREAD, "narrow peak": UNKNOWN | {"count": 0}},
             "worst": [case] * 3,
@@ -362,6 +365,7 @@ def test_surrogate_map(write, tmp_path):
     text = (tmp_path / "surrogate-map.md").read_text(encoding="utf-8")
     assert len([line for line in text.splitlines() if line.startswith("| ")]) == 2 + 3 + 5 * 2 * 4
     assert "tabor above by 100 %" in text
+    assert "trained otherwise than those compared, with another split and recipe." in text
 
 
 def test_broad_band(write, tmp_path):

@@ -1,6 +1,7 @@
 """What the figures and tables of the models plot, from small result files."""
 
 import csv
+import importlib
 import json
 
 import matplotlib.pyplot as plt
@@ -54,7 +55,7 @@ def comparison(trained):
     }
     missing = [name for name in names() if name not in trained]
     beside = {"M1-concat-large": models[trained[0]] | {"training_trajectories": 120_000}}
-    common = {"missing": missing, "outdated": {}, "beside": beside}
+    common = {"missing": missing, "outdated": {}, "differences": {}, "beside": beside}
     return {"models": models, **common, "comparison": {"ranking": list(trained)}}
 
 
@@ -135,7 +136,7 @@ def cracks(tmp_path):
 def efficiency():
     folds = [{"history": HISTORY}]
     shares = [{"percent": p, "mse_mean": 1.0 / p, "mse_sd": 0.1 / p, "folds": folds} for p in (75.0, 12.5)]
-    full = {"mse": 5e-3, "history": HISTORY}
+    full = {"mse": 5e-3, "epochs": 15, "history": HISTORY}
     return {"config": {"architecture": "M1-concat"}, "full": full, "shares": shares}
 
 
@@ -161,7 +162,36 @@ def test_the_papers_colour_is_used_for_nothing_else():
 def test_missing_models_are_named():
     assert models_style.missing_note([]) == ""
     missing = ["M1-gated", *(f"M2-{c}" for c in ("concat", "FiLM", "gated"))]
-    assert models_style.missing_note(missing) == "not trained yet, 4 of 18: M1-gated, all of M2"
+    note = "not trained yet, 4 of 18: M1-gated, all of M2"
+    assert models_style.missing_note(missing) == note
+    differences = {name: ["recipe"] for name in ("M3-FiLM", "M4-FiLM", "M1-concat-8-epochs")} | {"M6-FiLM": ["split"]}
+    assert models_style.missing_note(missing, differences) == (
+        f"{note}; trained with another recipe: M3-FiLM, M4-FiLM; trained with another split: M6-FiLM"
+    )
+    assert models_style.missing_note([], {"M3-FiLM": ["recipe", "backend"]}) == (
+        "trained with another recipe and backend: M3-FiLM"
+    )
+
+
+def outdated(content, *names_):
+    """The same comparison without these models, which are trained by another recipe."""
+    kept = {name: one for name, one in content["models"].items() if name not in names_}
+    sentences = {name: f"{name} is left out: `make models` trains it anew." for name in names_}
+    ranking = {"ranking": list(kept)}
+    differences = {name: ["recipe"] for name in names_}
+    return content | {"models": kept, "differences": differences, "outdated": sentences, "comparison": ranking}
+
+
+def test_what_is_trained_otherwise_is_not_called_untrained(tmp_path, cracks, kept):
+    found = write(tmp_path / "c.json", outdated(comparison(names()), "M2-FiLM"))
+    figure_mse_mae.main(found, tmp_path)
+    figure_learning_curves.main(found, tmp_path)
+    figure_5.main(found, cracks, tmp_path / "absent.json", tmp_path)
+    assert {drawn.get_supxlabel() for drawn in kept} == {"trained with another recipe: M2-FiLM"}
+    table_models.main(found, tmp_path)
+    text = (tmp_path / "models.md").read_text(encoding="utf-8")
+    assert "M2-FiLM is left out: `make models` trains it anew." in text
+    assert "ot trained yet" not in text
 
 
 @pytest.mark.parametrize("trained", [["M1-concat"], names()], ids=["one", "all"])
@@ -232,6 +262,20 @@ def test_figure_learning_curves_needs_a_model(tmp_path, kept):
         assert [line.get_label() for line in axes.lines[::2]] == list(FAMILIES)
 
 
+def test_figure_learning_curves_says_so_where_no_model_may_be_compared(tmp_path, kept):
+    trained = ["M1-concat", "M1-FiLM", "M4-gated"]
+    for old, lines in ((trained[1:], [0, 0]), (trained[1:2], [0, 2]), (trained[2:], [2, 0])):
+        found = write(tmp_path / "c.json", outdated(comparison(trained), *old))
+        figure_learning_curves.main(found, tmp_path)
+        panels = kept[-1].axes
+        assert [len(axes.lines) for axes in panels] == lines
+        words = [" ".join(text.get_text() for text in axes.texts) for axes in panels]
+        assert ["to compare" in text for text in words] == [not count for count in lines]
+        # The empty panel's limits are its own.
+        assert all(axes.get_xlim()[1] > 2.0 for axes, count in zip(panels, lines, strict=True) if count)
+        assert "trained with another recipe: " in kept[-1].get_supxlabel()
+
+
 def test_figure_features_draws_what_is_there(tmp_path, kept):
     absent = tmp_path / "absent.json"
     with pytest.raises(FileNotFoundError, match="make feature-sets data-efficiency"):
@@ -282,6 +326,18 @@ def test_architectures_are_drawn_from_their_graphs(tmp_path, kept):
         assert texts.count("LSTM 7") == texts.count("Gate") == 3
         assert texts.count("10\nparameters") == texts.count(r"$\mu$") == 3
     assert figure_architectures.ranks(layers)["g"] == 2
+
+
+def test_a_family_beyond_the_papers_leaves_its_figures_as_they_are(tmp_path, kept, monkeypatch):
+    monkeypatch.setitem(FAMILIES, "M7", "one more")
+    importlib.reload(models_style)
+    assert len(models_style.family_handles()) == 6
+    layers = [{"name": "sequence", "kind": "InputLayer", "label": "", "width": 4, "parameters": 0, "inputs": []}]
+    graphs = {name: {"parameters": 10, "layers": layers} for name in names()}
+    figure_architectures.main(write(tmp_path / "g.json", {"models": graphs}), tmp_path)
+    assert [axes.get_title(loc="left")[:7] for axes in kept[0].axes] == [
+        f"({letter}) M{number}:" for number, letter in enumerate("abcdef", start=1)
+    ]
 
 
 def test_graphical_abstract_states_the_medians(tmp_path, regimes, errors, kept):
