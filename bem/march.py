@@ -25,12 +25,12 @@ from bem.contact import (
     right_side,
     select_mesh,
 )
-from bem.equilibrium import new_factor, solve_adhesive
+from bem.equilibrium import force_of, new_factor, solve_adhesive
 from bem.folds import smallest_eigenvalue
 from bem.hard_contact import solve_hard
 from bem.memory import advance, forget_rate, new_memory, remembered_traction, shortest_relaxation, step_factors
 from bem.mesh import Mesh, prolong
-from bem.prediction import predict, prediction_error, push_recent, start_recent
+from bem.prediction import history_error, predict, prediction_error, push_recent, start_recent
 from bem.transfer import transfer
 
 COMPLETED, NO_EQUILIBRIUM, TOO_MANY_STEPS, UNPHYSICAL = 0, 1, 2, 3
@@ -38,6 +38,7 @@ COMPLETED, NO_EQUILIBRIUM, TOO_MANY_STEPS, UNPHYSICAL = 0, 1, 2, 3
 _STALE_AFTER = 8  # iterations in one step after which the kept factorisation is dropped
 _CHECK_MESH_EVERY = 40  # steps
 _STIFF_RESPONSE = 0.02
+_BEND = 0.05  # change of the force's course in one step, over the force, from which its history is looked at
 _JUMP_IN_FORCE, _JUMP_IN_WIDTHS = 0.02, 0.3
 
 
@@ -157,6 +158,15 @@ def march(problem: Problem, mesh: Mesh, times: np.ndarray, depths: np.ndarray, g
                 if error > 2.0 * controls.prediction and step > 1.01 * smallest:
                     solved = False
                     shrink = max(0.2, min(0.8, shrink))
+                elif order >= 2 and not hard and step > 1.01 * smallest:
+                    forces = (force, records[recorded - 2, 2], force_of(mesh, new_traction, new_gap))
+                    bend = forces[2] - force - (force - forces[1]) / (recent.time[0] - recent.time[1]) * step
+                    if abs(bend) > _BEND * max(abs(forces[2]), problem.force_scale):
+                        error = history_error(
+                            recent, mesh, tabor, after, forces, problem.force_scale, problem.force_weight
+                        )
+                        if error > 0.5 * controls.prediction:
+                            solved, shrink = False, 0.5
 
             if not solved and step > 1.01 * smallest:
                 counts[REJECTIONS] += 1

@@ -1,14 +1,18 @@
 """The top of a narrow force peak, between two steps.
 
-Steps follow the curvature of the history, so the parabola through the highest step and its neighbours gives a peak to
-third order, where the highest step alone is too low. The vertex is added to the records as one more entry.
+Steps follow the curvature of the history, so a polynomial through the highest step and its neighbours gives a peak
+where the highest step alone is too low. It is the cubic through two steps before, since a contact lets go faster than
+it was loaded: the steps before are the ones that resolve the peak. Where these are not to be had it is the parabola.
+The top is added to the records as one more entry.
 """
 
 import numpy as np
 
+_UNEVEN = 10.0  # ratio of neighbouring steps from which no curve is drawn through them
+
 
 def with_peaks(records: np.ndarray, unloading: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Insert the vertex of every local maximum of the force.
+    """Insert the top of every local maximum of the force.
 
     Args:
         records: (n, 4) time, indentation, force, contact radius; a jump is two rows at one time.
@@ -20,28 +24,18 @@ def with_peaks(records: np.ndarray, unloading: np.ndarray) -> tuple[np.ndarray, 
     if len(records) < 3:
         return records, unloading
     time, force = records[:, 0], records[:, 2]
-    smooth = (np.diff(time)[:-1] > 0.0) & (np.diff(time)[1:] > 0.0)
-    rate = np.diff(records[:, 1]) / np.maximum(np.diff(time), 1e-300)
-    same_rate = np.abs(np.diff(rate)) <= 1e-4 * np.maximum(np.abs(rate[1:]), np.abs(rate[:-1]))
-    tops = np.flatnonzero(smooth & same_rate & (force[1:-1] > force[:-2]) & (force[1:-1] > force[2:])) + 1
-    if tops.size == 0:
-        return records, unloading
+    smooth = _smooth(records)
+    tops = np.flatnonzero(smooth & (force[1:-1] > force[:-2]) & (force[1:-1] > force[2:])) + 1
     positions, rows = [], []
     for i in tops:
-        left, right = time[i - 1] - time[i], time[i + 1] - time[i]
-        a, b = force[i - 1] - force[i], force[i + 1] - force[i]
-        curvature = (b / right - a / left) / (right - left)
-        slope = a / left - curvature * left
-        vertex = -slope / (2.0 * curvature)
-        if not left < vertex < right or vertex == 0.0:
+        first = i - 2 if i >= 2 and smooth[i - 2] else i - 1
+        found = _top(time[first : i + 2] - time[i], force[first : i + 2] - force[i])
+        if found is None:
             continue
-        side = i - 1 if vertex < 0.0 else i + 1
-        part = vertex / (time[side] - time[i])
+        after, rise = found
+        side = i - 1 if after < 0.0 else i + 1
+        part = after / (time[side] - time[i])
         row = records[i] + part * (records[side] - records[i])
-        rise = slope * vertex + curvature * vertex**2
-        # Beside a step cut to nothing, at a fold, the slope is rounding: no peak that the steps resolve rises so far.
-        if rise > 2.0 * max(-a, -b):
-            continue
         row[2] = force[i] + rise
         if not time[min(i, side)] < row[0] < time[max(i, side)]:
             continue
@@ -52,3 +46,34 @@ def with_peaks(records: np.ndarray, unloading: np.ndarray) -> tuple[np.ndarray, 
     return np.insert(records, positions, rows, axis=0), np.insert(
         unloading, positions, unloading[np.array(positions) - 1]
     )
+
+
+def _smooth(records: np.ndarray) -> np.ndarray:
+    """(n - 2,) bool: whether a curve may be drawn through an entry and both its neighbours."""
+    steps = np.diff(records[:, 0])
+    before, after = steps[:-1], steps[1:]
+    even = (before > 0.0) & (after > 0.0) & (before < _UNEVEN * after) & (after < _UNEVEN * before)
+    rate = np.diff(records[:, 1]) / np.maximum(steps, 1e-300)
+    # no corner of the protocol
+    return even & (np.abs(np.diff(rate)) <= 1e-4 * np.maximum(np.abs(rate[1:]), np.abs(rate[:-1])))
+
+
+def _top(time: np.ndarray, force: np.ndarray) -> tuple[float, float] | None:
+    """Time and force of a maximum between the neighbours of the last entry but one, both counted from there."""
+    left, right = time[-3], time[-1]
+    others = np.array([*time[:-2], right])
+    values = np.array([*force[:-2], force[-1]])
+    slope, curvature, third = np.append(np.linalg.solve(np.vander(others, len(others) + 1)[:, -2::-1], values), 0.0)[:3]
+    if third == 0.0:
+        after = -slope / (2.0 * curvature)
+    else:
+        discriminant = curvature**2 - 3.0 * third * slope
+        if discriminant < 0.0:
+            return None
+        # of the two, where the curve is highest; in the form that does not cancel
+        after = -slope / (curvature - np.sqrt(discriminant))
+    rise = after * (slope + after * (curvature + after * third))
+    # What rises further above the highest step than its neighbours lie below is not resolved by the steps.
+    if not left < after < right or not 0.0 < rise <= 2.0 * max(-force[-3], -force[-1]):
+        return None
+    return float(after), float(rise)

@@ -108,3 +108,39 @@ def prediction_error(
     force = force_of(mesh, tractions, gap)
     difference = abs(force_of(mesh, guess_traction, guess_gap) - force)
     return max(worst, force_weight * difference / max(abs(force), force_scale))
+
+
+@kernel
+def history_error(
+    recent: Recent,
+    mesh: Mesh,
+    tabor: float,
+    time: float,
+    forces: tuple[float, float, float],
+    force_scale: float,
+    force_weight: float = 2.0,
+) -> float:
+    """How far the force history between two steps lies from the parabola through them, as `prediction_error`.
+
+    A nearly rigid contact is predicted over any distance, since its gap is known; its force may rise and fall within a
+    step all the same, and would be missing from the history.
+
+    Args:
+        recent: at least two solutions before the step.
+        mesh: their mesh.
+        tabor: Tabor parameter.
+        time: at the end of the step.
+        forces: at the two solutions, newest first, and at the end of the step.
+        force_scale: below this the force counts as small.
+        force_weight: of differences in force.
+    """
+    newest, before = recent.time[0], recent.time[1]
+    rise = (forces[2] - forces[0]) / (time - newest)
+    rise_before = (forces[0] - forces[1]) / (newest - before)
+    middle = 0.5 * (newest + time)
+    curvature = (rise - rise_before) / (time - before)
+    parabola = forces[0] + rise * (middle - newest) + curvature * (middle - newest) * (middle - time)
+    gap, tractions = np.empty(recent.gap.shape[1]), np.empty(recent.gap.shape[1])
+    predict(recent, middle, tabor, False, gap, tractions)
+    force = force_of(mesh, tractions, gap)
+    return force_weight * abs(force - parabola) / max(abs(force), force_scale)

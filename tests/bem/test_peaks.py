@@ -22,6 +22,16 @@ def test_the_vertex_of_a_parabola_is_found_between_uneven_steps():
     assert flags.tolist() == [False, True, True, True, True, True]
 
 
+def test_the_top_of_a_cubic_is_found_from_two_steps_before():
+    times = np.array([0.0, 0.3, 0.6, 1.2])
+    for slow in (times, 1e6 * times, 1e-6 * times):
+        records = records_of(slow, times * (1.5 - times) * (2.0 - times))
+        (added,) = [row for row in with_peaks(records, np.ones(4, bool))[0] if row[0] not in slow]
+        top = (3.5 - np.sqrt(3.5**2 - 9.0)) / 3.0
+        np.testing.assert_allclose(added[0] / (slow[-1] / 1.2), top, rtol=1e-9)
+        np.testing.assert_allclose(added[2], top * (1.5 - top) * (2.0 - top), rtol=1e-12)
+
+
 def test_every_local_maximum_gets_one():
     times = np.linspace(0.0, 4.0 * np.pi, 60)
     out, _ = with_peaks(records_of(times, np.sin(times)), np.zeros(60, bool))
@@ -63,5 +73,11 @@ def test_no_parabola_reaches_across(times, depths):
 
 def test_no_peak_grows_from_rounding_beside_a_tiny_step():
     records = records_of([0.0, 2.0, 2.0 + 1e-6, 2.0 + 2e-6], [0.468, 0.476, 0.474, 0.474])
+    out, _ = with_peaks(records, np.ones(4, bool))
+    np.testing.assert_array_equal(out, records)
+
+
+def test_no_parabola_is_drawn_through_steps_of_very_unequal_length():
+    records = records_of([0.0, 5e-3, 5e-3 + 4e-5, 8e-3], [1.62, 1.953, 1.943, 1.4])
     out, _ = with_peaks(records, np.ones(4, bool))
     np.testing.assert_array_equal(out, records)

@@ -156,3 +156,13 @@ def test_bad_input_is_named_with_what_is_allowed(change, message):
     arguments = {"scene": Scene(tabor=1.0), "protocol": PROTOCOL, "accuracy": "draft"} | change
     with pytest.raises(ValueError, match=message):
         simulate(**arguments)
+
+
+@pytest.mark.parametrize("far", [1.0, 2.0, 5.0, 10.0])
+@pytest.mark.parametrize("tabor", [0.02, 0.05])
+def test_the_pull_before_contact_is_in_the_history_of_a_nearly_rigid_solid(tabor, far):
+    """Its gap is predicted over any distance, so nothing but the course of the force keeps steps from leaping it."""
+    protocol = PiecewiseLinearProtocol([0.0, 1.0, 2.0], [-far, 2.0, -far])
+    trajectory = simulate(Scene(tabor, StandardLinearSolid(0.1)), protocol)
+    approach = trajectory.force[~trajectory.unloading].max()
+    assert approach == pytest.approx(2.0, rel=0.01)
