@@ -5,12 +5,12 @@ mapping" and the appendix on FMS resolution. Units as in `bem.protocol`.
 """
 
 from collections.abc import Sequence
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from bem._checks import FloatArray
+from bem.history import History
 from bem.protocol import LoadingProtocol, default_start_indentation
 
 FMS = (50, 20, 50)
@@ -123,60 +123,26 @@ def measurement_times(protocol: LoadingProtocol, tabor: float, counts: Sequence[
 
 
 def resample(
-    trajectory_times: ArrayLike, trajectory_force: ArrayLike, jump_times: ArrayLike, times: ArrayLike
+    trajectory_times: ArrayLike,
+    trajectory_force: ArrayLike,
+    jump_times: ArrayLike,
+    times: ArrayLike,
+    corner_times: ArrayLike = (),
 ) -> FloatArray:
-    """Force at `times` by monotone cubic interpolation that never reaches across a jump.
+    """Force at `times` by monotone cubic interpolation that reaches across no jump and no corner (`History`).
 
     Args:
-        trajectory_times: native instants, non-decreasing, shape (n,); a jump is two entries at the same instant.
+        trajectory_times: native instants, shape (n,).
         trajectory_force: force at them, shape (n,).
-        jump_times: instants of the jumps, shape (j,), each listed at least twice in `trajectory_times`; other entries
-            at one instant are merged, the last one kept.
+        jump_times: instants of the jumps, shape (j,).
         times: where the force is wanted, any shape, within the native range.
+        corner_times: instants at which the protocol bends, shape (c,).
 
     Returns:
         force of the shape of `times`; exactly at a jump, the value after it.
 
     Raises:
-        ValueError: for unequal lengths, decreasing instants, jumps not found or `times` outside the native range.
+        ValueError: for unequal lengths, decreasing instants, jumps or corners not found or `times` outside the native
+            range.
     """
-    instants = np.asarray(trajectory_times, dtype=np.float64)
-    force = np.asarray(trajectory_force, dtype=np.float64)
-    wanted = np.asarray(times, dtype=np.float64)
-    if instants.ndim != 1 or instants.shape != force.shape or len(instants) == 0 or np.any(np.diff(instants) < 0.0):
-        raise ValueError(
-            "trajectory_times must be non-decreasing and as long as trajectory_force; "
-            f"received shapes {instants.shape} and {force.shape}"
-        )
-    if not np.all((wanted >= instants[0]) & (wanted <= instants[-1])):
-        raise ValueError(
-            f"times must lie between {float(instants[0])!r} and {float(instants[-1])!r}; "
-            f"received {float(np.min(wanted))!r} to {float(np.max(wanted))!r}"
-        )
-    jumps = np.unique(np.asarray(jump_times, dtype=np.float64))
-    first, last = (np.searchsorted(instants, jumps, side=side) for side in ("left", "right"))
-    if np.any(last - first < 2):
-        raise ValueError(
-            "jump_times must each be listed before and after the jump in trajectory_times; "
-            f"received {float(jumps[np.flatnonzero(last - first < 2)[0]])!r}"
-        )
-    # The entry before a jump closes one piece; everything from the entry after it on belongs to the next.
-    cuts = [0, *(int(index) + 1 for index in first), len(instants)]
-    piece_of = np.searchsorted(jumps, wanted, side="right")
-    result = np.empty(wanted.shape)
-    for piece, (begin, end) in enumerate(pairwise(cuts)):
-        inside = piece_of == piece
-        if np.any(inside):
-            result[inside] = _monotone(instants[begin:end], force[begin:end], wanted[inside])
-    return result
-
-
-def _monotone(instants: FloatArray, force: FloatArray, times: FloatArray) -> FloatArray:
-    keep = np.append(np.diff(instants) > 0.0, True)
-    if np.count_nonzero(keep) == 1:
-        return np.full(times.shape, force[-1])
-    # Imported here because scipy.interpolate takes a noticeable part of a second.
-    from scipy.interpolate import PchipInterpolator
-
-    with np.errstate(over="ignore"):  # slopes of subnormal forces, in SciPy's harmonic mean
-        return PchipInterpolator(instants[keep], force[keep])(times)
+    return History(trajectory_times, trajectory_force, jump_times, corner_times).at(times)

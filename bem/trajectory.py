@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from bem._checks import FloatArray
-from bem.measurement import resample
+from bem.history import History
 
 
 @dataclass(frozen=True)
@@ -113,35 +113,16 @@ class Trajectory:
 
     def work(self) -> float:
         """Integral of -P d(delta) over the history: the energy put into the contact, which a closed loop dissipates."""
-        # Imported here because scipy.interpolate takes a noticeable part of a second.
-        from scipy.interpolate import PchipInterpolator
-
         total = 0.0
-        for begin, end in self._smooth_pieces():
-            depth, force, time = self.indentation[begin:end], self.force[begin:end], self.time[begin:end]
-            if depth[0] == depth[-1] or end - begin < 2:
-                continue
-            rate = (depth[-1] - depth[0]) / (time[-1] - time[0])
-            keep = np.append(np.diff(time) > 0.0, True)
-            if np.count_nonzero(keep) < 3:
-                total -= rate * float(np.trapezoid(force[keep], time[keep]))
-            else:
-                total -= rate * float(PchipInterpolator(time[keep], force[keep]).integrate(time[0], time[-1]))
+        for (begin, end), integral in zip(self._history.ranges, self._history.integrals(), strict=True):
+            duration = self.time[end - 1] - self.time[begin]
+            if duration > 0.0:
+                total -= (self.indentation[end - 1] - self.indentation[begin]) / duration * integral
         return total
 
-    def _smooth_pieces(self) -> list[tuple[int, int]]:
-        """Index ranges between corners of the protocol and jumps."""
-        corners = set(np.flatnonzero(self._corner))
-        after_jump = set(np.flatnonzero(np.diff(self.time) == 0.0) + 1)
-        pieces, begin = [], 0
-        for index in range(1, self.time.size):
-            if index in after_jump:
-                pieces.append((begin, index))
-                begin = index
-            elif index in corners or index == self.time.size - 1:
-                pieces.append((begin, index + 1))
-                begin = index
-        return [piece for piece in pieces if piece[1] - piece[0] >= 2]
+    @cached_property
+    def _history(self) -> History:
+        return History(self.time, self.force, [jump.time for jump in self.jumps], self.time[self._corner])
 
     @cached_property
     def _corner(self) -> np.ndarray:
@@ -152,12 +133,14 @@ class Trajectory:
         return corner
 
     def at(self, times: ArrayLike) -> FloatArray:
-        """Force at `times` (any shape) by monotone interpolation, which neither overshoots nor reaches across a jump.
+        """Force at `times` (any shape) by monotone interpolation, which does not overshoot.
+
+        It reaches across no jump and no corner of the protocol.
 
         Raises:
             ValueError: for times outside the trajectory.
         """
-        return resample(self.time, self.force, [jump.time for jump in self.jumps], times)
+        return self._history.at(times)
 
     def summary(self) -> dict[str, Any]:
         """The scalars of the trajectory, ready for JSON: status, pull-off, hysteresis, jumps, statistics."""

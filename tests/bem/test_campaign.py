@@ -180,7 +180,18 @@ def test_the_digest_is_of_what_decides_the_numbers():
     names = {path.stem for path in deciding_modules()}
     assert names == {
         *("_checks", "_jit", "_lapack", "accuracy", "cohesive_zone", "contact", "equilibrium", "folds", "hard_contact"),
-        *("hertz", "influence", "march", "materials", "measurement", "memory", "mesh", "peaks", "prediction"),
+        *(
+            "hertz",
+            "history",
+            "influence",
+            "march",
+            "materials",
+            "measurement",
+            "memory",
+            "mesh",
+            "peaks",
+            "prediction",
+        ),
         *("protocol", "records", "scene", "simulate", "tractions", "trajectory", "transfer"),
     }
 

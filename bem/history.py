@@ -1,0 +1,100 @@
+"""The force between the instants of a solution."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from bem._checks import FloatArray
+
+
+class History:
+    """A force history between its native instants: monotone cubics that reach across no jump and no corner.
+
+    Args:
+        times: native instants, non-decreasing, shape (n,); a jump is two entries at the same instant.
+        force: force at them, shape (n,).
+        jump_times: instants of the jumps, shape (j,), each listed at least twice in `times`; other entries at one
+            instant are merged, the last one kept.
+        corner_times: instants in `times` at which the protocol bends, shape (c,): the force is continuous there, its
+            rate is not.
+
+    Raises:
+        ValueError: for unequal lengths, decreasing instants, or jumps and corners not found.
+    """
+
+    def __init__(self, times: ArrayLike, force: ArrayLike, jump_times: ArrayLike, corner_times: ArrayLike = ()) -> None:
+        self.times = np.asarray(times, dtype=np.float64)
+        self.force = np.asarray(force, dtype=np.float64)
+        shapes = (self.times.shape, self.force.shape)
+        if len(shapes[0]) != 1 or shapes[0] != shapes[1] or shapes[0] == (0,) or np.any(np.diff(self.times) < 0.0):
+            raise ValueError(
+                "trajectory_times must be non-decreasing and as long as trajectory_force; "
+                f"received shapes {shapes[0]} and {shapes[1]}"
+            )
+        jumps = np.unique(np.asarray(jump_times, dtype=np.float64))
+        before, behind = (np.searchsorted(self.times, jumps, side=side) for side in ("left", "right"))
+        if np.any(behind - before < 2):
+            raise ValueError(
+                "jump_times must each be listed before and after the jump in trajectory_times; "
+                f"received {float(jumps[np.flatnonzero(behind - before < 2)[0]])!r}"
+            )
+        corners = np.setdiff1d(np.asarray(corner_times, dtype=np.float64), jumps)
+        at_corner = np.searchsorted(self.times, corners)
+        if np.any(self.times[np.minimum(at_corner, self.times.size - 1)] != corners):
+            raise ValueError(f"corner_times must be instants of trajectory_times; received {corners.tolist()!r}")
+        # The entry before a jump closes one piece, the entry after it opens the next; both share that of a corner.
+        cuts = sorted([(int(i), 1) for i in before] + [(int(i), 0) for i in at_corner if 0 < i < self.times.size - 1])
+        self.ranges = list(
+            zip(
+                [0, *(index + jump for index, jump in cuts)],
+                [*(index + 1 for index, _ in cuts), self.times.size],
+                strict=True,
+            )
+        )
+        self._bounds = self.times[[index for index, _ in cuts]]
+        self._curves: dict[int, Any] = {}
+
+    def at(self, times: ArrayLike) -> FloatArray:
+        """Force at `times`, any shape, within the native range; exactly at a jump, the value after it.
+
+        Raises:
+            ValueError: for times outside the native range.
+        """
+        wanted = np.asarray(times, dtype=np.float64)
+        if not np.all((wanted >= self.times[0]) & (wanted <= self.times[-1])):
+            raise ValueError(
+                f"times must lie between {float(self.times[0])!r} and {float(self.times[-1])!r}; "
+                f"received {float(np.min(wanted))!r} to {float(np.max(wanted))!r}"
+            )
+        piece_of = np.searchsorted(self._bounds, wanted, side="right")
+        result = np.empty(wanted.shape)
+        for piece in np.unique(piece_of):
+            inside = piece_of == piece
+            curve = self._curve(piece)
+            result[inside] = self.force[self.ranges[piece][1] - 1] if curve is None else curve(wanted[inside])
+        return result
+
+    def integrals(self) -> list[float]:
+        """Integral of the force over the time of each of `ranges`."""
+        found = []
+        for piece, (begin, end) in enumerate(self.ranges):
+            curve = self._curve(piece)
+            found.append(0.0 if curve is None else float(curve.integrate(self.times[begin], self.times[end - 1])))
+        return found
+
+    def _curve(self, piece: int) -> Any:
+        """The cubics of a piece; `None` where it is one instant."""
+        if piece not in self._curves:
+            begin, end = self.ranges[piece]
+            times, force = self.times[begin:end], self.force[begin:end]
+            keep = np.append(np.diff(times) > 0.0, True)
+            curve = None
+            if np.count_nonzero(keep) > 1:
+                # Imported here because scipy.interpolate takes a noticeable part of a second.
+                from scipy.interpolate import PchipInterpolator
+
+                with np.errstate(over="ignore"):  # slopes of subnormal forces, in SciPy's harmonic mean
+                    curve = PchipInterpolator(times[keep], force[keep])
+            self._curves[piece] = curve
+        return self._curves[piece]

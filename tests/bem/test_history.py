@@ -1,0 +1,44 @@
+import numpy as np
+import pytest
+
+from bem import LoadingProtocol, Scene, StandardLinearSolid, simulate
+from bem.history import History
+
+
+def test_a_corner_is_kept_where_a_smooth_curve_would_round_it():
+    times = np.array([0.0, 0.5, 1.0, 1.5, 2.0])
+    force = np.where(times < 1.0, times**2, 1.0 - 3.0 * (times - 1.0) ** 2 - (times - 1.0))
+    wanted = np.linspace(0.0, 2.0, 41)
+    exact = np.where(wanted < 1.0, wanted**2, 1.0 - 3.0 * (wanted - 1.0) ** 2 - (wanted - 1.0))
+    kept = np.abs(History(times, force, [], [1.0]).at(wanted) - exact).max()
+    rounded = np.abs(History(times, force, []).at(wanted) - exact).max()
+    assert kept < 0.4 * rounded
+
+
+def test_integrals_are_those_of_the_curves_between():
+    times = np.array([0.0, 1.0, 2.0, 2.0, 3.0, 4.0])
+    history = History(times, np.array([0.0, 1.0, 2.0, 5.0, 5.0, 4.0]), [2.0], [3.0])
+    assert history.ranges == [(0, 3), (3, 5), (4, 6)]
+    np.testing.assert_allclose(history.integrals(), [2.0, 5.0, 4.5], rtol=1e-14)
+    np.testing.assert_array_equal(history.at([1.0, 2.0, 3.0, 3.5]), [1.0, 5.0, 5.0, 4.5])
+
+
+def test_a_jump_at_a_corner_is_a_jump():
+    history = History([0.0, 1.0, 1.0, 2.0], [0.0, 1.0, 3.0, 3.0], [1.0], [1.0])
+    assert history.ranges == [(0, 2), (2, 4)]
+    assert history.at(1.0) == 3.0
+
+
+def test_a_corner_that_is_no_instant_is_refused():
+    with pytest.raises(ValueError, match="corner_times must be instants"):
+        History([0.0, 1.0, 2.0], [0.0, 1.0, 0.0], [], [1.5])
+
+
+def test_the_history_bends_where_the_protocol_does():
+    protocol = LoadingProtocol(peak_indentation=3.0, loading_rate=10.0, dwell_time=0.2, unloading_rate=10.0)
+    scene = Scene(tabor=1.0, material=StandardLinearSolid(0.1))
+    found, exact = simulate(scene, protocol), simulate(scene, protocol, 3e-4)
+    corner = protocol.phase_times(1.0)[1]
+    times = corner + np.linspace(-0.02, 0.02, 401)
+    error = np.abs(found.at(times) - exact.at(times)).max() / np.ptp(exact.force)
+    assert error < found.accuracy
