@@ -1,11 +1,66 @@
-"""The force between the instants of a solution."""
+"""The force between the instants of a solution.
 
-from typing import Any
+Monotone cubics after F. N. Fritsch and J. Butland, SIAM J. Sci. Stat. Comput. 5 (1984) 300, as SciPy's
+`PchipInterpolator`, against which they are tested; that takes longer to set up than a short trajectory to solve.
+"""
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from bem._checks import FloatArray
+from bem._jit import kernel
+
+
+@kernel
+def monotone_slopes(times: np.ndarray, force: np.ndarray) -> np.ndarray:
+    """Slopes (n,) at instants (n,), strictly increasing, n >= 2, so that the cubics between them do not overshoot."""
+    count = times.size
+    slopes = np.zeros(count)
+    if count == 2:
+        slopes[:] = (force[1] - force[0]) / (times[1] - times[0])
+        return slopes
+    for i in range(1, count - 1):
+        before, after = times[i] - times[i - 1], times[i + 1] - times[i]
+        chord, next_chord = (force[i] - force[i - 1]) / before, (force[i + 1] - force[i]) / after
+        if chord * next_chord > 0.0:
+            weight, next_weight = 2.0 * after + before, after + 2.0 * before
+            slopes[i] = (weight + next_weight) / (weight / chord + next_weight / next_chord)
+    for end, inner, third in ((0, 1, 2), (count - 1, count - 2, count - 3)):
+        near, far = abs(times[inner] - times[end]), abs(times[third] - times[inner])
+        chord = (force[inner] - force[end]) / (times[inner] - times[end])
+        next_chord = (force[third] - force[inner]) / (times[third] - times[inner])
+        slope = ((2.0 * near + far) * chord - near * next_chord) / (near + far)
+        if slope * chord <= 0.0:
+            slope = 0.0
+        elif chord * next_chord <= 0.0 and abs(slope) > 3.0 * abs(chord):
+            slope = 3.0 * chord
+        slopes[end] = slope
+    return slopes
+
+
+@kernel
+def monotone_values(times: np.ndarray, force: np.ndarray, slopes: np.ndarray, wanted: np.ndarray) -> np.ndarray:
+    """The cubics at `wanted` (m,), instants within the range of `times` (n,)."""
+    values = np.empty(wanted.size)
+    places = np.searchsorted(times, wanted, side="right")
+    for k in range(wanted.size):
+        i = min(max(places[k] - 1, 0), times.size - 2)
+        width, offset = times[i + 1] - times[i], wanted[k] - times[i]
+        chord = (force[i + 1] - force[i]) / width
+        cubic = (slopes[i] + slopes[i + 1] - 2.0 * chord) / width
+        square = (chord - slopes[i]) / width - cubic
+        values[k] = force[i] + offset * (slopes[i] + offset * (square + offset * cubic / width))
+    return values
+
+
+@kernel
+def monotone_integral(times: np.ndarray, force: np.ndarray, slopes: np.ndarray) -> float:
+    """Integral of the cubics over all `times` (n,)."""
+    total = 0.0
+    for i in range(times.size - 1):
+        width = times[i + 1] - times[i]
+        total += width * (0.5 * (force[i] + force[i + 1]) + width * (slopes[i] - slopes[i + 1]) / 12.0)
+    return total
 
 
 class History:
@@ -53,7 +108,7 @@ class History:
             )
         )
         self._bounds = self.times[[index for index, _ in cuts]]
-        self._curves: dict[int, Any] = {}
+        self._curves: dict[int, tuple[FloatArray, FloatArray, FloatArray]] = {}
 
     def at(self, times: ArrayLike) -> FloatArray:
         """Force at `times`, any shape, within the native range; exactly at a jump, the value after it.
@@ -71,30 +126,21 @@ class History:
         result = np.empty(wanted.shape)
         for piece in np.unique(piece_of):
             inside = piece_of == piece
-            curve = self._curve(piece)
-            result[inside] = self.force[self.ranges[piece][1] - 1] if curve is None else curve(wanted[inside])
+            instants, force, slopes = self._curve(piece)
+            result[inside] = force if force.size == 1 else monotone_values(instants, force, slopes, wanted[inside])
         return result
 
     def integrals(self) -> list[float]:
         """Integral of the force over the time of each of `ranges`."""
-        found = []
-        for piece, (begin, end) in enumerate(self.ranges):
-            curve = self._curve(piece)
-            found.append(0.0 if curve is None else float(curve.integrate(self.times[begin], self.times[end - 1])))
-        return found
+        return [monotone_integral(*self._curve(piece)) for piece in range(len(self.ranges))]
 
-    def _curve(self, piece: int) -> Any:
-        """The cubics of a piece; `None` where it is one instant."""
+    def _curve(self, piece: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Distinct instants of a piece, and force and slope at them."""
         if piece not in self._curves:
             begin, end = self.ranges[piece]
             times, force = self.times[begin:end], self.force[begin:end]
             keep = np.append(np.diff(times) > 0.0, True)
-            curve = None
-            if np.count_nonzero(keep) > 1:
-                # Imported here because scipy.interpolate takes a noticeable part of a second.
-                from scipy.interpolate import PchipInterpolator
-
-                with np.errstate(over="ignore"):  # slopes of subnormal forces, in SciPy's harmonic mean
-                    curve = PchipInterpolator(times[keep], force[keep])
-            self._curves[piece] = curve
+            times, force = times[keep], force[keep]
+            slopes = monotone_slopes(times, force) if times.size > 1 else np.zeros(1)
+            self._curves[piece] = times, force, slopes
         return self._curves[piece]

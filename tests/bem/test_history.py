@@ -1,5 +1,8 @@
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.interpolate import PchipInterpolator
 
 from bem import LoadingProtocol, Scene, StandardLinearSolid, simulate
 from bem.history import History
@@ -42,3 +45,19 @@ def test_the_history_bends_where_the_protocol_does():
     times = corner + np.linspace(-0.02, 0.02, 401)
     error = np.abs(found.at(times) - exact.at(times)).max() / np.ptp(exact.force)
     assert error < found.accuracy
+
+
+@given(
+    st.lists(st.tuples(st.floats(1e-3, 1e3), st.floats(-1e3, 1e3)), min_size=2, max_size=12),
+    st.lists(st.floats(0.0, 1.0), min_size=1, max_size=6),
+)
+def test_the_cubics_are_those_of_scipy(points, places):
+    times = np.cumsum([step for step, _ in points])
+    force = np.array([value for _, value in points])
+    wanted = times[0] + np.array(places) * (times[-1] - times[0])
+    wanted = np.clip(wanted, times[0], times[-1])
+    ours, theirs = History(times, force, []), PchipInterpolator(times, force)
+    scale = np.abs(force).max()
+    np.testing.assert_allclose(ours.at(wanted), theirs(wanted), rtol=0, atol=1e-9 * scale)
+    area = theirs.integrate(times[0], times[-1])
+    np.testing.assert_allclose(ours.integrals()[0], area, rtol=0, atol=1e-12 * scale * (times[-1] - times[0]))
