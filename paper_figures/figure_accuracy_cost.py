@@ -2,8 +2,8 @@
 
 Markers are medians over the protocols, thin lines reach to the 95th percentile of the error and over the quartiles of
 the seconds. Open markers: measured on fewer protocols than the others. Errors beyond the axis lie on its upper edge,
-with an arrow. Named are the closed forms, the reference model, and of each way to call a surrogate the best and the
-worst. Reads the measurement of `experiments.accuracy_cost`.
+with an arrow. Named are the closed forms, and, among the surrogates called the slowest way, which stand alone, the
+reference model, the best and the worst. Reads the measurement of `experiments.accuracy_cost`.
 """
 
 from pathlib import Path
@@ -19,6 +19,8 @@ from paper_figures.cost_style import FORCE_ERROR, KINDS, kind_of, mark_paper
 RESULT = Path("published/measurements/accuracy_cost.json")
 PANELS = {"pull_off_force": "error of the pull-off force (%)", "force": FORCE_ERROR}
 REFERENCE_MODEL = "M1-concat"
+BESIDE = ("DMT", "Maugis-Dugdale")
+"""Closed forms named to the right of their marker, where others stand to the left."""
 LARGEST = 100.0
 """Errors above, in percent, are drawn on the edge."""
 
@@ -70,14 +72,15 @@ def names_of(tools: list[dict[str, Any]], quantity: str) -> dict[str, tuple[str,
     named = {name: (name, "left") for name in ("draft", "standard", "reference")}
     for tool in tools:
         if tool["kind"] == "closed form":
-            named[tool["setting"]] = (tool["setting"].split(",")[0], "left")
-    for way in dict.fromkeys(tool["way"] for tool in tools if "way" in tool):
-        ranked = [tool for tool in tools if tool.get("way") == way and _percent(tool, quantity) is not None]
-        ranked.sort(key=lambda tool: _percent(tool, quantity))
-        if ranked:
-            named |= {tool["setting"]: (tool["model"], "right") for tool in ranked if tool["model"] == REFERENCE_MODEL}
-            named[ranked[-1]["setting"]] = (ranked[-1]["model"], "above")
-            named[ranked[0]["setting"]] = (ranked[0]["model"], "below")
+            form = tool["setting"].split(",")[0]
+            named[tool["setting"]] = (form.replace("-D", "-\nD"), "right") if form in BESIDE else (form, "left")
+    ways = [tool["way"] for tool in tools if "way" in tool]
+    ranked = [tool for tool in tools if tool.get("way") in ways[:1] and _percent(tool, quantity) is not None]
+    ranked.sort(key=lambda tool: _percent(tool, quantity))
+    if ranked:
+        named |= {tool["setting"]: (tool["model"], "right") for tool in ranked if tool["model"] == REFERENCE_MODEL}
+        named[ranked[-1]["setting"]] = (ranked[-1]["model"], "above")
+        named[ranked[0]["setting"]] = (ranked[0]["model"], "below")
     return named
 
 

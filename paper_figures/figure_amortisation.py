@@ -77,7 +77,7 @@ def main(
     axes.axvline(12_450, color="0.7", linewidth=0.7, zorder=0)
     axes.annotate(
         "size of the data set",
-        (12_450, 0.02),
+        (12_450, 0.98),
         xycoords=("data", "axes fraction"),
         rotation=90,
         fontsize=5.5,
@@ -85,7 +85,7 @@ def main(
         xytext=(-2, 0),
         textcoords="offset points",
         ha="right",
-        va="bottom",
+        va="top",
     )
     axes.set(xlabel="queries", ylabel="core time in all (h)", xlim=(1, 1e8))
     axes.set_ylim(bottom=1e-5)

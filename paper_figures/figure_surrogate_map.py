@@ -46,7 +46,7 @@ def draw_map(drawn: Figure, axes: Axes, test: dict[str, Any], across: str, up: s
     mesh = axes.pcolormesh(10.0 ** edges[0], 10.0 ** edges[1], cell, norm=LogNorm())
     axes.set(xscale="log", yscale="log", xlabel=LABELS[across], ylabel=LABELS[up])
     sparse_ticks(axes)
-    drawn.colorbar(mesh, ax=axes, label=f"median {FORCE_ERROR}")
+    drawn.colorbar(mesh, ax=axes, label="median force error (%)")
 
 
 def draw_causes(axes: Axes, by_cause: dict[str, Any]) -> None:
@@ -73,7 +73,7 @@ def draw_out_of_range(axes: Axes, rows: list[dict[str, Any]]) -> None:
             axes.plot(x, y, color=color, linestyle=line, marker=".", label=label)
     axes.set_xscale("symlog", linthresh=5.0)
     axes.set_xticks([0, 5, 20, 100], labels=["0", "5", "20", "100"])
-    axes.set(yscale="log", xlabel="beyond the bound (%)", ylabel=f"median {FORCE_ERROR}")
+    axes.set(yscale="log", xlabel="beyond the bound (%)", ylabel="median force error (%)")
     axes.legend(ncol=2, title="full: above, dotted: below", title_fontsize=6)
 
 
