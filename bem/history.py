@@ -27,20 +27,19 @@ class History:
         shapes = (self.times.shape, self.force.shape)
         if len(shapes[0]) != 1 or shapes[0] != shapes[1] or shapes[0] == (0,) or np.any(np.diff(self.times) < 0.0):
             raise ValueError(
-                "trajectory_times must be non-decreasing and as long as trajectory_force; "
-                f"received shapes {shapes[0]} and {shapes[1]}"
+                f"times must be non-decreasing and as long as force; received shapes {shapes[0]} and {shapes[1]}"
             )
         jumps = np.unique(np.asarray(jump_times, dtype=np.float64))
         before, behind = (np.searchsorted(self.times, jumps, side=side) for side in ("left", "right"))
         if np.any(behind - before < 2):
             raise ValueError(
-                "jump_times must each be listed before and after the jump in trajectory_times; "
+                "jump_times must each be listed before and after the jump in times; "
                 f"received {float(jumps[np.flatnonzero(behind - before < 2)[0]])!r}"
             )
         corners = np.setdiff1d(np.asarray(corner_times, dtype=np.float64), jumps)
         at_corner = np.searchsorted(self.times, corners)
         if np.any(self.times[np.minimum(at_corner, self.times.size - 1)] != corners):
-            raise ValueError(f"corner_times must be instants of trajectory_times; received {corners.tolist()!r}")
+            raise ValueError(f"corner_times must be instants of times; received {corners.tolist()!r}")
         # The entry before a jump closes one piece, the entry after it opens the next; both share that of a corner.
         cuts = sorted([(int(i), 1) for i in before] + [(int(i), 0) for i in at_corner if 0 < i < self.times.size - 1])
         self.ranges = list(

@@ -1,4 +1,4 @@
-"""Fixed measurement steps (FMS): where a protocol is sampled, and the resampling of a trajectory onto those instants.
+"""Fixed measurement steps (FMS): where a protocol is sampled; `Trajectory.at` gives the force there.
 
 Each phase receives a prescribed number of equally spaced points, by default 50, 20 and 50. Source: paper, section "Data
 mapping" and the appendix on FMS resolution. Units as in `bem.protocol`.
@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from bem._checks import FloatArray
-from bem.history import History
 from bem.protocol import LoadingProtocol, default_start_indentation
 
 FMS = (50, 20, 50)
@@ -120,29 +119,3 @@ def measurement_times(protocol: LoadingProtocol, tabor: float, counts: Sequence[
         start_indentation=protocol.start(tabor),
     )
     return times[0]
-
-
-def resample(
-    trajectory_times: ArrayLike,
-    trajectory_force: ArrayLike,
-    jump_times: ArrayLike,
-    times: ArrayLike,
-    corner_times: ArrayLike = (),
-) -> FloatArray:
-    """Force at `times` by monotone cubic interpolation that reaches across no jump and no corner (`History`).
-
-    Args:
-        trajectory_times: native instants, shape (n,).
-        trajectory_force: force at them, shape (n,).
-        jump_times: instants of the jumps, shape (j,).
-        times: where the force is wanted, any shape, within the native range.
-        corner_times: instants at which the protocol bends, shape (c,).
-
-    Returns:
-        force of the shape of `times`; exactly at a jump, the value after it.
-
-    Raises:
-        ValueError: for unequal lengths, decreasing instants, jumps or corners not found or `times` outside the native
-            range.
-    """
-    return History(trajectory_times, trajectory_force, jump_times, corner_times).at(times)

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bem.measurement import FMS, measurement_grid, measurement_times, proportional_counts, resample
+from bem.measurement import FMS, measurement_grid, measurement_times, proportional_counts
 from bem.protocol import LoadingProtocol
 
 PROTOCOL = LoadingProtocol(peak_indentation=15.0, loading_rate=1e3, dwell_time=8e-3, unloading_rate=1e2)
@@ -78,56 +78,3 @@ def test_unusable_grids():
     short = LoadingProtocol(peak_indentation=1e3, loading_rate=1e-12, dwell_time=1e-1, unloading_rate=1.0)
     with pytest.raises(ValueError, match="strictly increasing in double precision; received protocol 0"):
         measurement_times(short, tabor=1.0)
-
-
-def test_resampling_returns_the_native_points():
-    times = np.sort(np.random.default_rng(1).uniform(0.0, 5.0, 40))
-    force = np.sin(times)
-    np.testing.assert_allclose(resample(times, force, [], times), force, rtol=0, atol=1e-15)
-
-
-def test_resampling_converges_on_a_smooth_history():
-    native = np.linspace(0.0, 3.0, 2001)
-    wanted = np.linspace(0.0, 3.0, 77)
-    np.testing.assert_allclose(resample(native, np.sin(native), [], wanted), np.sin(wanted), atol=1e-6)
-
-
-@given(st.lists(st.floats(0.05, 1.0), min_size=6, max_size=20), st.data())
-def test_resampling_never_overshoots_even_across_jumps(steps, data):
-    times = np.cumsum(steps)
-    jump = data.draw(st.integers(0, len(times) - 1))
-    times = np.insert(times, jump, times[jump])
-    force = np.array(data.draw(st.lists(st.floats(-5, 5), min_size=len(times), max_size=len(times))))
-    wanted = np.linspace(times[0], times[-1], 333)
-    found = resample(times, force, [times[jump]], wanted)
-    left = np.clip(np.searchsorted(times, wanted, side="right") - 1, 0, len(times) - 2)
-    lower, upper = np.minimum(force[left], force[left + 1]), np.maximum(force[left], force[left + 1])
-    assert np.all(found >= lower - 1e-12)
-    assert np.all(found <= upper + 1e-12)
-
-
-def test_a_jump_is_kept_sharp():
-    times = [0.0, 1.0, 1.0, 2.0]
-    force = [0.0, 1.0, -1.0, -2.0]
-    found = resample(times, force, [1.0], [0.5, 1.0 - 1e-9, 1.0, 1.5])
-    np.testing.assert_allclose(found, [0.5, 1.0, -1.0, -1.5], atol=1e-8)
-
-
-def test_jumps_at_the_ends_and_twice_in_one_place():
-    assert resample([0.0, 0.0, 1.0], [5.0, 1.0, 1.0], [0.0], 0.0) == 1.0
-    assert resample([0.0, 1.0, 1.0], [5.0, 5.0, 2.0], [1.0], 1.0) == 2.0
-    assert resample([0.0, 1.0, 1.0, 1.0, 2.0], [5.0, 5.0, 2.0, 0.0, 0.0], [1.0, 1.0], 1.0) == 0.0
-
-
-@pytest.mark.parametrize(
-    ("times", "jumps", "wanted", "message"),
-    [
-        ([0.0, 2.0, 1.0], [], [0.5], "non-decreasing"),
-        ([0.0, 1.0, 2.0], [], [2.5], r"times must lie between 0\.0 and 2\.0; received 2\.5"),
-        ([0.0, 1.0, 2.0], [], [np.nan], "times must lie between"),
-        ([0.0, 1.0, 2.0], [1.0], [0.5], "jump_times must each be listed before and after"),
-    ],
-)
-def test_bad_resampling(times, jumps, wanted, message):
-    with pytest.raises(ValueError, match=message):
-        resample(times, [0.0, 1.0, 2.0], jumps, wanted)
