@@ -44,7 +44,7 @@ def test_the_history_bends_where_the_protocol_does():
     corner = protocol.phase_times(1.0)[1]
     times = corner + np.linspace(-0.02, 0.02, 401)
     error = np.abs(found.at(times) - exact.at(times)).max() / np.ptp(exact.force)
-    assert error < found.accuracy
+    assert error < 0.1 * found.accuracy
 
 
 @given(

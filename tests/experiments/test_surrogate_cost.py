@@ -1,26 +1,9 @@
 """Which surrogates are outdated, and whose measured seconds count, from small model directories."""
 
 import json
-import sys
-from pathlib import Path
 
-import pytest
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "bem"))
-
-import campaign_stand_in as stand_in
-
-from bem.campaign import run_campaign
-from bem.campaign_plan import Campaign
 from experiments import amortisation, surrogate_cost
 from experiments.lineage import dataset_digest
-
-
-@pytest.fixture(scope="module")
-def dataset(tmp_path_factory):
-    path = tmp_path_factory.mktemp("data") / "dataset.h5"
-    run_campaign(Campaign(count=60, seed=2), path, solver=stand_in.solve)
-    return path
 
 
 def write_model(folder, dataset, *, recipe="swift", **run):
