@@ -163,6 +163,17 @@ def test_gate_golden_values():
         TaborGate()(np.ones((1, 3, 2)), np.ones((1, 3, 4)), tabor)
 
 
+def test_encoder_block_attends_as_keras_does():
+    block = EncoderBlock(heads=3, key_dim=5)
+    sequence = np.random.default_rng(0).normal(size=(2, 7, 4)).astype("float32")
+    block(sequence)
+    for weight in block.trainable_weights:
+        weight.assign(keras.random.normal(weight.shape, seed=1))
+    attended = block.attention_normalisation(sequence + block.attention(sequence, sequence))
+    expected = block.output_normalisation(attended + block.contract(block.expand(attended)))
+    np.testing.assert_allclose(block(sequence), expected, rtol=1e-5, atol=1e-5)
+
+
 def test_tcn_block_golden_values():
     block = ResidualTCNBlock(2, kernel_size=2, dilation=3)
     sequence = np.arange(12.0).reshape(1, 6, 2)
