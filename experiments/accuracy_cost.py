@@ -114,7 +114,15 @@ def run(cases: Sequence[Case], answer: Callable[[Case], np.ndarray], repeats: in
 
 
 def report(kind: str, setting: str, answers: Answers, exact: np.ndarray, **more: Any) -> dict[str, Any]:
-    """One tool: errors against `exact` (count, 123) of the same protocols, failures, seconds of the calls."""
+    """One tool: errors against `exact` (count, 123) of the same protocols, failures, seconds of the calls.
+
+    Args:
+        kind: What sort of tool it is.
+        setting: Which of its sort.
+        answers: Answers (count, 122) and seconds (repeats, calls), where not every protocol has to be timed.
+        exact: What they should be.
+        **more: Anything else to keep.
+    """
     table, seconds = answers
     relative = np.abs(table[:, :2] / exact[:, :2] - 1.0)
     found = {"pull_off_force": relative[:, 0], "hysteresis": relative[:, 1]}

@@ -9,7 +9,8 @@ import keras
 
 from surrogate.architectures.common import inputs, readout
 from surrogate.architectures.naming import check_conditioning
-from surrogate.layers import AppendTabor, FiLM, ResidualTCNBlock, TaborGate
+from surrogate.blocks import ResidualTCNBlock
+from surrogate.layers import AppendTabor, FiLM, TaborGate
 
 
 def tcn(conditioning: str = "concat", features: str = "D", name: str | None = None) -> keras.Model:

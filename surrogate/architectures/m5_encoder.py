@@ -11,7 +11,8 @@ from keras import layers
 
 from surrogate.architectures.common import inputs, readout
 from surrogate.architectures.naming import check_conditioning
-from surrogate.layers import AppendTabor, EncoderBlock, FiLM, TaborGate
+from surrogate.blocks import EncoderBlock
+from surrogate.layers import AppendTabor, FiLM, TaborGate
 
 
 def encoder(conditioning: str = "concat", features: str = "D", name: str | None = None) -> keras.Model:

@@ -70,7 +70,8 @@ def tiny(monkeypatch):
     import keras
 
     from surrogate.architectures import common
-    from surrogate.layers import AppendTabor, ResidualTCNBlock
+    from surrogate.blocks import ResidualTCNBlock
+    from surrogate.layers import AppendTabor
 
     def build(name, features="D"):
         sequence, tabor = common.inputs(features)

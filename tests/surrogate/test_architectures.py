@@ -7,7 +7,8 @@ import pytest
 
 import surrogate
 from surrogate.architectures import PAPER_PARAMETER_COUNTS
-from surrogate.layers import AppendTabor, EncoderBlock, FiLM, ResidualTCNBlock, TaborGate
+from surrogate.blocks import EncoderBlock, ResidualTCNBlock
+from surrogate.layers import AppendTabor, FiLM, TaborGate
 
 OUR_PARAMETER_COUNTS = {
     "M2-concat": 474_497,
