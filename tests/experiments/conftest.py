@@ -1,7 +1,11 @@
+import os
 import sys
 from pathlib import Path
 
 import pytest
+
+os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
+os.environ.setdefault("TF_NUM_INTRAOP_THREADS", "1")
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "bem"))
 
@@ -9,6 +13,7 @@ import campaign_stand_in as stand_in
 
 from bem.campaign import run_campaign
 from bem.campaign_plan import Campaign
+from experiments import accuracy_cost
 
 
 @pytest.fixture(scope="session")
@@ -17,3 +22,17 @@ def dataset(tmp_path_factory):
     path = tmp_path_factory.mktemp("data") / "dataset.h5"
     run_campaign(Campaign(count=60, seed=2), path, solver=stand_in.solve)
     return path
+
+
+@pytest.fixture(scope="session")
+def cost(dataset, tmp_path_factory):
+    """What the measurement of accuracy and cost writes for two protocols, where no model is published."""
+    folder = tmp_path_factory.mktemp("cost")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(accuracy_cost, "TRUTH_TARGET", 4e-3)
+        patch.setattr(accuracy_cost, "TARGETS", (5e-2, 1.7e-2))
+        patch.setattr(accuracy_cost, "BASELINE", {20: 0.5, 30: 0.5})
+        patch.setattr(accuracy_cost, "TRUTHS", folder)
+        out = folder / "cost.json"
+        accuracy_cost.main(2, 2, 20, 1, dataset, folder / "no models", out)
+    return out
