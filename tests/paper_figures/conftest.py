@@ -1,9 +1,10 @@
-"""A small data set and result files computed by a stand-in for the solver."""
+"""A small data set computed by a stand-in for the solver, small result files, and figures kept open."""
 
 import json
 import sys
 from pathlib import Path
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
@@ -16,6 +17,8 @@ from bem.campaign_plan import Campaign
 from bem.dataset_file import load_dataset
 from bem.measurement import measurement_grid
 from experiments.dataset_statistics import statistics
+from paper_figures import drawing
+from tests.paper_figures.results import PERCENTS, write
 
 
 @pytest.fixture(scope="session")
@@ -51,3 +54,83 @@ def examples_path(dataset_path):
     content = {"accuracy": "test", "examples": [{"name": name, **example} for name in "abcdef"], "mapping": example}
     path.write_text(json.dumps(content), encoding="utf-8")
     return path
+
+
+@pytest.fixture
+def kept(monkeypatch):
+    """The figures that are drawn, kept open instead of written."""
+    figures = []
+    monkeypatch.setattr(drawing, "save", lambda drawn, *_: figures.append(drawn))
+    yield figures
+    plt.close("all")
+
+
+@pytest.fixture
+def measured(tmp_path):
+    """Write a measurement's result file."""
+    return lambda content: write(tmp_path / "result.json", {"host": "a machine", **content})
+
+
+@pytest.fixture
+def regimes(tmp_path):
+    def regime(sample):
+        steps = {"time": [0.0, 1.0], "indentation": [0.0, float(sample)], "predicted": [0.5, -1.0 * sample]}
+        return {
+            "sample": sample,
+            "protocol": {
+                "tabor": 0.2 if sample in (1, 2, 3, 7, 8, 9) else 3.2,
+                "peak_indentation": 5.0,
+                "loading_rate": 10.0,
+                "dwell_time": 1.0 if sample < 7 else 1e-3,
+                "unloading_rate": 200.0,
+            },
+            "native": {"time": [0.0, 1.0], "indentation": [0.0, float(sample)], "force": [0.6, -1.1 * sample]},
+            "steps": steps,
+            "errors_percent": {"pull_off_force": 1.5, "hysteresis": 0.5},
+            "seconds": {"solver": 0.01, "keras_call": 0.1, "predictor": 0.006, "predictor_batch": 0.0008},
+            "paper_seconds": {"solver": 658.0, "surrogate": 0.12},
+        }
+
+    config = {"model": "M1-concat", "accuracy": "standard", "batch": 1024}
+    content = {"host": "a machine", "config": config, "regimes": [regime(sample) for sample in range(1, 13)]}
+    return write(tmp_path / "canonical.json", content)
+
+
+@pytest.fixture
+def errors(tmp_path):
+    values = np.geomspace(0.1, 10.0, 8)
+    moments = {"mean": 2.0, "sd": 1.0, "median": 1.5, "p90": 6.0}
+    content = {
+        "config": {"model": "M1-concat"},
+        "trajectories": 8,
+        "quartiles": {
+            name: {column: {"mean": 2e-3, "sd": 1e-3} for column in ("mse", *PERCENTS)}
+            for name in ("Q1", "Q2", "Q3", "Q4")
+        },
+        "overall": dict.fromkeys((*PERCENTS, "resolution_floor_percent"), moments),
+        "spearman": {"pull_off_and_hysteresis": 0.25, "pull_off_and_nmae": 0.5},
+        "per_trajectory": {**{name: values.tolist() for name in PERCENTS}, "quartile": [0, 0, 1, 1, 2, 2, 3, 3]},
+    }
+    return write(tmp_path / "errors.json", content)
+
+
+@pytest.fixture
+def cracks(tmp_path):
+    point = {
+        "unloading_rate": 1.0,
+        "theory": 2.0,
+        "theory_at_own_velocity": 2.1,
+        "solver": 2.2,
+        "surrogate": 2.3,
+    }
+    point["protocol"] = {"tabor": 3.24, "peak_indentation": 80.0, "loading_rate": 1.3895, "dwell_time": 3.0}
+    points = [{**point, "point": k, "crack_velocity": 1.0 * k, "own_crack_velocity": 1.1 * k} for k in range(1, 15)]
+    summary = {
+        f"{name}_{part}_percent": 1.0
+        for name in ("solver_against_theory", "solver_against_theory_at_own_velocity", "surrogate_against_theory")
+        for part in ("median", "largest")
+    }
+    summary |= {"extrapolation_percent": 1.25, "trained_up_to_tabor": 3.2}
+    theory = {"crack_velocity": [0.1, 10.0], "effective_energy": [1.0, 5.0]}
+    content = {"config": {"model": "M1-concat"}, "summary": summary, "points": points, "theory": theory}
+    return write(tmp_path / "cracks.json", content)

@@ -33,15 +33,6 @@ def test_histograms_are_shares_and_mark_the_papers_cost(dataset_path, examples_p
     plt.close(kept[0])
 
 
-@pytest.fixture
-def kept(monkeypatch):
-    """The figures that are drawn, kept open instead of written."""
-    figures = []
-    monkeypatch.setattr(drawing, "save", lambda drawn, *_: figures.append(drawn))
-    yield figures
-    plt.close("all")
-
-
 def test_figure_2_plots_the_examples_and_the_data_set(dataset_path, examples_path, tmp_path, kept):
     figure_2.main(dataset_path, examples_path, tmp_path)
     example = json.loads(examples_path.read_text(encoding="utf-8"))["examples"][0]

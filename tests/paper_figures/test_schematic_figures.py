@@ -1,20 +1,12 @@
 """Figures 1 and 4, and the wirings, against the solver's example and the Keras models."""
 
+import importlib
 import json
 
-import matplotlib.pyplot as plt
-import pytest
-
 from experiments.architecture_graphs import graph
-from paper_figures import drawing, figure_1, figure_4, figure_architectures
-
-
-@pytest.fixture
-def kept(monkeypatch):
-    figures = []
-    monkeypatch.setattr(drawing, "save", lambda drawn, *_: figures.append(drawn))
-    yield figures
-    plt.close("all")
+from paper_figures import figure_1, figure_4, figure_architectures, models_style
+from surrogate.architectures.naming import FAMILIES, names
+from tests.paper_figures.results import write
 
 
 def test_figure_1_shows_the_computed_force(examples_path, tmp_path, kept):
@@ -48,3 +40,39 @@ def test_graphs_and_drawings_are_those_of_the_keras_models(tmp_path, kept):
     texts = [text.get_text() for text in kept[0].axes[3].texts]
     assert "width 256\n268,288 parameters" in texts
     assert "physical features\nvelocity, edge" in texts
+
+
+def test_architectures_are_drawn_from_their_graphs(tmp_path, kept):
+    layers = [
+        {"name": "sequence", "kind": "InputLayer", "label": "history", "width": 4, "parameters": 0, "inputs": []},
+        {"name": "tabor", "kind": "InputLayer", "label": "Tabor", "width": 1, "parameters": 0, "inputs": []},
+        {"name": "a", "kind": "LSTM", "label": "LSTM 7", "width": 7, "parameters": 5, "inputs": ["sequence"]},
+        {
+            "name": "g",
+            "kind": "TaborGate",
+            "label": "Gate",
+            "width": 7,
+            "parameters": 5,
+            "inputs": ["a", "sequence", "tabor"],
+        },
+    ]
+    graphs = {name: {"parameters": 10, "layers": layers} for name in names()}
+    figure_architectures.main(write(tmp_path / "g.json", {"models": graphs}), tmp_path)
+    assert len(kept[0].axes) == 6
+    for axes in kept[0].axes:
+        texts = [text.get_text() for text in axes.texts]
+        assert texts.count("LSTM 7") == texts.count("Gate") == 3
+        assert texts.count("10\nparameters") == texts.count(r"$\mu$") == 3
+    assert figure_architectures.ranks(layers)["g"] == 2
+
+
+def test_a_family_beyond_the_papers_leaves_its_figures_as_they_are(tmp_path, kept, monkeypatch):
+    monkeypatch.setitem(FAMILIES, "M7", "one more")
+    importlib.reload(models_style)
+    assert len(models_style.family_handles()) == 6
+    layers = [{"name": "sequence", "kind": "InputLayer", "label": "", "width": 4, "parameters": 0, "inputs": []}]
+    graphs = {name: {"parameters": 10, "layers": layers} for name in names()}
+    figure_architectures.main(write(tmp_path / "g.json", {"models": graphs}), tmp_path)
+    assert [axes.get_title(loc="left")[:7] for axes in kept[0].axes] == [
+        f"({letter}) M{number}:" for number, letter in enumerate("abcdef", start=1)
+    ]

@@ -1,4 +1,4 @@
-"""A small data set file with closed-form forces: test data only, no contact mechanics in it."""
+"""A small data set file with closed-form forces, test data only, no contact mechanics in it; and tiny models."""
 
 import os
 
@@ -64,6 +64,12 @@ def grid(dataset):
     return dataset.grid(np.arange(len(dataset)))
 
 
+def build_by(patch, build):
+    """Let trainings and predictions build this model, whatever name they ask for."""
+    for module in ("surrogate.runs", "surrogate.backends"):
+        patch.setattr(f"{module}.build", build)
+
+
 @pytest.fixture
 def tiny(monkeypatch):
     """Stand a model of a few weights, with dropout, in for the LSTM of M1-concat, to keep training tests quick."""
@@ -78,6 +84,53 @@ def tiny(monkeypatch):
         hidden = ResidualTCNBlock(4, name="block")(AppendTabor(name="append")(sequence, tabor))
         return keras.Model([sequence, tabor], keras.layers.Dense(1, name="force")(hidden), name=name)
 
-    for module in ("surrogate.runs", "surrogate.backends"):
-        monkeypatch.setattr(f"{module}.build", build)
+    build_by(monkeypatch, build)
     return build
+
+
+def build_lstm(name, features="D"):
+    import keras
+
+    from surrogate.architectures import common
+    from surrogate.layers import AppendTabor
+
+    sequence, tabor = common.inputs(features)
+    hidden = keras.layers.LSTM(4, return_sequences=True, name="lstm")(AppendTabor(name="append")(sequence, tabor))
+    return keras.Model([sequence, tabor], keras.layers.Dense(1, name="force")(hidden), name=name)
+
+
+@pytest.fixture(scope="session")
+def trained_lstm(dataset, tmp_path_factory):
+    """A directory with a model of a few weights, trained and published once, as M1-concat."""
+    from surrogate.recipe import Recipe
+    from surrogate.runs import Run, execute, publish
+
+    folder = tmp_path_factory.mktemp("models")
+    with pytest.MonkeyPatch.context() as patch:
+        build_by(patch, build_lstm)
+        run = Run("M1-concat", dataset, dataset.split(), Recipe.load("swift").with_overrides(epochs=1))
+        execute(run, folder / "run")
+        publish(folder / "run", folder / "M1-concat")
+    return folder
+
+
+@pytest.fixture
+def published(trained_lstm, monkeypatch):
+    """The same directory, and M1-concat stands for that model as long as the test runs."""
+    build_by(monkeypatch, build_lstm)
+    return trained_lstm
+
+
+@pytest.fixture
+def command(published, monkeypatch, capsys):
+    """Run `surrogate` on the words given, with that model: exit status, output and errors."""
+    from surrogate import cli
+
+    def run(*words):
+        monkeypatch.setattr("sys.argv", ["surrogate", *map(str, words), "--models", str(published)])
+        with pytest.raises(SystemExit) as end:
+            cli.app_main()
+        result = capsys.readouterr()
+        return end.value.code or 0, result.out, result.err
+
+    return run

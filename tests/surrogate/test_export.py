@@ -208,3 +208,24 @@ def test_without_keras_one_sentence_says_what_to_install(folder, monkeypatch):
     with pytest.raises(ModuleNotFoundError, match=r"pip install 'contact-trajectories\[train\]'.*backend='onnx'"):
         surrogate.load(folder, backend="keras")
     assert surrogate.load(folder).name == "M1-concat"
+
+
+def test_export_writes_beside_the_weights_or_where_told(command, published, tmp_path, monkeypatch):
+    own = published / "M1-concat" / "model.onnx"
+    before = own.read_bytes()
+    # An up-to-date file is copied, which takes no Keras.
+    with monkeypatch.context() as patch:
+        patch.setattr("surrogate.export.keras_model", None)
+        code, out, _ = command("export", "M1-concat", "--out", tmp_path / "copy.onnx")
+    assert (code, "copy.onnx" in out) == (0, True)
+    assert (tmp_path / "copy.onnx").read_bytes() == before
+    own.unlink()
+    try:
+        assert command("export", "M1-concat", "--out", tmp_path / "fresh.onnx")[0] == 0
+        assert not own.exists()
+        assert (tmp_path / "fresh.onnx").read_bytes() == before
+        code, out, _ = command("export", "M1-concat")
+        assert (code, "model.onnx" in out) == (0, True)
+        assert own.read_bytes() == before
+    finally:
+        own.write_bytes(before)

@@ -1,0 +1,68 @@
+"""Small made-up results, and the names of what is drawn from them."""
+
+import json
+
+from surrogate.architectures.naming import names
+
+SPREAD = {"count": 3, "median": 0.02, "low": 0.01, "high": 0.03, "p95": 0.05, "largest": 0.06, "mean": 0.02}
+UNKNOWN = dict.fromkeys(SPREAD)
+
+PERCENTS = ("pull_off_force_percent", "hysteresis_percent", "pull_off_time_percent", "nmae_percent")
+HISTORY = {"epoch": [1.0, 2.0, 3.0], "validation_mse": [0.3, 0.1, 0.2]}
+
+
+def files_in(folder):
+    """Names of what was written beside the result file."""
+    return {path.name for path in folder.iterdir()} - {"result.json"}
+
+
+def pictures(*stems):
+    return {f"{stem}.{kind}" for stem in stems for kind in ("pdf", "png")}
+
+
+def tables(*stems):
+    return {f"{stem}.{kind}" for stem in stems for kind in ("md", "csv", "tex")}
+
+
+def write(path, content):
+    path.write_text(json.dumps(content), encoding="utf-8")
+    return path
+
+
+def comparison(trained):
+    one = {"median": 2.0}
+    models = {
+        name: {
+            "parameters": 1000 * (100 + rank),
+            "mse": 1e-3 * (rank + 1),
+            "mae": 1e-2 * (rank + 1),
+            "dtw_rmse": 2e-2 * (rank + 1),
+            "test": {"nmae_percent": {"median": 0.7}, "pull_off_force_percent": one, "hysteresis_percent": one},
+            "recipe": {"name": "swift"},
+            "training_trajectories": 9960,
+            "epochs": 3,
+            "core_seconds": 1800.0,
+            "history": HISTORY,
+        }
+        for rank, name in enumerate(trained)
+    }
+    missing = [name for name in names() if name not in trained]
+    beside = {"M1-concat-large": models[trained[0]] | {"training_trajectories": 120_000}}
+    common = {"missing": missing, "outdated": {}, "differences": {}, "beside": beside}
+    return {"models": models, **common, "comparison": {"ranking": list(trained)}}
+
+
+def outdated(content, *names_):
+    """The same comparison without these models, which are trained by another recipe."""
+    kept = {name: one for name, one in content["models"].items() if name not in names_}
+    sentences = {name: f"{name} is left out: `make models` trains it anew." for name in names_}
+    ranking = {"ranking": list(kept)}
+    differences = {name: ["recipe"] for name in names_}
+    return content | {"models": kept, "differences": differences, "outdated": sentences, "comparison": ranking}
+
+
+def efficiency():
+    folds = [{"history": HISTORY}]
+    shares = [{"percent": p, "mse_mean": 1.0 / p, "mse_sd": 0.1 / p, "folds": folds} for p in (75.0, 12.5)]
+    full = {"mse": 5e-3, "epochs": 15, "history": HISTORY}
+    return {"config": {"architecture": "M1-concat"}, "full": full, "shares": shares}

@@ -1,0 +1,31 @@
+"""How a model looks in every figure, and how those that are missing are named."""
+
+from paper_figures import drawing, models_style
+from surrogate.architectures.naming import names
+
+
+def test_each_model_looks_the_same_everywhere_and_no_two_alike():
+    looks = {(models_style.color(name), models_style.marker(name)["marker"]) for name in names()}
+    assert len(looks) == 18
+    assert models_style.marker("M1-concat")["marker"] == "^"
+    assert models_style.color("M1-concat") == drawing.BLUE
+
+
+def test_the_papers_colour_is_used_for_nothing_else():
+    ours = {drawing.BLUE, drawing.VERMILION, drawing.GREEN, drawing.PURPLE, drawing.ORANGE, drawing.SKY, drawing.BLACK}
+    assert drawing.PAPER not in ours
+    assert models_style.paper_marker("M1-concat")["markeredgecolor"] == drawing.PAPER
+
+
+def test_missing_models_are_named():
+    assert models_style.missing_note([]) == ""
+    missing = ["M1-gated", *(f"M2-{c}" for c in ("concat", "FiLM", "gated"))]
+    note = "not trained yet, 4 of 18: M1-gated, all of M2"
+    assert models_style.missing_note(missing) == note
+    differences = {name: ["recipe"] for name in ("M3-FiLM", "M4-FiLM", "M1-concat-8-epochs")} | {"M6-FiLM": ["split"]}
+    assert models_style.missing_note(missing, differences) == (
+        f"{note}; trained with another recipe: M3-FiLM, M4-FiLM; trained with another split: M6-FiLM"
+    )
+    assert models_style.missing_note([], {"M3-FiLM": ["recipe", "backend"]}) == (
+        "trained with another recipe and backend: M3-FiLM"
+    )
