@@ -26,8 +26,9 @@ from bem.protocol import LARGEST_INDENTATION, LARGEST_RATE, default_start_indent
 from surrogate.checks import LONGEST_HISTORY, SHORTEST_STEP, checked_edge
 from surrogate.extrapolation import START_TOLERANCE, ExtrapolationWarning, excesses, worst
 from surrogate.features import channel_names
-from surrogate.kernels import CHANNELS, COLUMNS, INDENTATION, KINDS, LATEST, MOTION_SIZE, ORIGIN, STEPS, TIME, advance
-from surrogate.plan import SEQUENCE, TABOR, Operation, Plan
+from surrogate.kernels import CHANNELS, INDENTATION, LATEST, MOTION_SIZE, ORIGIN, STEPS, TIME, advance
+from surrogate.plan import Plan
+from surrogate.program import Program
 from surrogate.scaling import SYMLOG_PASSES, Scaling
 
 if TYPE_CHECKING:
@@ -62,14 +63,11 @@ class Stream:
     def __init__(self, plan: Plan, scaling: Scaling, *, tabor: float, name: str = "surrogate") -> None:
         self.name = name
         self.tabor = tabor
-        try:
-            compiler = _Compiler(plan, scaling, tabor, name)
-        except (KeyError, IndexError, TypeError, AttributeError) as error:
-            raise ValueError(f"Expected a plan whose operations and weights fit. Received: {name}, damaged") from error
-        self._program = np.array(compiler.program, dtype=np.int64)
-        self._weights = np.concatenate(compiler.weights, dtype=np.float32)
-        self._values = np.zeros(compiler.values, dtype=np.float32)
-        self._state = np.zeros(compiler.states, dtype=np.float32)
+        program = Program(plan, scaling, tabor, name)
+        self._program = np.array(program.rows, dtype=np.int64)
+        self._weights = np.concatenate(program.weights, dtype=np.float32)
+        self._values = np.zeros(program.values, dtype=np.float32)
+        self._state = np.zeros(program.states, dtype=np.float32)
         self._motion = np.zeros(MOTION_SIZE)
         names = channel_names(scaling.features)
         self._channels = np.array([(CHANNELS.index(channel), SYMLOG_PASSES[channel]) for channel in names])
@@ -198,107 +196,3 @@ class Stream:
             raise ValueError(f"Expected a snapshot of {self.name} at tabor={self.tabor:g}. Received: {snapshot!r}")
         self._state[:] = snapshot.state
         self._motion[:] = snapshot.motion
-
-
-class _Compiler:
-    """Lays a plan out in flat vectors; what depends on the Tabor parameter alone is computed here, once."""
-
-    def __init__(self, plan: Plan, scaling: Scaling, tabor: float, name: str) -> None:
-        self.plan = plan
-        self.program: list[list[int]] = []
-        self.weights: list[np.ndarray] = []
-        self.values = len(channel_names(scaling.features))
-        self.states = 0
-        self._used = 0
-        self._where = {SEQUENCE: (0, self.values)}
-        self._known = {TABOR: scaling.scale_tabor(np.array([tabor]))[0]}
-        for operation in plan.operations:
-            if all(source in self._known for source in operation.inputs):
-                self._known[operation.name] = self._evaluate(operation)
-            elif operation.kind in KINDS:
-                self._place(operation)
-            else:
-                raise ValueError(
-                    f"Expected a causal model, which sees no step before it is taken. "
-                    f"Received: {name}, whose {operation.name!r} looks at the whole history; use `predict`"
-                )
-        if self._where[plan.output][1] != 1:
-            raise ValueError(f"Expected a plan that ends in one force. Received: {name}, damaged")
-
-    def _check_shapes(self, operation: Operation, row: dict[str, int], sizes: list[int]) -> None:
-        """Kernels trust a program; a damaged plan must not make them read beyond their arrays."""
-        into, out, points = row["width_in"], row["width"], row["points"]
-        expected = {
-            "add": [],
-            "append": [1],
-            "convolve": [points * into * out, out],
-            "dense": [into * out, out],
-            "lstm": [4 * out * into, 4 * out * out, 4 * out],
-            "mix": [2],
-            "modulate": [out, out],
-            "normalise": [out, out, 1],
-            "relu": [],
-        }[operation.kind]
-        widths = [self._where[source][1] for source in operation.inputs if source in self._where]
-        if operation.kind == "convolve" and row["dilation"] < 1:
-            raise ValueError(f"Expected a dilation of at least one in {operation.name!r}. Received: {row['dilation']}")
-        if sizes != expected or any(width != into for width in widths):
-            raise ValueError(f"Expected weights that fit operation {operation.name!r}. Received: sizes {sizes}")
-
-    def _weight(self, operation: Operation, key: str) -> np.ndarray:
-        return self.plan.weights[f"{operation.name}/{key}"]
-
-    def _evaluate(self, operation: Operation) -> np.ndarray:
-        (x,) = (self._known[source] for source in operation.inputs)
-        if operation.kind == "dense":
-            return x @ self._weight(operation, "kernel") + self._weight(operation, "bias")
-        if operation.kind == "relu":
-            return np.maximum(x, np.float32(0.0))
-        powers = np.exp(x - x.max())
-        return powers / powers.sum()
-
-    def _place(self, operation: Operation) -> None:
-        sources = [self._where[source] for source in operation.inputs if source in self._where]
-        constants = [self._known[source] for source in operation.inputs if source in self._known]
-        (first, width_in), second = sources[0], sources[-1][0]
-        arrays, width, states, points, dilation = constants, width_in, 0, 0, 0
-        scratch = 0
-        if operation.kind == "append":
-            width = width_in + 1
-        elif operation.kind == "dense":
-            kernel = self._weight(operation, "kernel")
-            arrays, width = [kernel.T, self._weight(operation, "bias")], kernel.shape[1]
-        elif operation.kind == "lstm":
-            width = self._weight(operation, "R").shape[-1]
-            both = self._weight(operation, "B").reshape(2, -1)
-            arrays = [self._weight(operation, "W"), self._weight(operation, "R"), both.sum(axis=0)]
-            states, scratch = 2 * width, 4 * width
-        elif operation.kind == "normalise":
-            epsilon = np.array([operation.options["epsilon"]])
-            arrays = [self._weight(operation, "gamma"), self._weight(operation, "beta"), epsilon]
-        elif operation.kind == "convolve":
-            kernel = self._weight(operation, "kernel")
-            width, _, points = kernel.shape
-            dilation = int(operation.options["dilation"])
-            arrays = [kernel.transpose(2, 0, 1), self._weight(operation, "bias")]
-            states = ((points - 1) * dilation + 1) * width_in
-        row = {
-            "kind": KINDS.index(operation.kind),
-            "first": first,
-            "second": second,
-            "result": self.values,
-            "width_in": width_in,
-            "width": width,
-            "weights": self._used,
-            "state": self.states,
-            "points": points,
-            "dilation": dilation,
-        }
-        self._check_shapes(operation, row, [np.size(values) for values in arrays])
-        self.program.append([row[column] for column in COLUMNS])
-        self._where[operation.name] = (self.values, width)
-        flat = [np.ravel(np.ascontiguousarray(values, dtype=np.float32)) for values in arrays]
-        self.weights += flat
-        self._used += sum(values.size for values in flat)
-        self.values += width + scratch
-        self.states += states
