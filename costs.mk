@@ -14,7 +14,7 @@ measure = $(PY) -m experiments.$(1) $(2) --out $(call measured,$(or $(3),$(1))) 
 	$(PY) $(MANIFEST) add $(call measured,$(or $(3),$(1)))
 measured = $(MEASUREMENTS)/$(1).json
 # One core: BLAS and the backends of the surrogates must not take more.
-measure-% bench-surrogate bench-stream: export OMP_NUM_THREADS := 1
+measure-% bench-surrogate bench-stream bench-training: export OMP_NUM_THREADS := 1
 
 ##@ Measurements (result file; on an idle machine)
 
@@ -65,6 +65,10 @@ measure-broad-band: setup  ## Pull-off of broad-band solids over the unloading r
 .PHONY: bench-surrogate
 bench-surrogate: setup  ## What a prediction costs, against Keras's model.predict
 	$(call measure,bench_surrogate,--models $(PUBLISHED)/models,surrogate_latency)
+
+.PHONY: bench-training
+bench-training: $(DATASET) | $(INSTALLED)  ## What a batch of training costs each of the eighteen
+	$(call measure,training_speed,--dataset $(DATASET))
 
 .PHONY: bench-stream
 bench-stream: setup  ## The latency of a million steps of a stream

@@ -13,6 +13,7 @@ EPOCHS ?=
 
 STUDY := experiments/studies.py
 STYLE := paper_figures/drawing.py paper_figures/paper.mplstyle
+TRAINING_SPEED := $(PUBLISHED)/measurements/training_speed.json
 REFERENCE_MODEL := paper_figures/paper_values/reference_model.toml
 SURROGATE := $(wildcard surrogate/*.py surrogate/architectures/*.py)
 # What a prediction and its errors depend on; nothing that only trains.
@@ -214,8 +215,9 @@ $(TABLES)/quartiles.md: paper_figures/table_quartiles.py paper_figures/paper_val
 
 .PHONY: table-models
 table-models: $(TABLES)/models.md  ## Every trained model: size, errors, cost
-$(TABLES)/models.md: paper_figures/table_models.py paper_figures/models_style.py $(REFERENCE_MODEL) $(STUDIES)/model_comparison.json $(STYLE) paper_figures/tables.py | $(INSTALLED)
-	$(PY) -m paper_figures.table_models --result $(STUDIES)/model_comparison.json --folder $(TABLES)
+$(TABLES)/models.md: paper_figures/table_models.py paper_figures/models_style.py $(REFERENCE_MODEL) $(STUDIES)/model_comparison.json \
+		$(wildcard $(TRAINING_SPEED) $(PUBLISHED)/measurements) $(STYLE) paper_figures/tables.py | $(INSTALLED)
+	$(PY) -m paper_figures.table_models --result $(STUDIES)/model_comparison.json --folder $(TABLES) --speed $(TRAINING_SPEED)
 
 ##@ All of it
 

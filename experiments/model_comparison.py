@@ -129,14 +129,11 @@ def comparison(found: dict[str, dict[str, Any]]) -> dict[str, Any]:
         best[family] = min(members, key=lambda c: found[members[c]]["mse"]) if complete else None
     complete = len(found) == len(paper_names())
     others = [name.split("-")[0] for name in ranking if name.split("-")[0] != REFERENCE.split("-")[0]]
-    longest = max(found, key=lambda name: found[name]["hours"])
     return {
         "ranking": ranking,
         "best": ranking[0] if complete else None,
         "second_family": others[0] if complete else None,
         "best_conditioning": best,
-        "longest_training": longest if complete else None,
-        "longest_training_hours": found[longest]["hours"] if complete else None,
         "training_hours": sum(one["hours"] for one in found.values()),
         "most_epochs": max(one["epochs"] for one in found.values()),
     }

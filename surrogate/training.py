@@ -98,7 +98,7 @@ def train(
         FloatingPointError: the validation error is not finite.
     """
     steps = -(-len(training) // recipe.batch_size)
-    _compile(model, recipe, steps)
+    compile_by(recipe, model, steps)
     progress = Progress()
     checkpoint = folder / "checkpoint.npz"
     if checkpoint.exists():
@@ -156,7 +156,8 @@ def averaged_weights(model: keras.Model) -> Iterator[None]:
             variable.assign(value)
 
 
-def _compile(model: keras.Model, recipe: Recipe, steps: int) -> None:
+def compile_by(recipe: Recipe, model: keras.Model, steps: int) -> None:
+    """Give a model the recipe's optimizer and schedule; an epoch has `steps` batches."""
     rate: Any = recipe.learning_rate
     if recipe.cosine:
         warmup = min(round(recipe.cosine.warmup_epochs * steps), recipe.epochs * steps - 1)
