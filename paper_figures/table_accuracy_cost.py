@@ -88,7 +88,7 @@ def write_page(page: Path, content: dict[str, Any], rows: list[list[str]]) -> No
 
 
 def _left_out(content: dict[str, Any]) -> str:
-    said = {"missing": "Not published yet", "outdated": "Trained otherwise than those compared"}
+    said = {"missing": "Not published when this was measured", "outdated": "Trained otherwise than those compared"}
     words = "".join(f" {word}: {', '.join(content[key])}." for key, word in said.items() if content.get(key))
     return words if content.get("complete", True) else f"{words} The surrogates were not measured to the end."
 
