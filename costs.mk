@@ -47,7 +47,8 @@ measure-amortisation: $(DATASET) $(MEASUREMENTS)/accuracy_cost.json | $(INSTALLE
 
 .PHONY: measure-training-cost
 measure-training-cost: $(DATASET) | $(INSTALLED)  ## Error against time of training, from what is published
-	$(call measure,training_cost,--dataset $(DATASET) --models $(PUBLISHED)/models --shares $(PUBLISHED)/data_efficiency.json)
+	$(call measure,training_cost,--dataset $(DATASET) --models $(PUBLISHED)/models --shares $(PUBLISHED)/data_efficiency.json \
+		--speed $(MEASUREMENTS)/training_speed.json)
 
 .PHONY: measure-hard-cases
 measure-hard-cases: setup  ## The solver over the box, beyond it, and at named extremes, refined

@@ -6,7 +6,11 @@ the published model, and those trained for shorter, by the paper's recipe, or on
 `metrics.json` and `run.json` of every published model; for the number of trajectories, the published study of data
 efficiency (models trained on shares of the data set), where there is one.
 
-Usage: `python -m experiments.training_cost [--models DIR] [--shares FILE] [--out FILE]`.
+Models were trained on processors of different speed. Where `experiments.training_speed` has measured what a batch of a
+recipe costs an architecture, minutes are those of the batches on that one machine, without validation; else those that
+the training took.
+
+Usage: `python -m experiments.training_cost [--models DIR] [--shares FILE] [--speed FILE] [--out FILE]`.
 """
 
 from __future__ import annotations
@@ -20,6 +24,7 @@ import typer
 
 from bem.command import run_main
 from bem.dataset_file import load_dataset
+from experiments import training_speed
 from experiments.lineage import dataset_digest
 from experiments.measuring import MEASUREMENTS, plain
 from experiments.model_comparison import REFERENCE, minutes_to, outdated, paper_mse, published, read_model
@@ -41,9 +46,27 @@ def learning(history: dict[str, list[float]]) -> dict[str, list[float]]:
     }
 
 
-def trained(folder: Path) -> dict[str, Any]:
+def batch_seconds(speed: Path) -> dict[tuple[str, str], float]:
+    """Seconds of a batch by recipe and architecture, measured on one machine; none where not measured."""
+    if not speed.is_file():
+        return {}
+    content = json.loads(speed.read_text(encoding="utf-8"))
+    models = content["models"].items()
+    return {(content["recipe"], name): one["seconds_per_batch"]["median"] for name, one in models}
+
+
+def on_one_machine(found: dict[str, Any], seconds: float) -> dict[str, Any]:
+    """A model's numbers with the core seconds of its batches, each of so many seconds, for those its training took."""
+    batches = -(-found["training_trajectories"] // found["recipe"]["batch_size"])
+    spent = [epoch * batches * seconds for epoch in found["history"]["epoch"]]
+    return found | {"core_seconds": spent[-1], "history": found["history"] | {"cpu_seconds": spent}}
+
+
+def trained(folder: Path, batch: float | None = None) -> dict[str, Any]:
     """One published model: the curve of its validation error, and its held-out error at the end."""
     found = read_model(folder)
+    if batch is not None:
+        found = on_one_machine(found, batch)
     return {
         "name": folder.name,
         "recipe": found["recipe"]["name"],
@@ -73,6 +96,7 @@ def main(
     models: Annotated[Path, typer.Option(help="Where trained models are.")] = MODELS,
     dataset: Annotated[Path, typer.Option(help="Data set file.")] = DATASET,
     share_file: Annotated[Path, typer.Option("--shares", help="Published study of data efficiency.")] = SHARES,
+    speed: Annotated[Path, typer.Option(help="Measured seconds of a batch.")] = training_speed.OUT,
     out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
 ) -> None:
     """Collect what is published; name what is missing."""
@@ -80,7 +104,12 @@ def main(
     seconds_each = float(data.scalars["solver_seconds"].mean())
     lineages = published(models)
     old = outdated(lineages, dataset_digest(dataset), models)
-    runs = {name: trained(models / name) for name in lineages if name not in old}
+    batch = batch_seconds(speed)
+    runs = {
+        name: trained(models / name, batch.get((one.recipe["name"], one.architecture)))
+        for name, one in lineages.items()
+        if name not in old
+    }
     absent = [name for name in (*names(), *BUDGETS) if name not in runs]
     found = shares(share_file, seconds_each)
     if not found:

@@ -65,7 +65,7 @@ def draw_data_efficiency(axes: Axes, content: dict[str, Any] | None) -> None:
     look = models_style.marker(content["config"]["architecture"])
     color = look["color"]
     folds = sorted({len(one["folds"]) for one in shares})
-    label = f"mean of {' or '.join(map(str, folds))} folds"
+    label = "one fold" if folds == [1] else f"mean of {' or '.join(map(str, folds))} folds"
     axes.errorbar(percents, means, deviations, capsize=2, linewidth=1.0, label=label, **look | {"linestyle": "-"})
     band = [[m + sign * d for m, d in zip(means, deviations, strict=True)] for sign in (-1.0, 1.0)]
     axes.fill_between(percents, *band, color=color, alpha=0.15, linewidth=0)

@@ -11,7 +11,7 @@ def write_model(folder, dataset, test_mse, **run):
     folder.mkdir(parents=True)
     split = {"seed": 0, "train": [0], "validation": [1], "test": [2]}
     (folder / "split.json").write_text(json.dumps(split), encoding="utf-8")
-    (folder / "recipe.toml").write_text('name = "swift"\n', encoding="utf-8")
+    (folder / "recipe.toml").write_text('name = "swift"\nbatch_size = 20\n', encoding="utf-8")
     content = {"architecture": "M1-concat", "features": "D", "backend": "tensorflow", "versions": {}}
     content |= {"training_trajectories": 48, "dataset_sha256": dataset_digest(dataset)}
     (folder / "run.json").write_text(json.dumps(content | run), encoding="utf-8")
@@ -37,7 +37,8 @@ def test_held_out_errors_stand_beside_the_curves_of_the_validation_error(dataset
     full, half = {"training_trajectories": 48, "mse": 0.1}, {"trajectories": 24, "mse_mean": 0.2, "mse_sd": 0.01}
     shares.write_text(json.dumps({"full": full, "shares": [half]}), encoding="utf-8")
     out = tmp_path / "training.json"
-    training_cost.main(models, dataset, shares, out)
+    speed = tmp_path / "speed.json"
+    training_cost.main(models, dataset, shares, speed, out)
     content = json.loads(out.read_text(encoding="utf-8"))
     (reference,) = content["models"]
     assert reference["history"]["best_mse"] == [4e-4, 4e-4]
@@ -48,3 +49,11 @@ def test_held_out_errors_stand_beside_the_curves_of_the_validation_error(dataset
     assert list(content["outdated"]) == ["M1-concat-large"]
     assert [point["trajectories"] for point in content["shares"]] == [24, 48]
     assert len(content["missing"]) == 17 + 3
+    # With what a batch costs on one machine, 48 trajectories in batches of 20 take three of them an epoch.
+    batches = {"recipe": "swift", "models": {"M1-concat": {"seconds_per_batch": {"median": 10.0}}}}
+    speed.write_text(json.dumps(batches), encoding="utf-8")
+    training_cost.main(models, dataset, shares, speed, out)
+    content = json.loads(out.read_text(encoding="utf-8"))
+    (reference,) = content["models"]
+    assert reference["history"]["core_minutes"] == [0.5, 1.0]
+    assert (reference["core_minutes"], content["minutes_to_paper_mse"]) == (1.0, 0.5)
