@@ -58,7 +58,7 @@ def draw_time(axes: Axes, content: dict[str, Any]) -> None:
     unique = dict(zip(labels, handles, strict=True))
     axes.legend(unique.values(), unique.keys(), loc="lower left", fontsize=6)
     low, high = axes.get_ylim()
-    axes.set(xlabel="training (core minutes)", ylabel="MSE of the scaled force", ylim=(low / 8.0, high))
+    axes.set(xlabel="training (core minutes)", ylabel="MSE of the scaled force", ylim=(low / 60.0, high))
 
 
 def draw_shares(axes: Axes, points: list[dict[str, Any]]) -> None:
