@@ -74,7 +74,9 @@ def await_parts(out, process, at_least):
 
 def start_command(*arguments, solver="slow", before=""):
     code = (
-        f"import sys; sys.path.insert(0, {str(HERE)!r})\n"
+        f"import signal, sys; sys.path.insert(0, {str(HERE)!r})\n"
+        # Tests that run in the background inherit an ignored SIGINT.
+        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
         "import bem.campaign, bem.parts, campaign_stand_in, functools, typer, bem.campaign_cli\n"
         f"solver = campaign_stand_in.{solver}\n"
         "bem.campaign.run_campaign = functools.partial(bem.campaign.run_campaign, solver=solver)\n"
