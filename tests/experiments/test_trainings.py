@@ -2,33 +2,18 @@
 
 import json
 import shutil
-import sys
-from pathlib import Path
 
 import pytest
 import typer
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "bem"))
-
-import campaign_stand_in as stand_in
-
-from bem.campaign import run_campaign
-from bem.campaign_plan import Campaign
 from experiments import data_efficiency, trainings
 from experiments.trainings import Variant, is_trained
 from surrogate.dataset import TrajectoryDataset
 
 
-@pytest.fixture(scope="module")
-def path(tmp_path_factory):
-    path = tmp_path_factory.mktemp("data") / "dataset.h5"
-    run_campaign(Campaign(count=40, seed=2), path, solver=stand_in.solve)
-    return path
-
-
 @pytest.fixture
-def data(path):
-    return TrajectoryDataset.load(path)
+def data(dataset):
+    return TrajectoryDataset.load(dataset)
 
 
 def write_training(folder, variant, data):
@@ -70,12 +55,12 @@ def test_a_training_of_something_else_is_refused(change, word, tmp_path, data):
         is_trained(VARIANT, data, tmp_path / "half")
 
 
-def test_a_training_on_another_data_set_is_refused(tmp_path, data, path):
+def test_a_training_on_another_data_set_is_refused(tmp_path, data, dataset):
     write_training(tmp_path / "models" / "half", VARIANT, data)
     run = tmp_path / "models" / "half" / "run.json"
     run.write_text(run.read_text(encoding="utf-8").replace(data.sha256, "0" * 64), encoding="utf-8")
     with pytest.raises(ValueError, match="another data set"):
-        study(tmp_path, path, [VARIANT])
+        study(tmp_path, dataset, [VARIANT])
 
 
 def write_errors(folder, mse):
@@ -134,17 +119,17 @@ def queue(monkeypatch, tmp_path, data):
     return refused, started
 
 
-def test_a_published_model_that_was_trained_alike_is_taken(tmp_path, data, path, queue):
+def test_a_published_model_that_was_trained_alike_is_taken(tmp_path, data, dataset, queue):
     for label, epochs, mse in (("M1-concat-short", 35, 0.25), ("M1-concat", 36, 0.75)):
         folder = tmp_path / "published" / label
         write_training(folder, Variant(**(vars(VARIANT) | {"epochs": epochs})), data)
         write_errors(folder, mse)
-    complete, found = study(tmp_path, path, [VARIANT])
+    complete, found = study(tmp_path, dataset, [VARIANT])
     assert (complete, found["half"]["mse"], queue[1]) == (True, 0.25, [])
     assert found["half"]["taken_from"] == "M1-concat-short"
 
 
-def test_a_study_goes_on_from_its_result_file_in_another_clone(tmp_path, path, queue):
+def test_a_study_goes_on_from_its_result_file_in_another_clone(tmp_path, dataset, queue):
     refused, started = queue
     config = {"architecture": "M1-concat", "recipe": "swift", "whole_epochs": 1}
     config |= {"percents": [75, 50], "epochs": [1, 2], "folds": 2, "jobs": 1}
@@ -152,7 +137,7 @@ def test_a_study_goes_on_from_its_result_file_in_another_clone(tmp_path, path, q
     toml.write_text("".join(f"{name} = {json.dumps(value)}\n" for name, value in config.items()), encoding="utf-8")
 
     def run():
-        options = {"dataset": path, "models": tmp_path / "published", "work": tmp_path, "out": tmp_path / "out.json"}
+        options = {"dataset": dataset, "models": tmp_path / "published", "work": tmp_path, "out": tmp_path / "out.json"}
         try:
             data_efficiency.main(toml, **options)
         except typer.Exit as stop:
@@ -176,8 +161,8 @@ def test_a_study_goes_on_from_its_result_file_in_another_clone(tmp_path, path, q
     assert started == []
 
 
-def test_the_result_of_another_training_is_not_taken(tmp_path, path, data, queue):
+def test_the_result_of_another_training_is_not_taken(tmp_path, dataset, data, queue):
     other = Variant(**(vars(VARIANT) | {"epochs": 36}))
     entry = {"training": other.identity(data), "mse": 0.125}
-    _, found = study(tmp_path, path, [VARIANT], published=[entry])
+    _, found = study(tmp_path, dataset, [VARIANT], published=[entry])
     assert found["half"]["mse"] == 0.5
