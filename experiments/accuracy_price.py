@@ -91,7 +91,7 @@ def run(
 
 def main(
     count: Annotated[int, typer.Option(help="Protocols at draft and standard.")] = 12_450,
-    reference_count: Annotated[int, typer.Option(help="How many of them at reference.")] = 1_245,
+    reference_count: Annotated[int, typer.Option(help="How many of them at reference.")] = 12_450,
     seed: Annotated[int, typer.Option(help="Seed of the design.")] = 0,
     workers: Annotated[int | None, typer.Option(help="Processes; as many as cores by default.")] = None,
     folder: Annotated[Path, typer.Option(help="Where the campaigns are kept.")] = FOLDER,
