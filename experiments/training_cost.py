@@ -33,7 +33,7 @@ from surrogate.architectures.naming import names
 
 OUT = MEASUREMENTS / "training_cost.json"
 SHARES = Path("published/data_efficiency.json")
-BUDGETS = ("M1-concat-8-epochs", "M1-concat-15-epochs", "M1-concat-paper", "M1-concat-large")
+BUDGETS = ("M1-concat-8-epochs", "M1-concat-15-epochs", "M1-concat-paper", "M1-concat-inputs-C", "M1-concat-large")
 """Runs of the reference architecture beside the published one, which `make more-models` trains."""
 
 
