@@ -3,8 +3,8 @@
 `error_model="numpy"` lets a division by zero give an infinity instead of raising inside a kernel; `fastmath` stays off
 because a NaN must remain visible.
 
-Compiled code is kept on disk under a digest of all sources with kernels: Numba by itself looks only at the file of
-a kernel, so after a change it would go on using stale copies of the kernels that this one calls.
+Compiled code is kept on disk under a digest of all sources with kernels or the tuples they take: Numba by itself looks
+only at the file of a kernel, so after a change it would go on using stale copies of the kernels that this one calls.
 """
 
 import functools
@@ -22,9 +22,9 @@ def cache_directory() -> str:
     """Where compiled kernels of exactly these sources are kept: beside them, or where a user may write."""
     package = Path(__file__).parent
     digest = hashlib.sha256()
-    for source in sorted(package.glob("*.py")):
+    for source in sorted(package.rglob("*.py")):
         text = source.read_bytes()
-        if b"@kernel" in text:
+        if b"@kernel" in text or b"NamedTuple" in text:
             digest.update(text)
     name = f"kernels-{digest.hexdigest()[:16]}"
     if os.access(package, os.W_OK):

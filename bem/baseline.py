@@ -1,8 +1,9 @@
 """The paper's discretisation, kept to be measured against: equal spacing, a history sum, plain Newton-Raphson.
 
 - N_s equally spaced nodes, as many wherever the contact edge is.
-- The displacement at step q is mu G sum_m C(t_q - t_m) (sigma_m - sigma_(m-1)), summed anew over all past steps: the
-  paper's pairing of C[q-m] with sigma[m+1], which puts each increment at the end of its step (first order).
+- The displacement at step q is mu G sum_m C(t_q - t_m) (sigma_m - sigma_(m-1)), summed anew over all past steps. The
+  paper pairs C[q-m] with sigma[m+1] - sigma[m], whose last term needs the step after q; here the indices of sigma are
+  one lower, which puts each increment at the end of its step (first order).
 - Newton-Raphson in the gap with a fresh factorisation in every iteration, started from the last solution.
 - Equal time steps in each segment of the protocol, so many in each and in twenty of the shortest retardation times,
   halved where Newton-Raphson fails and lengthened again after.
@@ -230,7 +231,6 @@ def _march(
                 if not solved:
                     break
             new_force = force_of(mesh, new_traction, new_gap)
-            edge = contact_edge(mesh.radii, new_gap)
             if recorded + 2 > records.shape[0]:
                 records = np.concatenate((records, np.empty_like(records)))
             if not converged and abs(new_force - old_force) > _LEAST_JUMP * max(abs(old_force), 1.0):
@@ -239,7 +239,7 @@ def _march(
                 stiffness = smallest_eigenvalue(mesh, tabor, glassy, new_gap)
                 jumps[jumped] = np.array([instant, depth, old_force, new_force, eigenvalue, stiffness])
                 jumped += 1
-                records[recorded] = np.array([instant, depth, old_force, edge, float(segment)])
+                records[recorded] = np.array([instant, depth, old_force, contact_edge(mesh.radii, gap), float(segment)])
                 recorded += 1
             if strengths.size > 0:
                 if past == instants.size:
@@ -251,7 +251,7 @@ def _march(
             else:
                 settled = new_traction.copy()
             gap, tractions, force, now = new_gap, new_traction, new_force, after
-            records[recorded] = np.array([instant, depth, force, edge, float(segment)])
+            records[recorded] = np.array([instant, depth, force, contact_edge(mesh.radii, gap), float(segment)])
             recorded += 1
             by_segment[segment] += 1
             counts[2] += 1

@@ -46,7 +46,9 @@ def campaign(
     accuracy: Annotated[str | None, typer.Option(help="As in `bem simulate`; standard by default.")] = None,
     modulus_ratio: Annotated[float | None, typer.Option(help="Relaxed over instantaneous modulus; 0.1.")] = None,
     ranges: Annotated[list[str] | None, typer.Option("--range", help=RANGE_HELP)] = None,
-    design_file: Annotated[Path | None, typer.Option(help="TOML file with any of the options above.")] = None,
+    design_file: Annotated[
+        Path | None, typer.Option(help="TOML file of design, count, seed, accuracy, modulus_ratio and a table ranges.")
+    ] = None,
     native: Annotated[bool, typer.Option(help="Keep the solver's own, adaptive histories too.")] = False,
     workers: Annotated[int | None, typer.Option(help="Processes; as many as cores by default.")] = None,
     cluster: Annotated[str | None, typer.Option(help=CLUSTER_HELP)] = None,
@@ -188,7 +190,7 @@ def _verify(path: Path, sample: int, workers: int | None) -> None:
 
 
 def _require_place(out: Path) -> None:
-    """Refuse a file that cannot be written before hours are spent; directories still missing are made later."""
+    """Refuse a file that cannot be written before hours are spent; a campaign makes directories still missing."""
     from bem.campaign_plan import followed
 
     if out.absolute().parent.is_dir() and not out.is_dir():

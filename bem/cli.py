@@ -14,7 +14,7 @@ import typer
 
 from bem.campaign_cli import register
 from bem.command import run_command
-from bem.outputs import Outputs
+from bem.outputs import IMAGES, Outputs, require_suffix
 
 app = typer.Typer(
     help="Adhesive contact of a rigid sphere with a viscoelastic half-space. All quantities are dimensionless: "
@@ -70,12 +70,16 @@ def simulate(
         unloading_rate=unloading_rate,
         start_indentation=start_indentation,
     )
+    require_suffix(plot, IMAGES)
     with Outputs(csv, plot) as outputs:
         trajectory = run(scene, protocol, parse_accuracy(accuracy), initial_state=initial_state)
         if csv is not None:
             with outputs.write(csv) as part:
                 write_csv(trajectory, part)
-        if plot is not None:
+        if plot is not None and trajectory.time.size == 0:
+            outputs.forgo(plot)
+            typer.echo(f"bem: {plot} is not written, there is nothing to draw", err=True)
+        elif plot is not None:
             from bem.plots import plot_trajectory
 
             with outputs.write(plot) as part:

@@ -39,6 +39,7 @@ _LIMITS = {
     "unloading_rate": (SMALLEST_RATE, LARGEST_RATE),
 }
 _LARGEST_SEED = 2**63 - 1
+_CHECKED_AT_ONCE = 10_000  # protocols whose measurement steps are in memory at a time
 
 
 def whole_number(name: str, value: Any, *, low: int, high: int = _LARGEST_SEED) -> int:
@@ -102,7 +103,9 @@ class Design:
         count = whole_number("count", count, low=1, high=self.largest_count)
         seed = whole_number("seed", seed, low=0)
         columns = self._grid_nodes(count, seed) if self.name == "paper" else self._spread(count, seed)
-        measurement_grid(**columns, counts=FMS)
+        for first in range(0, count, _CHECKED_AT_ONCE):
+            part = slice(first, first + _CHECKED_AT_ONCE)
+            measurement_grid(**{name: values[part] for name, values in columns.items()}, counts=FMS)
         return columns
 
     def _grids(self) -> list[FloatArray]:

@@ -75,7 +75,7 @@ def solve_hard(
 
 @kernel
 def hard_edge(radii: np.ndarray, tractions: np.ndarray) -> float:
-    """Contact radius: where the traction, linear between nodes, reaches zero; 0 where nothing touches."""
+    """Contact radius: half-way from the last node that presses to the next one; 0 where nothing touches."""
     for j in range(tractions.size - 1, -1, -1):
         if tractions[j] < 0.0:
             return 0.5 * (radii[j] + radii[min(j + 1, radii.size - 1)])

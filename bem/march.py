@@ -52,8 +52,8 @@ def march(problem: Problem, mesh: Mesh, times: np.ndarray, depths: np.ndarray, g
         most_steps: give up after this many.
 
     Returns:
-        records (steps, 4): time, indentation, force, contact radius; jumps (j, 7): time, indentation, force before and
-        after, record index of the state after, smallest eigenvalue before and after; counts (8,) as named in `COUNTS`;
+        records (steps, 4): time, indentation, force, contact radius; jumps (j, 6): time, indentation, force before and
+        after, smallest eigenvalue before and after; counts (8,) as named in `COUNTS`;
         steps of each segment (s - 1,); outcome.
     """
     controls = problem.controls
@@ -63,7 +63,7 @@ def march(problem: Problem, mesh: Mesh, times: np.ndarray, depths: np.ndarray, g
     relaxation = shortest_relaxation(problem.strengths, problem.times)
     counts = np.zeros(8, dtype=np.int64)
     segment_steps = np.zeros(times.size - 1, dtype=np.int64)
-    records, jumps = np.empty((256, 4)), np.empty((16, 7))
+    records, jumps = np.empty((256, 4)), np.empty((16, 6))
     recorded, jumped = 0, 0
 
     memory = new_memory(problem.strengths, problem.times, problem.grid.size)
@@ -211,11 +211,11 @@ def march(problem: Problem, mesh: Mesh, times: np.ndarray, depths: np.ndarray, g
                 records[recorded] = np.array([instant, depth, old_force, old_edge])
                 recorded += 1
                 if jumped == jumps.shape[0]:
-                    more = np.empty((2 * jumped, 7))
+                    more = np.empty((2 * jumped, 6))
                     more[:jumped] = jumps
                     jumps = more
                 stiffness = smallest_eigenvalue(mesh, tabor, factors.response, gap)
-                jumps[jumped] = np.array([instant, depth, old_force, force, float(recorded), eigenvalue, stiffness])
+                jumps[jumped] = np.array([instant, depth, old_force, force, eigenvalue, stiffness])
                 jumped += 1
             records[recorded] = np.array([instant, depth, force, edge])
             recorded += 1

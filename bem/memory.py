@@ -1,6 +1,6 @@
 """What a viscoelastic half-space remembers: one vector per retardation time, whatever the length of the history.
 
-With q_i(t) = int exp(-(t - s)/tau_i) dsigma(s) the displacement is u = -mu G (sigma - sum_i c_i q_i), sigma positive in
+With q_i(t) = int exp(-(t - s)/tau_i) dsigma(s) the displacement is u = mu G (sigma - sum_i c_i q_i), sigma positive in
 tension. Over a step every rule below has the form
 
     q_new = sum_k a_k q_(n-k) + g sigma_new + sum_k b_k sigma_(n-k),     k = 0, 1, 2 steps back,

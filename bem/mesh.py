@@ -13,7 +13,6 @@ stays.
 
 from __future__ import annotations
 
-import functools
 import math
 from typing import NamedTuple
 
@@ -67,20 +66,15 @@ def master_grid(tabor: float, peak_indentation: float, hard: bool, controls: Con
     return Grid(size, spacing, _unit_influence(max(256, 1 << (size - 1).bit_length())))
 
 
-@functools.lru_cache(maxsize=1)
-def _largest_unit_influence() -> dict[int, np.ndarray]:
-    return {}
-
-
 def _unit_influence(size: int) -> np.ndarray:
     """Influence matrix of radii 0, 1, 2, ...; one matrix is kept, the largest asked for so far."""
-    cache = _largest_unit_influence()
-    kept = max(cache, default=0)
-    if kept < size:
-        cache.clear()
-        cache[size] = influence_matrix(np.arange(size, dtype=np.float64))
-        kept = size
-    return cache[kept]
+    matrix = _largest[0]
+    if len(matrix) < size:
+        matrix = _largest[0] = influence_matrix(np.arange(size, dtype=np.float64))
+    return matrix
+
+
+_largest = [np.empty((0, 0))]
 
 
 def uniform_mesh(radius: float, count: int) -> np.ndarray:

@@ -12,6 +12,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
 
+IMAGES = (".png", ".pdf", ".svg")
+
 
 class Outputs:
     """Output files of one command, as a context around its work.
@@ -58,6 +60,13 @@ class Outputs:
         """
         with _refusals(path):
             yield self._parts.get(Path(path), Path(path))
+
+    def forgo(self, path: Path) -> None:
+        """Write nothing to `path` after all; what was there before stays."""
+        self._targets.pop(path, None)
+        part = self._parts.pop(path, None)
+        if part is not None:
+            part.unlink(missing_ok=True)
 
     def _reserve(self, path: Path) -> None:
         with _refusals(path):
@@ -129,6 +138,16 @@ def require_output(path: str | Path) -> None:
         outputs._reserve(path)
     finally:
         outputs._discard()
+
+
+def require_suffix(path: str | Path | None, suffixes: tuple[str, ...]) -> None:
+    """Refuse an output file whose name does not say a format that is known; `None` is no file.
+
+    Raises:
+        ValueError: another suffix than those.
+    """
+    if path is not None and Path(path).suffix not in suffixes:
+        raise ValueError(f"Expected an output file called {' or '.join(suffixes)}; received {path}")
 
 
 def _try_name(target: Path) -> None:

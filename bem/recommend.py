@@ -89,7 +89,7 @@ def recommend(
     Args:
         scene, protocol: the full problem, as for `bem.simulate`.
         tolerance: error allowed, 1e-3 to 1.
-        quantity: what must be right. 'force': root mean square difference at 120 measurement steps over the range of
+        quantity: what must be right. 'force': root mean square difference at the measurement steps over the range of
             the full force; 'pull_off_force' and 'hysteresis': relative difference, always decided by simulation.
         best: 'cheapest' never returns a scene that costs more than the full one, and leaves nothing out where that
             saves nothing; 'fewest' returns the fewest effects, whatever they cost: the question which physics matters.

@@ -13,6 +13,7 @@ from threadpoolctl import ThreadpoolController
 
 from bem._checks import instance
 from bem.accuracy import Accuracy, resolve_accuracy
+from bem.cohesive_zone import largest_contact_radius
 from bem.contact import COUNTS, Problem
 from bem.influence import force_weights, influence_matrix, require_mesh
 from bem.march import COMPLETED, NO_EQUILIBRIUM, TOO_MANY_STEPS, UNPHYSICAL, march
@@ -74,18 +75,19 @@ def simulate(
     deepest = float(np.max(history.indentations))
     started = time.perf_counter()
     for refinement in range(_MOST_REFINEMENTS + 1):
-        aim = target.target / 2.0**refinement
-        controls = Accuracy(target.name, aim).controls(elastic=scene.material.strengths.size == 0)
+        wanted = target.target / 2.0**refinement
+        controls = Accuracy(target.name, wanted).controls(elastic=scene.material.strengths.size == 0)
         try:
             problem, first_mesh = _discretise(scene, deepest, controls, mesh)
         except MemoryError as error:
             if refinement == 0:
-                return _unfinished(str(error), aim, len(scene.material.strengths))
+                return _unfinished(str(error), wanted, len(scene.material.strengths))
             break
         arguments = (np.array(history.times), np.array(history.indentations), initial_state == "glassy", MOST_STEPS)
         # The systems are too small for BLAS threads, which would only wait for each other.
         with _thread_controller().limit(limits=1, user_api="blas"):
             result = march(problem, first_mesh, *arguments)
+        aim = wanted
         # A mesh too coarse for its scene can lose its way at a fold: what is asked for is then worth a finer one.
         if result[-1] in (COMPLETED, TOO_MANY_STEPS):
             break
@@ -111,6 +113,12 @@ def _discretise(scene: Scene, deepest: float, controls, mesh: ArrayLike | None) 
     remembers = strengths.size > 0
     if mesh is not None:
         radii = require_mesh(mesh)
+        contact = largest_contact_radius(deepest, tabor, hard)
+        if radii[-1] <= contact:
+            raise ValueError(
+                f"mesh must reach beyond the contact, whose radius can be {contact:.4g}; received one that ends at "
+                f"{radii[-1]:.4g}"
+            )
         grid = Grid(radii.size, 0.0, np.zeros((0, 0)))
         nodes = np.arange(radii.size)
         influence = tabor * influence_matrix(radii)
@@ -155,11 +163,7 @@ def _trajectory(problem, history, target, records, jumps, counts, segment_steps,
         status = f"{status} (at time {records[-1, 0]:.6g}, indentation {records[-1, 1]:.6g})"
     unloading = _in_phase(records[:, 0], history, "unloading")
     records, unloading = with_peaks(records, unloading)
-    instants, depths, before, after = jumps[:, 0], jumps[:, 1], jumps[:, 2], jumps[:, 3]
-    found = tuple(
-        Jump(*(float(v) for v in row))
-        for row in zip(instants, depths, before, after, jumps[:, 5], jumps[:, 6], strict=True)
-    )
+    found = tuple(Jump(*map(float, row)) for row in jumps)
     columns = (np.ascontiguousarray(records[:, k]) for k in range(4))
     return Trajectory(*columns, status=status, jumps=found, stats=stats, accuracy=target, unloading=unloading)
 

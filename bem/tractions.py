@@ -10,8 +10,6 @@ of unit work of adhesion, largest at h = 3^(1/6), where it is 16 / (9 sqrt 3).
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from bem._jit import kernel
 
 GAP_AT_PEAK = 3.0 ** (1.0 / 6.0)
@@ -25,7 +23,7 @@ class LennardJones:
 
 @dataclass(frozen=True)
 class HardContact:
-    """Impenetrable surfaces without attraction: gap >= 0, traction <= 0, and one of them zero."""
+    """Impenetrable surfaces without attraction: gap >= 1, traction <= 0, and one of them zero."""
 
 
 @kernel
@@ -40,25 +38,6 @@ def slope(gap: float) -> float:
     """Derivative of the Lennard-Jones traction with respect to the `gap`."""
     inverse_cube = 1.0 / (gap * gap * gap)
     return (8.0 * inverse_cube / gap) * (3.0 * inverse_cube * inverse_cube - 1.0)
-
-
-@kernel
-def gap_from_traction(pressure_as_traction: float) -> float:
-    """Gap at or below equilibrium that carries a given traction <= 0; NaN for tension, where two gaps would do.
-
-    Solves z^3 - z = w with z = h^-3 >= 1 and w = -(3/8) traction by Newton's method from an upper bound, from which it
-    descends monotonically because the cubic is convex there.
-    """
-    if not pressure_as_traction <= 0.0:
-        return np.nan
-    w = -0.375 * pressure_as_traction
-    z = min(1.0 + 0.5 * w, 1.0 + np.cbrt(w))
-    for _ in range(50):
-        change = (z * (z * z - 1.0) - w) / (3.0 * z * z - 1.0)
-        z -= change
-        if abs(change) <= 1e-15 * z:
-            break
-    return 1.0 / np.cbrt(z)
 
 
 @kernel

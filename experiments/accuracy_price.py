@@ -38,7 +38,7 @@ def errors(dataset: Dataset, reference: Dataset) -> dict[str, FloatArray]:
     """
     rows = np.intersect1d(dataset.completed, reference.completed)
     for name, values in reference.protocols.items():
-        if not np.array_equal(values[rows], dataset.protocols[name][rows]):
+        if not np.allclose(values[rows], dataset.protocols[name][rows], rtol=1e-12, atol=0.0):
             raise ValueError(f"data sets must begin with the same protocols; received different {name}")
     found = {}
     for name in ("pull_off_force", "pull_off_time", "hysteresis"):

@@ -9,7 +9,6 @@ Usage: `python -m experiments.canonical_regimes [--config FILE] [--models DIR] [
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -21,6 +20,7 @@ from bem import Trajectory
 from bem.command import run_main
 from bem.measurement import FMS
 from experiments import studies
+from experiments.measuring import timed
 
 if TYPE_CHECKING:
     import keras
@@ -34,13 +34,7 @@ SCALARS = ("pull_off_force", "pull_off_time", "hysteresis", "max_compression", "
 
 def median_seconds(call: Callable[[], Any], repetitions: int) -> float:
     """Median wall-clock seconds of a call, after one that is not counted."""
-    call()
-    taken = []
-    for _ in range(repetitions):
-        started = time.perf_counter()
-        call()
-        taken.append(time.perf_counter() - started)
-    return float(np.median(taken))
+    return float(np.median(timed(call, repetitions)))
 
 
 def keras_inputs(trained: Surrogate, steps: dict[str, np.ndarray], tabor: float) -> list[np.ndarray]:

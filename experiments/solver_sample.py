@@ -1,6 +1,7 @@
 """The sample of protocols on which the solver is judged, and a solution of each refined until it stops moving.
 
-The refined solutions ("truth") take minutes, so they are kept in `results/` and computed again only for another sample.
+The refined solutions ("truth") take minutes, so they are kept in `results/` and computed again only for another sample
+or another solver.
 They are converged, not exact: two refinements, each with all discretisation errors several times below `reference`, and
 the difference of the two is reported with them.
 """
@@ -14,9 +15,10 @@ import numpy as np
 from joblib import Parallel, delayed
 
 from bem import LoadingProtocol, Scene, StandardLinearSolid, Trajectory, simulate
+from bem.campaign_plan import solver_digest
 from bem.designs import Design
 from bem.measurement import measurement_times
-from experiments.measuring import progress
+from experiments.measuring import fingerprint, progress
 
 MODULUS_RATIO = 0.1
 TRUTH_TARGET = 7e-5
@@ -69,7 +71,7 @@ def measured(case: Case, accuracy: str | float) -> np.ndarray:
 
 def truth(count: int, seed: int, target: float = TRUTH_TARGET, jobs: int = 2) -> np.ndarray:
     """Refined solutions of the sample, (count, 123) as `measured`; computed once and kept in `results/`."""
-    path = RESULTS / f"truth-{count}-{seed}-{target:g}.npy"
+    path = RESULTS / f"truth-{fingerprint(solver=solver_digest(), count=count, seed=seed, target=target)}.npy"
     if path.exists():
         return np.load(path)
     cases = sample_cases(count, seed)

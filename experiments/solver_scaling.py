@@ -26,7 +26,7 @@ from bem.march import COMPLETED, march
 from bem.provenance import provenance
 from bem.simulate import MOST_STEPS
 from bem.simulate import _discretise as discretise  # `simulate` offers targets only, not single controls
-from experiments.measuring import progress
+from experiments.measuring import exponent, progress
 
 OUT = Path("results/solver/scaling.json")
 SCENE = Scene(tabor=3.2, material=StandardLinearSolid(0.1))
@@ -64,11 +64,6 @@ def measure(repetitions: int, **factors: float) -> dict[str, Any]:
     }
 
 
-def exponent(x: list[float], y: list[float]) -> float:
-    """Slope of log y over log x by least squares."""
-    return float(np.polyfit(np.log(x), np.log(y), 1)[0])
-
-
 def main(
     repetitions: Annotated[int, typer.Option(help="Simulations of each setting; the median counts.")] = 5,
     out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
@@ -84,8 +79,8 @@ def main(
     content = {
         "nodes": nodes,
         "steps": steps,
-        "exponent_in_nodes": exponent([p["nodes"] for p in nodes], [p["seconds"] / p["steps"] for p in nodes]),
-        "exponent_in_steps": exponent([p["steps"] for p in steps], [p["seconds"] for p in steps]),
+        "exponent_in_nodes": exponent([p["nodes"] for p in nodes], [p["seconds"] / p["steps"] for p in nodes])[0],
+        "exponent_in_steps": exponent([p["steps"] for p in steps], [p["seconds"] for p in steps])[0],
         **provenance(f"python -m experiments.solver_scaling --repetitions {repetitions}"),
     }
     out.parent.mkdir(parents=True, exist_ok=True)

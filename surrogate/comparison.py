@@ -46,15 +46,24 @@ def solver_errors(predicted: Any, simulated: Any) -> dict[str, Any]:
         return {"solver_status": simulated.status} | dict.fromkeys(ERRORS, np.nan)
     force = solver_force(predicted, simulated)
     on_steps = force[predicted.unloading].max() if predicted.unloading.any() else np.nan
+    pull_off = _largest_since(simulated, predicted.time[predicted.unloading])
     area = abs(float(np.trapezoid(force, predicted.indentation)))
     return {
         "solver_status": simulated.status,
-        "pull_off_percent": _percent(predicted.pull_off_force, simulated.pull_off_force),
+        "pull_off_percent": _percent(predicted.pull_off_force, pull_off),
         "pull_off_on_steps_percent": _percent(predicted.pull_off_force, on_steps),
         "hysteresis_percent": _percent(predicted.hysteresis, simulated.hysteresis),
         "hysteresis_on_steps_percent": _percent(predicted.hysteresis, area),
         "force_rms": float(np.sqrt(np.mean((predicted.force - force) ** 2)) / np.ptp(force)),
     }
+
+
+def _largest_since(simulated: Any, instants: np.ndarray) -> float:
+    """The solver's pull-off force while the prediction unloads, which of several cycles is the last alone."""
+    if instants.size == 0:
+        return np.nan
+    last = simulated.unloading & (simulated.time >= instants[0])
+    return float(simulated.force[last].max()) if last.any() else np.nan
 
 
 def simulate_same(protocols: list[Any], tabor: np.ndarray, modulus_ratio: float) -> list[Any]:

@@ -8,8 +8,6 @@ from typing import Annotated, Any
 
 import typer
 
-IMAGES = (".png", ".pdf", ".svg")
-
 
 def register(app: typer.Typer) -> None:
     """Add both commands to the command line."""
@@ -40,9 +38,9 @@ def predict(
     Example: surrogate predict M1-concat --tabor 1 --peak-indentation 20 --loading-rate 10 --dwell-time 1
     --unloading-rate 10 --check --plot prediction.png
     """
-    from bem.outputs import Outputs
+    from bem.outputs import IMAGES, Outputs, require_suffix
     from surrogate.comparison import plot_predictions, simulate_same, solver_errors, solver_force
-    from surrogate.predict_io import PROTOCOL_COLUMNS, read_table, require_suffix, to_json, write_trajectories
+    from surrogate.predict_io import PROTOCOL_COLUMNS, read_table, to_json, write_trajectories
 
     require_suffix(out, (".csv", ".json"))
     require_suffix(plot, IMAGES)
@@ -86,10 +84,9 @@ def export(
     models: Annotated[Path | None, typer.Option(help="Where models are published.")] = None,
 ) -> None:
     """Write a trained model as one file that takes physical inputs, beside its weights unless `--out` says where."""
-    from bem.outputs import Outputs
+    from bem.outputs import Outputs, require_suffix
     from surrogate.backend import quiet_backend
     from surrogate.model_files import find_model
-    from surrogate.predict_io import require_suffix
 
     if file_format != "onnx":
         raise ValueError(f"Expected the format onnx. Received: {file_format!r}")

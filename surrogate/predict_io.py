@@ -26,6 +26,8 @@ from typing import Any
 
 import numpy as np
 
+from bem.outputs import require_suffix
+
 PROTOCOL_COLUMNS = ("tabor", "peak_indentation", "loading_rate", "dwell_time", "unloading_rate")
 HISTORY_COLUMNS = ("time", "indentation")
 EDGE, TABOR, TRAJECTORY = "edge", "tabor", "trajectory"
@@ -144,16 +146,6 @@ def to_json(
             entry["solver_force"] = solver_forces[number].tolist()
         content.append(entry | ({"check": checks[number]} if checks else {}))
     return json.dumps(_without_nan(content))
-
-
-def require_suffix(path: Path | None, suffixes: tuple[str, ...]) -> None:
-    """Refuse an output file whose name does not say a format that is known.
-
-    Raises:
-        ValueError: another suffix than those.
-    """
-    if path is not None and path.suffix not in suffixes:
-        raise ValueError(f"Expected an output file called {' or '.join(suffixes)}. Received: {path}")
 
 
 def _csv_columns(text: str, path: Path) -> tuple[dict[str, list[Any]], tuple[int, ...]]:

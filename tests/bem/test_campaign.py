@@ -8,6 +8,7 @@ import pytest
 
 import bem.campaign_work
 from bem.campaign import run_campaign
+from bem.campaign_files import merge
 from bem.campaign_plan import Campaign, deciding_modules
 from bem.campaign_work import LONGEST_BATCH, batches_of, expected_seconds, results
 from bem.dataset_file import load_dataset, open_dataset
@@ -231,6 +232,23 @@ def test_failed_trajectories_are_computed_again_when_asked(tmp_path, monkeypatch
     assert after.attributes["core_seconds"] > before.attributes["core_seconds"]
     assert run(retry_failed=True).computed == 0
     assert sorted(tmp_path.iterdir()) == [out, mended]
+
+
+def test_shards_completed_later_are_merged_again(tmp_path, monkeypatch):
+    out, mended = tmp_path / "data.h5", tmp_path / "mended"
+    monkeypatch.setenv("STAND_IN_MARKER", str(mended))
+    stand_in.restart_workers()
+    plans = [Campaign(count=200, seed=1, shard=(number, 2)) for number in (1, 2)]
+
+    def run(plan, **options):
+        return run_campaign(plan, out, solver=stand_in.fails_until_mended, workers=1, **options).path
+
+    paths = [run(plan) for plan in plans]
+    assert sum(merge(paths, out).failures.values()) > 0
+    mended.touch()
+    for plan in plans:
+        run(plan, retry_failed=True)
+    assert merge(paths, out).failures == Counter()
 
 
 def test_an_interrupted_retry_continues(tmp_path, monkeypatch):

@@ -53,6 +53,15 @@ def test_verify_computes_a_sample_again(undisturbed, tmp_path):
         verify(altered, solver=stand_in.solve)
 
 
+def test_verify_knows_protocols_of_another_processor_by_all_but_their_last_digits(undisturbed, tmp_path):
+    elsewhere = tmp_path / "elsewhere.h5"
+    elsewhere.write_bytes(undisturbed.read_bytes())
+    with h5py.File(elsewhere, "r+") as file:
+        for name in ("dwell_time", "peak_indentation"):
+            file[f"protocols/{name}"][...] = np.nextafter(file[f"protocols/{name}"][...], np.inf)
+    assert verify(elsewhere, sample=10, seed=0, solver=stand_in.solve).agrees
+
+
 def test_verify_asks_another_build_for_the_accuracy_and_the_same_build_for_rounding(undisturbed, tmp_path):
     nudged = tmp_path / "nudged.h5"
     nudged.write_bytes(undisturbed.read_bytes())

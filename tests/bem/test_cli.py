@@ -68,6 +68,18 @@ def test_jumps_are_told():
     assert sum(line.startswith("jump ") for line in result.stdout.splitlines()) == 2
 
 
+def test_a_simulation_that_cannot_start_writes_all_it_was_asked_for_but_the_picture(tmp_path):
+    table, picture = tmp_path / "force.csv", tmp_path / "loop.png"
+    picture.write_bytes(b"of an earlier run")
+    result = invoke("--json", "--csv", str(table), "--plot", str(picture), tabor="50", peak_indentation="100")
+    assert result.exit_code == 1
+    assert json.loads(result.stdout)["status"].startswith("not started: ")
+    assert "there is nothing to draw" in result.stderr
+    assert table.read_text().splitlines() == ["time,indentation,force,contact_radius"]
+    assert picture.read_bytes() == b"of an earlier run"
+    assert sorted(tmp_path.iterdir()) == [table, picture]
+
+
 def test_an_unfinished_simulation_prints_its_status_and_exits_with_1():
     result = invoke("--json", tabor="50", peak_indentation="100")
     assert result.exit_code == 1
@@ -104,6 +116,7 @@ def test_materials_have_words(text, material):
         {"adhesion": "glue"},
         {"initial_state": "wet"},
         {"csv": "/nowhere/at/all/force.csv"},
+        {"plot": "loop"},
     ],
     ids=lambda changes: " ".join(changes) + " " + " ".join(changes.values()),
 )

@@ -1,4 +1,5 @@
 import dataclasses
+import sys
 
 import numpy as np
 import pytest
@@ -106,6 +107,34 @@ def test_a_users_mesh_agrees_with_the_one_that_follows_the_edge(material):
     assert own.pull_off_force == pytest.approx(ours.pull_off_force, rel=0.01)
     if material is SOFT:
         assert own.hysteresis == pytest.approx(ours.hysteresis, rel=0.01)
+
+
+@pytest.mark.parametrize("adhesion", [LennardJones(), HardContact()])
+def test_a_mesh_that_ends_inside_the_contact_is_refused(adhesion):
+    deep = dataclasses.replace(PROTOCOL, peak_indentation=20.0)
+    with pytest.raises(ValueError, match=r"mesh must reach beyond the contact, .*; received one that ends at 2"):
+        run(adhesion=adhesion, protocol=deep, mesh=uniform_mesh(2.0, 200))
+
+
+def test_the_accuracy_is_that_of_the_last_mesh_that_was_tried(monkeypatch):
+    module = sys.modules["bem.simulate"]
+    march, discretise, asked = module.march, module._discretise, []
+
+    def lost(*arguments):
+        return (*march(*arguments)[:-1], module.NO_EQUILIBRIUM)
+
+    def with_little_memory(scene, deepest, controls, mesh):
+        asked.append(controls)
+        if len(asked) > 2:
+            raise MemoryError("the contact edge needs more")
+        return discretise(scene, deepest, controls, mesh)
+
+    monkeypatch.setattr(module, "march", lost)
+    monkeypatch.setattr(module, "_discretise", with_little_memory)
+    trajectory = simulate(Scene(1.0, SOFT), PROTOCOL, 0.02)
+    assert not trajectory.completed
+    assert len(asked) == 3
+    assert trajectory.accuracy == 0.01
 
 
 def test_a_glassy_start_is_the_elastic_solution_of_the_instantaneous_modulus():

@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 from bem import tractions
-from bem.tractions import GAP_AT_PEAK, PEAK_TRACTION, gap_from_traction, slope, tail_force, traction
+from bem.tractions import GAP_AT_PEAK, PEAK_TRACTION, slope, tail_force, traction
 
 
 def test_equilibrium_and_peak():
@@ -25,22 +25,6 @@ def test_values_match_the_formula_and_slope_its_derivative(gap):
     step = 1e-6 * gap
     numerical = (traction(gap + step) - traction(gap - step)) / (2.0 * step)
     assert slope(gap) == pytest.approx(numerical, rel=1e-6, abs=1e-8 * gap**-10)
-
-
-@given(st.floats(-12.0, 12.0))
-def test_repulsive_inverse_to_all_digits(log_pressure):
-    pressure = 10.0**log_pressure
-    gap = gap_from_traction(-pressure)
-    assert 0.0 < gap <= 1.0
-    # d(ln h)/d(ln traction) turns the error of the traction into one of the gap.
-    error = (traction(gap) + pressure) / (slope(gap) * gap)
-    assert abs(error) < 1e-13
-
-
-def test_inverse_at_zero_and_in_tension():
-    assert gap_from_traction(0.0) == 1.0
-    assert np.isnan(gap_from_traction(0.1))
-    assert np.isnan(gap_from_traction(np.nan))
 
 
 @given(st.floats(0.8, 100.0))
