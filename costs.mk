@@ -5,7 +5,11 @@
 MEASUREMENTS := $(PUBLISHED)/measurements
 PROTOCOLS ?= 200
 FINEST ?= 200
+# Whose map of errors is drawn; that of any model but the first is measured where it is not there.
 MODEL ?= M1-concat
+MAP := $(if $(filter M1-concat,$(MODEL)),$(MEASUREMENTS)/surrogate_map,$(OUT)/measurements/surrogate_map-$(MODEL)).json
+MAP_FOLDER := $(FIGURES)$(if $(filter-out M1-concat,$(MODEL)),/$(MODEL))
+MAP_TABLES := $(TABLES)$(if $(filter-out M1-concat,$(MODEL)),/$(MODEL))
 SOAK ?= 100000
 SOAK_BEYOND ?= 20000
 COST_STYLE := $(DRAWING) paper_figures/cost_style.py paper_figures/paper_values/cost.toml
@@ -19,9 +23,9 @@ measure-% bench-surrogate bench-stream bench-training: export OMP_NUM_THREADS :=
 ##@ Measurements (result file; on an idle machine)
 
 .PHONY: measurements
-MEASURED := effects recommendations accuracy-cost cost-growth amortisation training-cost hard-cases broad-band \
-	surrogate-map
-measurements: $(addprefix measure-,$(MEASURED))  ## All of them but the soak
+MEASURED := bench-training $(addprefix measure-,effects recommendations accuracy-cost cost-growth amortisation training-cost \
+	hard-cases broad-band surrogate-map) bench-surrogate bench-stream
+measurements: $(MEASURED)  ## All of them but the soak
 # Two measurements at once would measure each other.
 .NOTPARALLEL: measurements
 
@@ -43,7 +47,8 @@ measure-cost-growth: $(DATASET) | $(INSTALLED)  ## How seconds grow with nodes, 
 
 .PHONY: measure-amortisation
 measure-amortisation: $(DATASET) $(MEASUREMENTS)/accuracy_cost.json | $(INSTALLED)  ## When a surrogate pays for itself; reads the measurement of accuracy and cost
-	$(call measure,amortisation,--cost $(MEASUREMENTS)/accuracy_cost.json --dataset $(DATASET) --models $(PUBLISHED)/models)
+	$(call measure,amortisation,--cost $(MEASUREMENTS)/accuracy_cost.json --dataset $(DATASET) --models $(PUBLISHED)/models \
+		--speed $(MEASUREMENTS)/training_speed.json)
 
 .PHONY: measure-training-cost
 measure-training-cost: $(DATASET) | $(INSTALLED)  ## Error against time of training, from what is published
@@ -55,8 +60,8 @@ measure-hard-cases: setup  ## The solver over the box, beyond it, and at named e
 	$(call measure,hard_case_map)
 
 .PHONY: measure-surrogate-map
-measure-surrogate-map: $(DATASET) | $(INSTALLED)  ## Errors of MODEL=M1-concat over the box, worst trajectories, out of range
-	$(call measure,surrogate_map,--model $(MODEL) --dataset $(DATASET) --models $(PUBLISHED)/models)
+measure-surrogate-map: $(DATASET) | $(INSTALLED)  ## Errors of M1-concat over the box, worst trajectories, out of range
+	$(call measure,surrogate_map,--model M1-concat --dataset $(DATASET) --models $(PUBLISHED)/models)
 
 .PHONY: measure-broad-band
 measure-broad-band: setup  ## Pull-off of broad-band solids over the unloading rate
@@ -140,9 +145,13 @@ $(FIGURES)/figure-hard-cases.pdf: paper_figures/figure_hard_cases.py $(MEASUREME
 		--folder $(FIGURES) --tables $(TABLES)
 
 .PHONY: figure-surrogate-map
-figure-surrogate-map: $(FIGURES)/figure-surrogate-map.pdf  ## Where a surrogate errs, its worst twenty trajectories, and their table
-$(FIGURES)/figure-surrogate-map.pdf: paper_figures/figure_surrogate_map.py $(MEASUREMENTS)/surrogate_map.json $(COST_STYLE) | $(INSTALLED)
-	$(PY) -m paper_figures.figure_surrogate_map --result $(MEASUREMENTS)/surrogate_map.json --folder $(FIGURES) --tables $(TABLES)
+figure-surrogate-map: $(MAP_FOLDER)/figure-surrogate-map.pdf  ## Where MODEL=M1-concat errs, its worst twenty trajectories, and their table
+$(MAP_FOLDER)/figure-surrogate-map.pdf: paper_figures/figure_surrogate_map.py $(MAP) $(COST_STYLE) | $(INSTALLED)
+	$(PY) -m paper_figures.figure_surrogate_map --result $(MAP) --folder $(MAP_FOLDER) --tables $(MAP_TABLES)
+
+# Another model's map is not published.
+$(OUT)/measurements/surrogate_map-$(MODEL).json: $(DATASET) | $(INSTALLED)
+	$(PY) -m experiments.surrogate_map --model $(MODEL) --dataset $(DATASET) --models $(PUBLISHED)/models --out $@
 
 .PHONY: figure-broad-band
 figure-broad-band: $(FIGURES)/figure-broad-band.pdf  ## Pull-off of broad-band solids over the unloading rate

@@ -36,7 +36,7 @@ DATA_EFFICIENCY := $(PUBLISHED)/data_efficiency.json
 list_also_unfinished = || status=$$?; [ ! -e $(1) ] || $(PY) $(MANIFEST) add $(1); exit $${status:-0}
 
 .PHONY: models
-models: $(DATASET) | $(INSTALLED)  ## Train and publish the models that are not published yet (about 4 core-hours)
+models: $(DATASET) | $(INSTALLED)  ## Train and publish the models that are not published yet (hours)
 	$(VENV)/bin/surrogate train-all --recipe $(RECIPE) --dataset $(DATASET) --jobs $(JOBS) --threads 1 \
 		$(addprefix --only ,$(ONLY)) $(addprefix --epochs ,$(EPOCHS)) --runs $(OUT)/training --models $(MODELS) \
 		$(call list_also_unfinished,$(MODELS))

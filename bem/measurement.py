@@ -13,6 +13,8 @@ from bem._checks import FloatArray
 from bem.protocol import LoadingProtocol, default_start_indentation
 
 FMS = (50, 20, 50)
+FIRST_UNLOADING = FMS[0] + FMS[1] - 1
+"""Index of the step at which the dwell ends and the unloading begins."""
 
 
 def proportional_counts(total: int) -> tuple[int, int, int]:

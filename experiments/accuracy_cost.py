@@ -32,11 +32,11 @@ from bem.command import run_main
 from bem.materials import StandardLinearSolid
 from bem.protocol import LoadingProtocol
 from bem.scene import Scene
-from experiments.closed_form_tools import FIRST_UNLOADING, FORMS, depths_of
+from experiments.closed_form_tools import FORMS, depths_of
 from experiments.measuring import MEASUREMENTS, fingerprint, force_error, plain, progress, spread
 from experiments.solver_sample import MODULUS_RATIO, TRUTH_TARGET, Case, measured
 from experiments.studies import DATASET, MODELS, write_result
-from experiments.surrogate_cost import missing, outdated, surrogate_tools
+from experiments.surrogate_cost import from_steps, missing, outdated, surrogate_tools
 
 OUT = MEASUREMENTS / "accuracy_cost.json"
 TRUTHS = Path("results/accuracy_cost")
@@ -142,13 +142,6 @@ def report(kind: str, setting: str, answers: Answers, exact: np.ndarray, **more:
     }
 
 
-def from_steps(force: np.ndarray, indentations: np.ndarray) -> np.ndarray:
-    """Answers (count, 122) from forces and indentations (count, 120) at the measurement steps alone."""
-    pull_off = force[:, FIRST_UNLOADING:].max(axis=1)
-    loop = np.abs(np.trapezoid(force, indentations, axis=1))
-    return np.column_stack([pull_off, loop, force])
-
-
 def closed_forms(cases: list[Case], exact: np.ndarray, repeats: int) -> list[dict[str, Any]]:
     """Every closed form on the protocols of its regime; none where there is no such protocol."""
     rows = []
@@ -209,7 +202,7 @@ def main(
         write(missing(models), complete=False)
         measured_tools, absent = surrogate_tools(cases, models, repeats)
     for tool in measured_tools:
-        answers = from_steps(tool.pop("force"), depths), np.array(tool.pop("seconds"))
+        answers = tool.pop("answers"), np.array(tool.pop("seconds"))
         more = {**tool, "outdated": tool["model"] in old}
         tools.append(report("surrogate", more.pop("setting"), answers, exact, **more))
     write(absent, complete=True)

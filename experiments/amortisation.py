@@ -1,11 +1,12 @@
 """When a surrogate pays for itself: core seconds of data set, training and queries against the number of queries.
 
-Only reads: the data set's core seconds, the training seconds in each published model's `run.json`, and the seconds of
-one query in the measurement of `experiments.accuracy_cost`. Every surrogate, by every way of calling it, is set against
+Only reads: the data set's core seconds, the core seconds of each published model's training (of its batches on one
+machine where `experiments.training_speed` has measured them), and the seconds of one query in the measurement of
+`experiments.accuracy_cost`. Every surrogate, by every way of calling it, is set against
 the solver at its named accuracies; the paper's line has its own numbers. A model that was published, or trained anew,
 after the measurement is named, not guessed at.
 
-Usage: `python -m experiments.amortisation [--cost FILE] [--models DIR] [--out FILE]`.
+Usage: `python -m experiments.amortisation [--cost FILE] [--models DIR] [--speed FILE] [--out FILE]`.
 """
 
 from __future__ import annotations
@@ -19,9 +20,11 @@ import typer
 
 from bem.command import run_main
 from bem.dataset_file import load_dataset
+from experiments import training_speed
 from experiments.measuring import MEASUREMENTS, plain
 from experiments.studies import DATASET, MODELS, PAPER_VALUES, write_result
 from experiments.surrogate_cost import missing, outdated, published, weights_digest
+from experiments.training_cost import batch_seconds, training_seconds
 
 OUT = MEASUREMENTS / "amortisation.json"
 COST = MEASUREMENTS / "accuracy_cost.json"
@@ -54,21 +57,24 @@ def main(
     cost: Annotated[Path, typer.Option(help="Measurement of accuracy and cost.")] = COST,
     dataset: Annotated[Path, typer.Option(help="Data set file.")] = DATASET,
     models: Annotated[Path, typer.Option(help="Where trained models are.")] = MODELS,
+    speed: Annotated[Path, typer.Option(help="Measured seconds of a batch.")] = training_speed.OUT,
     out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
 ) -> None:
     """Collect the lines and where they cross."""
     if not cost.is_file():
         raise FileNotFoundError(f"measurement {str(cost)!r} not found; `make measure-accuracy-cost` makes it")
     tools = json.loads(cost.read_text(encoding="utf-8"))["tools"]
-    data_seconds = float(load_dataset(dataset).attributes["core_seconds"])
+    data = load_dataset(dataset)
+    data_seconds = float(data.attributes["core_seconds"])
     solver = [
         line(f"solver, {tool['setting']}", "solver", 0.0, tool["seconds"]["mean"], errors=tool["errors"])
         for tool in tools
         if tool["kind"] == "solver" and tool["setting"] in ("draft", "standard", "reference")
     ]
+    batch = batch_seconds(speed)
     surrogates, unmeasured, retrained = [], [], []
     for name in published(models):
-        training = float(json.loads((models / name / "run.json").read_text(encoding="utf-8"))["cpu_seconds"])
+        training = training_seconds(models / name, batch)
         calls = [tool for tool in tools if tool.get("model") == name]
         current = [tool for tool in calls if tool.get("weights_sha256") == weights_digest(models / name)]
         if not current:
@@ -85,6 +91,7 @@ def main(
     ]
     content = {
         "data_set_seconds": data_seconds,
+        "data_set_trajectories": len(data),
         "lines": [*solver, *surrogates, *paper],
         "break_even": crossings,
         "missing": missing(models),

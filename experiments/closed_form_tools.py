@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from bem.measurement import measurement_times
+from bem.measurement import FIRST_UNLOADING, measurement_times
 from bem.reference_solutions import dmt, hereditary_hertz, hertz, jkr, maugis_dugdale, persson_brener
 from experiments.solver_sample import MODULUS_RATIO, Case
 
@@ -25,7 +25,6 @@ SLOW, FAST = 10.0, 0.1
 NEGLIGIBLE = 0.1
 LONG_RANGE, SHORT_RANGE = 0.4, 2.0
 RELAXED = 2.0  # retardation times before the unloading, after which the contact counts as relaxed
-FIRST_UNLOADING = 69
 Answer = tuple[float, np.ndarray]
 
 

@@ -1,7 +1,8 @@
 """Seconds of every published surrogate: plain Keras call, ONNX Runtime one at a time, ONNX Runtime in batches.
 
 The plain call is `model.predict` on one trajectory, as most scripts do it, features included; the others are
-`surrogate.load(...).predict`. One thread. Single calls are timed on the first `SINGLE_CALLS` protocols: every
+`surrogate.load(...).predict`. Timed is the way from the protocol to pull-off force, hysteresis and forces, as for the
+solver. One thread. Single calls are timed on the first `SINGLE_CALLS` protocols: every
 trajectory has as many steps, so that a call takes as long for one as for another. What is not published is named, not
 replaced.
 """
@@ -11,23 +12,24 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import json
-import time
 import warnings
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bem.measurement import FMS, measurement_grid
+from bem.measurement import FIRST_UNLOADING, FMS, measurement_grid
 from experiments.lineage import dataset_digest, read_lineage
-from experiments.measuring import progress
+from experiments.measuring import progress, timed
 from experiments.model_comparison import trained_otherwise
 
 if TYPE_CHECKING:
     from experiments.solver_sample import Case
 
 Predict = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
+Answer = Callable[[dict[str, np.ndarray]], np.ndarray]
 BATCH_REPEATS = 5
 SINGLE_CALLS = 40
 FILES = (
@@ -100,13 +102,28 @@ def _trained_on(folder: Path) -> str | None:
         return None
 
 
-def histories(cases: list[Case]) -> dict[str, np.ndarray]:
-    """Times and indentations (count, 120) and Tabor parameters (count,)."""
+def protocol_columns(cases: list[Case]) -> dict[str, np.ndarray]:
+    """Quantities of the protocols and Tabor parameters, each (count,)."""
     quantities = ("peak_indentation", "loading_rate", "dwell_time", "unloading_rate")
     columns = {name: np.array([getattr(case.protocol, name) for case in cases]) for name in quantities}
-    tabor = np.array([case.scene.tabor for case in cases])
-    times, indentations = measurement_grid(tabor=tabor, **columns)
-    return {"times": times, "indentations": indentations, "tabor": tabor}
+    return {"tabor": np.array([case.scene.tabor for case in cases]), **columns}
+
+
+def from_steps(force: np.ndarray, indentations: np.ndarray) -> np.ndarray:
+    """Answers (count, 122) from forces and indentations (count, 120): pull-off force, hysteresis, forces."""
+    pull_off = force[:, FIRST_UNLOADING:].max(axis=1)
+    loop = np.abs(np.trapezoid(force, indentations, axis=1))
+    return np.column_stack([pull_off, loop, force])
+
+
+def whole_call(predict: Predict) -> Answer:
+    """From protocols to what a solver's trajectory answers, which is what is timed."""
+
+    def answer(protocols: dict[str, np.ndarray]) -> np.ndarray:
+        times, indentations = measurement_grid(**protocols)
+        return from_steps(predict(times, indentations, protocols["tabor"]), indentations)
+
+    return answer
 
 
 def keras_call(trained: Any) -> Predict:
@@ -122,37 +139,24 @@ def keras_call(trained: Any) -> Predict:
     return call
 
 
-def one_at_a_time(predict: Predict, inputs: dict[str, np.ndarray], repeats: int) -> list[np.ndarray]:
+def one_at_a_time(answer: Answer, protocols: dict[str, np.ndarray], repeats: int) -> list[np.ndarray]:
     """Seconds (count,) of each repeat, after one call that is not counted."""
-    times, indentations, tabor = inputs["times"], inputs["indentations"], inputs["tabor"]
-    predict(times[:1], indentations[:1], tabor[:1])
-    runs = []
-    for _ in range(repeats):
-        seconds = np.empty(len(times))
-        for i in range(len(times)):
-            started = time.perf_counter()
-            predict(times[i : i + 1], indentations[i : i + 1], tabor[i : i + 1])
-            seconds[i] = time.perf_counter() - started
-        runs.append(seconds)
-    return runs
+    count = len(protocols["tabor"])
+    each = [{name: values[i : i + 1] for name, values in protocols.items()} for i in range(count)]
+    answer(each[0])
+    return [np.concatenate([timed(partial(answer, one), 1, first=False) for one in each]) for _ in range(repeats)]
 
 
-def in_batches(predict: Predict, inputs: dict[str, np.ndarray], repeats: int, size: int = 1024) -> list[np.ndarray]:
+def in_batches(answer: Answer, protocols: dict[str, np.ndarray], repeats: int, size: int = 1024) -> list[np.ndarray]:
     """Seconds per trajectory (count,) of each repeat, all equal: of a batch of `size`, repeating the protocols."""
-    count = len(inputs["tabor"])
+    count = len(protocols["tabor"])
     chosen = np.arange(size) % count
-    many = {name: values[chosen] for name, values in inputs.items()}
-    predict(many["times"], many["indentations"], many["tabor"])
-    runs = []
-    for _ in range(repeats):
-        started = time.perf_counter()
-        predict(many["times"], many["indentations"], many["tabor"])
-        runs.append(np.full(count, (time.perf_counter() - started) / size))
-    return runs
+    many = {name: values[chosen] for name, values in protocols.items()}
+    return [np.full(count, seconds / size) for seconds in timed(partial(answer, many), repeats)]
 
 
 def surrogate_tools(cases: list[Case], models: Path, repeats: int) -> tuple[list[dict[str, Any]], list[str]]:
-    """Forces (count, 120) and seconds (repeats, calls) of every published model by every way, and what is missing.
+    """Answers (count, 122) and seconds (repeats, calls) of every published model by every way, and what is missing.
 
     A model that cannot be loaded is missing, with the reason; the others are measured all the same.
     """
@@ -166,44 +170,39 @@ def surrogate_tools(cases: list[Case], models: Path, repeats: int) -> tuple[list
         limit_threads(1)
     from surrogate.predictor import ExtrapolationWarning
 
-    inputs = histories(cases)
+    protocols = protocol_columns(cases)
     tools: list[dict[str, Any]] = []
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ExtrapolationWarning)
         for name in progress(names, "surrogates"):
             try:
-                tools += _by_every_way(name, models, inputs, repeats)
+                tools += _by_every_way(name, models, protocols, repeats)
             except (OSError, ValueError, KeyError) as error:
                 absent.append(f"{name} ({str(error).splitlines()[0]})")
     return tools, absent
 
 
-def _by_every_way(name: str, models: Path, inputs: dict[str, np.ndarray], repeats: int) -> list[dict[str, Any]]:
+def _by_every_way(name: str, models: Path, protocols: dict[str, np.ndarray], repeats: int) -> list[dict[str, Any]]:
     from surrogate.predictor import Surrogate
 
     trained, light = Surrogate.load(name, models, backend="keras"), Surrogate.load(name, models)
-    call = keras_call(trained)
-
-    def predict(t: np.ndarray, d: np.ndarray, mu: np.ndarray) -> np.ndarray:
-        return light.predict(t, d, tabor=mu)
-
-    arrays = inputs["times"], inputs["indentations"], inputs["tabor"]
+    plain, quick = whole_call(keras_call(trained)), whole_call(lambda t, d, mu: light.predict(t, d, tabor=mu))
     common = {
         "model": name,
         "parameters": trained.model.count_params(),
         "weights_sha256": weights_digest(models / name),
     }
-    force, light_force = call(*arrays), predict(*arrays)
-    single = {quantity: values[:SINGLE_CALLS] for quantity, values in inputs.items()}
+    answers, quick_answers = plain(protocols), quick(protocols)
+    single = {quantity: values[:SINGLE_CALLS] for quantity, values in protocols.items()}
     seconds = {
-        "Keras call": one_at_a_time(call, single, repeats),
-        "ONNX single": one_at_a_time(predict, single, repeats),
-        "ONNX batch": in_batches(predict, inputs, BATCH_REPEATS),
+        "Keras call": one_at_a_time(plain, single, repeats),
+        "ONNX single": one_at_a_time(quick, single, repeats),
+        "ONNX batch": in_batches(quick, protocols, BATCH_REPEATS),
     }
     return [
         {
             **common,
-            "force": force if way == "Keras call" else light_force,
+            "answers": answers if way == "Keras call" else quick_answers,
             "setting": f"{name}, {way}",
             "way": way,
             "seconds": runs,

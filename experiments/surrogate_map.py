@@ -26,7 +26,7 @@ import typer
 from bem.command import run_main
 from bem.dataset_file import Dataset, load_dataset
 from bem.designs import PAPER_RANGES, Design
-from bem.measurement import measurement_grid
+from bem.measurement import FIRST_UNLOADING, measurement_grid
 from experiments.dataset_statistics import resolution_floor
 from experiments.measuring import FORCE_ERROR, MEASUREMENTS, force_error, plain, progress, spread
 from experiments.solver_sample import MODULUS_RATIO
@@ -39,7 +39,6 @@ BEYOND = (0.0, 0.05, 0.2, 1.0)
 CORNER_SHARE, CORNER_QUANTITIES, NARROW = 0.05, 2, 0.05
 NEAR, LOCAL_SHARE = 3, 0.5
 """Measurement steps either side of a place, and the share of the error there that makes the place its cause."""
-FIRST_UNLOADING = 69
 Predict = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
 
 

@@ -25,7 +25,7 @@ import typer
 from bem.command import run_main
 from bem.dataset_file import load_dataset
 from experiments import training_speed
-from experiments.lineage import dataset_digest
+from experiments.lineage import dataset_digest, read_lineage
 from experiments.measuring import MEASUREMENTS, plain
 from experiments.model_comparison import REFERENCE, minutes_to, outdated, paper_mse, published, read_model
 from experiments.studies import DATASET, MODELS, write_result
@@ -53,6 +53,15 @@ def batch_seconds(speed: Path) -> dict[tuple[str, str], float]:
     content = json.loads(speed.read_text(encoding="utf-8"))
     models = content["models"].items()
     return {(content["recipe"], name): one["seconds_per_batch"]["median"] for name, one in models}
+
+
+def training_seconds(folder: Path, batch: dict[tuple[str, str], float]) -> float:
+    """Core seconds of a published model's training: of its batches where measured, else what its processor took."""
+    run, recipe = json.loads((folder / "run.json").read_text(encoding="utf-8")), read_lineage(folder).recipe
+    each = batch.get((recipe["name"], run["architecture"]))
+    if each is None:
+        return float(run["cpu_seconds"])
+    return -(-run["training_trajectories"] // recipe["batch_size"]) * run["epochs"] * each
 
 
 def on_one_machine(found: dict[str, Any], seconds: float) -> dict[str, Any]:
@@ -84,11 +93,11 @@ def shares(path: Path, seconds_each: float) -> list[dict[str, Any]]:
     if not path.is_file():
         return []
     content = json.loads(path.read_text(encoding="utf-8"))
-    points = [(content["full"]["training_trajectories"], content["full"]["mse"], 0.0)]
-    points += [(one["trajectories"], one["mse_mean"], one["mse_sd"]) for one in content["shares"]]
+    points = [(content["full"]["training_trajectories"], content["full"]["mse"], 0.0, 1)]
+    points += [(one["trajectories"], one["mse_mean"], one["mse_sd"], len(one["folds"])) for one in content["shares"]]
     return [
-        {"trajectories": count, "solver_seconds": count * seconds_each, "mse": mse, "mse_sd": deviation}
-        for count, mse, deviation in sorted(points)
+        {"trajectories": count, "solver_seconds": count * seconds_each, "mse": mse, "mse_sd": deviation, "folds": folds}
+        for count, mse, deviation, folds in sorted(points)
     ]
 
 
@@ -117,6 +126,7 @@ def main(
     content = {
         "seconds_per_trajectory": seconds_each,
         "paper_mse": paper_mse(),
+        "core_minutes": {name: run["core_minutes"] for name, run in runs.items()},
         "minutes_to_paper_mse": runs[REFERENCE]["minutes_to_paper_mse"] if REFERENCE in runs else None,
         "models": [run for name, run in runs.items() if name in names()],
         "beside": [runs[name] for name in BUDGETS if name in runs],

@@ -63,12 +63,7 @@ def draw_data_efficiency(axes: Axes, content: dict[str, Any] | None) -> None:
     percents = [one["percent"] for one in shares]
     means, deviations = ([one[name] for one in shares] for name in ("mse_mean", "mse_sd"))
     look = models_style.marker(content["config"]["architecture"])
-    color = look["color"]
-    folds = sorted({len(one["folds"]) for one in shares})
-    label = "one fold" if folds == [1] else f"mean of {' or '.join(map(str, folds))} folds"
-    axes.errorbar(percents, means, deviations, capsize=2, linewidth=1.0, label=label, **look | {"linestyle": "-"})
-    band = [[m + sign * d for m, d in zip(means, deviations, strict=True)] for sign in (-1.0, 1.0)]
-    axes.fill_between(percents, *band, color=color, alpha=0.15, linewidth=0)
+    models_style.draw_folds(axes, percents, means, deviations, [len(one["folds"]) for one in shares], look)
     whole = {"markeredgecolor": drawing.BLACK, "markeredgewidth": 0.9}
     axes.plot(100.0, content["full"]["mse"], label=f"all, {content['full']['epochs']} epochs", **look | whole)
     axes.legend(loc="upper right")

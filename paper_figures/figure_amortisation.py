@@ -74,10 +74,10 @@ def main(
             axes.plot(
                 at, height, "o", color=color, markersize=4, markeredgecolor="white", markeredgewidth=0.5, zorder=4
             )
-    axes.axvline(12_450, color="0.7", linewidth=0.7, zorder=0)
+    axes.axvline(content["data_set_trajectories"], color="0.7", linewidth=0.7, zorder=0)
     axes.annotate(
         "size of the data set",
-        (12_450, 0.98),
+        (content["data_set_trajectories"], 0.98),
         xycoords=("data", "axes fraction"),
         rotation=90,
         fontsize=5.5,

@@ -1,7 +1,7 @@
 """Figure: error against core minutes of training, and against the trajectories it was trained on.
 
 Curves are validation errors; held-out errors, measured once at the end of a run, are marked at its core minutes.
-Reads the result of `experiments.training_cost`; what is not published yet is named in the panels.
+Reads the result of `experiments.training_cost`; a line above names runs that are not published yet.
 """
 
 from pathlib import Path
@@ -76,8 +76,9 @@ def draw_shares(axes: Axes, points: list[dict[str, Any]]) -> None:
         axes.set(xticks=[], yticks=[])
         return
     count = [point["trajectories"] for point in points]
-    error, deviation = ([point[name] for point in points] for name in ("mse", "mse_sd"))
-    axes.errorbar(count, error, yerr=deviation, capsize=2, **models_style.marker(REFERENCE) | {"linestyle": "-"})
+    error, deviation, folds = ([point[name] for point in points] for name in ("mse", "mse_sd", "folds"))
+    models_style.draw_folds(axes, count, error, deviation, folds, models_style.marker(REFERENCE))
+    axes.legend(loc="upper right", fontsize=6)
     axes.set(xscale="log", yscale="log", xlabel="training trajectories", ylabel="held-out error (MSE, scaled force)")
     each = points[-1]["solver_seconds"] / points[-1]["trajectories"]
     above = axes.secondary_xaxis("top", functions=(lambda n: n * each, lambda s: s / each))
@@ -98,6 +99,9 @@ def main(
         left.text(0.5, 0.5, "no model published yet", transform=left.transAxes, ha="center", color="0.4")
         left.set(xticks=[], yticks=[])
     draw_shares(right, content["shares"])
+    absent = [*content["missing"], *content["outdated"]]
+    if absent:
+        drawn.suptitle(f"not published yet: {', '.join(absent)}", fontsize=6, color="0.4")
     for axes, name in ((left, "a"), (right, "b")):
         drawing.letter(axes, name)
     drawing.save(drawn, "figure-training-cost", folder)

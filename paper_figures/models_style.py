@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from paper_figures import drawing
@@ -47,6 +48,28 @@ def step_marker(name: str) -> dict[str, Any]:
     """The same for the many measurement steps of a predicted history: smaller and hollow, so that they do not merge."""
     small = {"markersize": 3.2, "markerfacecolor": "none", "markeredgecolor": color(name), "markeredgewidth": 0.6}
     return marker(name) | small
+
+
+def draw_folds(
+    axes: Axes,
+    x: Sequence[float],
+    means: Sequence[float],
+    deviations: Sequence[float],
+    folds: Sequence[int],
+    look: Mapping[str, Any],
+) -> None:
+    """Draw means over folds with standard deviations, and open, without one, what was trained on one fold alone."""
+    axes.plot(x, means, color=look["color"], linewidth=1.0, zorder=1)
+    points = list(zip(x, means, deviations, folds, strict=True))
+    several, single = ([point for point in points if (point[3] > 1) is many] for many in (True, False))
+    if several:
+        at, mean, deviation, counts = zip(*several, strict=True)
+        label = f"mean of {' or '.join(map(str, sorted(set(counts))))} folds"
+        axes.errorbar(at, mean, deviation, capsize=2, label=label, **look)
+    if single:
+        at, mean, _, _ = zip(*single, strict=True)
+        hollow = {"markerfacecolor": "white", "markeredgecolor": look["color"], "markeredgewidth": 0.8}
+        axes.plot(at, mean, label="one fold", **{**look, **hollow})
 
 
 def family_handles() -> list[Line2D]:

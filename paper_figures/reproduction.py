@@ -44,6 +44,7 @@ SOURCES = {
     "graphs": ("results", "studies/architecture_graphs.json", "make figure-architectures"),
     "slips": ("results", "studies/paper_slips.json", "make report"),
     "settings": ("results", "studies/adopted_settings.json", "make report"),
+    "training": ("published", "measurements/training_cost.json", "make measure-training-cost"),
     "speed": ("published", "measurements/training_speed.json", "make bench-training"),
     "features": ("published", "feature_sets.json", "make feature-sets"),
     "efficiency": ("published", "data_efficiency.json", "make data-efficiency"),

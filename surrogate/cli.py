@@ -17,7 +17,7 @@ from surrogate.architectures.naming import PAPER_PARAMETER_COUNTS, names, split_
 from surrogate.backend import limit_threads, quiet_backend
 from surrogate.model_files import find_model, model_roots
 from surrogate.predict_cli import register
-from surrogate.queue import STOPPED, StopRequest, outdated, run_queue, set_aside
+from surrogate.queue import STOP_FILE, STOPPED, StopRequest, outdated, run_queue, set_aside
 
 app = typer.Typer(
     help="Sequence models that imitate the contact solver.", no_args_is_help=True, pretty_exceptions_enable=False
@@ -72,6 +72,7 @@ def train(
     fold: Annotated[int, typer.Option(help="Which nested family of such shares.")] = 0,
     extra: Annotated[Path | None, typer.Option(help="A second data set, all for training.")] = None,
     label: Annotated[str | None, typer.Option(help="Publish under this name.")] = None,
+    replace: Annotated[bool, typer.Option(help="Replace a published model that was trained otherwise.")] = False,
     threads: ThreadsOption = None,
     runs: RunsOption = RUNS,
     models: ModelsOption = MODELS,
@@ -105,6 +106,12 @@ def train(
         extra=TrajectoryDataset.load(extra) if extra else None,
         label=label or "",
     )
+    asked = {"dataset_sha256": data.sha256, "recipe": chosen, "split": run.split, "features": features}
+    if not (label or replace) and (models / name / "run.json").exists() and (why := outdated(models / name, **asked)):
+        raise ValueError(
+            f"Expected --label for a name of its own, or --replace, since {models / name} is already published. "
+            f"Received: neither, and there one {why}"
+        )
     with reporter(run.name) as report:
         progress = execute(
             run,
@@ -128,13 +135,13 @@ def train_all(
     only: Annotated[list[str] | None, typer.Option(help="Train this model; may be repeated.")] = None,
     epochs: EpochsOption = None,
     seed: SeedOption = None,
-    jobs: Annotated[int, typer.Option(help="Models at a time.")] = 2,
+    jobs: Annotated[int, typer.Option(min=1, help="Models at a time.")] = 2,
     threads: Annotated[int, typer.Option(help="Threads of each.")] = 1,
     runs: RunsOption = RUNS,
     models: ModelsOption = MODELS,
 ) -> None:
     """Train every model that is not published yet, or was trained otherwise; start it again to resume."""
-    wanted = only or names()
+    wanted = list(dict.fromkeys(only)) if only else names()
     for name in wanted:
         split_name(name)
     from surrogate.dataset import TrajectoryDataset
@@ -168,14 +175,15 @@ def train_all(
             "models": models,
         }
         flags = [[f"--{option}", str(value)] for option, value in options.items() if value is not None]
-        return ["train", name, *(word for flag in flags for word in flag)]
+        return ["train", name, "--replace", *(word for flag in flags for word in flag)]
 
     typer.echo(f"{len(waiting)} of {len(wanted)} models to train, {jobs} at a time")
     ended = run_queue(waiting, command, folder=runs, jobs=jobs, log=typer.echo)
     if any(status not in (0, STOPPED) for status in ended.values()):
         raise typer.Exit(1)
     if len(ended) < len(waiting) or STOPPED in ended.values():
-        typer.echo("Stopped; the same command resumes")
+        file = runs / STOP_FILE
+        typer.echo(f"Stopped; the same command resumes{f', once {file} is removed' if file.exists() else ''}")
         raise typer.Exit(STOPPED)
 
 

@@ -99,6 +99,7 @@ class TrajectoryDataset:
         sha256: Digest of what was asked for: protocols in their order, material, accuracy, measurement steps, and which
             of them completed. Computing a campaign again, even where another processor rounds otherwise, gives the same
             digest, so models and data sets find each other; `published/MANIFEST.json` has the sum of the very file.
+        modulus_ratio: Relaxed over instantaneous modulus of the standard linear solid; `None` where the file has none.
     """
 
     protocols: dict[str, np.ndarray]
@@ -107,6 +108,7 @@ class TrajectoryDataset:
     scalars: dict[str, np.ndarray]
     status: np.ndarray
     sha256: str
+    modulus_ratio: float | None
 
     @classmethod
     def load(cls, path: str | Path) -> TrajectoryDataset:
@@ -133,6 +135,7 @@ class TrajectoryDataset:
                     scalars={name: file["scalars"][name][:] for name in SCALARS},
                     status=file["status"][:],
                     sha256=_digest(file),
+                    modulus_ratio=file.attrs.get("modulus_ratio"),
                 )
         except (KeyError, OSError) as error:
             raise ValueError(f"Expected a data set as `bem` writes it. Received: {path} ({error})") from error
@@ -196,6 +199,7 @@ def _digest(file: h5py.File) -> str:
     asked["counts"] = [int(count) for count in file["fms"].attrs["counts"]]
     digest = hashlib.sha256(json.dumps(asked, sort_keys=True).encode())
     for name in PROTOCOL_QUANTITIES:
-        digest.update(file["protocols"][name][:].astype("<f8").tobytes())
+        # In single precision, because the last digit of a power differs from one processor to another.
+        digest.update(file["protocols"][name][:].astype("<f4").tobytes())
     digest.update((file["status"][:] == 0).tobytes())
     return digest.hexdigest()

@@ -92,7 +92,9 @@ def run_queue(
                 process.terminate()
         time.sleep(poll_seconds)
         for name in [name for name, process in running.items() if process.poll() is not None]:
-            ended[name] = running.pop(name).returncode
+            status = running.pop(name).returncode
+            # What is told to stop before it listens is ended by the signal, and resumes as well.
+            ended[name] = STOPPED if told_to_stop and status < 0 else status
             outcome = {0: "done", STOPPED: "stopped, to be resumed"}.get(ended[name])
             log(f"{name}: {outcome or f'failed with status {ended[name]}, see {folder / name}/log.txt'}")
         if time.monotonic() - last_status >= status_seconds:

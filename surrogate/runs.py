@@ -48,8 +48,12 @@ class Run:
         split: Its division.
         recipe: How to train.
         features: The feature set.
-        extra: A second data set whose trajectories all join the training part, but for protocols held out.
+        extra: A second data set, of the same material and measurement steps, whose trajectories all join the training
+            part, but for protocols held out.
         label: The name to publish under; the architecture's by default.
+
+    Raises:
+        ValueError: the second data set is of another material or has other measurement steps.
     """
 
     architecture: str
@@ -59,6 +63,14 @@ class Run:
     features: str = "D"
     extra: TrajectoryDataset | None = None
     label: str = ""
+
+    def __post_init__(self) -> None:
+        if self.extra is None:
+            return
+        for name, words in (("modulus_ratio", "modulus ratio"), ("counts", "measurement steps")):
+            wanted, found = getattr(self.dataset, name), getattr(self.extra, name)
+            if found != wanted:
+                raise ValueError(f"Expected an extra data set of the {words} {wanted}. Received: {found}")
 
     @property
     def name(self) -> str:
@@ -99,12 +111,15 @@ def fit_scaling(run: Run) -> Scaling:
 
 def extra_indices(run: Run) -> np.ndarray:
     """Return the completed trajectories of the extra data set whose protocols the run does not hold out."""
-    held_out = run.dataset.protocols_of(np.concatenate([run.split.validation, run.split.test]))
-    forbidden = set(zip(*(held_out[name].tolist() for name in held_out), strict=True))
     completed = run.extra.completed
-    offered = run.extra.protocols_of(completed)
-    rows = zip(*(offered[name].tolist() for name in held_out), strict=True)
-    return completed[np.array([row not in forbidden for row in rows], dtype=bool)]
+    forbidden = set(_protocols(run.dataset, np.concatenate([run.split.validation, run.split.test])))
+    return completed[np.array([row not in forbidden for row in _protocols(run.extra, completed)], dtype=bool)]
+
+
+def _protocols(dataset: TrajectoryDataset, indices: np.ndarray) -> list[tuple[float, ...]]:
+    """Protocols as they compare between processors, whose powers differ in the last digit: in single precision."""
+    columns = dataset.protocols_of(indices).values()
+    return list(zip(*(values.astype(np.float32).tolist() for values in columns), strict=True))
 
 
 def execute(

@@ -5,8 +5,7 @@ Stabilizing Shampoo using Adam", arXiv:2409.11321, algorithm 3.
 
 For a matrix of weights with gradient G, the directions in which gradients are large are the eigenvectors of the moving
 averages of G G^T and G^T G. SOAP turns the gradient into these bases, takes Adam's step there, and turns it back. The
-bases change slowly, so one step of orthogonal iteration every few steps follows them. A trained surrogate needs many
-fewer epochs than with Adam, at hardly more time an epoch (`make measure-training-cost`).
+bases change slowly, so one step of orthogonal iteration every few steps follows them.
 """
 
 from __future__ import annotations

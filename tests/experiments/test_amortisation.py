@@ -9,7 +9,7 @@ from experiments import amortisation
 
 def test_amortisation_finds_where_lines_cross(cost, dataset, tmp_path):
     out = tmp_path / "amortisation.json"
-    amortisation.main(cost, dataset, tmp_path / "no models", out)
+    amortisation.main(cost, dataset, tmp_path / "no models", tmp_path / "no speed", out)
     content = json.loads(out.read_text(encoding="utf-8"))
     crossing = next(c for c in content["break_even"] if c["solver"] == "paper's solver")
     paper = {line["name"]: line for line in content["lines"]}
@@ -23,4 +23,4 @@ def test_amortisation_finds_where_lines_cross(cost, dataset, tmp_path):
         is None
     )
     with pytest.raises(FileNotFoundError, match="make measure-accuracy-cost"):
-        amortisation.main(tmp_path / "absent.json", dataset, tmp_path, out)
+        amortisation.main(tmp_path / "absent.json", dataset, tmp_path, tmp_path, out)

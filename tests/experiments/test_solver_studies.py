@@ -3,7 +3,7 @@ import json
 import numpy as np
 import pytest
 
-from experiments import bench_report, bench_solver, closed_forms, hard_cases, solver_scaling
+from experiments import bench_report, bench_solver, closed_forms, hard_cases
 from experiments.solver_sample import measured, sample_cases
 from paper_figures import figure_solver_scaling
 
@@ -60,10 +60,6 @@ def test_a_hard_case_is_examined_and_summarised():
     assert row["change"] < 4e-3
     text = hard_cases.markdown([row], {"command": "c", "host": "h"})
     assert "| completed with finite numbers | 1 |" in text
-
-
-def test_a_power_is_fitted():
-    assert solver_scaling.exponent([1.0, 2.0, 4.0], [3.0, 12.0, 48.0]) == pytest.approx(2.0)
 
 
 def test_the_growth_of_the_cost_is_drawn(tmp_path):

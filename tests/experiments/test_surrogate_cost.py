@@ -48,7 +48,7 @@ def test_seconds_of_a_model_that_was_trained_anew_do_not_count(dataset, tmp_path
     tools.append({"model": "M1-gated", "setting": "M1-gated"} | common)
     cost = tmp_path / "cost.json"
     cost.write_text(json.dumps({"tools": tools}), encoding="utf-8")
-    amortisation.main(cost, dataset, models, tmp_path / "out.json")
+    amortisation.main(cost, dataset, models, tmp_path / "no speed", tmp_path / "out.json")
     content = json.loads((tmp_path / "out.json").read_text(encoding="utf-8"))
     assert [line["name"] for line in content["lines"] if line["kind"] == "surrogate"] == ["M1-concat"]
     assert content["retrained"] == ["M1-FiLM", "M1-gated"]
@@ -129,7 +129,7 @@ def test_surrogates_are_measured_and_what_does_not_work_is_named(models, dataset
     assert len(broken) == 1
     assert not any(tool["model"] == "M1-gated" for tool in surrogates)
     result = tmp_path / "amortisation.json"
-    amortisation.main(out, dataset, models, result)
+    amortisation.main(out, dataset, models, tmp_path / "no speed", result)
     later = json.loads(result.read_text(encoding="utf-8"))
     assert "M1-gated" in later["unmeasured"]
     assert later["outdated"] == ["M2-concat"]

@@ -35,7 +35,7 @@ def test_held_out_errors_stand_beside_the_curves_of_the_validation_error(dataset
     write_model(models / "M1-concat-large", dataset, 1e-5, dataset_sha256="0")
     shares = tmp_path / "shares.json"
     full, half = {"training_trajectories": 48, "mse": 0.1}, {"trajectories": 24, "mse_mean": 0.2, "mse_sd": 0.01}
-    shares.write_text(json.dumps({"full": full, "shares": [half]}), encoding="utf-8")
+    shares.write_text(json.dumps({"full": full, "shares": [half | {"folds": [{}, {}]}]}), encoding="utf-8")
     out = tmp_path / "training.json"
     speed = tmp_path / "speed.json"
     training_cost.main(models, dataset, shares, speed, out)
@@ -47,7 +47,7 @@ def test_held_out_errors_stand_beside_the_curves_of_the_validation_error(dataset
     assert content["minutes_to_paper_mse"] == 1.0
     assert [(one["name"], one["test_mse"]) for one in content["beside"]] == [("M1-concat-8-epochs", 9e-4)]
     assert list(content["outdated"]) == ["M1-concat-large"]
-    assert [point["trajectories"] for point in content["shares"]] == [24, 48]
+    assert [(point["trajectories"], point["folds"]) for point in content["shares"]] == [(24, 2), (48, 1)]
     assert len(content["missing"]) == 17 + len(training_cost.BUDGETS) - 1
     # With what a batch costs on one machine, 48 trajectories in batches of 20 take three of them an epoch.
     batches = {"recipe": "swift", "models": {"M1-concat": {"seconds_per_batch": {"median": 10.0}}}}

@@ -48,7 +48,7 @@ def test_accuracy_and_cost(measured, tmp_path):
     assert "Not published when this was measured: M2-FiLM. Trained otherwise than those compared: M1-concat." in text
     assert text.count("20 (10-30)") == 7
     hertz = next(line for line in text.splitlines() if "Hertz" in line)
-    assert [cell.strip() for cell in hertz.split("|")[3:6]] == ["2", "2", "0"]
+    assert [cell.strip() for cell in hertz.split("|")[3:6]] == ["2 (3)", "2", "0"]
     assert hertz.split("|")[-3].strip() == "170 / 5"
 
 

@@ -29,7 +29,7 @@ def test_amortisation_without_and_with_a_surrogate(measured, tmp_path):
     ]
     crossing = {"surrogate": "M1-concat, ONNX batch", "solver": "solver, standard", "queries": 1.1e5}
     never = {"surrogate": "paper's surrogate", "solver": "solver, standard", "queries": None}
-    content = {"data_set_seconds": 100.0, "missing": [], "unmeasured": ["M2-FiLM"]}
+    content = {"data_set_seconds": 100.0, "data_set_trajectories": 50, "missing": [], "unmeasured": ["M2-FiLM"]}
     content |= {"retrained": ["M2-gated"], "outdated": ["M1-concat"]}
     figure_amortisation.main(measured({**content, "lines": lines, "break_even": [crossing, never]}), tmp_path, tmp_path)
     text = (tmp_path / "amortisation.md").read_text(encoding="utf-8")
@@ -46,17 +46,21 @@ def test_amortisation_without_and_with_a_surrogate(measured, tmp_path):
 def test_cost_of_training(measured, tmp_path, published):
     history = {key: [1.0, 0.5] for key in ("core_minutes", "validation_mse", "best_mse")}
     run = {"name": "M1-concat", "epochs": 2, "core_minutes": 2.0, "test_mse": 4e-4, "history": history}
-    content = {"paper_mse": 5e-4, "minutes_to_paper_mse": 1.5 if published else None, "beside": []} | (
-        {
-            "models": [run],
-            "beside": [run | {"name": "M1-concat-8-epochs", "core_minutes": 1.0, "test_mse": 8e-4}],
-            "shares": [
-                {"trajectories": n, "solver_seconds": 0.01 * n, "mse": 1.0 / n, "mse_sd": 0.0} for n in (10, 100)
-            ],
-        }
-        if published
-        else {"models": [], "shares": []}
-    )
+    common = {
+        "paper_mse": 5e-4,
+        "minutes_to_paper_mse": 1.5 if published else None,
+        "missing": ["M4-FiLM"],
+        "outdated": {},
+        "beside": [],
+        "models": [],
+        "shares": [],
+    }
+    short = run | {"name": "M1-concat-8-epochs", "core_minutes": 1.0, "test_mse": 8e-4}
+    points = [
+        {"trajectories": n, "solver_seconds": 0.01 * n, "mse": 1.0 / n, "mse_sd": 0.1 / n, "folds": folds}
+        for n, folds in ((10, 5), (100, 1))
+    ]
+    content = common | ({"models": [run], "beside": [short], "shares": points} if published else {})
     figure_training_cost.main(measured(content), tmp_path)
     assert files_in(tmp_path) == pictures("figure-training-cost")
     axes = drawing.figure(height=2.0).subplots()

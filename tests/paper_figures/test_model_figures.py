@@ -53,6 +53,9 @@ def test_figure_5_data_efficiency(tmp_path, cracks, kept):
     shares = kept[0].axes[3]
     points = shares.containers[0].lines[0].get_xydata()
     np.testing.assert_allclose(points, [[12.5, 1.0 / 12.5], [75.0, 1.0 / 75.0]])
+    (single,) = (line for line in shares.lines if line.get_label() == "one fold")
+    assert single.get_xydata().tolist() == [[25.0, 0.04]]
+    assert single.get_markerfacecolor() == "white"
     assert [100.0, 5e-3] in [line.get_xydata()[0].tolist() for line in shares.lines]
 
 
@@ -90,4 +93,4 @@ def test_figure_features_draws_what_is_there(tmp_path, kept):
     assert "make data-efficiency" in second.texts[0].get_text()
     figure_features.main(absent, write(tmp_path / "e.json", efficiency()), tmp_path)
     labels = [line.get_label() for line in kept[1].axes[1].lines[::2]]
-    assert labels == ["100 %", "75 %", "12.5 %"]
+    assert labels == ["100 %", "75 %", "25 %", "12.5 %"]

@@ -64,6 +64,13 @@ def test_train_then_evaluate(tiny, options, tmp_path, monkeypatch):
     again = runner.invoke(cli.app, ["train-all", "--only", "M1-concat", *options])
     assert "0 of 1 models to train" in again.output
 
+    # A model trained otherwise neither takes its place nor is it trained first.
+    otherwise = ["train", "M1-concat", *options, "--epochs", "1"]
+    refused = runner.invoke(cli.app, otherwise)
+    assert "Expected --label for a name of its own, or --replace" in str(refused.exception)
+    assert json.loads((tmp_path / "models" / "M1-concat" / "run.json").read_text()) == run
+    assert runner.invoke(cli.app, [*otherwise, "--label", "short"]).exit_code == 0
+
     errors = tmp_path / "errors.csv"
     result = runner.invoke(cli.app, ["evaluate", "M1-concat", *options[2:4], *options[6:], "--errors", str(errors)])
     assert result.exit_code == 0, result.output

@@ -1,4 +1,5 @@
 import csv
+import dataclasses
 import json
 import os
 import subprocess
@@ -13,7 +14,7 @@ import surrogate
 from surrogate.checkpoint import HISTORY_COLUMNS
 from surrogate.predictor import ExtrapolationWarning, Surrogate
 from surrogate.recipe import Recipe
-from surrogate.runs import Run, execute, publish
+from surrogate.runs import Run, execute, extra_indices, publish
 
 COSINE = 'optimizer = "soap"\nweight_average = 0.5\ngradient_norm = 1.0\n[cosine]\nwarmup_epochs = 1\n'
 PLATEAU = "[plateau]\nfactor = 0.5\npatience = 1\nminimum_rate = 1e-3\nstop_after = 3\n"
@@ -122,6 +123,25 @@ def test_extra_trajectories_join_training_but_held_out_protocols_do_not(tiny, da
     written = json.loads((tmp_path / "run" / "model" / "run.json").read_text())
     assert (written["name"], written["architecture"]) == ("large", "M1-concat")
     assert written["training_trajectories"] == 48 + 48
+
+
+@pytest.mark.parametrize(("name", "value"), [("modulus_ratio", 0.5), ("counts", (60, 20, 40))])
+def test_extra_trajectories_are_of_the_same_material_and_steps(dataset, tmp_path, name, value):
+    other = dataclasses.replace(dataset, **{name: value})
+    with pytest.raises(ValueError, match="Expected an extra data set of the"):
+        Run("M1-concat", dataset, dataset.split(), recipe(tmp_path, epochs=1), extra=other)
+
+
+def test_held_out_protocols_are_known_by_all_but_their_last_digits(dataset, tmp_path):
+    elsewhere = {name: np.nextafter(values, np.inf) for name, values in dataset.protocols.items()}
+    run = Run(
+        "M1-concat",
+        dataset,
+        dataset.split(),
+        recipe(tmp_path, epochs=1),
+        extra=dataclasses.replace(dataset, protocols=elsewhere),
+    )
+    assert set(extra_indices(run)) == set(run.split.train)
 
 
 def test_dropout_ends_where_the_recipe_says_also_after_a_resumption(tiny, dataset, tmp_path, monkeypatch):
