@@ -49,8 +49,8 @@ def simulate(
         scene: Tabor parameter, material and adhesion; only the effects it names are simulated.
         protocol: `LoadingProtocol`, or any `PiecewiseLinearProtocol` (cycles, creep and hold).
         accuracy: "draft", "standard", "reference", or the wanted relative error of pull-off force and hysteresis (2e-5
-            to 0.05). Draft is for looking, standard for data sets, reference for checking; cost grows about as
-            error^-0.7.
+            to 0.05). Draft is for looking, standard for data sets, reference for checking; `docs/cost.md` has
+            what each costs.
         initial_state: "relaxed", as if the sphere had stood at its start for ever, or "glassy", as if it had just been
             put there.
         mesh: radii (n,) in beta, from 0 upwards, of a fixed mesh of your own, e.g. `bem.mesh.uniform_mesh`; by default

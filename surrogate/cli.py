@@ -107,11 +107,14 @@ def train(
         label=label or "",
     )
     asked = {"dataset_sha256": data.sha256, "recipe": chosen, "split": run.split, "features": features}
-    if not (label or replace) and (models / name / "run.json").exists() and (why := outdated(models / name, **asked)):
-        raise ValueError(
-            f"Expected --label for a name of its own, or --replace, since {models / name} is already published. "
-            f"Received: neither, and there one {why}"
-        )
+    if not (label or replace) and (models / name / "run.json").exists():
+        if why := outdated(models / name, **asked):
+            raise ValueError(
+                f"Expected --label for a name of its own, or --replace, since {models / name} is already published. "
+                f"Received: neither, and there one {why}"
+            )
+        typer.echo(f"{name}: already published in {models / name}; --replace trains it again")
+        return
     with reporter(run.name) as report:
         progress = execute(
             run,

@@ -79,8 +79,9 @@ def excesses(quantities: dict[str, np.ndarray], ranges: dict[str, tuple[float, f
     low, high = np.empty_like(values), np.empty_like(values)
     for row, name in enumerate(names):
         low[row], high[row] = bounds[name]
-    beyond = np.maximum(low - values, values - high)
-    outside = beyond > RANGE_TOLERANCE * np.maximum(np.abs(low), np.abs(high))
+    below, above = low - values, values - high
+    beyond = np.maximum(below, above)
+    outside = (below > RANGE_TOLERANCE * np.abs(low)) | (above > RANGE_TOLERANCE * np.abs(high))
     return [
         Excess(names[row], values[row], low[row], high[row], np.where(outside[row], beyond[row], 0.0))
         for row in np.flatnonzero(outside.any(axis=1))

@@ -45,7 +45,7 @@ def accumulate(matrix: np.ndarray, vector: np.ndarray, result: np.ndarray) -> No
 
 @compiled
 def hyperbolic_tangents(values: np.ndarray) -> None:
-    """Replace float32 values by their hyperbolic tangents, to 4e-7.
+    """Replace float32 values by their hyperbolic tangents, to 4e-7; by NaN what is not finite.
 
     A rational function runs in vector registers where `math.tanh` does not. Source of its coefficients: the minimax
     approximation of the Eigen library, `generic_fast_tanh_float`.
@@ -64,7 +64,7 @@ def hyperbolic_tangents(values: np.ndarray) -> None:
         q = q * s + np.float32(1.18534705686654e-04)
         q = q * s + np.float32(2.26843463243900e-03)
         q = q * s + np.float32(4.89352518554385e-03)
-        # The clamp lets NaN through as a bound; the second term brings it back.
+        # The clamp turns what is not finite into a bound; the second term brings it back as NaN.
         values[index] = x * p / q + (values[index] - values[index])
 
 

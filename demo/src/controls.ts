@@ -1,7 +1,7 @@
 /** One slider and one number box for each quantity, kept in step; the slider moves in the logarithm. */
 
 import { significant } from "./format";
-import type { Ranges } from "./model";
+import { isOutside, type Ranges } from "./model";
 import { complaint, LABELS, QUANTITIES, type Protocol, type Quantity } from "./protocol";
 
 const NOTCHES = 400;
@@ -98,7 +98,7 @@ export class Controls {
     slider.setAttribute("aria-valuetext", `${name} ${significant(value, SLIDER_DIGITS)} ${unit}`.trim());
     box.removeAttribute("aria-invalid");
     const [from, to] = this.ranges[quantity];
-    const outside = value < from * (1 - 1e-6) || value > to * (1 + 1e-6);
+    const outside = isOutside(value, from, to);
     row.classList.toggle("outside", outside);
     note.textContent = outside
       ? `Outside the training range, ${significant(from, SLIDER_DIGITS)} to ${significant(to, SLIDER_DIGITS)}.`

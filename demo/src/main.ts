@@ -106,7 +106,7 @@ class Page {
 
   private turn(direction: number): void {
     const { curves } = this.set;
-    const at = curves.findIndex((curve) => curve.name === this.picker.value);
+    const at = curves.findIndex((curve) => curve === curveOf(curves, this.protocol));
     const next = at < 0 ? (direction > 0 ? 0 : curves.length - 1) : (at + direction + curves.length) % curves.length;
     this.show(curves[next]!.protocol);
   }
@@ -167,7 +167,7 @@ class Page {
         this.draw();
       } while (done !== this.protocol);
     } catch (error) {
-      tell(`The prediction failed (${String(error)}).`);
+      tell(error instanceof Trouble ? error.message : `The prediction failed (${String(error)}).`);
     } finally {
       this.waiting = false;
     }

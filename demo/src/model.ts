@@ -14,8 +14,14 @@ const INPUTS = ["times", "indentations", "tabor", "edge"];
 const OUTPUT = "force";
 const FORMAT = "viscoelastic-contact-surrogate-onnx";
 const FORMAT_VERSION = "1";
-// As in `surrogate/predictor.py`: relative to the larger bound.
+// As in `surrogate/extrapolation.py`: relative to the bound.
 const RANGE_TOLERANCE = 1e-6;
+
+/** Whether a positive quantity lies outside its training range, but for rounding. */
+export function isOutside(value: number, low: number, high: number): boolean {
+  return value < low * (1 - RANGE_TOLERANCE) || value > high * (1 + RANGE_TOLERANCE);
+}
+
 
 export type Ranges = Record<Quantity, readonly [number, number]>;
 
@@ -103,6 +109,9 @@ export class Model {
     const { [OUTPUT]: output } = await this.session.run(feeds);
     const milliseconds = performance.now() - begin;
     const force = Float64Array.from(output!.data as Float64Array | Float32Array);
+    if (!force.every(Number.isFinite)) {
+      throw new Trouble("These phases are too different in length for the measurement steps to be told apart.");
+    }
     return cases.map((_, row) => ({ force: force.slice(row * steps, (row + 1) * steps), milliseconds }));
   }
 
@@ -110,8 +119,7 @@ export class Model {
   outside(protocol: Protocol): Quantity[] {
     return QUANTITIES.filter((name) => {
       const [low, high] = this.ranges[name];
-      const slack = RANGE_TOLERANCE * Math.max(Math.abs(low), Math.abs(high));
-      return protocol[name] < low - slack || protocol[name] > high + slack;
+      return isOutside(protocol[name], low, high);
     });
   }
 }

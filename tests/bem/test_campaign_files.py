@@ -216,7 +216,7 @@ def test_a_flipped_bit_of_the_force_is_noticed(undisturbed, tmp_path):
         load_dataset(tmp_path / "flipped.h5")
 
 
-def test_a_file_cut_anywhere_or_altered_anywhere_gives_one_sentence_or_its_numbers(undisturbed, tmp_path):
+def test_a_file_cut_anywhere_or_altered_anywhere_is_refused_in_one_sentence_where_it_is_noticed(undisturbed, tmp_path):
     content = undisturbed.read_bytes()
     path = tmp_path / "damaged.h5"
     rng = np.random.default_rng(0)

@@ -2,7 +2,6 @@
 
 import importlib.util
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
@@ -47,14 +46,12 @@ def model():
 
 def test_hold_force(model):
     hold = example("hold_force").hold
-    clock = time.perf_counter()
     loose, held = (hold(model, target=1.0, controlled=controlled) for controlled in (False, True))
     assert loose.force[-20:].mean() < -3.0
     assert held.force[-20:].mean() == pytest.approx(1.0, abs=0.2)
     assert np.abs(held.force[-20:] - 1.0).max() < 0.6
     # The base drifts towards the half-space, so the command must move away.
     assert held.command[-1] < held.command[20]
-    assert time.perf_counter() - clock < 60.0
 
 
 def test_design_unloading(model):

@@ -1,5 +1,3 @@
-import time
-
 import numpy as np
 import pytest
 
@@ -49,14 +47,6 @@ def test_dtw_forgives_a_shift_and_never_exceeds_the_rmse():
     assert dtw_rmse(a, b)[0] < 0.3 * np.sqrt(np.mean((a - b) ** 2))
     pairs = np.random.default_rng(2).normal(size=(2, 50, 30))
     assert np.all(dtw_rmse(*pairs) <= np.sqrt(np.mean((pairs[0] - pairs[1]) ** 2, axis=1)) + 1e-12)
-
-
-def test_dtw_of_a_test_set_takes_about_a_second():
-    pairs = np.random.default_rng(3).normal(size=(2, 1245, 120))
-    dtw_rmse(pairs[0][:1], pairs[1][:1])
-    start = time.perf_counter()
-    dtw_rmse(*pairs)
-    assert time.perf_counter() - start < 3.0
 
 
 def test_pull_off_looks_at_unloading_only():

@@ -187,10 +187,10 @@ def test_a_step_allocates_nothing_that_stays(model):
 
 
 def test_hyperbolic_tangent():
-    values = np.concatenate([np.linspace(-20.0, 20.0, 400_001), [np.inf, -np.inf]]).astype(np.float32)
+    values = np.linspace(-20.0, 20.0, 400_001).astype(np.float32)
     expected = np.tanh(values.astype(np.float64))
-    hyperbolic_tangents(values[:-2])
-    np.testing.assert_allclose(values[:-2], expected[:-2], rtol=0.0, atol=4e-7)
-    broken = np.array([np.nan], dtype=np.float32)
+    hyperbolic_tangents(values)
+    np.testing.assert_allclose(values, expected, rtol=0.0, atol=4e-7)
+    broken = np.array([np.nan, np.inf, -np.inf], dtype=np.float32)
     hyperbolic_tangents(broken)
-    assert np.isnan(broken[0])
+    assert np.isnan(broken).all()
