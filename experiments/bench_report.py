@@ -58,7 +58,8 @@ def sections(content: dict[str, Any]) -> Iterator[Section]:
     yield Section(
         "Errors",
         "Relative errors in percent, median / 95th / 99th percentile / largest, against solutions refined to a target "
-        f"of {content['truth_target']:g}; the force history is sum |dP| / sum |P| over 120 measurement steps. `Met` is "
+        f"of {content['truth_target']:g}, which {max(level['compared'] for level in levels)} of the protocols have; "
+        "the force history is sum |dP| / sum |P| over 120 measurement steps. `Met` is "
         "the share of the sample whose error is at most the target: pull-off force / hysteresis / force history.",
         ["Accuracy", "Target", *QUANTITIES.values(), "Met (%)"],
         [

@@ -132,6 +132,7 @@ def measure(level: str | float, cases: list[Case], exact: np.ndarray) -> dict[st
         "target": target,
         "trajectories": len(cases),
         "failures": failures,
+        "compared": int(np.sum(known)),
         "seconds": distribution(np.array(wall)),
         "processor_seconds": distribution(np.array(processor)),
         "errors": {name: distribution(values[known]) for name, values in found.items()},
