@@ -39,15 +39,10 @@ def draw_time(axes: Axes, content: dict[str, Any]) -> None:
             **models_style.marker(REFERENCE),
         )
         words = run["name"].removeprefix(f"{REFERENCE}-").replace("-", " ") if run["name"] != REFERENCE else ""
-        axes.annotate(
-            words or f"{run['epochs']} epochs",
-            (run["core_minutes"], run["test_mse"]),
-            xytext=(0, -6),
-            textcoords="offset points",
-            ha="center",
-            va="top",
-            fontsize=6,
-        )
+        # To the right of the reference, since a run of as many epochs may lie just below it.
+        place = {"xytext": (0, -6), "ha": "center", "va": "top"} if words else {"xytext": (6, 0), "va": "center"}
+        at = (run["core_minutes"], run["test_mse"])
+        axes.annotate(words or f"{run['epochs']} epochs", at, textcoords="offset points", fontsize=6, **place)
     axes.axhline(content["paper_mse"], color=drawing.PAPER, linewidth=0.8, linestyle="--", label="paper's held-out")
     reached = content["minutes_to_paper_mse"]
     if reached is not None:
