@@ -8,8 +8,7 @@ FINEST ?= 200
 # Whose map of errors is drawn; that of any model but the first is measured where it is not there.
 MODEL ?= M1-concat
 MAP := $(if $(filter M1-concat,$(MODEL)),$(MEASUREMENTS)/surrogate_map,$(OUT)/measurements/surrogate_map-$(MODEL)).json
-MAP_FOLDER := $(FIGURES)$(if $(filter-out M1-concat,$(MODEL)),/$(MODEL))
-MAP_TABLES := $(TABLES)$(if $(filter-out M1-concat,$(MODEL)),/$(MODEL))
+MAP_PLACE := $(if $(filter-out M1-concat,$(MODEL)),/$(MODEL))
 SOAK ?= 100000
 SOAK_BEYOND ?= 20000
 COST_STYLE := $(DRAWING) paper_figures/cost_style.py paper_figures/paper_values/cost.toml
@@ -145,9 +144,9 @@ $(FIGURES)/figure-hard-cases.pdf: paper_figures/figure_hard_cases.py $(MEASUREME
 		--folder $(FIGURES) --tables $(TABLES)
 
 .PHONY: figure-surrogate-map
-figure-surrogate-map: $(MAP_FOLDER)/figure-surrogate-map.pdf  ## Where MODEL=M1-concat errs, its worst twenty trajectories, and their table
-$(MAP_FOLDER)/figure-surrogate-map.pdf: paper_figures/figure_surrogate_map.py $(MAP) $(COST_STYLE) | $(INSTALLED)
-	$(PY) -m paper_figures.figure_surrogate_map --result $(MAP) --folder $(MAP_FOLDER) --tables $(MAP_TABLES)
+figure-surrogate-map: $(FIGURES)$(MAP_PLACE)/figure-surrogate-map.pdf  ## Where MODEL=M1-concat errs, its worst twenty trajectories, and their table
+$(FIGURES)$(MAP_PLACE)/figure-surrogate-map.pdf: paper_figures/figure_surrogate_map.py $(MAP) $(COST_STYLE) | $(INSTALLED)
+	$(PY) -m paper_figures.figure_surrogate_map --result $(MAP) --folder $(FIGURES)$(MAP_PLACE) --tables $(TABLES)$(MAP_PLACE)
 
 # Another model's map is not published.
 $(OUT)/measurements/surrogate_map-$(MODEL).json: $(DATASET) | $(INSTALLED)

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
-from bem.command import sentence
+from bem.command import parse_accuracy, sentence
 from bem.outputs import require_output
 
 INTERRUPTED = 130
@@ -95,7 +95,7 @@ def campaign(
         "design": design,
         "count": count,
         "seed": seed,
-        "accuracy": None if accuracy is None else _number_or_name(accuracy),
+        "accuracy": None if accuracy is None else parse_accuracy(accuracy),
         "modulus_ratio": modulus_ratio,
     }
     settings = read_design_file(design_file) if design_file else {}
@@ -212,13 +212,6 @@ def _ranges(texts: list[str]) -> dict[str, tuple[float, float]]:
             raise ValueError(f"range must name a quantity once; received {name!r} twice")
         found[name] = bounds
     return found
-
-
-def _number_or_name(text: str) -> str | float:
-    try:
-        return float(text)
-    except ValueError:
-        return text
 
 
 def _shard(text: str | None) -> tuple[int, int]:

@@ -12,7 +12,7 @@ from bem.campaign import Summary, existing, root_attributes, summary_of, write_r
 from bem.campaign_plan import Campaign, Solver, followed
 from bem.campaign_work import results
 from bem.dataset_file import Dataset, load_dataset
-from bem.designs import QUANTITIES, Design, whole_number
+from bem.designs import QUANTITIES, Design, agree, whole_number
 from bem.parts import differences
 from bem.pools import LocalPool
 from bem.provenance import host, merged, provenance, versions
@@ -161,10 +161,7 @@ def verify(
     dataset = load_dataset(path, native=True)
     campaign = campaign_of(dataset.attributes)
     for name in QUANTITIES:
-        # Powers and exponentials differ in their last digit from one processor to another.
-        if not np.allclose(
-            campaign.protocols[name][dataset.columns["index"]], dataset.protocols[name], rtol=1e-12, atol=0.0
-        ):
+        if not agree(campaign.protocols[name][dataset.columns["index"]], dataset.protocols[name]):
             raise ValueError(f"protocols must be those of the design; received {str(path)!r} with another {name}")
     rows = np.random.default_rng(seed).permutation(len(dataset))[: whole_number("sample", sample, low=1)]
     written = untabulate(dataset.columns)

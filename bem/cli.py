@@ -13,7 +13,7 @@ from typing import Annotated, Any
 import typer
 
 from bem.campaign_cli import register
-from bem.command import run_command
+from bem.command import parse_accuracy, run_command
 from bem.outputs import IMAGES, Outputs, require_suffix
 
 app = typer.Typer(
@@ -116,14 +116,6 @@ def parse_adhesion(text: str) -> Any:
     if text not in laws:
         raise ValueError(f"adhesion must be {' or '.join(laws)}; received {text!r}")
     return laws[text]()
-
-
-def parse_accuracy(text: str) -> str | float:
-    """A name or a number, as `bem.accuracy` understands it."""
-    try:
-        return float(text)
-    except ValueError:
-        return text
 
 
 def protocol_words(protocol: Any) -> str:

@@ -64,3 +64,11 @@ def sentence(error: Exception) -> str:
     if isinstance(error, OSError) and error.strerror:
         return f"{error.strerror}: {error.filename}" if error.filename else error.strerror
     return " ".join(str(error).split())
+
+
+def parse_accuracy(text: str) -> str | float:
+    """A name or a number, as `bem.accuracy` understands it."""
+    try:
+        return float(text)
+    except ValueError:
+        return text

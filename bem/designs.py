@@ -53,6 +53,11 @@ def whole_number(name: str, value: Any, *, low: int, high: int = _LARGEST_SEED) 
     return int(value)
 
 
+def agree(some: FloatArray, others: FloatArray) -> bool:
+    """Whether two draws of a quantity are one; their last digits differ from one processor to another."""
+    return np.allclose(some, others, rtol=1e-12, atol=0.0)
+
+
 @dataclass(frozen=True)
 class Design:
     """A way to draw protocols.

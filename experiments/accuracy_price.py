@@ -20,7 +20,7 @@ from bem.campaign_plan import Campaign, Solver
 from bem.campaign_progress import progress_bar
 from bem.command import run_main
 from bem.dataset_file import Dataset, load_dataset
-from bem.designs import whole_number
+from bem.designs import agree, whole_number
 from bem.provenance import provenance
 from experiments.dataset_statistics import percentiles
 
@@ -38,7 +38,7 @@ def errors(dataset: Dataset, reference: Dataset) -> dict[str, FloatArray]:
     """
     rows = np.intersect1d(dataset.completed, reference.completed)
     for name, values in reference.protocols.items():
-        if not np.allclose(values[rows], dataset.protocols[name][rows], rtol=1e-12, atol=0.0):
+        if not agree(values[rows], dataset.protocols[name][rows]):
             raise ValueError(f"data sets must begin with the same protocols; received different {name}")
     found = {}
     for name in ("pull_off_force", "pull_off_time", "hysteresis"):

@@ -2,9 +2,9 @@
 
 Only reads: the data set's core seconds, the core seconds of each published model's training (of its batches on one
 machine where `experiments.training_speed` has measured them), and the seconds of one query in the measurement of
-`experiments.accuracy_cost`. Every surrogate, by every way of calling it, is set against
-the solver at its named accuracies; the paper's line has its own numbers. A model that was published, or trained anew,
-after the measurement is named, not guessed at.
+`experiments.accuracy_cost`. Every surrogate, by every way of calling it, is set against the solver at its named
+accuracies; the paper's line has its own numbers. A model that was published, or trained anew, after the measurement is
+named, not guessed at.
 
 Usage: `python -m experiments.amortisation [--cost FILE] [--models DIR] [--speed FILE] [--out FILE]`.
 """

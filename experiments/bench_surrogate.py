@@ -23,7 +23,7 @@ import typer
 
 from bem.command import run_main
 from bem.designs import Design
-from bem.measurement import measurement_grid
+from bem.measurement import FMS, measurement_grid
 from bem.provenance import versions
 from experiments.measuring import MEASUREMENTS, write_place
 from experiments.studies import write_result
@@ -31,7 +31,9 @@ from experiments.studies import write_result
 PREDICTIONS, STREAM = MEASUREMENTS / "surrogate_latency.json", MEASUREMENTS / "stream_latency.json"
 BATCH = 1024
 STEPS = 1_000_000
-STREAM_HISTORY = 120
+STREAM_HISTORY = sum(FMS)
+EDGES = (FMS[0] - 1, FMS[0] + FMS[1] - 1)
+"""Steps at which the dwell starts and ends."""
 
 
 def measure_predictions(name: str, models: Path | None, repeats: int) -> dict[str, Any]:
@@ -85,7 +87,7 @@ def measure_stream(name: str, models: Path | None, steps: int) -> dict[str, Any]
             stream.reset()
         instant, depth = history[at]
         started = clock()
-        stream.step(instant, depth, at in (49, 69))
+        stream.step(instant, depth, at in EDGES)
         spent[index] = clock() - started
     microseconds = spent / 1e3
     percentiles = {"median": 50.0, "p99": 99.0, "p99_9": 99.9, "worst": 100.0}

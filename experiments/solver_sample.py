@@ -1,9 +1,8 @@
 """The sample of protocols on which the solver is judged, and a solution of each refined until it stops moving.
 
 The refined solutions ("truth") take minutes, so they are kept in `results/` and computed again only for another sample
-or another solver.
-They are converged, not exact: two refinements, each with all discretisation errors several times below `reference`, and
-the difference of the two is reported with them.
+or another solver. They are converged, not exact: two refinements, each with all discretisation errors several times
+below `reference`, and the difference of the two is reported with them.
 """
 
 from __future__ import annotations

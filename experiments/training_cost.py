@@ -55,19 +55,24 @@ def batch_seconds(speed: Path) -> dict[tuple[str, str], float]:
     return {(content["recipe"], name): one["seconds_per_batch"]["median"] for name, one in models}
 
 
+def epoch_seconds(trajectories: int, recipe: dict[str, Any], each: float) -> float:
+    """Core seconds of the batches of an epoch, of so many seconds each."""
+    return -(-trajectories // recipe["batch_size"]) * each
+
+
 def training_seconds(folder: Path, batch: dict[tuple[str, str], float]) -> float:
     """Core seconds of a published model's training: of its batches where measured, else what its processor took."""
     run, recipe = json.loads((folder / "run.json").read_text(encoding="utf-8")), read_lineage(folder).recipe
     each = batch.get((recipe["name"], run["architecture"]))
     if each is None:
         return float(run["cpu_seconds"])
-    return -(-run["training_trajectories"] // recipe["batch_size"]) * run["epochs"] * each
+    return run["epochs"] * epoch_seconds(run["training_trajectories"], recipe, each)
 
 
 def on_one_machine(found: dict[str, Any], seconds: float) -> dict[str, Any]:
     """A model's numbers with the core seconds of its batches, each of so many seconds, for those its training took."""
-    batches = -(-found["training_trajectories"] // found["recipe"]["batch_size"])
-    spent = [epoch * batches * seconds for epoch in found["history"]["epoch"]]
+    each = epoch_seconds(found["training_trajectories"], found["recipe"], seconds)
+    spent = [epoch * each for epoch in found["history"]["epoch"]]
     return found | {"core_seconds": spent[-1], "history": found["history"] | {"cpu_seconds": spent}}
 
 

@@ -5,6 +5,7 @@ import sys
 import time
 from pathlib import Path
 
+import h5py
 import numpy as np
 import typer
 from typer.testing import CliRunner
@@ -88,3 +89,20 @@ def start_command(*arguments, solver="slow", before=""):
     )
     streams = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
     return subprocess.Popen([sys.executable, "-c", code], cwd=HERE.parents[1], **streams)
+
+
+def altered(undisturbed, tmp_path, change):
+    path = tmp_path / "altered.h5"
+    path.write_bytes(undisturbed.read_bytes())
+    with h5py.File(path, "r+") as file:
+        change(file)
+    return path
+
+
+def put(name, value):
+    def change(file):
+        content = file[name][...]
+        content[...] = value
+        file[name][...] = content
+
+    return change

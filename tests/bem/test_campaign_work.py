@@ -1,0 +1,83 @@
+import json
+import pickle
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import bem.campaign_work
+from bem.campaign import run_campaign
+from bem.campaign_plan import Campaign
+from bem.campaign_work import LONGEST_BATCH, batches_of, expected_seconds, results
+from bem.dataset_file import load_dataset
+from bem.designs import Design
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+import campaign_stand_in as stand_in
+
+PRICE = json.loads((Path(__file__).parents[2] / "published" / "accuracy_price.json").read_text())["levels"]
+
+
+def test_batches_hold_every_trajectory_once_and_the_costliest_first():
+    protocols = Design("paper").protocols(3000, seed=0)
+    cost = expected_seconds(protocols)
+    batches = batches_of(np.arange(3000), cost, workers=2)
+    assert sorted(index for batch in batches for index in batch) == list(range(3000))
+    assert max(map(len, batches)) <= 32
+    shares = [cost[list(batch)].sum() for batch in batches]
+    assert max(shares) < 1.5 * np.sum(cost) / (2 * 48)
+    assert cost[list(batches[0])].min() >= cost[list(batches[-1])].max()
+
+
+@pytest.mark.parametrize("level", PRICE, ids=lambda level: level["accuracy"])
+def test_no_batch_is_expected_to_keep_a_worker_long(level):
+    seconds = expected_seconds(Design("paper").protocols(3000, seed=0), level["accuracy"])
+    measured = level["seconds"]["mean"]
+    assert measured / 3.0 < seconds.mean() < 3.0 * measured
+    batches = batches_of(np.arange(3000), seconds, workers=2)
+    assert all(len(batch) == 1 or seconds[list(batch)].sum() <= LONGEST_BATCH for batch in batches)
+
+
+def test_a_batch_travels_with_its_own_protocols_only():
+    plan = Campaign(count=50_000, design=Design("sobol"))
+
+    class Pool:
+        workers = 2
+
+        def run(self, batches, task):
+            sizes.extend(len(pickle.dumps((task, batch))) for batch in batches)
+            return ((batch, task(batch)) for batch in batches[:1])
+
+    sizes = []
+    arrivals = list(results(plan, plan.indices, Pool(), stand_in.solve))
+    assert max(sizes) < 5000
+    for record in arrivals[0].records:
+        alone = stand_in.solve(*stand_in.case({name: values[record.index] for name, values in plan.protocols.items()}))
+        assert record.scalars["end_force"] == alone.end_force
+
+
+def test_where_the_work_was_done_is_recorded(tmp_path, monkeypatch):
+    places = iter([{"host": "A", "versions": {"numpy": "1"}}, {"host": "B", "versions": {"numpy": "1"}}] * 500)
+    monkeypatch.setattr(bem.campaign_work, "origin", lambda: next(places))
+
+    class Here:
+        workers = 1
+
+        def __init__(self, *_):
+            pass
+
+        def __enter__(self):
+            return self
+
+        def __exit__(self, *_):
+            pass
+
+        def run(self, batches, task):
+            return ((batch, task(batch)) for batch in batches)
+
+    monkeypatch.setattr("bem.campaign.LocalPool", Here)
+    run_campaign(Campaign(count=60, seed=4), tmp_path / "data.h5", solver=stand_in.solve)
+    attributes = load_dataset(tmp_path / "data.h5").attributes
+    assert (attributes["host"], attributes["versions"]) == (["A", "B"], {"numpy": "1"})
