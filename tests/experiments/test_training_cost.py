@@ -57,3 +57,9 @@ def test_held_out_errors_stand_beside_the_curves_of_the_validation_error(dataset
     (reference,) = content["models"]
     assert reference["history"]["core_minutes"] == [0.5, 1.0]
     assert (reference["core_minutes"], content["minutes_to_paper_mse"]) == (1.0, 0.5)
+
+
+def test_seconds_of_a_training_are_its_batches_where_one_machine_measured_them(dataset, tmp_path):
+    write_model(tmp_path / "M1-concat", dataset, 3e-4, epochs=2, cpu_seconds=120.0)
+    assert training_cost.training_seconds(tmp_path / "M1-concat", {("paper", "M1-concat"): 10.0}) == 120.0
+    assert training_cost.training_seconds(tmp_path / "M1-concat", {("swift", "M1-concat"): 10.0}) == 2 * 3 * 10.0

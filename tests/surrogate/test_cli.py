@@ -170,6 +170,20 @@ def test_queue_processes(tmp_path):
     assert run_queue(["x"], lambda name: [name], folder=tmp_path, jobs=1, log=lines.append) == {}
 
 
+def test_a_process_told_to_stop_before_it_listens_is_to_be_resumed(tmp_path):
+    lines = []
+
+    def log(line):
+        lines.append(line)
+        (tmp_path / "STOP").touch()
+
+    def run(name):
+        return run_queue([name], lambda name: ["train", name], folder=tmp_path, jobs=1, log=log, poll_seconds=0.05)
+
+    assert run("M1-concat") == {"M1-concat": STOPPED}
+    assert lines[-1] == "M1-concat: stopped, to be resumed"
+
+
 def test_mistakes_end_in_one_line():
     result = subprocess.run(
         [sys.executable, "-m", "surrogate", "train", "M9-concat"], capture_output=True, text=True, check=False
