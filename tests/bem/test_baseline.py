@@ -56,6 +56,11 @@ def test_elastic_folds_are_jumped_where_the_solver_jumps():
     )
     assert found.pull_off_force == pytest.approx(exact.pull_off_force, rel=5e-3)
     assert found.stats.memory_vectors == 0
+    for jump in found.jumps:
+        before, after = np.flatnonzero(found.time == jump.time)
+        assert (found.force[before], found.force[after]) == (jump.force_before, jump.force_after)
+        assert found.contact_radius[before] == found.contact_radius[before - 1]
+        assert found.contact_radius[after] != found.contact_radius[before]
 
 
 def test_prony_series_with_one_term_is_the_standard_linear_solid():
