@@ -59,31 +59,35 @@ def soaked(point: dict[str, float]) -> dict[str, Any]:
         trajectory = simulate(scene, LoadingProtocol(**rest), ACCURACY)
     except Exception as error:
         status = f"{type(error).__name__}: {error}"
-        return {"status": status, "raised": True, "silent": False, "spikes": 0, "seconds": 0.0}
+        return {"status": status, "raised": True, "silent": False, "spikes": 0, "spike_share": 0.0, "seconds": 0.0}
     arrays = (trajectory.time, trajectory.indentation, trajectory.force, trajectory.contact_radius)
     scalars = (trajectory.pull_off_force, trajectory.pull_off_time, trajectory.hysteresis, trajectory.end_force)
     finite = all(np.all(np.isfinite(values)) for values in arrays) and bool(np.all(np.isfinite(scalars)))
+    judged = trajectory.completed and finite
+    spikes = lone_spikes(trajectory.force, trajectory.pull_off_force) if judged else np.empty(0)
     return {
         "status": trajectory.status,
         "raised": False,
         "silent": trajectory.completed and not finite,
-        "spikes": lone_spikes(trajectory.force, trajectory.pull_off_force) if trajectory.completed and finite else 0,
+        "spikes": len(spikes),
+        "spike_share": float(spikes.max(initial=0.0)),
         "seconds": trajectory.stats.seconds,
     }
 
 
-def lone_spikes(force: np.ndarray, scale: float) -> int:
-    """Entries of a force history (n,) that stand out alone, which no history of a contact has.
+def lone_spikes(force: np.ndarray, scale: float) -> np.ndarray:
+    """How far entries of a force history (n,) stand out alone, which no history of a contact has, over its range.
 
     Such an entry lies above or below both neighbours by more than 1 % of `scale`, and by more than ten times what
     these and their neighbours differ. A jump is a step, not a spike.
     """
     if force.size < 5:
-        return 0
+        return np.empty(0)
     before, at, after = force[1:-3], force[2:-2], force[3:-1]
     out = np.minimum(np.abs(at - before), np.abs(at - after)) * ((at - before) * (at - after) > 0.0)
     around = np.abs(np.stack([before - force[:-4], after - before, force[4:] - after])).max(axis=0)
-    return int(np.sum((out > 0.01 * abs(scale)) & (out > 10.0 * around)))
+    alone = (out > 0.01 * abs(scale)) & (out > 10.0 * around)
+    return out[alone] / np.ptp(force)
 
 
 def memory_bytes() -> int:
@@ -146,6 +150,7 @@ def summary(chunks: list[dict[str, Any]]) -> dict[str, Any]:
         "raised": sum(one["raised"] for one in chunks),
         "silent": sum(one["silent"] for one in chunks),
         "spikes": sum(one["spikes"] for one in chunks),
+        "largest_spike_share": max((case["spike_share"] for one in chunks for case in one["notable"]), default=0.0),
         "statuses": dict(statuses.most_common()),
         "slowest_seconds": max(one["slowest"] for one in chunks),
         "mean_seconds": spread([one["mean_seconds"] for one in chunks]),

@@ -110,9 +110,12 @@ def soak_rows(soak: dict[str, Any]) -> list[list[str]]:
         found = soak[where]
         growth = found["memory_growth"]
         memory = "not measured" if growth is None else f"{number(100.0 * growth, 2)} %"
+        spikes = f"{found['spikes']} with a lone spike"
+        if found["spikes"]:
+            spikes += f" ({number(found['largest_spike_share'], 1)} of the range of the force at most)"
         name = (
             f"soak {where} the box: {found['raised']} exceptions, {found['silent']} silent non-finite, "
-            f"{found['spikes']} with a lone spike, memory growth {memory}"
+            f"{spikes}, memory growth {memory}"
         )
         status = f"{found['statuses'].get('completed', 0)} of {found['protocols']} completed"
         rows.append([name, status, *["-"] * (len(HEADER) - 3), number(found["slowest_seconds"], 2)])

@@ -16,12 +16,12 @@ def soak_summary(count, beyond, folder):
 
 def test_a_lone_spike_is_told_from_peaks_and_jumps():
     peak = np.sin(np.linspace(0.0, 3.0, 40))
-    assert soak.lone_spikes(peak, 1.0) == 0
-    assert soak.lone_spikes(np.concatenate([peak[:20], peak[:20] - 3.0]), 1.0) == 0
-    assert soak.lone_spikes(np.array([0.0, 0.0, 1.0, 0.2, 0.1, 0.0]), 1.0) == 0
-    for spike in (868.0, -0.5):
-        assert soak.lone_spikes(np.insert(peak, 10, spike), 1.0) == 1
-    assert soak.lone_spikes(np.array([0.0, 9.0, 0.0]), 1.0) == 0
+    assert len(soak.lone_spikes(peak, 1.0)) == 0
+    assert len(soak.lone_spikes(np.concatenate([peak[:20], peak[:20] - 3.0]), 1.0)) == 0
+    assert len(soak.lone_spikes(np.array([0.0, 0.0, 1.0, 0.2, 0.1, 0.0]), 1.0)) == 0
+    for spike, share in ((868.0, 1.0), (-0.5, 0.76)):
+        assert soak.lone_spikes(np.insert(peak, 10, spike), 1.0) == pytest.approx([share], rel=0.01)
+    assert len(soak.lone_spikes(np.array([0.0, 9.0, 0.0]), 1.0)) == 0
 
 
 def test_a_small_soak_raises_nothing_and_keeps_its_memory(tmp_path, monkeypatch):
