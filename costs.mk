@@ -23,7 +23,7 @@ measure-% bench-surrogate bench-stream bench-training: export OMP_NUM_THREADS :=
 
 .PHONY: measurements
 MEASURED := bench-training $(addprefix measure-,effects recommendations accuracy-cost cost-growth amortisation training-cost \
-	hard-cases broad-band surrogate-map) bench-surrogate bench-stream
+	hard-cases broad-band surrogate-map) bench-surrogate bench-stream bench-targets
 measurements: $(MEASURED)  ## All of them but the soak
 # Two measurements at once would measure each other.
 .NOTPARALLEL: measurements
@@ -61,6 +61,10 @@ measure-hard-cases: setup  ## The solver over the box, beyond it, and at named e
 .PHONY: measure-surrogate-map
 measure-surrogate-map: $(DATASET) | $(INSTALLED)  ## Errors of M1-concat over the box, worst trajectories, out of range
 	$(call measure,surrogate_map,--model M1-concat --dataset $(DATASET) --models $(PUBLISHED)/models)
+
+.PHONY: bench-targets
+bench-targets: setup  ## What each target of REPRODUCING.md takes from published results (TARGETS="figure-1 ..." for some)
+	$(call measure,target_minutes,$(addprefix --only ,$(TARGETS)))
 
 .PHONY: measure-broad-band
 measure-broad-band: setup  ## Pull-off of broad-band solids over the unloading rate

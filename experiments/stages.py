@@ -3,7 +3,8 @@
 Hours follow from the core seconds that published results took (`run.json` of the models, the result files of the
 studies that train, the data set); a stage of which something is not published shows its estimate, and says so.
 
-Usage: `python -m experiments.stages [NAME] [--published DIR]`; `--document REPRODUCING.md` fills in the hours there.
+Usage: `python -m experiments.stages [NAME] [--published DIR]`; `--document REPRODUCING.md` fills in the hours there,
+and the minutes that `experiments.target_minutes` measured.
 """
 
 from __future__ import annotations
@@ -16,11 +17,12 @@ from typing import Annotated, Any
 import typer
 
 from bem.command import run_main
-from experiments import studies
+from experiments import studies, target_minutes
 from surrogate.architectures.naming import names
 
 CONFIG = studies.CONFIGS / "stages.toml"
 PUBLISHED = Path("published")
+MINUTES = Path("measurements") / target_minutes.OUT.name
 REFERENCE = "M1-concat"
 RESTS_ON = {
     "dataset": ("dataset",),
@@ -93,7 +95,7 @@ def describe(name: str, stages: dict[str, dict[str, Any]], published: Path = PUB
     return f"stage {place} of {len(stages)}, {name}: {stages[name]['does']}, {expected}"
 
 
-def places(published: Path) -> dict[str, str]:
+def hour_places(published: Path) -> dict[str, str]:
     """Hours for the places of REPRODUCING.md, by name; `e` marks those that rest on an estimate."""
     stages = read_stages()
     found = {}
@@ -107,14 +109,15 @@ def main(
     name: Annotated[str | None, typer.Argument(help="A stage; all of them by default.")] = None,
     hours: Annotated[bool, typer.Option(help="Say what it does and how long that takes.")] = True,
     published: Annotated[Path, typer.Option(help="Where published files are.")] = PUBLISHED,
-    document: Annotated[Path | None, typer.Option(help="Fill in its hours instead.")] = None,
+    document: Annotated[Path | None, typer.Option(help="Fill in its hours and minutes instead.")] = None,
 ) -> None:
     """Say what a stage does and how long it takes."""
     stages = read_stages()
     if document is not None:
         from tools.readme_numbers import filled
 
-        document.write_text(filled(document.read_text(encoding="utf-8"), places(published)), encoding="utf-8")
+        values = hour_places(published) | target_minutes.places(document, published / MINUTES)
+        document.write_text(filled(document.read_text(encoding="utf-8"), values), encoding="utf-8")
         return
     if name is not None and name not in stages:
         raise typer.BadParameter(f"expected one of {', '.join(stages)}; received {name!r}")

@@ -15,7 +15,7 @@ from pathlib import Path
 import h5py
 
 ROOT = Path(__file__).resolve().parent.parent
-PLACE = re.compile(r"<!-- ([a-z-]+) -->(.*?)<!-- end -->")
+PLACE = re.compile(r"<!-- ([a-z0-9-]+) -->(.*?)<!-- end -->")
 
 
 def numbers(root: Path) -> dict[str, str]:

@@ -5,8 +5,8 @@ from pathlib import Path
 import h5py
 import pytest
 
-from experiments import stages
-from experiments.stages import describe, hours_of, places, read_stages
+from experiments import stages, target_minutes
+from experiments.stages import describe, hour_places, hours_of, read_stages
 from surrogate.architectures.naming import names
 
 DOCUMENT = Path(__file__).parents[2] / "REPRODUCING.md"
@@ -51,11 +51,21 @@ def test_hours_of_data_set_and_studies(tmp_path):
     assert hours_of("feature-sets", read_stages(), tmp_path)[1] is False
 
 
-def test_the_document_has_a_place_for_hours_and_none_typed_in(tmp_path):
-    text = DOCUMENT.read_text(encoding="utf-8")
-    assert set(re.findall(r"<!-- ([a-z-]+) -->", text)) - {"end"} == stages.RESTS_ON.keys()
+def test_the_document_has_a_place_for_every_number_and_none_typed_in(tmp_path):
     copy = tmp_path / "REPRODUCING.md"
-    copy.write_text(text, encoding="utf-8")
+    copy.write_text(DOCUMENT.read_text(encoding="utf-8"), encoding="utf-8")
+    measured = {"host": "Linux, 2 cores of Some Processor", "minutes": {"figure-1": 0.34, "figures tables": 4.0}}
+    (tmp_path / "measurements").mkdir()
+    (tmp_path / "measurements" / "target_minutes.json").write_text(json.dumps(measured), encoding="utf-8")
     stages.main(None, True, tmp_path, copy)
-    assert f"<!-- models -->{places(tmp_path)['models']}<!-- end -->" in copy.read_text(encoding="utf-8")
-    assert places(tmp_path)["models"].endswith(" e")
+    text = copy.read_text(encoding="utf-8")
+    minutes = target_minutes.places(copy, tmp_path / "measurements" / "target_minutes.json")
+    assert set(re.findall(r"<!-- ([a-z0-9-]+) -->", text)) - {"end"} == stages.RESTS_ON.keys() | minutes.keys()
+    hours = hour_places(tmp_path)
+    assert f"<!-- models -->{hours['models']}<!-- end -->" in text
+    assert hours["models"].endswith(" e")
+    for place, words in {"figure-1": "0.3", "figures-tables": "4.0", "figure-2": "-"}.items():
+        assert f"<!-- minutes-{place} -->{words}<!-- end -->" in text
+    assert "Some Processor<!-- end -->" in text
+    for row in (line for line in text.splitlines() if "| `make " in line):
+        assert not re.search(r"\d", re.sub(r"<!--.*?<!-- end -->", "", row).split("|", 4)[4])
