@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bem import PiecewiseLinearProtocol, Scene, simulate
+from bem import LoadingProtocol, PiecewiseLinearProtocol, Scene, simulate
 from bem.reference_solutions import jkr
 
 TABORS = (1.0, 2.0, 3.0, 5.0)
@@ -32,3 +32,18 @@ def test_the_error_falls_as_adhesion_becomes_short_ranged(errors):
 
 def test_it_is_within_two_per_cent_at_five(errors):
     assert errors[-1] < 0.02
+
+
+def test_the_neck_before_pull_off_is_that_of_jkr():
+    worst = []
+    for tabor in TABORS[1:]:
+        protocol = LoadingProtocol(peak_indentation=5.0, loading_rate=1.0, dwell_time=0.0, unloading_rate=1.0)
+        trajectory = simulate(Scene(tabor=tabor), protocol)
+        fold = jkr.fold_indentation(tabor)
+        assert 1.0 < trajectory.jumps[-1].indentation / fold < 1.06
+        depths = fold * np.array([0.8, 0.6, 0.4, 0.2])
+        away = trajectory.unloading
+        found = np.interp(depths, trajectory.indentation[away][::-1], trajectory.force[away][::-1])
+        worst.append(np.max(np.abs(found / jkr.force_from_indentation(depths, tabor) - 1.0)))
+    assert np.all(np.diff(worst) < 0.0), worst
+    assert worst[-1] < 0.03
