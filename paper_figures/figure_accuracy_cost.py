@@ -2,8 +2,8 @@
 
 Markers are medians over the protocols, thin lines reach to the 95th percentile of the error and over the quartiles of
 the seconds. Open markers: measured on fewer protocols than the others. Errors beyond the axis lie on its upper edge,
-with an arrow. Named are the closed forms, and, among the surrogates called the slowest way, which stand alone, the
-reference model, the best and the worst. Reads the measurement of `experiments.accuracy_cost`.
+with an arrow. Named are the closed forms, and, among the surrogates called in batches, the reference model, the best
+and the worst. Reads the measurement of `experiments.accuracy_cost`.
 """
 
 from pathlib import Path
@@ -21,6 +21,8 @@ PANELS = {"pull_off_force": "error of the pull-off force (%)", "force": FORCE_ER
 REFERENCE_MODEL = "M1-concat"
 BESIDE = ("DMT", "Maugis-Dugdale")
 """Closed forms named to the right of their marker, where others stand to the left."""
+ROW = 1.45
+"""Factor between the rows of names."""
 LARGEST = 100.0
 """Errors above, in percent, are drawn on the edge."""
 
@@ -29,6 +31,7 @@ def draw(axes: Axes, tools: list[dict[str, Any]], quantity: str) -> None:
     """All tools in one panel; the solver and the paper's discretisation as curves."""
     most = max(tool["protocols"] for tool in tools)
     named = names_of(tools, quantity)
+    name_surrogates(axes, tools, quantity)
     for kind, style in KINDS.items():
         points = [tool for tool in tools if kind_of(tool) == kind and _percent(tool, quantity) is not None]
         if not points:
@@ -62,26 +65,50 @@ def draw(axes: Axes, tools: list[dict[str, Any]], quantity: str) -> None:
             va="bottom",
         )
     axes.set(xscale="log", yscale="log", xlabel="time a trajectory, one core (s)", ylabel=PANELS[quantity])
-    axes.set_xlim(axes.get_xlim()[0] / 5.0, 1000.0)
+    axes.set_xlim(axes.get_xlim()[0] / 8.0, 1000.0)
     axes.set_ylim(top=1.3 * LARGEST)
-    mark_paper(axes)
+    mark_paper(axes, height=0.48)
 
 
 def names_of(tools: list[dict[str, Any]], quantity: str) -> dict[str, tuple[str, str]]:
     """Words beside a marker and where they stand, by setting."""
     named = {name: (name, "left") for name in ("draft", "standard", "reference")}
+    shown = [tool for tool in tools if tool["kind"] == "closed form" and _percent(tool, quantity) is not None]
+    forms = [tool["setting"].split(",")[0] for tool in shown]
     for tool in tools:
         if tool["kind"] == "closed form":
             form = tool["setting"].split(",")[0]
-            named[tool["setting"]] = (form.replace("-D", "-\nD"), "right") if form in BESIDE else (form, "left")
-    ways = [tool["way"] for tool in tools if "way" in tool]
-    ranked = [tool for tool in tools if tool.get("way") in ways[:1] and _percent(tool, quantity) is not None]
-    ranked.sort(key=lambda tool: _percent(tool, quantity))
-    if ranked:
-        named |= {tool["setting"]: (tool["model"], "right") for tool in ranked if tool["model"] == REFERENCE_MODEL}
-        named[ranked[-1]["setting"]] = (ranked[-1]["model"], "above")
-        named[ranked[0]["setting"]] = (ranked[0]["model"], "below")
+            words = tool["setting"].replace(", ", ",\n") if forms.count(form) > 1 else form.replace("-D", "-\nD")
+            named[tool["setting"]] = (words, "right" if form in BESIDE else "left")
     return named
+
+
+def name_surrogates(axes: Axes, tools: list[dict[str, Any]], quantity: str) -> None:
+    """Names below the surrogates called in batches, which lie too close for names beside them, with a line to each."""
+    ranked = [tool for tool in tools if tool.get("way") == "ONNX batch" and _percent(tool, quantity) is not None]
+    if not ranked:
+        return
+    ranked.sort(key=lambda tool: _percent(tool, quantity))
+    words = {ranked[-1]["model"]: "worst: ", ranked[0]["model"]: "best: "}
+    named = [tool for tool in ranked if tool["model"] in {*words, REFERENCE_MODEL}]
+    left = min(tool["seconds"]["median"] for tool in ranked) / 1.4
+    for row, tool in enumerate(reversed(named), start=1):
+        axes.annotate(
+            words.get(tool["model"], "") + tool["model"],
+            (tool["seconds"]["median"], _percent(tool, quantity)),
+            xytext=(left, _percent(ranked[0], quantity) / ROW**row),
+            fontsize=5,
+            ha="right",
+            va="center",
+            color=KINDS["ONNX batch"]["color"],
+            arrowprops={
+                "arrowstyle": "-",
+                "relpos": (1.0, 0.5),
+                "linewidth": 0.4,
+                "color": KINDS["ONNX batch"]["color"],
+                "shrinkA": 0,
+            },
+        )
 
 
 def _annotate(axes: Axes, named: tuple[str, str], place: tuple[float, float], color: str) -> None:
@@ -89,8 +116,6 @@ def _annotate(axes: Axes, named: tuple[str, str], place: tuple[float, float], co
     offset, across, up = {
         "left": ((-4, -3), "right", "top"),
         "right": ((5, 0), "left", "center"),
-        "above": ((0, 5), "center", "bottom"),
-        "below": ((0, -5), "center", "top"),
     }[side]
     axes.annotate(text, place, xytext=offset, textcoords="offset points", fontsize=5, ha=across, va=up, color=color)
 
