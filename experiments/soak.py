@@ -37,6 +37,8 @@ KEPT = Path("results/soak")
 CHUNK = 250
 CHUNKS_FOR_MEMORY = 8
 ACCURACY = "standard"
+RECORDED = ("status", "raised", "silent", "spikes", "spike_share", "seconds")
+"""What is kept of a protocol."""
 
 
 def protocols(where: str, count: int, seed: int) -> dict[str, np.ndarray]:
@@ -76,7 +78,7 @@ def soaked(point: dict[str, float]) -> dict[str, Any]:
 
 
 def lone_spikes(force: np.ndarray, scale: float) -> np.ndarray:
-    """How far entries of a force history (n,) stand out alone, which no history of a contact has, over its range.
+    """Entries that stand out alone, which no force history (n,) of a contact has: how far, over the history's range.
 
     Such an entry lies above or below both neighbours by more than 1 % of `scale`, and by more than ten times what
     these and their neighbours differ. A jump is a step, not a spike.
@@ -104,7 +106,7 @@ def chunk(where: str, first: int, count: int, seed: int, folder: Path) -> dict[s
     points = [
         {name: float(values[i]) for name, values in columns.items()} for i in range(first, min(first + CHUNK, count))
     ]
-    key = fingerprint(solver=solver_digest(), accuracy=ACCURACY, protocols=points)
+    key = fingerprint(solver=solver_digest(), accuracy=ACCURACY, protocols=points, recorded=RECORDED)
     path = folder / f"{where}-{first}-{key}.json"
     if path.is_file():
         return json.loads(path.read_text(encoding="utf-8"))

@@ -1,7 +1,8 @@
 """The stages of the paper from nothing, and the hours to expect of each: printed up front and as each begins.
 
-Hours follow from the core seconds that published results took (`run.json` of the models, the result files of the
-studies that train, the data set); a stage of which something is not published shows its estimate, and says so.
+Hours follow from the core seconds that published results took (`run.json` of the models, or their batches where
+`experiments.training_speed` measured these on one machine; the result files of the studies that train; the data set); a
+stage of which something is not published shows its estimate, and says so.
 
 Usage: `python -m experiments.stages [NAME] [--published DIR]`; `--document REPRODUCING.md` fills in the hours there,
 and the minutes that `experiments.target_minutes` measured.
@@ -17,12 +18,13 @@ from typing import Annotated, Any
 import typer
 
 from bem.command import run_main
-from experiments import studies, target_minutes
+from experiments import studies, target_minutes, training_speed
+from experiments.training_cost import batch_seconds, training_seconds
 from surrogate.architectures.naming import names
 
 CONFIG = studies.CONFIGS / "stages.toml"
 PUBLISHED = Path("published")
-MINUTES = Path("measurements") / target_minutes.OUT.name
+MINUTES, SPEED = (Path("measurements") / module.OUT.name for module in (target_minutes, training_speed))
 REFERENCE = "M1-concat"
 RESTS_ON = {
     "dataset": ("dataset",),
@@ -52,7 +54,8 @@ def core_seconds(stage: str, published: Path, labels: tuple[str, ...] = ()) -> f
         runs = [published / "models" / label / "run.json" for label in labels]
         if not all(run.is_file() for run in runs):
             return None
-        return sum(float(_read(run)["cpu_seconds"]) for run in runs)
+        batch = batch_seconds(published / SPEED)
+        return sum(training_seconds(run.parent, batch) if batch else float(_read(run)["cpu_seconds"]) for run in runs)
     if stage == "dataset":
         return _dataset_seconds(published / "dataset.h5")
     results = {"feature-sets": "feature_sets.json", "data-efficiency": "data_efficiency.json"}

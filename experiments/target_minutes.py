@@ -9,6 +9,7 @@ Usage: `python -m experiments.target_minutes [--document FILE] [--only TARGET ..
 from __future__ import annotations
 
 import json
+import os
 import re
 import subprocess
 import tempfile
@@ -19,13 +20,14 @@ from typing import Annotated
 import typer
 
 from bem.command import run_main
+from bem.provenance import host
 from experiments.measuring import MEASUREMENTS, progress
 from experiments.studies import write_result
 
 DOCUMENT = Path("REPRODUCING.md")
 OUT = MEASUREMENTS / "target_minutes.json"
 EMPTY = Path("build")
-"""Where folders with nothing in them are made; relative, so that a path with spaces does not reach make."""
+"""Where folders with nothing in them are made."""
 ROW = re.compile(r"^\|[^|]*\| `make ([a-z0-9 -]+)` \|", re.MULTILINE)
 
 
@@ -41,6 +43,11 @@ def targets(document: Path) -> list[str]:
     return found
 
 
+def joined(target: str) -> str:
+    """The targets of a row as one word."""
+    return target.replace(" ", "-")
+
+
 def minutes(target: str) -> float:
     """Wall minutes of one call of make.
 
@@ -48,11 +55,19 @@ def minutes(target: str) -> float:
         RuntimeError: make failed; the end of what it said is in the message.
     """
     EMPTY.mkdir(exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=EMPTY) as place:
-        settings = [f"OUT={place}", f"REPORT={place}/REPRODUCTION.md", f"SMOKE={place}/smoke"]
+    # A make above this one hands down its options, which are not those of who types the target.
+    environment = {name: value for name, value in os.environ.items() if not name.startswith(("MAKE", "MFLAGS"))}
+    with tempfile.TemporaryDirectory(dir=EMPTY) as folder:
+        # Relative, so that a path with spaces does not reach make.
+        place = os.path.relpath(folder)
+        settings = [f"OUT={place}", f"REPORT={place}/REPRODUCTION.md", "REPRODUCING=", f"SMOKE={place}/smoke"]
         started = time.perf_counter()
         done = subprocess.run(
-            ["make", "--no-print-directory", *settings, *target.split()], capture_output=True, text=True, check=False
+            ["make", "--no-print-directory", *settings, *target.split()],
+            env=environment,
+            capture_output=True,
+            text=True,
+            check=False,
         )
         spent = time.perf_counter() - started
     if done.returncode:
@@ -66,22 +81,25 @@ def places(document: Path, measured: Path) -> dict[str, str]:
     found = {"machine": content.get("host", "a machine not said yet")}
     for target in targets(document):
         spent = content["minutes"].get(target)
-        found[f"minutes-{target.replace(' ', '-')}"] = "-" if spent is None else f"{max(spent, 0.1):.1f}"
+        found[f"minutes-{joined(target)}"] = "-" if spent is None else f"{max(spent, 0.1):.1f}"
     return found
 
 
 def main(
     document: Annotated[Path, typer.Option(help="Its table says what is measured.")] = DOCUMENT,
-    only: Annotated[list[str] | None, typer.Option(help="Measure this row alone, keep the others.")] = None,
+    only: Annotated[list[str] | None, typer.Option(help="Measure this row (figures-tables), keep the others.")] = None,
     out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
 ) -> None:
     """Run every target once and write what it took."""
-    known = targets(document)
-    if unknown := [target for target in only or [] if target not in known]:
-        raise ValueError(f"only must be one of the document's targets {', '.join(known)}; received {unknown[0]!r}")
-    kept = json.loads(out.read_text(encoding="utf-8"))["minutes"] if only and out.is_file() else {}
-    fresh = {target: minutes(target) for target in progress(only or known, "targets")}
-    found = {target: (kept | fresh)[target] for target in known if target in kept | fresh}
+    known = {joined(target): target for target in targets(document)}
+    if unknown := [name for name in only or [] if joined(name) not in known]:
+        raise ValueError(f"only must be one of the document's rows {', '.join(known)}; received {unknown[0]!r}")
+    kept = json.loads(out.read_text(encoding="utf-8")) if only and out.is_file() else {"host": host(), "minutes": {}}
+    if kept["host"] != host():
+        raise ValueError(f"rows must be of one machine; received {str(out)!r} of {kept['host']}: measure all of them")
+    chosen = [known[joined(name)] for name in only] if only else list(known.values())
+    taken = kept["minutes"] | {target: minutes(target) for target in progress(chosen, "targets")}
+    found = {target: taken[target] for target in known.values() if target in taken}
     write_result(out, "target_minutes", {"minutes": found})
 
 

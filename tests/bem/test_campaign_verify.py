@@ -19,24 +19,24 @@ def test_verify_computes_a_sample_again(undisturbed, tmp_path):
     found = verify(undisturbed, sample=10, seed=0, solver=stand_in.solve)
     assert found.agrees
     assert found.identical == len(found.indices) == 10
-    altered = tmp_path / "altered.h5"
-    altered.write_bytes(undisturbed.read_bytes())
-    with h5py.File(altered, "r+") as file:
+
+    def shift(file):
         file["fms/force"][:, 60] += np.float32(0.1)
-    assert not verify(altered, sample=10, seed=0, solver=stand_in.solve).agrees
-    with h5py.File(altered, "r+") as file:
+
+    def misplace(file):
         file["protocols/tabor"][3] = 1.234
+
+    assert not verify(altered(undisturbed, tmp_path, shift), sample=10, seed=0, solver=stand_in.solve).agrees
     with pytest.raises(ValueError, match="protocols must be those of the design"):
-        verify(altered, solver=stand_in.solve)
+        verify(altered(undisturbed, tmp_path, misplace), solver=stand_in.solve)
 
 
 def test_verify_knows_protocols_of_another_processor_by_all_but_their_last_digits(undisturbed, tmp_path):
-    elsewhere = tmp_path / "elsewhere.h5"
-    elsewhere.write_bytes(undisturbed.read_bytes())
-    with h5py.File(elsewhere, "r+") as file:
+    def nudge(file):
         for name in ("dwell_time", "peak_indentation"):
             file[f"protocols/{name}"][...] = np.nextafter(file[f"protocols/{name}"][...], np.inf)
-    assert verify(elsewhere, sample=10, seed=0, solver=stand_in.solve).agrees
+
+    assert verify(altered(undisturbed, tmp_path, nudge), sample=10, seed=0, solver=stand_in.solve).agrees
 
 
 def test_verify_asks_another_build_for_the_accuracy_and_the_same_build_for_rounding(undisturbed, tmp_path):

@@ -1,15 +1,24 @@
+import os
 import shutil
 import subprocess
+
+import pytest
 
 import bem.provenance
 from bem.provenance import git_revision
 
 
+@pytest.mark.skipif(shutil.which("git") is None, reason="git is not installed")
 def test_a_revision_is_that_of_the_repository_which_holds_this_package(tmp_path, monkeypatch):
     repository = tmp_path / "project"
     repository.mkdir()
     for name in ("tracked.py", "installed.py"):
         shutil.copy(bem.provenance.__file__, repository / name)
+    # Nothing of the user's settings, nor of a git that runs these tests.
+    for name in [name for name in os.environ if name.startswith("GIT_")]:
+        monkeypatch.delenv(name)
+    monkeypatch.setenv("GIT_CONFIG_GLOBAL", os.devnull)
+    monkeypatch.setenv("GIT_CONFIG_NOSYSTEM", "1")
     author = ("-c", "user.name=A", "-c", "user.email=a@b.c")
     for words in (("init", "-q"), ("add", "tracked.py"), (*author, "commit", "-qm", "First")):
         subprocess.run(["git", *words], cwd=repository, check=True)

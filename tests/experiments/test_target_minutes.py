@@ -4,6 +4,7 @@ import json
 
 import pytest
 
+from bem.provenance import host
 from experiments import target_minutes
 
 MAKEFILE = """
@@ -30,19 +31,23 @@ def test_every_row_is_timed_from_an_empty_folder(project):
     assert list(found) == ["one", "one one"]
     assert all(0.0 < minutes < 1.0 for minutes in found.values())
     assert list((project / "build").iterdir()) == []
-    out.write_text(json.dumps({"minutes": {"one": 5.0, "one one": 6.0, "gone": 7.0}}), encoding="utf-8")
-    target_minutes.main(project / "rows.md", ["one"], out)
+    kept = {"host": host(), "minutes": {"one": 5.0, "one one": 6.0, "gone": 7.0}}
+    out.write_text(json.dumps(kept), encoding="utf-8")
+    target_minutes.main(project / "rows.md", ["one-one"], out)
     found = json.loads(out.read_text(encoding="utf-8"))["minutes"]
     assert list(found) == ["one", "one one"]
-    assert found["one"] < 1.0
-    assert found["one one"] == 6.0
+    assert found["one"] == 5.0
+    assert found["one one"] < 1.0
+    out.write_text(json.dumps(kept | {"host": "elsewhere"}), encoding="utf-8")
+    with pytest.raises(ValueError, match="rows must be of one machine"):
+        target_minutes.main(project / "rows.md", ["one"], out)
 
 
 def test_what_cannot_be_timed_is_said(project):
-    with pytest.raises(ValueError, match="only must be one of the document's targets one, one one; received 'two'"):
+    with pytest.raises(ValueError, match="only must be one of the document's rows one, one-one; received 'two'"):
         target_minutes.main(project / "rows.md", ["two"], project / "minutes.json")
     (project / "rows.md").write_text(ROWS.format("broken"), encoding="utf-8")
-    with pytest.raises(RuntimeError, match="`make broken` failed: this is why"):
+    with pytest.raises(RuntimeError, match=r"`make broken` failed: .*this is why"):
         target_minutes.main(project / "rows.md", None, project / "minutes.json")
     assert not (project / "minutes.json").exists()
     (project / "rows.md").write_text("nothing", encoding="utf-8")

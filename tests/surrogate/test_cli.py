@@ -177,11 +177,9 @@ def test_a_process_told_to_stop_before_it_listens_is_to_be_resumed(tmp_path):
         lines.append(line)
         (tmp_path / "STOP").touch()
 
-    def run(name):
-        return run_queue([name], lambda name: ["train", name], folder=tmp_path, jobs=1, log=log, poll_seconds=0.05)
-
-    assert run("M1-concat") == {"M1-concat": STOPPED}
-    assert lines[-1] == "M1-concat: stopped, to be resumed"
+    ended = run_queue(["M1"], lambda name: ["train", name], folder=tmp_path, jobs=1, log=log, poll_seconds=0.05)
+    assert ended == {"M1": STOPPED}
+    assert lines[-1] == "M1: stopped, to be resumed"
 
 
 def test_mistakes_end_in_one_line():
