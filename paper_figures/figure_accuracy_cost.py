@@ -2,8 +2,8 @@
 
 Markers are medians over the protocols, thin lines reach to the 95th percentile of the error and over the quartiles of
 the seconds. Open markers: measured on fewer protocols than the others. Errors beyond the axis lie on its upper edge,
-with an arrow. Named are the closed forms, and, among the surrogates called in batches, the reference model, the best
-and the worst. Reads the measurement of `experiments.accuracy_cost`.
+with an arrow. Named are the closed forms, the solver's named accuracies, and, among the surrogates called in batches,
+the reference model, the best and the worst. Reads the measurement of `experiments.accuracy_cost`.
 """
 
 from pathlib import Path
@@ -78,8 +78,10 @@ def names_of(tools: list[dict[str, Any]], quantity: str) -> dict[str, tuple[str,
     for tool in tools:
         if tool["kind"] == "closed form":
             form = tool["setting"].split(",")[0]
-            words = tool["setting"].replace(", ", ",\n") if forms.count(form) > 1 else form.replace("-D", "-\nD")
-            named[tool["setting"]] = (words, "right" if form in BESIDE else "left")
+            if forms.count(form) > 1:
+                named[tool["setting"]] = (tool["setting"].replace(", ", ",\n"), "beside")
+            else:
+                named[tool["setting"]] = (form.replace("-D", "-\nD"), "right" if form in BESIDE else "left")
     return named
 
 
@@ -115,6 +117,7 @@ def _annotate(axes: Axes, named: tuple[str, str], place: tuple[float, float], co
     text, side = named
     offset, across, up = {
         "left": ((-4, -3), "right", "top"),
+        "beside": ((-4, 0), "right", "center"),
         "right": ((5, 0), "left", "center"),
     }[side]
     axes.annotate(text, place, xytext=offset, textcoords="offset points", fontsize=5, ha=across, va=up, color=color)
