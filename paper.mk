@@ -64,7 +64,7 @@ EXTRA_DATASET := $(OUT)/dataset/extra.h5
 .PHONY: model-large
 model-large: $(DATASET) | $(INSTALLED)  ## Train M1-concat on ten times the trajectories, from inputs C, as M1-concat-large (simulates them first)
 	[ -f $(MODELS)/M1-concat-large/run.json ] || $(MAKE) --no-print-directory $(EXTRA_DATASET)
-	$(call beside,M1-concat-large,--recipe swift --features C --extra $(EXTRA_DATASET) --epochs $(or $(EPOCHS),10))
+	$(call beside,M1-concat-large,--recipe swift --features C --extra $(EXTRA_DATASET) --epochs $(or $(EPOCHS),5))
 
 .PRECIOUS: $(EXTRA_DATASET)
 $(EXTRA_DATASET): $(SOLVER) | $(INSTALLED)
