@@ -76,7 +76,7 @@ def run_queue(
     should_stop = StopRequest(folder)
     queue, running, ended = list(waiting), {}, {}
     last_status = time.monotonic()
-    told_to_stop = False
+    told: set[str] = set()
     while running or (queue and not should_stop()):
         while queue and len(running) < jobs and not should_stop():
             name = queue.pop(0)
@@ -86,15 +86,15 @@ def run_queue(
                     [sys.executable, "-m", "surrogate", *command(name)], stdout=output, stderr=subprocess.STDOUT
                 )
             log(f"{name}: started, {len(queue)} waiting")
-        if should_stop() and not told_to_stop:
-            told_to_stop = True
-            for process in running.values():
-                process.terminate()
+        if should_stop():
+            for name in running.keys() - told:
+                running[name].terminate()
+                told.add(name)
         time.sleep(poll_seconds)
         for name in [name for name, process in running.items() if process.poll() is not None]:
             status = running.pop(name).returncode
             # What is told to stop before it listens is ended by the signal, and resumes as well.
-            ended[name] = STOPPED if told_to_stop and status < 0 else status
+            ended[name] = STOPPED if name in told and status < 0 else status
             outcome = {0: "done", STOPPED: "stopped, to be resumed"}.get(ended[name])
             log(f"{name}: {outcome or f'failed with status {ended[name]}, see {folder / name}/log.txt'}")
         if time.monotonic() - last_status >= status_seconds:

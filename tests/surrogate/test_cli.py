@@ -182,6 +182,19 @@ def test_a_process_told_to_stop_before_it_listens_is_to_be_resumed(tmp_path):
     assert lines[-1] == "M1: stopped, to be resumed"
 
 
+def test_a_stop_taken_back_and_asked_for_again_reaches_what_started_between(tmp_path):
+    stop = tmp_path / "STOP"
+
+    def log(line):
+        if line.startswith("first: stopped"):
+            stop.unlink()
+        elif "started" in line:
+            stop.touch()
+
+    ended = run_queue(["first", "second"], lambda _: ["list"], folder=tmp_path, jobs=1, log=log, poll_seconds=0.01)
+    assert ended == {"first": STOPPED, "second": STOPPED}
+
+
 def test_mistakes_end_in_one_line():
     result = subprocess.run(
         [sys.executable, "-m", "surrogate", "train", "M9-concat"], capture_output=True, text=True, check=False
