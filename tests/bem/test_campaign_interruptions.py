@@ -23,6 +23,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 import campaign_stand_in as stand_in
 from campaign_helpers import (
+    Here,
     assert_same_numbers,
     await_parts,
     children,
@@ -257,18 +258,7 @@ def test_another_campaigns_parts_stay_until_the_one_that_replaces_it_is_complete
 
 
 def test_what_arrived_before_the_scheduler_was_lost_is_kept(plan, undisturbed, tmp_path, monkeypatch):
-    class Lossy:
-        workers = 1
-
-        def __init__(self, *_):
-            pass
-
-        def __enter__(self):
-            return self
-
-        def __exit__(self, *_):
-            pass
-
+    class Lossy(Here):
         def run(self, batches, task):
             yield from ((batch, task(batch)) for batch in batches[:20])
             raise CampaignError("lost the Dask scheduler")

@@ -16,6 +16,7 @@ from bem.designs import Design
 sys.path.insert(0, str(Path(__file__).parent))
 
 import campaign_stand_in as stand_in
+from campaign_helpers import Here
 
 PRICE = json.loads((Path(__file__).parents[2] / "published" / "accuracy_price.json").read_text())["levels"]
 
@@ -61,21 +62,6 @@ def test_a_batch_travels_with_its_own_protocols_only():
 def test_where_the_work_was_done_is_recorded(tmp_path, monkeypatch):
     places = iter([{"host": "A", "versions": {"numpy": "1"}}, {"host": "B", "versions": {"numpy": "1"}}] * 500)
     monkeypatch.setattr(bem.campaign_work, "origin", lambda: next(places))
-
-    class Here:
-        workers = 1
-
-        def __init__(self, *_):
-            pass
-
-        def __enter__(self):
-            return self
-
-        def __exit__(self, *_):
-            pass
-
-        def run(self, batches, task):
-            return ((batch, task(batch)) for batch in batches)
 
     monkeypatch.setattr("bem.campaign.LocalPool", Here)
     run_campaign(Campaign(count=60, seed=4), tmp_path / "data.h5", solver=stand_in.solve)
