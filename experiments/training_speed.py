@@ -5,7 +5,8 @@ batches of the data set's size one after another; a training's hours are those o
 after every epoch. A block holds as many batches as lie between two refinements of the optimizer's bases, which cost
 more than the batches between them.
 
-Usage: `python -m experiments.training_speed [--recipe NAME] [--repeats N] [--out FILE]`.
+Usage: `python -m experiments.training_speed [--recipe NAME] [--only MODEL] [--repeats N] [--out FILE]`, under another
+backend where `KERAS_BACKEND` names one.
 """
 
 from __future__ import annotations
@@ -38,10 +39,10 @@ def seconds_of_batches(name: str, recipe: Any, batches: int, repeats: int) -> li
     import keras
 
     import surrogate
-    from surrogate.training import compile_by
+    from surrogate.training import compile_by, with_fused_lstm
 
     keras.utils.clear_session()
-    model = surrogate.build(name)
+    model = with_fused_lstm(surrogate.build(name))
     compile_by(recipe, model, batches)
     draw, (size, steps, channels) = np.random.default_rng(0), (recipe.batch_size, sum(FMS), model.input_shape[0][-1])
     sequence, tabor, force = (
@@ -59,6 +60,7 @@ def seconds_of_batches(name: str, recipe: Any, batches: int, repeats: int) -> li
 
 def main(
     recipe: Annotated[str, typer.Option(help="Name of a recipe, or its file.")] = "swift",
+    only: Annotated[list[str] | None, typer.Option(help="A model to time, and nothing is written; repeatable.")] = None,
     repeats: Annotated[int, typer.Option(min=1, help="Blocks of batches that are timed.")] = 3,
     dataset: Annotated[Path, typer.Option(help="Data set file, which sets the batches of an epoch.")] = DATASET,
     out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
@@ -74,10 +76,14 @@ def main(
     training = len(TrajectoryDataset.load(dataset).split(chosen.seed).train)
     batches = -(-training // chosen.batch_size)
     models = {}
-    for name in progress(names(), "architectures"):
+    for name in progress(only or names(), "architectures"):
         seconds = spread(seconds_of_batches(name, chosen, batches, repeats))
         hours = seconds["median"] * batches * chosen.epochs / 3600.0
         models[name] = {"seconds_per_batch": seconds, "epoch_seconds": seconds["median"] * batches, "hours": hours}
+    for name, found in models.items():
+        print(f"{name:10} {1e3 * found['seconds_per_batch']['median']:6.0f} ms a batch, {found['hours']:.2f} h")
+    if only:
+        return
     longest = max(models, key=lambda name: models[name]["hours"])
     content = {
         "recipe": chosen.name,
@@ -89,8 +95,6 @@ def main(
         "backend": versions(),
     }
     write_result(out, f"training_speed --recipe {recipe} --repeats {repeats}", plain(content))
-    for name, found in models.items():
-        print(f"{name:10} {1e3 * found['seconds_per_batch']['median']:6.0f} ms a batch, {found['hours']:.2f} h")
 
 
 if __name__ == "__main__":

@@ -31,13 +31,16 @@ def quiet_backend() -> None:
 
 
 def has_fused_lstm() -> bool:
-    """Tell whether `keras.layers.LSTM` runs as one fused kernel here rather than step by step.
+    """Tell whether an LSTM trains as one fused kernel here rather than step by step.
 
-    Keras decides that by its backend's own check of arguments and device; there is no public question to ask, so this
-    one asks the module Keras itself asks, and answers no where that has moved.
+    Under PyTorch it always does, see `surrogate.torch_lstm`. Elsewhere Keras decides that by its backend's own check
+    of arguments and device; there is no public question to ask, so this one asks the module Keras itself asks, and
+    answers no where that has moved.
     """
     import keras
 
+    if keras.backend.backend() == "torch":
+        return True
     try:
         module = importlib.import_module(f"keras.src.backend.{keras.backend.backend()}.rnn")
         # Compared as functions, not by name.

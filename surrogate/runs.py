@@ -33,7 +33,7 @@ from surrogate.export import export_folder
 from surrogate.metrics import summary
 from surrogate.recipe import Recipe
 from surrogate.scaling import Scaling
-from surrogate.training import EpochReport, Examples, train
+from surrogate.training import EpochReport, Examples, train, with_fused_lstm
 
 RUN_FORMAT = "viscoelastic-contact-surrogate"
 
@@ -135,7 +135,7 @@ def execute(
     keras.config.set_floatx("float32")
     keras.utils.set_random_seed(run.recipe.seed)
     folder.mkdir(parents=True, exist_ok=True)
-    model = build(run.architecture, features=run.features)
+    model = with_fused_lstm(build(run.architecture, features=run.features))
     if any(isinstance(layer, keras.layers.LSTM) for layer in model.layers) and not has_fused_lstm():
         log(f"The {keras.backend.backend()} backend has no fused LSTM here; it runs step by step")
 

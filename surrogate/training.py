@@ -156,6 +156,15 @@ def averaged_weights(model: keras.Model) -> Iterator[None]:
             variable.assign(value)
 
 
+def with_fused_lstm(model: keras.Model) -> keras.Model:
+    """Return what is trained in a model's place: under PyTorch a copy whose LSTMs are fused, elsewhere the model."""
+    if keras.backend.backend() != "torch":
+        return model
+    from surrogate.torch_lstm import with_torch_lstm
+
+    return with_torch_lstm(model)
+
+
 def compile_by(recipe: Recipe, model: keras.Model, steps: int) -> None:
     """Give a model the recipe's optimizer and schedule; an epoch has `steps` batches."""
     rate: Any = recipe.learning_rate
