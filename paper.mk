@@ -72,13 +72,14 @@ $(EXTRA_DATASET): $(SOLVER) | $(INSTALLED)
 	@touch $@
 
 .PHONY: model-budgets
-model-budgets: $(DATASET) | $(INSTALLED)  ## Train M1-concat for 8 and for 15 epochs, for the error against core-minutes
+model-budgets: $(DATASET) | $(INSTALLED)  ## Train M1-concat for 8, 15 and 60 epochs, for the error against core-minutes
 	$(call beside,M1-concat-8-epochs,--recipe swift --epochs $(or $(EPOCHS),8))
 	$(call beside,M1-concat-15-epochs,--recipe swift --epochs $(or $(EPOCHS),15))
+	$(call beside,M1-concat-60-epochs,--recipe swift --epochs $(or $(EPOCHS),60))
 
 MORE_MODELS ?= model-paper-recipe model-budgets model-inputs-c model-large
 .PHONY: more-models
-more-models: $(MORE_MODELS)  ## The four above: M1-concat by another recipe, from other inputs, on more data, and for shorter
+more-models: $(MORE_MODELS)  ## The four above: M1-concat by another recipe, for shorter and longer, from other inputs, and on more data
 
 .PHONY: feature-sets
 feature-sets: $(DATASET) | $(INSTALLED)  ## Train the input representations A to D and publish their errors

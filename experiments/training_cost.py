@@ -2,9 +2,9 @@
 
 A history knows validation errors alone; the held-out error is measured once, at the end of a run. So the curve of a run
 is its validation error, and the test error over core minutes is one point for each run of the reference architecture:
-the published model, and those trained for shorter, by the paper's recipe, or on more data. Only reads: `history.csv`,
-`metrics.json` and `run.json` of every published model; for the number of trajectories, the published study of data
-efficiency (models trained on shares of the data set), where there is one.
+the published model, and those trained for shorter and longer, by the paper's recipe, or on more data. Only reads:
+`history.csv`, `metrics.json` and `run.json` of every published model; for the number of trajectories, the published
+study of data efficiency (models trained on shares of the data set), where there is one.
 
 Models were trained on processors of different speed. Where `experiments.training_speed` has measured what a batch of a
 recipe costs an architecture, minutes are those of the batches on that one machine, without validation; else those that
@@ -33,7 +33,10 @@ from surrogate.architectures.naming import names
 
 OUT = MEASUREMENTS / "training_cost.json"
 SHARES = Path("published/data_efficiency.json")
-BUDGETS = ("M1-concat-8-epochs", "M1-concat-15-epochs", "M1-concat-paper", "M1-concat-inputs-C", "M1-concat-large")
+BUDGETS = (
+    *(f"M1-concat-{epochs}-epochs" for epochs in (8, 15, 60)),
+    *("M1-concat-paper", "M1-concat-inputs-C", "M1-concat-large"),
+)
 """Runs of the reference architecture beside the published one, which `make more-models` trains."""
 
 

@@ -65,6 +65,7 @@ def test_models_beside_the_eighteen_are_trained_by_their_own_recipes_and_labels(
         "M1-concat-paper": "--recipe paper",
         "M1-concat-8-epochs": "--recipe swift --epochs 8",
         "M1-concat-15-epochs": "--recipe swift --epochs 15",
+        "M1-concat-60-epochs": "--recipe swift --epochs 60",
         "M1-concat-inputs-C": "--recipe swift --features C",
         "M1-concat-large": f"--recipe swift --features C --extra {tmp_path}/out/dataset/extra.h5 --epochs 5",
     }
