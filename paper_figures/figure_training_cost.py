@@ -29,8 +29,9 @@ def draw_time(axes: Axes, content: dict[str, Any]) -> None:
         style = {"color": models_style.color(REFERENCE), "linewidth": 1.4} if first else GREY
         label = f"{REFERENCE}, validation so far" if first else "other architectures, validation so far"
         axes.loglog(history["core_minutes"], history["best_mse"], label=label, **style)
-    runs = [*(model for model in content["models"] if model["name"] == REFERENCE), *content["beside"]]
-    for run in runs:
+    references = [model for model in content["models"] if model["name"] == REFERENCE]
+    longest_left = max((run["core_minutes"] for run in references), default=float("inf"))
+    for run in [*references, *content["beside"]]:
         axes.loglog(
             run["core_minutes"],
             run["test_mse"],
@@ -39,10 +40,13 @@ def draw_time(axes: Axes, content: dict[str, Any]) -> None:
             **models_style.marker(REFERENCE),
         )
         words = run["name"].removeprefix(f"{REFERENCE}-").replace("-", " ") if run["name"] != REFERENCE else ""
-        # To the right of the reference, since a run of as many epochs may lie just below it.
-        place = {"xytext": (0, -6), "ha": "center", "va": "top"} if words else {"xytext": (6, 0), "va": "center"}
+        # Left of what took no longer than the reference, right of it and of the rest, with room for the words.
+        left = words and run["core_minutes"] <= longest_left
+        place = {"xytext": (-5, 0), "ha": "right"} if left else {"xytext": (5, 0), "ha": "left"}
         at = (run["core_minutes"], run["test_mse"])
-        axes.annotate(words or f"{run['epochs']} epochs", at, textcoords="offset points", fontsize=6, **place)
+        axes.annotate(
+            words or f"{run['epochs']} epochs", at, textcoords="offset points", fontsize=6, va="center", **place
+        )
     axes.axhline(content["paper_mse"], color=drawing.PAPER, linewidth=0.8, linestyle="--", label="paper's held-out")
     reached = content["minutes_to_paper_mse"]
     if reached is not None:
@@ -53,6 +57,7 @@ def draw_time(axes: Axes, content: dict[str, Any]) -> None:
     unique = dict(zip(labels, handles, strict=True))
     axes.legend(unique.values(), unique.keys(), loc="lower left", fontsize=6)
     low, high = axes.get_ylim()
+    axes.set_xlim(right=3.0 * axes.get_xlim()[1])
     axes.set(xlabel="training (core minutes)", ylabel="MSE of the scaled force", ylim=(low / 60.0, high))
 
 
