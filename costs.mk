@@ -88,8 +88,15 @@ soak: export OMP_NUM_THREADS := 1
 soak: setup  ## SOAK=100000 random protocols in the box, SOAK_BEYOND=20000 beyond it; continues after an interruption
 	$(call measure,soak,--count $(SOAK) --beyond $(SOAK_BEYOND))
 
+# Who makes a measurement's file, where it is not the target of its name.
+maker_of_hard_case_map := measure-hard-cases
+maker_of_stream_latency := bench-stream
+maker_of_surrogate_latency := bench-surrogate
+maker_of_target_minutes := bench-targets
+maker_of_training_speed := bench-training
+maker_of_soak := soak
 $(MEASUREMENTS)/%.json:
-	@echo "$@ is missing; restore it from the repository, or run \`make measure-$(subst hard-case-map,hard-cases,$(subst _,-,$*))\`" >&2; exit 1
+	@echo "$@ is missing; restore it from the repository, or run \`make $(or $(maker_of_$*),measure-$(subst _,-,$*))\`" >&2; exit 1
 
 ##@ Cost and hard cases (figure <- measurement)
 

@@ -79,6 +79,16 @@ def test_latencies_are_listed_among_what_is_published(tmp_path):
         assert re.search(rf"tools/manifest\.py --root {tmp_path} add {path}$", lines, flags=re.MULTILINE)
 
 
+@pytest.mark.parametrize("name", sorted(path.stem for path in (ROOT / "published/measurements").glob("*.json")))
+def test_a_missing_measurement_names_a_target_that_makes_it(name, targets, tmp_path):
+    path = tmp_path / "measurements" / f"{name}.json"
+    command = ["make", "-s", f"PUBLISHED={tmp_path}", str(path)]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    (named,) = re.findall(r"`make ([a-z0-9-]+)`", done.stderr)
+    assert named in targets
+    assert f"--out {path}" in commands(named, f"PUBLISHED={tmp_path}", "-o", f"{tmp_path}/dataset.h5", "-o", str(path))
+
+
 STUDIES = (
     "canonical_regimes",
     "persson_brener",
