@@ -79,14 +79,17 @@ class Run:
 
     @property
     def fingerprint(self) -> str:
-        """Everything that decides the result, in one line."""
+        """Everything that decides the result of an epoch, in one line."""
+        recipe = self.recipe.as_dict()
+        if not self.recipe.paced_by_epochs:
+            del recipe["epochs"]
         content = {
             "architecture": self.architecture,
             "features": self.features,
             "dataset": self.dataset.sha256,
             "split": self.split.sha256,
             "extra": self.extra.sha256 if self.extra else None,
-            "recipe": self.recipe.as_dict(),
+            "recipe": recipe,
             "backend": keras.backend.backend(),
         }
         return json.dumps(content, sort_keys=True)

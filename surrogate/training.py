@@ -77,7 +77,7 @@ def train(
     should_stop: Callable[[], bool] = lambda: False,
     report: Callable[[EpochReport], None] = lambda _: None,
 ) -> Progress:
-    """Train a model, or go on where an earlier call in the same folder was interrupted.
+    """Train a model, or go on where an earlier call in the same folder was interrupted or asked for fewer epochs.
 
     Args:
         model: An untrained model, built after `keras.utils.set_random_seed(recipe.seed)`.
@@ -94,7 +94,7 @@ def train(
         asked to stop and a later call resumes.
 
     Raises:
-        ValueError: the folder's checkpoint belongs to another run.
+        ValueError: the folder's checkpoint belongs to another run, or is of more epochs than the recipe asks for.
         FloatingPointError: the validation error is not finite.
     """
     steps = -(-len(training) // recipe.batch_size)
@@ -103,6 +103,12 @@ def train(
     checkpoint = folder / "checkpoint.npz"
     if checkpoint.exists():
         progress = load_checkpoint(checkpoint, model, fingerprint=fingerprint)
+        if progress.epoch > recipe.epochs:
+            raise ValueError(
+                f"Expected at least the {progress.epoch} epochs that {folder} has trained. "
+                f"Received: epochs={recipe.epochs}"
+            )
+        progress.finished = _is_over(recipe, progress)
 
     while not progress.finished:
         clock, cpu = time.perf_counter(), time.process_time()
@@ -128,7 +134,8 @@ def train(
             "cpu_seconds": progress.cpu_seconds + time.process_time() - cpu,
         }
         progress.history.append(row)
-        progress.finished = epoch >= recipe.epochs or _follow_plateau(model, recipe, progress)
+        _follow_plateau(model, recipe, progress)
+        progress.finished = _is_over(recipe, progress)
         save_checkpoint(checkpoint, model, progress, fingerprint=fingerprint)
         save_history(folder / "history.csv", progress.history)
         report(EpochReport(recipe.epochs, row, (recipe.epochs - epoch) * progress.seconds / epoch))
@@ -207,16 +214,20 @@ def _train_epoch(model: keras.Model, training: Examples, recipe: Recipe, epoch: 
     return float(loss)
 
 
-def _follow_plateau(model: keras.Model, recipe: Recipe, progress: Progress) -> bool:
-    """Shrink the rate where the recipe says so; return whether to stop."""
+def _follow_plateau(model: keras.Model, recipe: Recipe, progress: Progress) -> None:
+    """Shrink the rate where the recipe says so."""
     if recipe.plateau is None:
-        return False
+        return
     epoch = progress.epoch
-    flat_since_best = epoch - progress.best_epoch
-    if flat_since_best == 0:
+    if epoch == progress.best_epoch:
         progress.flat_from = epoch
     if epoch - progress.flat_from >= recipe.plateau.patience:
         progress.flat_from = epoch
         rate = float(keras.ops.convert_to_numpy(model.optimizer.learning_rate))
         model.optimizer.learning_rate = max(rate * recipe.plateau.factor, recipe.plateau.minimum_rate)
-    return flat_since_best >= recipe.plateau.stop_after
+
+
+def _is_over(recipe: Recipe, progress: Progress) -> bool:
+    """Tell whether the recipe ends here: by the number of epochs, or because the error has been flat for long."""
+    flat = progress.epoch - progress.best_epoch
+    return progress.epoch >= recipe.epochs or bool(recipe.plateau and flat >= recipe.plateau.stop_after)

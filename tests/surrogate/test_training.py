@@ -68,6 +68,27 @@ def test_interrupted_and_undisturbed_runs_agree(tiny, dataset, tmp_path, table):
             np.testing.assert_array_equal(value, reference[name], err_msg=name)
 
 
+def test_a_run_goes_on_when_asked_for_more_epochs_where_they_only_say_when_it_ends(tiny, dataset, tmp_path):
+    def run(table, epochs):
+        return Run("M1-concat", dataset, dataset.split(), recipe(tmp_path, table, epochs=epochs, rate=3.0))
+
+    # The rate shrinks after the second epoch: also where that is the last one asked for at first.
+    whole, parts, paced = (tmp_path / name for name in ("whole", "parts", "paced"))
+    execute(run(PLATEAU, 4), whole)
+    for epochs in (2, 4):
+        progress = execute(run(PLATEAU, epochs), parts)
+        assert (progress.finished, progress.epoch) == (True, epochs)
+        assert json.loads((parts / "model" / "metrics.json").read_text())["epochs"] == epochs
+    assert history(parts) == history(whole)
+    assert history(whole)[2]["learning_rate"] < history(whole)[1]["learning_rate"]
+    with pytest.raises(ValueError, match="at least the 4 epochs"):
+        execute(run(PLATEAU, 3), parts)
+
+    execute(run(COSINE, 2), paced, should_stop=StopAfter(1))
+    with pytest.raises(ValueError, match="checkpoint of this very run"):
+        execute(run(COSINE, 4), paced)
+
+
 def test_training_learns_and_a_finished_run_is_complete(tiny, dataset, tmp_path):
     run = Run("M1-concat", dataset, dataset.split(), recipe(tmp_path, epochs=12))
     seen = []
