@@ -64,7 +64,7 @@ def save_checkpoint(path: Path, model: keras.Model, progress: Progress, *, finge
     """Write weights, random states, optimizer and progress to one file, replacing the former whole or not at all."""
     from keras import ops
 
-    state = {name: getattr(progress, name) for name in ("history", "best_mse", "best_epoch", "flat_from", "finished")}
+    state = {name: getattr(progress, name) for name in ("history", "best_mse", "best_epoch", "flat_from")}
     arrays = {"state": np.array(json.dumps({"fingerprint": fingerprint, **state}))}
     arrays |= {f"model_{i}": ops.convert_to_numpy(v) for i, v in enumerate(model.variables)}
     arrays |= {f"optimizer_{i}": ops.convert_to_numpy(v) for i, v in enumerate(model.optimizer.variables)}

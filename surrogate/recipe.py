@@ -66,6 +66,8 @@ class Recipe:
             raise ValueError(f"Expected weight_average in (0, 1]. Received: weight_average={self.weight_average!r}")
         if self.dropout_until is not None and not 0.0 <= self.dropout_until <= 1.0:
             raise ValueError(f"Expected dropout_until in [0, 1]. Received: dropout_until={self.dropout_until!r}")
+        if self.plateau and not self.plateau.stop_after > 0:
+            raise ValueError(f"Expected stop_after above zero. Received: stop_after={self.plateau.stop_after!r}")
         if self.cosine and self.plateau:
             raise ValueError("Expected at most one of [cosine] and [plateau]. Received: both")
 

@@ -108,9 +108,8 @@ def train(
                 f"Expected at least the {progress.epoch} epochs that {folder} has trained. "
                 f"Received: epochs={recipe.epochs}"
             )
-        progress.finished = _is_over(recipe, progress)
 
-    while not progress.finished:
+    while not _is_over(recipe, progress):
         clock, cpu = time.perf_counter(), time.process_time()
         epoch = progress.epoch + 1
         if recipe.dropout_until is not None and epoch > recipe.dropout_until * recipe.epochs:
@@ -135,13 +134,13 @@ def train(
         }
         progress.history.append(row)
         _follow_plateau(model, recipe, progress)
-        progress.finished = _is_over(recipe, progress)
         save_checkpoint(checkpoint, model, progress, fingerprint=fingerprint)
         save_history(folder / "history.csv", progress.history)
         report(EpochReport(recipe.epochs, row, (recipe.epochs - epoch) * progress.seconds / epoch))
         if should_stop():
             break
 
+    progress.finished = _is_over(recipe, progress)
     if progress.finished:
         for variable, value in zip(model.trainable_variables, progress.best_weights, strict=True):
             variable.assign(value)

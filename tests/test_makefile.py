@@ -109,6 +109,7 @@ STUDIES = (
         ("published/models/M1-concat/history.csv", {"model_comparison"}),
         ("surrogate/metrics.py", {"canonical_regimes", "persson_brener", "fms_transfer", "architecture_graphs"}),
         ("surrogate/cli.py", set()),
+        ("surrogate/torch_lstm.py", set()),
         ("paper_figures/paper_values/canonical_protocols.csv", {"canonical_regimes", "fms_transfer", "paper_slips"}),
         ("README.md", set()),
     ],

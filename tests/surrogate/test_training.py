@@ -214,6 +214,8 @@ def test_bad_recipes(tmp_path):
         Recipe.load("swift").with_overrides(weight_average=2)
     with pytest.raises(ValueError, match="epochs=0"):
         Recipe.load("swift").with_overrides(epochs=0)
+    with pytest.raises(ValueError, match="stop_after=0"):
+        recipe(tmp_path, PLATEAU.replace("stop_after = 3", "stop_after = 0"))
     with pytest.raises(ValueError, match="dropout_until=2"):
         Recipe.load("swift").with_overrides(dropout_until=2)
     with pytest.raises(ValueError, match="Expected optimizer in adam, soap"):
