@@ -40,6 +40,6 @@ def kernel(function: Callable) -> Callable:
     if not before:  # else the user has chosen a place
         config.CACHE_DIR = cache_directory()
     try:
-        return njit(cache=True, error_model="numpy", nogil=True)(function)
+        return njit(cache=True, error_model="numpy", nogil=True, fastmath={"contract"})(function)
     finally:
         config.CACHE_DIR = before

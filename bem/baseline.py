@@ -21,20 +21,18 @@ import math
 import time
 
 import numpy as np
-from threadpoolctl import ThreadpoolController
 
 from bem._checks import instance
 from bem._jit import kernel
-from bem._lapack import lu_factor, lu_solve
 from bem.cohesive_zone import contact_edge, largest_contact_radius
 from bem.designs import whole_number
-from bem.equilibrium import force_of, tractions_of
-from bem.folds import settle, smallest_eigenvalue
-from bem.influence import force_weights, influence_matrix
-from bem.mesh import Mesh, uniform_mesh
+from bem.equilibrium import force_of, residual_of, tractions_of
+from bem.folds import jacobian, settle, smallest_eigenvalue
+from bem.linear_algebra import add_rows, lu_factor, lu_solve
+from bem.mesh import Mesh, fixed_mesh, uniform_mesh
 from bem.protocol import LoadingProtocol, PiecewiseLinearProtocol
 from bem.scene import Scene
-from bem.tractions import LennardJones, slope
+from bem.tractions import LennardJones
 from bem.trajectory import Jump, Statistics, Trajectory
 
 FAR_GAP = 20.0
@@ -72,12 +70,11 @@ def simulate_paper_method(
     history = protocol.history(tabor) if isinstance(protocol, LoadingProtocol) else protocol
     started = time.perf_counter()
     touching = largest_contact_radius(float(np.max(history.indentations)), tabor, False)
-    mesh = _fixed_mesh(uniform_mesh(math.sqrt(touching**2 + 2.0 * FAR_GAP / tabor), nodes), tabor)
+    mesh = fixed_mesh(tabor, uniform_mesh(math.sqrt(touching**2 + 2.0 * FAR_GAP / tabor), nodes), False)
     strengths, times = np.array(material.strengths), np.array(material.times)
-    with ThreadpoolController().limit(limits=1, user_api="blas"):
-        records, jumps, counts, by_segment, solved = _march(
-            mesh, tabor, strengths, times, np.array(history.times), np.array(history.indentations), steps
-        )
+    records, jumps, counts, by_segment, solved = _march(
+        mesh, tabor, strengths, times, np.array(history.times), np.array(history.indentations), steps
+    )
     seconds = time.perf_counter() - started
     by_phase: dict[str, int] = {}
     for phase, taken in zip(history.phases, by_segment, strict=True):
@@ -114,44 +111,27 @@ def _while_unloading(segment: np.ndarray, phases: tuple[str, ...]) -> np.ndarray
     return inside
 
 
-def _fixed_mesh(radii: np.ndarray, tabor: float) -> Mesh:
-    """All nodes in use, as the solver's kernels want it; nothing is remembered on it."""
-    nodes = np.arange(radii.size)
-    panel = np.minimum(nodes, radii.size - 2)
-    influence = tabor * influence_matrix(radii)
-    window = np.array([-1.0, math.inf])
-    rows = np.empty((0, radii.size))
-    return Mesh(nodes, radii, influence, rows, force_weights(radii), panel, (nodes - panel).astype(float), window)
-
-
 @kernel
 def _newton(
     mesh: Mesh, tabor: float, rhs: np.ndarray, response: float, gap: np.ndarray, tractions: np.ndarray, counts
 ) -> bool:
     """Plain Newton-Raphson in the gap (n,), overwritten with `tractions` (n,); whether the residual became small."""
     n = gap.size
-    matrix, pivots = np.empty((n, n)), np.empty(n, dtype=np.int32)
+    columns, pivots = np.empty((n, n)), np.empty(n, dtype=np.int32)
     residual = np.empty(n)
     for _ in range(MOST_ITERATIONS):
         tractions_of(gap, tabor, tractions)
-        np.dot(mesh.influence, tractions, residual)
+        residual_of(mesh.influence, gap, tractions, response, rhs, residual)
         worst = 0.0
         for i in range(n):
-            residual[i] = gap[i] + response * residual[i] - rhs[i]
             worst = max(worst, abs(residual[i]))
         if worst < RESIDUAL * min(1.0, 10.0 * response):
             return True
         if not worst < 1e12:
             return False
-        columns = np.empty(n)
-        for j in range(n):
-            columns[j] = response * tabor * slope(gap[j])
-        for i in range(n):
-            for j in range(n):
-                matrix[i, j] = mesh.influence[i, j] * columns[j]
-            matrix[i, i] += 1.0
-        lu_factor(matrix, n, pivots)
-        lu_solve(matrix, n, pivots, residual)
+        jacobian(mesh.influence, gap, tabor, response, 0.0, columns)
+        lu_factor(columns, n, pivots)
+        lu_solve(columns, n, pivots, residual)
         counts[0] += 1
         counts[1] += 1
         for i in range(n):
@@ -195,7 +175,7 @@ def _march(
     shape = 1.0 + 0.5 * tabor * mesh.radii**2
     gap = np.maximum(shape - depths[0], 0.95)
     tractions = np.zeros(n)
-    solver_counts = np.zeros(8, dtype=np.int64)
+    solver_counts = np.zeros(9, dtype=np.int64)
     solved = settle(mesh, tabor, shape - depths[0], 1.0, RESIDUAL, gap, tractions, solver_counts)
     settled = tractions.copy()  # relaxed: felt through the whole compliance
     force = force_of(mesh, tractions, gap)
@@ -215,7 +195,9 @@ def _march(
             part = after / duration
             depth = depths[segment] * (1.0 - part) + depths[segment + 1] * part
             known = settled + _history_sum(instant, instants, increments, past, strengths, times) - glassy * tractions
-            rhs = shape - depth - np.dot(mesh.influence, known)
+            displaced = np.zeros(n)
+            add_rows(mesh.influence, known, displaced)
+            rhs = shape - depth - displaced
             new_gap, new_traction = gap.copy(), tractions.copy()
             converged = _newton(mesh, tabor, rhs, glassy, new_gap, new_traction, counts)
             if not converged and step > 1.01 * smallest:

@@ -14,11 +14,22 @@ from bem.cohesive_zone import contact_edge
 from bem.equilibrium import force_of
 from bem.folds import settle
 from bem.hard_contact import hard_edge, solve_hard
+from bem.linear_algebra import add_rows, dot
 from bem.mesh import Grid, Mesh, condense, pick_nodes, resolves, wanted_spacing
 from bem.transfer import transfer
 
-COUNTS = ("iterations", "factorisations", "unknowns", "steps", "rejections", "fold_solves", "remeshings", "nodes")
-ITERATIONS, FACTORISATIONS, UNKNOWNS, STEPS, REJECTIONS, FOLD_SOLVES, REMESHINGS, NODES = range(8)
+COUNTS = (
+    "iterations",
+    "factorisations",
+    "unknowns",
+    "steps",
+    "rejections",
+    "fold_solves",
+    "remeshings",
+    "nodes",
+    "unstable",
+)
+ITERATIONS, FACTORISATIONS, UNKNOWNS, STEPS, REJECTIONS, FOLD_SOLVES, REMESHINGS, NODES, UNSTABLE = range(9)
 
 
 class Problem(NamedTuple):
@@ -33,7 +44,9 @@ class Problem(NamedTuple):
     fixed_mesh: bool
     force_scale: float  # below this the force counts as small, in pi R dgamma
     force_weight: float  # of its error of prediction beside that of gaps and tractions
+    force_error: float  # allowed in an equilibrium, relative; far below what the prediction is judged by
     least_force: float  # no history can be more compressive
+    audit: bool  # whether each accepted state is looked at again: is it stable?
 
 
 @kernel
@@ -46,16 +59,18 @@ def edge_of(problem: Problem, mesh: Mesh, gap: np.ndarray, tractions: np.ndarray
 def force_on(problem: Problem, mesh: Mesh, gap: np.ndarray, tractions: np.ndarray) -> float:
     """Force in pi R dgamma, tension positive; without adhesion there is no tail."""
     if problem.hard:
-        return np.dot(mesh.force_weights, tractions)
+        return dot(mesh.force_weights, tractions)
     return force_of(mesh, tractions, gap)
 
 
 @kernel
 def right_side(problem: Problem, mesh: Mesh, depth: float, remembered: np.ndarray) -> np.ndarray:
     """1 - delta + mu r^2 / 2 - G sigma_remembered, the known part of the gap equation; (n,)."""
-    known = -np.dot(mesh.master_rows, remembered) if remembered.size > 0 else np.zeros(mesh.radii.size)
+    known = np.zeros(mesh.radii.size)
+    if remembered.size > 0:
+        add_rows(mesh.master_rows, remembered, known)
     for i in range(known.size):
-        known[i] += 1.0 - depth + 0.5 * problem.tabor * mesh.radii[i] ** 2
+        known[i] = 1.0 - depth + 0.5 * problem.tabor * mesh.radii[i] ** 2 - known[i]
     return known
 
 
@@ -63,6 +78,26 @@ def right_side(problem: Problem, mesh: Mesh, depth: float, remembered: np.ndarra
 def edge_left_window(problem: Problem, mesh: Mesh, edge: float) -> bool:
     """Whether the mesh must follow."""
     return not problem.fixed_mesh and (edge < mesh.window[0] or edge > mesh.window[1])
+
+
+@kernel
+def first_mesh(problem: Problem) -> Mesh:
+    """The mesh to start from, before anything touches."""
+    nothing = np.zeros(0)
+    wanted, window = wanted_spacing(
+        problem.grid,
+        problem.tabor,
+        problem.hard,
+        0.0,
+        1.0,
+        np.zeros(0, dtype=np.int64),
+        nothing,
+        nothing,
+        1.0,
+        0.0,
+        problem.controls,
+    )
+    return condense(problem.grid, problem.tabor, pick_nodes(wanted), window, problem.strengths.size > 0)
 
 
 @kernel
@@ -86,8 +121,7 @@ def select_mesh(
         if gap[j] < 4.0:
             active = old.radii[min(j + 1, gap.size - 1)]
     wanted, window = wanted_spacing(
-        grid.size,
-        grid.spacing,
+        grid,
         tabor,
         problem.hard,
         edge,
@@ -102,7 +136,7 @@ def select_mesh(
     if not edge_left_window(problem, old, edge) and resolves(old.nodes, wanted):
         return old
     remembers = problem.strengths.size > 0
-    return condense(grid.size, grid.spacing, grid.unit_influence, tabor, pick_nodes(wanted), window, remembers)
+    return condense(grid, tabor, pick_nodes(wanted), window, remembers)
 
 
 @kernel
@@ -120,7 +154,7 @@ def equilibrate(
     for _ in range(200):
         rhs = right_side(problem, mesh, depth, remembered)
         if problem.hard:
-            solved = solve_hard(mesh, rhs, response, problem.controls.residual, gap, tractions, counts)
+            solved = solve_hard(mesh, rhs, response, gap, tractions, counts)
         else:
             solved = settle(mesh, problem.tabor, rhs, response, problem.controls.residual, gap, tractions, counts)
         if not solved:
@@ -129,7 +163,8 @@ def equilibrate(
         if not edge_left_window(problem, mesh, edge):
             return mesh, gap, tractions, True
         new = select_mesh(problem, mesh, edge, 1.0, remembered, response, gap, tractions)
-        gap, tractions = transfer(mesh, gap, tractions, new, problem.tabor, problem.hard)
-        mesh = new
+        moved_gap, moved_traction = np.empty(new.radii.size), np.empty(new.radii.size)
+        transfer(mesh, gap, tractions, new, problem.tabor, problem.hard, moved_gap, moved_traction)
+        mesh, gap, tractions = new, moved_gap, moved_traction
         counts[REMESHINGS] += 1
     return mesh, gap, tractions, False

@@ -8,7 +8,13 @@ where G carries the factor mu, sigma is the Lennard-Jones traction (positive in 
 response of the material over the step (`bem.memory`). Where surfaces press on each other the gap hardly moves and the
 traction does: there the unknown is the traction, elsewhere the gap. In these unknowns the Jacobian changes little from
 step to step, so its factorisation is kept until convergence slows. Far away, where the traction has no slope, nodes
-leave the linear system. A state is accepted on its residual only.
+leave the linear system.
+
+A state is accepted on its residual, which must be small enough that neither the gap nor the force errs by more than
+allowed: the stiffer the contact, the more force a residual is worth. It must be stable besides. A change of variables
+of positive slope, such as the one from gap to traction where surfaces press, keeps the sign of the determinant, and
+iterations with a kept factorisation only converge to states of the same sign (all eigenvalues of the quotient of both
+Jacobians lie within 1 of 1). So the sign is known from the last factorisation.
 Source: paper, Appendix "BEM discretisation details", Eqs. (LJdisc) to (uzdisc2).
 """
 
@@ -17,7 +23,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bem._jit import kernel
-from bem._lapack import lu_factor, lu_solve
+from bem.linear_algebra import add_rows, copy_into, determinant_is_negative, dot, lu_factor, lu_solve
 from bem.mesh import Mesh
 from bem.tractions import GAP_AT_PEAK, PEAK_TRACTION, slope, tail_force, traction
 
@@ -27,15 +33,18 @@ _MOST_ITERATIONS = 14
 _MOST_FACTORISATIONS = 8
 _SLOW = 0.5  # refactorise when the residual falls by less than this
 _NEGLIGIBLE_SLOPE = 0.01
+_SMALLEST_RESIDUAL = 1e-10  # in h0; rounding leaves less
 
 
 class Factor(NamedTuple):
     """A kept factorisation of the Jacobian over the first nodes."""
 
-    matrix: np.ndarray  # (n, n)
+    columns: np.ndarray  # (n, n), see `bem.linear_algebra`
     pivots: np.ndarray  # (n,) int32
     by_traction: np.ndarray  # (n,) bool: the unknown is the traction
     order: np.ndarray  # (1,) int64: nodes in the linear system; 0 when there is no factorisation
+    unstable: np.ndarray  # (1,) bool: the determinant is negative
+    stiffness: np.ndarray  # (1,): change of force per uniform change of the residual, in pi R dgamma / h0
 
 
 @kernel
@@ -46,6 +55,8 @@ def new_factor(nodes: int) -> Factor:
         np.empty(nodes, dtype=np.int32),
         np.zeros(nodes, dtype=np.bool_),
         np.zeros(1, dtype=np.int64),
+        np.zeros(1, dtype=np.bool_),
+        np.zeros(1),
     )
 
 
@@ -57,9 +68,21 @@ def tractions_of(gap: np.ndarray, tabor: float, out: np.ndarray) -> None:
 
 
 @kernel
+def residual_of(
+    influence: np.ndarray, gap: np.ndarray, tractions: np.ndarray, response: float, rhs: np.ndarray, out: np.ndarray
+) -> None:
+    """F(h) = h + a G sigma - rhs of every node into `out` (n,)."""
+    for i in range(out.size):
+        out[i] = 0.0
+    add_rows(influence, tractions, out)
+    for i in range(out.size):
+        out[i] = gap[i] + response * out[i] - rhs[i]
+
+
+@kernel
 def force_of(mesh: Mesh, tractions: np.ndarray, gap: np.ndarray) -> float:
     """Force P in pi R dgamma, with the closed-form tail beyond the last node."""
-    return np.dot(mesh.force_weights, tractions) + tail_force(gap[gap.size - 1])
+    return dot(mesh.force_weights, tractions) + tail_force(gap[gap.size - 1])
 
 
 @kernel
@@ -85,30 +108,38 @@ def _nodes_with_slope(influence: np.ndarray, gap: np.ndarray, tabor: float, resp
     """Number of inner nodes whose traction answers to the gap enough to enter the linear system."""
     count = gap.size
     while count > 3 and gap[count - 1] > 2.5:
-        strongest = response * tabor * abs(slope(gap[count - 1])) * np.max(influence[:, count - 1])
-        if strongest > _NEGLIGIBLE_SLOPE:
+        largest = 0.0
+        for i in range(gap.size):
+            largest = max(largest, influence[count - 1, i])
+        if response * tabor * abs(slope(gap[count - 1])) * largest > _NEGLIGIBLE_SLOPE:
             break
         count -= 1
     return count
 
 
 @kernel
-def _factorise(influence: np.ndarray, gap: np.ndarray, tabor: float, response: float, factor: Factor) -> None:
-    n = gap.size
+def _factorise(mesh: Mesh, gap: np.ndarray, tabor: float, response: float, factor: Factor) -> None:
+    n, influence = gap.size, mesh.influence
     order = _nodes_with_slope(influence, gap, tabor, response)
-    matrix = factor.matrix
-    column_factor = np.empty(order)
+    uniform = np.ones(n)
     for j in range(order):
         factor.by_traction[j] = gap[j] < PRESSED
-        column_factor[j] = response if factor.by_traction[j] else response * tabor * slope(gap[j])
-    for i in range(order):
-        for j in range(order):
-            matrix[i, j] = influence[i, j] * column_factor[j]
-        matrix[i, i] += 1.0 / (tabor * slope(gap[i])) if factor.by_traction[i] else 1.0
+        stiffness = tabor * slope(gap[j])
+        scale = response if factor.by_traction[j] else response * stiffness
+        column, hat = factor.columns[j], influence[j]
+        for i in range(order):
+            column[i] = scale * hat[i]
+        column[j] += 1.0 / stiffness if factor.by_traction[j] else 1.0
     for j in range(order, n):
         factor.by_traction[j] = False
-    lu_factor(matrix, order, factor.pivots)
+    lu_factor(factor.columns, order, factor.pivots)
     factor.order[0] = order
+    factor.unstable[0] = determinant_is_negative(factor.columns, order, factor.pivots)
+    lu_solve(factor.columns, order, factor.pivots, uniform)
+    change = 0.0
+    for j in range(order):
+        change += mesh.force_weights[j] * uniform[j] * (1.0 if factor.by_traction[j] else tabor * slope(gap[j]))
+    factor.stiffness[0] = abs(change)
 
 
 @kernel
@@ -136,6 +167,7 @@ def solve_adhesive(
     rhs: np.ndarray,
     response: float,
     tolerance: float,
+    force_error: float,
     factor: Factor,
     gap: np.ndarray,
     tractions: np.ndarray,
@@ -145,11 +177,12 @@ def solve_adhesive(
 
     Args:
         tolerance: largest residual allowed, in h0.
+        force_error: largest error of the force allowed, in pi R dgamma.
         factor: kept factorisation, used first and refreshed when convergence is slow.
         counts: iterations, factorisations and unknowns solved for are added to counts[0:3].
 
     Returns:
-        whether the residual fell below the tolerance.
+        whether a stable state was found within both.
     """
     n = gap.size
     residual, correction = np.empty(n), np.empty(n)
@@ -157,21 +190,25 @@ def solve_adhesive(
     refreshed, fresh = 0, False
     for iteration in range(_MOST_ITERATIONS + 1):
         tractions_of(gap, tabor, tractions)
-        np.dot(mesh.influence, tractions, residual)
+        residual_of(mesh.influence, gap, tractions, response, rhs, residual)
         worst = 0.0
         for i in range(n):
-            residual[i] = gap[i] + response * residual[i] - rhs[i]
             worst = max(worst, abs(residual[i]))
             if not abs(residual[i]) < 1e12:
                 return False
-        if worst < tolerance:
-            return True
+        known = factor.order[0] > 0
+        allowed = min(tolerance, max(force_error / max(factor.stiffness[0], 1e-12), _SMALLEST_RESIDUAL))
+        if known and worst < allowed:
+            if factor.unstable[0]:  # of an earlier iterate, perhaps not of this state
+                _factorise(mesh, gap, tabor, response, factor)
+                counts[1] += 1
+            return not factor.unstable[0]
         if iteration == _MOST_ITERATIONS:
             return False
-        if factor.order[0] == 0 or (worst > _SLOW * previous and not fresh):
+        if not known or (worst > _SLOW * previous and not fresh):
             if refreshed == _MOST_FACTORISATIONS:
                 return False
-            _factorise(mesh.influence, gap, tabor, response, factor)
+            _factorise(mesh, gap, tabor, response, factor)
             refreshed += 1
             counts[1] += 1
             fresh = True
@@ -179,8 +216,8 @@ def solve_adhesive(
             fresh = False
         previous = worst
         order = factor.order[0]
-        correction[:] = residual
-        lu_solve(factor.matrix, order, factor.pivots, correction)
+        copy_into(correction, residual)
+        lu_solve(factor.columns, order, factor.pivots, correction)
         _update(gap, tractions, correction, tabor, factor.by_traction)
         counts[0] += 1
         counts[2] += order

@@ -12,8 +12,8 @@ this problem.
 import numpy as np
 
 from bem._jit import kernel
-from bem._lapack import determinant_is_negative, lu_factor, lu_solve
-from bem.equilibrium import tractions_of
+from bem.equilibrium import residual_of, tractions_of
+from bem.linear_algebra import copy_into, determinant_is_negative, dot, lu_factor, lu_solve
 from bem.mesh import Mesh
 from bem.tractions import slope
 
@@ -23,17 +23,16 @@ _SETTLED = 1e4  # pseudo-time step from which a small residual counts as an equi
 
 
 @kernel
-def _jacobian(
+def jacobian(
     influence: np.ndarray, gap: np.ndarray, tabor: float, response: float, shift: float, out: np.ndarray
 ) -> None:
+    """The Jacobian I (1 + shift) + a G diag(sigma') into `out`, by columns."""
     n = gap.size
-    columns = np.empty(n)
     for j in range(n):
-        columns[j] = response * tabor * slope(gap[j])
-    for i in range(n):
-        for j in range(n):
-            out[i, j] = influence[i, j] * columns[j]
-        out[i, i] += 1.0 + shift
+        factor = response * tabor * slope(gap[j])
+        for i in range(n):
+            out[j, i] = influence[j, i] * factor
+        out[j, j] += 1.0 + shift
 
 
 @kernel
@@ -57,20 +56,19 @@ def settle(
     pseudo_step = 1.0
     for _ in range(_MOST_STEPS):
         tractions_of(gap, tabor, tractions)
-        np.dot(mesh.influence, tractions, residual)
+        residual_of(mesh.influence, gap, tractions, response, rhs, residual)
         worst = 0.0
         for i in range(n):
-            residual[i] = gap[i] + response * residual[i] - rhs[i]
             worst = max(worst, abs(residual[i]))
         largest = 0.0
         for _ in range(60):
-            _jacobian(mesh.influence, gap, tabor, response, 1.0 / pseudo_step, matrix)
+            jacobian(mesh.influence, gap, tabor, response, 1.0 / pseudo_step, matrix)
             lu_factor(matrix, n, pivots)
             counts[1] += 1
             if determinant_is_negative(matrix, n, pivots):
                 pseudo_step *= 0.3
                 continue
-            correction[:] = residual
+            copy_into(correction, residual)
             lu_solve(matrix, n, pivots, correction)
             largest = 0.0
             for i in range(n):
@@ -88,20 +86,31 @@ def settle(
 
 
 @kernel
+def is_unstable(mesh: Mesh, tabor: float, response: float, gap: np.ndarray) -> bool:
+    """Whether an odd number of eigenvalues of the Jacobian is negative, by a factorisation of its own."""
+    n = gap.size
+    columns, pivots = np.empty((n, n)), np.empty(n, dtype=np.int32)
+    jacobian(mesh.influence, gap, tabor, response, 0.0, columns)
+    lu_factor(columns, n, pivots)
+    return determinant_is_negative(columns, n, pivots)
+
+
+@kernel
 def smallest_eigenvalue(mesh: Mesh, tabor: float, response: float, gap: np.ndarray) -> float:
     """Eigenvalue of the Jacobian nearest to zero, by inverse iteration: zero at a fold, positive when stable."""
     n = gap.size
     matrix, pivots = np.empty((n, n)), np.empty(n, dtype=np.int32)
-    _jacobian(mesh.influence, gap, tabor, response, 0.0, matrix)
+    jacobian(mesh.influence, gap, tabor, response, 0.0, matrix)
     lu_factor(matrix, n, pivots)
     vector = np.ones(n) / np.sqrt(n)
     value = 0.0
     for _ in range(60):
         image = vector.copy()
         lu_solve(matrix, n, pivots, image)
-        inverse = np.dot(vector, image)
-        norm = np.sqrt(np.dot(image, image))
-        vector = image / norm
+        inverse = dot(vector, image)
+        norm = np.sqrt(dot(image, image))
+        for i in range(n):
+            vector[i] = image[i] / norm
         converged = abs(1.0 / inverse - value) < 1e-6 * abs(value)
         value = 1.0 / inverse
         if converged:

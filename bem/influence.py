@@ -24,10 +24,13 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy.polynomial import Chebyshev, chebyshev
-from scipy.special import ellipe, ellipkm1
 
 _SPLIT = 0.7  # the logarithm is split off where x or 1/x lies between this and 1
 _SERIES_DEGREE = 24
+_NEAR = 14  # spacings from a logarithm within which a hat is integrated exactly
+# Central differences of second, fourth, ... order in the integral over a hat, each with the rows left beside it.
+_HAT_SERIES = ((3, 1.0 / 12.0), (2, -1.0 / 240.0), (1, 31.0 / 60480.0), (0, -289.0 / 3628800.0))
+_ROWS_AT_ONCE = 64
 
 
 def require_mesh(radii: np.ndarray) -> np.ndarray:
@@ -44,6 +47,78 @@ def require_mesh(radii: np.ndarray) -> np.ndarray:
     return mesh
 
 
+def elliptic_integrals(complement: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Complete elliptic integrals K and E by the arithmetic-geometric mean.
+
+    Written here because importing SciPy's special functions takes longer than a simulation; they agree to rounding.
+
+    Args:
+        complement: 1 - k^2 with k the modulus, of any shape, from 0 (where K is taken at 1e-300) to 1.
+
+    Returns:
+        K and E, same shape. Source: Abramowitz and Stegun, section 17.6.
+    """
+    mean = np.ones_like(complement)
+    root = np.sqrt(np.maximum(complement, 1e-300))
+    share, power = 0.5 * (1.0 - np.asarray(complement)), 0.5
+    while np.any(mean - root > 1e-9 * mean):
+        half_difference = 0.5 * (mean - root)
+        mean, root = 0.5 * (mean + root), np.sqrt(mean * root)
+        power *= 2.0
+        share = share + power * half_difference**2
+    first = np.pi / (mean + root)  # the two differ by rounding now, and their next mean by its square
+    return first, first * (1.0 - share)
+
+
+def unit_influence(size: int) -> np.ndarray:
+    """Displacement at radii 0, 1, 2, ... under unit hats of traction there.
+
+    The integral over a hat around s is f + f^(2)/12 + f^(4)/360 + ..., with f = s G(r, s) an odd function of s that is
+    smooth away from s = r and s = -r. There the derivatives follow from f at whole radii by central differences, which
+    leaves errors of 1e-10; close to these two points the hats are integrated exactly.
+
+    Args:
+        size: number of radii N.
+
+    Returns:
+        (N, N) float64: a row for each hat, a column for each observer (the transpose of `influence_matrix`). The last
+        hat is whole, it ends at radius N.
+    """
+    matrix = np.empty((size, size))
+    observers = np.arange(size, dtype=np.float64)
+    for first in range(0, size, _ROWS_AT_ONCE):
+        hats = np.arange(first, min(first + _ROWS_AT_ONCE, size), dtype=np.float64)
+        radii = np.arange(hats[0] - 4.0, hats[-1] + 5.0)[:, None]
+        larger = np.maximum(np.maximum(np.abs(radii), observers), 1.0)
+        smaller = np.minimum(np.abs(radii), observers)
+        complement = np.maximum((larger - smaller) * (larger + smaller) / larger**2, 1e-3)
+        difference = 4.0 / np.pi * radii / larger * elliptic_integrals(complement)[0]
+        rows = difference[4:-4].copy()
+        for margin, factor in _HAT_SERIES:
+            difference = difference[2:] - 2.0 * difference[1:-1] + difference[:-2]
+            rows += factor * (difference[margin:-margin] if margin else difference)
+        near = (np.abs(hats[:, None] - observers) < _NEAR) | (hats[:, None] + observers < _NEAR)
+        near |= hats[:, None] == 0.0  # half a hat
+        hat, observer = np.nonzero(near)
+        rows[hat, observer] = _exact_hats(hats[hat], observers[observer])
+        matrix[first : first + hats.size] = rows
+    return matrix
+
+
+def _exact_hats(hats: np.ndarray, observers: np.ndarray) -> np.ndarray:
+    """Displacement at radii `observers` under unit hats of half-width 1 around radii `hats`, both (n,) and whole."""
+    edges = np.stack([np.maximum(hats - 1.0, 0.0), hats, hats + 1.0])
+    from_axis = observers == 0.0
+    seen_from = np.where(from_axis, 1.0, observers)
+    uniform, linear = ring_moments(edges / seen_from)
+    # On the axis G(0, s) = 2 / s, so the discs are 2 s and s^2.
+    disc = np.where(from_axis, 2.0 * edges, uniform * seen_from)
+    cone = np.where(from_axis, edges**2, linear * seen_from**2)
+    rising = (cone[1] - cone[0]) - edges[0] * (disc[1] - disc[0])
+    falling = edges[2] * (disc[2] - disc[1]) - (cone[2] - cone[1])
+    return rising + falling
+
+
 def ring_moments(ratio: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Integrals of the kernel over discs: uniform and linear traction of unit size inside `ratio`, seen from radius 1.
 
@@ -58,7 +133,7 @@ def ring_moments(ratio: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     inside = x <= 1.0
     xi, yo = x[inside], 1.0 / x[~inside]
     uniform[inside] = _uniform_moment_inside(xi)
-    uniform[~inside] = ellipe(yo * yo) / yo
+    uniform[~inside] = elliptic_integrals((1.0 - yo) * (1.0 + yo))[1] / yo
     linear[inside] = _linear_moment_inside(xi)
     linear[~inside] = _linear_moment_outside(yo)
     return (4.0 / np.pi) * uniform, (4.0 / np.pi) * linear
@@ -114,8 +189,9 @@ def _uniform_moment_inside(x: np.ndarray) -> np.ndarray:
     out = np.empty_like(x)
     small, big = x[~near_one], x[near_one]
     out[~near_one] = small**2 * _tables()["inside_uniform"](small * small)
-    complement = np.maximum((1.0 - big) * (1.0 + big), 1e-300)
-    out[near_one] = ellipe(big * big) - complement * ellipkm1(complement)
+    complement = (1.0 - big) * (1.0 + big)
+    first, second = elliptic_integrals(complement)
+    out[near_one] = second - complement * first
     return out
 
 
@@ -151,9 +227,9 @@ def _safe_log1m(x: np.ndarray) -> np.ndarray:
 @functools.cache
 def _tables() -> dict[str, Chebyshev]:
     """Chebyshev series of the smooth parts, built once from Gauss quadrature (a few milliseconds)."""
-    up_to_one = functools.partial(_integral_to_one, lambda below: ellipkm1(below * (2.0 - below)))
+    up_to_one = functools.partial(_integral_to_one, lambda below: elliptic_integrals(below * (2.0 - below))[0])
     # K of the complementary modulus is (up to 1/pi) what multiplies log(1 - t) in K(t)
-    log_factor = functools.partial(_integral_to_one, lambda below: ellipkm1((1.0 - below) ** 2))
+    log_factor = functools.partial(_integral_to_one, lambda below: elliptic_integrals((1.0 - below) ** 2)[0])
     total = _moment_from_series(np.array([0.5]), 2)[0] + up_to_one(np.array([0.5]), 2)[0]
 
     def inside_log(x: np.ndarray) -> np.ndarray:
@@ -182,18 +258,22 @@ def _tables() -> dict[str, Chebyshev]:
 
 
 def _interpolate(function: Callable, domain: tuple[float, float]) -> Chebyshev:
-    nodes = chebyshev.chebpts1(_SERIES_DEGREE + 1)
-    points = 0.5 * (domain[0] + domain[1]) + 0.5 * (domain[1] - domain[0]) * nodes
-    return Chebyshev(chebyshev.chebfit(nodes, function(points), _SERIES_DEGREE), domain=domain)
+    middle, half = 0.5 * (domain[0] + domain[1]), 0.5 * (domain[1] - domain[0])
+    return Chebyshev(chebyshev.chebinterpolate(lambda t: function(middle + half * t), _SERIES_DEGREE), domain=domain)
 
 
 def _integral_to_one(kernel: Callable, lower: np.ndarray, power: int) -> np.ndarray:
     """Integral over (lower, 1) of kernel(1 - t) t^power dt; 1 - t = width z^6 flattens a logarithm at t = 1."""
-    nodes, weights = np.polynomial.legendre.leggauss(80)
+    nodes, weights = _gauss_points()
     z = 0.5 * (nodes + 1.0)
     width = 1.0 - np.asarray(lower)[:, None]
     below = width * z**6
     return np.sum(0.5 * weights * 6.0 * width * z**5 * kernel(below) * (1.0 - below) ** power, axis=1)
+
+
+@functools.cache
+def _gauss_points() -> tuple[np.ndarray, np.ndarray]:
+    return np.polynomial.legendre.leggauss(80)
 
 
 def _elliptic_series(count: int = 120) -> np.ndarray:

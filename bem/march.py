@@ -17,17 +17,21 @@ from bem.contact import (
     REJECTIONS,
     REMESHINGS,
     STEPS,
+    UNSTABLE,
     Problem,
     edge_left_window,
     edge_of,
     equilibrate,
+    first_mesh,
     force_on,
     right_side,
     select_mesh,
 )
+from bem.energy import stored_energy
 from bem.equilibrium import force_of, new_factor, solve_adhesive
-from bem.folds import smallest_eigenvalue
+from bem.folds import is_unstable, smallest_eigenvalue
 from bem.hard_contact import solve_hard
+from bem.linear_algebra import copy_into
 from bem.memory import advance, forget_rate, new_memory, remembered_traction, shortest_relaxation, step_factors
 from bem.mesh import Mesh, prolong
 from bem.prediction import history_error, predict, prediction_error, push_recent, start_recent
@@ -43,33 +47,63 @@ _JUMP_IN_FORCE, _JUMP_IN_WIDTHS = 0.02, 0.3
 
 
 @kernel
+def _enter(table: np.ndarray, row: int, values: tuple) -> None:
+    for k in range(table.shape[1]):
+        table[row, k] = values[k]
+
+
+@kernel
+def _longer(table: np.ndarray) -> np.ndarray:
+    """The same rows in a table of twice the length."""
+    longer = np.empty((2 * table.shape[0], table.shape[1]))
+    for row in range(table.shape[0]):
+        copy_into(longer[row], table[row])
+    return longer
+
+
+@kernel
+def _same_nodes(one: Mesh, other: Mesh) -> bool:
+    if one.nodes.size != other.nodes.size:
+        return False
+    different = 0
+    for j in range(one.nodes.size):
+        different += one.nodes[j] != other.nodes[j]
+    return different == 0
+
+
+@kernel
 def march(problem: Problem, mesh: Mesh, times: np.ndarray, depths: np.ndarray, glassy: bool, most_steps: int) -> tuple:
     """Follow the indentation history (`times`, `depths`), linear between its s instants.
 
     Args:
-        mesh: to start from.
+        mesh: the user's own; otherwise ignored.
         glassy: whether the surfaces meet at once (instantaneous modulus) rather than fully relaxed.
         most_steps: give up after this many.
 
     Returns:
-        records (steps, 4): time, indentation, force, contact radius; jumps (j, 6): time, indentation, force before and
-        after, smallest eigenvalue before and after; counts (8,) as named in `COUNTS`;
-        steps of each segment (s - 1,); outcome.
+        records (steps, 4): time, indentation, force, contact radius; jumps (j, 7): time, indentation, force before and
+        after, smallest eigenvalue before and after, energy lost (elastic contacts only, else NaN); counts (9,) as named
+        in `COUNTS`; steps of each segment (s - 1,); stored energy at the beginning and at the end (2,); outcome.
     """
     controls = problem.controls
     tabor, hard = problem.tabor, problem.hard
     remembers = problem.strengths.size > 0
     glassy_response = 1.0 - np.sum(problem.strengths)
     relaxation = shortest_relaxation(problem.strengths, problem.times)
-    counts = np.zeros(8, dtype=np.int64)
+    counts = np.zeros(9, dtype=np.int64)
     segment_steps = np.zeros(times.size - 1, dtype=np.int64)
-    records, jumps = np.empty((256, 4)), np.empty((16, 6))
+    records, jumps = np.empty((256, 4)), np.empty((16, 7))
     recorded, jumped = 0, 0
+    energies = np.zeros(2)
 
     memory = new_memory(problem.strengths, problem.times, problem.grid.size)
+    on_grid = np.empty(memory.traction.shape[1])
     depth = depths[0]
-    gap = np.maximum(1.0 - depth + 0.5 * tabor * mesh.radii**2, 1.0 if hard else 0.95)
-    tractions = np.zeros(gap.size)
+    if not problem.fixed_mesh:
+        mesh = first_mesh(problem)
+    gap, tractions = np.empty(mesh.radii.size), np.zeros(mesh.radii.size)
+    for i in range(gap.size):
+        gap[i] = max(1.0 - depth + 0.5 * tabor * mesh.radii[i] ** 2, 1.0 if hard else 0.95)
     mesh, gap, tractions, solved = equilibrate(
         problem,
         mesh,
@@ -82,15 +116,16 @@ def march(problem: Problem, mesh: Mesh, times: np.ndarray, depths: np.ndarray, g
     )
     force, edge = force_on(problem, mesh, gap, tractions), edge_of(problem, mesh, gap, tractions)
     if not solved:
-        return records[:0], jumps[:0], counts, segment_steps, NO_EQUILIBRIUM
+        return records[:0], jumps[:0], counts, segment_steps, energies, NO_EQUILIBRIUM
     if remembers:
-        memory.traction[0] = prolong(mesh, tractions)
+        prolong(mesh, tractions, memory.traction[0])
         if glassy:
             for i in range(problem.strengths.size):
-                memory.vectors[0, i] = memory.traction[0]
-    records[0] = np.array([times[0], depth, force, edge])
+                copy_into(memory.vectors[0, i], memory.traction[0])
+    _enter(records, 0, (times[0], depth, force, edge))
     recorded = 1
     factor = new_factor(gap.size)
+    energies[0] = stored_energy(mesh, tabor, hard, depth, gap, tractions)
     direction = 1.0
     since_choice = 0
 
@@ -115,7 +150,7 @@ def march(problem: Problem, mesh: Mesh, times: np.ndarray, depths: np.ndarray, g
         now = 0.0
         while now < duration:
             if recorded >= most_steps:
-                return records[:recorded], jumps[:jumped], counts, segment_steps, TOO_MANY_STEPS
+                return records[:recorded], jumps[:jumped], counts, segment_steps, energies, TOO_MANY_STEPS
             if now + 1.0000001 * step >= duration:
                 step, after = duration - now, duration
             else:
@@ -132,11 +167,12 @@ def march(problem: Problem, mesh: Mesh, times: np.ndarray, depths: np.ndarray, g
             before = counts[ITERATIONS]
             # a stiff response turns a small residual into a large traction
             tolerance = controls.residual * min(1.0, 10.0 * factors.response)
+            force_error = problem.force_error * max(abs(force), problem.force_scale)
             if hard:
-                solved = solve_hard(mesh, rhs, factors.response, tolerance, new_gap, new_traction, counts)
+                solved = solve_hard(mesh, rhs, factors.response, new_gap, new_traction, counts)
             else:
                 solved = solve_adhesive(
-                    mesh, tabor, rhs, factors.response, tolerance, factor, new_gap, new_traction, counts
+                    mesh, tabor, rhs, factors.response, tolerance, force_error, factor, new_gap, new_traction, counts
                 )
                 if not solved or counts[ITERATIONS] - before >= _STALE_AFTER:
                     factor.order[0] = 0
@@ -163,7 +199,7 @@ def march(problem: Problem, mesh: Mesh, times: np.ndarray, depths: np.ndarray, g
                     bend = forces[2] - force - (force - forces[1]) / (recent.time[0] - recent.time[1]) * step
                     if abs(bend) > _BEND * max(abs(forces[2]), problem.force_scale):
                         error = history_error(
-                            recent, mesh, tabor, after, forces, problem.force_scale, problem.force_weight
+                            recent, mesh, tabor, hard, after, forces, problem.force_scale, problem.force_weight
                         )
                         if error > 0.5 * controls.prediction:
                             solved, shrink = False, 0.5
@@ -175,57 +211,62 @@ def march(problem: Problem, mesh: Mesh, times: np.ndarray, depths: np.ndarray, g
 
             jump = False
             eigenvalue = 0.0
-            old_force, old_edge = force, edge
+            old_force, old_edge, lost = force, edge, np.nan
             if not solved:
                 counts[FOLD_SOLVES] += 1
-                factors = step_factors(memory, step, False)
+                forget_rate(memory)
+                factors = step_factors(memory, step, recent.count[0] >= 2)
                 remembered = remembered_traction(memory, factors)
                 if not hard:
                     eigenvalue = smallest_eigenvalue(mesh, tabor, factors.response, gap)
+                if not remembers:
+                    lost = stored_energy(mesh, tabor, hard, depth, gap, tractions) - force * (new_depth - depth)
                 mesh, new_gap, new_traction, solved = equilibrate(
                     problem, mesh, new_depth, remembered, factors.response, gap.copy(), tractions.copy(), counts
                 )
                 if not solved:
-                    return records[:recorded], jumps[:jumped], counts, segment_steps, NO_EQUILIBRIUM
+                    return records[:recorded], jumps[:jumped], counts, segment_steps, energies, NO_EQUILIBRIUM
+                if not remembers:
+                    lost -= stored_energy(mesh, tabor, hard, new_depth, new_gap, new_traction)
                 new_force, new_edge = (
                     force_on(problem, mesh, new_gap, new_traction),
                     edge_of(problem, mesh, new_gap, new_traction),
                 )
                 jump = abs(new_force - force) > _JUMP_IN_FORCE * max(abs(force), problem.force_scale)
                 jump = jump or abs(new_edge - edge) > _JUMP_IN_WIDTHS * edge_width(edge, tabor, hard)
-                order = 0
+                order = 0 if jump or new_gap.size != recent.gap.shape[1] else order
+                factor = new_factor(new_gap.size)
+                shrink = 1.0
 
             gap, tractions = new_gap, new_traction
             force, edge = force_on(problem, mesh, gap, tractions), edge_of(problem, mesh, gap, tractions)
             if not force >= problem.least_force:
-                return records[:recorded], jumps[:jumped], counts, segment_steps, UNPHYSICAL
+                return records[:recorded], jumps[:jumped], counts, segment_steps, energies, UNPHYSICAL
             if remembers:
-                advance(memory, factors, step, prolong(mesh, tractions))
+                prolong(mesh, tractions, on_grid)
+                advance(memory, factors, step, on_grid)
             now, depth = after, new_depth
             if recorded + 2 > records.shape[0]:
-                larger = np.empty((2 * records.shape[0], 4))
-                larger[:recorded] = records[:recorded]
-                records = larger
+                records = _longer(records)
             instant = times[segment + 1] if after == duration else times[segment] + now
             if jump:
-                records[recorded] = np.array([instant, depth, old_force, old_edge])
+                _enter(records, recorded, (instant, depth, old_force, old_edge))
                 recorded += 1
                 if jumped == jumps.shape[0]:
-                    more = np.empty((2 * jumped, 6))
-                    more[:jumped] = jumps
-                    jumps = more
+                    jumps = _longer(jumps)
                 stiffness = smallest_eigenvalue(mesh, tabor, factors.response, gap)
-                jumps[jumped] = np.array([instant, depth, old_force, force, eigenvalue, stiffness])
+                _enter(jumps, jumped, (instant, depth, old_force, force, eigenvalue, stiffness, lost))
                 jumped += 1
-            records[recorded] = np.array([instant, depth, force, edge])
+            _enter(records, recorded, (instant, depth, force, edge))
             recorded += 1
             segment_steps[segment] += 1
             counts[STEPS] += 1
             counts[NODES] += gap.size
-            if order == 0:  # came through a fold: no history to extrapolate
+            if problem.audit and not hard and is_unstable(mesh, tabor, factors.response, gap):
+                counts[UNSTABLE] += 1
+            if order == 0:  # another branch: no history to extrapolate
                 recent = start_recent(gap, tractions, now)
                 forget_rate(memory)
-                factor = new_factor(gap.size)
                 step = 2.0 * smallest
             else:
                 push_recent(recent, gap, tractions, now)
@@ -238,16 +279,17 @@ def march(problem: Problem, mesh: Mesh, times: np.ndarray, depths: np.ndarray, g
                 direction = 1.0 if edge >= old_edge else -1.0
                 since_choice = 0
                 new = select_mesh(problem, mesh, edge, direction, remembered, factors.response, gap, tractions)
-                if new.radii.size != mesh.radii.size or np.any(new.nodes != mesh.nodes):
+                if not _same_nodes(new, mesh):
                     moved = start_recent(np.zeros(new.radii.size), np.zeros(new.radii.size), 0.0)
                     for k in range(recent.count[0]):
-                        moved.gap[k], moved.traction[k] = transfer(
-                            mesh, recent.gap[k], recent.traction[k], new, tabor, hard
+                        transfer(
+                            mesh, recent.gap[k], recent.traction[k], new, tabor, hard, moved.gap[k], moved.traction[k]
                         )
-                    moved.time[:] = recent.time
+                        moved.time[k] = recent.time[k]
                     moved.count[0] = recent.count[0]
                     recent, mesh = moved, new
                     gap, tractions = recent.gap[0].copy(), recent.traction[0].copy()
                     factor = new_factor(gap.size)
                     counts[REMESHINGS] += 1
-    return records[:recorded], jumps[:jumped], counts, segment_steps, COMPLETED
+    energies[1] = stored_energy(mesh, tabor, hard, depth, gap, tractions)
+    return records[:recorded], jumps[:jumped], counts, segment_steps, energies, COMPLETED

@@ -26,6 +26,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bem._jit import kernel
+from bem.linear_algebra import copy_into
 from bem.materials import recursion_step
 
 DEPTH = 3  # states kept
@@ -157,9 +158,9 @@ def advance(memory: Memory, factors: StepFactors, step: float, new_traction: np.
             vectors[2, i, j] = vectors[1, i, j]
             vectors[1, i, j] = vectors[0, i, j]
             vectors[0, i, j] = value
-    traction[2] = traction[1]
-    traction[1] = traction[0]
-    traction[0] = new_traction
+    copy_into(traction[2], traction[1])
+    copy_into(traction[1], traction[0])
+    copy_into(traction[0], new_traction)
     memory.steps[1] = memory.steps[0]
     memory.steps[0] = step
 
@@ -167,4 +168,5 @@ def advance(memory: Memory, factors: StepFactors, step: float, new_traction: np.
 @kernel
 def forget_rate(memory: Memory) -> None:
     """At a corner of the protocol or a jump the rate changes suddenly: the next step must not look back."""
-    memory.steps[:] = 0.0
+    for k in range(memory.steps.size):
+        memory.steps[k] = 0.0

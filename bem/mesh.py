@@ -21,7 +21,7 @@ import numpy as np
 from bem._jit import kernel
 from bem.accuracy import Controls
 from bem.cohesive_zone import edge_width, largest_contact_radius
-from bem.influence import influence_matrix
+from bem.influence import force_weights, influence_matrix, unit_influence
 
 LARGEST_GRID = 4096  # 134 MB of influence matrix
 _BEHIND, _AHEAD = 0.5, 1.0  # extent of the cohesive zone inside and outside the edge, in widths
@@ -35,8 +35,8 @@ class Mesh(NamedTuple):
 
     nodes: np.ndarray  # (n,) int64, indices in the master grid
     radii: np.ndarray  # (n,)
-    influence: np.ndarray  # (n, n): tabor * displacement per unit hat of traction
-    master_rows: np.ndarray  # (n, N): the same for hats of the master grid; (0, N) where nothing is remembered
+    influence: np.ndarray  # (n, n): tabor * displacement at every node, a row for the unit hat of traction at each
+    master_rows: np.ndarray  # (N, n): the same for hats of the master grid; (0, n) where nothing is remembered
     force_weights: np.ndarray  # (n,): P = force_weights @ traction
     panel: np.ndarray  # (N,) int64: each master node lies between nodes panel and panel + 1 ...
     fraction: np.ndarray  # (N,): ... this far
@@ -44,7 +44,7 @@ class Mesh(NamedTuple):
 
 
 class Grid(NamedTuple):
-    """The master grid: equally spaced radii `spacing * arange(size)` and the influence matrix at unit spacing."""
+    """The master grid: equally spaced radii `spacing * arange(size)` and the influence at unit spacing, by hats."""
 
     size: int
     spacing: float
@@ -58,19 +58,19 @@ def master_grid(tabor: float, peak_indentation: float, hard: bool, controls: Con
         MemoryError: with the number of nodes it would take, when that exceeds `LARGEST_GRID`.
     """
     radius = largest_contact_radius(peak_indentation, tabor, hard)
-    spacing = controls.edge_spacing * edge_width(radius, tabor, hard)
+    spacing = controls.edge_spacing * edge_width.py_func(radius, tabor, hard)
     reach = 1.15 * radius if hard else math.sqrt(radius**2 + 2.0 * controls.far_gap / tabor)
     size = math.ceil(reach / spacing) + 2
     if size > LARGEST_GRID:
         raise MemoryError(f"the contact edge needs {size} grid nodes, more than {LARGEST_GRID}")
-    return Grid(size, spacing, _unit_influence(max(256, 1 << (size - 1).bit_length())))
+    return Grid(size, spacing, _unit_influence(256 * math.ceil(size / 256)))
 
 
 def _unit_influence(size: int) -> np.ndarray:
-    """Influence matrix of radii 0, 1, 2, ...; one matrix is kept, the largest asked for so far."""
+    """Influence of radii 0, 1, 2, ..., a row for each hat; one matrix is kept, the largest asked for so far."""
     matrix = _largest[0]
     if len(matrix) < size:
-        matrix = _largest[0] = influence_matrix(np.arange(size, dtype=np.float64))
+        matrix = _largest[0] = unit_influence(size)
     return matrix
 
 
@@ -86,10 +86,20 @@ def uniform_mesh(radius: float, count: int) -> np.ndarray:
     return np.linspace(0.0, radius, count)
 
 
+def fixed_mesh(tabor: float, radii: np.ndarray, remembers: bool) -> Mesh:
+    """A mesh of all of these radii, in use from beginning to end; empty where there are none."""
+    nodes = np.arange(radii.size)
+    panel = np.minimum(nodes, max(radii.size - 2, 0))
+    influence = tabor * np.ascontiguousarray(influence_matrix(radii).T) if radii.size else np.empty((0, 0))
+    rows = influence if remembers else np.empty((0, radii.size))
+    weights = force_weights(radii) if radii.size else np.empty(0)
+    window = np.array([-1.0, math.inf])
+    return Mesh(nodes, radii, influence, rows, weights, panel, (nodes - panel).astype(float), window)
+
+
 @kernel
 def wanted_spacing(
-    size: int,
-    spacing: float,
+    grid: Grid,
     tabor: float,
     hard: bool,
     edge: float,
@@ -104,7 +114,8 @@ def wanted_spacing(
     """Spacing wanted at each master node for an edge moving outwards (`direction` > 0) or inwards.
 
     Args:
-        size, spacing: of the master grid.
+        grid: the master grid.
+        tabor, hard: Tabor parameter, and whether there is no adhesion.
         edge: contact edge; 0 where there is no contact.
         old_nodes, old_traction: (n,) last solution, whose curvature is resolved.
         remembered: (N,) or (0,) the remembered traction, resolved up to `active_radius`, beyond which the gap is wide.
@@ -114,7 +125,7 @@ def wanted_spacing(
         spacing (N,) in master spacings, at least 1, and window (2,).
     """
     width = edge_width(edge, tabor, hard)
-    last = size - 1
+    last, spacing = grid.size - 1, grid.spacing
     wanted = np.empty(last + 1)  # spacing wanted at each master node, in master spacings
     for f in range(last + 1):
         inside = f * spacing <= edge
@@ -183,45 +194,43 @@ def resolves(nodes: np.ndarray, wanted: np.ndarray) -> bool:
     """Whether a selection in use is nowhere much coarser than `wanted`."""
     for j in range(nodes.size - 1):
         panel = nodes[j + 1] - nodes[j]
-        if panel > 1 and panel > _TOLERATED * np.min(wanted[nodes[j] : nodes[j + 1] + 1]):
-            return False
+        if panel == 1:
+            continue
+        for f in range(nodes[j], nodes[j + 1] + 1):
+            if panel > _TOLERATED * wanted[f]:
+                return False
     return True
 
 
 @kernel
-def condense(
-    grid_size: int,
-    spacing: float,
-    unit_influence: np.ndarray,
-    tabor: float,
-    nodes: np.ndarray,
-    window: np.ndarray,
-    remembers: bool,
-) -> Mesh:
+def condense(grid: Grid, tabor: float, nodes: np.ndarray, window: np.ndarray, remembers: bool) -> Mesh:
     """Influence matrix of a selection of master nodes: its hats are sums of hats of the master grid."""
     n = nodes.size
-    panel, fraction = np.empty(grid_size, dtype=np.int64), np.empty(grid_size)
+    panel, fraction = np.empty(grid.size, dtype=np.int64), np.empty(grid.size)
     j = 0
     last = nodes[n - 1]
-    for f in range(grid_size):
+    for f in range(grid.size):
         while j < n - 2 and nodes[j + 1] <= f:
             j += 1
         panel[f] = j
         fraction[f] = (f - nodes[j]) / (nodes[j + 1] - nodes[j])
     influence = np.zeros((n, n))
-    rows = np.empty((n if remembers else 0, grid_size))
-    scale = tabor * spacing
-    for i in range(n):
-        row = unit_influence[nodes[i]]
-        for f in range(last + 1):
-            value = scale * row[f]
-            p = panel[f]
-            influence[i, p] += value * (1.0 - fraction[f])
-            influence[i, p + 1] += value * fraction[f]
+    rows = np.empty((grid.size if remembers else 0, n))
+    scale = tabor * grid.spacing
+    for f in range(grid.size if remembers else last + 1):
+        hat = grid.unit_influence[f]
         if remembers:
-            for f in range(grid_size):
-                rows[i, f] = scale * row[f]
-    radii = spacing * nodes
+            for i in range(n):
+                rows[f, i] = scale * hat[nodes[i]]
+        if f <= last:
+            inner, outer = influence[panel[f]], influence[panel[f] + 1]
+            to_outer = scale * fraction[f]
+            to_inner = scale - to_outer
+            for i in range(n):
+                value = hat[nodes[i]]
+                inner[i] += to_inner * value
+                outer[i] += to_outer * value
+    radii = grid.spacing * nodes
     weights = np.zeros(n)
     for i in range(n - 1):
         a, b = radii[i], radii[i + 1]
@@ -231,10 +240,9 @@ def condense(
 
 
 @kernel
-def prolong(mesh: Mesh, traction: np.ndarray) -> np.ndarray:
-    """The piecewise linear traction (n,) at the nodes of the master grid (N,); zero beyond the mesh."""
-    out = np.zeros(mesh.panel.size)
-    for f in range(mesh.nodes[mesh.nodes.size - 1] + 1):
+def prolong(mesh: Mesh, traction: np.ndarray, out: np.ndarray) -> None:
+    """The piecewise linear traction (n,) at the nodes of the master grid, into `out` (N,); zero beyond the mesh."""
+    last = mesh.nodes[mesh.nodes.size - 1]
+    for f in range(out.size):
         p = mesh.panel[f]
-        out[f] = traction[p] + mesh.fraction[f] * (traction[p + 1] - traction[p])
-    return out
+        out[f] = traction[p] + mesh.fraction[f] * (traction[p + 1] - traction[p]) if f <= last else 0.0

@@ -11,6 +11,7 @@ import numpy as np
 
 from bem._jit import kernel
 from bem.equilibrium import PRESSED, force_of, pressed_gap
+from bem.linear_algebra import copy_into, dot
 from bem.mesh import Mesh
 from bem.tractions import PEAK_TRACTION, traction
 
@@ -32,8 +33,8 @@ def start_recent(gap: np.ndarray, tractions: np.ndarray, time: float) -> Recent:
     recent = Recent(
         np.zeros((DEPTH, gap.size)), np.zeros((DEPTH, gap.size)), np.zeros(DEPTH), np.ones(1, dtype=np.int64)
     )
-    recent.gap[0] = gap
-    recent.traction[0] = tractions
+    copy_into(recent.gap[0], gap)
+    copy_into(recent.traction[0], tractions)
     recent.time[0] = time
     return recent
 
@@ -42,11 +43,11 @@ def start_recent(gap: np.ndarray, tractions: np.ndarray, time: float) -> Recent:
 def push_recent(recent: Recent, gap: np.ndarray, tractions: np.ndarray, time: float) -> None:
     """Put a new solution in front of the others."""
     for k in range(DEPTH - 1, 0, -1):
-        recent.gap[k] = recent.gap[k - 1]
-        recent.traction[k] = recent.traction[k - 1]
+        copy_into(recent.gap[k], recent.gap[k - 1])
+        copy_into(recent.traction[k], recent.traction[k - 1])
         recent.time[k] = recent.time[k - 1]
-    recent.gap[0] = gap
-    recent.traction[0] = tractions
+    copy_into(recent.gap[0], gap)
+    copy_into(recent.traction[0], tractions)
     recent.time[0] = time
     recent.count[0] = min(recent.count[0] + 1, DEPTH)
 
@@ -93,10 +94,12 @@ def prediction_error(
 ) -> float:
     """Largest relative difference between prediction and solution, in the nodes that matter and in the force."""
     if hard:
-        difference = abs(np.dot(mesh.force_weights, guess_traction - tractions))
-        return force_weight * difference / max(abs(np.dot(mesh.force_weights, tractions)), force_scale)
-    largest_pressure = max(tabor, -np.min(tractions))
-    worst = 0.0
+        force = dot(mesh.force_weights, tractions)
+        difference = abs(dot(mesh.force_weights, guess_traction) - force)
+        return force_weight * difference / max(abs(force), force_scale)
+    largest_pressure, worst = tabor, 0.0
+    for j in range(gap.size):
+        largest_pressure = max(largest_pressure, -tractions[j])
     for j in range(gap.size):
         if gap[j] < PRESSED and guess_gap[j] < PRESSED:
             error = abs(guess_traction[j] - tractions[j]) / largest_pressure
@@ -115,6 +118,7 @@ def history_error(
     recent: Recent,
     mesh: Mesh,
     tabor: float,
+    hard: bool,
     time: float,
     forces: tuple[float, float, float],
     force_scale: float,
@@ -128,7 +132,7 @@ def history_error(
     Args:
         recent: at least two solutions before the step.
         mesh: their mesh.
-        tabor: Tabor parameter.
+        tabor, hard: Tabor parameter, and whether there is no adhesion.
         time: at the end of the step.
         forces: at the two solutions, newest first, and at the end of the step.
         force_scale: below this the force counts as small.
@@ -141,6 +145,6 @@ def history_error(
     curvature = (rise - rise_before) / (time - before)
     parabola = forces[0] + rise * (middle - newest) + curvature * (middle - newest) * (middle - time)
     gap, tractions = np.empty(recent.gap.shape[1]), np.empty(recent.gap.shape[1])
-    predict(recent, middle, tabor, False, gap, tractions)
+    predict(recent, middle, tabor, hard, gap, tractions)
     force = force_of(mesh, tractions, gap)
     return force_weight * abs(force - parabola) / max(abs(force), force_scale)

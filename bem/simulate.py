@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-import functools
-import math
 import time
 from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
-from threadpoolctl import ThreadpoolController
 
 from bem._checks import instance
 from bem.accuracy import Accuracy, resolve_accuracy
 from bem.cohesive_zone import largest_contact_radius
 from bem.contact import COUNTS, Problem
-from bem.influence import force_weights, influence_matrix, require_mesh
+from bem.influence import require_mesh
 from bem.march import COMPLETED, NO_EQUILIBRIUM, TOO_MANY_STEPS, UNPHYSICAL, march
-from bem.mesh import Grid, Mesh, condense, master_grid, pick_nodes, wanted_spacing
+from bem.mesh import Grid, Mesh, fixed_mesh, master_grid
 from bem.peaks import with_peaks
 from bem.protocol import LoadingProtocol, PiecewiseLinearProtocol
 from bem.reference_solutions import hertz
@@ -26,6 +23,7 @@ from bem.tractions import HardContact
 from bem.trajectory import Jump, Statistics, Trajectory
 
 MOST_STEPS = 400_000
+_NOISE = 0.04
 _MOST_REFINEMENTS = 3  # each halves the target error
 _REASONS = {
     COMPLETED: "completed",
@@ -78,15 +76,13 @@ def simulate(
         wanted = target.target / 2.0**refinement
         controls = Accuracy(target.name, wanted).controls(elastic=scene.material.strengths.size == 0)
         try:
-            problem, first_mesh = _discretise(scene, deepest, controls, mesh)
+            problem, own_mesh = _discretise(scene, deepest, controls, mesh)
         except MemoryError as error:
             if refinement == 0:
                 return _unfinished(str(error), wanted, len(scene.material.strengths))
             break
         arguments = (np.array(history.times), np.array(history.indentations), initial_state == "glassy", MOST_STEPS)
-        # The systems are too small for BLAS threads, which would only wait for each other.
-        with _thread_controller().limit(limits=1, user_api="blas"):
-            result = march(problem, first_mesh, *arguments)
+        result = march(problem, own_mesh, *arguments)
         aim = wanted
         # A mesh too coarse for its scene can lose its way at a fold: what is asked for is then worth a finer one.
         if result[-1] in (COMPLETED, TOO_MANY_STEPS):
@@ -95,13 +91,22 @@ def simulate(
     return _trajectory(problem, history, aim, *result, seconds)
 
 
-@functools.cache
-def _thread_controller() -> ThreadpoolController:
-    return ThreadpoolController()
+def count_unstable(
+    scene: Scene, protocol: LoadingProtocol | PiecewiseLinearProtocol, accuracy: str | float = "standard"
+) -> int:
+    """Number of states along a trajectory that are no stable equilibria, each looked at again; zero if all is well."""
+    target = resolve_accuracy(accuracy)
+    history = protocol.history(scene.tabor) if isinstance(protocol, LoadingProtocol) else protocol
+    controls = target.controls(elastic=scene.material.strengths.size == 0)
+    problem, own_mesh = _discretise(scene, float(np.max(history.indentations)), controls, None, audit=True)
+    counts = march(problem, own_mesh, np.array(history.times), np.array(history.indentations), False, MOST_STEPS)[2]
+    return int(counts[COUNTS.index("unstable")])
 
 
-def _discretise(scene: Scene, deepest: float, controls, mesh: ArrayLike | None) -> tuple[Problem, Mesh]:
-    """The problem in the kernels' terms and the mesh to start from."""
+def _discretise(
+    scene: Scene, deepest: float, controls, mesh: ArrayLike | None, audit: bool = False
+) -> tuple[Problem, Mesh]:
+    """The problem in the kernels' terms, and the user's own mesh, empty where there is none."""
     hard = isinstance(scene.adhesion, HardContact)
     tabor, material = scene.tabor, scene.material
     strengths, times = np.array(material.strengths), np.array(material.times)
@@ -109,8 +114,10 @@ def _discretise(scene: Scene, deepest: float, controls, mesh: ArrayLike | None) 
     force_scale = max(3e-2 * abs(glassy_hertz) * material.modulus_ratio, 1e-12) if hard else 1.0
     # The stiffer the glass, the fewer steps the gaps alone would give to a fast pull-off.
     force_weight = min(max(2.0, 0.2 / material.modulus_ratio), 20.0)
+    # Extrapolation adds the errors of three states up to sevenfold; the step must not be chosen by them.
+    force_error = _NOISE * controls.prediction / force_weight
     least_force = 1.05 * glassy_hertz - 4.0 / material.modulus_ratio
-    remembers = strengths.size > 0
+    radii = np.zeros(0)
     if mesh is not None:
         radii = require_mesh(mesh)
         contact = largest_contact_radius(deepest, tabor, hard)
@@ -120,26 +127,28 @@ def _discretise(scene: Scene, deepest: float, controls, mesh: ArrayLike | None) 
                 f"{radii[-1]:.4g}"
             )
         grid = Grid(radii.size, 0.0, np.zeros((0, 0)))
-        nodes = np.arange(radii.size)
-        influence = tabor * influence_matrix(radii)
-        panel = np.minimum(nodes, radii.size - 2)
-        rows = influence if remembers else np.empty((0, radii.size))
-        window = np.array([-1.0, math.inf])
-        first = Mesh(nodes, radii, influence, rows, force_weights(radii), panel, (nodes - panel).astype(float), window)
     else:
         grid = master_grid(tabor, deepest, hard, controls)
-        none = np.zeros(0)
-        wanted, window = wanted_spacing(
-            grid.size, grid.spacing, tabor, hard, 0.0, 1.0, np.zeros(0, np.int64), none, none, 1.0, 0.0, controls
-        )
-        first = condense(grid.size, grid.spacing, grid.unit_influence, tabor, pick_nodes(wanted), window, remembers)
     problem = Problem(
-        tabor, hard, strengths, times, controls, grid, mesh is not None, force_scale, force_weight, least_force
+        tabor=tabor,
+        hard=hard,
+        strengths=strengths,
+        times=times,
+        controls=controls,
+        grid=grid,
+        fixed_mesh=mesh is not None,
+        force_scale=force_scale,
+        force_weight=force_weight,
+        force_error=force_error,
+        least_force=least_force,
+        audit=audit,
     )
-    return problem, first
+    return problem, fixed_mesh(tabor, radii, strengths.size > 0)
 
 
-def _trajectory(problem, history, target, records, jumps, counts, segment_steps, outcome, seconds) -> Trajectory:
+def _trajectory(
+    problem, history, target, records, jumps, counts, segment_steps, energies, outcome, seconds
+) -> Trajectory:
     by_name = dict(zip(COUNTS, (int(value) for value in counts), strict=True))
     steps_by_phase: dict[str, int] = {}
     for phase, steps in zip(history.phases, segment_steps, strict=True):
@@ -164,8 +173,19 @@ def _trajectory(problem, history, target, records, jumps, counts, segment_steps,
     unloading = _in_phase(records[:, 0], history, "unloading")
     records, unloading = with_peaks(records, unloading)
     found = tuple(Jump(*map(float, row)) for row in jumps)
+    balance = _energy_balance(records, energies, found, target) if problem.strengths.size == 0 else np.nan
     columns = (np.ascontiguousarray(records[:, k]) for k in range(4))
-    return Trajectory(*columns, status=status, jumps=found, stats=stats, accuracy=target, unloading=unloading)
+    return Trajectory(
+        *columns, status=status, jumps=found, stats=stats, accuracy=target, unloading=unloading, energy_balance=balance
+    )
+
+
+def _energy_balance(records: np.ndarray, energies: np.ndarray, jumps: tuple[Jump, ...], target: float) -> float:
+    """Work put into an elastic contact; back at the same indentation and force, it is in the same state as before."""
+    lost = sum(jump.energy_lost for jump in jumps)
+    first, last = records[0], records[-1]
+    returned = first[1] == last[1] and abs(last[2] - first[2]) < target * max(1.0, abs(first[2]))
+    return float(lost if returned else lost + energies[1] - energies[0])
 
 
 def _in_phase(instants: np.ndarray, history: PiecewiseLinearProtocol, phase: str) -> np.ndarray:

@@ -48,3 +48,17 @@ def tail_force(gap: float) -> float:
     """
     inverse_square = 1.0 / (gap * gap)
     return (8.0 / 3.0) * inverse_square * (1.0 - 0.25 * inverse_square * inverse_square * inverse_square)
+
+
+@kernel
+def potential(gap: float) -> float:
+    """Energy per area of two surfaces at a `gap`, in dgamma: minus the integral of the traction from there outwards."""
+    inverse_square = 1.0 / (gap * gap)
+    return -(4.0 / 3.0) * inverse_square * (1.0 - 0.25 * inverse_square * inverse_square * inverse_square)
+
+
+@kernel
+def tail_energy(gap: float) -> float:
+    """Energy of everything beyond a radius at which the gap is `gap`, for an undeformed sphere, in h0 pi R dgamma."""
+    inverse_cube = 1.0 / (gap * gap * gap)
+    return -(8.0 / 3.0) / gap * (1.0 - inverse_cube * inverse_cube / 28.0)

@@ -27,18 +27,26 @@ def _cubic(radii: np.ndarray, values: np.ndarray, first: int, x: float) -> float
 
 @kernel
 def transfer(
-    old: Mesh, gap: np.ndarray, tractions: np.ndarray, new: Mesh, tabor: float, hard: bool
-) -> tuple[np.ndarray, np.ndarray]:
-    """Gap and traction (n_new,) at the new nodes; beyond the old mesh the sphere is undeformed and carries nothing."""
+    old: Mesh,
+    gap: np.ndarray,
+    tractions: np.ndarray,
+    new: Mesh,
+    tabor: float,
+    hard: bool,
+    new_gap: np.ndarray,
+    new_traction: np.ndarray,
+) -> None:
+    """Gap and traction at the new nodes into `new_gap` and `new_traction` (n_new,).
+
+    Beyond the old mesh the sphere is undeformed and carries nothing.
+    """
     n = old.radii.size
-    new_gap, new_traction = np.empty(new.radii.size), np.zeros(new.radii.size)
     k = 0
     for i in range(new.radii.size):
         x = new.radii[i]
         if x > old.radii[n - 1]:
             new_gap[i] = gap[n - 1] + 0.5 * tabor * (x * x - old.radii[n - 1] ** 2)
-            if not hard:
-                new_traction[i] = tabor * traction(new_gap[i])
+            new_traction[i] = 0.0 if hard else tabor * traction(new_gap[i])
             continue
         while k < n - 2 and old.radii[k + 1] < x:
             k += 1
@@ -48,7 +56,7 @@ def transfer(
             new_gap[i] = gap[k] + part * (gap[k + 1] - gap[k])
             new_traction[i] = tractions[k] + part * (tractions[k + 1] - tractions[k])
         elif gap[k] < PRESSED and gap[k + 1] < PRESSED:
-            if np.max(gap[first : first + 4]) < PRESSED:
+            if max(max(gap[first], gap[first + 1]), max(gap[first + 2], gap[first + 3])) < PRESSED:
                 stress = _cubic(old.radii, tractions, first, x)
             else:
                 stress = tractions[k] + part * (tractions[k + 1] - tractions[k])
@@ -59,4 +67,3 @@ def transfer(
             margin = 0.1 * (high - low)
             new_gap[i] = min(max(_cubic(old.radii, gap, first, x), low - margin), high + margin)
             new_traction[i] = tabor * traction(new_gap[i])
-    return new_gap, new_traction

@@ -14,9 +14,7 @@ def spacing_for(
 ):
     """Spacing wanted for an edge, without an earlier solution, and the window in which the edge may travel."""
     nodes = np.zeros(0, np.int64)
-    return wanted_spacing(
-        grid.size, grid.spacing, tabor, hard, edge, direction, nodes, NOTHING, NOTHING, 1.0, 0.0, controls
-    )
+    return wanted_spacing(grid, tabor, hard, edge, direction, nodes, NOTHING, NOTHING, 1.0, 0.0, controls)
 
 
 def mesh_for(
@@ -26,7 +24,7 @@ def mesh_for(
     grid = master_grid(tabor, peak, hard, CONTROLS)
     wanted, window = spacing_for(grid, tabor, edge=edge, hard=hard)
     nodes = pick_nodes(wanted)
-    return grid, condense(grid.size, grid.spacing, grid.unit_influence, tabor, nodes, window, remembers)
+    return grid, condense(grid, tabor, nodes, window, remembers)
 
 
 def right_side(mesh: Mesh, tabor: float, indentation: float) -> np.ndarray:

@@ -13,14 +13,15 @@ def test_the_pressed_gap_inverts_the_law(gap, off):
     assert pressed_gap(traction(gap), off * gap) == pytest.approx(gap, rel=1e-7)
 
 
-def solved(tabor, indentation, response=1.0, tolerance=1e-7):
+def solved(tabor, indentation, response=1.0, tolerance=1e-7, force_error=np.inf):
     _, mesh = mesh_for(tabor, edge=1.0 if indentation > 0.0 else 0.0, peak=max(indentation, 1.0))
     rhs = right_side(mesh, tabor, indentation)
     gap, tractions = np.maximum(rhs, 0.95), np.zeros(mesh.radii.size)
-    counts = np.zeros(8, dtype=np.int64)
+    counts = np.zeros(9, dtype=np.int64)
     factor = new_factor(gap.size)
     for depth in np.linspace(rhs[0], 1.0 - indentation, 6):  # a few warm starts
-        found = solve_adhesive(mesh, tabor, rhs - rhs[0] + depth, response, tolerance, factor, gap, tractions, counts)
+        now = rhs - rhs[0] + depth
+        found = solve_adhesive(mesh, tabor, now, response, tolerance, force_error, factor, gap, tractions, counts)
     return mesh, rhs, gap, tractions, counts, factor, found
 
 
@@ -32,7 +33,7 @@ def test_an_accepted_state_satisfies_the_gap_equation(tabor, indentation, respon
     expected = np.empty(gap.size)
     tractions_of(gap, tabor, expected)
     np.testing.assert_array_equal(tractions, expected)
-    residual = gap + response * mesh.influence @ tractions - rhs
+    residual = gap + response * mesh.influence.T @ tractions - rhs
     assert np.max(np.abs(residual)) < 1e-7
     assert np.all(gap > 0.0)
     assert counts[0] > 0
@@ -71,3 +72,17 @@ def test_the_contact_edge_is_where_the_tension_peaks():
 
 def test_pressed_nodes_lie_on_the_steep_branch():
     assert PRESSED < GAP_AT_PEAK
+
+
+@pytest.mark.parametrize("response", [1.0, 1e-3])
+def test_the_force_is_as_exact_as_asked_however_stiff_the_contact(response):
+    allowed = 1e-4
+    mesh, rhs, gap, tractions, _, factor, found = solved(0.2, 0.5, response, tolerance=1e-2, force_error=allowed)
+    *_, exact_gap, exact, _, _, _ = solved(0.2, 0.5, response, tolerance=1e-9)
+    assert found
+    assert abs(force_of(mesh, tractions, gap) - force_of(mesh, exact, exact_gap)) < 2.0 * allowed
+    moved, lifted = gap.copy(), tractions.copy()
+    lift = 1e-3
+    assert solve_adhesive(mesh, 0.2, rhs + lift, response, 1e-8, np.inf, factor, moved, lifted, np.zeros(9, np.int64))
+    difference = abs(force_of(mesh, lifted, moved) - force_of(mesh, exact, exact_gap))
+    assert factor.stiffness[0] == pytest.approx(difference / lift, rel=0.1)

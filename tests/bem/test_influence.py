@@ -3,9 +3,16 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from scipy.integrate import quad
-from scipy.special import ellipkm1
+from scipy.special import ellipe, ellipkm1
 
-from bem.influence import force_weights, influence_matrix, require_mesh, ring_moments
+from bem.influence import (
+    elliptic_integrals,
+    force_weights,
+    influence_matrix,
+    require_mesh,
+    ring_moments,
+    unit_influence,
+)
 from bem.reference_solutions import displacements
 
 INSIDE = np.linspace(0.0, 1.0, 8)[1:-1]
@@ -88,3 +95,25 @@ def test_force_weights_integrate_piecewise_linear_tractions_exactly():
 def test_what_is_not_a_mesh_is_refused(radii):
     with pytest.raises(ValueError, match=r"^mesh must .*; received"):
         require_mesh(np.array(radii))
+
+
+def test_elliptic_integrals_agree_with_scipy():
+    complement = np.concatenate([[1e-300, 1e-30], np.geomspace(1e-16, 1.0, 200)])
+    first, second = elliptic_integrals(complement)
+    np.testing.assert_allclose(first, ellipkm1(complement), rtol=2e-15)
+    np.testing.assert_allclose(second, ellipe(1.0 - complement), rtol=1e-14)
+
+
+def test_the_influence_at_unit_spacing_is_that_of_the_radii():
+    size = 150
+    direct = influence_matrix(np.arange(size + 1.0)).T[:size, :size]
+    np.testing.assert_allclose(unit_influence(size), direct, rtol=3e-10)
+
+
+@pytest.mark.parametrize(("hat", "observer"), [(600, 3), (40, 599), (300, 285), (14, 0), (13, 2)])
+def test_hats_away_from_the_diagonal_agree_with_quadrature(hat, observer):
+    def integrand(s):
+        return (1.0 - abs(s - hat)) * (2.0 if observer == 0 else kernel_at_one(s / observer) / observer * s)
+
+    expected = sum(quad(integrand, hat + a, hat + a + 1.0, epsabs=0.0, epsrel=1e-13)[0] for a in (-1.0, 0.0))
+    assert unit_influence(601)[hat, observer] == pytest.approx(expected, rel=3e-11)
