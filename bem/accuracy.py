@@ -52,8 +52,8 @@ class Accuracy:
         return Controls(
             edge_spacing=min(0.10 * ratio**0.5, _PINNED_ABOVE_ELASTIC if elastic else _PINNED_ABOVE),
             curvature=4e-3 * ratio,
-            growth=1.0 + (0.12 if elastic else 0.15) * min(ratio, 4.0) ** 0.35,
-            widest=(0.05 if elastic else 0.07) * min(ratio, 4.0) ** 0.35,
+            growth=1.0 + (0.12 * min(ratio, 4.0) ** 0.15 if elastic else 0.15 * min(ratio, 4.0) ** 0.35),
+            widest=0.05 * min(ratio, 4.0) ** 0.15 if elastic else 0.07 * min(ratio, 4.0) ** 0.35,
             far_gap=20.0 * min(max(ratio, 0.02), 2.0) ** -0.3,
             prediction=0.03 * ratio**0.75,
             residual=min(2e-5 * ratio, 1e-4),

@@ -44,6 +44,7 @@ class Problem(NamedTuple):
     fixed_mesh: bool
     force_scale: float  # below this the force counts as small, in pi R dgamma
     force_weight: float  # of its error of prediction beside that of gaps and tractions
+    local_weight: float  # the same of gaps and tractions
     force_error: float  # allowed in an equilibrium, relative; far below what the prediction is judged by
     least_force: float  # no history can be more compressive
     audit: bool  # whether each accepted state is looked at again: is it stable?

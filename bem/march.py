@@ -34,7 +34,7 @@ from bem.hard_contact import solve_hard
 from bem.linear_algebra import copy_into
 from bem.memory import advance, forget_rate, new_memory, remembered_traction, shortest_relaxation, step_factors
 from bem.mesh import Mesh, prolong
-from bem.prediction import history_error, predict, prediction_error, push_recent, start_recent
+from bem.prediction import expected_force, history_error, predict, prediction_error, push_recent, start_recent
 from bem.transfer import transfer
 
 COMPLETED, NO_EQUILIBRIUM, TOO_MANY_STEPS, UNPHYSICAL = 0, 1, 2, 3
@@ -133,7 +133,7 @@ def march(problem: Problem, mesh: Mesh, times: np.ndarray, depths: np.ndarray, g
         duration = times[segment + 1] - times[segment]
         rate = (depths[segment + 1] - depths[segment]) / duration
         speed = abs(rate)
-        recent = start_recent(gap, tractions, 0.0)
+        recent = start_recent(gap, tractions, 0.0, force)
         forget_rate(memory)
         longest = controls.longest_step * duration
         if speed == 0.0 and not remembers:
@@ -189,6 +189,8 @@ def march(problem: Problem, mesh: Mesh, times: np.ndarray, depths: np.ndarray, g
                     new_traction,
                     problem.force_scale,
                     problem.force_weight,
+                    problem.local_weight,
+                    np.nan if remembers or hard else expected_force(recent, after),
                 )
                 shrink = 0.9 * (controls.prediction / max(error, 1e-12)) ** (1.0 / order)
                 if error > 2.0 * controls.prediction and step > 1.01 * smallest:
@@ -265,11 +267,11 @@ def march(problem: Problem, mesh: Mesh, times: np.ndarray, depths: np.ndarray, g
             if problem.audit and not hard and is_unstable(mesh, tabor, factors.response, gap):
                 counts[UNSTABLE] += 1
             if order == 0:  # another branch: no history to extrapolate
-                recent = start_recent(gap, tractions, now)
+                recent = start_recent(gap, tractions, now, force)
                 forget_rate(memory)
                 step = 2.0 * smallest
             else:
-                push_recent(recent, gap, tractions, now)
+                push_recent(recent, gap, tractions, now, force)
                 step = min(max(step * min(max(shrink, 0.3), 2.5), smallest), longest)
 
             since_choice += 1
@@ -280,12 +282,12 @@ def march(problem: Problem, mesh: Mesh, times: np.ndarray, depths: np.ndarray, g
                 since_choice = 0
                 new = select_mesh(problem, mesh, edge, direction, remembered, factors.response, gap, tractions)
                 if not _same_nodes(new, mesh):
-                    moved = start_recent(np.zeros(new.radii.size), np.zeros(new.radii.size), 0.0)
+                    moved = start_recent(np.zeros(new.radii.size), np.zeros(new.radii.size), 0.0, 0.0)
                     for k in range(recent.count[0]):
                         transfer(
                             mesh, recent.gap[k], recent.traction[k], new, tabor, hard, moved.gap[k], moved.traction[k]
                         )
-                        moved.time[k] = recent.time[k]
+                        moved.time[k], moved.force[k] = recent.time[k], recent.force[k]
                     moved.count[0] = recent.count[0]
                     recent, mesh = moved, new
                     gap, tractions = recent.gap[0].copy(), recent.traction[0].copy()

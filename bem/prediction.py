@@ -24,37 +24,45 @@ class Recent(NamedTuple):
     gap: np.ndarray  # (DEPTH, n)
     traction: np.ndarray  # (DEPTH, n)
     time: np.ndarray  # (DEPTH,)
+    force: np.ndarray  # (DEPTH,)
     count: np.ndarray  # (1,) int64: how many are valid
 
 
 @kernel
-def start_recent(gap: np.ndarray, tractions: np.ndarray, time: float) -> Recent:
+def start_recent(gap: np.ndarray, tractions: np.ndarray, time: float, force: float) -> Recent:
     """Nothing but the present solution."""
     recent = Recent(
-        np.zeros((DEPTH, gap.size)), np.zeros((DEPTH, gap.size)), np.zeros(DEPTH), np.ones(1, dtype=np.int64)
+        np.zeros((DEPTH, gap.size)),
+        np.zeros((DEPTH, gap.size)),
+        np.zeros(DEPTH),
+        np.zeros(DEPTH),
+        np.ones(1, dtype=np.int64),
     )
     copy_into(recent.gap[0], gap)
     copy_into(recent.traction[0], tractions)
     recent.time[0] = time
+    recent.force[0] = force
     return recent
 
 
 @kernel
-def push_recent(recent: Recent, gap: np.ndarray, tractions: np.ndarray, time: float) -> None:
+def push_recent(recent: Recent, gap: np.ndarray, tractions: np.ndarray, time: float, force: float) -> None:
     """Put a new solution in front of the others."""
     for k in range(DEPTH - 1, 0, -1):
         copy_into(recent.gap[k], recent.gap[k - 1])
         copy_into(recent.traction[k], recent.traction[k - 1])
         recent.time[k] = recent.time[k - 1]
+        recent.force[k] = recent.force[k - 1]
     copy_into(recent.gap[0], gap)
     copy_into(recent.traction[0], tractions)
     recent.time[0] = time
+    recent.force[0] = force
     recent.count[0] = min(recent.count[0] + 1, DEPTH)
 
 
 @kernel
-def predict(recent: Recent, time: float, tabor: float, hard: bool, gap: np.ndarray, tractions: np.ndarray) -> None:
-    """Extrapolate to `time` into `gap` and `tractions` (n,)."""
+def _lagrange_weights(recent: Recent, time: float) -> np.ndarray:
+    """Weights (DEPTH,) of the last solutions in the polynomial through them, at `time`."""
     count = recent.count[0]
     weights = np.ones(DEPTH)
     for k in range(DEPTH):
@@ -63,6 +71,19 @@ def predict(recent: Recent, time: float, tabor: float, hard: bool, gap: np.ndarr
                 weights[k] *= (time - recent.time[m]) / (recent.time[k] - recent.time[m])
         if k >= count:
             weights[k] = 0.0
+    return weights
+
+
+@kernel
+def expected_force(recent: Recent, time: float) -> float:
+    """The force that the last ones lead to expect at `time`."""
+    return dot(_lagrange_weights(recent, time), recent.force)
+
+
+@kernel
+def predict(recent: Recent, time: float, tabor: float, hard: bool, gap: np.ndarray, tractions: np.ndarray) -> None:
+    """Extrapolate to `time` into `gap` and `tractions` (n,)."""
+    weights = _lagrange_weights(recent, time)
     for j in range(gap.size):
         last = recent.gap[0, j]
         stress = (
@@ -91,8 +112,15 @@ def prediction_error(
     tractions: np.ndarray,
     force_scale: float,
     force_weight: float = 2.0,
+    local_weight: float = 1.0,
+    force_expected: float = np.nan,
 ) -> float:
-    """Largest relative difference between prediction and solution, in the nodes that matter and in the force."""
+    """Largest relative difference between prediction and solution, in the nodes that matter and in the force.
+
+    The force is compared with `force_expected`, or, where that is NaN, with the one of the predicted state. A contact
+    that remembers nothing does not depend on how it was reached: there only the course of the force must be followed,
+    and the predicted state need only be near enough for Newton-Raphson.
+    """
     if hard:
         force = dot(mesh.force_weights, tractions)
         difference = abs(dot(mesh.force_weights, guess_traction) - force)
@@ -109,8 +137,9 @@ def prediction_error(
                 error *= (2.0 / gap[j]) ** 2
         worst = max(worst, error)
     force = force_of(mesh, tractions, gap)
-    difference = abs(force_of(mesh, guess_traction, guess_gap) - force)
-    return max(worst, force_weight * difference / max(abs(force), force_scale))
+    expected = force_of(mesh, guess_traction, guess_gap) if np.isnan(force_expected) else force_expected
+    difference = abs(expected - force)
+    return max(local_weight * worst, force_weight * difference / max(abs(force), force_scale))
 
 
 @kernel

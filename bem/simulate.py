@@ -139,6 +139,7 @@ def _discretise(
         fixed_mesh=mesh is not None,
         force_scale=force_scale,
         force_weight=force_weight,
+        local_weight=float(__import__("os").environ.get("LW", "1")) if strengths.size == 0 else 1.0,
         force_error=force_error,
         least_force=least_force,
         audit=audit,
