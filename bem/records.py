@@ -117,8 +117,7 @@ def _kept(index: int, trajectory: Any, times: FloatArray, settings: Settings) ->
     }
     if not trajectory.completed:
         return failed(index, trajectory.status, settings, **work)
-    # The last instants of grid and solver may differ by a rounding.
-    force = np.asarray(trajectory.at(np.minimum(times, trajectory.time[-1])), dtype=np.float32)
+    force = np.asarray(trajectory.at(times), dtype=np.float32)
     results = {name: float(getattr(trajectory, name)) for name in RESULTS}
     if not (np.all(np.isfinite(force)) and all(np.isfinite(value) for value in results.values())):
         return failed(index, "the solver returned numbers that are not finite", settings, **work)
