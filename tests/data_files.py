@@ -1,4 +1,4 @@
-"""Data set files changed on purpose: as if written so, or as the first writers left them."""
+"""Files changed on purpose: as if written so, as the first writers left them, or damaged."""
 
 from contextlib import contextmanager
 from pathlib import Path
@@ -25,3 +25,23 @@ def unsealed(source, target):
             old.copy(name, new)
         new.attrs.update({name: value for name, value in old.attrs.items() if name != SEALED})
     return target
+
+
+def damaged(content, rng):
+    """The bytes with one random damage."""
+    found, place = bytearray(content), rng.randrange(len(content))
+    size = rng.choice((1, 8, 64, 512, 4096))
+    kind = rng.choice(("flip", "zero", "overwrite", "cut", "insert", "remove"))
+    if kind == "flip":
+        found[place] ^= 1 << rng.randrange(8)
+    elif kind == "zero":
+        found[place : place + size] = bytes(len(found[place : place + size]))
+    elif kind == "overwrite":
+        found[place : place + size] = rng.randbytes(len(found[place : place + size]))
+    elif kind == "cut":
+        del found[place:]
+    elif kind == "insert":
+        found[place:place] = rng.randbytes(size)
+    else:
+        del found[place : place + size]
+    return bytes(found)

@@ -14,7 +14,7 @@ from bem.dataset_file import load_dataset
 from bem.dataset_opening import SEALED, DamagedFileError, open_dataset
 from bem.sealed_file import BLOCK
 from surrogate.dataset import TrajectoryDataset
-from tests.data_files import editing, unsealed
+from tests.data_files import damaged, editing, unsealed
 
 PUBLISHED = Path(__file__).parents[2] / "published" / "dataset.h5"
 FUZZ = """
@@ -24,26 +24,6 @@ sys.path.insert(0, sys.argv[3])
 from test_damaged_files import assert_damages_are_refused
 assert_damages_are_refused(Path(sys.argv[1]), Path(sys.argv[2]), int(sys.argv[4]))
 """
-
-
-def damaged(content, rng):
-    """The bytes with one random damage."""
-    found, place = bytearray(content), rng.randrange(len(content))
-    size = rng.choice((1, 8, 64, 512, 4096))
-    kind = rng.choice(("flip", "zero", "overwrite", "cut", "insert", "remove"))
-    if kind == "flip":
-        found[place] ^= 1 << rng.randrange(8)
-    elif kind == "zero":
-        found[place : place + size] = bytes(len(found[place : place + size]))
-    elif kind == "overwrite":
-        found[place : place + size] = rng.randbytes(len(found[place : place + size]))
-    elif kind == "cut":
-        del found[place:]
-    elif kind == "insert":
-        found[place:place] = rng.randbytes(size)
-    else:
-        del found[place : place + size]
-    return bytes(found)
 
 
 def assert_damages_are_refused(source, path, count):
