@@ -4,14 +4,17 @@ import shutil
 import subprocess
 import sys
 
+import h5py
 import numpy as np
 import onnx
 import pytest
 
 import surrogate
-from surrogate.backends import KerasBackend, OnnxBackend
+from surrogate.backends import KerasBackend, OnnxBackend, keras_model
 from surrogate.export import build_graph, export_folder
+from surrogate.model_files import PUBLISHED, read_run
 from surrogate.onnx_seal import sealed
+from surrogate.plan import lower
 from surrogate.predictor import Surrogate
 from surrogate.recipe import Recipe
 from surrogate.runs import Run, execute, fit_scaling, publish
@@ -222,8 +225,6 @@ def test_a_file_changed_by_other_tools_is_refused(change, folder):
 
 
 def test_weights_that_are_not_finite_are_refused_everywhere(folder):
-    import h5py
-
     with h5py.File(folder / "model.weights.h5", "r+") as file:
         names = []
         file.visititems(lambda name, item: names.append(name) if isinstance(item, h5py.Dataset) else None)
@@ -236,6 +237,30 @@ def test_weights_that_are_not_finite_are_refused_everywhere(folder):
     (folder / "model.onnx").unlink()
     with pytest.raises(ValueError, match=r"all finite\. Received: .*model\.weights\.h5 \(NaN or infinity in "):
         surrogate.load(folder, backend="keras")
+
+
+def test_weights_in_another_file_are_not_fetched(folder, tmp_path):
+    (folder / "model.onnx").unlink()
+    with h5py.File(folder / "model.weights.h5", "r+") as file:
+        names = []
+        file.visititems(lambda name, item: names.append(name) if isinstance(item, h5py.Dataset) else None)
+        with h5py.File(tmp_path / "elsewhere.h5", "w") as other:
+            other["weights"] = file[names[0]][:]
+        del file[names[0]]
+        file[names[0]] = h5py.ExternalLink(str(tmp_path / "elsewhere.h5"), "weights")
+    with pytest.raises(ValueError, match=r"model\.weights\.h5 \(/.* is a link to another place\)"):
+        surrogate.load(folder, backend="keras")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("folder", sorted(PUBLISHED.glob("*/")), ids=lambda folder: folder.name)
+def test_a_published_file_holds_the_numbers_of_its_weights_file(folder):
+    run, _ = read_run(folder)
+    expected, found = lower(keras_model(folder, run)), surrogate.load(folder).backend.plan()
+    assert found.operations == expected.operations
+    assert found.weights.keys() == expected.weights.keys()
+    for name, values in expected.weights.items():
+        np.testing.assert_array_equal(found.weights[name], values, err_msg=name)
 
 
 def test_a_model_that_is_not_finite_is_not_exported(dataset):
