@@ -6,6 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bem._wording import shown
+
 FloatArray = NDArray[np.float64]
 
 
@@ -42,7 +44,10 @@ def finite_number(
     Raises:
         ValueError: naming the quantity, the allowed range and the value received.
     """
-    number = float(value) if isinstance(value, Real) and not isinstance(value, bool | np.bool_) else np.nan
+    try:
+        number = float(value) if isinstance(value, Real) and not isinstance(value, bool | np.bool_) else np.nan
+    except OverflowError:
+        number = np.inf
     allowed = (
         np.isfinite(number)
         and (low is None or number >= low)
@@ -51,7 +56,7 @@ def finite_number(
         and (below is None or number < below)
     )
     if not allowed:
-        raise ValueError(f"{name} must be a finite number{_bounds(low, high, above, below)}; received {value!r}")
+        raise ValueError(f"{name} must be a finite number{_bounds(low, high, above, below)}; received {shown(value)}")
     return number
 
 
@@ -59,8 +64,26 @@ def instance(name: str, value: Any, allowed: tuple[type, ...]) -> Any:
     """Return `value` when it is an instance of one of `allowed`, else raise a `ValueError` naming them."""
     if not isinstance(value, allowed):
         names = ", ".join(f"{kind.__name__}(...)" for kind in allowed)
-        raise ValueError(f"{name} must be one of {names}; received {value!r}")
+        raise ValueError(f"{name} must be one of {names}; received {shown(value)}")
     return value
+
+
+def real_array(name: str, values: ArrayLike) -> FloatArray:
+    """Return `values` as float64 of any shape, NaN and infinity included.
+
+    Raises:
+        ValueError: complex numbers, text, or rows of unequal length.
+    """
+    try:
+        array = np.asarray(values)
+        if array.dtype.kind in "biuf":
+            return array.astype(np.float64, copy=False)
+        # Decimals and fractions, or `None`, which is NaN.
+        if array.dtype.kind == "O" and not any(isinstance(value, str | bytes) for value in array.flat):
+            return array.astype(np.float64)
+    except (TypeError, ValueError, OverflowError):
+        pass
+    raise ValueError(f"{name} must be real numbers; received {shown(values)}")
 
 
 def finite_vector(name: str, values: ArrayLike, *, at_least: int = 0) -> FloatArray:
@@ -70,12 +93,14 @@ def finite_vector(name: str, values: ArrayLike, *, at_least: int = 0) -> FloatAr
         ValueError: naming the quantity, what is allowed and what was received.
     """
     try:
-        vector = np.array(values, dtype=np.float64)
-    except (TypeError, ValueError):
+        vector = real_array(name, values).copy()
+    except ValueError:
         vector = np.array(np.nan)
     if vector.ndim != 1 or len(vector) < at_least or not np.all(np.isfinite(vector)):
         count = f"at least {at_least} " if at_least else ""
-        raise ValueError(f"{name} must be a one-dimensional sequence of {count}finite numbers; received {values!r}")
+        raise ValueError(
+            f"{name} must be a one-dimensional sequence of {count}finite numbers; received {shown(values)}"
+        )
     vector.setflags(write=False)
     return vector
 

@@ -11,6 +11,8 @@ from dataclasses import dataclass
 from numbers import Real
 from typing import NamedTuple
 
+from bem._wording import shown
+
 NAMED_TARGETS = {"draft": 1.7e-2, "standard": 4e-3, "reference": 1.5e-4}
 LOOSEST, TIGHTEST = 5e-2, 2e-5
 _UNIT_TARGET = 2.8e-3  # at which the constants below hold
@@ -74,5 +76,6 @@ def resolve_accuracy(accuracy: str | float) -> Accuracy:
         return Accuracy(f"{float(accuracy):g}", float(accuracy))
     names = ", ".join(repr(name) for name in NAMED_TARGETS)
     raise ValueError(
-        f"accuracy must be {names} or a target relative error from {TIGHTEST:g} to {LOOSEST:g}; received {accuracy!r}"
+        f"accuracy must be {names} or a target relative error from {TIGHTEST:g} to {LOOSEST:g}; "
+        f"received {shown(accuracy)}"
     )

@@ -12,10 +12,13 @@ from typing import Any
 import numpy as np
 
 from bem._checks import FloatArray
+from bem._wording import shown
 from bem.campaign_plan import Campaign, Solver
 from bem.campaign_work import Arrival, results
-from bem.dataset_file import load_dataset, write_dataset
+from bem.dataset_file import SUFFIXES, load_dataset, write_dataset
+from bem.dataset_opening import DamagedFileError
 from bem.designs import QUANTITIES
+from bem.outputs import require_suffix
 from bem.parts import CampaignError, PartStore, differences
 from bem.pools import Cluster, LocalPool
 from bem.provenance import merged, peak_memory, provenance
@@ -122,13 +125,15 @@ def run_campaign(
         what came of it; a complete file of the same campaign is left alone.
 
     Raises:
-        ValueError: for a file of another campaign at `out`, or one that is no data set.
+        ValueError: for a file of another campaign at `out`, one that is no data set, or a name that does not end as
+            those of HDF5 files do.
         CampaignError: when the work cannot go on; saved work is kept.
     """
+    require_suffix(out, SUFFIXES)
     path = campaign.path(out)
     identity = campaign.identity(solver)
     if workers is not None and cluster is not None:
-        raise ValueError(f"workers must not be given with cluster, which has its own; received {workers!r}")
+        raise ValueError(f"workers must not be given with cluster, which has its own; received {shown(workers)}")
     local = LocalPool(workers) if cluster is None else None
     complete = existing(path, identity, replace=replace)
     store = PartStore(path, identity, campaign.settings, replace=replace)
@@ -164,12 +169,17 @@ def run_campaign(
 
 
 def existing(path: Path, identity: dict[str, Any], *, replace: bool) -> Summary | None:
-    """The summary of a complete file of the same campaign; `None` for none, or another one that may be replaced."""
+    """The summary of a complete file of the same campaign; `None` for none, or one that may be replaced."""
     if path.is_dir():
         raise ValueError(f"out must be a file; received the folder {str(path)!r}")
     if not path.exists():
         return None
-    attributes = load_dataset(path).attributes
+    try:
+        attributes = load_dataset(path).attributes
+    except DamagedFileError as error:
+        if replace:
+            return None
+        raise ValueError(f"{error}, and may be replaced with --replace") from error
     difference = differences(identity, attributes["campaign"])
     if not difference:
         return summary_of(path, 0)

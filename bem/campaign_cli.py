@@ -9,6 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
+from bem._wording import shown
 from bem.command import parse_accuracy, sentence
 from bem.outputs import require_output
 
@@ -31,7 +32,7 @@ def _one_sentence(command: Callable[..., None]) -> Callable[..., None]:
             typer.echo(f"bem: {sentence(error)}", err=True)
             raise typer.Exit(2) from error
         except CampaignError as error:
-            typer.echo(f"bem: {error}", err=True)
+            typer.echo(f"bem: {sentence(error)}", err=True)
             raise typer.Exit(1) from error
 
     return run
@@ -209,7 +210,7 @@ def _ranges(texts: list[str]) -> dict[str, tuple[float, float]]:
     found: dict[str, tuple[float, float]] = {}
     for name, bounds in map(parse_range, texts):
         if name in found:
-            raise ValueError(f"range must name a quantity once; received {name!r} twice")
+            raise ValueError(f"range must name a quantity once; received {shown(name)} twice")
         found[name] = bounds
     return found
 
@@ -221,4 +222,4 @@ def _shard(text: str | None) -> tuple[int, int]:
     try:
         return int(number), int(total)
     except ValueError:
-        raise ValueError(f"shard must read i/n, e.g. 3/8; received {text!r}") from None
+        raise ValueError(f"shard must read i/n, e.g. 3/8; received {shown(text)}") from None

@@ -7,12 +7,14 @@ from typing import Any
 
 import numpy as np
 
+from bem._wording import shown
 from bem.accuracy import resolve_accuracy
 from bem.campaign import Summary, existing, root_attributes, summary_of, write_result
 from bem.campaign_plan import Campaign, Solver, followed
 from bem.campaign_work import results
-from bem.dataset_file import Dataset, load_dataset
+from bem.dataset_file import SUFFIXES, Dataset, load_dataset
 from bem.designs import QUANTITIES, Design, agree, whole_number
+from bem.outputs import require_suffix
 from bem.parts import differences
 from bem.pools import LocalPool
 from bem.provenance import host, merged, provenance, versions
@@ -45,7 +47,7 @@ def campaign_of(attributes: dict[str, Any]) -> Campaign:
         )
     except (AttributeError, KeyError, TypeError) as error:
         raise ValueError(
-            f"expected a data set whose attribute 'campaign' describes one; received {identity}"
+            f"expected a data set whose attribute 'campaign' describes one; received {shown(identity)}"
         ) from error
 
 
@@ -53,11 +55,13 @@ def merge(shards: Sequence[str | Path], out: str | Path, *, command: str = "", r
     """Join the data set files of all shards of a campaign into one.
 
     Raises:
-        FileNotFoundError, ValueError: for files that are no data sets, of different campaigns, given twice or missing.
+        FileNotFoundError, ValueError: for files that are no data sets, of different campaigns, given twice or missing,
+            or a name that does not end as those of HDF5 files do.
         CampaignError: when the result cannot be written.
     """
     if not shards:
         raise ValueError("shards must name at least one data set file; received none")
+    require_suffix(out, SUFFIXES)
     out = followed(Path(out))
     datasets: list[Dataset] = []
     records: dict[int, Record] = {}

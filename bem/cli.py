@@ -12,6 +12,7 @@ from typing import Annotated, Any
 
 import typer
 
+from bem._wording import shown
 from bem.campaign_cli import register
 from bem.command import parse_accuracy, run_command
 from bem.outputs import IMAGES, Outputs, require_suffix
@@ -105,7 +106,7 @@ def parse_material(text: str) -> Any:
     except ValueError as error:
         if "received" in str(error):
             raise
-    raise ValueError(f"material must be {MATERIAL_HELP.rstrip('.')}; received {text!r}")
+    raise ValueError(f"material must be {MATERIAL_HELP.rstrip('.')}; received {shown(text)}")
 
 
 def parse_adhesion(text: str) -> Any:
@@ -114,7 +115,7 @@ def parse_adhesion(text: str) -> Any:
 
     laws = {"lennard-jones": LennardJones, "none": HardContact}
     if text not in laws:
-        raise ValueError(f"adhesion must be {' or '.join(laws)}; received {text!r}")
+        raise ValueError(f"adhesion must be {' or '.join(laws)}; received {shown(text)}")
     return laws[text]()
 
 

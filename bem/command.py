@@ -9,6 +9,11 @@ from typing import Any
 
 import typer
 
+from bem._wording import shortened
+
+LONGEST = 2000
+"""Characters of a sentence at most, whatever a user's file or option holds; paths fit whole."""
+
 
 def run_command(app: Any, name: str) -> None:
     """Run a Typer application and leave the process with its status.
@@ -31,7 +36,7 @@ def run_command(app: Any, name: str) -> None:
         if type(error).__name__ == "NoArgsIsHelpError":
             error.show()
         else:
-            typer.echo(f"{name}: {' '.join(error.format_message().split())}", err=True)
+            typer.echo(f"{name}: {shortened(error.format_message(), LONGEST)}", err=True)
         sys.exit(error.exit_code)
     sys.exit(status if isinstance(status, int) else 0)
 
@@ -60,10 +65,10 @@ def run_main(main: Callable[..., Any]) -> None:
 
 
 def sentence(error: Exception) -> str:
-    """An error in words, on one line; what the operating system says, with the file it is about."""
+    """An error in words, on one line of bounded length; what the operating system says, with the file it is about."""
     if isinstance(error, OSError) and error.strerror:
-        return f"{error.strerror}: {error.filename}" if error.filename else error.strerror
-    return " ".join(str(error).split())
+        return shortened(f"{error.strerror}: {error.filename}" if error.filename else error.strerror, LONGEST)
+    return shortened(str(error), LONGEST)
 
 
 def parse_accuracy(text: str) -> str | float:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from bem._wording import shown
 from bem.designs import QUANTITIES
 from bem.records import COMPLETED, FAILED, JUMP_QUANTITIES, NATIVE_QUANTITIES, SCALARS, Columns
 
@@ -25,6 +26,9 @@ ATTRIBUTES = {
 IDENTITY = ("design", "ranges", "modulus_ratio", "seed", "count", "accuracy", "counts", "native", "shard", "solver")
 """What the attribute `campaign` holds."""
 
+POSITIVE = ("tabor", "loading_rate", "unloading_rate")
+"""Quantities of a protocol that are above zero."""
+
 
 def attribute_fault(attributes: Mapping[str, Any]) -> str:
     """In words, what is wrong with the root attributes of a data set; empty when nothing is."""
@@ -32,9 +36,15 @@ def attribute_fault(attributes: Mapping[str, Any]) -> str:
         if name not in attributes:
             return f"without the attribute {name!r}"
         if not isinstance(attributes[name], kind):
-            return f"whose attribute {name!r} is {attributes[name]!r}"
-    absent = [name for name in IDENTITY if name not in attributes["campaign"]]
-    return f"whose attribute 'campaign' lacks {absent[0]!r}" if absent else ""
+            return f"whose attribute {name!r} is {shown(attributes[name])}"
+    campaign = attributes["campaign"]
+    absent = [name for name in IDENTITY if name not in campaign]
+    if absent:
+        return f"whose attribute 'campaign' lacks {absent[0]!r}"
+    for name in IDENTITY:
+        if name in attributes and attributes[name] != campaign[name]:
+            return f"whose attribute {name!r} is {shown(attributes[name])}, and {shown(campaign[name])} in 'campaign'"
+    return ""
 
 
 def column_fault(columns: Columns, identity: Mapping[str, Any], counts: tuple[int, ...]) -> str:
@@ -43,7 +53,7 @@ def column_fault(columns: Columns, identity: Mapping[str, Any], counts: tuple[in
     Native histories are checked where they were read.
     """
     if len(counts) != 3 or list(counts) != list(identity["counts"]):
-        return f"whose measurement points are {list(counts)} instead of {identity['counts']}"
+        return f"whose measurement points are {shown(list(counts))} instead of {shown(identity['counts'])}"
     for name, kinds, shape in _expected(columns, sum(counts)):
         if name not in columns:
             return f"without /{name}"
@@ -54,7 +64,7 @@ def column_fault(columns: Columns, identity: Mapping[str, Any], counts: tuple[in
     if len(index) == 0:
         return "without trajectories"
     if index[0] < 0 or index[-1] >= identity["count"] or not _increasing(index, strictly=True):
-        return f"whose /index does not increase from 0 to less than {identity['count']}"
+        return f"whose /index does not increase from 0 to less than {shown(identity['count'])}"
     if not np.all(np.isin(columns["status"], (COMPLETED, FAILED))):
         return "whose /status is neither completed nor failed"
     if not _increasing(owners) or not np.all(np.isin(owners, index)):
@@ -62,6 +72,26 @@ def column_fault(columns: Columns, identity: Mapping[str, Any], counts: tuple[in
     offsets = columns.get("native/offsets", np.zeros(1, dtype=np.int64))
     if offsets[0] != 0 or not _increasing(offsets):
         return "whose /native/offsets do not increase from 0"
+    return _number_fault(columns)
+
+
+def _number_fault(columns: Columns) -> str:
+    for name in QUANTITIES:
+        values = columns[f"protocols/{name}"]
+        if not np.all(np.isfinite(values)):
+            return f"whose /protocols/{name} is not finite"
+        if name in POSITIVE and np.any(values <= 0.0):
+            return f"whose /protocols/{name} is not above zero"
+    if np.any(columns["protocols/dwell_time"] < 0.0):
+        return "whose /protocols/dwell_time is below zero"
+    completed = columns["status"] == COMPLETED
+    for name in ("fms/force", *(f"scalars/{name}" for name in SCALARS)):
+        finite = np.isfinite(columns[name])
+        if not np.all(finite.reshape(len(completed), -1).all(axis=1) | ~completed):
+            return f"whose /{name} is not finite in every completed trajectory"
+    for name in (*(f"jumps/{name}" for name in JUMP_QUANTITIES), *(f"native/{name}" for name in NATIVE_QUANTITIES)):
+        if name in columns and not np.all(np.isfinite(columns[name])):
+            return f"whose /{name} is not finite"
     return ""
 
 

@@ -1,4 +1,4 @@
-"""The HDF5 file of a data set: written in one piece or not at all, opened only when it is what it says.
+"""The HDF5 file of a data set: written in one piece or not at all, read only when it fits together.
 
 The tree, with shapes, units and attributes, is written down in docs/dataset.md.
 """
@@ -6,8 +6,7 @@ The tree, with shapes, units and attributes, is written down in docs/dataset.md.
 import json
 import os
 import secrets
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
@@ -18,16 +17,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bem._checks import FloatArray
+from bem._wording import shortened
 from bem.dataset_checks import attribute_fault, column_fault
+from bem.dataset_opening import FORMAT, FORMAT_VERSION, SEALED, DamagedFileError, open_dataset
 from bem.designs import QUANTITIES
+from bem.hdf5_arrays import arrays
 from bem.measurement import measurement_grid
 from bem.records import COMPLETED, SCALARS, Columns
+from bem.sealed_file import BLOCK, seal
 
-FORMAT = "viscoelastic-contact-dataset"
-FORMAT_VERSION = 1
 TEMPORARY = ".writing"
+SUFFIXES = (".h5", ".hdf5")
+"""What the name of a data set file ends in."""
 SMALL = 4096
-"""Bytes up to which an array is stored as it is; larger ones are compressed, with checksums."""
+"""Bytes up to which an array is stored as it is; larger ones are compressed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,9 +75,9 @@ class Dataset:
         return measurement_grid(**self.protocols, counts=self.counts)
 
 
-def write_tree(target: BytesIO, columns: Columns, attributes: Mapping[str, Any]) -> None:
-    """Write columns and root attributes as HDF5; dictionaries and lists become JSON."""
-    with h5py.File(target, "w") as file:
+def write_tree(target: BytesIO, columns: Columns, attributes: Mapping[str, Any], *, first_block: int = 0) -> None:
+    """Write columns and root attributes as HDF5 behind a free first block; dictionaries and lists become JSON."""
+    with h5py.File(target, "w", userblock_size=first_block) as file:
         for name, value in attributes.items():
             file.attrs[name] = json.dumps(value) if isinstance(value, dict | list) else value
         for path, values in columns.items():
@@ -88,14 +91,18 @@ def write_tree(target: BytesIO, columns: Columns, attributes: Mapping[str, Any])
 
 
 def read_tree(file: h5py.File, *, native: bool = True) -> Columns:
-    """All arrays of an open file by their path; without the native histories where they are not wanted."""
+    """All arrays of an open file by their path; without the native histories where they are not wanted.
+
+    Raises:
+        ValueError: an array that holds neither numbers nor text, or that is not in the file itself.
+    """
     columns: Columns = {}
-
-    def take(path: str, item: h5py.Group | h5py.Dataset) -> None:
-        if isinstance(item, h5py.Dataset) and (native or not path.startswith("native/")):
-            columns[path] = item.asstr()[:] if h5py.check_string_dtype(item.dtype) else item[:]
-
-    file.visititems(take)
+    for path, item in arrays(file):
+        text = h5py.check_string_dtype(item.dtype)
+        if not text and item.dtype.kind not in "iuf":
+            raise ValueError(f"/{path} holds neither numbers nor text")
+        if native or not path.startswith("native/"):
+            columns[path] = item.asstr()[:] if text else item[:]
     return columns
 
 
@@ -120,9 +127,11 @@ def write_dataset(
     """
     # In memory first, because the HDF5 library crashes on a full disk.
     memory = BytesIO()
-    write_tree(memory, columns, {"format": FORMAT, "format_version": FORMAT_VERSION, **attributes})
+    kind = {"format": FORMAT, "format_version": FORMAT_VERSION, SEALED: 1}
+    write_tree(memory, columns, kind | dict(attributes), first_block=BLOCK)
     with h5py.File(memory, "r+") as file:
         file["fms"].attrs["counts"] = np.array(counts, dtype=np.int64)
+    seal(memory)
     write_new(path, memory.getbuffer(), scratch)
 
 
@@ -153,48 +162,13 @@ def move_into_place(temporary: Path, path: Path) -> None:
         os.close(folder)
 
 
-@contextmanager
-def open_dataset(path: str | Path) -> Iterator[h5py.File]:
-    """Open a data set for reading.
-
-    Raises:
-        FileNotFoundError: no such file.
-        ValueError: truncated, not a data set, or of another version of the format.
-    """
-    path = Path(path)
-    if path.is_dir():
-        raise ValueError(f"expected a data set file; received the folder {str(path)!r}")
-    if not path.is_file():
-        raise FileNotFoundError(f"data set file not found; received {str(path)!r}")
-    expected = f"expected a data set of format {FORMAT!r}, version {FORMAT_VERSION}"
-    try:
-        file = h5py.File(path, "r")
-    except BlockingIOError as error:
-        raise ValueError(f"{expected}; received {str(path)!r}, which another program is writing") from error
-    except PermissionError as error:
-        raise ValueError(f"{expected}; received {str(path)!r}, which may not be read") from error
-    except Exception as error:  # of a damaged file the library may say anything
-        kind = "truncated or damaged" if h5py.is_hdf5(path) else "not HDF5, or damaged at its beginning"
-        raise ValueError(f"{expected}; received {str(path)!r}, which is {kind}") from error
-    with file:
-        try:
-            found = file.attrs.get("format"), file.attrs.get("format_version")
-        except Exception as error:
-            raise ValueError(f"{expected}; received {str(path)!r}, which is damaged") from error
-        if not isinstance(found[0], str) or found[0] != FORMAT:
-            raise ValueError(f"{expected}; received {str(path)!r}, an HDF5 file of another kind")
-        if not isinstance(found[1], np.integer) or found[1] != FORMAT_VERSION:
-            version = found[1].item() if isinstance(found[1], np.generic) else found[1]
-            raise ValueError(f"{expected}; received {str(path)!r}, which is of version {version!r}")
-        yield file
-
-
 def load_dataset(path: str | Path, *, native: bool = False) -> Dataset:
     """Read a data set, by default but for native histories.
 
     Raises:
         FileNotFoundError: no such file.
-        ValueError: as `open_dataset`, or what is in the file does not fit together.
+        DamagedFileError: a `ValueError`; damaged, or what is in the file does not fit together.
+        ValueError: as `open_dataset`.
     """
     with open_dataset(path) as file:
         try:
@@ -203,9 +177,9 @@ def load_dataset(path: str | Path, *, native: bool = False) -> Dataset:
             attributes = {name: _plain(value) for name, value in file.attrs.items()}
             wrong = attribute_fault(attributes) or column_fault(columns, attributes["campaign"], counts)
         except Exception as error:  # of a damaged file the library may say anything
-            wrong = f"which cannot be read ({' '.join(str(error).split()) or type(error).__name__})"
+            wrong = f"which cannot be read ({shortened(str(error)) or type(error).__name__})"
     if wrong:
-        raise ValueError(f"expected a complete data set; received {str(path)!r}, {wrong}")
+        raise DamagedFileError(f"expected a complete data set; received {str(path)!r}, {wrong}")
     return Dataset(columns, attributes, counts)
 
 

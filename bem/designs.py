@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from bem._checks import FloatArray, finite_number
+from bem._wording import shown
 from bem.measurement import FMS, measurement_grid
 from bem.protocol import LARGEST_INDENTATION, LARGEST_RATE, LONGEST_DWELL, SMALLEST_RATE
 from bem.scene import LARGEST_TABOR, SMALLEST_TABOR
@@ -49,7 +50,7 @@ def whole_number(name: str, value: Any, *, low: int, high: int = _LARGEST_SEED) 
         ValueError: naming the quantity, the allowed range and the value received.
     """
     if isinstance(value, bool) or not isinstance(value, int | np.integer) or not low <= value <= high:
-        raise ValueError(f"{name} must be a whole number from {low} to {high}; received {value!r}")
+        raise ValueError(f"{name} must be a whole number from {low} to {high}; received {shown(value)}")
     return int(value)
 
 
@@ -82,11 +83,11 @@ class Design:
 
     def __post_init__(self) -> None:
         if self.name not in DESIGNS:
-            raise ValueError(f"design must be one of {', '.join(DESIGNS)}; received {self.name!r}")
+            raise ValueError(f"design must be one of {', '.join(DESIGNS)}; received {shown(self.name)}")
         ratio = finite_number("modulus_ratio", self.modulus_ratio, above=0.0, high=1.0)
         unknown = sorted(set(self.ranges) - set(QUANTITIES))
         if unknown:
-            raise ValueError(f"ranges must name some of {', '.join(QUANTITIES)}; received {unknown[0]!r}")
+            raise ValueError(f"ranges must name some of {', '.join(QUANTITIES)}; received {shown(unknown[0])}")
         merged = {name: _checked_range(name, self.ranges.get(name, PAPER_RANGES[name])) for name in QUANTITIES}
         object.__setattr__(self, "ranges", merged)
         object.__setattr__(self, "modulus_ratio", ratio)
@@ -145,7 +146,7 @@ def _checked_range(name: str, bounds: Any) -> tuple[float, float]:
     try:
         low, high = bounds
     except (TypeError, ValueError):
-        raise ValueError(f"range of {name} must be two numbers, low and high; received {bounds!r}") from None
+        raise ValueError(f"range of {name} must be two numbers, low and high; received {shown(bounds)}") from None
     smallest, largest = _LIMITS[name]
     low = finite_number(f"lower bound of {name}", low, low=smallest, high=largest)
     high = finite_number(f"upper bound of {name}", high, low=smallest, high=largest)
@@ -166,7 +167,7 @@ def parse_range(text: str) -> tuple[str, tuple[float, float]]:
         return name.strip(), (float(low), float(high) if colon else float(low))
     except ValueError:
         expected = "range must read NAME=LOW:HIGH or NAME=VALUE"
-        raise ValueError(f"{expected}; received {text!r}") from None
+        raise ValueError(f"{expected}; received {shown(text)}") from None
 
 
 def read_design_file(path: str | Path) -> dict[str, Any]:
@@ -188,7 +189,7 @@ def read_design_file(path: str | Path) -> dict[str, Any]:
     known = ("design", "count", "seed", "accuracy", "modulus_ratio", "ranges")
     unknown = sorted(set(content) - set(known))
     if unknown:
-        raise ValueError(f"design file may hold {', '.join(known)}; received {unknown[0]!r} in {str(path)!r}")
+        raise ValueError(f"design file may hold {', '.join(known)}; received {shown(unknown[0])} in {str(path)!r}")
     if not isinstance(content.get("ranges", {}), dict):
-        raise ValueError(f"ranges must be a table of NAME = [LOW, HIGH]; received {content['ranges']!r}")
+        raise ValueError(f"ranges must be a table of NAME = [LOW, HIGH]; received {shown(content['ranges'])}")
     return content

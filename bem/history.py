@@ -3,7 +3,11 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bem._checks import FloatArray
+from bem._checks import FloatArray, real_array
+from bem._wording import shown
+
+ROUNDINGS = 4.0
+"""How many roundings of its larger bound a time may lie outside a history."""
 
 
 class History:
@@ -39,7 +43,7 @@ class History:
         corners = np.setdiff1d(np.asarray(corner_times, dtype=np.float64), jumps)
         at_corner = np.searchsorted(self.times, corners)
         if np.any(self.times[np.minimum(at_corner, self.times.size - 1)] != corners):
-            raise ValueError(f"corner_times must be instants of times; received {corners.tolist()!r}")
+            raise ValueError(f"corner_times must be instants of times; received {shown(corners.tolist())}")
         # The entry before a jump closes one piece, the entry after it opens the next; both share that of a corner.
         cuts = sorted([(int(i), 1) for i in before] + [(int(i), 0) for i in at_corner if 0 < i < self.times.size - 1])
         self.ranges = list(
@@ -55,15 +59,20 @@ class History:
     def at(self, times: ArrayLike) -> FloatArray:
         """Force at `times`, any shape, within the native range; exactly at a jump, the value after it.
 
+        Times a few roundings outside, as other ways to compute the ends of a protocol give, count as the ends.
+
         Raises:
             ValueError: for times outside the native range.
         """
-        wanted = np.asarray(times, dtype=np.float64)
-        if not np.all((wanted >= self.times[0]) & (wanted <= self.times[-1])):
+        wanted = real_array("times", times)
+        first, last = self.times[0], self.times[-1]
+        slack = ROUNDINGS * np.spacing(max(abs(first), abs(last)))
+        if not np.all((wanted >= first - slack) & (wanted <= last + slack)):
             raise ValueError(
-                f"times must lie between {float(self.times[0])!r} and {float(self.times[-1])!r}; "
+                f"times must lie between {float(first)!r} and {float(last)!r}; "
                 f"received {float(np.min(wanted))!r} to {float(np.max(wanted))!r}"
             )
+        wanted = np.clip(wanted, first, last)
         # Imported here, as below, because a surrogate measures protocols without a compiler.
         from bem.monotone import monotone_values
 

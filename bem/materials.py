@@ -23,6 +23,7 @@ from numpy.typing import ArrayLike
 
 from bem._checks import FloatArray, finite_number, finite_vector
 from bem._jit import kernel
+from bem._wording import shown
 
 
 def _read_only(values: ArrayLike) -> FloatArray:
@@ -166,7 +167,7 @@ def _checked_terms(name: str, amounts: ArrayLike, times: ArrayLike) -> tuple[Flo
     order = np.argsort(time)
     amount, time = amount[order], time[order]
     if np.any(np.diff(time) == 0.0):
-        raise ValueError(f"times must be distinct; received {time.tolist()!r}")
+        raise ValueError(f"times must be distinct; received {shown(time.tolist())}")
     return _read_only(amount[amount > 0.0]), _read_only(time[amount > 0.0])
 
 

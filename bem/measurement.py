@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from bem._checks import FloatArray
+from bem._wording import shown
 from bem.protocol import LoadingProtocol, default_start_indentation
 
 FMS = (50, 20, 50)
@@ -20,7 +21,7 @@ FIRST_UNLOADING = FMS[0] + FMS[1] - 1
 def proportional_counts(total: int) -> tuple[int, int, int]:
     """Points for loading, dwell and unloading in the proportion 50 : 20 : 50, adding up to `total` >= 6."""
     if isinstance(total, bool) or not isinstance(total, int | np.integer) or total < 6:
-        raise ValueError(f"total must be an integer of at least 6; received {total!r}")
+        raise ValueError(f"total must be an integer of at least 6; received {shown(total)}")
     ramp = round(int(total) * FMS[0] / sum(FMS))
     return ramp, int(total) - 2 * ramp, ramp
 
@@ -38,7 +39,8 @@ def checked_counts(counts: Sequence[int]) -> tuple[int, int, int]:
         sound = False
     if not sound:
         raise ValueError(
-            f"counts must be three integers, at least 2 (loading), 0 (dwell) and 1 (unloading); received {counts!r}"
+            "counts must be three integers, at least 2 (loading), 0 (dwell) and 1 (unloading); "
+            f"received {shown(counts)}"
         )
     return whole[0], whole[1], whole[2]
 

@@ -19,6 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bem._jit import kernel
+from bem._wording import shown
 from bem.accuracy import Controls
 from bem.cohesive_zone import edge_width, largest_contact_radius
 from bem.influence import force_weights, influence_matrix, unit_influence
@@ -81,7 +82,7 @@ def uniform_mesh(radius: float, count: int) -> np.ndarray:
     """The paper's mesh: `count` equally spaced radii from 0 to `radius` (in beta)."""
     if not (math.isfinite(radius) and radius > 0.0) or count < 3:
         raise ValueError(
-            f"uniform_mesh needs a radius > 0 and a count of at least 3; received {radius!r} and {count!r}"
+            f"uniform_mesh needs a radius > 0 and a count of at least 3; received {shown(radius)} and {shown(count)}"
         )
     return np.linspace(0.0, radius, count)
 

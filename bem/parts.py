@@ -21,6 +21,7 @@ from typing import Any, Self, TextIO
 
 import h5py
 
+from bem._wording import shown
 from bem.dataset_file import TEMPORARY, read_tree, write_new, write_tree
 from bem.records import FAILED, Record, Settings, tabulate, untabulate
 
@@ -38,7 +39,7 @@ def differences(wanted: Mapping[str, Any], found: Mapping[str, Any]) -> str:
     names = [name for name in {**wanted, **found} if wanted.get(name) != found.get(name)]
     if names == ["solver"]:
         return "it was made by another version of the solver"
-    return ", ".join(f"{name} {found.get(name)!r} there and {wanted.get(name)!r} here" for name in names)
+    return ", ".join(f"{name} {shown(found.get(name))} there and {shown(wanted.get(name))} here" for name in names)
 
 
 class PartStore:

@@ -23,6 +23,7 @@ from urllib.parse import urlsplit
 import joblib
 from joblib.externals.loky.process_executor import TerminatedWorkerError, _ExecutorManagerThread
 
+from bem._wording import shown
 from bem.designs import whole_number
 from bem.parts import CampaignError
 
@@ -160,7 +161,7 @@ def scheduler_address(address: str) -> str:
     except ValueError:
         sensible = False
     if not sensible:
-        raise ValueError(f"cluster must be an address like 'tcp://host:8786'; received {address!r}")
+        raise ValueError(f"cluster must be an address like 'tcp://host:8786'; received {shown(address)}")
     return f"{parts.scheme}://{parts.netloc}"
 
 
@@ -185,7 +186,7 @@ class Cluster:
         logging.getLogger("distributed").setLevel(logging.CRITICAL)
         self._dask = distributed
         reachable = scheduler_address(address)
-        nobody = f"no Dask scheduler answers at {address!r}"
+        nobody = f"no Dask scheduler answers at {shown(address)}"
         # Client itself waits for ever for a server of another kind, and prints tracebacks when it gives up.
         try:
             # In a thread of its own, because a notebook has a running loop in this one.
@@ -204,7 +205,7 @@ class Cluster:
             self.workers = sum(self._client.nthreads().values())
         except (OSError, TimeoutError) as error:
             self._client.close()
-            raise CampaignError(f"the Dask scheduler at {address!r} has no workers") from error
+            raise CampaignError(f"the Dask scheduler at {shown(address)} has no workers") from error
         self.address = address
 
     def __enter__(self) -> Self:
@@ -220,7 +221,9 @@ class Cluster:
         """Outcomes in the order they arrive; see `Pool`."""
         batch_of = dict(zip(self._submit(batches, task), batches, strict=True))
         arriving = self._dask.as_completed(list(batch_of), loop=self._client.loop)
-        lost = f"lost the Dask scheduler at {self.address!r}; what is saved is kept, and the same command continues"
+        lost = (
+            f"lost the Dask scheduler at {shown(self.address)}; what is saved is kept, and the same command continues"
+        )
         for future in arriving:
             batch = batch_of.pop(future)
             try:
@@ -236,7 +239,7 @@ class Cluster:
             except (OSError, TimeoutError, self._dask.CancelledError) as error:
                 raise CampaignError(lost) from error
             except ImportError as error:
-                raise CampaignError(f"the workers of {self.address!r} cannot run the solver ({error})") from error
+                raise CampaignError(f"the workers of {shown(self.address)} cannot run the solver ({error})") from error
             future.release()
         if batch_of:
             raise CampaignError(lost)

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from bem._checks import FloatArray, finite_number, finite_vector, strictly_increasing
+from bem._wording import shown
 
 Phase = Literal["loading", "dwell", "unloading"]
 
@@ -60,7 +61,7 @@ class PiecewiseLinearProtocol:
         elif len(phases) != len(instants) - 1 or not set(phases) <= {"loading", "dwell", "unloading"}:
             raise ValueError(
                 f"phases must name each of the {len(instants) - 1} segments 'loading', 'dwell' or 'unloading'; "
-                f"received {phases!r}"
+                f"received {shown(phases)}"
             )
         object.__setattr__(self, "times", instants)
         object.__setattr__(self, "indentations", depths)
@@ -153,7 +154,7 @@ class LoadingProtocol:
         for phase, begin, end, wanted in (("dwell", t1, t2, self.dwell_time > 0.0), ("unloading", t2, t3, True)):
             if wanted and not end > begin:
                 raise ValueError(
-                    f"the {phase} phase must outlast the rounding of its start time {begin!r}; received {self!r}"
+                    f"the {phase} phase must outlast the rounding of its start time {begin!r}; received {shown(self)}"
                 )
         if t2 == t1:
             return PiecewiseLinearProtocol([t0, t1, t3], [start, peak, start], ("loading", "unloading"))

@@ -31,6 +31,7 @@ from typing import Literal
 import numpy as np
 
 from bem._checks import FloatArray, finite_number, instance
+from bem._wording import shown
 from bem.accuracy import NAMED_TARGETS
 from bem.effects import Effects, Protocol, choices, reduced
 from bem.protocol import LoadingProtocol, PiecewiseLinearProtocol
@@ -111,7 +112,7 @@ def recommend(
     tolerance = finite_number("tolerance", tolerance, low=1e-3, high=1.0)
     for name, value, allowed in (("quantity", quantity, QUANTITIES), ("best", best, BEST)):
         if value not in allowed:
-            raise ValueError(f"{name} must be one of {', '.join(allowed)}; received {value!r}")
+            raise ValueError(f"{name} must be one of {', '.join(allowed)}; received {shown(value)}")
     history = protocol.history(scene.tabor) if isinstance(protocol, LoadingProtocol) else protocol
     every = choices(scene)
     full = every[-1]

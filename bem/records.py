@@ -117,19 +117,19 @@ def _kept(index: int, trajectory: Any, times: FloatArray, settings: Settings) ->
     }
     if not trajectory.completed:
         return failed(index, trajectory.status, settings, **work)
-    # The last instants of grid and solver may differ by a rounding.
-    force = np.asarray(trajectory.at(np.minimum(times, trajectory.time[-1])), dtype=np.float32)
-    results = {name: float(getattr(trajectory, name)) for name in RESULTS}
-    if not (np.all(np.isfinite(force)) and all(np.isfinite(value) for value in results.values())):
-        return failed(index, "the solver returned numbers that are not finite", settings, **work)
+    force = np.asarray(trajectory.at(times), dtype=np.float32)
+    scalars = {name: float(getattr(trajectory, name)) for name in RESULTS} | work
     jumps = [[getattr(jump, name) for name in JUMP_QUANTITIES] for jump in trajectory.jumps]
     native = np.stack([getattr(trajectory, name) for name in NATIVE_QUANTITIES]) if settings.native else None
+    kept = (force, list(scalars.values()), jumps, [] if native is None else native)
+    if not all(np.all(np.isfinite(numbers)) for numbers in kept):
+        return failed(index, "the solver returned numbers that are not finite", settings, **work)
     return Record(
         index=index,
         status=COMPLETED,
         reason="",
         force=force,
-        scalars=results | work,
+        scalars=scalars,
         jumps=np.array(jumps, dtype=np.float64).reshape(-1, len(JUMP_QUANTITIES)),
         native=native,
     )

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from bem._checks import instance
+from bem._wording import shown
 from bem.accuracy import Accuracy, resolve_accuracy
 from bem.cohesive_zone import largest_contact_radius
 from bem.contact import COUNTS, Problem
@@ -68,7 +69,7 @@ def simulate(
     instance("protocol", protocol, (LoadingProtocol, PiecewiseLinearProtocol))
     target = resolve_accuracy(accuracy)
     if initial_state not in ("relaxed", "glassy"):
-        raise ValueError(f"initial_state must be 'relaxed' or 'glassy'; received {initial_state!r}")
+        raise ValueError(f"initial_state must be 'relaxed' or 'glassy'; received {shown(initial_state)}")
     history = protocol.history(scene.tabor) if isinstance(protocol, LoadingProtocol) else protocol
     deepest = float(np.max(history.indentations))
     started = time.perf_counter()

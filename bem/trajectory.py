@@ -154,7 +154,7 @@ class Trajectory:
     def at(self, times: ArrayLike) -> FloatArray:
         """Force at `times` (any shape) by monotone interpolation, which does not overshoot.
 
-        It reaches across no jump and no corner of the protocol.
+        It reaches across no jump and no corner of the protocol. A time a few roundings outside counts as the end.
 
         Raises:
             ValueError: for times outside the trajectory.

@@ -136,11 +136,11 @@ def _read(path: Path) -> dict[str, Any]:
 
 
 def _dataset_seconds(path: Path) -> float | None:
-    import h5py
+    from bem.dataset_opening import open_dataset
 
     if not path.is_file():
         return None
-    with h5py.File(path, "r") as file:
+    with open_dataset(path) as file:
         return float(file.attrs["core_seconds"])
 
 

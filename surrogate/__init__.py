@@ -65,8 +65,8 @@ def load(name: str | Path, root: str | Path | None = None, *, backend: str = "on
 
     Raises:
         FileNotFoundError: no such directory, or a file is missing from it.
-        ValueError: the weights do not fit the model, the scaling belongs to another data set, or the ONNX file is not
-            one of ours.
+        ValueError: the weights do not fit the model or are not finite, weights or scaling are not those the ONNX file
+            beside them was exported with, or that file is not one of ours, as it was written.
     """
     from surrogate.predictor import Surrogate
 

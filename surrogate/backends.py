@@ -15,8 +15,10 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
+from bem._wording import shortened
 from surrogate.architectures import build
 from surrogate.features import channels
+from surrogate.onnx_seal import is_intact
 from surrogate.plan import Operation, Plan
 from surrogate.scaling import Scaling
 
@@ -67,8 +69,8 @@ class OnnxBackend:
 
     Raises:
         FileNotFoundError: no such file.
-        ValueError: the file is not of `surrogate export`, of a later version of it or damaged, or there is no thread to
-            use.
+        ValueError: the file is not of `surrogate export`, of another version of it or altered since, or there is no
+            thread to use.
     """
 
     def __init__(self, path: str | Path, threads: int = 1) -> None:
@@ -80,44 +82,45 @@ class OnnxBackend:
             raise FileNotFoundError(f"Expected an ONNX file. Received: {self.path}, which {where}")
         if threads < 1:
             raise ValueError(f"Expected at least one thread. Received: threads={threads}")
+        self._content = self.path.read_bytes()
+        if not is_intact(self._content):
+            raise self._unlike("which is another one, damaged, or of an earlier version; export it again")
         options = onnxruntime.SessionOptions()
         options.intra_op_num_threads = threads
         options.inter_op_num_threads = 1
         options.log_severity_level = 4
         try:
             self.session = onnxruntime.InferenceSession(
-                str(self.path), sess_options=options, providers=["CPUExecutionProvider"]
+                self._content, sess_options=options, providers=["CPUExecutionProvider"]
             )
             self.metadata = dict(self.session.get_modelmeta().custom_metadata_map)
         # ONNX Runtime's exceptions share no base class of their own.
         except Exception as error:
-            raise ValueError(
-                f"Expected an ONNX file of `surrogate export`. Received: {self.path}, unreadable"
-            ) from error
+            raise self._unlike("unreadable") from error
         found = self.metadata.get("format"), self.metadata.get("format_version")
         if found[0] != ONNX_FORMAT:
-            raise ValueError(f"Expected an ONNX file of `surrogate export`. Received: {self.path}, which is not one")
+            raise self._unlike("which is not one")
         if found[1] != str(ONNX_FORMAT_VERSION):
             raise ValueError(
                 f"Expected version {ONNX_FORMAT_VERSION} of the ONNX files of `surrogate export`. "
-                f"Received: version {found[1]} in {self.path}"
+                f"Received: version {shortened(str(found[1]))} in {self.path}"
             )
         missing = [key for key in ONNX_METADATA if key not in self.metadata]
         if missing:
-            raise self._damaged(f"without {', '.join(missing)} in its metadata")
+            raise self._unlike(f"without {', '.join(missing)} in its metadata")
         interface = [
             (item.name, item.type, len(item.shape))
             for item in (*self.session.get_inputs(), *self.session.get_outputs())
         ]
         if sorted(interface) != sorted(ONNX_INTERFACE):
-            names = ", ".join(name for name, _, _ in interface)
-            raise self._damaged(f"whose inputs and outputs ({names}) are other ones")
+            names = shortened(", ".join(name for name, _, _ in interface))
+            raise self._unlike(f"whose inputs and outputs ({names}) are other ones")
         self.name = self.metadata["name"]
         self._operations = self._read_operations()
         try:
             self.scaling = Scaling.from_json(self.metadata["scaling"], source=self.path)
         except (ValueError, RecursionError) as error:
-            raise self._damaged("whose scaling is damaged") from error
+            raise self._unlike("whose scaling is damaged") from error
 
     def _read_operations(self) -> list[Operation]:
         try:
@@ -125,29 +128,37 @@ class OnnxBackend:
             if not operations:
                 raise ValueError("no operations")
         except (ValueError, KeyError, TypeError, RecursionError) as error:
-            raise self._damaged("whose plan is damaged") from error
+            raise self._unlike("whose plan is damaged") from error
         return operations
 
-    def _damaged(self, words: str) -> ValueError:
+    def _unlike(self, words: str) -> ValueError:
         return ValueError(f"Expected an ONNX file of `surrogate export`. Received: {self.path}, {words}")
 
     def force(self, times: np.ndarray, indentations: np.ndarray, tabor: np.ndarray, edge: np.ndarray) -> np.ndarray:
-        """Return the physical forces of shape `(batch, steps)`."""
+        """Return the physical forces of shape `(batch, steps)`.
+
+        Raises:
+            ValueError: ONNX Runtime cannot compute them, as where attention over a long history exceeds the memory.
+        """
         inputs = {"times": times, "indentations": indentations, "tabor": tabor, "edge": edge}
         inputs = {name: np.ascontiguousarray(values, dtype=np.float64) for name, values in inputs.items()}
-        parts = [
-            self.session.run(["force"], {name: values[start : start + ONNX_BATCH] for name, values in inputs.items()})[
-                0
+        try:
+            parts = [
+                self.session.run(["force"], {name: values[at : at + ONNX_BATCH] for name, values in inputs.items()})[0]
+                for at in range(0, len(times), ONNX_BATCH)
             ]
-            for start in range(0, len(times), ONNX_BATCH)
-        ]
+        except Exception as error:
+            raise ValueError(
+                f"Expected histories that {self.name} can compute. Received: shape {np.shape(times)} "
+                f"({shortened(str(error))})"
+            ) from error
         return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
     def plan(self) -> Plan:
         """Return the network as elementary operations, read from the file."""
         import onnx
 
-        graph = onnx.load(self.path).graph
+        graph = onnx.load_model_from_string(self._content).graph
         names = tuple(f"{operation.name}/" for operation in self._operations)
         weights = {
             item.name: onnx.numpy_helper.to_array(item) for item in graph.initializer if item.name.startswith(names)
@@ -163,8 +174,8 @@ class OnnxBackend:
         weights = folder / "model.weights.h5"
         if weights.is_file() and hashlib.sha256(weights.read_bytes()).hexdigest() != self.metadata["weights_sha256"]:
             raise ValueError(
-                f"Expected an ONNX file exported from {weights}; export it again with `surrogate export {self.name}`. "
-                f"Received: {self.path}, exported from other weights"
+                f"Expected the weights that {self.path} was exported from; restore them, or export it again with "
+                f"`surrogate export {shortened(self.name)}`. Received: other weights in {weights}"
             )
 
     def require_scaling(self, scaling: Scaling) -> None:
@@ -176,12 +187,12 @@ class OnnxBackend:
         if scaling != self.scaling:
             raise ValueError(
                 f"Expected the scaling that {self.path} was exported with; export it again with `surrogate export "
-                f"{self.name}`, or restore scaling.json. Received: another one beside it"
+                f"{shortened(self.name)}`, or restore scaling.json. Received: another one beside it"
             )
 
 
-def require_scaling_of(folder: Path, scaling: Scaling) -> None:
-    """Check a model directory's scaling against the copy in its ONNX file, where one of the same weights is there.
+def require_exported(folder: Path, scaling: Scaling) -> None:
+    """Check a model directory's weights and scaling against its ONNX file, where there is an intact one.
 
     Raises:
         ValueError: they differ.
@@ -190,10 +201,10 @@ def require_scaling_of(folder: Path, scaling: Scaling) -> None:
         return
     try:
         exported = OnnxBackend(folder / ONNX_NAME)
-        exported.require_weights_of(folder)
     except ValueError:
-        # A file that must be exported again says nothing about the scaling.
+        # A file that must be exported again says nothing about what is beside it.
         return
+    exported.require_weights_of(folder)
     exported.require_scaling(scaling)
 
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from bem._checks import real_array
 from bem.protocol import LARGEST_INDENTATION, LARGEST_RATE, LONGEST_DWELL, SMALLEST_RATE
 
 if TYPE_CHECKING:
@@ -18,18 +19,32 @@ SHORTEST_STEP = 1e-24
 """Far below what any allowed motion needs, and far above where divisions by it overflow."""
 
 
+def real_number(name: str, value: Any) -> float:
+    """Return one number as a float, NaN and infinity included.
+
+    Raises:
+        ValueError: no real number, or several.
+    """
+    number = real_array(name, value)
+    if number.size != 1:
+        raise ValueError(f"Expected one number as {name}. Received: shape {number.shape}")
+    return float(number.item())
+
+
 def checked_tabor(tabor: ArrayLike, count: int) -> np.ndarray:
     """Return one Tabor parameter per history, shape `(count,)`.
 
     Raises:
-        ValueError: a number of them that does not fit, or one that is not finite and above zero.
+        ValueError: a number of them that does not fit, or one that is not real, finite and above zero.
     """
-    tabor = np.asarray(tabor, dtype=np.float64)
+    tabor = real_array("tabor", tabor)
     if tabor.ndim > 1 or tabor.size not in (1, count):
         raise ValueError(f"Expected one Tabor parameter per history ({count}). Received: shape {tabor.shape}")
     tabor = np.broadcast_to(tabor.reshape(-1), (count,))
-    if not (np.isfinite(tabor).all() and (tabor > 0).all()):
-        raise ValueError(f"Expected finite Tabor parameters above zero. Received: tabor={tabor}")
+    bad = np.flatnonzero(~(np.isfinite(tabor) & (tabor > 0.0)))
+    if bad.size:
+        value = float(tabor[bad[0]])
+        raise ValueError(f"Expected finite Tabor parameters above zero. Received: tabor={value!r} of history {bad[0]}")
     return tabor
 
 
@@ -71,7 +86,7 @@ def checked_edge(edge: ArrayLike, shape: tuple[int, ...]) -> np.ndarray:
     Raises:
         ValueError: another shape, or a mark that is neither zero nor one.
     """
-    edge = np.asarray(edge, dtype=np.float64)
+    edge = real_array("edge", edge)
     if edge.shape != shape:
         raise ValueError(f"Expected edge marks of shape {shape}. Received: shape {edge.shape}")
     bad = edge[~((edge == 0.0) | (edge == 1.0))]

@@ -224,7 +224,7 @@ def _metrics(path: Path) -> dict[str, Any]:
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
         _ = float(content["test"]["mse"]["mean"]), int(content["parameters"])
-    except (ValueError, KeyError, TypeError) as error:
+    except (ValueError, KeyError, TypeError, RecursionError) as error:
         raise ValueError(f"Expected a metrics.json that `surrogate train` wrote. Received: {path}") from error
     return content
 

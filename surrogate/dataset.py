@@ -1,15 +1,8 @@
-"""The data set file a campaign of simulations wrote, and its split into training, validation and test trajectories.
+"""The trajectories a campaign of simulations wrote, and their split into training, validation and test.
 
-Layout of the HDF5 file, `n` trajectories:
-
-    /                  attributes format = "viscoelastic-contact-dataset", format_version = 1, design, seed, accuracy
-    /protocols/        tabor, peak_indentation, loading_rate, dwell_time, unloading_rate   float64 (n,)
-    /fms/force         float32 (n, steps), attribute counts = points of loading, dwell, unloading
-    /scalars/          pull_off_force, pull_off_time, hysteresis, max_compression, end_force   float64 (n,)
-    /status            uint8 (n,), 0 where the simulation completed
-
-Times and indentations are not stored, they follow from the protocol (`bem.measurement`). The scalars come from the
-solver's native history, not from the fixed measurement steps (FMS). Everything is dimensionless, tension positive.
+`bem.dataset_file` reads and checks the file. Times and indentations are not stored, they follow from the protocol
+(`bem.measurement`). The scalars come from the solver's native history, not from the fixed measurement steps (FMS).
+Everything is dimensionless, tension positive.
 """
 
 from __future__ import annotations
@@ -19,13 +12,11 @@ import json
 from dataclasses import dataclass
 from pathlib import Path
 
-import h5py
 import numpy as np
 
-FORMAT = "viscoelastic-contact-dataset"
-FORMAT_VERSION = 1
-PROTOCOL_QUANTITIES = ("tabor", "peak_indentation", "loading_rate", "dwell_time", "unloading_rate")
-SCALARS = ("pull_off_force", "pull_off_time", "hysteresis", "max_compression", "end_force")
+from bem.dataset_file import Dataset, load_dataset
+from bem.designs import QUANTITIES
+from bem.records import COMPLETED, RESULTS
 
 
 @dataclass(frozen=True)
@@ -80,7 +71,7 @@ class Split:
             content = json.loads(Path(path).read_text(encoding="utf-8"))
             parts = {part: np.array(content[part], dtype=np.int64) for part in ("train", "validation", "test")}
             return cls(**parts, seed=int(content["seed"]))
-        except (json.JSONDecodeError, KeyError, TypeError) as error:
+        except (ValueError, KeyError, TypeError, OverflowError, RecursionError) as error:
             raise ValueError(
                 f"Expected a split with seed, train, validation and test. Received: path={path}"
             ) from error
@@ -116,31 +107,18 @@ class TrajectoryDataset:
 
         Raises:
             FileNotFoundError: no such file.
-            ValueError: not such a data set, parts missing or of unequal length, or NaN in a completed trajectory.
+            ValueError: not a data set, damaged, or what is in it does not fit together.
         """
-        path = Path(path)
-        if not path.is_file():
-            raise FileNotFoundError(f"No data set. Expected a file written by a simulation campaign. Received: {path}")
-        try:
-            with h5py.File(path, "r") as file:
-                found = (file.attrs.get("format"), file.attrs.get("format_version"))
-                if found != (FORMAT, FORMAT_VERSION):
-                    raise ValueError(
-                        f"Expected format {FORMAT!r} version {FORMAT_VERSION}. Received: {found} in {path}"
-                    )
-                dataset = cls(
-                    protocols={name: file["protocols"][name][:] for name in PROTOCOL_QUANTITIES},
-                    force=file["fms"]["force"][:].astype(np.float64),
-                    counts=tuple(int(count) for count in file["fms"].attrs["counts"]),
-                    scalars={name: file["scalars"][name][:] for name in SCALARS},
-                    status=file["status"][:],
-                    sha256=_digest(file),
-                    modulus_ratio=file.attrs.get("modulus_ratio"),
-                )
-        except (KeyError, OSError) as error:
-            raise ValueError(f"Expected a data set as `bem` writes it. Received: {path} ({error})") from error
-        dataset._check()
-        return dataset
+        content = load_dataset(path)
+        return cls(
+            protocols=content.protocols,
+            force=content.force.astype(np.float64),
+            counts=content.counts,
+            scalars={name: content.scalars[name] for name in RESULTS},
+            status=content.columns["status"],
+            sha256=_digest(content),
+            modulus_ratio=content.attributes.get("modulus_ratio"),
+        )
 
     def __len__(self) -> int:
         return len(self.force)
@@ -148,7 +126,7 @@ class TrajectoryDataset:
     @property
     def completed(self) -> np.ndarray:
         """Indices of the trajectories whose simulation completed."""
-        return np.flatnonzero(self.status == 0)
+        return np.flatnonzero(self.status == COMPLETED)
 
     def protocols_of(self, indices: np.ndarray) -> dict[str, np.ndarray]:
         """Return the protocol quantities of some trajectories, by name."""
@@ -170,7 +148,7 @@ class TrajectoryDataset:
             fractions: Shares of validation and test; the rest is for training.
         """
         indices = self.completed
-        protocols = np.stack([self.protocols[name][indices] for name in PROTOCOL_QUANTITIES], axis=1)
+        protocols = np.stack([self.protocols[name][indices] for name in QUANTITIES], axis=1)
         _, group = np.unique(protocols, axis=0, return_inverse=True)
         group = group.reshape(-1)
         place = np.random.default_rng(seed).permutation(group.max() + 1)[group]
@@ -182,24 +160,13 @@ class TrajectoryDataset:
         train, validation, test = (np.sort(indices[part]) for part in np.split(order, cuts))
         return Split(train=train, validation=validation, test=test, seed=seed)
 
-    def _check(self) -> None:
-        lengths = {
-            len(values) for values in (*self.protocols.values(), *self.scalars.values(), self.status, self.force)
-        }
-        if len(lengths) != 1:
-            raise ValueError(f"Expected parts of equal length. Received: lengths {sorted(lengths)}")
-        if self.force.shape[1] != sum(self.counts):
-            raise ValueError(f"Expected force of {sum(self.counts)} steps. Received: shape {self.force.shape}")
-        if not np.isfinite(self.force[self.completed]).all():
-            raise ValueError("Expected finite forces in every completed trajectory. Received: NaN or infinity")
 
-
-def _digest(file: h5py.File) -> str:
-    asked = {name: str(file.attrs.get(name)) for name in ("modulus_ratio", "accuracy")}
-    asked["counts"] = [int(count) for count in file["fms"].attrs["counts"]]
+def _digest(content: Dataset) -> str:
+    asked = {name: str(content.attributes.get(name)) for name in ("modulus_ratio", "accuracy")}
+    asked["counts"] = list(content.counts)
     digest = hashlib.sha256(json.dumps(asked, sort_keys=True).encode())
-    for name in PROTOCOL_QUANTITIES:
+    for values in content.protocols.values():
         # In single precision, because the last digit of a power differs from one processor to another.
-        digest.update(file["protocols"][name][:].astype("<f4").tobytes())
-    digest.update((file["status"][:] == 0).tobytes())
+        digest.update(values.astype("<f4").tobytes())
+    digest.update((content.columns["status"] == COMPLETED).tobytes())
     return digest.hexdigest()

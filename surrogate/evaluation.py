@@ -56,7 +56,7 @@ def evaluate_published(
     """Return the test indices of a model directory and the model's errors there.
 
     Raises:
-        ValueError: the data set is not the one the model was trained on.
+        ValueError: the data set is not the one the model was trained on, or lacks trajectories of its split.
     """
     dataset = TrajectoryDataset.load(dataset_path)
     if dataset.sha256 != trained.scaling.dataset_sha256:
@@ -65,6 +65,10 @@ def evaluate_published(
             f"Received: {dataset_path} ({dataset.sha256[:12]})"
         )
     indices = Split.load(folder / "split.json").test
+    if not np.isin(indices, dataset.completed).all():
+        raise ValueError(
+            f"Expected test trajectories that {dataset_path} holds completed. Received: {folder / 'split.json'}"
+        )
     return indices, evaluate(trained.model, trained.scaling, dataset, indices)
 
 

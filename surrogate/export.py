@@ -7,7 +7,7 @@ everything before the network and after it is float64; the network itself is flo
 
 The file's metadata say whose it is: `format`, `format_version`, `name`, `architecture`, `features`, `ranges` (JSON,
 smallest and largest training value of each protocol quantity), `scaling` (JSON), `plan` (JSON, see `surrogate.plan`),
-`dataset_sha256` and `weights_sha256` (of `model.weights.h5`).
+`dataset_sha256`, `weights_sha256` (of `model.weights.h5`) and, last, `content_sha256` (see `surrogate.onnx_seal`).
 """
 
 from __future__ import annotations
@@ -26,6 +26,7 @@ from surrogate.backends import ONNX_FORMAT, ONNX_FORMAT_VERSION, ONNX_NAME, kera
 from surrogate.features import ACCELERATION_SMOOTHING, channel_names
 from surrogate.model_files import read_run
 from surrogate.onnx_graph import EMITTERS, Graph
+from surrogate.onnx_seal import sealed
 from surrogate.plan import SEQUENCE, TABOR, Plan, lower
 from surrogate.scaling import SYMLOG_PASSES, Scaling
 
@@ -63,7 +64,7 @@ def folder_content(folder: Path) -> bytes:
     model = keras_model(folder, run)
     weights = hashlib.sha256((folder / "model.weights.h5").read_bytes()).hexdigest()
     content = build_graph(model, scaling, name=run["name"], architecture=run["architecture"], weights_sha256=weights)
-    return content.SerializeToString(deterministic=True)
+    return sealed(content.SerializeToString(deterministic=True))
 
 
 def build_graph(
@@ -82,9 +83,12 @@ def build_graph(
         The ONNX model, checked.
 
     Raises:
-        ValueError: the model has layers unknown to `surrogate.plan`.
+        ValueError: the model has layers unknown to `surrogate.plan`, or weights that are not finite.
     """
     plan = lower(model)
+    for weight, values in plan.weights.items():
+        if not np.isfinite(values).all():
+            raise ValueError(f"Expected finite weights. Received: NaN or infinity in {weight} of {name}")
     graph = Graph()
     sequence = _scaled_channels(graph, scaling)
     mean, deviation = scaling.tabor

@@ -22,6 +22,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from bem._wording import shown
+
 FEATURE_SETS: dict[str, tuple[str, ...]] = {
     "A": ("time", "indentation"),
     "B": ("time", "indentation", "velocity"),
@@ -43,7 +45,7 @@ def channel_names(features: str) -> tuple[str, ...]:
     """
     if features not in FEATURE_SETS:
         raise ValueError(
-            f"Unknown feature set. Expected one of {', '.join(FEATURE_SETS)}. Received: features={features!r}"
+            f"Unknown feature set. Expected one of {', '.join(FEATURE_SETS)}. Received: features={shown(features)}"
         )
     return FEATURE_SETS[features]
 

@@ -10,6 +10,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+from bem._wording import shown
 from surrogate.architectures.naming import names
 from surrogate.scaling import Scaling
 
@@ -29,7 +30,11 @@ def find_model(name: str | Path, root: str | Path | None = None) -> Path:
         ValueError: no model has that name.
     """
     path = Path(name)
-    if (path / "run.json").is_file():
+    try:
+        is_directory = (path / "run.json").is_file()
+    except OSError as error:
+        raise ValueError(f"Expected a model's name or path. Received: {shown(str(name))} ({error.strerror})") from error
+    if is_directory:
         return path
     if path.suffix == ".onnx":
         if not path.is_file():
@@ -45,7 +50,7 @@ def find_model(name: str | Path, root: str | Path | None = None) -> Path:
         raise FileNotFoundError(f"Expected a model directory. Received: {name}")
     if name not in names():
         known = sorted({*names(), *trained})
-        raise ValueError(f"Unknown model name. Expected one of {', '.join(known)}. Received: name={name!r}")
+        raise ValueError(f"Unknown model name. Expected one of {', '.join(known)}. Received: name={shown(name)}")
     raise FileNotFoundError(
         f"No trained {name} in {' or '.join(map(str, roots))}; train it with `surrogate train {name}`. "
         f"Trained there: {', '.join(trained) or 'none'}"
@@ -82,13 +87,15 @@ def read_run(folder: Path) -> tuple[dict[str, Any], Scaling]:
     scaling = Scaling.load(existing(folder / "scaling.json"))
     try:
         run = json.loads(run_path.read_text(encoding="utf-8"))
-        dataset, features = run["dataset_sha256"], run["features"]
-        _ = run["name"], run["architecture"]
+        told = [run[name] for name in ("dataset_sha256", "features", "name", "architecture")]
+        if not all(isinstance(value, str) for value in told):
+            raise TypeError("what is told must be text")
     except (ValueError, KeyError, TypeError, RecursionError) as error:
         raise ValueError(f"Expected a run.json that `surrogate train` wrote. Received: {run_path}") from error
+    dataset, features, *_ = told
     if scaling.dataset_sha256 != dataset or scaling.features != features:
         raise ValueError(
-            f"Expected the scaling of data set {dataset[:12]} with features {features}. "
+            f"Expected the scaling of data set {dataset[:12]} with features {shown(features)}. "
             f"Received: {folder / 'scaling.json'} of data set {scaling.dataset_sha256[:12]} "
             f"with features {scaling.features}"
         )

@@ -8,6 +8,8 @@ from typing import Annotated, Any
 
 import typer
 
+from bem._wording import shown
+
 
 def register(app: typer.Typer) -> None:
     """Add both commands to the command line."""
@@ -89,7 +91,7 @@ def export(
     from surrogate.model_files import find_model
 
     if file_format != "onnx":
-        raise ValueError(f"Expected the format onnx. Received: {file_format!r}")
+        raise ValueError(f"Expected the format onnx. Received: {shown(file_format)}")
     require_suffix(out, (".onnx",))
     folder = find_model(name, models)
     if not folder.is_dir():

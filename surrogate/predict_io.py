@@ -18,7 +18,6 @@ import io
 import json
 import math
 import re
-import reprlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -26,6 +25,7 @@ from typing import Any
 
 import numpy as np
 
+from bem._wording import shortened, shown
 from bem.outputs import require_suffix
 
 PROTOCOL_COLUMNS = ("tabor", "peak_indentation", "loading_rate", "dwell_time", "unloading_rate")
@@ -161,7 +161,7 @@ def _csv_columns(text: str, path: Path) -> tuple[dict[str, list[Any]], tuple[int
     if any(NUMBER.fullmatch(name) for name in header):
         raise ValueError(f"Expected a header that names the columns. Received: numbers in the first row of {path}")
     if len(set(header)) != len(header):
-        raise ValueError(f"Expected every column once. Received: {', '.join(header)} in {path}")
+        raise ValueError(f"Expected every column once. Received: {shortened(', '.join(header))} in {path}")
     for number, row in enumerate(rows[1:]):
         if len(row) != len(header):
             where = _where(number, lines[1:], path)
@@ -199,7 +199,7 @@ def _distinct(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     content: dict[str, Any] = {}
     for name, value in pairs:
         if name in content:
-            raise ValueError(f"{reprlib.repr(name)} twice in one object")
+            raise ValueError(f"{shown(name)} twice in one object")
         content[name] = value
     return content
 
@@ -207,9 +207,8 @@ def _distinct(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 def _check_columns(names: set[str], path: Path) -> None:
     if names == {*PROTOCOL_COLUMNS} or {*HISTORY_COLUMNS} <= names <= {*HISTORY_COLUMNS, EDGE, TABOR, *READ_OVER}:
         return
-    raise ValueError(
-        f"Expected {WANTED} (and {EDGE} and {TABOR}, if known). Received: {', '.join(sorted(names))} in {path}"
-    )
+    found = shortened(", ".join(sorted(names)))
+    raise ValueError(f"Expected {WANTED} (and {EDGE} and {TABOR}, if known). Received: {found} in {path}")
 
 
 def _numbers(name: str, values: list[Any], lines: tuple[int, ...], path: Path) -> np.ndarray:
@@ -217,7 +216,7 @@ def _numbers(name: str, values: list[Any], lines: tuple[int, ...], path: Path) -
     bad = np.flatnonzero(~np.isfinite(numbers))
     if bad.size:
         where = _where(int(bad[0]), lines, path)
-        raise ValueError(f"Expected finite numbers. Received: {reprlib.repr(values[bad[0]])} as {name} {where}")
+        raise ValueError(f"Expected finite numbers. Received: {shown(values[bad[0]])} as {name} {where}")
     return numbers
 
 

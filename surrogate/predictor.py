@@ -12,13 +12,15 @@ from __future__ import annotations
 
 import time
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from surrogate.backends import ONNX_NAME, Backend, KerasBackend, OnnxBackend, keras_model, require_scaling_of
+from bem._checks import real_array
+from bem._wording import shown
+from surrogate.backends import ONNX_NAME, Backend, KerasBackend, OnnxBackend, keras_model, require_exported
 from surrogate.checks import check_history, checked_edge, checked_tabor
 from surrogate.extrapolation import (
     POINTS,
@@ -60,7 +62,7 @@ class Surrogate:
     ) -> Surrogate:
         """Read a model directory or an ONNX file; see `surrogate.load`."""
         if backend not in BACKENDS:
-            raise ValueError(f"Expected a backend of {', '.join(BACKENDS)}. Received: backend={backend!r}")
+            raise ValueError(f"Expected a backend of {', '.join(BACKENDS)}. Received: backend={shown(backend)}")
         place = find_model(name, root)
         if place.is_file():
             if backend != "onnx":
@@ -68,7 +70,7 @@ class Surrogate:
             return cls(OnnxBackend(place, threads))
         run, scaling = read_run(place)
         if backend == "keras":
-            require_scaling_of(place, scaling)
+            require_exported(place, scaling)
             return cls(KerasBackend(keras_model(place, run), scaling, name=run["name"]))
         if not (place / ONNX_NAME).is_file():
             existing(place / "model.weights.h5")
@@ -169,10 +171,12 @@ class Surrogate:
         from bem.protocol import LoadingProtocol
         from surrogate.predicted import predicted_trajectory
 
-        protocols = [protocols] if isinstance(protocols, LoadingProtocol) else list(protocols)
+        protocols = list(protocols) if isinstance(protocols, Iterable) else [protocols]
         for protocol in protocols:
             if not isinstance(protocol, LoadingProtocol):
-                raise ValueError(f"Expected LoadingProtocols; other histories go to `predict`. Received: {protocol!r}")
+                raise ValueError(
+                    f"Expected LoadingProtocols; other histories go to `predict`. Received: {shown(protocol)}"
+                )
         tabor = checked_tabor(tabor, len(protocols))
         if not protocols:
             return []
@@ -245,6 +249,7 @@ class Surrogate:
         """
         backend = self._keras_backend()
         expected = backend.model.inputs[0].shape[-1]
+        sequence = real_array("sequence", sequence)
         if np.ndim(sequence) != 3 or np.shape(sequence)[-1] != expected:
             raise ValueError(
                 f"Expected channels of shape (batch, steps, {expected}) for {self.name}. "
@@ -265,7 +270,7 @@ class Surrogate:
     def _checked(
         self, times: np.ndarray, indentations: np.ndarray, tabor: ArrayLike, edge: np.ndarray | None
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        times, indentations = (np.asarray(values, dtype=np.float64) for values in (times, indentations))
+        times, indentations = real_array("times", times), real_array("indentations", indentations)
         check_history(times, indentations)
         # The models' clock starts with the protocol; what is lost between close times of a late clock is lost already.
         times = times - times[:, :1]

@@ -133,7 +133,7 @@ def outdated(
             and divided.is_file()
             and Split.load(divided).sha256 != split.sha256,
         }
-    except (ValueError, KeyError, TypeError, FileNotFoundError):
+    except (ValueError, KeyError, TypeError, RecursionError, FileNotFoundError):
         return "which does not say how it was trained"
     return next((reason for reason, differs in reasons.items() if differs), "")
 

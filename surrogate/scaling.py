@@ -9,9 +9,11 @@ force are then shifted by the mean and divided by the standard deviation of the 
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -128,15 +130,17 @@ class Scaling:
             if (content.pop("format"), content.pop("format_version")) != (FORMAT, FORMAT_VERSION):
                 raise KeyError("format")
             scaling = cls(
-                features=content["features"],
-                channel_mean=tuple(content["channel_mean"]),
-                channel_scale=tuple(content["channel_scale"]),
-                tabor=tuple(content["tabor"]),
-                force=tuple(content["force"]),
-                ranges={name: tuple(bounds) for name, bounds in content["ranges"].items()},
-                dataset_sha256=content["dataset_sha256"],
+                features=_text(content["features"]),
+                channel_mean=_finite(content["channel_mean"]),
+                channel_scale=_finite(content["channel_scale"]),
+                tabor=_finite(content["tabor"], count=2),
+                force=_finite(content["force"], count=2),
+                ranges={name: _finite(bounds, count=2) for name, bounds in content["ranges"].items()},
+                dataset_sha256=_text(content["dataset_sha256"]),
             )
-        except (json.JSONDecodeError, AttributeError, KeyError, TypeError) as error:
+            if min(*scaling.channel_scale, scaling.tabor[1], scaling.force[1]) <= 0.0:
+                raise ValueError("a deviation that is not above zero")
+        except (ValueError, AttributeError, KeyError, TypeError, OverflowError, RecursionError) as error:
             raise ValueError(
                 f"Expected a {FORMAT} file of version {FORMAT_VERSION}. Received: path={source}"
             ) from error
@@ -144,7 +148,7 @@ class Scaling:
         if len(scaling.channel_mean) != expected or len(scaling.channel_scale) != expected:
             raise ValueError(
                 f"Expected {expected} channels for feature set {scaling.features}. "
-                f"Received: {len(scaling.channel_mean)} channel statistics in {source}"
+                f"Received: {len(scaling.channel_mean)} means and {len(scaling.channel_scale)} deviations in {source}"
             )
         return scaling
 
@@ -165,6 +169,20 @@ class Scaling:
         except UnicodeDecodeError as error:
             raise ValueError(f"Expected a {FORMAT} file of version {FORMAT_VERSION}. Received: path={path}") from error
         return cls.from_json(text, source=path)
+
+
+def _text(value: Any) -> str:
+    if not isinstance(value, str):
+        raise TypeError("no text")
+    return value
+
+
+def _finite(values: Any, count: int | None = None) -> tuple[float, ...]:
+    if not isinstance(values, list) or count not in (None, len(values)):
+        raise TypeError("no list of that length")
+    if not all(type(value) in (int, float) and math.isfinite(value) for value in values):
+        raise ValueError("no finite numbers")
+    return tuple(values)
 
 
 def _transform_channels(channels: np.ndarray, features: str) -> np.ndarray:

@@ -22,8 +22,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from bem._checks import real_array
+from bem._wording import shown
 from bem.protocol import LARGEST_INDENTATION, LARGEST_RATE, default_start_indentation
-from surrogate.checks import LONGEST_HISTORY, SHORTEST_STEP, checked_edge
+from surrogate.checks import LONGEST_HISTORY, SHORTEST_STEP, checked_edge, real_number
 from surrogate.extrapolation import START_TOLERANCE, ExtrapolationWarning, excesses, worst
 from surrogate.features import channel_names
 from surrogate.kernels import CHANNELS, INDENTATION, LATEST, MOTION_SIZE, ORIGIN, STEPS, TIME, advance
@@ -98,13 +100,15 @@ class Stream:
             The force P / (pi R dgamma), tension positive.
 
         Raises:
-            ValueError: a time that does not advance, NaN or infinity, or motion beyond the bounds of `bem.protocol`;
-                the stream stays where it was.
+            ValueError: what is no real number, a time that does not advance, NaN or infinity, or motion beyond the
+                bounds of `bem.protocol`; the stream stays where it was.
 
         Warns:
             ExtrapolationWarning: a first step elsewhere than at -pi^(2/3) mu, where all training histories begin.
         """
         motion = self._motion
+        if not (isinstance(time, float) and isinstance(indentation, float)):
+            time, indentation = real_number("time", time), real_number("indentation", indentation)
         if not (math.isfinite(time) and abs(indentation) <= LARGEST_INDENTATION):
             raise ValueError(
                 f"Expected a finite step, indentations within +-{LARGEST_INDENTATION:g}. "
@@ -142,7 +146,7 @@ class Stream:
             ValueError: unequal shapes, a mark that is neither zero nor one, or what `step` refuses; the stream stays
                 where it was.
         """
-        times, indentations = (np.asarray(values, dtype=np.float64) for values in (times, indentations))
+        times, indentations = real_array("times", times), real_array("indentations", indentations)
         if times.ndim != 1 or times.shape != indentations.shape:
             raise ValueError(
                 "Expected times and indentations of one shape (steps,). "
@@ -193,6 +197,6 @@ class Stream:
             ValueError: it was taken of another model or at another Tabor parameter.
         """
         if not isinstance(snapshot, Snapshot) or snapshot.owner != self._owner:
-            raise ValueError(f"Expected a snapshot of {self.name} at tabor={self.tabor:g}. Received: {snapshot!r}")
+            raise ValueError(f"Expected a snapshot of {self.name} at tabor={self.tabor:g}. Received: {shown(snapshot)}")
         self._state[:] = snapshot.state
         self._motion[:] = snapshot.motion

@@ -1,7 +1,9 @@
 """What is heavy loads only when it is needed."""
 
+import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -12,9 +14,10 @@ simulate(Scene(tabor=1.0), LoadingProtocol(peak_indentation=2.0, loading_rate=1.
 """
 
 
-def loaded_by(source):
+def loaded_by(source, **environment):
     code = f"{source}\nimport sys\nprint(*{{name.partition('.')[0] for name in sys.modules}})"
-    return set(subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split())
+    options = {"capture_output": True, "text": True, "check": True, "env": os.environ | environment}
+    return set(subprocess.run([sys.executable, "-c", code], **options).stdout.split())
 
 
 @pytest.mark.parametrize("source", ["import bem", "import bem.cli"])
@@ -24,3 +27,10 @@ def test_importing_the_package_and_its_command_loads_nothing_heavy(source):
 
 def test_simulating_loads_neither_files_nor_pictures_nor_learning():
     assert not loaded_by(SIMULATED) & {"h5py", "joblib", "matplotlib", "tensorflow", "keras"}
+
+
+def test_reading_a_data_set_compiles_no_kernel(tmp_path):
+    path = Path(__file__).parents[1] / "published" / "dataset.h5"
+    read = f"from surrogate.dataset import TrajectoryDataset; TrajectoryDataset.load({str(path)!r})"
+    assert not loaded_by(read, NUMBA_CACHE_DIR=str(tmp_path)) & {"keras", "tensorflow", "joblib", "matplotlib"}
+    assert not [file for file in tmp_path.rglob("*") if file.is_file()]

@@ -4,7 +4,8 @@ How a file was made is read from the file itself (root attributes of HDF5, keys 
 directory, from the `run.json` beside them; options fill in what is not there.
 
 Usage: `python tools/manifest.py add PATH ... [--command C] [--seed N] [--seconds S]`, where a folder stands for all
-files in it; `python tools/manifest.py verify` compares every published file with the manifest.
+files in it; `python tools/manifest.py verify` compares every published file with the manifest; nothing else may
+lie there, and no links.
 """
 
 import argparse
@@ -16,24 +17,33 @@ from typing import Any
 
 import h5py
 
+from bem._wording import shortened, shown
+from bem.command import sentence
+
 ROOT = Path(__file__).resolve().parent.parent / "published"
 NAME = "MANIFEST.json"
 IGNORED = {NAME, "README.md"}
+"""Files of the root itself that have no entry."""
 
 
 def read(root: Path) -> dict[str, dict[str, Any]]:
     """Entries by path relative to `root`; none where there is no manifest yet.
 
     Raises:
-        ValueError: the manifest is not one.
+        ValueError: the manifest is not one, or an entry lacks the file's sum or size.
     """
     path = root / NAME
     if not path.is_file():
         return {}
     try:
-        return dict(json.loads(path.read_text(encoding="utf-8"))["files"])
-    except (json.JSONDecodeError, KeyError, TypeError) as error:
+        entries = dict(json.loads(path.read_text(encoding="utf-8"))["files"])
+    except (ValueError, KeyError, TypeError, RecursionError) as error:
         raise ValueError(f"expected a manifest with a table of files; received {str(path)!r}") from error
+    for name, entry in entries.items():
+        if not (isinstance(entry, dict) and {"sha256", "bytes"} <= entry.keys()):
+            without = f"received {str(path)!r} without, for {shown(name)}"
+            raise ValueError(f"expected sha256 and bytes of every file; {without}")
+    return entries
 
 
 def origin(path: Path) -> dict[str, Any]:
@@ -69,7 +79,9 @@ def add(root: Path, paths: list[Path], **given: Any) -> list[str]:
         if not path.exists():
             raise FileNotFoundError(f"published file not found; received {str(path)!r}")
         for file in sorted(path.rglob("*")) if path.is_dir() else [path]:
-            if not file.is_file() or file.name in IGNORED:
+            if file.is_symlink():
+                raise ValueError(f"published files must not be links; received {str(file)!r}")
+            if not file.is_file() or file in [root / name for name in IGNORED]:
                 continue
             if not file.resolve().is_relative_to(root.resolve()):
                 raise ValueError(f"published files must lie in {root.name!r}; received {str(file)!r}")
@@ -91,16 +103,19 @@ def problems(root: Path) -> list[str]:
     entries = read(root)
     if not entries:
         return [f"no manifest, or an empty one, in {root.name!r}"]
+    # Links to folders and to nowhere are listed too: all but the folders themselves.
+    listed = (path for path in root.rglob("*") if path.is_symlink() or not path.is_dir())
+    present = {path.relative_to(root).as_posix(): path for path in listed}
     found = []
     for name, entry in entries.items():
-        path = root / name
-        if not path.is_file():
+        path = present.get(name)
+        if path is None:
             found.append(f"{name} is missing")
+        elif path.is_symlink() or not path.is_file():
+            found.append(f"{name} is no plain file")
         elif path.stat().st_size != entry["bytes"] or digest(path) != entry["sha256"]:
             found.append(f"{name} is not the file that was published")
-    present = {path.relative_to(root).as_posix() for path in root.rglob("*") if path.is_file()}
-    strangers = sorted(name for name in present - entries.keys() if Path(name).name not in IGNORED)
-    return found + [f"{name} is not in the manifest" for name in strangers]
+    return found + [f"{name} is not in the manifest" for name in sorted(present.keys() - entries.keys() - IGNORED)]
 
 
 def digest(path: Path) -> str:
@@ -133,11 +148,11 @@ def main() -> int:
                 print(f"{name} is in the manifest")
             return 0
         found = problems(given.root)
-    except (ValueError, FileNotFoundError) as error:
-        print(f"manifest: {error}", file=sys.stderr)
+    except (ValueError, OSError) as error:
+        print(f"manifest: {sentence(error)}", file=sys.stderr)
         return 2
     for problem in found:
-        print(f"manifest: {problem}", file=sys.stderr)
+        print(f"manifest: {shortened(problem)}", file=sys.stderr)
     if not found:
         print(f"{len(read(given.root))} published files match the manifest")
     return 1 if found else 0

@@ -12,7 +12,7 @@ import sys
 import tomllib
 from pathlib import Path
 
-import h5py
+from bem.dataset_file import load_dataset
 
 ROOT = Path(__file__).resolve().parent.parent
 PLACE = re.compile(r"<!-- ([a-z0-9-]+) -->(.*?)<!-- end -->")
@@ -20,9 +20,8 @@ PLACE = re.compile(r"<!-- ([a-z0-9-]+) -->(.*?)<!-- end -->")
 
 def numbers(root: Path) -> dict[str, str]:
     """The numbers by name, as they are to be read."""
-    with h5py.File(root / "published/dataset.h5", "r") as file:
-        attributes = dict(file.attrs)
-        seconds = file["scalars/solver_seconds"][:]
+    dataset = load_dataset(root / "published/dataset.h5")
+    attributes, seconds = dataset.attributes, dataset.scalars["solver_seconds"]
     paper = tomllib.loads((root / "paper_figures/paper_values/dataset.toml").read_text(encoding="utf-8"))
     return {
         "trajectories": f"{int(attributes['count']):,}",

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from bem._checks import FloatArray
+from bem._wording import shown
 
 PULL_OFF_FORCE = 1.5
 FOLD_FORCE = 5.0 / 6.0
@@ -48,7 +49,7 @@ def contact_radius_from_indentation(
         radius of the broadcast shape; NaN below the fold, and for the unstable branch also above indentation zero.
     """
     if branch not in ("stable", "unstable"):
-        raise ValueError(f"branch must be 'stable' or 'unstable'; received {branch!r}")
+        raise ValueError(f"branch must be 'stable' or 'unstable'; received {shown(branch)}")
     depth = np.asarray(indentation, dtype=np.float64) / np.asarray(tabor, dtype=np.float64)
     fold = -0.75 * np.pi ** (2.0 / 3.0)
     # The fold itself must not be lost to the rounding of indentation/tabor.

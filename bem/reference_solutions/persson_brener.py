@@ -14,14 +14,15 @@ from numpy.typing import ArrayLike
 from scipy.special import expit
 
 from bem._checks import FloatArray
+from bem._wording import shown
 
 
 def _checked(velocity: ArrayLike, modulus_ratio: ArrayLike) -> tuple[FloatArray, FloatArray]:
     v, k = np.broadcast_arrays(np.asarray(velocity, dtype=np.float64), np.asarray(modulus_ratio, dtype=np.float64))
     if not np.all((v >= 0.0) & np.isfinite(v)):
-        raise ValueError(f"crack_velocity must be finite and at least 0; received {velocity!r}")
+        raise ValueError(f"crack_velocity must be finite and at least 0; received {shown(velocity)}")
     if not np.all((k > 0.0) & (k <= 1.0)):
-        raise ValueError(f"modulus_ratio must be greater than 0 and at most 1; received {modulus_ratio!r}")
+        raise ValueError(f"modulus_ratio must be greater than 0 and at most 1; received {shown(modulus_ratio)}")
     return v, k
 
 
@@ -76,9 +77,9 @@ def crack_velocity(effective_energy: ArrayLike, modulus_ratio: ArrayLike) -> Flo
         np.asarray(effective_energy, dtype=np.float64), np.asarray(modulus_ratio, dtype=np.float64)
     )
     if not np.all((k > 0.0) & (k < 1.0)):
-        raise ValueError(f"modulus_ratio must be greater than 0 and less than 1; received {modulus_ratio!r}")
+        raise ValueError(f"modulus_ratio must be greater than 0 and less than 1; received {shown(modulus_ratio)}")
     if not np.all((gamma >= 1.0) & (gamma * k <= 1.0)):
-        raise ValueError(f"effective_energy must lie between 1 and 1/modulus_ratio; received {effective_energy!r}")
+        raise ValueError(f"effective_energy must lie between 1 and 1/modulus_ratio; received {shown(effective_energy)}")
     c, g = 1.0 - k, gamma - 1.0
     top = c * gamma**2 * g
     bottom = np.pi * (1.0 - k * gamma) * (c * gamma + g)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from bem._wording import shown
+
 FAMILIES: dict[str, str] = {
     "M1": "two LSTM layers",
     "M2": "two LSTM layers with layer normalisation",
@@ -44,7 +46,7 @@ def split_name(name: str) -> tuple[str, str]:
         ValueError: for an unknown name; the message lists the eighteen.
     """
     if name not in names():
-        raise ValueError(f"Unknown model name. Expected one of {', '.join(names())}. Received: name={name!r}")
+        raise ValueError(f"Unknown model name. Expected one of {', '.join(names())}. Received: name={shown(name)}")
     family, conditioning = name.split("-")
     return family, conditioning
 
@@ -53,5 +55,6 @@ def check_conditioning(conditioning: str) -> None:
     """Raise `ValueError` unless the conditioning is one of the three."""
     if conditioning not in CONDITIONINGS:
         raise ValueError(
-            f"Unknown conditioning. Expected one of {', '.join(CONDITIONINGS)}. Received: conditioning={conditioning!r}"
+            f"Unknown conditioning. Expected one of {', '.join(CONDITIONINGS)}. "
+            f"Received: conditioning={shown(conditioning)}"
         )

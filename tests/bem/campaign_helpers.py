@@ -5,13 +5,13 @@ import sys
 import time
 from pathlib import Path
 
-import h5py
 import numpy as np
 import typer
 from typer.testing import CliRunner
 
 from bem.campaign_cli import register
 from bem.dataset_file import open_dataset, read_tree
+from tests.data_files import editing
 
 HERE = Path(__file__).parent
 TIMINGS = ("scalars/solver_seconds",)
@@ -94,7 +94,7 @@ def start_command(*arguments, solver="slow", before=""):
 def altered(undisturbed, tmp_path, change):
     path = tmp_path / "altered.h5"
     path.write_bytes(undisturbed.read_bytes())
-    with h5py.File(path, "r+") as file:
+    with editing(path) as file:
         change(file)
     return path
 

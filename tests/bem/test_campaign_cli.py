@@ -5,7 +5,9 @@ import h5py
 import pytest
 
 from bem.campaign_progress import rate_line
+from bem.dataset_file import load_dataset
 from bem.provenance import command_line
+from tests.data_files import editing
 
 sys.path.insert(0, str(Path(__file__).parent))
 
@@ -16,10 +18,10 @@ def bad_files(folder, undisturbed):
     (folder / "foreign.h5").write_text("not HDF5\n", encoding="utf-8")
     (folder / "truncated.h5").write_bytes(undisturbed.read_bytes()[:20_000])
     (folder / "older.h5").write_bytes(undisturbed.read_bytes())
-    with h5py.File(folder / "older.h5", "r+") as file:
+    with editing(folder / "older.h5") as file:
         file.attrs["format_version"] = 0
     (folder / "worded.h5").write_bytes(undisturbed.read_bytes())
-    with h5py.File(folder / "worded.h5", "r+") as file:
+    with editing(folder / "worded.h5") as file:
         file.attrs["format_version"] = "1"
     with h5py.File(folder / "other.h5", "w") as file:
         file["x"] = 1
@@ -44,7 +46,7 @@ def test_files_that_are_no_data_sets(name, message, undisturbed, tmp_path):
     if name in ("absent.h5", "."):
         return
     content = (tmp_path / name).read_bytes()
-    for options in ([], ["--replace"]):
+    for options in ([], ["--replace"] * (name != "truncated.h5")):
         result = command("campaign", "--count", "3", "--out", tmp_path / name, *options)
         assert (result.exit_code, message in result.stderr, result.stderr.count("\n")) == (2, True, 1)
         assert (tmp_path / name).read_bytes() == content
@@ -57,7 +59,10 @@ def test_files_that_are_no_data_sets(name, message, undisturbed, tmp_path):
     [
         ([], "campaign needs --out FILE.h5", 2),
         (["--out", "/proc/nowhere/data.h5"], "cannot write beside '/proc/nowhere/data.h5'", 1),
-        (["--out", "."], "out must be a file", 2),
+        (["--out", "."], "Expected an output file called .h5 or .hdf5", 2),
+        (["--out", "c.txt"], "Expected an output file called .h5 or .hdf5; received c.txt", 2),
+        (["--out", "c.txt", "--shard", "1/2"], "Expected an output file called .h5 or .hdf5; received c.txt", 2),
+        (["--out", "x.h5", "--accuracy", 10**5 * "x"], "accuracy must be", 2),
         (["--out", "x.h5", "--count", "0"], "count must be a whole number from 1", 2),
         (["--out", "x.h5", "--count", "600000"], "count must be a whole number from 1 to 559872", 2),
         (["--out", "x.h5", "--design", "grid"], "design must be one of", 2),
@@ -87,7 +92,28 @@ def test_bad_options_end_in_one_sentence(arguments, message, code, tmp_path, mon
         Path("loop.h5").symlink_to("loop.h5")
     result = command("campaign", *arguments)
     assert (result.exit_code, message in result.stderr, result.stderr.count("\n")) == (code, True, 1), result.stderr
+    assert len(result.stderr) < 1000
     assert [path.name for path in tmp_path.iterdir()] == ["loop.h5"] * ("loop.h5" in arguments)
+
+
+@pytest.mark.parametrize("harm", [lambda content: content[:5000], lambda content: content[512:], lambda _: b""])
+def test_a_damaged_file_is_replaced_where_asked(harm, undisturbed, tmp_path):
+    out = tmp_path / "data.h5"
+    out.write_bytes(harm(undisturbed.read_bytes()))
+    result = command("campaign", "--out", out, "--count", "9")
+    assert (result.exit_code, result.stderr.count("\n")) == (2, 1)
+    assert "truncated or damaged, and may be replaced with --replace" in result.stderr
+    process = start_command("campaign", "--out", out, "--count", "9", "--workers", "1", "--replace", solver="solve")
+    printed, errors = process.communicate(timeout=60)
+    assert (process.returncode, errors) == (0, ""), printed
+    assert len(load_dataset(out)) == 9
+
+
+def test_shards_are_merged_into_data_set_files_only(undisturbed, tmp_path):
+    result = command("merge", undisturbed, "--out", tmp_path / "c.txt")
+    assert (result.exit_code, result.stderr.count("\n")) == (2, 1)
+    assert "Expected an output file called .h5 or .hdf5" in result.stderr
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_design_file_and_options_together(tmp_path, monkeypatch):

@@ -12,6 +12,7 @@ from bem.campaign_plan import Campaign
 from bem.campaign_work import LONGEST_BATCH, batches_of, expected_seconds, results
 from bem.dataset_file import load_dataset
 from bem.designs import Design
+from bem.records import simulate_record
 
 sys.path.insert(0, str(Path(__file__).parent))
 
@@ -67,3 +68,25 @@ def test_where_the_work_was_done_is_recorded(tmp_path, monkeypatch):
     run_campaign(Campaign(count=60, seed=4), tmp_path / "data.h5", solver=stand_in.solve)
     attributes = load_dataset(tmp_path / "data.h5").attributes
     assert (attributes["host"], attributes["versions"]) == (["A", "B"], {"numpy": "1"})
+
+
+@pytest.mark.parametrize("spoilt", ["force", "nodes", "jumps", "contact_radius"])
+def test_numbers_that_are_not_finite_are_a_failure_and_reach_no_file(spoilt, plan):
+    class NoRadius(stand_in.History):
+        contact_radius = property(lambda self: np.full(len(self.time), np.nan))
+
+    def solver(*arguments, accuracy):
+        history = stand_in.solve(*arguments)
+        if spoilt == "force":
+            history.force[3] = np.inf
+        elif spoilt == "nodes":
+            history.stats.nodes = np.nan
+        elif spoilt == "jumps":
+            history.jumps = (stand_in.Leap(0.5, np.nan, 1.0, 2.0),)
+        else:
+            history = NoRadius(**vars(history))
+        return history
+
+    quantities = {name: values[0] for name, values in plan.protocols.items()}
+    assert simulate_record(0, quantities, plan.settings, stand_in.solve).reason == ""
+    assert "not finite" in simulate_record(0, quantities, plan.settings, solver).reason

@@ -6,7 +6,7 @@ import sys
 import pytest
 import typer
 
-from bem.command import run_main
+from bem.command import run_main, sentence
 
 
 def ended(main, arguments, monkeypatch):
@@ -63,3 +63,10 @@ def test_a_module_is_called_by_the_name_it_was_run_by():
     assert ended.returncode == 2
     assert ended.stderr.startswith("paper_figures.table_quartiles: ")
     assert ended.stderr.count("\n") == 1
+
+
+def test_a_sentence_is_one_line_of_bounded_length():
+    for error in (ValueError("a\n" + "x" * 10**6), OSError(36, "File name too long", "y" * 10**6)):
+        assert "\n" not in sentence(error)
+        assert len(sentence(error)) < 2100
+    assert sentence(ValueError("short  one")) == "short one"

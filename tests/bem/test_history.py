@@ -114,3 +114,18 @@ def test_jumps_at_the_ends_and_twice_in_one_place():
 def test_bad_resampling(times, jumps, wanted, message):
     with pytest.raises(ValueError, match=message):
         History(times, [0.0, 1.0, 2.0], jumps).at(wanted)
+
+
+@pytest.mark.parametrize("start", [0.0, -1e6])
+def test_a_time_a_rounding_outside_is_the_end(start):
+    history = History([start, start + 1.0, 12.3], [1.0, 2.0, 3.0], [])
+    outside = [np.nextafter(start, -np.inf), np.nextafter(12.3, np.inf)]
+    np.testing.assert_array_equal(history.at(outside), [1.0, 3.0])
+    with pytest.raises(ValueError, match="times must lie between"):
+        history.at(12.3 + 1e-6 * (1.0 - start))
+
+
+@pytest.mark.parametrize("wanted", [1j, [0.5, "a"], [[0.1], [0.2, 0.3]], {}])
+def test_times_are_real_numbers(wanted):
+    with pytest.raises(ValueError, match="times must be real numbers; received"):
+        History([0.0, 1.0, 2.0], [0.0, 1.0, 2.0], []).at(wanted)

@@ -5,6 +5,7 @@ from pathlib import Path
 import h5py
 import pytest
 
+from bem.dataset_opening import FORMAT, FORMAT_VERSION
 from experiments import stages, target_minutes
 from experiments.stages import describe, hour_places, hours_of, read_stages
 from surrogate.architectures.naming import names
@@ -47,7 +48,7 @@ def test_hours_are_of_one_machine_where_it_measured_batches(tmp_path, monkeypatc
 
 def test_hours_of_data_set_and_studies(tmp_path):
     with h5py.File(tmp_path / "dataset.h5", "w") as file:
-        file.attrs["core_seconds"] = 180.0
+        file.attrs.update(format=FORMAT, format_version=FORMAT_VERSION, core_seconds=180.0)
     one = {"hours": 0.5}
     taken = one | {"taken_from": "M1-concat"}
     sets = {"complete": True, "sets": {"A": one, "B": one, "D": taken}}

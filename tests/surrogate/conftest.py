@@ -7,11 +7,13 @@ os.environ.setdefault("TF_NUM_INTRAOP_THREADS", "1")
 
 from pathlib import Path
 
-import h5py
 import numpy as np
 import pytest
 
+import bem.dataset_file
+from bem.campaign import root_attributes
 from bem.measurement import measurement_grid
+from bem.records import JUMP_QUANTITIES, SCALARS
 
 COUNTS = (50, 20, 50)
 
@@ -32,18 +34,21 @@ def write_dataset(path: Path, count: int, seed: int = 0) -> Path:
     bump = 3.0 * protocols["tabor"][:, None] * np.exp(-(((progress - 0.2) / 0.1) ** 2)) * unloading
     force = 1.0 + bump - np.clip(indentations, 0.0, None) ** 1.5
     native = force[:, COUNTS[0] + COUNTS[1] - 1 :].max(axis=1) * 1.01
-    with h5py.File(path, "w") as file:
-        file.attrs.update(
-            format="viscoelastic-contact-dataset", format_version=1, design="test", seed=seed, accuracy="test"
-        )
-        for name, values in protocols.items():
-            file[f"protocols/{name}"] = values
-        file["fms/force"] = force.astype(np.float32)
-        file["fms"].attrs["counts"] = COUNTS
-        for name in ("pull_off_time", "hysteresis", "max_compression", "end_force"):
-            file[f"scalars/{name}"] = np.ones(count)
-        file["scalars/pull_off_force"] = native
-        file["status"] = np.zeros(count, dtype=np.uint8)
+    columns = {
+        "index": np.arange(count),
+        "status": np.zeros(count, dtype=np.uint8),
+        "reason": np.full(count, "", dtype=object),
+        "fms/force": force.astype(np.float32),
+        "jumps/trajectory": np.empty(0, dtype=np.int64),
+        **{f"protocols/{name}": values for name, values in protocols.items()},
+        **{f"scalars/{name}": np.ones(count, dtype=kind) for name, kind in SCALARS.items()},
+        **{f"jumps/{name}": np.empty(0) for name in JUMP_QUANTITIES},
+        "scalars/pull_off_force": native,
+    }
+    what = {"design": "test", "ranges": {}, "modulus_ratio": 0.1, "seed": seed, "count": count, "accuracy": "test"}
+    identity = {**what, "counts": list(COUNTS), "native": False, "shard": "1/1", "solver": "a closed form"}
+    cost = {"versions": {}, "host": "a machine", "wall_seconds": 1.0, "core_seconds": 1.0, "workers": 1}
+    bem.dataset_file.write_dataset(path, columns, root_attributes(identity) | cost, COUNTS)
     return path
 
 

@@ -11,5 +11,6 @@ def refused(command, words, *, folder):
     assert (code, out) == (2, ""), err
     assert err.startswith("surrogate: Expected ")
     assert err.count("\n") == 1
+    assert len(err) < 1000
     assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
     return err

@@ -1,13 +1,15 @@
+import json
 import shutil
 
-import h5py
 import numpy as np
 import pytest
 
-from surrogate.dataset import PROTOCOL_QUANTITIES, Split, TrajectoryDataset
+from bem.designs import QUANTITIES
+from surrogate.dataset import Split, TrajectoryDataset
 from surrogate.evaluation import scaled_examples
 from surrogate.recipe import Recipe
 from surrogate.runs import Run, fit_scaling
+from tests.data_files import editing
 
 
 @pytest.fixture
@@ -16,7 +18,7 @@ def copy(dataset_path, tmp_path):
 
 
 def rows(dataset, indices):
-    return set(zip(*(dataset.protocols[name][indices] for name in PROTOCOL_QUANTITIES), strict=True))
+    return set(zip(*(dataset.protocols[name][indices] for name in QUANTITIES), strict=True))
 
 
 def test_split_sizes_and_disjointness(dataset):
@@ -28,8 +30,8 @@ def test_split_sizes_and_disjointness(dataset):
 
 
 def test_repeated_protocols_do_not_leak(copy):
-    with h5py.File(copy, "r+") as file:
-        for name in PROTOCOL_QUANTITIES:
+    with editing(copy) as file:
+        for name in QUANTITIES:
             values = file["protocols"][name][:]
             file["protocols"][name][...] = values[np.arange(60) % 20]
     dataset = TrajectoryDataset.load(copy)
@@ -41,8 +43,8 @@ def test_repeated_protocols_do_not_leak(copy):
 
 
 def test_failed_simulations_are_left_out(copy):
-    with h5py.File(copy, "r+") as file:
-        file["status"][7] = 2
+    with editing(copy) as file:
+        file["status"][7] = 1
         file["fms/force"][7] = np.nan
     split = TrajectoryDataset.load(copy).split()
     assert 7 not in np.concatenate([split.train, split.validation, split.test])
@@ -50,7 +52,7 @@ def test_failed_simulations_are_left_out(copy):
 
 def test_statistics_ignore_what_is_held_out(dataset, copy):
     split = dataset.split()
-    with h5py.File(copy, "r+") as file:
+    with editing(copy) as file:
         for index in (*split.validation, *split.test):
             file["fms/force"][index] = 1e6
             file["protocols/tabor"][index] = 50.0
@@ -80,9 +82,15 @@ def test_split_round_trip(dataset, tmp_path):
     again = Split.load(tmp_path / "split.json")
     assert again.seed == 4
     np.testing.assert_array_equal(again.train, split.train)
-    (tmp_path / "split.json").write_text("[]")
-    with pytest.raises(ValueError, match="Expected a split"):
-        Split.load(tmp_path / "split.json")
+    for text in (
+        "[]",
+        10**5 * "[",
+        '{"seed": 1, "train": [[1], 2], "validation": [], "test": [1e400]}',
+        '{"seed": Infinity',
+    ):
+        (tmp_path / "split.json").write_text(text)
+        with pytest.raises(ValueError, match="Expected a split"):
+            Split.load(tmp_path / "split.json")
 
 
 def test_examples_have_the_models_shapes(dataset):
@@ -98,13 +106,13 @@ def test_bad_files(copy, tmp_path):
     with pytest.raises(FileNotFoundError, match=r"nowhere\.h5"):
         TrajectoryDataset.load(tmp_path / "nowhere.h5")
     (tmp_path / "text.h5").write_text("no")
-    with pytest.raises(ValueError, match="Expected a data set"):
+    with pytest.raises(ValueError, match="expected a data set"):
         TrajectoryDataset.load(tmp_path / "text.h5")
-    with h5py.File(copy, "r+") as file:
+    with editing(copy) as file:
         file["fms/force"][3, 5] = np.nan
-    with pytest.raises(ValueError, match="finite forces"):
+    with pytest.raises(ValueError, match="/fms/force is not finite"):
         TrajectoryDataset.load(copy)
-    with h5py.File(copy, "r+") as file:
+    with editing(copy) as file:
         file.attrs["format_version"] = 9
     with pytest.raises(ValueError, match="version 1"):
         TrajectoryDataset.load(copy)
@@ -113,7 +121,7 @@ def test_bad_files(copy, tmp_path):
 def test_a_data_set_computed_again_is_the_same_and_another_is_not(dataset_path, tmp_path):
     path = tmp_path / "again.h5"
     path.write_bytes(dataset_path.read_bytes())
-    with h5py.File(path, "r+") as file:
+    with editing(path) as file:
         file.attrs["wall_seconds"] = 12.0
         file["fms/force"][...] *= np.float32(1.0 + 1e-6)
         file["protocols/dwell_time"][...] = np.nextafter(file["protocols/dwell_time"][...], np.inf)
@@ -121,9 +129,10 @@ def test_a_data_set_computed_again_is_the_same_and_another_is_not(dataset_path, 
     assert TrajectoryDataset.load(path).sha256 == asked
     for change in ("accuracy", "tabor"):
         path.write_bytes(dataset_path.read_bytes())
-        with h5py.File(path, "r+") as file:
+        with editing(path) as file:
             if change == "accuracy":
-                file.attrs["accuracy"] = "draft"
+                campaign = json.loads(file.attrs["campaign"]) | {"accuracy": "draft"}
+                file.attrs.update(accuracy="draft", campaign=json.dumps(campaign))
             else:
                 file["protocols/tabor"][0] *= 1.001
         assert TrajectoryDataset.load(path).sha256 != asked

@@ -22,6 +22,9 @@ HEADER = "tabor,peak_indentation,loading_rate,dwell_time,unloading_rate\n"
         (HEADER + "-1,20,10,1,10\n", "Tabor parameters above zero"),
         ("tabor,depth\n1,2\n", "the columns tabor, peak_indentation.*Received: depth, tabor in"),
         ("tabor,tabor\n1,2\n", "every column once"),
+        (",".join(f"c{i}" for i in range(10**5)) + "\n", "the columns tabor.*Received: c0, c1, .* in "),
+        ("a" * 10**5 + "," + "a" * 10**5 + "\n", "every column once"),
+        (HEADER + "1,20,10,1," + 10**5 * "x" + "\n", "finite numbers. Received: 'xxx.*' as unloading_rate in row 1"),
         (HEADER + '"1,20,10,1,10\n', "comma-separated numbers under a header"),
         (HEADER + "1,20,10,1,1_0\n", "finite numbers. Received: '1_0'"),
         (HEADER + "1,20,10,1,\u0661\n", "finite numbers"),
@@ -144,7 +147,7 @@ def test_other_mistakes(command, tmp_path, published):
         ([*whole, "--out", tmp_path / "none" / "out.csv"], "a directory that exists"),
         ([*whole, "--plot", tmp_path / "p.bmp"], "called .png or"),
         ([*whole, "--backend", "torch"], "backend='torch'"),
-        ([tmp_path / "foreign.onnx", *whole[1:]], "foreign.onnx, unreadable"),
+        ([tmp_path / "foreign.onnx", *whole[1:]], "foreign.onnx, which is another one"),
     ):
         assert expected in refused(command, ["predict", *words], folder=tmp_path)
     assert "format onnx" in refused(command, ["export", "M1-concat", "--format", "tflite"], folder=tmp_path)

@@ -27,6 +27,7 @@ def test_trajectories_resemble_the_solver_s(published):
     assert with_dwell.hysteresis == pytest.approx(abs(loop), rel=1e-12)
     middle = with_dwell.at(0.5 * (with_dwell.time[3] + with_dwell.time[4]))
     assert min(with_dwell.force[3:5]) <= middle <= max(with_dwell.force[3:5])
+    assert with_dwell.at(np.nextafter(with_dwell.time[-1], np.inf)) == with_dwell.end_force
     expected = model.predict(with_dwell.time[None], with_dwell.indentation[None], tabor=1.0)[0]
     np.testing.assert_allclose(with_dwell.force, expected, rtol=1e-6, atol=1e-6)
     moved = model.trajectories(LoadingProtocol(**PROTOCOL, start_indentation=-4.0), tabor=1.0)[0]

@@ -182,6 +182,12 @@ def test_bad_input(predictor, inside):
         ((times, indentations, tabor[:2]), "one Tabor parameter per history"),
         ((times, indentations, -tabor), "above zero"),
         ((times, indentations, tabor * np.nan), "above zero"),
+        ((times, indentations, tabor + 0j), "tabor must be real numbers"),
+        ((times, indentations, 1j), "tabor must be real numbers"),
+        ((times + 0j, indentations, tabor), "times must be real numbers"),
+        ((times, (indentations + 1j).tolist(), tabor), "indentations must be real numbers"),
+        ((times, [[1.0], [2.0, 3.0]], tabor), "indentations must be real numbers"),
+        ((None, indentations, tabor), "one shape"),
         ((times * 1e-320, indentations, tabor), "time steps within|increase strictly"),
         ((times * 1e-16, indentations, tabor), "rates within -1e"),
         ((times * 1e30, indentations, tabor), "times after the first within 0 and"),
@@ -194,6 +200,19 @@ def test_bad_input(predictor, inside):
         predictor.predict_channels(np.zeros((1, 5, 3)), np.zeros((1, 1)))
     with pytest.raises(ValueError, match="finite channels"):
         predictor.predict_channels(np.full((1, 5, 4), np.nan), np.zeros((1, 1)))
+
+
+@pytest.mark.parametrize("protocols", [None, 3, "M1", [None], object()])
+def test_trajectories_are_of_protocols(predictor, protocols):
+    with pytest.raises(ValueError, match=r"Expected LoadingProtocols.*Received: "):
+        predictor.trajectories(protocols, tabor=1.0)
+
+
+def test_names_of_any_length_end_in_one_short_sentence(tmp_path):
+    for name in ("x" * 10**5, "y" * 10**5 + "/z", "a\0b"):
+        with pytest.raises(ValueError, match=r"Received: .*(xxx|yyy|a)") as caught:
+            surrogate.load(name, root=tmp_path)
+        assert len(str(caught.value)) < 1500
 
 
 def test_load_by_name_and_by_path(folder):
@@ -235,6 +254,11 @@ def test_damaged_directories(folder, tmp_path):
     (folder / "run.json").write_text("[" * 100_000)
     with pytest.raises(ValueError, match=r"a run\.json that `surrogate train` wrote"):
         surrogate.load(folder)
+    (folder / "run.json").write_text(
+        json.dumps({"dataset_sha256": 5, "features": "D", "name": "a", "architecture": "b"})
+    )
+    with pytest.raises(ValueError, match=r"a run\.json that `surrogate train` wrote"):
+        surrogate.load(folder)
     (tmp_path / "x.onnx").mkdir()
     with pytest.raises(FileNotFoundError, match=r"x\.onnx, which is a directory"):
         surrogate.load(tmp_path / "x.onnx")
@@ -249,10 +273,12 @@ def test_weights_of_another_model(folder, tmp_path):
     with pytest.raises(ValueError, match=r"M1-concat with 473729 parameters.*474497"):
         load_weights(surrogate.build("M1-concat"), path)
     shutil.copy(path, folder / "model.weights.h5")
+    for backend in ("onnx", "keras"):
+        with pytest.raises(ValueError, match=r"the weights that .*model\.onnx was exported from; restore them"):
+            surrogate.load(folder, backend=backend)
+    (folder / "model.onnx").unlink()
     with pytest.raises(ValueError, match="Expected weights"):
         surrogate.load(folder, backend="keras")
-    with pytest.raises(ValueError, match="exported from other weights"):
-        surrogate.load(folder)
     (folder / "model.weights.h5").write_text("no")
     with pytest.raises(ValueError, match="Expected weights"):
         surrogate.load(folder, backend="keras")

@@ -105,6 +105,11 @@ def test_a_refused_step_leaves_the_stream_where_it_was(model, history):
         (1e-320, 0.0, "time after"),
         (times[18] + 1e-13, 50.0, "a rate of at most 1e"),
         (1e300, 0.0, "time after .* at most"),
+        (times[19] + 0j, 0.0, "time must be real numbers"),
+        (times[19], 1j, "indentation must be real numbers"),
+        ("x" * 10**5, 0.0, "time must be real numbers; received 'xxx"),
+        (10**400, 0.0, "time must be real numbers"),
+        (times[19:21], 0.0, "one number as time"),
     ):
         with pytest.raises(ValueError, match=words):
             stream.step(time, depth)
@@ -131,6 +136,7 @@ def test_a_whole_history_is_its_steps_to_the_last_bit(model, history):
         ((times, indentations, edge[1:]), "edge marks of shape"),
         ((times, indentations, 0.5 * edge), "zero or one"),
         ((times[::-1], indentations, edge), "time after"),
+        ((times + 0j, indentations, edge), "times must be real numbers"),
     ):
         stream.reset()
         with pytest.raises(ValueError, match=words):

@@ -49,6 +49,56 @@ def test_changes_are_noticed(published):
     assert manifest.problems(published) == ["stray.json is not in the manifest"]
 
 
+def test_nothing_else_may_lie_there(published, tmp_path):
+    manifest.add(published, [published])
+    folder = published / "models" / "M1"
+    for name in ("README.md", "MANIFEST.json"):
+        (folder / name).write_text("{}", encoding="utf-8")
+    (tmp_path / "elsewhere").mkdir()
+    (tmp_path / "elsewhere" / "a.csv").write_text("", encoding="utf-8")
+    (published / "linked").symlink_to(tmp_path / "elsewhere")
+    (published / "dangling.json").symlink_to(tmp_path / "nowhere")
+    (published / "README.md").write_text("What is here.", encoding="utf-8")
+    assert manifest.problems(published) == [
+        f"{name} is not in the manifest"
+        for name in ("dangling.json", "linked", "models/M1/MANIFEST.json", "models/M1/README.md")
+    ]
+    with pytest.raises(ValueError, match=r"must not be links; received '.*dangling\.json'"):
+        manifest.add(published, [published])
+
+
+def test_a_link_is_not_the_file_that_was_published(published, tmp_path):
+    manifest.add(published, [published])
+    (published / "dataset.h5").rename(tmp_path / "dataset.h5")
+    (published / "dataset.h5").symlink_to(tmp_path / "dataset.h5")
+    (published / "models").rename(tmp_path / "models")
+    (published / "models").symlink_to(tmp_path / "models")
+    assert manifest.problems(published) == [
+        "dataset.h5 is no plain file",
+        "models/M1/history.csv is missing",
+        "models/M1/run.json is missing",
+        "models is not in the manifest",
+    ]
+
+
+@pytest.mark.parametrize("entry", [{"sha256": "0"}, {"bytes": 1}, [], None])
+def test_an_entry_without_sum_or_size_is_refused_in_one_sentence(entry, published, capsys, monkeypatch):
+    (published / "MANIFEST.json").write_text(json.dumps({"files": {"dataset.h5": entry}}), encoding="utf-8")
+    monkeypatch.setattr(sys, "argv", ["manifest", "--root", str(published), "verify"])
+    assert manifest.main() == 2
+    said = capsys.readouterr().err
+    assert "expected sha256 and bytes of every file" in said
+    assert said.count("\n") == 1
+
+
+def test_a_damaged_hdf5_file_ends_in_one_sentence(published, capsys, monkeypatch):
+    content = (published / "dataset.h5").read_bytes()
+    (published / "dataset.h5").write_bytes(content[:100])
+    monkeypatch.setattr(sys, "argv", ["manifest", "--root", str(published), "add", str(published / "dataset.h5")])
+    assert manifest.main() == 2
+    assert capsys.readouterr().err.count("\n") == 1
+
+
 def test_impossible_entries_are_refused(published, tmp_path):
     with pytest.raises(FileNotFoundError, match="published file not found"):
         manifest.add(published, [published / "absent"])

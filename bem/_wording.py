@@ -1,0 +1,22 @@
+"""What messages quote of text and values from outside, so that a message stays one sentence of bounded length."""
+
+import reprlib
+from typing import Any
+
+_REPR = reprlib.Repr()
+_REPR.maxlevel, _REPR.maxstring, _REPR.maxother = 2, 120, 200
+
+
+def shortened(text: str, limit: int = 300) -> str:
+    """Text on one line and of bounded length, with its middle left out where it is longer."""
+    line = " ".join(text.split())
+    half = limit // 2
+    return line if len(line) <= limit else f"{line[:half]} ... {line[-half:]}"
+
+
+def shown(value: Any) -> str:
+    """A value from outside as messages quote it: its `repr` on one line and of bounded length, whatever it is."""
+    try:
+        return shortened(_REPR.repr(value))
+    except Exception:  # the repr of a foreign object may raise anything
+        return f"an object of type {type(value).__name__}, which cannot be shown"

@@ -1,0 +1,47 @@
+"""Files changed on purpose: as if written so, as the first writers left them, or damaged."""
+
+from contextlib import contextmanager
+from pathlib import Path
+
+import h5py
+
+from bem.dataset_opening import SEALED
+from bem.sealed_file import seal
+
+
+@contextmanager
+def editing(path):
+    """Open a file for changes and seal it again."""
+    with h5py.File(path, "r+") as file:
+        yield file
+    with Path(path).open("r+b") as content:
+        seal(content)
+
+
+def unsealed(source, target):
+    """Copy a file into one without a seal."""
+    with h5py.File(source) as old, h5py.File(target, "w") as new:
+        for name in old:
+            old.copy(name, new)
+        new.attrs.update({name: value for name, value in old.attrs.items() if name != SEALED})
+    return target
+
+
+def damaged(content, rng):
+    """The bytes with one random damage."""
+    found, place = bytearray(content), rng.randrange(len(content))
+    size = rng.choice((1, 8, 64, 512, 4096))
+    kind = rng.choice(("flip", "zero", "overwrite", "cut", "insert", "remove"))
+    if kind == "flip":
+        found[place] ^= 1 << rng.randrange(8)
+    elif kind == "zero":
+        found[place : place + size] = bytes(len(found[place : place + size]))
+    elif kind == "overwrite":
+        found[place : place + size] = rng.randbytes(len(found[place : place + size]))
+    elif kind == "cut":
+        del found[place:]
+    elif kind == "insert":
+        found[place:place] = rng.randbytes(size)
+    else:
+        del found[place : place + size]
+    return bytes(found)
