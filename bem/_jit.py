@@ -9,12 +9,16 @@ only at the file of a kernel, so after a change it would go on using stale copie
 
 import functools
 import hashlib
+import multiprocessing
 import os
+import sys
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
 from numba import config, njit
+
+COMPILING_SECONDS = 40  # on one core of 2021; `make setup` does it beforehand
 
 
 @functools.cache
@@ -32,6 +36,22 @@ def cache_directory() -> str:
     home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
     beside = Path(home) if os.access(home, os.W_OK) else Path(tempfile.gettempdir())
     return str(beside / "contact-trajectories" / name)
+
+
+def announce_compilation() -> None:
+    """Say on standard error that kernels will be compiled now, where they are not in the cache yet."""
+    in_main_process = multiprocessing.parent_process() is None
+    if (
+        in_main_process
+        and not config.DISABLE_JIT
+        and not any(Path(config.CACHE_DIR or cache_directory()).rglob("*.nbc"))
+    ):
+        print(f"bem: compiling the solver for this processor, once; about {COMPILING_SECONDS} s ...", file=sys.stderr)
+
+
+def in_python(function: Callable) -> Callable:
+    """Return the function that a kernel was compiled from: for a few calls, loading the kernel takes longer."""
+    return getattr(function, "py_func", function)
 
 
 def kernel(function: Callable) -> Callable:

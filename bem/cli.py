@@ -34,6 +34,20 @@ MATERIAL_HELP = (
 register(app)
 
 
+@app.command("compile")
+def compile_kernels() -> None:
+    """Compile the solver for this processor now, so that the first simulation starts at once; `make setup` does it."""
+    import numpy as np
+
+    from bem.history import History
+    from bem.simulate import load_kernels
+
+    load_kernels()
+    History(np.arange(3.0), np.arange(3.0), []).at(np.array([0.5]))
+    History(np.arange(3.0), np.arange(3.0), []).integrals()
+    typer.echo("bem: the solver is compiled")
+
+
 @app.command()
 def simulate(
     tabor: Annotated[float, typer.Option(help="Tabor parameter mu: 0.2 is long-ranged (DMT), 3 short-ranged (JKR).")],

@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bem._jit import kernel
+from bem._jit import in_python, kernel
 from bem._wording import shown
 from bem.accuracy import Controls
 from bem.cohesive_zone import edge_width, largest_contact_radius
@@ -59,7 +59,7 @@ def master_grid(tabor: float, peak_indentation: float, hard: bool, controls: Con
         MemoryError: with the number of nodes it would take, when that exceeds `LARGEST_GRID`.
     """
     radius = largest_contact_radius(peak_indentation, tabor, hard)
-    spacing = controls.edge_spacing * edge_width.py_func(radius, tabor, hard)
+    spacing = controls.edge_spacing * in_python(edge_width)(radius, tabor, hard)
     reach = 1.15 * radius if hard else math.sqrt(radius**2 + 2.0 * controls.far_gap / tabor)
     size = math.ceil(reach / spacing) + 2
     if size > LARGEST_GRID:

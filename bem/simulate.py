@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import time
 from typing import Literal
 
@@ -9,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from bem._checks import instance
+from bem._jit import announce_compilation
 from bem._wording import shown
 from bem.accuracy import Accuracy, resolve_accuracy
 from bem.cohesive_zone import largest_contact_radius
@@ -25,6 +27,7 @@ from bem.trajectory import Jump, Statistics, Trajectory
 
 MOST_STEPS = 400_000
 _NOISE = 0.04
+_LOCAL_WEIGHT_ELASTIC = 0.1  # what happens at the edge matters to the next step only where it is remembered
 _MOST_REFINEMENTS = 3  # each halves the target error
 _REASONS = {
     COMPLETED: "completed",
@@ -72,7 +75,8 @@ def simulate(
         raise ValueError(f"initial_state must be 'relaxed' or 'glassy'; received {shown(initial_state)}")
     history = protocol.history(scene.tabor) if isinstance(protocol, LoadingProtocol) else protocol
     deepest = float(np.max(history.indentations))
-    started = time.perf_counter()
+    load_kernels()
+    seconds = 0.0
     for refinement in range(_MOST_REFINEMENTS + 1):
         wanted = target.target / 2.0**refinement
         controls = Accuracy(target.name, wanted).controls(elastic=scene.material.strengths.size == 0)
@@ -83,13 +87,24 @@ def simulate(
                 return _unfinished(str(error), wanted, len(scene.material.strengths))
             break
         arguments = (np.array(history.times), np.array(history.indentations), initial_state == "glassy", MOST_STEPS)
+        started = time.perf_counter()
         result = march(problem, own_mesh, *arguments)
+        seconds += time.perf_counter() - started
         aim = wanted
         # A mesh too coarse for its scene can lose its way at a fold: what is asked for is then worth a finer one.
         if result[-1] in (COMPLETED, TOO_MANY_STEPS):
             break
-    seconds = time.perf_counter() - started
     return _trajectory(problem, history, aim, *result, seconds)
+
+
+@functools.cache
+def load_kernels() -> None:
+    """Compile the solver's kernels, or load them from the cache, by following a tiny contact once."""
+    announce_compilation()
+    target = resolve_accuracy("draft").controls()
+    radii = np.linspace(0.0, 2.0, 5)
+    problem, mesh = _discretise(Scene(tabor=1.0, adhesion=HardContact()), 1.0, target, radii)
+    march(problem, mesh, np.array([0.0, 1.0]), np.array([0.0, 0.1]), False, 3)
 
 
 def count_unstable(
@@ -140,7 +155,7 @@ def _discretise(
         fixed_mesh=mesh is not None,
         force_scale=force_scale,
         force_weight=force_weight,
-        local_weight=float(__import__("os").environ.get("LW", "1")) if strengths.size == 0 else 1.0,
+        local_weight=1.0 if strengths.size else _LOCAL_WEIGHT_ELASTIC,
         force_error=force_error,
         least_force=least_force,
         audit=audit,

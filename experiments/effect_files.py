@@ -79,17 +79,18 @@ def _use_scipy() -> None:
     import numpy as np
     from scipy.linalg.lapack import dgetrf, dgetrs
 
-    import bem._lapack as lapack
+    import bem.linear_algebra as algebra
 
-    def lu_factor(matrix: np.ndarray, order: int, pivots: np.ndarray) -> None:
-        factors, swapped, _ = dgetrf(matrix[:order, :order].T)
-        matrix[:order, :order] = factors.T
-        pivots[:order] = swapped + 1
+    def lu_factor(columns: np.ndarray, order: int, pivots: np.ndarray) -> None:
+        columns[:order, :order], pivots[:order], _ = dgetrf(columns[:order, :order])
 
-    def lu_solve(matrix: np.ndarray, order: int, pivots: np.ndarray, rhs: np.ndarray) -> None:
-        rhs[:order] = dgetrs(matrix[:order, :order].T, pivots[:order] - 1, rhs[:order], trans=1)[0]
+    def lu_solve(columns: np.ndarray, order: int, pivots: np.ndarray, rhs: np.ndarray) -> None:
+        rhs[:order] = dgetrs(columns[:order, :order], pivots[:order], rhs[:order], trans=1)[0]
 
-    lapack.lu_factor, lapack.lu_solve = lu_factor, lu_solve
+    def add_rows(rows: np.ndarray, factors: np.ndarray, out: np.ndarray) -> None:
+        out += factors @ rows
+
+    algebra.lu_factor, algebra.lu_solve, algebra.add_rows, algebra.dot = lu_factor, lu_solve, add_rows, np.dot
 
 
 def _traced(scene: Any) -> Code:

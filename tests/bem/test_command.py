@@ -30,7 +30,9 @@ def test_a_module_ends_with_its_status(monkeypatch):
     assert ended(study, ["2", "--stop"], monkeypatch) == 75
 
 
-@pytest.mark.parametrize(("argument", "words"), [("0", "count must be at least 1; received 0"), ("x", "valid integer")])
+@pytest.mark.parametrize(
+    ("argument", "words"), [("0", "count must be at least 1; received 0"), ("x", "is not a valid int")]
+)
 def test_a_mistake_becomes_one_sentence(argument, words, monkeypatch, capsys):
     assert ended(study, [argument], monkeypatch) == 2
     printed = capsys.readouterr().err

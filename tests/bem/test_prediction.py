@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from bem.prediction import predict, prediction_error, push_recent, start_recent
+from bem.prediction import expected_force, predict, prediction_error, push_recent, start_recent
 from bem.tractions import PEAK_TRACTION, traction
 from tests.bem.contacts import mesh_for, right_side
 
@@ -9,9 +9,9 @@ TABOR = 2.0
 
 
 def history(gaps, tractions, times):
-    recent = start_recent(gaps[0], tractions[0], times[0])
+    recent = start_recent(gaps[0], tractions[0], times[0], 1.0 + times[0])
     for gap, stress, time in zip(gaps[1:], tractions[1:], times[1:], strict=True):
-        push_recent(recent, gap, stress, time)
+        push_recent(recent, gap, stress, time, 1.0 + time)
     return recent
 
 
@@ -85,3 +85,12 @@ def test_the_error_is_relative_and_forgives_the_far_field():
     assert error_of(0, 1e-3) == pytest.approx(1e-3, rel=0.1)
     assert error_of(0, 2e-3) == pytest.approx(2.0 * error_of(0, 1e-3), rel=0.01)
     assert 0.0 < error_of(-1, 1e-3) < 0.1 * error_of(0, 1e-3)
+
+
+def test_the_expected_force_is_the_polynomial_through_the_last_ones():
+    gap = np.array([2.0])
+    recent = start_recent(gap, law(gap), 0.0, 1.0)
+    assert expected_force(recent, 5.0) == 1.0
+    for time in (1.0, 2.0):
+        push_recent(recent, gap, law(gap), time, 1.0 + time**2)
+    assert expected_force(recent, 4.0) == pytest.approx(17.0)

@@ -55,6 +55,16 @@ def corners_of_the_papers_box() -> list[Case]:
     ]
 
 
+def drawn_from_the_papers_box(count: int, seed: int = 3) -> list[Case]:
+    """Protocols off the paper's grid, each quantity but the Tabor parameter uniform in its logarithm."""
+    rng = np.random.default_rng(seed)
+    cases = []
+    for _ in range(count):
+        values = [low * (high / low) ** rng.random() for low, high in PAPER_BOX.values()]
+        cases.append(case(rng.uniform(*PAPER_BOX["tabor"]), 0.1, *values[1:]))
+    return cases
+
+
 def exchanged_energy(trajectory: Trajectory) -> float:
     """Integral of |P d(delta)|, what the work of a loop is to be compared with."""
     force = 0.5 * np.abs(trajectory.force[1:] + trajectory.force[:-1])

@@ -1,0 +1,56 @@
+"""Loops of elastic contacts: what the jumps lose, by the balance of energy."""
+
+import numpy as np
+import pytest
+
+from bem import HardContact, LoadingProtocol, PiecewiseLinearProtocol, Scene, simulate
+
+DEEP = LoadingProtocol(peak_indentation=30.0, loading_rate=1.0, dwell_time=0.0, unloading_rate=1.0)
+SHALLOW = LoadingProtocol(peak_indentation=1.0, loading_rate=1.0, dwell_time=0.0, unloading_rate=1.0)
+
+
+def area_under(trajectory):
+    """Integral of -P d(delta) on a fine grid of instants."""
+    times = np.linspace(trajectory.time[0], trajectory.time[-1], 100_001)
+    force = trajectory.at(times)
+    indentation = np.interp(times, trajectory.time, trajectory.indentation)
+    return -np.sum(0.5 * (force[1:] + force[:-1]) * np.diff(indentation))
+
+
+@pytest.mark.parametrize("tabor", [1.1, 1.5, 2.0, 3.0])
+def test_the_hysteresis_of_a_deep_loop_meets_its_target(tabor):
+    found, fine = (simulate(Scene(tabor), DEEP, accuracy) for accuracy in ("standard", 5e-4))
+    assert len(found.jumps) >= 2
+    assert found.hysteresis == pytest.approx(fine.hysteresis, rel=2.0 * found.hysteresis_accuracy)
+
+
+@pytest.mark.parametrize("tabor", [0.7, 0.8, 0.9])
+def test_a_loop_that_loses_little_states_its_larger_error(tabor):
+    found, fine = (simulate(Scene(tabor), DEEP, accuracy) for accuracy in ("standard", 5e-4))
+    assert found.hysteresis_accuracy > 2.0 * found.accuracy
+    assert abs(found.hysteresis - fine.hysteresis) <= found.accuracy * max(0.5, found.hysteresis)
+    # What is found where no branch folds back is no jump.
+    assert all(abs(jump.energy_lost) < 1e-4 for jump in found.jumps) or tabor > 0.7
+
+
+@pytest.mark.parametrize("tabor", [1.5, 3.0])
+def test_the_loop_area_is_the_energy_of_the_jumps(tabor):
+    found = simulate(Scene(tabor), SHALLOW, 1e-3)
+    lost = sum(jump.energy_lost for jump in found.jumps)
+    area = area_under(found)
+    assert found.hysteresis == pytest.approx(lost)
+    assert area == pytest.approx(lost, rel=5e-3)
+    assert found.work() > 0.0
+
+
+@pytest.mark.parametrize("scene", [Scene(3.0), Scene(1.0), Scene(1.0, adhesion=HardContact())])
+def test_loading_alone_stores_the_work_that_is_put_in(scene):
+    found = simulate(scene, PiecewiseLinearProtocol([0.0, 1.0], [0.0, 8.0]), 1e-3)
+    area = area_under(found)
+    assert found.work() == pytest.approx(area, rel=5e-3)
+
+
+def test_a_tight_accuracy_near_a_fold_takes_few_fold_solves():
+    stats = simulate(Scene(3.0), DEEP, "reference").stats
+    assert stats.fold_solves < 40
+    assert stats.steps < 2_500

@@ -1,0 +1,61 @@
+"""No accepted state is unstable, and each jump starts where the smallest eigenvalue vanishes, at every accuracy."""
+
+import numpy as np
+import pytest
+
+from bem import LoadingProtocol, Scene, StandardLinearSolid, simulate
+from bem.folds import is_unstable
+from bem.simulate import count_unstable
+from bem.tractions import slope
+from tests.bem.contacts import mesh_for
+from tests.validation.cases import case, corners_of_the_papers_box, drawn_from_the_papers_box
+
+AT_A_FOLD = 0.05  # largest eigenvalue of the last state before a jump; of a contact at rest it is about 1
+
+
+def assert_stable(scene, protocol, accuracy):
+    assert count_unstable(scene, protocol, accuracy) == 0
+    for jump in simulate(scene, protocol, accuracy).jumps:
+        assert 0.0 < jump.eigenvalue_before < AT_A_FOLD, jump
+        assert jump.eigenvalue_after > 0.0, jump
+
+
+@pytest.mark.parametrize("accuracy", ["draft", "standard"])
+@pytest.mark.parametrize("tabor", [0.2, 1.0, 3.2])
+def test_no_state_of_a_fast_deep_contact_is_unstable(tabor, accuracy):
+    assert_stable(*case(tabor, 0.1, 100.0, 1000.0, 0.001, 1000.0), accuracy)
+
+
+@pytest.mark.parametrize("tabor", [1.1, 3.0])
+def test_no_state_of_an_elastic_contact_is_unstable(tabor):
+    protocol = LoadingProtocol(peak_indentation=5.0, loading_rate=1.0, dwell_time=0.0, unloading_rate=1.0)
+    assert_stable(Scene(tabor), protocol, "standard")
+
+
+def test_the_count_sees_one_negative_eigenvalue():
+    tabor = 3.0
+    _, mesh = mesh_for(tabor, edge=0.0, peak=1.0)
+    for height in np.linspace(4.0, 1.3, 200):  # of an undeformed sphere, until something must let go
+        gap = height + 0.5 * tabor * mesh.radii**2
+        slopes = np.array([slope(h) for h in gap])
+        values = np.linalg.eigvals(np.eye(gap.size) + tabor * mesh.influence.T * slopes).real
+        if np.min(values) < -0.02:
+            break
+        assert np.min(values) < 0.02 or not is_unstable(mesh, tabor, 1.0, gap)
+    assert np.sum(values < 0.0) == 1
+    assert is_unstable(mesh, tabor, 1.0, gap)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("accuracy", ["draft", "standard", 1e-3])
+def test_no_state_over_the_papers_box_is_unstable(accuracy):
+    for scene, protocol in [*corners_of_the_papers_box(), *drawn_from_the_papers_box(100)]:
+        assert_stable(scene, protocol, accuracy)
+
+
+@pytest.mark.slow
+def test_no_state_of_stiffer_and_softer_solids_is_unstable():
+    for ratio in (0.5, 0.03, 0.01):
+        for scene, protocol in drawn_from_the_papers_box(30):
+            stiff = Scene(scene.tabor, StandardLinearSolid(ratio))
+            assert count_unstable(stiff, protocol, "standard") == 0
