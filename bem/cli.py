@@ -13,7 +13,7 @@ from typing import Annotated, Any
 import typer
 
 from bem.campaign_cli import register
-from bem.command import parse_accuracy, run_command
+from bem.command import add_version, parse_accuracy, run_command
 from bem.outputs import IMAGES, Outputs, require_suffix
 
 app = typer.Typer(
@@ -30,6 +30,7 @@ MATERIAL_HELP = (
 )
 
 
+add_version(app, "bem")
 register(app)
 
 

@@ -68,9 +68,6 @@ def reach_back(layer: Any) -> int:
 
 def main(out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT) -> None:
     """Build the eighteen models and write their graphs."""
-    from surrogate.backend import quiet_backend
-
-    quiet_backend()
     import surrogate
     from surrogate.features import channel_names
 

@@ -90,10 +90,9 @@ def on_steps(
 
 
 def load_surrogate(model: str, models: Path, backend: str | None = None) -> Surrogate:
-    """A trained model on one thread, without the backend's chatter; ONNX Runtime where it is exported, else Keras."""
-    from surrogate.backend import limit_threads, quiet_backend
+    """A trained model on one thread; ONNX Runtime where it is exported, else Keras."""
+    from surrogate.backend import limit_threads
 
-    quiet_backend()
     if "TF_NUM_INTRAOP_THREADS" not in os.environ:
         with contextlib.suppress(RuntimeError):
             limit_threads(1)

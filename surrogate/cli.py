@@ -11,10 +11,10 @@ from typing import Annotated, Any
 
 import typer
 
-from bem.command import run_command
+from bem.command import add_version, run_command
 from bem.outputs import Outputs
 from surrogate.architectures.naming import PAPER_PARAMETER_COUNTS, names, split_name
-from surrogate.backend import limit_threads, quiet_backend
+from surrogate.backend import import_keras, limit_threads
 from surrogate.model_files import find_model, model_roots
 from surrogate.predict_cli import register
 from surrogate.queue import STOP_FILE, STOPPED, StopRequest, outdated, run_queue, set_aside
@@ -22,6 +22,8 @@ from surrogate.queue import STOP_FILE, STOPPED, StopRequest, outdated, run_queue
 app = typer.Typer(
     help="Sequence models that imitate the contact solver.", no_args_is_help=True, pretty_exceptions_enable=False
 )
+
+add_version(app, "surrogate")
 
 DatasetOption = Annotated[Path, typer.Option(help="Data set file.")]
 RecipeOption = Annotated[str, typer.Option(help="A recipe's name (paper, swift) or a TOML file.")]
@@ -50,7 +52,6 @@ def list_models(
     if markdown:
         typer.echo(parameter_table())
         return
-    quiet_backend()
     for name in names():
         whose = "paper" if name in PAPER_PARAMETER_COUNTS else "ours"
         places = [root / name / "metrics.json" for root in model_roots(models)]
@@ -89,9 +90,9 @@ def train(
     from surrogate.recipe import Recipe
 
     chosen = Recipe.load(recipe).with_overrides(epochs=epochs, seed=seed)
-    quiet_backend()
     if threads is not None:
         limit_threads(threads)
+    import_keras()
     from surrogate.dataset import TrajectoryDataset
     from surrogate.progress import reporter
     from surrogate.runs import Run, execute, publish
@@ -199,9 +200,9 @@ def evaluate(
     threads: ThreadsOption = None,
 ) -> None:
     """Measure a trained model on its own test trajectories."""
-    quiet_backend()
     if threads is not None:
         limit_threads(threads)
+    import_keras()
     from surrogate.evaluation import evaluate_published, write_errors
     from surrogate.metrics import summary
     from surrogate.predictor import Surrogate

@@ -85,7 +85,6 @@ def export(
 ) -> None:
     """Write a trained model as one file that takes physical inputs, beside its weights unless `--out` says where."""
     from bem.outputs import Outputs, require_suffix
-    from surrogate.backend import quiet_backend
     from surrogate.model_files import find_model
 
     if file_format != "onnx":
@@ -98,7 +97,6 @@ def export(
     with Outputs(written) as outputs:
         content = _exported(folder) if out is not None else None
         if content is None:
-            quiet_backend()
             from surrogate.export import folder_content
 
             content = folder_content(folder)
@@ -123,10 +121,6 @@ def _exported(folder: Path) -> bytes | None:
 
 
 def _load(name: str, models: Path | None, backend: str) -> Any:
-    if backend == "keras":
-        from surrogate.backend import quiet_backend
-
-        quiet_backend()
     from surrogate.predictor import Surrogate
 
     return Surrogate.load(name, root=models, backend=backend)

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from surrogate.architectures import CONDITIONINGS, FAMILIES, PAPER_PARAMETER_COUNTS, build
-from surrogate.backend import quiet_backend
 
 
 def parameter_table() -> str:
     """Return a Markdown table of trainable parameters; a star marks the counts the paper states."""
-    quiet_backend()
     lines = [f"| family | {' | '.join(CONDITIONINGS)} |", f"|---|{'---:|' * len(CONDITIONINGS)}"]
     for family, words in FAMILIES.items():
         cells = []

@@ -6,6 +6,7 @@ import importlib
 from typing import TYPE_CHECKING
 
 from surrogate.architectures.naming import CONDITIONINGS, FAMILIES, PAPER_PARAMETER_COUNTS, names, split_name
+from surrogate.backend import import_keras
 
 if TYPE_CHECKING:
     import keras
@@ -26,5 +27,6 @@ def build(name: str, features: str = "D") -> keras.Model:
     """Build a model by name; see `surrogate.build`."""
     family, conditioning = split_name(name)
     module, builder = _BUILDERS[family]
+    import_keras()
     family_module = importlib.import_module(f"surrogate.architectures.{module}")
     return getattr(family_module, builder)(conditioning=conditioning, features=features, name=name)

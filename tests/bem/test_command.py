@@ -2,10 +2,15 @@
 
 import subprocess
 import sys
+import tomllib
+from pathlib import Path
 
 import pytest
 import typer
+from typer.testing import CliRunner
 
+import bem.cli
+import surrogate.cli
 from bem.command import run_main
 
 
@@ -63,3 +68,11 @@ def test_a_module_is_called_by_the_name_it_was_run_by():
     assert ended.returncode == 2
     assert ended.stderr.startswith("paper_figures.table_quartiles: ")
     assert ended.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize(("name", "app"), [("bem", bem.cli.app), ("surrogate", surrogate.cli.app)])
+def test_both_programs_tell_their_version(name, app):
+    project = tomllib.loads(Path(__file__).parents[2].joinpath("pyproject.toml").read_text(encoding="utf-8"))["project"]
+    told = CliRunner().invoke(app, ["--version"])
+    assert (told.exit_code, told.output) == (0, f"{name} {project['version']}\n")
+    assert "COMMAND" in CliRunner().invoke(app, ["--help"]).output
