@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from surrogate.architectures import build
+from surrogate.architectures.registry import require_source
 from surrogate.features import channels
 from surrogate.plan import Operation, Plan
 from surrogate.scaling import Scaling
@@ -239,13 +240,14 @@ def keras_model(folder: Path, run: dict[str, Any]) -> keras.Model:
     Raises:
         FileNotFoundError: the weights are missing.
         ModuleNotFoundError: Keras is not installed.
-        ValueError: they do not fit.
+        ValueError: they do not fit, or the architecture is not known here as it was.
     """
     if importlib.util.find_spec("keras") is None:
         raise ModuleNotFoundError(f"{TRAINING_EXTRA}, or load with backend='onnx'", name="keras")
     from surrogate.model_files import existing
     from surrogate.weights import load_weights
 
+    require_source(run)
     model = build(run["architecture"], features=run["features"])
     load_weights(model, existing(folder / "model.weights.h5"))
     return model

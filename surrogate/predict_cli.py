@@ -8,6 +8,11 @@ from typing import Annotated, Any
 
 import typer
 
+ArchitectureOption = Annotated[
+    list[Path] | None,
+    typer.Option(help="A Python file that registers an architecture of one's own; may be repeated."),
+]
+
 
 def register(app: typer.Typer) -> None:
     """Add both commands to the command line."""
@@ -32,6 +37,7 @@ def predict(
     modulus_ratio: Annotated[float, typer.Option(help="Modulus ratio of the check; the training's is 0.1.")] = 0.1,
     backend: Annotated[str, typer.Option(help="onnx or keras.")] = "onnx",
     models: Annotated[Path | None, typer.Option(help="Where models are published.")] = None,
+    architecture: ArchitectureOption = None,
 ) -> None:
     """Predict the force of a protocol, of many, or of any indentation history.
 
@@ -39,6 +45,7 @@ def predict(
     --unloading-rate 10 --check --plot prediction.png
     """
     from bem.outputs import IMAGES, Outputs, require_suffix
+    from surrogate.architectures.registry import load_architectures
     from surrogate.comparison import plot_predictions, simulate_same, solver_errors, solver_force
     from surrogate.predict_io import PROTOCOL_COLUMNS, read_table, to_json, write_trajectories
 
@@ -47,6 +54,7 @@ def predict(
     given = (tabor, peak_indentation, loading_rate, dwell_time, unloading_rate)
     options = dict(zip(PROTOCOL_COLUMNS, given, strict=True))
     table = read_table(source) if source is not None else None
+    load_architectures(architecture or ())
     with Outputs(out, plot) as outputs:
         model = _load(name, models, backend)
         if table is not None and table.is_history:
@@ -82,9 +90,11 @@ def export(
     file_format: Annotated[str, typer.Option("--format", help="onnx.")] = "onnx",
     out: Annotated[Path | None, typer.Option(help="Write it here, and only here.")] = None,
     models: Annotated[Path | None, typer.Option(help="Where models are published.")] = None,
+    architecture: ArchitectureOption = None,
 ) -> None:
     """Write a trained model as one file that takes physical inputs, beside its weights unless `--out` says where."""
     from bem.outputs import Outputs, require_suffix
+    from surrogate.architectures.registry import load_architectures
     from surrogate.model_files import find_model
 
     if file_format != "onnx":
@@ -94,6 +104,7 @@ def export(
     if not folder.is_dir():
         raise ValueError(f"Expected a model directory. Received: {folder}")
     written = folder / "model.onnx" if out is None else out
+    load_architectures(architecture or ())
     with Outputs(written) as outputs:
         content = _exported(folder) if out is not None else None
         if content is None:
