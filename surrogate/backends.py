@@ -7,6 +7,7 @@ of shape `(batch, steps)`, all physical and float64.
 from __future__ import annotations
 
 import hashlib
+import importlib
 import importlib.util
 import json
 from functools import cached_property
@@ -17,12 +18,14 @@ import numpy as np
 
 from surrogate.architectures import build
 from surrogate.architectures.registry import require_source
+from surrogate.backend import import_keras
 from surrogate.features import channels
 from surrogate.plan import Operation, Plan
 from surrogate.scaling import Scaling
 
 if TYPE_CHECKING:
     import keras
+    import onnxruntime
 
 # Larger batches leave the caches and gain nothing.
 ONNX_BATCH = 256
@@ -73,22 +76,16 @@ class OnnxBackend:
     """
 
     def __init__(self, path: str | Path, threads: int = 1) -> None:
-        import onnxruntime
-
         self.path = Path(path)
+        self.threads = threads
         if not self.path.is_file():
             where = "is a directory" if self.path.is_dir() else "does not exist"
             raise FileNotFoundError(f"Expected an ONNX file. Received: {self.path}, which {where}")
         if threads < 1:
             raise ValueError(f"Expected at least one thread. Received: threads={threads}")
-        options = onnxruntime.SessionOptions()
-        options.intra_op_num_threads = threads
-        options.inter_op_num_threads = 1
-        options.log_severity_level = 4
+        self._content = self.path.read_bytes()
         try:
-            self.session = onnxruntime.InferenceSession(
-                str(self.path), sess_options=options, providers=["CPUExecutionProvider"]
-            )
+            self.session = self._session()
             self.metadata = dict(self.session.get_modelmeta().custom_metadata_map)
         # ONNX Runtime's exceptions share no base class of their own.
         except Exception as error:
@@ -120,6 +117,23 @@ class OnnxBackend:
         except (ValueError, RecursionError) as error:
             raise self._damaged("whose scaling is damaged") from error
 
+    def _session(self) -> onnxruntime.InferenceSession:
+        import onnxruntime
+
+        options = onnxruntime.SessionOptions()
+        options.intra_op_num_threads = self.threads
+        options.inter_op_num_threads = 1
+        options.log_severity_level = 4
+        return onnxruntime.InferenceSession(self._content, sess_options=options, providers=["CPUExecutionProvider"])
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what another process needs, where the file may be missing: its content, and not the session."""
+        return {name: value for name, value in vars(self).items() if name != "session"}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        vars(self).update(state)
+        self.session = self._session()
+
     def _read_operations(self) -> list[Operation]:
         try:
             operations = [Operation.from_dict(entry) for entry in json.loads(self.metadata["plan"])]
@@ -148,7 +162,7 @@ class OnnxBackend:
         """Return the network as elementary operations, read from the file."""
         import onnx
 
-        graph = onnx.load(self.path).graph
+        graph = onnx.load_model_from_string(self._content).graph
         names = tuple(f"{operation.name}/" for operation in self._operations)
         weights = {
             item.name: onnx.numpy_helper.to_array(item) for item in graph.initializer if item.name.startswith(names)
@@ -212,6 +226,9 @@ class KerasBackend:
         self.scaling = scaling
         self.name = name
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _keras_backend, (self.model.get_config(), self.model.get_weights(), self.scaling, self.name)
+
     def force(self, times: np.ndarray, indentations: np.ndarray, tabor: np.ndarray, edge: np.ndarray) -> np.ndarray:
         """Return the physical forces of shape `(batch, steps)`."""
         sequence = self.scaling.scale_channels(channels(times, indentations, edge, self.scaling.features))
@@ -232,6 +249,19 @@ class KerasBackend:
     def plan(self) -> Plan:
         """Return the network as elementary operations."""
         return self._plan
+
+
+def _keras_backend(config: dict[str, Any], weights: list[np.ndarray], scaling: Scaling, name: str) -> KerasBackend:
+    """Build a backend again from what was pickled."""
+    import_keras()
+    import keras
+
+    # Their layers are known to Keras once they are imported.
+    importlib.import_module("surrogate.blocks")
+    importlib.import_module("surrogate.layers")
+    model = keras.Model.from_config(config)
+    model.set_weights(weights)
+    return KerasBackend(model, scaling, name)
 
 
 def keras_model(folder: Path, run: dict[str, Any]) -> keras.Model:
