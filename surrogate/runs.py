@@ -121,6 +121,8 @@ def fit_scaling(run: Run) -> Scaling:
         sources.append((run.extra, extra_indices(run)))
     protocols = [dataset.protocols_of(indices) for dataset, indices in sources]
     merged = {name: np.concatenate([part[name] for part in protocols]) for name in protocols[0]}
+    if run.dataset.modulus_ratio is not None:
+        merged["modulus_ratio"] = np.array([run.dataset.modulus_ratio])
     return Scaling.fit(
         np.concatenate([physical_channels(dataset, indices, run.features) for dataset, indices in sources]),
         tabor=merged["tabor"],
