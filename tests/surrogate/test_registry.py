@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 import surrogate
 from experiments import architecture_graphs
 from paper_figures import figure_architectures
-from surrogate import cli
+from surrogate import cli, plan
 from surrogate.architectures.common import inputs, readout
 from surrogate.architectures.naming import FAMILIES
 from surrogate.architectures.registry import load_architectures, source_of
@@ -164,7 +164,12 @@ def forget():
         table.pop("Own-1", None)
 
 
-def test_a_users_file_is_trained_evaluated_exported_and_drawn(own, tmp_path):
+def doubled(name, found):
+    found.weights[f"{name}/kernel"] *= 2.0
+    return name
+
+
+def test_a_users_file_is_trained_evaluated_exported_and_drawn(own, tmp_path, monkeypatch):
     assert "Unknown model name" in own("train", "Own-1-concat", fails=True)
     assert "published in" in own("train", "Own-1-concat", "--architecture", "own.py")
     described = json.loads((tmp_path / "models/Own-1-concat/run.json").read_text())
@@ -178,6 +183,13 @@ def test_a_users_file_is_trained_evaluated_exported_and_drawn(own, tmp_path):
     assert own("evaluate", "Own-1-concat", fails=True).startswith(wanted)
     assert "hysteresis_percent" in own("evaluate", "Own-1-concat", "--architecture", "own.py")
     own("export", "Own-1-concat", "--architecture", "own.py")
+    with monkeypatch.context() as patch:
+        # A layer that computes otherwise than it is told, as far as the comparison with Keras can tell.
+        patch.setitem(
+            plan._LOWERING, "Dense", lambda found, layer, inputs: doubled(plan._dense(found, layer, inputs), found)
+        )
+        refused = own("export", "Own-1-concat", "--architecture", "own.py", fails=True)
+        assert "Expected an ONNX file that agrees with Keras to 0.001 of the force's range" in refused
     listed = own("list", "--architecture", "own.py")
     assert "Own-1-concat" in listed.splitlines()[2]
     protocol = ["--tabor", "1", "--peak-indentation", "20", "--loading-rate", "10", "--dwell-time", "1"]
