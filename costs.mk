@@ -7,6 +7,9 @@ PROTOCOLS ?= 200
 FINEST ?= 200
 # Whose map of errors is drawn; that of any model but the first is measured where it is not there.
 MODEL ?= M1-concat
+ifneq ($(words $(MODEL))$(findstring /,$(MODEL))$(filter .% -%,$(MODEL)),1)
+$(error MODEL must be the plain name of a published model; received '$(MODEL)')
+endif
 MAP := $(if $(filter M1-concat,$(MODEL)),$(MEASUREMENTS)/surrogate_map,$(OUT)/measurements/surrogate_map-$(MODEL)).json
 MAP_PLACE := $(if $(filter-out M1-concat,$(MODEL)),/$(MODEL))
 SOAK ?= 100000

@@ -17,7 +17,7 @@ TRAINING_SPEED := $(PUBLISHED)/measurements/training_speed.json
 REFERENCE_MODEL := paper_figures/paper_values/reference_model.toml
 SURROGATE := $(wildcard surrogate/*.py surrogate/architectures/*.py)
 # What a prediction and its errors depend on; nothing that only trains.
-TRAINING_ONLY := $(addprefix surrogate/,__main__ checkpoint cli comparison evaluation progress program queue runs soap \
+TRAINING_ONLY := $(addprefix surrogate/,__main__ checkpoint cli comparison evaluation progress program publishing queue runs soap \
 	streaming tables torch_lstm training)
 PREDICTING := $(filter-out $(addsuffix .py,$(TRAINING_ONLY)),$(SURROGATE))
 REFERENCE := $(MODELS)/M1-concat

@@ -14,7 +14,7 @@ import typer
 
 from bem._wording import shown
 from bem.campaign_cli import register
-from bem.command import parse_accuracy, run_command
+from bem.command import add_version, parse_accuracy, run_command
 from bem.outputs import IMAGES, Outputs, require_suffix
 
 app = typer.Typer(
@@ -31,6 +31,7 @@ MATERIAL_HELP = (
 )
 
 
+add_version(app, "bem")
 register(app)
 
 

@@ -1,18 +1,42 @@
-"""How every command line ends: a user's mistake becomes one sentence on standard error, and exit status 2."""
+"""What all command lines share: `--version`, and how they end.
 
-from __future__ import annotations
+A user's mistake becomes one sentence on standard error, and exit status 2.
+"""
 
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import typer
 
+from bem import __version__
 from bem._wording import shortened
 
 LONGEST = 2000
 """Characters of a sentence at most, whatever a user's file or option holds; paths fit whole."""
+
+
+def add_version(app: Any, name: str) -> None:
+    """Give a Typer application of several commands the option `--version`.
+
+    Args:
+        app: The application.
+        name: The command's name, which stands before the version.
+    """
+
+    def show(wanted: bool) -> None:
+        if wanted:
+            typer.echo(f"{name} {__version__}")
+            raise typer.Exit
+
+    @app.callback()
+    def options(
+        version: Annotated[
+            bool, typer.Option("--version", callback=show, is_eager=True, help="Show the version.")
+        ] = False,
+    ) -> None:
+        pass
 
 
 def run_command(app: Any, name: str) -> None:

@@ -1,11 +1,14 @@
 """Files a command writes: reserved before the work, there together and whole after it, or not at all.
 
 A place that cannot be written is refused before anything is computed, and every failure names the path the user gave.
+A name that becomes a file's or a folder's is a plain name, which leads nowhere else.
 """
 
 from __future__ import annotations
 
 import os
+import re
+import reprlib
 import secrets
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -13,6 +16,8 @@ from pathlib import Path
 from types import TracebackType
 
 IMAGES = (".png", ".pdf", ".svg")
+LONGEST_NAME = 64
+_PLAIN_NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]*")
 
 
 class Outputs:
@@ -148,6 +153,25 @@ def require_suffix(path: str | Path | None, suffixes: tuple[str, ...]) -> None:
     """
     if path is not None and Path(path).suffix not in suffixes:
         raise ValueError(f"Expected an output file called {' or '.join(suffixes)}; received {path}")
+
+
+def plain_name(name: str, what: str) -> str:
+    """Return a name that becomes a file's or a folder's, when it is one: not a path, a hidden file or an option.
+
+    Args:
+        name: The name.
+        what: What it names, with its article, for the message.
+
+    Raises:
+        ValueError: it is empty, longer than 64 characters, or has others than letters, digits, '.', '_' and '-'; or
+            begins with '.' or '-'.
+    """
+    if not isinstance(name, str) or len(name) > LONGEST_NAME or not _PLAIN_NAME.fullmatch(name):
+        raise ValueError(
+            f"Expected {what} of at most {LONGEST_NAME} letters, digits, '.', '_' and '-', not beginning with '.' or "
+            f"'-'; received {reprlib.repr(name)}"
+        )
+    return name
 
 
 def _try_name(target: Path) -> None:

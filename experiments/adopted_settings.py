@@ -36,9 +36,6 @@ def recipe() -> dict[str, Any]:
 
 def layers() -> dict[str, Any]:
     """Sizes of the built M1 and M4 models that the paper states."""
-    from surrogate.backend import quiet_backend
-
-    quiet_backend()
     import surrogate
 
     m1, m4 = surrogate.build("M1-FiLM"), surrogate.build("M4-FiLM")

@@ -1,9 +1,10 @@
-"""The wirings of the eighteen models as graphs, read off the Keras models themselves so that they cannot drift.
+"""The wirings of the models as graphs, read off the Keras models themselves so that they cannot drift.
 
 For each model: its layers in order of computation, each with its kind, a short label, its width, its parameters and
 the layers it reads. For the components figure also what is inside one residual block.
 
-Usage: `python -m experiments.architecture_graphs [--out FILE]`.
+Usage: `python -m experiments.architecture_graphs [--out FILE]` for the eighteen; with `--architecture FILE.py` for
+those alone which that file registers.
 """
 
 from __future__ import annotations
@@ -15,8 +16,10 @@ import typer
 
 from bem.command import run_main
 from experiments import studies
+from surrogate.predict_cli import ArchitectureOption
 
 OUT = studies.RESULTS / "architecture_graphs.json"
+OWN = studies.RESULTS / "own_architecture_graphs.json"
 
 
 def label(layer: Any) -> str:
@@ -49,8 +52,8 @@ def graph(model: Any) -> dict[str, Any]:
                 "name": operation.name,
                 "kind": type(operation).__name__,
                 "label": label(operation),
-                "width": int(operation.output.shape[-1]),
-                "parameters": int(operation.count_params()),
+                "width": int(node.output_tensors[0].shape[-1]),
+                "parameters": int(operation.count_params()) if hasattr(operation, "count_params") else 0,
                 "inputs": [tensor._keras_history.operation.name for tensor in node.input_tensors],
             }
         )
@@ -66,17 +69,24 @@ def reach_back(layer: Any) -> int:
     return 2 * (layer.kernel_size - 1) * layer.dilation
 
 
-def main(out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT) -> None:
-    """Build the eighteen models and write their graphs."""
-    from surrogate.backend import quiet_backend
-
-    quiet_backend()
+def main(
+    out: Annotated[Path | None, typer.Option(help="Result file to write.")] = None,
+    architecture: ArchitectureOption = None,
+) -> None:
+    """Build the models and write their graphs."""
     import surrogate
+    from surrogate.architectures.naming import FAMILIES, split_name
+    from surrogate.architectures.registry import REGISTERED, load_architectures
     from surrogate.features import channel_names
 
-    graphs = {name: graph(surrogate.build(name)) for name in surrogate.names()}
-    studies.write_result(out, "architecture_graphs", {"channels": list(channel_names("D")), "models": graphs})
-    print(f"{len(graphs)} wirings written")
+    load_architectures(architecture or ())
+    chosen = [name for name in surrogate.names() if (split_name(name)[0] in REGISTERED) == bool(architecture)]
+    graphs = {name: graph(surrogate.build(name)) for name in chosen}
+    words = {family: FAMILIES[family] for family in dict.fromkeys(split_name(name)[0] for name in chosen)}
+    place = out or (OWN if architecture else OUT)
+    content = {"channels": list(channel_names("D")), "families": words, "models": graphs}
+    studies.write_result(place, "architecture_graphs", content)
+    print(f"{len(graphs)} wirings written to {place}")
 
 
 if __name__ == "__main__":

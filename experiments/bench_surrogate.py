@@ -215,9 +215,8 @@ def main(
     if page is not None:
         show(page)
         return
-    from surrogate.backend import limit_threads, quiet_backend
+    from surrogate.backend import limit_threads
 
-    quiet_backend()
     limit_threads(1)
     if stream:
         content = measure_stream(model, models, steps)

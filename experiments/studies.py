@@ -90,10 +90,15 @@ def on_steps(
 
 
 def load_surrogate(model: str, models: Path, backend: str | None = None) -> Surrogate:
-    """A trained model on one thread, without the backend's chatter; ONNX Runtime where it is exported, else Keras."""
-    from surrogate.backend import limit_threads, quiet_backend
+    """A trained model on one thread; ONNX Runtime where it is exported, else Keras.
 
-    quiet_backend()
+    Raises:
+        ValueError: the model's name is no plain one.
+    """
+    from surrogate.backend import limit_threads
+    from surrogate.publishing import model_name
+
+    model_name(model, "a published model's name")
     if "TF_NUM_INTRAOP_THREADS" not in os.environ:
         with contextlib.suppress(RuntimeError):
             limit_threads(1)

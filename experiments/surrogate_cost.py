@@ -162,9 +162,8 @@ def surrogate_tools(cases: list[Case], models: Path, repeats: int) -> tuple[list
     names, absent = published(models), missing(models)
     if not names:
         return [], absent
-    from surrogate.backend import limit_threads, quiet_backend
+    from surrogate.backend import limit_threads
 
-    quiet_backend()
     with contextlib.suppress(RuntimeError):  # imported already, by who calls: then theirs is the choice of threads
         limit_threads(1)
     from surrogate.predictor import ExtrapolationWarning

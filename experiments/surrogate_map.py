@@ -30,7 +30,7 @@ from bem.measurement import FIRST_UNLOADING, measurement_grid
 from experiments.dataset_statistics import resolution_floor
 from experiments.measuring import FORCE_ERROR, MEASUREMENTS, force_error, plain, progress, spread
 from experiments.solver_sample import MODULUS_RATIO
-from experiments.studies import DATASET, MODELS, simulated, write_result
+from experiments.studies import DATASET, MODELS, load_surrogate, simulated, write_result
 from experiments.surrogate_cost import left_out
 
 OUT = MEASUREMENTS / "surrogate_map.json"
@@ -166,10 +166,9 @@ def main(
 ) -> None:
     """Map the errors of one model."""
     from surrogate.dataset import Split
-    from surrogate.predictor import ExtrapolationWarning, Surrogate
+    from surrogate.predictor import ExtrapolationWarning
 
-    has_onnx = (models / model / "model.onnx").is_file()
-    trained = Surrogate.load(model, models, backend="onnx" if has_onnx else "keras")
+    trained = load_surrogate(model, models)
 
     def predict(times: np.ndarray, indentations: np.ndarray, tabor: np.ndarray) -> np.ndarray:
         return trained.predict(times, indentations, tabor=tabor)

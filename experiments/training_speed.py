@@ -21,7 +21,7 @@ from bem.command import run_main
 from bem.measurement import FMS
 from experiments.measuring import MEASUREMENTS, plain, progress, spread, timed
 from experiments.studies import DATASET, write_result
-from surrogate.backend import limit_threads, quiet_backend, versions
+from surrogate.backend import import_keras, limit_threads, versions
 
 OUT = MEASUREMENTS / "training_speed.json"
 BLOCK = 10  # batches, where the optimizer refines no bases
@@ -67,7 +67,7 @@ def main(
 ) -> None:
     """Measure every architecture and write the result."""
     limit_threads(1)
-    quiet_backend()
+    import_keras()
     from surrogate.architectures.naming import names
     from surrogate.dataset import TrajectoryDataset
     from surrogate.recipe import Recipe

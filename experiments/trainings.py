@@ -20,6 +20,7 @@ from typing import Any
 from experiments.lineage import Lineage, differences, read_lineage
 from experiments.model_comparison import read_model
 from surrogate.dataset import TrajectoryDataset
+from surrogate.publishing import model_name
 from surrogate.queue import STOPPED, run_queue
 from surrogate.recipe import Recipe
 
@@ -31,13 +32,16 @@ class Variant:
     """One training.
 
     Args:
-        label: Name of its directory.
+        label: Name of its directory, one plain name.
         architecture: One of the eighteen names.
         recipe: Name or file of the recipe.
         epochs: Number of epochs; the recipe's where 0.
         features: Feature set.
         fraction: Share of the training part.
         fold: Which nested family of shares.
+
+    Raises:
+        ValueError: the label is no plain name.
     """
 
     label: str
@@ -47,6 +51,9 @@ class Variant:
     features: str = "D"
     fraction: float = 1.0
     fold: int = 0
+
+    def __post_init__(self) -> None:
+        model_name(self.label, "a training's label")
 
     def command(self, *, dataset: Path, work: Path) -> list[str]:
         """Arguments of `python -m surrogate` that train it."""

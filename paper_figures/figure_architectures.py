@@ -1,6 +1,6 @@
-"""The eighteen wirings, drawn from the Keras models' own graphs.
+"""The eighteen wirings, drawn from the Keras models' own graphs; or those of one family of a user's own.
 
-Six panels, one for each family, with its three conditionings side by side. Solid arrows carry sequences, dotted ones
+One panel for each family, with its conditionings side by side. Solid arrows carry sequences, dotted ones
 the Tabor parameter; two boxes side by side are computed from the same input.
 """
 
@@ -12,10 +12,12 @@ from matplotlib.axes import Axes
 from matplotlib.patches import FancyBboxPatch
 
 from bem.command import run_main
+from bem.outputs import plain_name
 from paper_figures import drawing
 from surrogate.architectures.naming import CONDITIONINGS, FAMILIES, PAPER_FAMILIES, paper_names
 
 RESULT = Path("results/studies/architecture_graphs.json")
+OWN_RESULT = Path("results/studies/own_architecture_graphs.json")
 TABOR = "tabor"
 FILL = {
     "InputLayer": "#f2f2f2",
@@ -108,27 +110,51 @@ def draw_model(axes: Axes, graph: dict[str, Any], left: float) -> None:
         draw_box(axes, where[layer["name"]], text, fill, 0.5 if crowded else BOX_WIDTH)
 
 
+def draw_family(axes: Axes, graphs: dict[str, Any], family: str, deepest: int) -> None:
+    """The wirings of one family side by side, on a panel of so many rows."""
+    for column, conditioning in enumerate(one for one in CONDITIONINGS if f"{family}-{one}" in graphs):
+        graph, x = graphs[f"{family}-{conditioning}"], column * COLUMN_STEP
+        draw_model(axes, graph, x)
+        axes.text(x, 0.5, conditioning, ha="center", fontsize=6.5, fontweight="bold")
+        last = max(ranks(graph["layers"]).values())
+        count = f"{graph['parameters']:,}\nparameters"
+        axes.text(x, -last - 0.72, count, ha="center", va="center", fontsize=5.2, linespacing=0.95)
+    axes.set(xlim=(-0.65, 2 * COLUMN_STEP + 0.75), ylim=(-deepest - 1.1, 0.8))
+    axes.axis("off")
+
+
 def main(
-    result: Annotated[Path, typer.Option(help="Result file of the graphs.")] = RESULT,
+    result: Annotated[Path | None, typer.Option(help="Result file of the graphs.")] = None,
     folder: Annotated[Path, typer.Option(help="Where the figure goes.")] = drawing.FIGURES,
+    family: Annotated[str | None, typer.Option(help="Draw this family of your own, alone.")] = None,
 ) -> None:
-    """Draw the eighteen wirings."""
-    graphs = drawing.read_result(result, "make figure-architectures")["models"]
+    """Draw the eighteen wirings, or those of one family."""
+    if family is not None:
+        _draw_own(plain_name(family, "a --family"), result or OWN_RESULT, folder)
+        return
+    graphs = drawing.read_result(result or RESULT, "make figure-architectures")["models"]
     deepest = max(row for name in paper_names() for row in ranks(graphs[name]["layers"]).values())
     drawn = drawing.figure(height=7.8)
     panels = drawn.subplots(2, 3)
-    for axes, name, family in zip(panels.flat, "abcdef", PAPER_FAMILIES, strict=True):
-        for column, conditioning in enumerate(CONDITIONINGS):
-            graph, x = graphs[f"{family}-{conditioning}"], column * COLUMN_STEP
-            draw_model(axes, graph, x)
-            axes.text(x, 0.5, conditioning, ha="center", fontsize=6.5, fontweight="bold")
-            last = max(ranks(graph["layers"]).values())
-            count = f"{graph['parameters']:,}\nparameters"
-            axes.text(x, -last - 0.72, count, ha="center", va="center", fontsize=5.2, linespacing=0.95)
-        axes.set(xlim=(-0.65, 2 * COLUMN_STEP + 0.75), ylim=(-deepest - 1.1, 0.8))
-        axes.axis("off")
-        axes.set_title(f"({name}) {family}: {FAMILIES[family]}", loc="left", fontweight="bold", fontsize=6)
+    for axes, name, one in zip(panels.flat, "abcdef", PAPER_FAMILIES, strict=True):
+        draw_family(axes, graphs, one, deepest)
+        axes.set_title(f"({name}) {one}: {FAMILIES[one]}", loc="left", fontweight="bold", fontsize=6)
     drawing.save(drawn, "figure-architectures", folder)
+
+
+def _draw_own(family: str, result: Path, folder: Path) -> None:
+    content = drawing.read_result(result, "python -m experiments.architecture_graphs --architecture FILE")
+    words = content["families"].get(family)
+    if words is None:
+        known = ", ".join(content["families"])
+        raise ValueError(f"family must be one of {known} in {str(result)!r}; received {family!r}")
+    graphs = {name: graph for name, graph in content["models"].items() if name.rpartition("-")[0] == family}
+    deepest = max(row for graph in graphs.values() for row in ranks(graph["layers"]).values())
+    drawn = drawing.figure(width=drawing.COLUMN, height=0.34 * (deepest + 2))
+    axes = drawn.subplots()
+    draw_family(axes, graphs, family, deepest)
+    axes.set_title(f"{family}: {words}", loc="left", fontweight="bold", fontsize=6)
+    drawing.save(drawn, f"figure-architecture-{family}", folder)
 
 
 if __name__ == "__main__":

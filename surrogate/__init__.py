@@ -19,17 +19,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from surrogate.architectures.naming import names
+from surrogate.architectures.registry import register
 
 if TYPE_CHECKING:
     import keras
 
     from surrogate.predictor import Surrogate
 
-__all__ = ["ExtrapolationWarning", "Surrogate", "build", "load", "names"]
+__all__ = ["ExtrapolationWarning", "Surrogate", "build", "load", "names", "register"]
 
 
 def build(name: str, features: str = "D") -> keras.Model:
-    """Build one of the eighteen models, untrained.
+    """Build one of the eighteen models, or one of a registered family, untrained.
 
     Args:
         name: One of `names()`, such as `"M1-concat"`.

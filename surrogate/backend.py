@@ -1,10 +1,13 @@
-"""What is known about the backend keras runs on: threads, and whether the fused LSTM is taken."""
+"""The backend keras runs on: how it starts, its threads, and whether the fused LSTM is taken."""
 
 from __future__ import annotations
 
 import importlib
 import os
 import sys
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 
 def limit_threads(threads: int) -> None:
@@ -25,9 +28,45 @@ def limit_threads(threads: int) -> None:
         os.environ["XLA_FLAGS"] = f"{flags} --xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1".strip()
 
 
-def quiet_backend() -> None:
-    """Keep TensorFlow from chatting on import; effective only before keras is imported."""
-    os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
+def import_keras() -> None:
+    """Import Keras and its backend, silently; every way to a Keras model calls this first.
+
+    What they write to the standard error as they start is shown when the import fails, or where the environment sets
+    `TF_CPP_MIN_LOG_LEVEL=0`.
+
+    Raises:
+        ModuleNotFoundError: Keras or its backend is not installed.
+    """
+    if "keras" in sys.modules:
+        return
+    # TensorFlow's own variable does not reach what its libraries say before they read it.
+    if os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3") == "0":
+        importlib.import_module("keras")
+        return
+    with silent_stderr():
+        importlib.import_module("keras")
+
+
+@contextmanager
+def silent_stderr() -> Iterator[None]:
+    """Hold back what this process, libraries in C included, writes to its standard error; show it after an error."""
+    try:
+        shown = os.dup(2)
+    except OSError:  # there is none
+        yield
+        return
+    with tempfile.TemporaryFile() as held:
+        os.dup2(held.fileno(), 2)
+        try:
+            yield
+        except BaseException:
+            os.dup2(shown, 2)
+            held.seek(0)
+            os.write(2, held.read())
+            raise
+        finally:
+            os.dup2(shown, 2)
+            os.close(shown)
 
 
 def has_fused_lstm() -> bool:

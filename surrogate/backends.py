@@ -7,6 +7,7 @@ of shape `(batch, steps)`, all physical and float64.
 from __future__ import annotations
 
 import hashlib
+import importlib
 import importlib.util
 import json
 from functools import cached_property
@@ -17,6 +18,8 @@ import numpy as np
 
 from bem._wording import shortened
 from surrogate.architectures import build
+from surrogate.architectures.registry import require_source
+from surrogate.backend import import_keras
 from surrogate.features import channels
 from surrogate.onnx_seal import is_intact
 from surrogate.plan import Operation, Plan
@@ -24,6 +27,7 @@ from surrogate.scaling import Scaling
 
 if TYPE_CHECKING:
     import keras
+    import onnxruntime
 
 # Larger batches leave the caches and gain nothing.
 ONNX_BATCH = 256
@@ -74,9 +78,8 @@ class OnnxBackend:
     """
 
     def __init__(self, path: str | Path, threads: int = 1) -> None:
-        import onnxruntime
-
         self.path = Path(path)
+        self.threads = threads
         if not self.path.is_file():
             where = "is a directory" if self.path.is_dir() else "does not exist"
             raise FileNotFoundError(f"Expected an ONNX file. Received: {self.path}, which {where}")
@@ -85,14 +88,8 @@ class OnnxBackend:
         self._content = self.path.read_bytes()
         if not is_intact(self._content):
             raise self._unlike("which is another one, damaged, or of an earlier version; export it again")
-        options = onnxruntime.SessionOptions()
-        options.intra_op_num_threads = threads
-        options.inter_op_num_threads = 1
-        options.log_severity_level = 4
         try:
-            self.session = onnxruntime.InferenceSession(
-                self._content, sess_options=options, providers=["CPUExecutionProvider"]
-            )
+            self.session = self._session()
             self.metadata = dict(self.session.get_modelmeta().custom_metadata_map)
         # ONNX Runtime's exceptions share no base class of their own.
         except Exception as error:
@@ -121,6 +118,23 @@ class OnnxBackend:
             self.scaling = Scaling.from_json(self.metadata["scaling"], source=self.path)
         except (ValueError, RecursionError) as error:
             raise self._unlike("whose scaling is damaged") from error
+
+    def _session(self) -> onnxruntime.InferenceSession:
+        import onnxruntime
+
+        options = onnxruntime.SessionOptions()
+        options.intra_op_num_threads = self.threads
+        options.inter_op_num_threads = 1
+        options.log_severity_level = 4
+        return onnxruntime.InferenceSession(self._content, sess_options=options, providers=["CPUExecutionProvider"])
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what another process needs, where the file may be missing: its content, and not the session."""
+        return {name: value for name, value in vars(self).items() if name != "session"}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        vars(self).update(state)
+        self.session = self._session()
 
     def _read_operations(self) -> list[Operation]:
         try:
@@ -222,6 +236,9 @@ class KerasBackend:
         self.scaling = scaling
         self.name = name
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _keras_backend, (self.model.get_config(), self.model.get_weights(), self.scaling, self.name)
+
     def force(self, times: np.ndarray, indentations: np.ndarray, tabor: np.ndarray, edge: np.ndarray) -> np.ndarray:
         """Return the physical forces of shape `(batch, steps)`."""
         sequence = self.scaling.scale_channels(channels(times, indentations, edge, self.scaling.features))
@@ -244,19 +261,33 @@ class KerasBackend:
         return self._plan
 
 
+def _keras_backend(config: dict[str, Any], weights: list[np.ndarray], scaling: Scaling, name: str) -> KerasBackend:
+    """Build a backend again from what was pickled."""
+    import_keras()
+    import keras
+
+    # Their layers are known to Keras once they are imported.
+    importlib.import_module("surrogate.blocks")
+    importlib.import_module("surrogate.layers")
+    model = keras.Model.from_config(config)
+    model.set_weights(weights)
+    return KerasBackend(model, scaling, name)
+
+
 def keras_model(folder: Path, run: dict[str, Any]) -> keras.Model:
     """Build the model a directory's `run.json` names and read its weights.
 
     Raises:
         FileNotFoundError: the weights are missing.
         ModuleNotFoundError: Keras is not installed.
-        ValueError: they do not fit.
+        ValueError: they do not fit, or the architecture is not known here as it was.
     """
     if importlib.util.find_spec("keras") is None:
         raise ModuleNotFoundError(f"{TRAINING_EXTRA}, or load with backend='onnx'", name="keras")
     from surrogate.model_files import existing
     from surrogate.weights import load_weights
 
+    require_source(run)
     model = build(run["architecture"], features=run["features"])
     load_weights(model, existing(folder / "model.weights.h5"))
     return model

@@ -87,14 +87,24 @@ def load_checkpoint(path: Path, model: keras.Model, *, fingerprint: str) -> Prog
     found = state.pop("fingerprint")
     if found != fingerprint:
         raise ValueError(
-            f"Expected a checkpoint of this very run; remove {path.parent} to start anew. "
-            f"Received: a checkpoint of {found}, not of {fingerprint}"
+            f"Expected a checkpoint of this very run; remove {path.parent} to start anew, or give the training another "
+            f"name. Received: one of another {_differences(found, fingerprint)}"
         )
     for prefix, variables in (("model", model.variables), ("optimizer", model.optimizer.variables)):
         for index, variable in enumerate(variables):
             variable.assign(arrays[f"{prefix}_{index}"])
     best = [arrays[f"best_{index}"] for index in range(len(model.trainable_variables))]
     return Progress(best_weights=best, **state)
+
+
+def _differences(found: str, wanted: str) -> str:
+    """In what two fingerprints differ, in words."""
+    try:
+        one, other = json.loads(found), json.loads(wanted)
+        names = [name for name in {**one, **other} if one.get(name) != other.get(name)]
+    except (ValueError, AttributeError, TypeError):
+        return "run"
+    return ", ".join(name.replace("_sha256", " file") for name in names)
 
 
 def save_history(path: Path, history: list[dict[str, float]]) -> None:

@@ -2,26 +2,28 @@
 
 from __future__ import annotations
 
-import importlib.util
-import json
 import shlex
 import sys
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
-from bem.command import run_command
+from bem.command import add_version, run_command
 from bem.outputs import Outputs
-from surrogate.architectures.naming import PAPER_PARAMETER_COUNTS, names, split_name
-from surrogate.backend import limit_threads, quiet_backend
+from surrogate.architectures.naming import names, split_name
+from surrogate.architectures.registry import load_architectures, source_of
+from surrogate.backend import import_keras, limit_threads
 from surrogate.model_files import find_model, model_roots
-from surrogate.predict_cli import register
+from surrogate.predict_cli import ArchitectureOption, register
+from surrogate.publishing import model_name, require_place
 from surrogate.queue import STOP_FILE, STOPPED, StopRequest, outdated, run_queue, set_aside
 
 app = typer.Typer(
     help="Sequence models that imitate the contact solver.", no_args_is_help=True, pretty_exceptions_enable=False
 )
+
+add_version(app, "surrogate")
 
 DatasetOption = Annotated[Path, typer.Option(help="Data set file.")]
 RecipeOption = Annotated[str, typer.Option(help="A recipe's name (paper, swift) or a TOML file.")]
@@ -43,25 +45,22 @@ MODELS = Path("published/models")
 def list_models(
     models: FoundOption = None,
     markdown: Annotated[bool, typer.Option(help="Print the table of docs/surrogate-models.md.")] = False,
+    architecture: ArchitectureOption = None,
 ) -> None:
-    """List the eighteen models, their parameters, and what is published."""
-    from surrogate.tables import parameter_table
+    """List every published model with its errors, best first, what is not trained, and what is installed."""
+    from surrogate.tables import installed, model_table, parameter_table
 
+    load_architectures(architecture or ())
     if markdown:
         typer.echo(parameter_table())
         return
-    quiet_backend()
-    for name in names():
-        whose = "paper" if name in PAPER_PARAMETER_COUNTS else "ours"
-        places = [root / name / "metrics.json" for root in model_roots(models)]
-        metrics = next((_metrics(place) for place in places if place.is_file()), {})
-        error = f"test MSE {metrics['test']['mse']['mean']:.2e}" if metrics else ""
-        typer.echo(f"{name:<10} {_parameters(name, metrics):>8} parameters ({whose})  {error}".rstrip())
+    typer.echo(model_table(model_roots(models)))
+    typer.echo(installed())
 
 
 @app.command()
 def train(
-    name: Annotated[str, typer.Argument(help="One of the eighteen, see `surrogate list`.")],
+    name: Annotated[str, typer.Argument(help="An architecture, see `surrogate list`.")],
     recipe: RecipeOption = "swift",
     dataset: DatasetOption = DATASET,
     features: Annotated[str, typer.Option(help="Feature set A to D.")] = "D",
@@ -72,49 +71,68 @@ def train(
     fold: Annotated[int, typer.Option(help="Which nested family of such shares.")] = 0,
     extra: Annotated[Path | None, typer.Option(help="A second data set, all for training.")] = None,
     label: Annotated[str | None, typer.Option(help="Publish under this name.")] = None,
+    architecture: ArchitectureOption = None,
     replace: Annotated[bool, typer.Option(help="Replace a published model that was trained otherwise.")] = False,
     threads: ThreadsOption = None,
     runs: RunsOption = RUNS,
     models: ModelsOption = MODELS,
 ) -> None:
     """Train one model, or resume its training, and publish it when it is finished."""
-    split_name(name)
+    published_as = model_name(name, "an architecture's name") if label is None else model_name(label, "a --label")
+    destination = models / published_as
+    if not architecture:
+        split_name(name)
     given = {"features": features != "D", "split-seed": split_seed, "fraction": fraction != 1.0, "extra": extra}
     otherwise = [f"--{option}" for option, chosen in given.items() if chosen]
-    if otherwise and not label and models == MODELS:
+    if otherwise and label is None and models == MODELS:
         raise ValueError(
-            f"Expected --label beside {', '.join(otherwise)}, since {models / name} is for the model trained like all "
+            f"Expected --label beside {', '.join(otherwise)}, since {destination} is for the model trained like all "
             f"others. Received: label={label!r}"
         )
+    require_place(destination)
     from surrogate.recipe import Recipe
 
     chosen = Recipe.load(recipe).with_overrides(epochs=epochs, seed=seed)
-    quiet_backend()
     if threads is not None:
         limit_threads(threads)
+    load_architectures(architecture or ())
+    split_name(name)
     from surrogate.dataset import TrajectoryDataset
+
+    data = TrajectoryDataset.load(dataset)
+    more = TrajectoryDataset.load(extra) if extra else None
+    split = data.split(split_seed).with_fraction(fraction, fold)
+    if destination.exists() and not replace:
+        why = outdated(
+            destination,
+            dataset_sha256=data.sha256,
+            recipe=chosen,
+            split=split,
+            features=features,
+            extra_sha256=more.sha256 if more else None,
+            **_identity(name),
+        )
+        if why:
+            wanted = "--label for a name of its own" if label is None else "another --label"
+            raise ValueError(
+                f"Expected {wanted}, or --replace, since {destination} is already published. "
+                f"Received: neither, and there one {why}"
+            )
+        typer.echo(f"{published_as}: already published in {destination}; --replace trains it again")
+        return
+    import_keras()
     from surrogate.progress import reporter
     from surrogate.runs import Run, execute, publish
 
-    data = TrajectoryDataset.load(dataset)
     run = Run(
         architecture=name,
         dataset=data,
-        split=data.split(split_seed).with_fraction(fraction, fold),
+        split=split,
         recipe=chosen,
         features=features,
-        extra=TrajectoryDataset.load(extra) if extra else None,
+        extra=more,
         label=label or "",
     )
-    asked = {"dataset_sha256": data.sha256, "recipe": chosen, "split": run.split, "features": features}
-    if not (label or replace) and (models / name / "run.json").exists():
-        if why := outdated(models / name, **asked):
-            raise ValueError(
-                f"Expected --label for a name of its own, or --replace, since {models / name} is already published. "
-                f"Received: neither, and there one {why}"
-            )
-        typer.echo(f"{name}: already published in {models / name}; --replace trains it again")
-        return
     with reporter(run.name) as report:
         progress = execute(
             run,
@@ -127,8 +145,8 @@ def train(
     if not progress.finished:
         typer.echo(f"{run.name}: stopped after epoch {progress.epoch}; the same command resumes it")
         raise typer.Exit(STOPPED)
-    publish(runs / run.name, models / run.name)
-    typer.echo(f"{run.name}: published in {models / run.name}")
+    publish(runs / run.name, destination, replace=replace)
+    typer.echo(f"{run.name}: published in {destination}")
 
 
 @app.command("train-all")
@@ -138,15 +156,18 @@ def train_all(
     only: Annotated[list[str] | None, typer.Option(help="Train this model; may be repeated.")] = None,
     epochs: EpochsOption = None,
     seed: SeedOption = None,
+    architecture: ArchitectureOption = None,
     jobs: Annotated[int, typer.Option(min=1, help="Models at a time.")] = 2,
     threads: Annotated[int, typer.Option(help="Threads of each.")] = 1,
     runs: RunsOption = RUNS,
     models: ModelsOption = MODELS,
 ) -> None:
     """Train every model that is not published yet, or was trained otherwise; start it again to resume."""
+    load_architectures(architecture or ())
     wanted = list(dict.fromkeys(only)) if only else names()
     for name in wanted:
         split_name(name)
+        require_place(models / name)
     from surrogate.dataset import TrajectoryDataset
     from surrogate.recipe import Recipe
 
@@ -158,12 +179,13 @@ def train_all(
     }
     waiting = []
     for name in wanted:
-        reason = outdated(models / name, **asked) if (models / name / "run.json").exists() else "not published"
+        which = asked | _identity(name)
+        reason = outdated(models / name, **which) if (models / name).exists() else "not published"
         if not reason:
             continue
         if reason != "not published":
             typer.echo(f"{name}: outdated, {reason}; it is trained again")
-        if (aside := set_aside(runs / name, **asked)) is not None:
+        if (aside := set_aside(runs / name, **which)) is not None:
             typer.echo(f"{name}: the work of another training is kept in {aside}")
         waiting.append(name)
 
@@ -178,6 +200,7 @@ def train_all(
             "models": models,
         }
         flags = [[f"--{option}", str(value)] for option, value in options.items() if value is not None]
+        flags += [["--architecture", str(file)] for file in architecture or ()]
         return ["train", name, "--replace", *(word for flag in flags for word in flag)]
 
     typer.echo(f"{len(waiting)} of {len(wanted)} models to train, {jobs} at a time")
@@ -195,13 +218,15 @@ def evaluate(
     name: Annotated[str, typer.Argument(help="A published model, or the path of a model directory.")],
     dataset: DatasetOption = DATASET,
     models: FoundOption = None,
+    architecture: ArchitectureOption = None,
     errors: Annotated[Path | None, typer.Option(help="Write every trajectory's errors to this CSV file.")] = None,
     threads: ThreadsOption = None,
 ) -> None:
     """Measure a trained model on its own test trajectories."""
-    quiet_backend()
     if threads is not None:
         limit_threads(threads)
+    import_keras()
+    load_architectures(architecture or ())
     from surrogate.evaluation import evaluate_published, write_errors
     from surrogate.metrics import summary
     from surrogate.predictor import Surrogate
@@ -220,23 +245,10 @@ def evaluate(
 register(app)
 
 
-def _metrics(path: Path) -> dict[str, Any]:
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-        _ = float(content["test"]["mse"]["mean"]), int(content["parameters"])
-    except (ValueError, KeyError, TypeError, RecursionError) as error:
-        raise ValueError(f"Expected a metrics.json that `surrogate train` wrote. Received: {path}") from error
-    return content
-
-
-def _parameters(name: str, metrics: dict[str, Any]) -> str:
-    """Trainable parameters in words; counting those of an untrained model needs Keras."""
-    known = metrics.get("parameters") or PAPER_PARAMETER_COUNTS.get(name)
-    if known is None and importlib.util.find_spec("keras") is not None:
-        import surrogate
-
-        known = surrogate.build(name).count_params()
-    return "?" if known is None else f"{known:,}"
+def _identity(name: str) -> dict[str, str | None]:
+    """What tells an architecture from another: its name, and the sum of the file it is from, if it is a user's own."""
+    source = source_of(name)
+    return {"architecture": name, "architecture_sha256": source.sha256 if source else None}
 
 
 def app_main() -> None:

@@ -21,13 +21,17 @@ import numpy as np
 import onnx
 from onnx import TensorProto, helper, numpy_helper
 
+from bem.designs import QUANTITIES
+from bem.measurement import FMS, measurement_grid
 from bem.outputs import whole_file
-from surrogate.backends import ONNX_FORMAT, ONNX_FORMAT_VERSION, ONNX_NAME, keras_model
-from surrogate.features import ACCELERATION_SMOOTHING, channel_names
+from surrogate.architectures.naming import split_name
+from surrogate.architectures.registry import REGISTERED
+from surrogate.backends import ONNX_FORMAT, ONNX_FORMAT_VERSION, ONNX_NAME, KerasBackend, keras_model
+from surrogate.features import ACCELERATION_SMOOTHING, channel_names, edge_from_counts
 from surrogate.model_files import read_run
 from surrogate.onnx_graph import EMITTERS, Graph
 from surrogate.onnx_seal import sealed
-from surrogate.plan import SEQUENCE, TABOR, Plan, lower
+from surrogate.plan import SEQUENCE, TABOR, NotExportableError, Plan, lower
 from surrogate.scaling import SYMLOG_PASSES, Scaling
 
 if TYPE_CHECKING:
@@ -35,6 +39,9 @@ if TYPE_CHECKING:
 
 # The newest pair the ONNX Runtimes of browsers have long known.
 OPSET, IR_VERSION = 17, 8
+
+AGREEMENT = 1e-3
+"""How far a registered architecture's ONNX file may be from Keras, as a share of each history's force range."""
 
 
 def export_folder(folder: Path) -> Path:
@@ -58,13 +65,35 @@ def folder_content(folder: Path) -> bytes:
 
     Raises:
         FileNotFoundError: the directory is not complete.
+        NotExportableError: an architecture of one's own has a layer that cannot be exported.
         ValueError: the weights do not fit.
     """
     run, scaling = read_run(folder)
     model = keras_model(folder, run)
     weights = hashlib.sha256((folder / "model.weights.h5").read_bytes()).hexdigest()
-    content = build_graph(model, scaling, name=run["name"], architecture=run["architecture"], weights_sha256=weights)
-    return sealed(content.SerializeToString(deterministic=True))
+    graph = build_graph(model, scaling, name=run["name"], architecture=run["architecture"], weights_sha256=weights)
+    content = graph.SerializeToString(deterministic=True)
+    if split_name(run["architecture"])[0] in REGISTERED:
+        _require_agreement(content, model, scaling)
+    return sealed(content)
+
+
+def _require_agreement(content: bytes, model: keras.Model, scaling: Scaling) -> None:
+    """Compare with Keras on protocols inside the ranges; the eighteen's layers are compared by the tests."""
+    import onnxruntime
+
+    protocols = {name: np.linspace(*scaling.ranges[name], 4)[1:] for name in QUANTITIES}
+    times, indentations = measurement_grid(**protocols)
+    arguments = {"times": times, "indentations": indentations, "tabor": protocols["tabor"]}
+    arguments["edge"] = edge_from_counts(FMS, len(times))
+    expected = KerasBackend(model, scaling).force(**arguments)
+    (found,) = onnxruntime.InferenceSession(content, providers=["CPUExecutionProvider"]).run(["force"], arguments)
+    differences = np.abs(found - expected).max(axis=1) / np.ptp(expected, axis=1)
+    if not differences.max() <= AGREEMENT:
+        raise NotExportableError(
+            f"Expected an ONNX file that agrees with Keras to {AGREEMENT:g} of the force's range. "
+            f"Received: one that differs by {differences.max():.1e}, as a layer is not what it is taken for"
+        )
 
 
 def build_graph(
@@ -76,14 +105,15 @@ def build_graph(
         model: A model of `surrogate.build`.
         scaling: Its scaling.
         name: The name it is published under.
-        architecture: One of the eighteen names.
+        architecture: The architecture's name.
         weights_sha256: Digest of the weights file, for readers to compare.
 
     Returns:
         The ONNX model, checked.
 
     Raises:
-        ValueError: the model has layers unknown to `surrogate.plan`, or weights that are not finite.
+        NotExportableError: the model has layers unknown to `surrogate.plan`.
+        ValueError: the model has weights that are not finite.
     """
     plan = lower(model)
     for weight, values in plan.weights.items():

@@ -39,6 +39,21 @@ LARGEST_STEP_RATIO = 1.5
 """How much longer the longest time step of a phase may be than its shortest."""
 
 
+PROTOCOL = "compare with the solver before you trust a protocol the model has not seen (`surrogate predict --check`)"
+ENDS = "begin and end the history at -pi^(2/3) tabor, as all of the training do"
+STEPS = (
+    "the model counts points: give it 50 equally spaced ones in loading, 20 in the dwell and 50 in unloading, to which "
+    "`surrogate predict --in` and `surrogate.histories.predict_history` resample a measured history"
+)
+BEND = "the model knows straight ramps and a flat dwell: average noise away, or ask the solver about another path"
+ADVICE = {
+    **dict.fromkeys(("start_indentation", "end_indentation"), ENDS),
+    **dict.fromkeys((*POINTS, "step_ratio"), STEPS),
+    "bend": BEND,
+}
+"""What to do about a quantity out of its range; `PROTOCOL` for those of the protocol itself."""
+
+
 class ExtrapolationWarning(UserWarning):
     """A prediction was asked for outside the ranges the model was trained on."""
 
@@ -93,6 +108,11 @@ def worst(found: Iterable[Excess]) -> list[str]:
     return [excess.words(int(excess.beyond.argmax())) for excess in found]
 
 
+def advice(words: Iterable[str]) -> str:
+    """Say what to do about what `Excess.words` said, each thing once."""
+    return "; ".join(dict.fromkeys(ADVICE.get(said.split(" = ")[0], PROTOCOL) for said in words))
+
+
 def of_history(found: Iterable[Excess], index: int) -> tuple[str, ...]:
     """Say what of one history lies outside."""
     return tuple(excess.words(index) for excess in found if excess.beyond[index] > 0.0)
@@ -112,6 +132,19 @@ def history_quantities(
     marks = [None] * len(times) if edge is None else edge
     rows = [_history(*row) for row in zip(times, indentations, marks, strict=True)]
     return {name: np.array([row[name] for row in rows]) for name in rows[0]}
+
+
+def has_measurement_steps(times: np.ndarray, indentations: np.ndarray, edge: np.ndarray | None = None) -> bool:
+    """Tell whether the points of one history are about as many in each phase, and as even, as the models learned from.
+
+    Args:
+        times: Times of shape `(steps,)`.
+        indentations: Indentations of the same shape.
+        edge: Marks of the dwell's ends, where they are known.
+    """
+    found = _history(times, indentations, edge)
+    shape = {name: np.array([found[name]]) for name in (*POINTS, "bend", "step_ratio")}
+    return not np.isnan(shape["dwell_points"]).any() and not excesses(shape, {})
 
 
 def dwell_ends(indentation: np.ndarray, edge: np.ndarray | None = None) -> tuple[int, int]:

@@ -30,6 +30,7 @@ def find_model(name: str | Path, root: str | Path | None = None) -> Path:
         ValueError: no model has that name.
     """
     path = Path(name)
+    named = str(name) == path.name and path.name not in ("", "..")
     try:
         is_directory = (path / "run.json").is_file()
     except OSError as error:
@@ -42,12 +43,12 @@ def find_model(name: str | Path, root: str | Path | None = None) -> Path:
             raise FileNotFoundError(f"Expected an ONNX file. Received: {path}, which {where}")
         return path
     roots = model_roots(root)
-    for place in roots:
+    for place in roots if named else ():
         if (place / path).is_dir():
             return place / path
     trained = sorted({found.parent.name for place in roots for found in place.glob("*/run.json")})
-    if isinstance(name, Path) or "/" in str(name):
-        raise FileNotFoundError(f"Expected a model directory. Received: {name}")
+    if isinstance(name, Path) or not named:
+        raise FileNotFoundError(f"Expected a model's name or directory. Received: {str(name)!r}")
     if name not in names():
         known = sorted({*names(), *trained})
         raise ValueError(f"Unknown model name. Expected one of {', '.join(known)}. Received: name={shown(name)}")

@@ -1,7 +1,8 @@
 """A trained model as a short list of elementary operations with named weights, which any runtime can be taught.
 
 Keras layers of the eighteen architectures are lowered to eleven kinds of operation; the ONNX exporter
-(`surrogate.export`) and the streaming kernels (`surrogate.streaming`) each know these and nothing of Keras.
+(`surrogate.export`) and the streaming kernels (`surrogate.streaming`) each know these and nothing of Keras. Any other
+layer, or setting of a layer, is refused by name.
 
 ==============  ============================================  =====================================================
 kind            weights                                       result
@@ -32,6 +33,10 @@ if TYPE_CHECKING:
     import keras
 
 SEQUENCE, TABOR = "sequence", "tabor"
+
+
+class NotExportableError(ValueError):
+    """A model has a layer that cannot be told in elementary operations."""
 
 
 @dataclass(frozen=True)
@@ -91,20 +96,37 @@ def lower(model: keras.Model) -> Plan:
     """Lower a model of `surrogate.build` to elementary operations.
 
     Raises:
-        ValueError: the model has a layer of a kind unknown here.
+        NotExportableError: the model has a layer of a kind or setting unknown here.
     """
     plan = Plan()
     results: dict[str, str] = {}
+    layers = {layer.name: layer for layer in model.layers}
     for entry in model.get_config()["layers"]:
-        name, kind = entry["name"], entry["class_name"]
+        name, kind, nodes = entry["name"], entry["class_name"], entry["inbound_nodes"]
         if kind == "InputLayer":
             results[name] = name
             continue
-        if kind not in _LOWERING:
-            raise ValueError(f"Expected layers of the kinds {', '.join(_LOWERING)}. Received: {kind} {name!r}")
-        inputs = [results[source] for source in _sources(entry["inbound_nodes"][0]["args"])]
-        results[name] = _LOWERING[kind](plan, model.get_layer(name), inputs)
+        # What is computed outside of layers, as by `keras.ops`, and a user's own may bear the same names.
+        if kind not in _LOWERING or name not in layers or _package(layers[name]) not in ("keras", "surrogate"):
+            raise NotExportableError(f"Expected layers of the kinds {', '.join(_LOWERING)}. Received: {kind} {name!r}")
+        if len(nodes) != 1 or _sources(nodes[0]["kwargs"]):
+            raise NotExportableError(
+                f"Expected every layer called once, on its inputs in their order. Received: {kind} {name!r}, called "
+                f"{f'{len(nodes)} times' if len(nodes) != 1 else 'with named inputs'}"
+            )
+        if kind not in ("Dense", "Dropout") and len(_first_input(layers[name]).shape) != 3:
+            raise NotExportableError(f"Expected {kind} on a sequence. Received: layer {name!r} on the Tabor parameter")
+        inputs = [results[source] for source in _sources(nodes[0]["args"])]
+        results[name] = _LOWERING[kind](plan, layers[name], inputs)
     return plan
+
+
+def _package(layer: Any) -> str:
+    return type(layer).__module__.partition(".")[0]
+
+
+def _first_input(layer: Any) -> Any:
+    return layer.input[0] if isinstance(layer.input, list | tuple) else layer.input
 
 
 def _sources(arguments: Any) -> list[str]:
@@ -121,20 +143,35 @@ def _array(variable: Any) -> np.ndarray:
     return keras.ops.convert_to_numpy(variable)
 
 
+def _bias(layer: Any, size: int) -> np.ndarray:
+    return np.zeros(size) if layer.bias is None else _array(layer.bias)
+
+
+def _activation(function: Any) -> str:
+    return getattr(function, "__name__", type(function).__name__)
+
+
 def _dense(plan: Plan, layer: Any, inputs: list[str], prefix: str = "") -> str:
     name = prefix + layer.name
-    activation = layer.activation.__name__
+    activation = _activation(layer.activation)
     if activation not in ("linear", "relu", "softmax"):
-        raise ValueError(f"Expected a linear, relu or softmax activation. Received: {activation} in layer {name!r}")
-    result = plan.add("dense", name, inputs, {"kernel": _array(layer.kernel), "bias": _array(layer.bias)})
+        raise NotExportableError(
+            f"Expected a linear, relu or softmax activation. Received: {activation} in layer {name!r}"
+        )
+    kernel = _array(layer.kernel)
+    result = plan.add("dense", name, inputs, {"kernel": kernel, "bias": _bias(layer, kernel.shape[-1])})
     return result if activation == "linear" else plan.add(activation, f"{name}/{activation}", [result])
 
 
 def _lstm(plan: Plan, layer: Any, inputs: list[str]) -> str:
     units = layer.units
-    standard = (layer.activation.__name__, layer.recurrent_activation.__name__) == ("tanh", "sigmoid")
-    if not (standard and layer.return_sequences and not layer.go_backwards and layer.use_bias):
-        raise ValueError(f"Expected a forward LSTM of tanh and sigmoid, returning sequences. Received: {layer.name!r}")
+    standard = (_activation(layer.activation), _activation(layer.recurrent_activation)) == ("tanh", "sigmoid")
+    unusual = layer.go_backwards or layer.stateful or layer.return_state
+    if not (standard and layer.return_sequences and layer.use_bias) or unusual:
+        raise NotExportableError(
+            "Expected a forward LSTM of tanh and sigmoid with bias, returning sequences alone. "
+            f"Received: layer {layer.name!r}"
+        )
     # Keras orders the gates i, f, c, o.
     order = np.concatenate([np.arange(units) + units * block for block in (0, 3, 1, 2)])
     kernel, recurrent, bias = (
@@ -145,16 +182,24 @@ def _lstm(plan: Plan, layer: Any, inputs: list[str]) -> str:
 
 
 def _normalise(plan: Plan, layer: Any, inputs: list[str], prefix: str = "") -> str:
+    if layer.gamma is None or layer.beta is None or layer.rms_scaling or layer.axis not in (-1, 2, [-1], [2]):
+        raise NotExportableError(
+            f"Expected a normalisation of the last axis that scales and shifts. Received: layer {layer.name!r}"
+        )
     weights = {"gamma": _array(layer.gamma), "beta": _array(layer.beta)}
     return plan.add("normalise", prefix + layer.name, inputs, weights, epsilon=float(layer.epsilon))
 
 
 def _convolve(plan: Plan, layer: Any, inputs: list[str], prefix: str = "") -> str:
-    activation = layer.activation.__name__
-    if (layer.padding != "causal" and layer.kernel_size != (1,)) or activation not in ("linear", "relu"):
-        raise ValueError(f"Expected a causal convolution, linear or relu. Received: layer {layer.name!r}")
+    activation = _activation(layer.activation)
+    plain = layer.strides == (1,) and layer.groups == 1 and layer.data_format == "channels_last"
+    causal = layer.padding == "causal" or layer.kernel_size == (1,)
+    if not (plain and causal and activation in ("linear", "relu")):
+        raise NotExportableError(
+            f"Expected a causal convolution, linear or relu, of one group and stride. Received: layer {layer.name!r}"
+        )
     name = prefix + layer.name
-    weights = {"kernel": _array(layer.kernel).transpose(2, 1, 0), "bias": _array(layer.bias)}
+    weights = {"kernel": _array(layer.kernel).transpose(2, 1, 0), "bias": _bias(layer, layer.filters)}
     result = plan.add("convolve", name, inputs, weights, dilation=int(layer.dilation_rate[0]))
     return result if activation == "linear" else plan.add("relu", f"{name}/relu", [result])
 
@@ -164,7 +209,15 @@ def _append(plan: Plan, layer: Any, inputs: list[str]) -> str:
 
 
 def _add(plan: Plan, layer: Any, inputs: list[str]) -> str:
+    shapes = [tuple(one.shape) for one in layer.input]
+    if len(shapes) != 2 or shapes[0] != shapes[1]:
+        raise NotExportableError(f"Expected a sum of two of one shape. Received: {shapes} in layer {layer.name!r}")
     return plan.add("add", layer.name, inputs)
+
+
+def _dropout(_plan: Plan, _layer: Any, inputs: list[str]) -> str:
+    """Nothing, once trained."""
+    return inputs[0]
 
 
 def _film(plan: Plan, layer: Any, inputs: list[str]) -> str:
@@ -218,6 +271,7 @@ _LOWERING: dict[str, Callable[..., str]] = {
     "Add": _add,
     "Conv1D": _convolve,
     "Dense": _dense,
+    "Dropout": _dropout,
     "EncoderBlock": _encoder_block,
     "FiLM": _film,
     "LSTM": _lstm,

@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
-import warnings
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from bem._wording import shown
+
+ArchitectureOption = Annotated[
+    list[Path] | None,
+    typer.Option(help="A Python file that registers an architecture of one's own; may be repeated."),
+]
+
+
+USUAL_MODULUS_RATIO = 0.1
+"""The published data set's, for a check of a model that does not tell its own."""
 
 
 def register(app: typer.Typer) -> None:
@@ -31,9 +39,12 @@ def predict(
     as_json: Annotated[bool, typer.Option("--json", help="Print scalars and arrays as JSON.")] = False,
     plot: Annotated[Path | None, typer.Option(help="Draw force histories and loops here.")] = None,
     check: Annotated[bool, typer.Option(help="Run the solver beside it and report the errors.")] = False,
-    modulus_ratio: Annotated[float, typer.Option(help="Modulus ratio of the check; the training's is 0.1.")] = 0.1,
+    modulus_ratio: Annotated[
+        float | None, typer.Option(help="Modulus ratio of the check, if it shall be another than the model's.")
+    ] = None,
     backend: Annotated[str, typer.Option(help="onnx or keras.")] = "onnx",
     models: Annotated[Path | None, typer.Option(help="Where models are published.")] = None,
+    architecture: ArchitectureOption = None,
 ) -> None:
     """Predict the force of a protocol, of many, or of any indentation history.
 
@@ -41,7 +52,10 @@ def predict(
     --unloading-rate 10 --check --plot prediction.png
     """
     from bem.outputs import IMAGES, Outputs, require_suffix
+    from surrogate.architectures.registry import load_architectures
     from surrogate.comparison import plot_predictions, simulate_same, solver_errors, solver_force
+    from surrogate.extrapolation import advice
+    from surrogate.histories import predict_history
     from surrogate.predict_io import PROTOCOL_COLUMNS, read_table, to_json, write_trajectories
 
     require_suffix(out, (".csv", ".json"))
@@ -49,34 +63,46 @@ def predict(
     given = (tabor, peak_indentation, loading_rate, dwell_time, unloading_rate)
     options = dict(zip(PROTOCOL_COLUMNS, given, strict=True))
     table = read_table(source) if source is not None else None
+    load_architectures(architecture or ())
     with Outputs(out, plot) as outputs:
         model = _load(name, models, backend)
+        ratio = _solver_material(model, modulus_ratio, check=check)
         if table is not None and table.is_history:
             mus = [_tabor(table, options)]
-            found = [_predict_history(model, table, mus[0])]
-            protocols = [_as_protocol(table)] if check else []
+            columns = [table.columns.get(key) for key in ("time", "indentation", "edge")]
+            along = predict_history(model, *columns[:2], edge=columns[2], tabor=mus[0])
+            if along.unlike:
+                typer.echo(f"warning: {_unlike(model.name, table.path, along.unlike)}", err=True)
+            found, written, at_points = [along.trajectory], [along], [along.at_points()]
+            protocols = [along.protocol] if check else []
         else:
             protocols, mus = _protocols(table, options)
-            found = model.trajectories(protocols, tabor=mus)
+            found = written = at_points = model.trajectories(protocols, tabor=mus)
         for number, trajectory in enumerate(found):
             for words in trajectory.extrapolated:
-                typer.echo(f"warning: trajectory {number} extrapolates: {words}", err=True)
+                typer.echo(f"warning: trajectory {number} extrapolates: {words}; {advice([words])}", err=True)
 
-        simulated = simulate_same(protocols, mus, modulus_ratio) if check else None
-        pairs = list(zip(found, simulated, strict=True)) if check else None
-        checks = [solver_errors(*pair) for pair in pairs] if check else None
-        forces = [solver_force(*pair) for pair in pairs] if check else None
+        simulated = simulate_same(protocols, mus, ratio) if check else None
+        checks = forces = None
+        if simulated is not None:
+            materials = {"modulus_ratio": ratio, "model_modulus_ratio": model.modulus_ratio}
+            checks = [solver_errors(*pair) | materials for pair in zip(found, simulated, strict=True)]
+            forces = [solver_force(*pair) for pair in zip(at_points, simulated, strict=True)]
         if out is not None:
             with outputs.write(out) as part:
-                write_trajectories(part, found, checks, forces)
+                write_trajectories(part, written, checks, forces)
         if plot is not None:
             with outputs.write(plot) as part:
                 plot_predictions(part, found, simulated)
     if as_json:
-        typer.echo(to_json(found, checks, forces))
+        typer.echo(to_json(written, checks, forces))
         return
     for number, trajectory in enumerate(found):
-        typer.echo(_readable(number, trajectory, checks[number] if check else None))
+        typer.echo(_readable(number, trajectory, checks[number] if checks else None))
+        if fitted := getattr(written[number], "fitted", None):
+            typer.echo(
+                f"  predicted on the protocol fitted to the {len(written[number].time)} points: {fitted.words()}"
+            )
 
 
 def export(
@@ -84,10 +110,11 @@ def export(
     file_format: Annotated[str, typer.Option("--format", help="onnx.")] = "onnx",
     out: Annotated[Path | None, typer.Option(help="Write it here, and only here.")] = None,
     models: Annotated[Path | None, typer.Option(help="Where models are published.")] = None,
+    architecture: ArchitectureOption = None,
 ) -> None:
     """Write a trained model as one file that takes physical inputs, beside its weights unless `--out` says where."""
     from bem.outputs import Outputs, require_suffix
-    from surrogate.backend import quiet_backend
+    from surrogate.architectures.registry import load_architectures
     from surrogate.model_files import find_model
 
     if file_format != "onnx":
@@ -97,10 +124,10 @@ def export(
     if not folder.is_dir():
         raise ValueError(f"Expected a model directory. Received: {folder}")
     written = folder / "model.onnx" if out is None else out
+    load_architectures(architecture or ())
     with Outputs(written) as outputs:
         content = _exported(folder) if out is not None else None
         if content is None:
-            quiet_backend()
             from surrogate.export import folder_content
 
             content = folder_content(folder)
@@ -125,10 +152,6 @@ def _exported(folder: Path) -> bytes | None:
 
 
 def _load(name: str, models: Path | None, backend: str) -> Any:
-    if backend == "keras":
-        from surrogate.backend import quiet_backend
-
-        quiet_backend()
     from surrogate.predictor import Surrogate
 
     return Surrogate.load(name, root=models, backend=backend)
@@ -177,37 +200,37 @@ def _tabor(table: Any, options: dict[str, float | None]) -> float:
     return table.tabor if given is None else given
 
 
-def _predict_history(model: Any, table: Any, tabor: float) -> Any:
-    import time
-
-    from surrogate.extrapolation import ExtrapolationWarning, dwell_ends
-    from surrogate.predicted import predicted_trajectory
-
-    times, indentations, edge = (table.columns.get(key) for key in ("time", "indentation", "edge"))
-    history = (times[None], indentations[None])
-    marks = {"tabor": tabor, "edge": None if edge is None else edge[None]}
-    (words,) = model.extrapolated(*history, **marks)
-    clock = time.perf_counter()
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ExtrapolationWarning)
-        force = model.predict(*history, **marks)
-    return predicted_trajectory(
-        times,
-        indentations,
-        force[0],
-        unloading_from=max(int(indentations.argmax()), dwell_ends(indentations, edge)[1]),
-        extrapolated=words,
-        model=model.name,
-        seconds=time.perf_counter() - clock,
+def _solver_material(model: Any, asked: float | None, *, check: bool) -> float:
+    """The modulus ratio to simulate, after a word about it where the model was trained on another."""
+    known = model.modulus_ratio
+    if asked is None:
+        if check and known is None:
+            typer.echo(
+                f"warning: {model.name} does not tell the modulus ratio it was trained on; the solver takes "
+                f"{USUAL_MODULUS_RATIO:g}, and --modulus-ratio another",
+                err=True,
+            )
+        return USUAL_MODULUS_RATIO if known is None else known
+    if known is None or asked == known:
+        return asked
+    if not check:
+        raise ValueError(
+            f"Expected the modulus ratio {known:g} that {model.name} was trained on, or --check to ask the solver "
+            f"about another. Received: --modulus-ratio {asked:g}"
+        )
+    typer.echo(
+        f"warning: {model.name} was trained on the modulus ratio {known:g} and knows no other; the solver computes "
+        f"{asked:g}, so that what follows compares two materials",
+        err=True,
     )
+    return asked
 
 
-def _as_protocol(table: Any) -> Any:
-    from bem.protocol import PiecewiseLinearProtocol
-
-    if len(table.columns["time"]) < 2:
-        raise ValueError("Expected a history of at least two points. Received: one")
-    return PiecewiseLinearProtocol(table.columns["time"], table.columns["indentation"])
+def _unlike(name: str, path: Path, reason: str) -> str:
+    return (
+        f"{path} is not what {name} was trained on, and is predicted at its points as they are. {reason}. Cut the "
+        "record to one cycle, or mark the dwell's ends in a column edge; and compare with the solver (--check)"
+    )
 
 
 def _readable(number: int, found: Any, check: dict[str, float] | None) -> str:
@@ -219,8 +242,10 @@ def _readable(number: int, found: Any, check: dict[str, float] | None) -> str:
         return line
     if check["solver_status"] != "completed":
         return f"{line}\n  against the solver: nothing to compare, it did not finish: {check['solver_status']}"
+    other = check["model_modulus_ratio"] not in (None, check["modulus_ratio"])
+    material = f" of another material (modulus ratio {check['modulus_ratio']:g})" if other else ""
     return (
-        f"{line}\n  against the solver: pull-off force off by {check['pull_off_percent']:.2f} % "
+        f"{line}\n  against the solver{material}: pull-off force off by {check['pull_off_percent']:.2f} % "
         f"({check['pull_off_on_steps_percent']:.2f} % on the measurement steps), hysteresis by "
         f"{check['hysteresis_percent']:.2f} % ({check['hysteresis_on_steps_percent']:.2f} %), "
         f"force by {100 * check['force_rms']:.2f} % of its range (rms)"

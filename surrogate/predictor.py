@@ -26,6 +26,7 @@ from surrogate.extrapolation import (
     POINTS,
     Excess,
     ExtrapolationWarning,
+    advice,
     excesses,
     history_quantities,
     of_history,
@@ -91,6 +92,11 @@ class Surrogate:
     def scaling(self) -> Scaling:
         """The scaling of the training set, with its ranges."""
         return self.backend.scaling
+
+    @property
+    def modulus_ratio(self) -> float | None:
+        """Modulus ratio of the material it was trained on, the only one it knows; `None` where nothing tells it."""
+        return self.scaling.modulus_ratio
 
     @property
     def model(self) -> keras.Model:
@@ -279,5 +285,6 @@ class Surrogate:
 
     def _warn(self, found: list[Excess]) -> None:
         if found:
-            message = f"{self.name} extrapolates beyond its training: {'; '.join(worst(found))}"
+            words = worst(found)
+            message = f"{self.name} extrapolates beyond its training: {'; '.join(words)}. Advice: {advice(words)}"
             warnings.warn(message, ExtrapolationWarning, stacklevel=3)

@@ -18,6 +18,8 @@ from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING
 
+from bem.outputs import plain_name
+
 if TYPE_CHECKING:
     from surrogate.dataset import Split
     from surrogate.recipe import Recipe
@@ -62,7 +64,7 @@ def run_queue(
     """Run one process per name, `jobs` at a time.
 
     Args:
-        waiting: The names to train, in order.
+        waiting: The names to train, in order; plain names, since their directories are called so.
         command: Makes the arguments after `python -m surrogate` that train one name.
         folder: Directory of the runs; each process writes its output to `NAME/log.txt` there.
         jobs: Processes at a time.
@@ -72,7 +74,12 @@ def run_queue(
 
     Returns:
         The exit status of every process that was started, by name; `STOPPED` for those to be resumed.
+
+    Raises:
+        ValueError: a name is no plain one.
     """
+    for name in waiting:
+        plain_name(name, "a run's name")
     should_stop = StopRequest(folder)
     queue, running, ended = list(waiting), {}, {}
     last_status = time.monotonic()
@@ -105,7 +112,15 @@ def run_queue(
 
 
 def outdated(
-    folder: Path, *, dataset_sha256: str, recipe: Recipe, split: Split | None = None, features: str = "D"
+    folder: Path,
+    *,
+    dataset_sha256: str,
+    recipe: Recipe,
+    split: Split | None = None,
+    features: str = "D",
+    extra_sha256: str | None = None,
+    architecture: str | None = None,
+    architecture_sha256: str | None = None,
 ) -> str:
     """Say in a few words why a published model is not the one that would be trained now; empty where it is.
 
@@ -113,33 +128,47 @@ def outdated(
 
     Args:
         folder: The model directory.
-        dataset_sha256: Digest of the data set to train on, without a second one.
+        dataset_sha256: Digest of the data set to train on.
         recipe: How to train.
         split: Division of the data set; `None` takes any, as does a directory without `split.json`.
         features: The feature set.
+        extra_sha256: Digest of the second data set, if there is one.
+        architecture: The architecture's name; `None` takes any.
+        architecture_sha256: Sum of the file an architecture of one's own is from; `None` for the package's.
     """
     from surrogate.dataset import Split
     from surrogate.recipe import Recipe
 
+    extra = "trained on an extra data set" if extra_sha256 is None else "trained without this extra data set"
     try:
         run = json.loads((folder / "run.json").read_text(encoding="utf-8"))
         divided = folder / "split.json"
         reasons = {
+            "of another architecture": architecture not in (None, run.get("architecture", architecture)),
+            "of another version of its architecture's file": architecture_sha256
+            != (run.get("architecture_file") or {}).get("sha256"),
             "trained on another data set": run["dataset_sha256"] != dataset_sha256,
             "trained with another recipe": Recipe.load(folder / "recipe.toml") != recipe,
             "trained with other features": run.get("features", features) != features,
-            "trained on an extra data set": run.get("extra_dataset_sha256") is not None,
+            extra: run.get("extra_dataset_sha256") != extra_sha256,
             "trained on other trajectories of the data set": split is not None
             and divided.is_file()
             and Split.load(divided).sha256 != split.sha256,
         }
-    except (ValueError, KeyError, TypeError, RecursionError, FileNotFoundError):
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError, FileNotFoundError):
         return "which does not say how it was trained"
     return next((reason for reason, differs in reasons.items() if differs), "")
 
 
 def set_aside(
-    folder: Path, *, dataset_sha256: str, recipe: Recipe, split: Split | None = None, features: str = "D"
+    folder: Path,
+    *,
+    dataset_sha256: str,
+    recipe: Recipe,
+    split: Split | None = None,
+    features: str = "D",
+    architecture: str | None = None,
+    architecture_sha256: str | None = None,
 ) -> Path | None:
     """Rename a run's directory whose checkpoint is of another training, so that the run can start anew.
 
@@ -149,6 +178,8 @@ def set_aside(
         recipe: How to train.
         split: Division of the data set; `None` takes any.
         features: The feature set.
+        architecture: The architecture's name; `None` takes any.
+        architecture_sha256: Sum of the file an architecture of one's own is from; `None` for the package's.
 
     Returns:
         Where it went, or `None` where there was nothing of the kind.
@@ -161,6 +192,8 @@ def set_aside(
     with np.load(checkpoint) as stored:
         found = json.loads(json.loads(str(stored["state"]))["fingerprint"])
     wanted = {"dataset": dataset_sha256, "recipe": recipe.as_dict(), "features": features, "extra": None}
+    wanted |= {"architecture": architecture} if architecture else {}
+    wanted |= {"architecture_sha256": architecture_sha256} if architecture_sha256 else {}
     if split is not None:
         wanted["split"] = split.sha256
     if all(found.get(name, value) == value for name, value in wanted.items()):

@@ -14,13 +14,18 @@ validation error are kept in every case.
 
 from __future__ import annotations
 
+import json
+import math
+import reprlib
 import tomllib
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Sequence
+from dataclasses import MISSING, asdict, dataclass, fields, replace
 from importlib import resources
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args, get_type_hints
 
 OPTIMIZERS = ("adam", "soap")
+KINDS = {int: "a whole number", float: "a finite number", str: "a text"}
 
 
 @dataclass(frozen=True)
@@ -60,6 +65,8 @@ class Recipe:
         for name in ("batch_size", "epochs", "learning_rate"):
             if not getattr(self, name) > 0:
                 raise ValueError(f"Expected {name} above zero. Received: {name}={getattr(self, name)!r}")
+        if self.seed < 0:
+            raise ValueError(f"Expected a seed of zero or above. Received: seed={self.seed!r}")
         if self.optimizer not in OPTIMIZERS:
             raise ValueError(f"Expected optimizer in {', '.join(OPTIMIZERS)}. Received: optimizer={self.optimizer!r}")
         if self.weight_average is not None and not 0.0 < self.weight_average <= 1.0:
@@ -85,12 +92,12 @@ class Recipe:
             raise FileNotFoundError(f"Expected a recipe ({', '.join(sorted(packaged))}) or a file. Received: {source}")
         try:
             content = tomllib.loads(file.read_text(encoding="utf-8"))
-            for key, kind in (("cosine", Cosine), ("plateau", Plateau)):
-                if key in content:
-                    content[key] = kind(**content[key])
-            return cls(**content)
-        except (tomllib.TOMLDecodeError, TypeError) as error:
-            raise ValueError(f"Not a training recipe: {error}. Received: {source}") from error
+        except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
+            raise ValueError(f"Expected a training recipe in TOML. Received: {source} ({error})") from error
+        for key, kind in (("cosine", Cosine), ("plateau", Plateau)):
+            if key in content:
+                content[key] = kind(**_checked(content[key], kind, f"the table [{key}]", source))
+        return cls(**_checked(content, cls, "a training recipe", source))
 
     def with_overrides(self, **overrides: Any) -> Recipe:
         """Return a copy with some fields replaced; `None` leaves a field as it is."""
@@ -121,5 +128,45 @@ def _packaged_recipes() -> list[Any]:
     return [file for file in folder.iterdir() if file.name.endswith(".toml")]
 
 
+def _checked(content: Any, kind: type, what: str, source: str | Path) -> dict[str, Any]:
+    """The keys and values of a table, which must be those of a data class.
+
+    Raises:
+        ValueError: a key is missing or unknown, or a value is of another kind; the message says which are allowed.
+    """
+    if not isinstance(content, dict):
+        raise ValueError(f"Expected {what}. Received: {reprlib.repr(content)} in {source}")
+    needed = [field.name for field in fields(kind) if field.default is MISSING]
+    optional = [field.name for field in fields(kind) if field.default is not MISSING]
+    found = {
+        "without": [key for key in needed if key not in content],
+        "with": [key for key in content if key not in (*needed, *optional)],
+    }
+    if any(found.values()):
+        allowed = f"Expected {', '.join(needed)}" if needed else f"Expected at most {', '.join(optional)}"
+        allowed += f", and if wanted {', '.join(optional)}," if needed and optional else ""
+        received = " and ".join(f"{word} {_listed(keys)}" for word, keys in found.items() if keys)
+        raise ValueError(f"{allowed} in {what}. Received: {source} {received}")
+    hints = get_type_hints(kind)
+    for key, value in content.items():
+        wanted = next(one for one in (*get_args(hints[key]), hints[key]) if one is not type(None))
+        if wanted in KINDS and not _is_a(wanted, value):
+            raise ValueError(
+                f"Expected {KINDS[wanted]} as {key} in {what}. Received: {reprlib.repr(value)} in {source}"
+            )
+    return content
+
+
+def _is_a(kind: type, value: Any) -> bool:
+    if kind is float:
+        return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+    return isinstance(value, kind) and not isinstance(value, bool)
+
+
+def _listed(keys: Sequence[str], most: int = 5) -> str:
+    shown = ", ".join(key if len(key) < 30 else reprlib.repr(key) for key in keys[:most])
+    return f"{shown} and {len(keys) - most} more" if len(keys) > most else shown
+
+
 def _toml(value: float | str) -> str:
-    return f'"{value}"' if isinstance(value, str) else repr(value)
+    return json.dumps(value) if isinstance(value, str) else repr(value)

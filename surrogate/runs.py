@@ -3,7 +3,8 @@
 A model directory holds:
 
     model.weights.h5    the weights, readable under every backend
-    model.onnx          features, scaling and network in one graph (see `surrogate.export`)
+    model.onnx          features, scaling and network in one graph (see `surrogate.export`); missing where an
+                        architecture of one's own has a layer unknown to `surrogate.plan`
     scaling.json        the training set's statistics and ranges
     split.json          seed, and the trajectory indices of training, validation and test
     history.csv         one row per epoch, seconds accumulated
@@ -11,6 +12,8 @@ A model directory holds:
     test_errors.csv     errors of every test trajectory
     recipe.toml         how it was trained
     run.json            versions, seconds, backend, seed, command, digest of the data set
+
+`surrogate.publishing` takes it to where `surrogate.load` looks.
 """
 
 from __future__ import annotations
@@ -18,22 +21,29 @@ from __future__ import annotations
 import json
 import shutil
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import keras
 import numpy as np
 
 from surrogate.architectures import build
+from surrogate.architectures.naming import split_name
+from surrogate.architectures.registry import REGISTERED, source_of
 from surrogate.backend import has_fused_lstm, versions
+from surrogate.backends import ONNX_NAME
 from surrogate.checkpoint import Progress
 from surrogate.dataset import Split, TrajectoryDataset
 from surrogate.evaluation import evaluate, physical_channels, scaled_examples, write_errors
 from surrogate.export import export_folder
 from surrogate.metrics import summary
+from surrogate.plan import NotExportableError
+from surrogate.publishing import model_name, publish
 from surrogate.recipe import Recipe
 from surrogate.scaling import Scaling
 from surrogate.training import EpochReport, Examples, train, with_fused_lstm
+
+__all__ = ["RUN_FORMAT", "Run", "execute", "extra_indices", "fit_scaling", "publish"]
 
 RUN_FORMAT = "viscoelastic-contact-surrogate"
 
@@ -43,17 +53,18 @@ class Run:
     """What is trained on what.
 
     Args:
-        architecture: One of the eighteen names.
+        architecture: One of the names `surrogate.names()` returns.
         dataset: The data set that holds validation and test trajectories.
         split: Its division.
         recipe: How to train.
         features: The feature set.
         extra: A second data set, of the same material and measurement steps, whose trajectories all join the training
             part, but for protocols held out.
-        label: The name to publish under; the architecture's by default.
+        label: The name to publish under, one plain name; the architecture's by default.
 
     Raises:
-        ValueError: the second data set is of another material or has other measurement steps.
+        ValueError: the label is no plain name, or the second data set is of another material or has other measurement
+            steps.
     """
 
     architecture: str
@@ -65,6 +76,7 @@ class Run:
     label: str = ""
 
     def __post_init__(self) -> None:
+        model_name(self.name)
         if self.extra is None:
             return
         for name, words in (("modulus_ratio", "modulus ratio"), ("counts", "measurement steps")):
@@ -92,7 +104,14 @@ class Run:
             "recipe": recipe,
             "backend": keras.backend.backend(),
         }
+        if self.is_registered:
+            content["architecture_sha256"] = getattr(source_of(self.architecture), "sha256", None)
         return json.dumps(content, sort_keys=True)
+
+    @property
+    def is_registered(self) -> bool:
+        """Whether the architecture is a user's own."""
+        return split_name(self.architecture)[0] in REGISTERED
 
 
 def fit_scaling(run: Run) -> Scaling:
@@ -102,6 +121,8 @@ def fit_scaling(run: Run) -> Scaling:
         sources.append((run.extra, extra_indices(run)))
     protocols = [dataset.protocols_of(indices) for dataset, indices in sources]
     merged = {name: np.concatenate([part[name] for part in protocols]) for name in protocols[0]}
+    if run.dataset.modulus_ratio is not None:
+        merged["modulus_ratio"] = np.array([run.dataset.modulus_ratio])
     return Scaling.fit(
         np.concatenate([physical_channels(dataset, indices, run.features) for dataset, indices in sources]),
         tabor=merged["tabor"],
@@ -159,21 +180,20 @@ def execute(
         report=report,
     )
     if progress.finished:
-        _write_model(run, folder, model, scaling, progress, examples=len(training), command=command)
+        _write_model(run, folder, model, scaling, progress, examples=len(training), command=command, log=log)
     return progress
 
 
-def publish(folder: Path, destination: Path) -> None:
-    """Copy a finished run's model directory to where `surrogate.load` looks, replacing what is there."""
-    arriving = destination.with_name(destination.name + ".part")
-    shutil.rmtree(arriving, ignore_errors=True)
-    shutil.copytree(folder / "model", arriving)
-    shutil.rmtree(destination, ignore_errors=True)
-    arriving.replace(destination)
-
-
 def _write_model(
-    run: Run, folder: Path, model: keras.Model, scaling: Scaling, progress: Progress, *, examples: int, command: str
+    run: Run,
+    folder: Path,
+    model: keras.Model,
+    scaling: Scaling,
+    progress: Progress,
+    *,
+    examples: int,
+    command: str,
+    log: Callable[[str], None],
 ) -> None:
     target = folder / "model"
     target.mkdir(exist_ok=True)
@@ -211,8 +231,14 @@ def _write_model(
         "dataset_sha256": run.dataset.sha256,
         "extra_dataset_sha256": run.extra.sha256 if run.extra else None,
     }
+    if source := source_of(run.architecture):
+        content["architecture_file"] = asdict(source)
     _write_json(target / "run.json", content)
-    export_folder(target)
+    try:
+        export_folder(target)
+    except NotExportableError as error:
+        (target / ONNX_NAME).unlink(missing_ok=True)
+        log(f"{run.name}: without {ONNX_NAME}, so that it predicts with backend='keras' alone. {error}")
 
 
 def _write_json(path: Path, content: dict) -> None:

@@ -22,6 +22,9 @@ from surrogate.features import channel_names
 FORMAT = "viscoelastic-contact-scaling"
 FORMAT_VERSION = 1
 
+PUBLISHED_MATERIALS = {"a8108732dbfcd7ea64fe9a88fbd16d06bb0ff632fdfa3f3fb03347a9501e7586": 0.1}
+"""Modulus ratio of a data set by its digest, for models trained before it was among the ranges."""
+
 SYMLOG_PASSES = {"time": 2, "indentation": 1, "velocity": 1, "acceleration": 1, "edge": 0}
 
 
@@ -45,7 +48,8 @@ class Scaling:
         channel_scale: Standard deviation of every transformed channel.
         tabor: Mean and standard deviation of the transformed Tabor parameter.
         force: Mean and standard deviation of the transformed force.
-        ranges: Smallest and largest training value of each protocol quantity, by name.
+        ranges: Smallest and largest training value of each protocol quantity, and of the material's modulus ratio where
+            the data set tells it, by name.
         dataset_sha256: Digest of the data set file the statistics come from.
     """
 
@@ -89,6 +93,12 @@ class Scaling:
             ranges={name: (float(v.min()), float(v.max())) for name, v in (protocols or {}).items()},
             dataset_sha256=dataset_sha256,
         )
+
+    @property
+    def modulus_ratio(self) -> float | None:
+        """Modulus ratio of the one material of the training; `None` where nothing tells it."""
+        low, high = self.ranges.get("modulus_ratio", [PUBLISHED_MATERIALS.get(self.dataset_sha256)] * 2)
+        return low if low == high else None
 
     def scale_channels(self, channels: np.ndarray) -> np.ndarray:
         """Scale physical channels of shape `(..., steps, channels)`, float32."""

@@ -26,7 +26,7 @@ from bem._checks import real_array
 from bem._wording import shown
 from bem.protocol import LARGEST_INDENTATION, LARGEST_RATE, default_start_indentation
 from surrogate.checks import LONGEST_HISTORY, SHORTEST_STEP, checked_edge, real_number
-from surrogate.extrapolation import START_TOLERANCE, ExtrapolationWarning, excesses, worst
+from surrogate.extrapolation import START_TOLERANCE, ExtrapolationWarning, advice, excesses, worst
 from surrogate.features import channel_names
 from surrogate.kernels import CHANNELS, INDENTATION, LATEST, MOTION_SIZE, ORIGIN, STEPS, TIME, advance
 from surrogate.plan import Plan
@@ -178,7 +178,8 @@ class Stream:
     def _warn_of_start(self, indentation: float) -> None:
         found = excesses({"tabor": np.array([self.tabor]), "start_indentation": np.array([indentation])}, {})
         if found:
-            message = f"{self.name} extrapolates beyond its training: {'; '.join(worst(found))}"
+            words = worst(found)
+            message = f"{self.name} extrapolates beyond its training: {'; '.join(words)}. Advice: {advice(words)}"
             warnings.warn(message, ExtrapolationWarning, stacklevel=3)
 
     def reset(self) -> None:

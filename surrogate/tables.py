@@ -1,20 +1,132 @@
-"""The table of models in `docs/surrogate-models.md`, generated so that no count is typed in by hand."""
+"""What `surrogate list` prints: the models that are published, those that are not trained, and what is installed.
+
+Nothing here imports Keras, but for the sizes of architectures of a user's own.
+"""
 
 from __future__ import annotations
 
-from surrogate.architectures import CONDITIONINGS, FAMILIES, PAPER_PARAMETER_COUNTS, build
-from surrogate.backend import quiet_backend
+import importlib.util
+import json
+import os
+from collections.abc import Iterable, Sequence
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+from surrogate.architectures.naming import (
+    CONDITIONINGS,
+    CONDITIONINGS_OF,
+    FAMILIES,
+    PAPER_PARAMETER_COUNTS,
+    PARAMETER_COUNTS,
+    names,
+)
+
+COLUMNS = ("model", "parameters", "MSE", "pull-off", "hysteresis", "training")
+ERRORS = ("pull_off_force_percent", "hysteresis_percent")
+
+
+def model_table(roots: Sequence[Path]) -> str:
+    """Return a table of every model in some directories, best first, and of the names that are not trained.
+
+    Args:
+        roots: Directories of model directories; of two models of one name the first is listed, which `surrogate.load`
+            takes.
+
+    Raises:
+        ValueError: a model's `metrics.json` is damaged.
+    """
+    found: dict[str, tuple[str, ...]] = {}
+    for path in (path for root in roots for path in sorted(root.glob("[!.]*/metrics.json"))):
+        found.setdefault(path.parent.name, _published(path))
+    rows = sorted(found.values(), key=lambda row: float(row[2]))
+    rows += [(name, _size(name), "", "", "", "not trained") for name in names() if name not in found]
+    widths = [max(len(row[column]) for row in (COLUMNS, *rows)) for column in range(len(COLUMNS))]
+    lines = ["Mean errors over each model's own held-out trajectories:" if found else "No model is published here."]
+    for row in (COLUMNS, *rows):
+        numbers = zip(row[1:-1], widths[1:-1], strict=True)
+        cells = [row[0].ljust(widths[0]), *(cell.rjust(width) for cell, width in numbers), row[-1]]
+        lines.append("  ".join(cells).rstrip())
+    return "\n".join(lines)
+
+
+def installed() -> str:
+    """Say what predicts and what trains here, in two lines, without importing any of it."""
+    onnx, keras, backend = _version("onnxruntime"), _version("keras"), _keras_backend()
+    below = None if backend == "numpy" else _version(backend)
+    advice = "install them with `pip install 'contact-trajectories[train]'`"
+    if keras is None:
+        trains = f"nothing, since Keras and its backend are not installed; {advice}"
+    elif below is None:
+        trains = f"nothing, since keras {keras} has no backend {backend} here to train with; {advice}"
+    else:
+        trains = f"keras {keras} on {backend} {below}"
+    predicts = f"onnxruntime {onnx}" if onnx else "nothing, since onnxruntime is not installed"
+    return f"Predicts here: {predicts}\nTrains here: {trains}"
 
 
 def parameter_table() -> str:
     """Return a Markdown table of trainable parameters; a star marks the counts the paper states."""
-    quiet_backend()
     lines = [f"| family | {' | '.join(CONDITIONINGS)} |", f"|---|{'---:|' * len(CONDITIONINGS)}"]
     for family, words in FAMILIES.items():
         cells = []
         for conditioning in CONDITIONINGS:
             name = f"{family}-{conditioning}"
             star = " *" if name in PAPER_PARAMETER_COUNTS else ""
-            cells.append(f"{build(name).count_params():,}{star}")
+            cells.append(f"{_size(name)}{star}" if conditioning in CONDITIONINGS_OF.get(family, CONDITIONINGS) else "")
         lines.append(f"| {family}: {words} | {' | '.join(cells)} |")
     return "\n".join(lines)
+
+
+def _published(path: Path) -> tuple[str, ...]:
+    """A row of the table, from `metrics.json` and what `run.json` says of the training."""
+    try:
+        metrics = json.loads(path.read_text(encoding="utf-8"))
+        means = {name: float(values["mean"]) for name, values in metrics["test"].items()}
+        numbers = (f"{int(metrics['parameters']):,}", f"{means['mse']:.2e}")
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+        raise ValueError(f"Expected a metrics.json that `surrogate train` wrote. Received: {path}") from error
+    errors = (f"{means[quantity]:.2f} %" if quantity in means else "" for quantity in ERRORS)
+    return (path.parent.name, *numbers, *errors, _training(path.parent))
+
+
+def _training(folder: Path) -> str:
+    """How a model was trained, in words; empty where its `run.json` does not say."""
+    try:
+        run = json.loads((folder / "run.json").read_text(encoding="utf-8"))
+        words = [] if run["architecture"] == folder.name else [str(run["architecture"])]
+        words += [f"inputs {run['features']}"] if run["features"] != "D" else []
+        return ", ".join([*words, f"{run['epochs']:,} epochs of {run['training_trajectories']:,} trajectories"])
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        return ""
+
+
+def _size(name: str) -> str:
+    """Trainable parameters in words."""
+    if name in PARAMETER_COUNTS:
+        return f"{PARAMETER_COUNTS[name]:,}"
+    from surrogate.architectures import build
+
+    return f"{build(name).count_params():,}"
+
+
+def _version(package: str) -> str | None:
+    if importlib.util.find_spec(package) is None:
+        return None
+    distributions: Iterable[str] = {"tensorflow": ("tensorflow", "tensorflow-cpu")}.get(package, (package,))
+    for distribution in distributions:
+        try:
+            return version(distribution)
+        except PackageNotFoundError:
+            continue
+    return "of unknown version"
+
+
+def _keras_backend() -> str:
+    """The backend Keras would take, by its environment variable or its configuration file."""
+    if chosen := os.environ.get("KERAS_BACKEND"):
+        return chosen
+    try:
+        home = Path(os.environ.get("KERAS_HOME") or Path.home() / ".keras")
+        return str(json.loads((home / "keras.json").read_text(encoding="utf-8"))["backend"])
+    except (OSError, ValueError, KeyError, TypeError, RuntimeError):
+        return "tensorflow"

@@ -1,7 +1,20 @@
 """Settings shared by all tests."""
 
+import pytest
 from hypothesis import settings
+
+from surrogate.architectures import naming, registry
 
 # The first example of a kernel compiles it, and a shared machine stalls now and then: clocks prove nothing here.
 settings.register_profile("steady", deadline=None, derandomize=True)
 settings.load_profile("steady")
+
+
+@pytest.fixture(autouse=True)
+def forget_registered_architectures():
+    tables = (naming.FAMILIES, naming.CONDITIONINGS_OF, registry.REGISTERED)
+    before = [dict(table) for table in tables]
+    yield
+    for table, kept in zip(tables, before, strict=True):
+        table.clear()
+        table.update(kept)

@@ -1,6 +1,8 @@
 """The guide's Python runs, its commands and make targets exist, and the site builds without a broken link."""
 
+import os
 import re
+import shlex
 import subprocess
 import sys
 import textwrap
@@ -9,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from surrogate.model_files import PUBLISHED
+from tests.surrogate.conftest import write_dataset
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = sorted((ROOT / "docs").glob("*.md"))
@@ -26,6 +29,35 @@ def test_the_examples_of_the_guide_run(page, code, capsys):
         pytest.skip("M1-concat is not published here")
     exec(compile(code, page, "exec"), {})
     assert "nan" not in capsys.readouterr().out
+
+
+@pytest.mark.slow
+def test_the_guide_to_an_architecture_of_ones_own_works_and_leaves_nothing_behind(tmp_path):
+    text = (
+        (ROOT / "docs/train.md")
+        .read_text(encoding="utf-8")
+        .split("## An architecture of your own")[1]
+        .split("\n## ")[0]
+    )
+    (tmp_path / "my_model.py").write_text(textwrap.dedent(re.findall(r"```python\n(.*?)```", text, re.DOTALL)[0]))
+    write_dataset(tmp_path / "published.h5", 60)
+    blocks = [textwrap.dedent(block) for block in re.findall(r"```console\n(.*?)```", text, re.DOTALL)]
+    commands = [line for block in blocks for line in block.splitlines() if line]
+    assert [command.split()[0] for command in commands] == ["surrogate"] * 5 + ["python"] * 2 + ["rm"] * 2
+    for command in commands:
+        # A small data set instead of the published one, for an epoch.
+        words = shlex.split(command.replace("--epochs 5", "--epochs 1"))
+        if words[0] == "rm":
+            subprocess.run(command, shell=True, cwd=tmp_path, check=True)
+            continue
+        program = [sys.executable, "-m", "surrogate"] if words[0] == "surrogate" else [sys.executable]
+        words += ["--dataset", "published.h5"] if words[1] in ("train", "evaluate") else []
+        environment = os.environ | {"PYTHONPATH": str(ROOT)}
+        done = subprocess.run(
+            [*program, *words[1:]], cwd=tmp_path, env=environment, capture_output=True, text=True, check=False
+        )
+        assert done.returncode == 0, f"{command}: {done.stderr}"
+    assert {path.name for path in tmp_path.rglob("*") if path.is_file()} == {"my_model.py", "published.h5"}
 
 
 def test_the_make_targets_and_files_it_names_exist():

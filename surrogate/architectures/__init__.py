@@ -1,4 +1,4 @@
-"""The eighteen architectures: one module per family, and the registry that builds them by name."""
+"""The eighteen architectures, one module per family, and those a user registers: all are built by name."""
 
 from __future__ import annotations
 
@@ -6,11 +6,13 @@ import importlib
 from typing import TYPE_CHECKING
 
 from surrogate.architectures.naming import CONDITIONINGS, FAMILIES, PAPER_PARAMETER_COUNTS, names, split_name
+from surrogate.architectures.registry import REGISTERED, check_model, register
+from surrogate.backend import import_keras
 
 if TYPE_CHECKING:
     import keras
 
-__all__ = ["CONDITIONINGS", "FAMILIES", "PAPER_PARAMETER_COUNTS", "build", "names", "split_name"]
+__all__ = ["CONDITIONINGS", "FAMILIES", "PAPER_PARAMETER_COUNTS", "build", "names", "register", "split_name"]
 
 _BUILDERS = {
     "M1": ("m1_lstm", "lstm"),
@@ -25,6 +27,11 @@ _BUILDERS = {
 def build(name: str, features: str = "D") -> keras.Model:
     """Build a model by name; see `surrogate.build`."""
     family, conditioning = split_name(name)
+    import_keras()
+    if family in REGISTERED:
+        model = REGISTERED[family].builder(conditioning=conditioning, features=features, name=name)
+        check_model(model, name, features)
+        return model
     module, builder = _BUILDERS[family]
     family_module = importlib.import_module(f"surrogate.architectures.{module}")
     return getattr(family_module, builder)(conditioning=conditioning, features=features, name=name)

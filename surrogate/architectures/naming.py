@@ -1,4 +1,4 @@
-"""Names of the eighteen models, family by conditioning; free of keras so that listing them is instant."""
+"""Names of the models, family by conditioning, and their sizes; free of keras so that listing them is instant."""
 
 from __future__ import annotations
 
@@ -18,6 +18,9 @@ PAPER_FAMILIES = ("M1", "M2", "M3", "M4", "M5", "M6")
 
 CONDITIONINGS = ("concat", "FiLM", "gated")
 
+CONDITIONINGS_OF: dict[str, tuple[str, ...]] = {}
+"""The conditionings of families that have not all of them."""
+
 # The counts the paper states; all others follow our reading of its words (docs/surrogate-models.md).
 PAPER_PARAMETER_COUNTS: dict[str, int] = {
     "M1-concat": 473_729,
@@ -28,10 +31,31 @@ PAPER_PARAMETER_COUNTS: dict[str, int] = {
     "M4-gated": 229_315,
 }
 
+PARAMETER_COUNTS: dict[str, int] = {
+    **PAPER_PARAMETER_COUNTS,
+    "M2-concat": 474_497,
+    "M2-FiLM": 490_241,
+    "M2-gated": 473_859,
+    "M3-concat": 165_633,
+    "M3-FiLM": 182_209,
+    "M3-gated": 166_083,
+    "M5-concat": 669_569,
+    "M5-FiLM": 686_209,
+    "M5-gated": 670_083,
+    "M6-concat": 340_353,
+    "M6-FiLM": 356_609,
+    "M6-gated": 340_227,
+}
+"""Trainable parameters with the feature set D, of the paper's families; a test counts those of the Keras models."""
+
 
 def names() -> list[str]:
     """Return the model names, family by family: the paper's eighteen and those of any family beyond."""
-    return [f"{family}-{conditioning}" for family in FAMILIES for conditioning in CONDITIONINGS]
+    return [
+        f"{family}-{conditioning}"
+        for family in FAMILIES
+        for conditioning in CONDITIONINGS_OF.get(family, CONDITIONINGS)
+    ]
 
 
 def paper_names() -> list[str]:
@@ -43,11 +67,11 @@ def split_name(name: str) -> tuple[str, str]:
     """Split a model name into family and conditioning.
 
     Raises:
-        ValueError: for an unknown name; the message lists the eighteen.
+        ValueError: for an unknown name; the message lists the known ones.
     """
     if name not in names():
         raise ValueError(f"Unknown model name. Expected one of {', '.join(names())}. Received: name={shown(name)}")
-    family, conditioning = name.split("-")
+    family, _, conditioning = name.rpartition("-")
     return family, conditioning
 
 

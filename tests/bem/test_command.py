@@ -2,10 +2,15 @@
 
 import subprocess
 import sys
+import tomllib
+from pathlib import Path
 
 import pytest
 import typer
+from typer.testing import CliRunner
 
+import bem.cli
+import surrogate.cli
 from bem.command import run_main, sentence
 
 
@@ -72,3 +77,11 @@ def test_a_sentence_is_one_line_of_bounded_length():
         assert "\n" not in sentence(error)
         assert len(sentence(error)) < 2100
     assert sentence(ValueError("short  one")) == "short one"
+
+
+@pytest.mark.parametrize(("name", "app"), [("bem", bem.cli.app), ("surrogate", surrogate.cli.app)])
+def test_both_programs_tell_their_version(name, app):
+    project = tomllib.loads(Path(__file__).parents[2].joinpath("pyproject.toml").read_text(encoding="utf-8"))["project"]
+    told = CliRunner().invoke(app, ["--version"])
+    assert (told.exit_code, told.output) == (0, f"{name} {project['version']}\n")
+    assert "COMMAND" in CliRunner().invoke(app, ["--help"]).output

@@ -1,10 +1,12 @@
 import importlib
 import os
+import subprocess
+import sys
 
 import keras
 import pytest
 
-from surrogate.backend import has_fused_lstm, limit_threads, versions
+from surrogate.backend import has_fused_lstm, limit_threads, silent_stderr, versions
 
 
 def test_threads_are_limited_before_keras_is_imported(monkeypatch):
@@ -37,3 +39,28 @@ def test_a_fused_lstm_is_recognised_where_there_is_a_gpu(monkeypatch):
 
 def test_versions_name_the_backend():
     assert set(versions()) == {"python", "keras", "numpy", keras.backend.backend()}
+
+
+def test_what_a_library_says_as_it_starts_is_held_back_unless_it_fails(capfd):
+    with silent_stderr():
+        os.write(2, b"E0000 Unable to register cuDNN factory\n")
+    assert capfd.readouterr().err == ""
+
+    def fails():
+        with silent_stderr():
+            os.write(2, b"no such library\n")
+            raise ImportError
+
+    with pytest.raises(ImportError):
+        fails()
+    os.write(2, b"heard again\n")
+    assert capfd.readouterr().err == "no such library\nheard again\n"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("way", ["surrogate.build('M3-concat')", "surrogate.cli.import_keras()"])
+def test_the_backend_starts_silently(way):
+    environment = {name: value for name, value in os.environ.items() if name != "TF_CPP_MIN_LOG_LEVEL"}
+    code = f"import surrogate, surrogate.cli; {way}"
+    done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
+    assert (done.stdout, done.stderr) == ("", "")

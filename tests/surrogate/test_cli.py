@@ -1,4 +1,6 @@
+import importlib.util
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -31,26 +33,61 @@ def default_signals(monkeypatch):
     monkeypatch.setattr("surrogate.queue.signal.signal", lambda *_: None)
 
 
-def test_list_names_all():
-    result = runner.invoke(cli.app, ["list"])
-    assert result.exit_code == 0
-    assert len(result.output.splitlines()) == 18
-    assert "473,729 parameters (paper)" in result.output
-
-
-def test_list_needs_no_keras_and_finds_packaged_models(tmp_path, monkeypatch):
-    monkeypatch.setattr("surrogate.cli.importlib.util.find_spec", lambda _: None)
+@pytest.fixture
+def elsewhere(tmp_path, monkeypatch):
+    """Only what a test puts there is published, or packaged."""
     for place in ("PUBLISHED", "PACKAGED"):
         monkeypatch.setattr(f"surrogate.model_files.{place}", tmp_path / place)
     monkeypatch.chdir(tmp_path)
-    folder = tmp_path / "PACKAGED" / "M1-FiLM"
+    return tmp_path
+
+
+def publish_metrics(folder, mse, **run):
     folder.mkdir(parents=True)
-    (folder / "metrics.json").write_text('{"parameters": 489473, "test": {"mse": {"mean": 2e-5}}}')
+    test = {"mse": {"mean": mse}, "pull_off_force_percent": {"mean": 2.5}, "hysteresis_percent": {"mean": 1.25}}
+    (folder / "metrics.json").write_text(json.dumps({"parameters": 489473, "test": test}))
+    (folder / "run.json").write_text(json.dumps(run))
+
+
+def test_list_shows_every_published_model_best_first_then_what_is_not_trained(elsewhere):
+    trained = {"features": "D", "epochs": 30, "training_trajectories": 9960}
+    publish_metrics(elsewhere / "PACKAGED" / "M1-FiLM", 2e-5, architecture="M1-FiLM", **trained)
+    publish_metrics(elsewhere / "PUBLISHED" / "mine", 1e-5, architecture="M1-FiLM", **trained | {"features": "C"})
+    publish_metrics(elsewhere / "PUBLISHED" / "M1-concat", 3e-5)
+    publish_metrics(elsewhere / "PACKAGED" / "M1-concat", 4e-5)
+    result = runner.invoke(cli.app, ["list"])
+    assert result.exit_code == 0
+    lines = result.output.splitlines()
+    assert lines[1:6] == [
+        "model      parameters       MSE  pull-off  hysteresis  training",
+        "mine          489,473  1.00e-05    2.50 %      1.25 %  M1-FiLM, inputs C, 30 epochs of 9,960 trajectories",
+        "M1-FiLM       489,473  2.00e-05    2.50 %      1.25 %  30 epochs of 9,960 trajectories",
+        "M1-concat     489,473  3.00e-05    2.50 %      1.25 %",
+        "M1-gated      144,899                                  not trained",
+    ]
+    assert [line.split()[0] for line in lines[2:-2]] == ["mine", "M1-FiLM", "M1-concat", *names()[2:]]
+    assert lines[-2].startswith("Predicts here: onnxruntime ")
+    assert "?" not in result.output
+
+
+@pytest.mark.parametrize(
+    ("missing", "predicts", "trains"),
+    [
+        ((), r"onnxruntime [\d.]+", r"keras [\d.]+ on tensorflow [\d.]+"),
+        (("keras",), r"onnxruntime [\d.]+", r"nothing, since Keras and .* are not installed; install .*\[train\]'`"),
+        (("tensorflow",), r"onnxruntime [\d.]+", r"nothing, since keras [\d.]+ has no backend tensorflow here .*"),
+        (("onnxruntime", "keras"), "nothing, since onnxruntime is not installed", "nothing, since Keras .*"),
+    ],
+)
+def test_list_says_what_is_installed_and_needs_none_of_it(missing, predicts, trains, elsewhere, monkeypatch):
+    find = importlib.util.find_spec
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None if name in missing else find(name))
+    monkeypatch.setenv("KERAS_BACKEND", "tensorflow")
     lines = runner.invoke(cli.app, ["list"]).output.splitlines()
-    assert len(lines) == 18
-    assert lines[1] == "M1-FiLM     489,473 parameters (paper)  test MSE 2.00e-05"
-    assert any("? parameters (ours)" in line for line in lines)
-    monkeypatch.undo()
+    assert lines[0] == "No model is published here."
+    assert re.fullmatch(f"Predicts here: {predicts}", lines[-2])
+    assert re.fullmatch(f"Trains here: {trains}", lines[-1])
+    assert len(lines) == 18 + 4
 
 
 def test_train_then_evaluate(tiny, options, tmp_path, monkeypatch):

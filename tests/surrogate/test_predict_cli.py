@@ -71,10 +71,11 @@ def test_extrapolation_is_said_once_per_trajectory(command):
     assert "trajectory 0: pull-off" in out
     assert err.count("\n") == 1
     assert "extrapolates: tabor = 30 lies outside [" in err
+    assert "; compare with the solver before you trust" in err
 
 
 def test_a_history_that_extrapolates_says_so_and_other_warnings_pass(command, tmp_path, monkeypatch):
-    (tmp_path / "in.csv").write_text("time,indentation\n0,-2\n1,5\n2,5\n3,-2\n")
+    (tmp_path / "in.csv").write_text("time,indentation\n0,-2\n1,5\n2,2\n3,5\n4,-2\n")
     # A stray warning of a library is not about the range.
     predict = Surrogate.predict
 

@@ -1,4 +1,5 @@
 import json
+import pickle
 import shutil
 import warnings
 
@@ -163,7 +164,7 @@ def test_hysteresis_is_the_paper_s(predictor, dataset):
 
 def test_history_without_plateau_works(predictor):
     times = np.linspace(0.0, 4.0, 51)[None]
-    with pytest.warns(ExtrapolationWarning, match="dwell_time = 0 lies outside"):
+    with pytest.warns(ExtrapolationWarning, match=r"dwell_time = 0 lies outside.*Advice: .*the model counts points"):
         force = predictor.predict(times, 10.0 - 6.0 * np.abs(times - 2.0), tabor=[1.0])
     assert np.isfinite(force).all()
 
@@ -282,3 +283,27 @@ def test_weights_of_another_model(folder, tmp_path):
     (folder / "model.weights.h5").write_text("no")
     with pytest.raises(ValueError, match="Expected weights"):
         surrogate.load(folder, backend="keras")
+
+
+def test_a_loaded_model_can_be_pickled_to_where_its_files_are_not(folder, inside):
+    times, indentations, tabor = inside
+    loaded = {"onnx": surrogate.load(folder, threads=2), "keras": surrogate.load(folder, backend="keras")}
+    forces = {backend: model.predict(times, indentations, tabor=tabor) for backend, model in loaded.items()}
+    content = pickle.dumps(loaded)
+    shutil.rmtree(folder)
+    for backend, model in pickle.loads(content).items():
+        np.testing.assert_array_equal(model.predict(times, indentations, tabor=tabor), forces[backend])
+        assert (model.name, model.scaling) == ("M1-concat", loaded[backend].scaling)
+        assert model.stream(tabor=1.0).step(0.0, -2.15) == loaded[backend].stream(tabor=1.0).step(0.0, -2.15)
+    assert pickle.loads(content)["onnx"].backend.threads == 2
+
+
+@pytest.mark.slow
+def test_a_published_model_predicts_in_other_processes():
+    from joblib import Parallel, delayed
+
+    model = surrogate.load("M1-concat")
+    protocol = LoadingProtocol(peak_indentation=20.0, loading_rate=10.0, dwell_time=1.0, unloading_rate=10.0)
+    (here,) = model.trajectories([protocol], tabor=1.0)
+    for (there,) in Parallel(n_jobs=2)(delayed(model.trajectories)([protocol], tabor=1.0) for _ in range(2)):
+        np.testing.assert_array_equal(there.force, here.force)

@@ -210,6 +210,8 @@ def test_bad_recipes(tmp_path):
     path.write_text("patience = 3")
     with pytest.raises(ValueError, match="patience"):
         Recipe.load(path)
+    with pytest.raises(ValueError, match="seed=-1"):
+        Recipe.load("swift").with_overrides(seed=-1)
     with pytest.raises(ValueError, match="weight_average=2"):
         Recipe.load("swift").with_overrides(weight_average=2)
     with pytest.raises(ValueError, match="epochs=0"):
@@ -220,6 +222,65 @@ def test_bad_recipes(tmp_path):
         Recipe.load("swift").with_overrides(dropout_until=2)
     with pytest.raises(ValueError, match="Expected optimizer in adam, soap"):
         Recipe.load("swift").with_overrides(optimizer="sgd")
+
+
+WHOLE = 'name = "mine"\nseed = 0\nbatch_size = 8\nepochs = 3\nlearning_rate = 1e-3\n'
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (
+            'name = "mine"\npatience = 3\nspeed = 1\n',
+            "Expected name, seed, batch_size, epochs, learning_rate, and if wanted optimizer, gradient_norm, "
+            "weight_average, dropout_until, cosine, plateau, in a training recipe. Received: {} without seed, "
+            "batch_size, epochs, learning_rate and with patience, speed",
+        ),
+        (
+            f"{WHOLE}[plateau]\npatience = 3\n",
+            "Expected factor, patience, minimum_rate, stop_after in the table [plateau]. Received: {} without factor, "
+            "minimum_rate, stop_after",
+        ),
+        (
+            f"{WHOLE}[cosine]\nwarm = 1\n",
+            "Expected at most warmup_epochs in the table [cosine]. Received: {} with warm",
+        ),
+        (f"{WHOLE}cosine = 3\n", "Expected the table [cosine]. Received: 3 in {}"),
+        (
+            WHOLE.replace("8", '"eight"'),
+            "Expected a whole number as batch_size in a training recipe. Received: 'eight' in {}",
+        ),
+        (
+            WHOLE.replace("1e-3", "nan"),
+            "Expected a finite number as learning_rate in a training recipe. Received: nan in {}",
+        ),
+        (
+            WHOLE.replace("= 3", "= true"),
+            "Expected a whole number as epochs in a training recipe. Received: True in {}",
+        ),
+        ("name = mine", "Expected a training recipe in TOML. Received: {} (Invalid value (at line 1, column 8))"),
+        (
+            "".join(f"key_{number} = 1\n" for number in range(10_000)) + WHOLE,
+            "Expected name, seed, batch_size, epochs, learning_rate, and if wanted optimizer, gradient_norm, "
+            "weight_average, dropout_until, cosine, plateau, in a training recipe. Received: {} with key_0, key_1, "
+            "key_2, key_3, key_4 and 9995 more",
+        ),
+    ],
+    ids=["keys", "plateau", "cosine", "no table", "text", "nan", "boolean", "no TOML", "many keys"],
+)
+def test_a_bad_recipe_is_one_sentence_that_names_what_is_allowed(text, said, tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text(text)
+    with pytest.raises(ValueError, match="Expected") as refused:
+        Recipe.load(path)
+    assert str(refused.value) == said.format(path)
+
+
+def test_a_recipe_of_any_name_is_read_back(tmp_path):
+    (tmp_path / "mine.toml").write_text(WHOLE.replace('"mine"', "'my \"best\" \\ one'"))
+    chosen = Recipe.load(tmp_path / "mine.toml")
+    (tmp_path / "again.toml").write_text(chosen.to_toml())
+    assert Recipe.load(tmp_path / "again.toml") == chosen
 
 
 OTHER_BACKEND = """
