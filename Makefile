@@ -100,9 +100,6 @@ bench-solver: setup  ## Measure accuracy against cost of the contact solver; wri
 table-solver-hard-cases: setup  ## Run the solver where it is most likely to break (long); writes docs/solver-hard-cases.md
 	$(PY) -m experiments.hard_cases
 
-results/solver/scaling.json: experiments/solver_scaling.py $(SOLVER) | $(INSTALLED)
-	$(PY) -m experiments.solver_scaling --out $@
-
 .PHONY: only-all-is-published
 only-all-is-published:
 	@if [ "$(COUNT)" != 12450 ] && [ "$$(realpath -m "$(PUBLISHED)")" = "$$(realpath -m published)" ]; then \
@@ -147,9 +144,9 @@ $(FIGURES)/figure-2.pdf: paper_figures/figure_2.py $(OUT)/dataset/examples.json 
 	$(PY) -m paper_figures.figure_2 --dataset $(DATASET) --examples $(OUT)/dataset/examples.json --folder $(FIGURES)
 
 .PHONY: figure-solver-scaling
-figure-solver-scaling: results/figures/solver-scaling.pdf  ## How the cost of the solver grows with nodes and steps
-results/figures/solver-scaling.pdf: paper_figures/figure_solver_scaling.py results/solver/scaling.json $(DRAWING) | $(INSTALLED)
-	$(PY) -m paper_figures.figure_solver_scaling
+figure-solver-scaling: $(FIGURES)/solver-scaling.pdf  ## How the cost of the solver grows with nodes and steps
+$(FIGURES)/solver-scaling.pdf: paper_figures/figure_solver_scaling.py $(PUBLISHED)/measurements/cost_growth.json $(DRAWING) | $(INSTALLED)
+	$(PY) -m paper_figures.figure_solver_scaling --growth $(PUBLISHED)/measurements/cost_growth.json --folder $(FIGURES)
 
 .PHONY: readme-pictures
 readme-pictures: setup $(FIGURES)/figure-6.pdf  ## The pictures of the README, by the README's own commands

@@ -111,11 +111,19 @@ STUDIES = (
         ("surrogate/cli.py", set()),
         ("surrogate/torch_lstm.py", set()),
         ("paper_figures/paper_values/canonical_protocols.csv", {"canonical_regimes", "fms_transfer", "paper_slips"}),
+        ("published/measurements/canonical_times.json", {"canonical_regimes"}),
         ("README.md", set()),
     ],
 )
 def test_touching_an_input_redoes_what_reads_it(touched, studies, tmp_path):
     assert redone(tmp_path, touched) - {"architecture_graphs", "adopted_settings"} == studies - {"architecture_graphs"}
+
+
+def test_what_the_report_and_the_figures_rest_on_looks_at_no_clock():
+    studies = [ROOT / "experiments" / f"{name}.py" for name in (*STUDIES, "dataset_examples", "dataset_statistics")]
+    for path in [*studies, *(ROOT / "paper_figures").glob("*.py")]:
+        source = path.read_text(encoding="utf-8")
+        assert not re.search(r"perf_counter|process_time|\bCLOCK\b|\btimed\(|stats\.seconds", source), path.name
 
 
 @pytest.mark.parametrize("name", ["measurement", "protocol", "reference_solutions/dmt", "reference_solutions/jkr"])

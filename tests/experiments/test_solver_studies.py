@@ -63,8 +63,8 @@ def test_a_hard_case_is_examined_and_summarised():
 
 
 def test_the_growth_of_the_cost_is_drawn(tmp_path):
-    points = [{"nodes": n, "steps": 10.0 * n, "seconds": 1e-4 * n} for n in (50.0, 100.0, 200.0)]
-    content = {"nodes": points, "steps": points, "exponent_in_nodes": 0.0, "exponent_in_steps": 1.0}
-    (tmp_path / "scaling.json").write_text(json.dumps(content), encoding="utf-8")
-    figure_solver_scaling.main(tmp_path / "scaling.json", tmp_path)
+    points = [{"nodes": n, "steps": 10.0 * n, "seconds": {"median": 1e-4 * n}} for n in (50.0, 100.0, 200.0)]
+    curve = {"points": points, "exponent": 1.0}
+    (tmp_path / "growth.json").write_text(json.dumps({"solver": {"nodes": curve, "steps": curve}}), encoding="utf-8")
+    figure_solver_scaling.main(tmp_path / "growth.json", tmp_path)
     assert (tmp_path / "solver-scaling.pdf").is_file()
