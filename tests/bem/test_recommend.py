@@ -102,11 +102,11 @@ def ramp(depth, rate, dwell=0.1):
     return LoadingProtocol(peak_indentation=depth, loading_rate=rate, dwell_time=dwell, unloading_rate=rate)
 
 
-def test_a_peak_below_the_start_is_a_protocol_like_others():
-    found = recommend(Scene(1.0, SLS), ramp(-10.0, 1.0), 0.5, best="fewest")
+def test_a_peak_below_contact_is_a_protocol_like_others():
+    found = recommend(Scene(1.0, SLS), ramp(-1.5, 10.0), 0.5, best="fewest")
     assert found.effects.terms == 0
     assert found.scene.tabor != 1.0
-    assert found.protocol == ramp(-10.0, 1.0).history(1.0)
+    assert found.protocol == ramp(-1.5, 10.0).history(1.0)
 
 
 @pytest.mark.parametrize("best", ["cheapest", "fewest"])

@@ -3,6 +3,7 @@ import json
 import numpy as np
 import pytest
 
+from bem.protocol import default_start_indentation
 from experiments import bench_report, bench_solver, closed_forms, hard_cases
 from experiments.solver_sample import measured, sample_cases
 from paper_figures import figure_solver_scaling
@@ -50,6 +51,11 @@ def test_hard_cases_are_different_and_never_too_deep_for_a_large_tabor_parameter
     cases = hard_cases.random_combinations(400, 1)
     assert len({tuple(case.values()) for case in cases}) == 400
     assert max(case["peak_indentation"] for case in cases if case["tabor"] > 1.0) == 100.0
+    assert all(case["peak_indentation"] > default_start_indentation(case["tabor"]) for case in cases)
+    assert {case["peak_indentation"] for case in cases} == {
+        *hard_cases.VALUES["peak_indentation"],
+        hard_cases.SHALLOWEST,
+    }
     assert len(hard_cases.corners()) == 32
 
 
