@@ -44,10 +44,12 @@ $(INSTALLED): requirements.lock pyproject.toml
 	if [ -z "$$chosen" ]; then \
 		echo "Python 3.11 or 3.12 (with venv) not found; install one, or name it: make setup PYTHON=/path/to/python" >&2; exit 1; \
 	fi; \
+	echo "Installing the locked packages into $(VENV): about 3 GB on disk, 3 to 10 minutes with a fast network"; \
 	[ -x $(PY) ] || "$$chosen" -m venv $(VENV)
-	$(PY) -m pip install --quiet --disable-pip-version-check --require-hashes --requirement requirements.lock
-	$(PY) -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
+	@$(PY) -m pip install --disable-pip-version-check --require-hashes --requirement requirements.lock
+	@$(PY) -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
 	@touch $@
+	@echo "$(VENV) is ready, $$(du -sh $(VENV) | cut -f 1)"
 
 .PHONY: clean
 clean:  ## Remove caches and build leftovers; never results/, published/ or .venv
@@ -186,8 +188,7 @@ demo-build: demo/node_modules/.installed  ## Build the browser demonstrator into
 
 .PHONY: demo
 demo: demo-build  ## Build the demonstrator and serve it at http://localhost:8000 (DEMO_PORT=... chooses the port)
-	@echo "http://localhost:$(DEMO_PORT)/ - stop with Ctrl-C"
-	@python3 -m http.server $(DEMO_PORT) --bind 127.0.0.1 --directory demo/dist
+	@python3 tools/serve.py demo/dist --port $(DEMO_PORT)
 
 .PHONY: test-demo
 test-demo: setup  ## Use the demonstrator in headless Chromium and compare it with Python; installs Debian's packages if missing

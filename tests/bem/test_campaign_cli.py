@@ -9,7 +9,7 @@ from bem.provenance import command_line
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from campaign_helpers import command, start_command
+from campaign_helpers import HANG, command, start_command
 
 
 def bad_files(folder, undisturbed):
@@ -130,7 +130,7 @@ def test_failures_show_in_the_exit_status(tmp_path):
     options = ("campaign", "--count", 60, "--range", "tabor=3.1:3.2", "--workers", 1, "--out", out)
     for more in ((), (), ("--retry-failed",)):
         process = start_command(*options, *more, solver="sometimes_fails")
-        printed, errors = process.communicate(timeout=60)
+        printed, errors = process.communicate(timeout=HANG)
         assert (process.returncode, errors) == (1, "")
         assert "60 failed: ArithmeticError: tabor is too large for me" in printed
     result = command("merge", out, "--out", tmp_path / "merged.h5")

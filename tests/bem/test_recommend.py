@@ -37,6 +37,7 @@ def test_a_touch_needs_everything():
     touch = LoadingProtocol(peak_indentation=-0.5, loading_rate=3.0, dwell_time=0.1, unloading_rate=3.0)
     found = recommend(Scene(1.0, SLS), touch, 0.01)
     assert found.found_by == "nothing is left out"
+    assert str(found) == f"{found.effects} (nothing is left out)"
     assert (found.estimate, found.effects.everything, found.effects.adhesion) == (0.0, True, True)
 
 
