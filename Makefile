@@ -44,10 +44,14 @@ $(INSTALLED): requirements.lock pyproject.toml
 	if [ -z "$$chosen" ]; then \
 		echo "Python 3.11 or 3.12 (with venv) not found; install one, or name it: make setup PYTHON=/path/to/python" >&2; exit 1; \
 	fi; \
+	echo "Installing the locked packages into $(VENV): about 3 GB on disk, 3 to 10 minutes with a fast network"; \
 	[ -x $(PY) ] || "$$chosen" -m venv $(VENV)
-	$(PY) -m pip install --quiet --disable-pip-version-check --require-hashes --requirement requirements.lock
-	$(PY) -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
+	@$(PY) -m pip install --disable-pip-version-check --require-hashes --requirement requirements.lock
+	@$(PY) -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
+	@echo "Compiling the solver for this processor: about a minute"
+	@$(VENV)/bin/bem compile
 	@touch $@
+	@echo "$(VENV) is ready, $$(du -sh $(VENV) | cut -f 1)"
 
 .PHONY: clean
 clean:  ## Remove caches and build leftovers; never results/, published/ or .venv
@@ -100,9 +104,6 @@ bench-solver: setup  ## Measure accuracy against cost of the contact solver; wri
 table-solver-hard-cases: setup  ## Run the solver where it is most likely to break (long); writes docs/solver-hard-cases.md
 	$(PY) -m experiments.hard_cases
 
-results/solver/scaling.json: experiments/solver_scaling.py $(SOLVER) | $(INSTALLED)
-	$(PY) -m experiments.solver_scaling --out $@
-
 .PHONY: only-all-is-published
 only-all-is-published:
 	@if [ "$(COUNT)" != 12450 ] && [ "$$(realpath -m "$(PUBLISHED)")" = "$$(realpath -m published)" ]; then \
@@ -147,9 +148,9 @@ $(FIGURES)/figure-2.pdf: paper_figures/figure_2.py $(OUT)/dataset/examples.json 
 	$(PY) -m paper_figures.figure_2 --dataset $(DATASET) --examples $(OUT)/dataset/examples.json --folder $(FIGURES)
 
 .PHONY: figure-solver-scaling
-figure-solver-scaling: results/figures/solver-scaling.pdf  ## How the cost of the solver grows with nodes and steps
-results/figures/solver-scaling.pdf: paper_figures/figure_solver_scaling.py results/solver/scaling.json $(DRAWING) | $(INSTALLED)
-	$(PY) -m paper_figures.figure_solver_scaling
+figure-solver-scaling: $(FIGURES)/solver-scaling.pdf  ## How the cost of the solver grows with nodes and steps
+$(FIGURES)/solver-scaling.pdf: paper_figures/figure_solver_scaling.py $(PUBLISHED)/measurements/cost_growth.json $(DRAWING) | $(INSTALLED)
+	$(PY) -m paper_figures.figure_solver_scaling --growth $(PUBLISHED)/measurements/cost_growth.json --folder $(FIGURES)
 
 .PHONY: readme-pictures
 readme-pictures: setup $(FIGURES)/figure-6.pdf  ## The pictures of the README, by the README's own commands
@@ -189,8 +190,7 @@ demo-build: demo/node_modules/.installed  ## Build the browser demonstrator into
 
 .PHONY: demo
 demo: demo-build  ## Build the demonstrator and serve it at http://localhost:8000 (DEMO_PORT=... chooses the port)
-	@echo "http://localhost:$(DEMO_PORT)/ - stop with Ctrl-C"
-	@python3 -m http.server $(DEMO_PORT) --bind 127.0.0.1 --directory demo/dist
+	@python3 tools/serve.py demo/dist --port $(DEMO_PORT)
 
 .PHONY: test-demo
 test-demo: setup  ## Use the demonstrator in headless Chromium and compare it with Python; installs Debian's packages if missing

@@ -15,7 +15,10 @@ MAP_PLACE := $(if $(filter-out M1-concat,$(MODEL)),/$(MODEL))
 SOAK ?= 100000
 SOAK_BEYOND ?= 20000
 COST_STYLE := $(DRAWING) paper_figures/cost_style.py paper_figures/paper_values/cost.toml
-# One measurement: its module, its options, its file where that has another name.
+# BUSY=yes publishes seconds measured on a busy machine too.
+BUSY ?=
+# One measurement: its module, its options, its file where that has another name. `seconds` is for those that take any.
+seconds = $(call measure,$(1),$(strip $(2) $(if $(BUSY),--busy)),$(3))
 measure = $(PY) -m experiments.$(1) $(2) --out $(call measured,$(or $(3),$(1))) && \
 	$(PY) $(MANIFEST) add $(call measured,$(or $(3),$(1)))
 measured = $(MEASUREMENTS)/$(1).json
@@ -25,7 +28,7 @@ measure-% bench-surrogate bench-stream bench-training: export OMP_NUM_THREADS :=
 ##@ Measurements (result file; on an idle machine)
 
 .PHONY: measurements
-MEASURED := bench-training $(addprefix measure-,effects recommendations accuracy-cost cost-growth amortisation training-cost \
+MEASURED := bench-training $(addprefix measure-,effects canonical-times recommendations accuracy-cost cost-growth amortisation training-cost \
 	hard-cases broad-band surrogate-map) bench-surrogate bench-stream bench-targets
 measurements: $(MEASURED)  ## All of them but the soak
 # Two measurements at once would measure each other.
@@ -33,19 +36,23 @@ measurements: $(MEASURED)  ## All of them but the soak
 
 .PHONY: measure-effects
 measure-effects: setup  ## Seconds and errors of scenes that add one effect at a time
-	$(call measure,effects)
+	$(call seconds,effects)
 
 .PHONY: measure-recommendations
 measure-recommendations: setup  ## How often `recommend` keeps its promise, and what it saves
-	$(call measure,recommendations)
+	$(call seconds,recommendations)
+
+.PHONY: measure-canonical-times
+measure-canonical-times: $(addprefix $(REFERENCE)/,run.json model.weights.h5) | $(INSTALLED)  ## Seconds of solver and surrogate on the twelve canonical protocols
+	$(call seconds,canonical_times,--config $(CONFIGS)/canonical_times.toml --models $(MODELS))
 
 .PHONY: measure-accuracy-cost
 measure-accuracy-cost: $(DATASET) | $(INSTALLED)  ## Seconds against errors of every tool (PROTOCOLS=200; FINEST=200 nodes of the paper's discretisation at most)
-	$(call measure,accuracy_cost,--count $(PROTOCOLS) --finest $(FINEST) --dataset $(DATASET) --models $(PUBLISHED)/models)
+	$(call seconds,accuracy_cost,--count $(PROTOCOLS) --finest $(FINEST) --dataset $(DATASET) --models $(PUBLISHED)/models)
 
 .PHONY: measure-cost-growth
 measure-cost-growth: $(DATASET) | $(INSTALLED)  ## How seconds grow with nodes, steps and the scene
-	$(call measure,cost_growth,--dataset $(DATASET))
+	$(call seconds,cost_growth,--dataset $(DATASET))
 
 .PHONY: measure-amortisation
 measure-amortisation: $(DATASET) $(MEASUREMENTS)/accuracy_cost.json | $(INSTALLED)  ## When a surrogate pays for itself; reads the measurement of accuracy and cost
@@ -76,15 +83,15 @@ measure-broad-band: setup  ## Pull-off of broad-band solids over the unloading r
 
 .PHONY: bench-surrogate
 bench-surrogate: setup  ## What a prediction costs, against Keras's model.predict
-	$(call measure,bench_surrogate,--models $(PUBLISHED)/models,surrogate_latency)
+	$(call seconds,bench_surrogate,--models $(PUBLISHED)/models,surrogate_latency)
 
 .PHONY: bench-training
 bench-training: $(DATASET) | $(INSTALLED)  ## What a batch of training costs each of the eighteen
-	$(call measure,training_speed,--dataset $(DATASET))
+	$(call seconds,training_speed,--dataset $(DATASET))
 
 .PHONY: bench-stream
 bench-stream: setup  ## The latency of a million steps of a stream
-	$(call measure,bench_surrogate,--stream --models $(PUBLISHED)/models,stream_latency)
+	$(call seconds,bench_surrogate,--stream --models $(PUBLISHED)/models,stream_latency)
 
 .PHONY: soak
 soak: export OMP_NUM_THREADS := 1

@@ -14,6 +14,7 @@ EPOCHS ?=
 STUDY := experiments/studies.py
 STYLE := paper_figures/drawing.py paper_figures/paper.mplstyle
 TRAINING_SPEED := $(PUBLISHED)/measurements/training_speed.json
+CANONICAL_TIMES := $(PUBLISHED)/measurements/canonical_times.json
 REFERENCE_MODEL := paper_figures/paper_values/reference_model.toml
 SURROGATE := $(wildcard surrogate/*.py surrogate/architectures/*.py)
 # What a prediction and its errors depend on; nothing that only trains.
@@ -103,8 +104,9 @@ STUDY_RESULTS := $(addprefix $(STUDIES)/,canonical_regimes.json persson_brener.j
 studies: $(STUDY_RESULTS)  ## Every study that trains nothing
 
 $(STUDIES)/canonical_regimes.json: experiments/canonical_regimes.py $(STUDY) $(CONFIGS)/canonical_regimes.toml \
-		paper_figures/paper_values/canonical_protocols.csv $(SOLVER) $(REFERENCE_FILES) | $(INSTALLED)
-	$(PY) -m experiments.canonical_regimes --config $(CONFIGS)/canonical_regimes.toml --models $(MODELS) --out $@
+		paper_figures/paper_values/canonical_protocols.csv $(CANONICAL_TIMES) $(SOLVER) $(REFERENCE_FILES) | $(INSTALLED)
+	$(PY) -m experiments.canonical_regimes --config $(CONFIGS)/canonical_regimes.toml --models $(MODELS) \
+		--times $(CANONICAL_TIMES) --out $@
 
 $(STUDIES)/persson_brener.json: experiments/persson_brener.py $(STUDY) $(CONFIGS)/persson_brener.toml \
 		paper_figures/paper_values/persson_brener_protocols.csv bem/reference_solutions/persson_brener.py $(SOLVER) \
@@ -269,6 +271,7 @@ from-scratch:
 	@$(PY) -m experiments.stages data-efficiency $(HOURS)
 	+$(MAKE) --no-print-directory data-efficiency
 	@$(PY) -m experiments.stages paper $(HOURS)
+	[ -f $(CANONICAL_TIMES) ] || $(MAKE) --no-print-directory measure-canonical-times BUSY=yes
 	+$(MAKE) --no-print-directory paper
 
 SCRATCH := results/scratch

@@ -1,4 +1,4 @@
-"""The commands `bem campaign` and `bem merge`: a user's options become a campaign, its outcome a few lines."""
+"""The commands `bem campaign`, `bem merge` and `bem verify`: options become a campaign, its outcome a few lines."""
 
 import functools
 import signal
@@ -56,8 +56,8 @@ def campaign(
     shard: Annotated[str | None, typer.Option(help="i/n: only the i-th of n shares, for job arrays.")] = None,
     replace: Annotated[bool, typer.Option(help="Replace the file of another campaign, once complete.")] = False,
     retry_failed: Annotated[bool, typer.Option(help="Compute what failed in an earlier run again.")] = False,
-    verify: Annotated[Path | None, typer.Option(help="Compute a sample of this data set again, instead.")] = None,
-    sample: Annotated[int | None, typer.Option(help="How many trajectories to verify; 20 by default.")] = None,
+    verify: Annotated[Path | None, typer.Option(hidden=True)] = None,
+    sample: Annotated[int | None, typer.Option(hidden=True)] = None,
 ) -> None:
     """Simulate many protocols into a data set file; after an interruption the same command continues.
 
@@ -65,33 +65,10 @@ def campaign(
     """
     from bem.designs import read_design_file
 
-    if verify is not None:
-        of_campaigns = {
-            "--out": out,
-            "--design": design,
-            "--count": count,
-            "--seed": seed,
-            "--accuracy": accuracy,
-            "--modulus-ratio": modulus_ratio,
-            "--range": ranges,
-            "--design-file": design_file,
-            "--shard": shard,
-            "--cluster": cluster,
-            "--native": native,
-            "--replace": replace,
-            "--retry-failed": retry_failed,
-        }
-        superfluous = [
-            name for name, value in of_campaigns.items() if value is not None and value is not False and value != []
-        ]
-        if superfluous:
-            raise ValueError(f"--verify takes --sample and --workers only; received {', '.join(superfluous)}")
-        _verify(verify, 20 if sample is None else sample, workers)
-        return
-    if sample is not None:
-        raise ValueError(f"--sample is for --verify only; received {sample}")
+    if verify is not None or sample is not None:
+        raise ValueError("a data set is verified by `bem verify FILE --sample N`; received --verify or --sample")
     if out is None:
-        raise ValueError("campaign needs --out FILE.h5 to write, or --verify FILE.h5 to check")
+        raise ValueError("campaign needs --out FILE.h5 to write")
     given = {
         "design": design,
         "count": count,
@@ -122,10 +99,33 @@ def merge(
     _end_with_failures(summary)
 
 
+@_one_sentence
+def verify(
+    file: Annotated[Path, typer.Argument(help="The data set file.")],
+    sample: Annotated[int, typer.Option(help="How many trajectories, drawn at random, to compute again.")] = 20,
+    workers: Annotated[int | None, typer.Option(help="Processes; as many as cores by default.")] = None,
+) -> None:
+    """Compute a sample of a data set again and compare, on any processor.
+
+    Pull-off force, hysteresis and force history may differ by twice the accuracy the file was made with, as either
+    may err by that; how many trajectories are identical to the last bit is said beside it. The exit status is 1 when
+    any does not agree.
+    """
+    from bem.campaign_progress import progress_bar
+    from bem.verification import verify as compare
+
+    with progress_bar(sample, "differ") as progress:
+        found = compare(file, sample=sample, workers=workers, progress=progress)
+    typer.echo(str(found))
+    if not found.agrees:
+        raise typer.Exit(1)
+
+
 def register(app: typer.Typer) -> None:
     """Add the commands to the command line `bem`."""
     app.command()(campaign)
     app.command()(merge)
+    app.command()(verify)
 
 
 def _run(
@@ -167,27 +167,6 @@ def _end_with_failures(summary: Any) -> None:
         typer.echo(f"{times} failed: {reason}")
     if summary.failures:
         raise typer.Exit(1)
-
-
-def _verify(path: Path, sample: int, workers: int | None) -> None:
-    from bem.campaign_files import verify
-
-    found = verify(path, sample=sample, workers=workers)
-    size = len(found.indices)
-    measure = "rounding" if found.same_build else f"{found.tolerance:g}, its accuracy, as it was made by another build"
-    if found.agrees:
-        typer.echo(
-            f"{size} of {size} trajectories agree to {measure}; {found.identical} of them to the last bit "
-            f"(largest relative difference {found.differences.max():.1e})"
-        )
-        return
-    bad = found.bad
-    typer.echo(
-        f"bem: {len(bad)} of {size} trajectories do not agree to {measure}, but differ by up to "
-        f"{found.differences.max():.1e}: {', '.join(map(str, bad[:10]))}",
-        err=True,
-    )
-    raise typer.Exit(1)
 
 
 def _require_place(out: Path) -> None:

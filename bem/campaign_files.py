@@ -1,33 +1,18 @@
-"""What is done with data set files once campaigns have written them: joined from shards, checked by computing again."""
+"""What is done with data set files once campaigns have written them: their campaign told, shards joined."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from bem._wording import shown
-from bem.accuracy import resolve_accuracy
 from bem.campaign import Summary, existing, root_attributes, summary_of, write_result
-from bem.campaign_plan import Campaign, Solver, followed
-from bem.campaign_work import results
+from bem.campaign_plan import Campaign, followed
 from bem.dataset_file import SUFFIXES, Dataset, load_dataset
-from bem.designs import QUANTITIES, Design, agree, whole_number
+from bem.designs import Design
 from bem.outputs import require_suffix
 from bem.parts import differences
-from bem.pools import LocalPool
-from bem.provenance import host, merged, provenance, versions
-from bem.records import JUMP_QUANTITIES, RESULTS, SCALARS, Record, tabulate, untabulate
-
-ROUNDING = 1e-6
-"""Largest difference, relative to the largest force of a trajectory, that is put down to rounding."""
-
-OF_THE_BUILD = ("python", "numpy", "scipy", "numba", "llvmlite")
-"""What, with the solver's source and the processor, decides the last bits of a result."""
-
-OF_ANY_BUILD = frozenset(("status", "force", *RESULTS))
-"""What agrees to the accuracy whatever build computed it."""
+from bem.provenance import merged, provenance
+from bem.records import Record, tabulate, untabulate
 
 
 def campaign_of(attributes: dict[str, Any]) -> Campaign:
@@ -101,132 +86,3 @@ def _joined(shards: Sequence[dict[str, Any]]) -> dict[str, Any]:
     memory = max(found.get("peak_memory", 0) for found in shards)
     cost = {"wall_seconds": max(wall), "core_seconds": sum(core), "workers": sum(workers), "peak_memory": memory}
     return cost | origins
-
-
-@dataclass(frozen=True)
-class Verification:
-    """How a random sample of a data set compares with the same trajectories computed again.
-
-    Args:
-        indices: the trajectories computed again.
-        differences: of each, the largest difference of what is compared: of times, forces and the like relative to the
-            largest of the trajectory, of results relative to themselves; infinite where counts, reasons or what is
-            finite differ.
-        exact: of each, whether everything in the file but the seconds is the same to the last bit.
-        same_build: whether the file was written by this version of the solver, compiled by the same packages for the
-            same processor. Then everything is compared. Another build rounds otherwise, and where the step control
-            decides on the last bit, the steps after it are others: then status, force and results are compared, and the
-            accuracy is what can be asked for.
-        tolerance: largest difference at which they agree: rounding, or for another build the accuracy of the file.
-    """
-
-    indices: np.ndarray
-    differences: np.ndarray
-    exact: np.ndarray
-    same_build: bool
-    tolerance: float
-
-    @property
-    def identical(self) -> int:
-        """How many agree to the last bit."""
-        return int(np.sum(self.exact))
-
-    @property
-    def bad(self) -> np.ndarray:
-        """The trajectories that do not agree to the tolerance."""
-        return self.indices[~(self.differences <= self.tolerance)]
-
-    @property
-    def agrees(self) -> bool:
-        """Whether all agree to the tolerance."""
-        return len(self.bad) == 0
-
-
-def verify(
-    path: str | Path,
-    *,
-    sample: int = 20,
-    seed: int | None = None,
-    workers: int | None = None,
-    solver: Solver | None = None,
-) -> Verification:
-    """Compute a random sample of a data set again and compare.
-
-    Args:
-        path: the data set file.
-        sample: how many trajectories; all of them where there are fewer.
-        seed: of the choice; by default another one each time.
-        workers: processes of this machine.
-        solver: a stand-in for `bem.simulate`.
-
-    Raises:
-        FileNotFoundError, ValueError: not a data set, or its protocols are not those of its design.
-    """
-    dataset = load_dataset(path, native=True)
-    campaign = campaign_of(dataset.attributes)
-    for name in QUANTITIES:
-        if not agree(campaign.protocols[name][dataset.columns["index"]], dataset.protocols[name]):
-            raise ValueError(f"protocols must be those of the design; received {str(path)!r} with another {name}")
-    rows = np.random.default_rng(seed).permutation(len(dataset))[: whole_number("sample", sample, low=1)]
-    written = untabulate(dataset.columns)
-    chosen = {written[row].index: written[row] for row in np.sort(rows)}
-    same_build = _same_build(dataset.attributes, campaign.identity(solver)["solver"])
-    found: dict[int, tuple[float, bool]] = {}
-    with LocalPool(workers) as pool:
-        for arrival in results(campaign, np.array(list(chosen)), pool, solver):
-            for record in arrival.records:
-                parts = _differences(record, chosen[record.index])
-                compared = [value for name, value in parts.items() if same_build or name in OF_ANY_BUILD]
-                found[record.index] = max(compared), max(parts.values()) == 0.0
-    return Verification(
-        indices=np.array(list(chosen)),
-        differences=np.array([found[index][0] for index in chosen]),
-        exact=np.array([found[index][1] for index in chosen]),
-        same_build=same_build,
-        tolerance=ROUNDING if same_build else resolve_accuracy(campaign.accuracy).target,
-    )
-
-
-def _same_build(attributes: dict[str, Any], solver: str) -> bool:
-    here = versions()
-    hosts, builds = (
-        value if isinstance(value, list) else [value] for value in (attributes["host"], attributes["versions"])
-    )
-    return (
-        attributes["campaign"]["solver"] == solver
-        and all(one.rpartition(" cores of ")[2] == host().rpartition(" cores of ")[2] for one in hosts)
-        and all(one.get(name) == here.get(name) for one in builds for name in OF_THE_BUILD)
-    )
-
-
-def _differences(record: Record, written: Record) -> dict[str, float]:
-    """By name, how far two records of one trajectory are apart; zero where they agree to the last bit."""
-    found = {
-        "status": 0.0 if record.status == written.status else np.inf,
-        "reason": 0.0 if record.reason == written.reason else np.inf,
-        "force": _apart(record.force, written.force),
-    }
-    for name in set(SCALARS) - {"solver_seconds"}:
-        found[name] = _apart(np.array([record.scalars[name]]), np.array([written.scalars[name]]))
-    for name in set(SCALARS) - {*RESULTS, "nodes", "solver_seconds"}:
-        found[name] = np.inf if found[name] else 0.0
-    for column, name in enumerate(JUMP_QUANTITIES):
-        found[f"jumps/{name}"] = _apart(record.jumps[:, column], written.jumps[:, column])
-    if (record.native is None) != (written.native is None):
-        found["native"] = np.inf
-    elif record.native is not None and written.native is not None:
-        rows = zip(record.native, written.native, strict=True)
-        found |= {f"native/{number}": _apart(*pair) for number, pair in enumerate(rows)}
-    return found
-
-
-def _apart(ours: np.ndarray, theirs: np.ndarray) -> float:
-    """Largest difference relative to the largest of theirs; infinite for other shapes, or where one is not finite."""
-    if ours.shape != theirs.shape:
-        return np.inf
-    differ = (ours != theirs) & ~(np.isnan(ours) & np.isnan(theirs))
-    if not np.any(differ):
-        return 0.0
-    size = float(np.max(np.abs(theirs)))
-    step = float(np.max(np.abs(ours.astype(np.float64) - theirs)[differ]))
-    return step / size if np.isfinite(step) and np.isfinite(size) and size > 0.0 else np.inf

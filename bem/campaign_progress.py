@@ -1,4 +1,4 @@
-"""How a running campaign shows itself on a terminal: rate, failures and time left; silent elsewhere."""
+"""How a running campaign or verification shows itself on a terminal: rate, failures and time left; silent elsewhere."""
 
 import sys
 import time
@@ -8,10 +8,13 @@ from datetime import timedelta
 
 
 @contextmanager
-def progress_bar(total: int) -> Iterator[Callable[[int, int], None]]:
-    """Give a function that shows how many trajectories are done and how many of them failed."""
+def progress_bar(total: int, counted: str = "failed") -> Iterator[Callable[..., None]]:
+    """Give a function that shows how many trajectories are done and of how many something is `counted`.
+
+    A third argument of it is another total, where that was not known before.
+    """
     if not sys.stderr.isatty():
-        yield lambda _done, _failed: None
+        yield lambda *_: None
         return
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
@@ -21,19 +24,19 @@ def progress_bar(total: int) -> Iterator[Callable[[int, int], None]]:
     with Progress(*columns, console=Console(stderr=True)) as bar:
         task = bar.add_task("", total=total, line="starting workers")
 
-        def show(done: int, failed: int) -> None:
+        def show(done: int, bad: int, of: int = total) -> None:
             nonlocal begun
             # What an earlier call did says nothing about the rate of this one.
             begun = begun or (time.perf_counter(), done)
-            line = rate_line(done - begun[1], total - done, failed, time.perf_counter() - begun[0])
-            bar.update(task, completed=done, line=line)
+            line = rate_line(done - begun[1], of - done, bad, time.perf_counter() - begun[0], counted)
+            bar.update(task, completed=done, total=of, line=line)
 
         yield show
 
 
-def rate_line(done: int, left: int, failed: int, seconds: float) -> str:
-    """Rate, failures and time left in words; `done` trajectories took `seconds`."""
-    failures = f"{failed} failed" if failed else "none failed"
+def rate_line(done: int, left: int, bad: int, seconds: float, counted: str = "failed") -> str:
+    """Rate, what is `counted` and time left in words; `done` trajectories took `seconds`."""
+    failures = f"{bad or 'none'} {counted}"
     if not done or seconds <= 0.0:
         return failures
     rate = done / seconds

@@ -31,6 +31,8 @@ MATERIAL_HELP = (
 )
 
 
+STILL_ATTACHED = "still attached at the end: the pull-off force is the largest so far"
+
 add_version(app, "bem")
 register(app)
 
@@ -180,8 +182,11 @@ def readable(trajectory: Any) -> str:
             f"pull-off force   {trajectory.pull_off_force:.5g}  at time {trajectory.pull_off_time:.6g}",
             f"max compression  {trajectory.max_compression:.5g}",
             f"hysteresis       {trajectory.hysteresis:.5g}",
+            f"work             {work_words(trajectory)}",
             f"end force        {trajectory.end_force:.5g}",
         ]
+        if not trajectory.detached:
+            lines.append(f"detached         no, {STILL_ATTACHED}")
     lines += [
         f"jump             at indentation {jump.indentation:.5g}: "
         f"force {jump.force_before:.4g} -> {jump.force_after:.4g}"
@@ -192,6 +197,16 @@ def readable(trajectory: Any) -> str:
         f"target error {trajectory.accuracy:g}"
     )
     return "\n".join(lines)
+
+
+def work_words(trajectory: Any) -> str:
+    """The signed work, and in words what a negative one means."""
+    work = trajectory.work()
+    if work >= 0.0:
+        return f"{work:.5g}"
+    if -work <= trajectory.accuracy * trajectory.turnover():
+        return f"{work:.5g}: zero to the accuracy"
+    return f"{work:.5g}: the contact gave energy back; not dissipation"
 
 
 def app_main() -> None:

@@ -70,7 +70,8 @@ def measurement_grid(
         times and indentations, each of shape (B, N) and float64.
 
     Raises:
-        ValueError: when dwell points are asked of a protocol without dwell, or instants coincide in double precision.
+        ValueError: when a peak does not lie above its start, dwell points are asked of a protocol without dwell, or
+            instants coincide in double precision.
     """
     n_load, n_dwell, n_unload = checked_counts(counts)
     start = (
@@ -90,10 +91,16 @@ def measurement_grid(
             f"counts must ask for no dwell points where dwell_time is 0; received counts={tuple(counts)!r} "
             f"with a dwell_time of {float(dwell.min())!r}"
         )
+    if np.any(backward := ~(delta_l > delta_0)):
+        row = int(np.flatnonzero(backward)[0])
+        raise ValueError(
+            "peak_indentation must lie above the start indentation; received protocol "
+            f"{row} with {float(delta_l[row, 0])!r} and a start of {float(delta_0[row, 0])!r}"
+        )
     loading = np.linspace(0.0, 1.0, n_load)
     dwelling = np.arange(1, n_dwell + 1) / max(n_dwell, 1)
     unloading = np.arange(1, n_unload + 1) / n_unload
-    travel = np.abs(delta_l - delta_0)
+    travel = delta_l - delta_0
     t1 = travel / v_load
     t2 = t1 + dwell
     t3 = t2 + travel / v_unload

@@ -95,11 +95,8 @@ class PiecewiseLinearProtocol:
 class LoadingProtocol:
     """Load at constant rate to a peak, dwell there, unload at constant rate to the start.
 
-    With the default start a peak below it is legal: the sphere then first moves away and comes back, and its segments
-    keep the names of their phases.
-
     Args:
-        peak_indentation: indentation held during the dwell, within +-1e6.
+        peak_indentation: indentation held during the dwell, within +-1e6 and above the start.
         loading_rate: speed of the first ramp, 1e-12 to 1e12.
         dwell_time: time held at the peak, 0 to 1e12; zero leaves the phase out.
         unloading_rate: speed of the last ramp, 1e-12 to 1e12.
@@ -136,7 +133,7 @@ class LoadingProtocol:
 
     def phase_times(self, tabor: float) -> tuple[float, float, float, float]:
         """Instants (t0, t1, t2, t3): start, peak reached, dwell over, end; t1 = t2 without a dwell."""
-        travel = abs(self.peak_indentation - self.start(tabor))
+        travel = self.peak_indentation - self.start(tabor)
         t1 = travel / self.loading_rate
         t2 = t1 + self.dwell_time
         return 0.0, t1, t2, t2 + travel / self.unloading_rate
@@ -145,11 +142,15 @@ class LoadingProtocol:
         """The indentation history in a scene of this Tabor parameter; it remembers which segment is which phase.
 
         Raises:
-            ValueError: when the peak equals the start, or a phase is too short to be told apart in double precision.
+            ValueError: when the peak does not lie above the start, or a phase is too short to be told apart in double
+                precision.
         """
         start, peak = self.start(tabor), self.peak_indentation
-        if start == peak:
-            raise ValueError(f"peak_indentation must differ from the start indentation {start!r}; received {peak!r}")
+        if not peak > start:
+            raise ValueError(
+                f"peak_indentation must lie above the start indentation, which is {start:.6g} at tabor {tabor:g}; "
+                f"received {peak!r}"
+            )
         t0, t1, t2, t3 = self.phase_times(tabor)
         for phase, begin, end, wanted in (("dwell", t1, t2, self.dwell_time > 0.0), ("unloading", t2, t3, True)):
             if wanted and not end > begin:

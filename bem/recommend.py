@@ -74,6 +74,8 @@ class Recommendation:
     """Adhesion force of a rubbery contact, 2 pi R dgamma, over the largest force without adhesion."""
 
     def __str__(self) -> str:
+        if self.found_by == "nothing is left out":
+            return f"{self.effects} ({self.found_by})"
         return f"{self.effects} (error about {self.estimate:.2g} of {self.tolerance:g} allowed, by {self.found_by})"
 
 

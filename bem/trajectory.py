@@ -1,7 +1,7 @@
 """What a simulation returns: the force history, how it ended, and what it cost.
 
 Units: time in retardation times, indentation in h0, force in pi R dgamma (tension positive), contact radius in beta,
-hysteresis in h0 pi R dgamma.
+work and hysteresis in h0 pi R dgamma.
 """
 
 from __future__ import annotations
@@ -15,6 +15,27 @@ from numpy.typing import ArrayLike
 
 from bem._checks import FloatArray
 from bem.history import History
+from bem.reference_solutions import dmt
+
+FAR_FIELD_FACTOR = 4.0
+"""How many times the attraction of undeformed surfaces still counts as far field; see `far_field`."""
+
+
+def far_field(force: ArrayLike, indentation: ArrayLike, *, doubt: float = 0.0) -> np.ndarray:
+    """Whether a force has fallen to the attraction of surfaces that do not touch; shapes broadcast, result bool.
+
+    The attraction of an undeformed sphere at a gap 1 - delta, P = 2 integral of the traction over the gap, does not
+    depend on material and Tabor parameter. Attraction raises the surface and a deep contact leaves a dent, so that the
+    force of separated surfaces is less, or up to four times as much: that of a surface that bridges half of the gap. In
+    the elastic contact the factor is 1.4 at most.
+
+    Args:
+        force: tension positive.
+        indentation: at which the force acts; above 0 the undeformed sphere is taken to just touch.
+        doubt: error of the force, added to what is allowed.
+    """
+    alone = dmt.rigid_force_from_indentation(np.minimum(indentation, 0.0))
+    return np.asarray(force) <= FAR_FIELD_FACTOR * alone + doubt
 
 
 @dataclass(frozen=True)
@@ -102,7 +123,10 @@ class Trajectory:
 
     @property
     def pull_off_force(self) -> float:
-        """Largest force while unloading (tension positive); NaN when unfinished or never unloaded."""
+        """Largest force while unloading (tension positive); NaN when unfinished or never unloaded.
+
+        Where the contact is not `detached` at the end it is the largest so far, and a longer unloading may exceed it.
+        """
         return float(self.force[self._pull_off]) if self._pull_off >= 0 else np.nan
 
     @property
@@ -120,15 +144,38 @@ class Trajectory:
         """Force at the end of the protocol; NaN when unfinished."""
         return float(self.force[-1]) if self.completed else np.nan
 
+    @property
+    def detached(self) -> bool:
+        """Whether the surfaces have separated by the end of the protocol; False when unfinished.
+
+        Two things must hold. The contact edge is gone: the contact radius is zero, as the gap is everywhere wider than
+        that of the largest tension (without adhesion: as nothing presses). And the force has fallen to the far-field
+        attraction, see `far_field`; without adhesion it is zero. For mu < 0.09 the default start itself lies within the
+        gap of the largest tension, so that a slow unloading ends attached there.
+        """
+        return self.completed and bool(
+            self.contact_radius[-1] == 0.0 and far_field(self.force[-1], self.indentation[-1])
+        )
+
     @cached_property
     def hysteresis(self) -> float:
-        """Area |closed integral of P d(delta)| of the loop, interpolated as by `at`; NaN when unfinished."""
+        """Area |closed integral of P d(delta)| of the loop, interpolated as by `at`; NaN when unfinished.
+
+        The paper's definition has no sign. It is energy dissipated where `work` is positive; where that is negative the
+        contact gave back energy that it held at the start, as from a glassy start in contact.
+        """
         return abs(self.work()) if self.completed else np.nan
 
-    def work(self) -> float:
-        """Integral of -P d(delta) over the history: the energy put into the contact, which a closed loop dissipates.
+    def turnover(self) -> float:
+        """Integral of |P d(delta)| over the history: what its work is to be compared with."""
+        mean = 0.5 * (np.abs(self.force[1:]) + np.abs(self.force[:-1]))
+        return float(np.sum(mean * np.abs(np.diff(self.indentation))))
 
-        Of an elastic contact it is `energy_balance`, which does not subtract large areas; of others it is the integral.
+    def work(self) -> float:
+        """Integral of -P d(delta) over the history: the energy put into the contact.
+
+        What a loop closed in indentation and state dissipates; negative where the contact gave energy back. Of an
+        elastic contact it is `energy_balance`, which does not subtract large areas.
         """
         if np.isfinite(self.energy_balance):
             return self.energy_balance
@@ -162,7 +209,7 @@ class Trajectory:
         return self._history.at(times)
 
     def summary(self) -> dict[str, Any]:
-        """The scalars of the trajectory, ready for JSON: status, pull-off, hysteresis, jumps, statistics."""
+        """The scalars of the trajectory, ready for JSON: status, pull-off, hysteresis, work, jumps, statistics."""
         return {
             "status": self.status,
             "accuracy": self.accuracy,
@@ -171,7 +218,9 @@ class Trajectory:
             "max_compression": self.max_compression,
             "hysteresis": self.hysteresis,
             "hysteresis_accuracy": self.hysteresis_accuracy,
+            "work": self.work() if self.completed else np.nan,
             "end_force": self.end_force,
+            "detached": self.detached,
             "jumps": [asdict(jump) for jump in self.jumps],
             "stats": asdict(self.stats),
         }

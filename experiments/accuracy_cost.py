@@ -7,15 +7,15 @@ at the measurement steps. Surrogates and closed forms know the measurement steps
 what those alone cost. The paper's discretisation gets the first protocols only where it is fine (`BASELINE`), closed
 forms those of their regime; each row says how many.
 
-Seconds are those of a whole call, from the protocol to pull-off force, hysteresis and forces at the measurement steps,
-on one thread: for each protocol the median of the repeats. A tool is repeated while `BUDGET` lasts, at least once.
+Seconds are processor seconds of a whole call, from the protocol to pull-off force, hysteresis and forces at the
+measurement steps, on one thread: for each protocol the median of the repeats. A tool is repeated while `BUDGET` lasts,
+at least once.
 
 Usage: `python -m experiments.accuracy_cost [--count N] [--repeats N] [--finest N] [--out FILE]`.
 """
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Annotated, Any
@@ -33,9 +33,9 @@ from bem.materials import StandardLinearSolid
 from bem.protocol import LoadingProtocol
 from bem.scene import Scene
 from experiments.closed_form_tools import FORMS, depths_of
-from experiments.measuring import MEASUREMENTS, fingerprint, force_error, plain, progress, spread
+from experiments.measuring import CLOCK, MEASUREMENTS, Busy, fingerprint, force_error, progress, publish, spread
 from experiments.solver_sample import MODULUS_RATIO, TRUTH_TARGET, Case, measured
-from experiments.studies import DATASET, MODELS, write_result
+from experiments.studies import DATASET, MODELS
 from experiments.surrogate_cost import from_steps, missing, outdated, surrogate_tools
 
 OUT = MEASUREMENTS / "accuracy_cost.json"
@@ -103,9 +103,9 @@ def run(cases: Sequence[Case], answer: Callable[[Case], np.ndarray], repeats: in
     while not runs or (len(runs) < repeats and spent + spent / len(runs) <= BUDGET):
         seconds = np.empty(len(cases))
         for i, case in enumerate(progress(cases, f"{label}, run {len(runs) + 1} of {repeats}")):
-            started = time.perf_counter()
-            found = answer(case)
-            seconds[i] = time.perf_counter() - started
+            with CLOCK:
+                found = answer(case)
+            seconds[i] = CLOCK.seconds
             if not runs:
                 table[i] = found
         runs.append(seconds)
@@ -167,6 +167,7 @@ def main(
     dataset: Annotated[Path, typer.Option(help="Data set file.")] = DATASET,
     models: Annotated[Path, typer.Option(help="Where trained models are.")] = MODELS,
     out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
+    busy: Busy = False,
 ) -> None:
     """Measure all tools and write the result: once before the surrogates, once with them."""
     cases = held_out(count, dataset)
@@ -187,7 +188,7 @@ def main(
             "outdated": old,
             "complete": complete,
         }
-        write_result(out, f"accuracy_cost --count {count} --repeats {repeats} --finest {finest}", plain(content))
+        publish(out, f"accuracy_cost --count {count} --repeats {repeats} --finest {finest}", content, busy=busy)
 
     with threadpool_limits(limits=1):
         for target in TARGETS:

@@ -25,8 +25,7 @@ from bem.command import run_main
 from bem.designs import Design
 from bem.measurement import FMS, measurement_grid
 from bem.provenance import versions
-from experiments.measuring import MEASUREMENTS, write_place
-from experiments.studies import write_result
+from experiments.measuring import CLOCK, MEASUREMENTS, Busy, publish, write_place
 
 PREDICTIONS, STREAM = MEASUREMENTS / "surrogate_latency.json", MEASUREMENTS / "stream_latency.json"
 BATCH = 1024
@@ -81,14 +80,15 @@ def measure_stream(name: str, models: Path | None, steps: int) -> dict[str, Any]
     history = list(zip(times[0].tolist(), indentations[0].tolist(), strict=True))
     spent = np.empty(steps, dtype=np.int64)
     clock = time.perf_counter_ns
-    for index in range(steps):
-        at = index % STREAM_HISTORY
-        if at == 0:
-            stream.reset()
-        instant, depth = history[at]
-        started = clock()
-        stream.step(instant, depth, at in EDGES)
-        spent[index] = clock() - started
+    with CLOCK:
+        for index in range(steps):
+            at = index % STREAM_HISTORY
+            if at == 0:
+                stream.reset()
+            instant, depth = history[at]
+            started = clock()
+            stream.step(instant, depth, at in EDGES)
+            spent[index] = clock() - started
     microseconds = spent / 1e3
     percentiles = {"median": 50.0, "p99": 99.0, "p99_9": 99.9, "worst": 100.0}
     return {
@@ -166,10 +166,10 @@ def _seconds(call: Callable[[], Any], count: int, repeats: int) -> dict[str, flo
     call()
     wall, processor = [], []
     for _ in range(repeats):
-        started, used = time.perf_counter(), time.process_time()
-        call()
-        wall.append((time.perf_counter() - started) / count)
-        processor.append((time.process_time() - used) / count)
+        with CLOCK:
+            call()
+        wall.append(CLOCK.wall / count)
+        processor.append(CLOCK.seconds / count)
     return {"median": float(np.median(wall)), "best": float(min(wall)), "processor": float(np.median(processor))}
 
 
@@ -209,6 +209,7 @@ def main(
     steps: Annotated[int, typer.Option(help="Steps of the stream.")] = STEPS,
     repeats: Annotated[int, typer.Option(help="Single predictions.")] = 200,
     out: Annotated[Path | None, typer.Option(help="Result file to write.")] = None,
+    busy: Busy = False,
     page: Annotated[Path | None, typer.Option(help="Page to show what is published on, instead of measuring.")] = None,
 ) -> None:
     """Measure, print a table and write the numbers."""
@@ -221,11 +222,12 @@ def main(
     if stream:
         content = measure_stream(model, models, steps)
         print(stream_table(content))
-        write_result(out or STREAM, f"bench_surrogate --stream --model {model} --steps {steps}", content)
+        study = f"bench_surrogate --stream --model {model} --steps {steps}"
+        publish(out or STREAM, study, content, busy=busy)
     else:
         content = measure_predictions(model, models, repeats)
         print(prediction_table(content))
-        write_result(out or PREDICTIONS, f"bench_surrogate --model {model} --repeats {repeats}", content)
+        publish(out or PREDICTIONS, f"bench_surrogate --model {model} --repeats {repeats}", content, busy=busy)
 
 
 if __name__ == "__main__":

@@ -1,30 +1,24 @@
 """The twelve canonical protocols: solver against surrogate, with the seconds both need.
 
-The surrogate is timed three ways, on one thread and warmed up: the plain Keras call (`model.predict`, as most scripts
-do it), our predictor on one protocol, and our predictor on a batch, per trajectory. Our predictor is ONNX Runtime where
-the model is exported. Source: the paper's section "Canonical adhesion regimes" and its timing table.
+The seconds are those that `experiments.canonical_times` measured and published, whatever machine this runs on. Source:
+the paper's section "Canonical adhesion regimes" and its timing table.
 
-Usage: `python -m experiments.canonical_regimes [--config FILE] [--models DIR] [--out FILE]`.
+Usage: `python -m experiments.canonical_regimes [--config FILE] [--models DIR] [--times FILE] [--out FILE]`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 import typer
 
-from bem import Trajectory
 from bem.command import run_main
 from bem.measurement import FMS
-from experiments import studies
-from experiments.measuring import timed
+from experiments import canonical_times, studies
 
 if TYPE_CHECKING:
-    import keras
-
     from surrogate.predictor import Surrogate
 
 CONFIG = studies.CONFIGS / "canonical_regimes.toml"
@@ -32,46 +26,22 @@ OUT = studies.RESULTS / "canonical_regimes.json"
 SCALARS = ("pull_off_force", "pull_off_time", "hysteresis", "max_compression", "end_force")
 
 
-def median_seconds(call: Callable[[], Any], repetitions: int) -> float:
-    """Median wall-clock seconds of a call, after one that is not counted."""
-    return float(np.median(timed(call, repetitions)))
-
-
-def keras_inputs(trained: Surrogate, steps: dict[str, np.ndarray], tabor: float) -> list[np.ndarray]:
-    """The scaled arrays of one trajectory, as the Keras model takes them."""
-    from surrogate.features import channels, edge_from_counts
-
-    times, indentations = steps["time"][np.newaxis], steps["indentation"][np.newaxis]
-    physical = channels(times, indentations, edge_from_counts(FMS, 1), trained.scaling.features)
-    return [trained.scaling.scale_channels(physical), trained.scaling.scale_tabor(np.array([tabor]))]
-
-
-def batch_seconds(trained: Surrogate, steps: dict[str, np.ndarray], tabor: float, batch: int) -> float:
-    """Seconds of our predictor for each trajectory of a batch."""
-    times, indentations = (np.repeat(steps[name][np.newaxis], batch, axis=0) for name in ("time", "indentation"))
-    return median_seconds(lambda: trained.predict(times, indentations, tabor=tabor), 3) / batch
-
-
-def regime(protocol: dict[str, Any], trained: Surrogate, model: keras.Model, config: dict[str, Any]) -> dict[str, Any]:
+def regime(
+    protocol: dict[str, Any], trained: Surrogate, config: dict[str, Any], seconds: dict[str, float]
+) -> dict[str, Any]:
     """One protocol: native history, measurement steps, prediction, scalars, errors and seconds.
 
     Args:
         protocol: A row of the timing table.
         trained: Our predictor.
-        model: The Keras model of the same weights.
         config: The study's configuration.
+        seconds: What it took, as published.
     """
     from surrogate.metrics import hysteresis, nmae, pull_off
 
-    tabor, repetitions = protocol["tabor"], config["repetitions"]
-
-    def solve() -> Trajectory:
-        return studies.simulated(protocol, modulus_ratio=config["modulus_ratio"], accuracy=config["accuracy"])
-
-    trajectory = solve()
+    trajectory = studies.simulated(protocol, modulus_ratio=config["modulus_ratio"], accuracy=config["accuracy"])
     steps = studies.on_steps(protocol, trajectory)
-    force = studies.predicted(trained, steps, FMS, tabor)
-    inputs = keras_inputs(trained, steps, tabor)
+    force = studies.predicted(trained, steps, FMS, protocol["tabor"])
     first = FMS[0] + FMS[1] - 1
     found, reference = (
         {
@@ -89,12 +59,7 @@ def regime(protocol: dict[str, Any], trained: Surrogate, model: keras.Model, con
         "surrogate": found,
         "errors_percent": {name: studies.percent(found[name], reference[name]) for name in found}
         | {"nmae": float(nmae(force[None], steps["force"][None])[0])},
-        "seconds": {
-            "solver": median_seconds(solve, repetitions),
-            "keras_call": median_seconds(lambda: model.predict(inputs, verbose=0), repetitions),
-            "predictor": median_seconds(lambda: studies.predicted(trained, steps, FMS, tabor), repetitions),
-            "predictor_batch": batch_seconds(trained, steps, tabor, config["batch"]),
-        },
+        "seconds": seconds,
         "paper_seconds": {"solver": protocol["bem_seconds"], "surrogate": protocol["surrogate_seconds"]},
     }
 
@@ -115,21 +80,27 @@ def summary(regimes: list[dict[str, Any]]) -> dict[str, float]:
 def main(
     config: Annotated[Path, typer.Option(help="TOML file.")] = CONFIG,
     models: Annotated[Path, typer.Option(help="Where trained models are.")] = studies.MODELS,
+    times: Annotated[Path, typer.Option(help="Published seconds of the protocols.")] = canonical_times.OUT,
     out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
 ) -> None:
-    """Simulate, predict and time the twelve protocols."""
-    settings = studies.read_config(config, "model", "modulus_ratio", "accuracy", "repetitions", "batch")
+    """Simulate and predict the twelve protocols."""
+    settings = studies.read_config(config, "model", "modulus_ratio", "accuracy")
+    measured = canonical_times.published(times)
     trained = studies.load_surrogate(settings["model"], models)
-    model = studies.load_surrogate(settings["model"], models, backend="keras").model
-    regimes: list[dict[str, Any]] = []
-    for protocol in studies.paper_protocols("canonical_protocols"):
-        regimes.append(regime(protocol, trained, model, settings))
-        print(f"({regimes[-1]['sample']}) " + "  ".join(f"{k} {v:.3g} s" for k, v in regimes[-1]["seconds"].items()))
-    backend = type(trained.backend).__name__
+    regimes = [
+        regime(protocol, trained, settings, measured["seconds"][str(int(protocol["sample"]))])
+        for protocol in studies.paper_protocols("canonical_protocols")
+    ]
     found = summary(regimes) | {"measurement_steps": sum(FMS), "steps_by_phase": ", ".join(map(str, FMS))}
-    studies.write_result(
-        out, "canonical_regimes", {"config": settings, "backend": backend, "summary": found, "regimes": regimes}
-    )
+    content = {
+        "config": settings,
+        "backend": type(trained.backend).__name__,
+        "times": {name: measured[name] for name in ("host", "config")},
+        "summary": found,
+        "regimes": regimes,
+    }
+    studies.write_result(out, "canonical_regimes", content)
+    print(f"least factor {found['least_factor']:.3g}, median factor {found['median_factor']:.3g}")
 
 
 if __name__ == "__main__":

@@ -6,10 +6,10 @@ accuracy and for the paper's discretisation with a spacing and a time step that 
 that its nodes and steps grow as its accuracy demands. The data set gives exponents over the whole box: least squares of
 log seconds over the logarithms of all five quantities.
 
-All seconds are wall seconds: of a step where nodes are varied, for both, and of the whole call elsewhere; medians of at
-least three runs. Iterations per step are fitted beside them, the N_iter of the paper's O(N_s^2 N_t N_iter). With a
-fresh factorisation in every iteration the paper's method costs N_s^3 once systems are large, and its sum over the
-history costs N_t^2 once histories are long; the solver, which remembers by recursion and factorises seldom, has
+All seconds are processor seconds, medians of at least three runs: of a step where nodes are varied, for both, and of
+the whole call elsewhere. Iterations per step are fitted beside them, the N_iter of the paper's O(N_s^2 N_t N_iter).
+With a fresh factorisation in every iteration the paper's method costs N_s^3 once systems are large, and its sum over
+the history costs N_t^2 once histories are long; the solver, which remembers by recursion and factorises seldom, has
 neither.
 
 Usage: `python -m experiments.cost_growth [--repeats N] [--out FILE]`.
@@ -33,8 +33,8 @@ from bem.command import run_main
 from bem.dataset_file import load_dataset
 from bem.designs import PAPER_RANGES
 from experiments import solver_scaling
-from experiments.measuring import MEASUREMENTS, exponent, plain, progress, spread, timed
-from experiments.studies import DATASET, write_result
+from experiments.measuring import MEASUREMENTS, Busy, exponent, progress, publish, spread, timed
+from experiments.studies import DATASET
 
 OUT = MEASUREMENTS / "cost_growth.json"
 CENTRE = {
@@ -124,6 +124,7 @@ def main(
     finest: Annotated[int, typer.Option(help="Most nodes of the paper's discretisation.")] = LARGEST_BASELINE[0],
     dataset: Annotated[Path, typer.Option(help="Data set file.")] = DATASET,
     out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
+    busy: Busy = False,
 ) -> None:
     """Measure all growth curves."""
     if repeats < LEAST_REPEATS:
@@ -141,7 +142,7 @@ def main(
         for factor in progress(factors, f"solver, {name}"):
             point = solver_scaling.measure(repeats, **{control: float(factor)})
             point |= {
-                "seconds": spread(point.pop("runs")),
+                "seconds": spread(point.pop("seconds")),
                 "iterations_per_step": point["iterations"] / point["steps"],
             }
             points.append(a_step(point) if name == "nodes" else point)
@@ -163,7 +164,7 @@ def main(
         solver[name] = {"points": ours, **fitted(ours, name)}
         baseline[name] = {"points": theirs, **fitted(theirs, name)}
     content = {"centre": CENTRE, "solver": solver, "baseline": baseline, "data_set": over_data_set}
-    write_result(out, f"cost_growth --repeats {repeats}", plain(content))
+    publish(out, f"cost_growth --repeats {repeats}", content, busy=busy)
     for tool, curves in (("solver", solver), ("paper's discretisation", baseline)):
         print(tool, {name: round(curve["exponent"], 2) for name, curve in curves.items()})
 

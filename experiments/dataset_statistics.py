@@ -2,8 +2,10 @@
 
 The resolution floor is the error of the pull-off force made by the fixed measurement steps alone: the largest force on
 the steps of the unloading phase against the largest of the solver's own history. No surrogate that predicts the steps
-can be told from the solver below it. A trajectory still in contact at its end has its pull-off force there, if nowhere
-else.
+can be told from the solver below it.
+
+Still attached at its end is a trajectory whose end force exceeds the far-field attraction there
+(`bem.trajectory.far_field`): its pull-off force is the largest so far.
 
 Cost is the solver's seconds and, over these, the workers' seconds on trajectories (measuring and keeping included) and
 the whole run, wall time times workers; the parallel efficiency is the share of the whole run that went into
@@ -24,6 +26,8 @@ import typer
 from bem._checks import FloatArray
 from bem.command import run_main
 from bem.dataset_file import Dataset, load_dataset
+from bem.protocol import default_start_indentation
+from bem.trajectory import far_field
 
 DATASET = Path("published/dataset.h5")
 OUT = Path("results/dataset/statistics.json")
@@ -57,6 +61,13 @@ def force_ratio(dataset: Dataset) -> FloatArray:
     return force[compressed] / -compression[compressed]
 
 
+def still_attached(dataset: Dataset) -> np.ndarray:
+    """Which of the completed trajectories end attached, by their end force alone: bool, of shape (completed,)."""
+    rows = dataset.completed
+    end = default_start_indentation(dataset.protocols["tabor"][rows])
+    return ~far_field(dataset.scalars["end_force"][rows], end)
+
+
 def statistics(dataset: Dataset) -> dict[str, Any]:
     """Everything the tables say about a data set."""
     rows, scalars = dataset.completed, dataset.scalars
@@ -84,6 +95,7 @@ def statistics(dataset: Dataset) -> dict[str, Any]:
         "parallel_efficiency": float(attributes["core_seconds"] / workers_seconds),
         "peak_memory": attributes.get("peak_memory"),
         "with_jumps": float(np.mean(scalars["jump_count"][rows] > 0)),
+        "still_attached": float(np.mean(still_attached(dataset))),
         "end_force_above_half_pull_off": float(np.mean(scalars["end_force"][rows] > 0.5 * force)),
         "pull_off_force": [float(force.min()), float(force.max())],
         "pull_off_time": [float(bound) for bound in np.percentile(scalars["pull_off_time"][rows], [0.0, 100.0])],

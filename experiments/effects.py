@@ -40,8 +40,7 @@ from bem.materials import Material
 from bem.recommend import difference
 from bem.reference_solutions import dmt, hereditary_hertz, hertz, jkr
 from experiments.effect_files import branches, code_of, own_files, shared_files
-from experiments.measuring import MEASUREMENTS, plain, progress, spread, timed
-from experiments.studies import write_result
+from experiments.measuring import MEASUREMENTS, Busy, progress, publish, spread, timed
 
 OUT = MEASUREMENTS / "effects.json"
 TABOR, DMT_TABOR, JKR_TABOR = 1.0, 0.2, 3.2
@@ -222,6 +221,7 @@ def _last_within(points: list[dict[str, Any]], place: str, error: str) -> float 
 def main(
     repeats: Annotated[int, typer.Option(help="Timed runs of each scene.")] = 15,
     out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
+    busy: Busy = False,
 ) -> None:
     """Measure the table and the curves of effects."""
     scenes = {name: Scene(tabor, material, law) for name, tabor, material, law in SCENES}
@@ -254,7 +254,7 @@ def main(
         "bands": bands,
         "safe": safe(ranges, bands),
     }
-    write_result(out, f"effects --repeats {repeats}", plain(content))
+    publish(out, f"effects --repeats {repeats}", content, busy=busy)
 
 
 if __name__ == "__main__":

@@ -24,7 +24,7 @@ from bem.accuracy import resolve_accuracy
 from bem.command import run_main
 from bem.designs import Design
 from bem.protocol import default_start_indentation
-from experiments.hard_cases import REFINEMENT, corners, run, turnover
+from experiments.hard_cases import REFINEMENT, corners, run
 from experiments.measuring import MEASUREMENTS, plain, progress
 from experiments.studies import write_result
 
@@ -104,7 +104,7 @@ def pair(scene: Scene, protocol: Protocol) -> dict[str, Any]:
         "pull_off_force": coarse.pull_off_force,
         "refined_pull_off_force": fine.pull_off_force,
         "change": abs(coarse.pull_off_force / fine.pull_off_force - 1.0) if both else np.nan,
-        "work_change": abs(coarse.work() - fine.work()) / turnover(fine) if both else np.nan,
+        "work_change": abs(coarse.work() - fine.work()) / fine.turnover() if both else np.nan,
         "energy": energy(coarse),
         "refined_energy": energy(fine),
         "end_over_pull_off": coarse.end_force / coarse.pull_off_force if coarse.completed else np.nan,
@@ -139,7 +139,7 @@ def extreme(name: str, scene: Scene, protocol: Protocol) -> dict[str, Any]:
 
 def energy(trajectory: Trajectory) -> float:
     """Work of the history over its turnover; NaN when unfinished."""
-    return trajectory.work() / turnover(trajectory) if trajectory.completed else np.nan
+    return trajectory.work() / trajectory.turnover() if trajectory.completed else np.nan
 
 
 def drawn(where: str, count: int, seed: int) -> list[dict[str, Any]]:

@@ -24,6 +24,7 @@ from bem import Elastic, LoadingProtocol, Scene, StandardLinearSolid, Trajectory
 from bem.accuracy import resolve_accuracy
 from bem.command import run_main
 from bem.designs import PAPER_RANGES
+from bem.protocol import default_start_indentation
 from bem.provenance import provenance
 
 OUT = Path("results/solver/hard_cases.csv")
@@ -39,6 +40,8 @@ VALUES = {
     "dwell_time": (0.0, 1e-6, 1.0, 1e3),
     "peak_indentation": (-1.0, 0.5, 10.0, 100.0, 500.0),
 }
+SHALLOWEST = -0.02
+"""Peak indentation instead of one that lies below the start, where the sphere would move away."""
 DEEPEST_FOR_LARGE_TABOR = 100.0  # where the Tabor parameter exceeds 1
 ENERGY_TOLERANCE = 1e-3
 
@@ -46,11 +49,14 @@ Case = dict[str, Any]
 
 
 def random_combinations(count: int, seed: int) -> list[Case]:
-    """Different combinations of `VALUES`, drawn from a seed."""
+    """Different combinations of `VALUES`, drawn from a seed, each with a peak above its start."""
     possible = [dict(zip(VALUES, values, strict=True)) for values in itertools.product(*VALUES.values())]
     possible = [
         case for case in possible if case["tabor"] <= 1.0 or case["peak_indentation"] <= DEEPEST_FOR_LARGE_TABOR
     ]
+    for case in possible:
+        if case["peak_indentation"] <= default_start_indentation(case["tabor"]):
+            case["peak_indentation"] = SHALLOWEST
     drawn = np.random.default_rng(seed).permutation(len(possible))[:count]
     return [{"kind": "random", **possible[i]} for i in drawn]
 
@@ -71,12 +77,6 @@ def run(case: Case, accuracy: str | float) -> Trajectory:
     return simulate(scene, LoadingProtocol(**{name: case[name] for name in names}), accuracy)
 
 
-def turnover(trajectory: Trajectory) -> float:
-    """Integral of |P d(delta)|: what the work of a loop is to be compared with."""
-    mean = 0.5 * (np.abs(trajectory.force[1:]) + np.abs(trajectory.force[:-1]))
-    return float(np.sum(mean * np.abs(np.diff(trajectory.indentation))))
-
-
 def examined(case: Case) -> Case:
     """The case with everything that is reported about it."""
     run(corners()[0], "draft")  # a few milliseconds, so that the first call of a process is not timed
@@ -91,9 +91,9 @@ def examined(case: Case) -> Case:
         "pull_off_force": coarse.pull_off_force,
         "refined_pull_off_force": fine.pull_off_force,
         "change": abs(coarse.pull_off_force / fine.pull_off_force - 1.0) if both else np.nan,
-        "hysteresis_change": abs(coarse.work() - fine.work()) / turnover(fine) if both else np.nan,
-        "work_over_turnover": coarse.work() / turnover(coarse) if coarse.completed else np.nan,
-        "refined_work_over_turnover": fine.work() / turnover(fine) if fine.completed else np.nan,
+        "hysteresis_change": abs(coarse.work() - fine.work()) / fine.turnover() if both else np.nan,
+        "work_over_turnover": coarse.work() / coarse.turnover() if coarse.completed else np.nan,
+        "refined_work_over_turnover": fine.work() / fine.turnover() if fine.completed else np.nan,
         "finite": bool(np.all(np.isfinite(coarse.force)) and np.isfinite(coarse.pull_off_force)),
         "jumps": len(coarse.jumps),
         "refined_jumps": len(fine.jumps),

@@ -1,6 +1,8 @@
 """What measurements share: seconds with their spread, progress, values that JSON can hold, places in the guide.
 
-Seconds are wall seconds of whole calls on one thread. A first call, which loads compiled kernels, is never counted.
+Seconds are processor seconds of whole calls on one thread. A first call, which loads compiled kernels, is never
+counted. Where other programs compete for the core, processor seconds fall behind the wall's, and they too are longer
+than on an idle machine: a measurement during which they were too small a share of the wall's is not published.
 """
 
 from __future__ import annotations
@@ -12,16 +14,61 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from datetime import timedelta
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Annotated, Any, Self, TypeVar
 
 import numpy as np
+import typer
 
 MEASUREMENTS = Path("published/measurements")
 """Where measurements go that take long or belong to one machine."""
 FORCE_ERROR = "mean |P - P*| / range of P*"
 """The one error of a force history in the measurements of cost: see `force_error`."""
+NOT_PUBLISHED = Path("results/measurements")
+"""Where measurements go that were made on a busy machine."""
+LEAST_SHARE = 0.9
+"""Processor seconds over wall seconds below which the machine was too busy."""
 SAID_EVERY = 20.0  # seconds between lines of progress where nobody has a terminal
 Item = TypeVar("Item")
+Busy = Annotated[bool, typer.Option("--busy", help="Publish it even if the machine was busy.")]
+"""An option of every measurement of seconds."""
+
+
+class Clock:
+    """Processor seconds of what runs inside `with clock:`, and how much of the wall's seconds they are so far.
+
+    Args:
+        processor: Seconds of this process on any core.
+        wall: Seconds of a clock on the wall.
+    """
+
+    def __init__(
+        self,
+        processor: Callable[[], float] = time.process_time,
+        wall: Callable[[], float] = time.perf_counter,
+    ) -> None:
+        self.wall, self.seconds = 0.0, 0.0
+        """Wall and processor seconds of the last run."""
+        self._clocks = (wall, processor)
+        self._spent = [0.0, 0.0]
+
+    @property
+    def share(self) -> float:
+        """Processor seconds over wall seconds of all runs; a run on more than one core counts as one on one."""
+        wall, processor = self._spent
+        return processor / wall if wall > 0.0 else 1.0
+
+    def __enter__(self) -> Self:
+        self._started = [clock() for clock in self._clocks]
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        ended = [clock() for clock in self._clocks]
+        self.wall, self.seconds = (end - begin for begin, end in zip(self._started, ended, strict=True))
+        self._spent = [self._spent[0] + self.wall, self._spent[1] + min(self.seconds, self.wall)]
+
+
+CLOCK = Clock()
+"""The clock of this process."""
 
 
 def force_error(found: np.ndarray, exact: np.ndarray) -> np.ndarray:
@@ -76,10 +123,41 @@ def timed(function: Callable[[], Any], repeats: int, *, first: bool = True) -> l
         function()
     seconds = []
     for _ in range(repeats):
-        started = time.perf_counter()
-        function()
-        seconds.append(time.perf_counter() - started)
+        with CLOCK:
+            function()
+        seconds.append(CLOCK.seconds)
     return seconds
+
+
+def publish(out: Path, study: str, content: Mapping[str, Any], *, busy: bool) -> None:
+    """Write a measurement of seconds, with the share of the core it had.
+
+    Args:
+        out: The result file.
+        study: The module and its options, for the record.
+        content: What was measured.
+        busy: Whether to publish what was measured on a busy machine too.
+
+    Raises:
+        RuntimeError: the machine was too busy; the measurement is kept in `NOT_PUBLISHED`.
+    """
+    from experiments.studies import write_result  # which loads the solver
+
+    share = CLOCK.share
+    place = out if busy or share >= LEAST_SHARE else NOT_PUBLISHED / out.name
+    write_result(place, study, plain({**content, "processor_share": share}))
+    if share >= LEAST_SHARE:
+        return
+    doubt = (
+        "the machine was too busy to believe these seconds: the processor's must be at least "
+        f"{100 * LEAST_SHARE:.0f} % of the wall's; received {100 * share:.0f} %"
+    )
+    if not busy:
+        raise RuntimeError(
+            f"{doubt}; they are kept in {str(place)!r} and not published; measure on an idle machine, or publish them "
+            "with --busy (BUSY=yes for make)"
+        )
+    print(f"{doubt}; published all the same, as asked", file=sys.stderr)
 
 
 def plain(value: Any) -> Any:

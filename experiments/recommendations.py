@@ -11,7 +11,6 @@ Usage: `python -m experiments.recommendations [--count N] [--out FILE]`.
 
 from __future__ import annotations
 
-import time
 from collections import Counter
 from pathlib import Path
 from typing import Annotated, Any
@@ -34,8 +33,7 @@ from bem.command import run_main
 from bem.designs import PAPER_RANGES, Design
 from bem.effects import Protocol
 from bem.recommend import difference
-from experiments.measuring import MEASUREMENTS, plain, progress, spread, timed
-from experiments.studies import write_result
+from experiments.measuring import CLOCK, MEASUREMENTS, Busy, progress, publish, spread, timed
 
 OUT = MEASUREMENTS / "recommendations.json"
 ASKED = {"force": (0.1, 0.03, 0.01), "pull_off_force": (0.1,), "hysteresis": (0.1,)}
@@ -78,9 +76,9 @@ def two_loads(protocol: LoadingProtocol, tabor: float, share: float) -> Piecewis
 
 def checked(scene: Scene, protocol: Protocol, tolerance: float, quantity: str) -> dict[str, Any]:
     """One recommendation beside the full solution."""
-    started = time.perf_counter()
-    found = recommend(scene, protocol, tolerance, quantity=quantity)
-    seconds = time.perf_counter() - started
+    with CLOCK:
+        found = recommend(scene, protocol, tolerance, quantity=quantity)
+    seconds = CLOCK.seconds
     simplified = found.found_by != "nothing is left out"
     row = {
         "effects": str(found.effects),
@@ -125,6 +123,7 @@ def summary(rows: list[dict[str, Any]]) -> dict[str, Any]:
 def main(
     count: Annotated[int, typer.Option(help="Protocols of each sample.")] = 100,
     out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
+    busy: Busy = False,
 ) -> None:
     """Check `recommend` against the full solution."""
     results = []
@@ -140,7 +139,7 @@ def main(
                 results.append({"sample": name, "quantity": quantity, "tolerance": tolerance, **found})
                 print(f"{label}: kept in {found['kept']} of {found['simplified']} simplified", flush=True)
     content = {"accuracy": ACCURACY, "results": results}
-    write_result(out, f"recommendations --count {count}", plain(content))
+    publish(out, f"recommendations --count {count}", content, busy=busy)
 
 
 if __name__ == "__main__":

@@ -19,8 +19,8 @@ import typer
 
 from bem.command import run_main
 from bem.measurement import FMS
-from experiments.measuring import MEASUREMENTS, plain, progress, spread, timed
-from experiments.studies import DATASET, write_result
+from experiments.measuring import MEASUREMENTS, Busy, progress, publish, spread, timed
+from experiments.studies import DATASET
 from surrogate.backend import import_keras, limit_threads, versions
 
 OUT = MEASUREMENTS / "training_speed.json"
@@ -64,6 +64,7 @@ def main(
     repeats: Annotated[int, typer.Option(min=1, help="Blocks of batches that are timed.")] = 3,
     dataset: Annotated[Path, typer.Option(help="Data set file, which sets the batches of an epoch.")] = DATASET,
     out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
+    busy: Busy = False,
 ) -> None:
     """Measure every architecture and write the result."""
     limit_threads(1)
@@ -94,7 +95,7 @@ def main(
         "longest_training_hours": models[longest]["hours"],
         "backend": versions(),
     }
-    write_result(out, f"training_speed --recipe {recipe} --repeats {repeats}", plain(content))
+    publish(out, f"training_speed --recipe {recipe} --repeats {repeats}", content, busy=busy)
 
 
 if __name__ == "__main__":

@@ -11,7 +11,7 @@ from matplotlib.ticker import FixedLocator, LogLocator, NullFormatter, ScalarFor
 from bem.command import run_main
 from paper_figures import drawing
 
-SCALING = Path("results/solver/scaling.json")
+GROWTH = Path("published/measurements/cost_growth.json")
 BOUND_IN_NODES, BOUND_IN_STEPS = 2.2, 1.0
 
 
@@ -31,28 +31,27 @@ def draw(axes: Axes, x: np.ndarray, y: np.ndarray, *, fitted: float, bound: floa
     axes.legend()
 
 
-def column(points: list[dict[str, Any]], name: str) -> np.ndarray:
-    """One quantity of all points."""
-    return np.array([point[name] for point in points])
+def columns(curve: dict[str, Any], name: str) -> tuple[np.ndarray, np.ndarray]:
+    """One quantity of all points of a curve, and their median seconds."""
+    points = curve["points"]
+    return np.array([point[name] for point in points]), np.array([point["seconds"]["median"] for point in points])
 
 
 def main(
-    scaling: Annotated[Path, typer.Option(help="Result file of the measurement.")] = SCALING,
+    growth: Annotated[Path, typer.Option(help="Result file of the measurement of how the cost grows.")] = GROWTH,
     folder: Annotated[Path, typer.Option(help="Where the figure goes.")] = drawing.FIGURES,
 ) -> None:
     """Draw the figure."""
-    content = drawing.read_result(scaling, "python -m experiments.solver_scaling")
-    nodes, steps = content["nodes"], content["steps"]
+    solver = drawing.read_result(growth, "make measure-cost-growth")["solver"]
     drawn = drawing.figure(height=2.8)
     left, right = drawn.subplots(1, 2)
-    microseconds = 1e6 * column(nodes, "seconds") / column(nodes, "steps")
-    fitted = content["exponent_in_nodes"]
-    draw(left, column(nodes, "nodes"), microseconds, fitted=fitted, bound=BOUND_IN_NODES, ticks=[50, 100, 200, 400])
+    x, seconds = columns(solver["nodes"], "nodes")
+    fitted = solver["nodes"]["exponent"]
+    draw(left, x, 1e6 * seconds, fitted=fitted, bound=BOUND_IN_NODES, ticks=[50, 100, 200, 400])
     left.set(xlabel="mean number of nodes", ylabel=r"processor time per step ($\mu$s)")
-    fitted = content["exponent_in_steps"]
-    milliseconds = 1e3 * column(steps, "seconds")
-    marks = [100, 200, 500, 1000]
-    draw(right, column(steps, "steps"), milliseconds, fitted=fitted, bound=BOUND_IN_STEPS, ticks=marks)
+    x, seconds = columns(solver["steps"], "steps")
+    fitted = solver["steps"]["exponent"]
+    draw(right, x, 1e3 * seconds, fitted=fitted, bound=BOUND_IN_STEPS, ticks=[100, 200, 500, 1000])
     right.set(xlabel="steps", ylabel="processor time (ms)")
     for axes, name in ((left, "a"), (right, "b")):
         drawing.letter(axes, name)

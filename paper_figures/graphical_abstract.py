@@ -11,6 +11,7 @@ from bem.command import run_main
 from paper_figures import drawing, models_style, schematics
 from paper_figures.figure_6 import RESULT as REGIMES
 from paper_figures.figure_7 import RESULT as ERRORS
+from paper_figures.tables import number
 
 SAMPLE = 5
 
@@ -34,11 +35,12 @@ def draw_model(axes: Axes, regime: dict[str, Any], errors: dict[str, Any]) -> No
     schematics.arrow(axes, (5.0, 7.4), (5.0, 6.15), lw=1.2, linestyle=":", color=drawing.VERMILION)
     axes.text(5.0, 7.5, rf"Tabor parameter $\mu = {tabor:g}$", ha="center", color=drawing.VERMILION, fontsize=7)
     overall = errors["overall"]
+    milliseconds = {name: number(1e3 * seconds, 2) for name, seconds in regime["seconds"].items()}
     text = (
         f"median error on {errors['trajectories']} unseen protocols\n"
         f"pull-off force {overall['pull_off_force_percent']['median']:.2g} %, "
         f"hysteresis {overall['hysteresis_percent']['median']:.2g} %\n"
-        f"{1e3 * regime['seconds']['predictor']:.2g} ms a prediction, solver {1e3 * regime['seconds']['solver']:.2g} ms"
+        f"{milliseconds['predictor']} ms a prediction, solver {milliseconds['solver']} ms"
     )
     axes.text(5.0, 1.4, text, ha="center", va="center", fontsize=6.5)
 

@@ -134,7 +134,7 @@ def report(results: Results) -> str:
     if missing:
         parts.append(f"Models {missing}.")
     parts += (results.content("models") or {}).get("outdated", {}).values()
-    host = (results.content("canonical") or {}).get("host")
+    host = results.at("canonical:times/host")
     if host:
         parts.append(f"Timings: {host}.")
     parts += [section(group, [f for f in findings if f.claim["group"] == group]) for group in groups]

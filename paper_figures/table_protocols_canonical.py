@@ -45,11 +45,11 @@ def main(
 ) -> None:
     """Write the table."""
     content = drawing.read_result(result, "make table-protocols-canonical")
-    config = content["config"]
+    config, times = content["config"], content["times"]
     caption = (
-        f"Protocols of figure 6 and what they cost on {content['host']}, one thread. Solver at accuracy "
-        f"{config['accuracy']}; surrogate by the plain Keras call, by our predictor, and by our predictor per "
-        f"trajectory of a batch of {config['batch']}. Errors of {config['model']} on the measurement steps."
+        f"Protocols of figure 6 and what they cost: processor seconds of one thread, {times['host']}. Solver at "
+        f"accuracy {config['accuracy']}; surrogate by the plain Keras call, by our predictor, and by our predictor per "
+        f"trajectory of a batch of {times['config']['batch']}. Errors of {config['model']} on the measurement steps."
     )
     write_table("protocols-canonical", HEADER, [row(regime) for regime in content["regimes"]], caption, folder)
 

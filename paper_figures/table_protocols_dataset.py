@@ -65,6 +65,7 @@ def summary_rows(found: dict[str, Any], paper: dict[str, Any]) -> list[list[str]
         ["hardware", paper["hardware"], "; ".join([hosts] if isinstance(hosts, str) else hosts)],
         ["trajectories never compressed", unknown, str(found["never_compressed"])],
         ["trajectories with a jump", unknown, f"{100 * found['with_jumps']:.1f} %"],
+        ["still attached at the end", unknown, f"{100 * found['still_attached']:.1f} %"],
         ["end force above half the pull-off force", unknown, f"{100 * found['end_force_above_half_pull_off']:.1f} %"],
         *(
             [f"resolution floor of the pull-off force, {label}", unknown, f"{100 * floor[name]:.2g} %"]
@@ -96,7 +97,9 @@ def main(
         summary_rows(found, drawing.paper_values("dataset")),
         f"The data set beside the paper's; here at accuracy {found['accuracy']} on {found['workers']} workers. The "
         "whole run is the wall time of all workers; parallel efficiency is the share of it that they spent on "
-        "trajectories. The resolution floor is the error of the pull-off force made by the measurement steps alone.",
+        "trajectories. A trajectory whose last force exceeds the far-field attraction there is still attached at the "
+        "end, and its pull-off force is the largest so far. The resolution floor is the error of the pull-off force "
+        "made by the measurement steps alone.",
         folder,
     )
 

@@ -238,6 +238,10 @@ def _readable(number: int, found: Any, check: dict[str, float] | None) -> str:
         f"trajectory {number}: pull-off force {found.pull_off_force:.5g} at time {found.pull_off_time:.5g}, "
         f"hysteresis {found.hysteresis:.5g}, max compression {found.max_compression:.5g}"
     )
+    if found.work() < 0.0:
+        line += f", work {found.work():.5g}: the contact gave energy back; not dissipation"
+    if found.completed and not found.detached:
+        line += ", still attached at the end: the pull-off force is the largest so far"
     if check is None:
         return line
     if check["solver_status"] != "completed":

@@ -87,3 +87,8 @@ def test_the_site_builds_without_a_broken_link(tmp_path):
     assert result.returncode == 0, result.stdout + result.stderr
     assert "bem.simulate.simulate" in (tmp_path / "api-bem.html").read_text(encoding="utf-8")
     assert "snapshot" in (tmp_path / "api-surrogate.html").read_text(encoding="utf-8")
+    for page in ("api-bem.html", "api-surrogate.html"):
+        _, *returned = (tmp_path / page).read_text(encoding="utf-8").split("Returns:</span>")
+        assert returned
+        rows = [part.partition("</tbody>")[0].partition("<tbody>")[2].count("<tr") for part in returned]
+        assert set(rows) == {1}, "what is returned is one thing, in one row"

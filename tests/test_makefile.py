@@ -111,11 +111,19 @@ STUDIES = (
         ("surrogate/cli.py", set()),
         ("surrogate/torch_lstm.py", set()),
         ("paper_figures/paper_values/canonical_protocols.csv", {"canonical_regimes", "fms_transfer", "paper_slips"}),
+        ("published/measurements/canonical_times.json", {"canonical_regimes"}),
         ("README.md", set()),
     ],
 )
 def test_touching_an_input_redoes_what_reads_it(touched, studies, tmp_path):
     assert redone(tmp_path, touched) - {"architecture_graphs", "adopted_settings"} == studies - {"architecture_graphs"}
+
+
+def test_what_the_report_and_the_figures_rest_on_looks_at_no_clock():
+    studies = [ROOT / "experiments" / f"{name}.py" for name in (*STUDIES, "dataset_examples", "dataset_statistics")]
+    for path in [*studies, *(ROOT / "paper_figures").glob("*.py")]:
+        source = path.read_text(encoding="utf-8")
+        assert not re.search(r"perf_counter|process_time|\bCLOCK\b|\btimed\(|stats\.seconds", source), path.name
 
 
 @pytest.mark.parametrize("name", ["measurement", "protocol", "reference_solutions/dmt", "reference_solutions/jkr"])
@@ -217,3 +225,16 @@ def test_a_part_of_the_data_set_is_not_published(tmp_path):
     assert not refused("COUNT=5", f"PUBLISHED={tmp_path}/published")
     for published in ("published", "./published", ROOT / "published"):
         assert refused("COUNT=5", f"PUBLISHED={published}")
+
+
+def test_setting_up_says_what_it_does_before_it_takes_minutes(tmp_path):
+    """A program stands in for Python: it makes an environment of itself, and says what pip is asked."""
+    python = tmp_path / "python"
+    words = '[ "$2" != venv ] || { mkdir -p "$3/bin" && cp "$0" "$3/bin/python"; }; [ "$2" != pip ] || echo "$@"'
+    python.write_text(f"#!/bin/sh\n{words}\n", encoding="utf-8")
+    python.chmod(0o755)
+    command = ["make", "setup", f"VENV={tmp_path}/venv", f"PYTHON={python}"]
+    first, *rest = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout.splitlines()
+    assert first.startswith(f"Installing the locked packages into {tmp_path}/venv: about 3 GB on disk, 3 to 10 minutes")
+    assert rest[0].startswith("-m pip install --disable-pip-version-check --require-hashes")  # which shows its progress
+    assert re.fullmatch(rf"{tmp_path}/venv is ready, \S+", rest[-1])

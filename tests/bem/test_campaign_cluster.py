@@ -16,7 +16,7 @@ HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE))
 
 import campaign_stand_in as stand_in  # noqa: E402
-from campaign_helpers import assert_same_numbers, command  # noqa: E402
+from campaign_helpers import HANG, assert_same_numbers, command  # noqa: E402
 
 
 def test_cluster_gives_the_same_numbers_with_a_worker_killed(plan, undisturbed_slow, tmp_path, monkeypatch):
@@ -85,7 +85,7 @@ def test_a_server_of_another_kind_ends_in_one_sentence(tmp_path):
         )
         environment = {**os.environ, "PYTHONPATH": str(HERE.parents[1])}
         result = subprocess.run(
-            [sys.executable, "-c", code], cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=60
+            [sys.executable, "-c", code], cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=HANG
         )
     assert (result.returncode, result.stderr) == (1, f"bem: no Dask scheduler answers at {address!r}\n")
     assert not list(tmp_path.iterdir())

@@ -23,6 +23,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 import campaign_stand_in as stand_in
 from campaign_helpers import (
+    HANG,
     Here,
     assert_same_numbers,
     await_parts,
@@ -53,7 +54,7 @@ def test_kill_at_random_moments_loses_and_duplicates_nothing(plan, undisturbed_s
     assert summary.computed < 120
     assert_same_numbers(out, undisturbed_slow)
     assert sorted(tmp_path.iterdir()) == [out]
-    limit = time.monotonic() + 10.0
+    limit = time.monotonic() + HANG
     while alive := [worker for worker in workers if Path(f"/proc/{worker}").exists()]:
         assert time.monotonic() < limit, alive
         time.sleep(0.1)
@@ -66,7 +67,7 @@ def test_interrupted_campaign_saves_what_it_holds(how, tmp_path):
     await_parts(out, process, 1)
     before = len(parts(out))
     process.send_signal(how)
-    _, errors = process.communicate(timeout=30)
+    _, errors = process.communicate(timeout=HANG)
     assert process.returncode == 130
     assert errors == "bem: interrupted; what was done is saved, and the same command continues\n"
     assert len(parts(out)) >= before
@@ -80,7 +81,7 @@ def test_real_write_errors_end_in_one_sentence(limit, tmp_path):
     before += "; bem.parts.SECONDS_BETWEEN_PARTS = 0.0"
     out = tmp_path / "data.h5"
     process = start_command("campaign", "--count", 600, "--out", out, "--native", solver="solve", before=before)
-    _, errors = process.communicate(timeout=60)
+    _, errors = process.communicate(timeout=HANG)
     assert (process.returncode, errors.count("\n")) == (1, 1), errors
     assert "File too large" in errors
     assert "the same command continues" in errors

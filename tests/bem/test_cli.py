@@ -6,8 +6,11 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from bem.cli import app, parse_material
+from bem.cli import app, parse_material, readable
 from bem.materials import Elastic, PronySeries, StandardLinearSolid
+from bem.trajectory import Statistics, Trajectory
+
+STATS = Statistics(3, {"unloading": 3}, 0, 3, 1, 0, 0, 0, 10.0, 8.0, 100, 0.001)
 
 CASE = {
     "tabor": "0.5",
@@ -33,12 +36,14 @@ def test_the_summary_is_short_and_readable():
     assert result.exit_code == 0
     lines = result.stdout.splitlines()
     assert lines[0].split() == ["status", "completed"]
-    assert [line.split("  ")[0] for line in lines[1:5]] == [
+    assert [line.split("  ")[0] for line in lines[1:6]] == [
         "pull-off force",
         "max compression",
         "hysteresis",
+        "work",
         "end force",
     ]
+    assert not any(line.startswith("detached") for line in lines)
     assert lines[-1].startswith("cost ")
 
 
@@ -60,6 +65,33 @@ def test_csv_and_plot_are_written(tmp_path):
     data = json.loads(result.stdout)
     np.testing.assert_allclose(np.loadtxt(table, delimiter=",", skiprows=1)[:, 2], data["force"], rtol=1e-8)
     assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_contact_that_did_not_come_off_is_named():
+    result = invoke(tabor="3.2", peak_indentation="10", dwell_time="1")
+    assert result.exit_code == 0
+    assert "detached         no, still attached at the end: the pull-off force is the largest so far" in result.stdout
+
+
+def test_negative_work_never_reads_as_dissipation():
+    def work_line(force):
+        time = np.arange(3.0)
+        radius, unloading = np.zeros(3), np.array([False, True, True])
+        loop = Trajectory(time, np.array([2.0, 1.0, 0.0]), force, radius, "completed", (), STATS, 4e-3, unloading)
+        (line,) = [line for line in readable(loop).splitlines() if line.startswith("work")]
+        return line
+
+    assert work_line(np.full(3, -5.0)) == "work             -10: the contact gave energy back; not dissipation"
+    assert work_line(np.full(3, 5.0)) == "work             10"
+    assert work_line(np.array([5.0, 0.0, -5.005])).endswith(": zero to the accuracy")
+
+
+def test_a_protocol_that_runs_backwards_is_refused():
+    result = invoke(tabor="0.2", peak_indentation="-1")
+    assert str(result.exception).startswith(
+        "peak_indentation must lie above the start indentation, which is -0.429006 at "
+    )
+    assert "; received -1.0" in str(result.exception)
 
 
 def test_jumps_are_told():
@@ -128,9 +160,7 @@ def test_a_mistake_is_one_sentence_with_what_was_received(changes):
 
 
 def test_on_the_command_line_a_mistake_exits_with_2_and_without_a_traceback():
-    result = subprocess.run(
-        [sys.executable, "-m", "bem", *command(tabor="-1")], capture_output=True, text=True, timeout=120
-    )
+    result = subprocess.run([sys.executable, "-m", "bem", *command(tabor="-1")], capture_output=True, text=True)
     assert result.returncode == 2
     assert result.stdout == ""
     assert result.stderr.startswith("bem: tabor must be a finite number at least 1e-06")

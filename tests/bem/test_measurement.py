@@ -78,3 +78,15 @@ def test_unusable_grids():
     short = LoadingProtocol(peak_indentation=1e3, loading_rate=1e-12, dwell_time=1e-1, unloading_rate=1.0)
     with pytest.raises(ValueError, match="strictly increasing in double precision; received protocol 0"):
         measurement_times(short, tabor=1.0)
+
+
+def test_a_peak_below_its_start_is_refused():
+    times, indentations = measurement_grid(
+        tabor=0.2, peak_indentation=-0.1, loading_rate=1.0, dwell_time=1.0, unloading_rate=1.0
+    )
+    assert indentations[0].max() == -0.1
+    assert times.shape == (1, 120)
+    with pytest.raises(
+        ValueError, match=r"above the start indentation; received protocol 1 with -1\.0 and a start of -0\.4"
+    ):
+        measurement_grid(tabor=0.2, peak_indentation=[1.0, -1.0], loading_rate=1.0, dwell_time=1.0, unloading_rate=1.0)

@@ -37,6 +37,7 @@ def test_a_touch_needs_everything():
     touch = LoadingProtocol(peak_indentation=-0.5, loading_rate=3.0, dwell_time=0.1, unloading_rate=3.0)
     found = recommend(Scene(1.0, SLS), touch, 0.01)
     assert found.found_by == "nothing is left out"
+    assert str(found) == f"{found.effects} (nothing is left out)"
     assert (found.estimate, found.effects.everything, found.effects.adhesion) == (0.0, True, True)
 
 
@@ -102,11 +103,11 @@ def ramp(depth, rate, dwell=0.1):
     return LoadingProtocol(peak_indentation=depth, loading_rate=rate, dwell_time=dwell, unloading_rate=rate)
 
 
-def test_a_peak_below_the_start_is_a_protocol_like_others():
-    found = recommend(Scene(1.0, SLS), ramp(-10.0, 1.0), 0.5, best="fewest")
+def test_a_peak_below_contact_is_a_protocol_like_others():
+    found = recommend(Scene(1.0, SLS), ramp(-1.5, 10.0), 0.5, best="fewest")
     assert found.effects.terms == 0
     assert found.scene.tabor != 1.0
-    assert found.protocol == ramp(-10.0, 1.0).history(1.0)
+    assert found.protocol == ramp(-1.5, 10.0).history(1.0)
 
 
 @pytest.mark.parametrize("best", ["cheapest", "fewest"])

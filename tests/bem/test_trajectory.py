@@ -3,7 +3,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bem.trajectory import Jump, Statistics, Trajectory
+from bem import Elastic, HardContact, LoadingProtocol, Scene, StandardLinearSolid, simulate
+from bem.protocol import default_start_indentation
+from bem.reference_solutions import dmt
+from bem.trajectory import Jump, Statistics, Trajectory, far_field
 
 STATS = Statistics(3, {"loading": 3}, 0, 3, 1, 0, 0, 0, 10.0, 8.0, 100, 0.001)
 
@@ -108,6 +111,8 @@ def test_an_unfinished_history_has_no_numbers_that_look_finished():
     names = ("pull_off_force", "pull_off_time", "max_compression", "hysteresis", "end_force")
     assert all(np.isnan(getattr(broken, name)) for name in names)
     assert broken.summary()["status"] == "no stable equilibrium found"
+    assert np.isnan(broken.summary()["work"])
+    assert not broken.detached
 
 
 def test_the_summary_is_plain_data():
@@ -115,3 +120,72 @@ def test_the_summary_is_plain_data():
     assert summary["jumps"][0]["force_before"] == 1.0
     assert summary["stats"]["steps_by_phase"] == {"loading": 3}
     assert summary["accuracy"] == 4e-3
+    assert summary["detached"] is True
+    assert summary["work"] == -0.5
+
+
+def test_the_turnover_has_no_sign():
+    depth = np.concatenate([np.linspace(0.0, 3.0, 20), np.linspace(3.0, 0.0, 30)[1:]])
+    spring = trajectory_of(np.arange(depth.size), depth, -2.0 * depth)
+    assert spring.turnover() == pytest.approx(2.0 * 3.0**2)
+
+
+def test_the_far_field_is_the_attraction_of_undeformed_surfaces_with_half_of_the_gap_bridged():
+    alone = dmt.rigid_force_from_indentation(-3.0)
+    assert far_field([0.0, alone, 3.9 * alone, 4.1 * alone], -3.0).tolist() == [True, True, True, False]
+    assert far_field(4.1 * alone, -3.0, doubt=0.2 * alone)
+    assert far_field(8.0, [0.0, 5.0]).tolist() == [True, True]
+    # A gap half as wide attracts about four times as much.
+    assert dmt.rigid_force_from_indentation(-41.0) / dmt.rigid_force_from_indentation(-83.0) == pytest.approx(
+        4.0, rel=1e-6
+    )
+
+
+def cycle(tabor, modulus_ratio, rate, adhesion=None, **more):
+    scene = Scene(tabor, StandardLinearSolid(modulus_ratio) if modulus_ratio < 1.0 else Elastic())
+    if adhesion is not None:
+        scene = Scene(tabor, scene.material, adhesion)
+    protocol = {"peak_indentation": min(10.0, 60.0 / tabor), "dwell_time": 1.0} | more
+    return simulate(scene, LoadingProtocol(loading_rate=rate, unloading_rate=rate, **protocol), "draft")
+
+
+@pytest.mark.parametrize(
+    ("tabor", "modulus_ratio", "rate", "detached"),
+    [
+        (0.05, 0.1, 1000.0, True),
+        (0.05, 0.1, 0.1, False),  # the start lies within the gap of the largest tension
+        (0.2, 1.0, 10.0, True),  # at the far-field attraction, though that is 80 % of the pull-off force
+        (0.2, 0.001, 1000.0, True),
+        (0.5, 0.001, 0.1, True),
+        (1.2, 0.001, 0.1, True),
+        (2.0, 1.0, 10.0, True),
+        (2.0, 0.1, 0.1, False),
+        (2.0, 0.1, 10.0, True),
+        (3.2, 0.3, 0.1, True),  # the surface still stands out
+        (3.2, 0.1, 10.0, False),
+        (3.2, 0.1, 1000.0, True),
+        (6.0, 0.01, 10.0, False),
+        pytest.param(12.0, 0.3, 1000.0, True, marks=pytest.mark.slow),
+        pytest.param(20.0, 0.3, 10.0, False, marks=pytest.mark.slow),
+        pytest.param(20.0, 0.001, 1000.0, True, marks=pytest.mark.slow),
+    ],
+)
+def test_detached_is_what_lost_its_edge_and_its_force(tabor, modulus_ratio, rate, detached):
+    found = cycle(tabor, modulus_ratio, rate)
+    assert found.completed
+    assert found.detached is detached
+    if not detached and tabor > 0.1:
+        assert found.end_force > 0.3 * found.pull_off_force
+
+
+def test_without_adhesion_detached_is_what_carries_no_force():
+    assert cycle(1.0, 0.1, 10.0, HardContact()).detached
+    assert cycle(1.0, 0.1, 1000.0, HardContact(), start_indentation=1.0).detached  # the dent is deeper
+    assert not cycle(1.0, 0.1, 0.1, HardContact(), start_indentation=1.0).detached
+
+
+def test_a_neck_about_to_break_is_not_detached_yet():
+    end = default_start_indentation(1.0)
+    broken, neck = (trajectory_of([0.0, 1.0], [end, end], [0.1, force]) for force in (0.3, 1.2))
+    assert broken.detached
+    assert not neck.detached

@@ -1,4 +1,8 @@
+import signal
+import socket
 import subprocess
+import sys
+import urllib.request
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
@@ -13,5 +17,31 @@ def test_no_model_is_a_failure():
 
 def test_serving_needs_no_environment():
     planned = subprocess.run(["make", "--dry-run", "demo"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
-    assert "http.server" in planned
+    assert "python3 tools/serve.py demo/dist --port 8000" in planned
     assert ".venv" not in planned
+
+
+def serve(port):
+    command = [sys.executable, ROOT / "tools" / "serve.py", ROOT / "demo" / "public", "--port", str(port)]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def test_a_port_that_is_taken_is_one_sentence_and_no_address():
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        port = taken.getsockname()[1]
+        out, err = serve(port).communicate()
+    assert out == ""
+    assert err == f"cannot serve at port {port} (Address already in use); choose another with DEMO_PORT=...\n"
+    assert serve(70_000).communicate()[1].startswith("cannot serve at port 70000 (ports go up to 65535)")
+
+
+def test_the_address_is_said_once_it_answers():
+    process = serve(0)
+    address = process.stdout.readline().split()[0]
+    with urllib.request.urlopen(f"{address}curves.json") as page:
+        assert page.status == 200
+    process.send_signal(signal.SIGINT)
+    assert process.communicate()[1].count("Traceback") == 0
+    assert process.returncode == 0

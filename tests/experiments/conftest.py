@@ -34,5 +34,5 @@ def cost(dataset, tmp_path_factory):
         patch.setattr(accuracy_cost, "BASELINE", {20: 0.5, 30: 0.5})
         patch.setattr(accuracy_cost, "TRUTHS", folder)
         out = folder / "cost.json"
-        accuracy_cost.main(2, 2, 20, 1, dataset, folder / "no models", out)
+        accuracy_cost.main(2, 2, 20, 1, dataset, folder / "no models", out, busy=True)
     return out

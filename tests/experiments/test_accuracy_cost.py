@@ -1,11 +1,12 @@
 """Seconds against errors of every tool, on the smallest samples."""
 
 import json
-import time
 
 import numpy as np
+import pytest
 
 from experiments import accuracy_cost, solver_sample
+from experiments.measuring import Clock
 
 
 def test_every_tool_is_measured_and_missing_models_are_named(cost):
@@ -27,22 +28,33 @@ def test_every_tool_is_measured_and_missing_models_are_named(cost):
     assert len(content["missing"]) == 18
 
 
-def test_seconds_are_those_of_the_whole_call(monkeypatch):
+@pytest.fixture
+def spend(monkeypatch):
+    """Let seconds pass on a clock that moves by nothing else."""
+    now = [0.0]
+    monkeypatch.setattr(accuracy_cost, "CLOCK", Clock(processor=lambda: now[0], wall=lambda: now[0]))
+
+    def spend(seconds):
+        now[0] += seconds
+
+    return spend
+
+
+def test_seconds_are_those_of_the_whole_call(spend, monkeypatch):
     """A tool that says it took no time is timed all the same."""
     case = solver_sample.sample_cases(1, 0)[0]
     quick = case.run(0.05)
-    monkeypatch.setattr(solver_sample, "simulate", lambda *_: time.sleep(0.01) or quick)
+    monkeypatch.setattr(solver_sample, "simulate", lambda *_: spend(3.0) or quick)
     table, seconds = accuracy_cost.run([case], accuracy_cost.solver_at(0.05), 3, "slow")
     assert table.shape == (1, 122)
-    assert seconds.shape == (3, 1)
-    assert seconds.min() >= 0.01
+    assert seconds.tolist() == [[3.0]] * 3
 
 
-def test_a_dear_tool_is_not_repeated(monkeypatch):
-    monkeypatch.setattr(accuracy_cost, "BUDGET", 0.015)
+@pytest.mark.parametrize(("each", "runs"), [(0.6 * accuracy_cost.BUDGET, 1), (0.4 * accuracy_cost.BUDGET, 2)])
+def test_a_dear_tool_is_repeated_within_its_budget_only(each, runs, spend):
     calls = []
-    _, seconds = accuracy_cost.run([0], lambda case: calls.append(case) or time.sleep(0.01) or np.zeros(122), 5, "dear")
-    assert (len(seconds), len(calls)) == (1, 2)
+    _, seconds = accuracy_cost.run([0], lambda case: calls.append(case) or spend(each) or np.zeros(122), 5, "dear")
+    assert (len(seconds), len(calls)) == (runs, runs + 1)
 
 
 def test_kept_solutions_belong_to_their_solver_accuracy_and_protocols(tmp_path, monkeypatch):

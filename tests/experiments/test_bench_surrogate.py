@@ -31,7 +31,7 @@ def stand_in(monkeypatch):
 
 
 def test_stream(stand_in, tmp_path, capsys):
-    bench_surrogate.main(stream=True, steps=500, out=tmp_path / "stream.json")
+    bench_surrogate.main(stream=True, steps=500, out=tmp_path / "stream.json", busy=True)
     content = json.loads((tmp_path / "stream.json").read_text())
     spread = content["microseconds"]
     assert content["steps"] == 500
@@ -42,7 +42,7 @@ def test_stream(stand_in, tmp_path, capsys):
 def test_predictions(stand_in, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(bench_surrogate, "BATCH", 4)
     monkeypatch.setattr(bench_surrogate, "_start_seconds", lambda *_: 0.5)
-    bench_surrogate.main(repeats=3, out=tmp_path / "predictions.json")
+    bench_surrogate.main(repeats=3, out=tmp_path / "predictions.json", busy=True)
     content = json.loads((tmp_path / "predictions.json").read_text())
     assert [row["way"] for row in content["rows"]][-1] == "ONNX, batch of 4"
     assert content["rows"][0]["times_faster_than_model_predict"] == 1.0
@@ -51,7 +51,7 @@ def test_predictions(stand_in, tmp_path, monkeypatch, capsys):
 
 
 def test_what_is_measured_can_be_published(stand_in, tmp_path):
-    bench_surrogate.main(stream=True, steps=200, out=tmp_path / "stream.json")
+    bench_surrogate.main(stream=True, steps=200, out=tmp_path / "stream.json", busy=True)
     assert manifest.add(tmp_path, [tmp_path / "stream.json"]) == ["stream.json"]
     entry = manifest.read(tmp_path)["stream.json"]
     assert entry["command"] == "python -m experiments.bench_surrogate --stream --model M1-concat --steps 200"
@@ -62,7 +62,7 @@ def test_the_guide_shows_what_is_published_or_says_that_nothing_is(stand_in, tmp
     page = tmp_path / "control.md"
     page.write_text(CONTROL.read_text(encoding="utf-8"), encoding="utf-8")
     stream, absent = tmp_path / "stream.json", tmp_path / "absent.json"
-    bench_surrogate.main(stream=True, steps=200, out=stream)
+    bench_surrogate.main(stream=True, steps=200, out=stream, busy=True)
     printed = capsys.readouterr().out.strip()
     for _ in range(2):
         bench_surrogate.show(page, absent, stream)

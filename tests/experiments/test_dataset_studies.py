@@ -14,6 +14,8 @@ from bem.accuracy import NAMED_TARGETS
 from bem.campaign import run_campaign
 from bem.campaign_plan import Campaign
 from bem.dataset_file import Dataset, load_dataset
+from bem.protocol import default_start_indentation
+from bem.reference_solutions import dmt
 from experiments import accuracy_price, dataset_examples, dataset_statistics
 from paper_figures import table_accuracy_price
 from paper_figures.reproduction import Results, judge, text_claims
@@ -57,6 +59,16 @@ def test_statistics_are_written(path, tmp_path):
     assert found["run_over_solver"] == pytest.approx(whole / (60 * 1e-3))
     assert found["trajectories_over_solver"] == pytest.approx(attributes["core_seconds"] / (60 * 1e-3))
     assert found["parallel_efficiency"] == pytest.approx(attributes["core_seconds"] / whole)
+
+
+def test_what_ends_above_the_far_field_is_still_attached(path):
+    dataset = load_dataset(path)
+    columns = dict(dataset.columns)
+    alone = dmt.rigid_force_from_indentation(default_start_indentation(dataset.protocols["tabor"]))
+    columns["scalars/end_force"] = np.where(np.arange(60) < 15, 4.1, 3.9) * alone
+    changed = Dataset(columns, dataset.attributes, dataset.counts)
+    assert dataset_statistics.still_attached(changed).tolist() == [True] * 15 + [False] * 45
+    assert dataset_statistics.statistics(changed)["still_attached"] == 0.25
 
 
 def test_what_is_never_compressed_has_no_force_ratio(path):

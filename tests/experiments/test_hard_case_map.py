@@ -1,11 +1,15 @@
 """The map of hard cases at single points and one named extreme."""
 
+from bem import LoadingProtocol
 from experiments import hard_case_map
 
 
 def test_extremes_and_map():
     named = hard_case_map.extremes()
     assert len(named) == 17
+    for scene, protocol in named.values():
+        if isinstance(protocol, LoadingProtocol):
+            assert protocol.peak_indentation > protocol.start(scene.tabor)
     found = hard_case_map.pair(*named["snap-in and snap-off, elastic"])
     assert (found["status"], found["jumps"], found["refined_jumps"]) == ("completed", 2, 2)
     assert found["energy"] > 0.0

@@ -1,4 +1,4 @@
-"""What the measurements share: numbers for JSON, spreads, errors, progress."""
+"""What the measurements share: numbers for JSON, spreads, errors, progress, the clock."""
 
 import json
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from experiments import measuring
-from experiments.measuring import exponent, force_error, plain, spread
+from experiments.measuring import Clock, exponent, force_error, plain, spread
 
 
 def test_plain_holds_nothing_json_cannot():
@@ -33,3 +33,53 @@ def test_progress_says_what_is_left(monkeypatch, capsys):
     lines = capsys.readouterr().err.splitlines()
     assert [line.split(",")[0] for line in lines] == ["letters: 1 of 3", "letters: 2 of 3", "letters: 3 of 3"]
     assert all(line.endswith(" left") for line in lines)
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    """A clock whose two hands the test moves."""
+    hands = {"processor": 0.0, "wall": 0.0}
+    clock = Clock(processor=lambda: hands["processor"], wall=lambda: hands["wall"])
+    clock.hands = hands
+    monkeypatch.setattr(measuring, "CLOCK", clock)
+    return clock
+
+
+def work(clock, processor, wall):
+    clock.hands["processor"] += processor
+    clock.hands["wall"] += wall
+
+
+def test_seconds_are_the_processors_and_do_not_grow_when_others_compete(clock):
+    assert measuring.timed(lambda: work(clock, 2.0, 2.0), 2) == [2.0, 2.0]
+    assert clock.share == 1.0
+    assert measuring.timed(lambda: work(clock, 2.0, 8.0), 2) == [2.0, 2.0]
+    assert clock.share == 8.0 / 20.0
+
+
+def test_a_second_core_hides_nothing(clock):
+    with clock:
+        work(clock, 8.0, 4.0)
+    with clock:
+        work(clock, 0.5, 1.0)
+    assert (clock.seconds, clock.wall, clock.share) == (0.5, 1.0, 4.5 / 5.0)
+
+
+def test_what_a_busy_machine_measured_is_kept_and_not_published(clock, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(measuring, "NOT_PUBLISHED", tmp_path / "kept")
+    out = tmp_path / "times.json"
+    measuring.timed(lambda: work(clock, 1.0, 1.05), 3)
+    measuring.publish(out, "times", {"seconds": np.float64(1.0)}, busy=False)
+    quiet = out.read_bytes()
+    found = json.loads(quiet)
+    assert (found["seconds"], found["command"]) == (1.0, "python -m experiments.times")
+    assert found["processor_share"] == pytest.approx(1.0 / 1.05)
+    measuring.timed(lambda: work(clock, 1.0, 2.0), 5)
+    with pytest.raises(RuntimeError, match=r"too busy .* at least 90 % of the wall's; received 61 %; they are kept in"):
+        measuring.publish(out, "times", {"seconds": 2.0}, busy=False)
+    assert out.read_bytes() == quiet
+    assert capsys.readouterr().err == ""
+    assert json.loads((tmp_path / "kept" / "times.json").read_text(encoding="utf-8"))["seconds"] == 2.0
+    measuring.publish(out, "times", {"seconds": 3.0}, busy=True)
+    assert "too busy" in capsys.readouterr().err
+    assert json.loads(out.read_text(encoding="utf-8"))["processor_share"] == pytest.approx(8.0 / 13.15)

@@ -3,6 +3,7 @@ import json
 import numpy as np
 import pytest
 
+from bem.protocol import default_start_indentation
 from experiments import bench_report, bench_solver, closed_forms, hard_cases
 from experiments.solver_sample import measured, sample_cases
 from paper_figures import figure_solver_scaling
@@ -50,6 +51,11 @@ def test_hard_cases_are_different_and_never_too_deep_for_a_large_tabor_parameter
     cases = hard_cases.random_combinations(400, 1)
     assert len({tuple(case.values()) for case in cases}) == 400
     assert max(case["peak_indentation"] for case in cases if case["tabor"] > 1.0) == 100.0
+    assert all(case["peak_indentation"] > default_start_indentation(case["tabor"]) for case in cases)
+    assert {case["peak_indentation"] for case in cases} == {
+        *hard_cases.VALUES["peak_indentation"],
+        hard_cases.SHALLOWEST,
+    }
     assert len(hard_cases.corners()) == 32
 
 
@@ -63,8 +69,8 @@ def test_a_hard_case_is_examined_and_summarised():
 
 
 def test_the_growth_of_the_cost_is_drawn(tmp_path):
-    points = [{"nodes": n, "steps": 10.0 * n, "seconds": 1e-4 * n} for n in (50.0, 100.0, 200.0)]
-    content = {"nodes": points, "steps": points, "exponent_in_nodes": 0.0, "exponent_in_steps": 1.0}
-    (tmp_path / "scaling.json").write_text(json.dumps(content), encoding="utf-8")
-    figure_solver_scaling.main(tmp_path / "scaling.json", tmp_path)
+    points = [{"nodes": n, "steps": 10.0 * n, "seconds": {"median": 1e-4 * n}} for n in (50.0, 100.0, 200.0)]
+    curve = {"points": points, "exponent": 1.0}
+    (tmp_path / "growth.json").write_text(json.dumps({"solver": {"nodes": curve, "steps": curve}}), encoding="utf-8")
+    figure_solver_scaling.main(tmp_path / "growth.json", tmp_path)
     assert (tmp_path / "solver-scaling.pdf").is_file()

@@ -107,15 +107,15 @@ def test_surrogates_are_measured_and_what_does_not_work_is_named(models, dataset
     monkeypatch.setattr(accuracy_cost, "FORMS", ())
     monkeypatch.setattr(accuracy_cost, "TRUTHS", tmp_path)
     monkeypatch.setattr(surrogate_cost, "SINGLE_CALLS", 2)
-    written, write = [], accuracy_cost.write_result
+    written, write = [], accuracy_cost.publish
 
-    def noted(out, study, content):
+    def noted(out, study, content, *, busy):
         written.append(content["complete"])
-        write(out, study, content)
+        write(out, study, content, busy=busy)
 
-    monkeypatch.setattr(accuracy_cost, "write_result", noted)
+    monkeypatch.setattr(accuracy_cost, "publish", noted)
     out = tmp_path / "cost.json"
-    accuracy_cost.main(3, 2, 0, 1, dataset, models, out)
+    accuracy_cost.main(3, 2, 0, 1, dataset, models, out, busy=True)
     assert written == [False, True]
     content = json.loads(out.read_text(encoding="utf-8"))
     surrogates = [tool for tool in content["tools"] if tool["kind"] == "surrogate"]

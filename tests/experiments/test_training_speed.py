@@ -13,7 +13,7 @@ def test_every_architecture_takes_the_same_batches(dataset, tmp_path, monkeypatc
     monkeypatch.setattr(training_speed, "limit_threads", lambda _: None)
     monkeypatch.setattr(training_speed, "BLOCK", 1)
     out = tmp_path / "speed.json"
-    training_speed.main("swift", None, 2, dataset, out)
+    training_speed.main("swift", None, 2, dataset, out, busy=True)
     found = json.loads(out.read_text(encoding="utf-8"))
     assert list(found["models"]) == ["M3-concat", "M4-gated"]
     for one in found["models"].values():

@@ -91,8 +91,9 @@ def regimes(tmp_path):
             "paper_seconds": {"solver": 658.0, "surrogate": 0.12},
         }
 
-    config = {"model": "M1-concat", "accuracy": "standard", "batch": 1024}
-    content = {"host": "a machine", "config": config, "regimes": [regime(sample) for sample in range(1, 13)]}
+    times = {"host": "a machine", "config": {"batch": 1024}}
+    config = {"model": "M1-concat", "accuracy": "standard"}
+    content = {"config": config, "times": times, "regimes": [regime(sample) for sample in range(1, 13)]}
     return write(tmp_path / "canonical.json", content)
 
 

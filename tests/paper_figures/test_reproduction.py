@@ -157,3 +157,13 @@ def test_two_results_are_set_against_each_other(tmp_path):
     assert results.find({"source": "dataset:hours", "than": "models:hours"}) is True
     claim = {"source": "dataset:hours", "over": "models:most", "rule": "value", "value": 80, "why": "."}
     assert "make models" in reproduction.judge(claim, results).why
+
+
+def test_a_model_beside_the_eighteen_is_named_as_it_is_published():
+    beside = [
+        (claim["says"], re.split("[:/]", claim["source"])[2])
+        for claim in reproduction.text_claims()
+        if claim.get("source", "").startswith(("models:beside/", "training:core_minutes/M1-concat-"))
+    ]
+    assert {"M1-concat-large", "M1-concat-paper"} <= {name for _, name in beside}
+    assert all(says.startswith(f"{name}, ") for says, name in beside), beside

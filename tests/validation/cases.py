@@ -5,12 +5,14 @@ from itertools import product
 import numpy as np
 
 from bem import LoadingProtocol, Scene, StandardLinearSolid, Trajectory
+from bem.protocol import default_start_indentation
 
 TABORS = (0.02, 0.2, 1.0, 3.2, 5.0)
 MODULUS_RATIOS = (1.0, 0.1, 0.01, 0.001)
 RATES = (1e-3, 1e-1, 1e1, 1e3, 1e5)
 DWELL_TIMES = (0.0, 1e-6, 1.0, 1e3)
 PEAKS = (-1.0, 0.5, 10.0, 100.0, 500.0)
+SHALLOWEST = -0.02  # instead of a peak below the start, where the sphere would move away
 DEEPEST_AT = 1.0  # the largest Tabor parameter at which the deepest peak is asked for
 PAPER_BOX = {
     "tabor": (0.2, 3.2),
@@ -42,6 +44,8 @@ def hard_cases(count: int, seed: int = 2) -> list[Case]:
         tabor, ratio, peak, loading, dwell, unloading = (
             float(rng.choice(values)) for values in (TABORS, MODULUS_RATIOS, PEAKS, RATES, DWELL_TIMES, RATES)
         )
+        if peak <= default_start_indentation(tabor):
+            peak = SHALLOWEST
         if peak <= 100.0 or tabor <= DEEPEST_AT:
             cases.append(case(tabor, ratio, peak, loading, dwell, unloading))
     return cases

@@ -1,0 +1,34 @@
+"""Serve a folder on this machine, for a browser; what `make demo` runs, with any Python 3.
+
+Usage: `python3 tools/serve.py FOLDER [--port PORT]`.
+"""
+
+import argparse
+import functools
+import sys
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
+
+
+def main() -> int:
+    """Run the command line."""
+    parser = argparse.ArgumentParser(description="Serve a folder on this machine.")
+    parser.add_argument("folder")
+    parser.add_argument("--port", type=int, default=8000)
+    given = parser.parse_args()
+    handler = functools.partial(SimpleHTTPRequestHandler, directory=given.folder)
+    try:
+        server = ThreadingHTTPServer(("127.0.0.1", given.port), handler)
+    except (OSError, OverflowError) as error:
+        reason = getattr(error, "strerror", None) or "ports go up to 65535"
+        print(f"cannot serve at port {given.port} ({reason}); choose another with DEMO_PORT=...", file=sys.stderr)
+        return 2
+    print(f"http://localhost:{server.server_port}/ - stop with Ctrl-C", flush=True)
+    try:
+        server.serve_forever()
+    except KeyboardInterrupt:
+        return 0
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
