@@ -19,7 +19,16 @@ import numpy as np
 import typer
 from joblib import Parallel, delayed
 
-from bem import Elastic, LoadingProtocol, PiecewiseLinearProtocol, Scene, StandardLinearSolid, Trajectory, simulate
+from bem import (
+    Elastic,
+    HardContact,
+    LoadingProtocol,
+    PiecewiseLinearProtocol,
+    Scene,
+    StandardLinearSolid,
+    Trajectory,
+    simulate,
+)
 from bem.accuracy import resolve_accuracy
 from bem.command import run_main
 from bem.designs import Design
@@ -78,6 +87,14 @@ def extremes() -> dict[str, tuple[Scene, Protocol]]:
         "zero dwell": (Scene(1.0, sls), ramp(20.0, 100.0, 0.0, 100.0)),
         "never in contact": (Scene(1.0, sls), ramp(-1.5, 1.0, 0.1, 1.0)),
         "modulus ratio 1e-3": (Scene(1.0, StandardLinearSolid(1e-3)), ramp(10.0, 1.0, 1.0, 100.0)),
+        "nearly rigid, stiff glass, dwell of 1e5": (
+            Scene(0.03, StandardLinearSolid(0.01)),
+            ramp(0.3, 50.0, 1e5, 50.0),
+        ),
+        "stiff glass without adhesion": (
+            Scene(0.12, StandardLinearSolid(1e-3), HardContact()),
+            PiecewiseLinearProtocol([0.0, 30.0, 30.1], [0.07, -1.0, 0.07]),
+        ),
         "rate 1e5": (Scene(1.0, sls), ramp(100.0, 1e5, 1e-3, 1e5)),
         "rate 1e-3": (Scene(1.0, sls), ramp(100.0, 1e-3, 1.0, 1e-3)),
         "long range, mu = 0.02": (Scene(0.02, sls), ramp(10.0, 10.0, 0.1, 10.0)),

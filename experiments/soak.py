@@ -1,4 +1,4 @@
-"""A soak of the solver: very many random protocols inside the paper's box and beyond it, in one process or several.
+"""A soak of the solver: very many random protocols inside the paper's box, beyond it, and of stiff contacts.
 
 Counted for every protocol: exceptions, numbers that are not finite and lone spikes of the force in a trajectory that
 says it completed, trajectories that say they did not, and what they say. Memory is read after every chunk; the growth
@@ -7,7 +7,7 @@ fewer than `CHUNKS_FOR_MEMORY` chunks. Protocol i depends on the seed and i only
 interrupted soak continues with the same command; they are known by the solver's source, its accuracy and their
 protocols.
 
-Usage: `python -m experiments.soak [--count N] [--beyond N] [--jobs N] [--out FILE]`.
+Usage: `python -m experiments.soak [--count N] [--beyond N] [--stiff N] [--jobs N] [--out FILE]`.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ import numpy as np
 import typer
 from joblib import Parallel, delayed
 
-from bem import LoadingProtocol, Scene, StandardLinearSolid, simulate
+from bem import HardContact, LennardJones, LoadingProtocol, Scene, StandardLinearSolid, simulate
 from bem.campaign_plan import solver_digest
 from bem.command import run_main
 from bem.designs import Design
@@ -37,19 +37,34 @@ KEPT = Path("results/soak")
 CHUNK = 250
 CHUNKS_FOR_MEMORY = 8
 ACCURACY = "standard"
+PLACES = {"inside": "inside the box", "beyond": "beyond the box", "stiff": "stiff contacts"}
+STIFF = {
+    "tabor": (0.01, 0.5),
+    "peak_indentation": (0.05, 30.0),
+    "loading_rate": (1e-3, 1e4),
+    "dwell_time": (1e-4, 1e5),
+    "unloading_rate": (1e-3, 1e4),
+}
 RECORDED = ("status", "raised", "silent", "spikes", "spike_share", "seconds")
 """What is kept of a protocol."""
 
 
 def protocols(where: str, count: int, seed: int) -> dict[str, np.ndarray]:
-    """Random quantities (count,) 'inside' the box or 'beyond' it, with modulus ratios."""
-    columns = Design("log-uniform", BEYOND if where == "beyond" else {}).protocols(count, seed)
+    """Random quantities (count,) 'inside' the box, 'beyond' it or 'stiff', with modulus ratios.
+
+    Stiff contacts are nearly rigid or of a stiff glass, half of them without adhesion.
+    """
+    columns = Design("log-uniform", {"beyond": BEYOND, "stiff": STIFF}.get(where, {})).protocols(count, seed)
     columns = {name: values.copy() for name, values in columns.items()}
     columns["modulus_ratio"] = np.full(count, 0.1)
     if where == "beyond":
         columns["modulus_ratio"] = 10.0 ** np.random.default_rng([seed, 1]).uniform(-3.0, 0.0, count)
         deepest = DEEPEST * columns["tabor"] ** -1.5
         columns["peak_indentation"] = np.minimum(columns["peak_indentation"], deepest)
+    if where == "stiff":
+        rng = np.random.default_rng([seed, 2])
+        columns["modulus_ratio"] = 10.0 ** rng.uniform(-3.0, np.log10(0.3), count)
+        columns["adhesion"] = rng.integers(0, 2, count).astype(float)
     return columns
 
 
@@ -57,7 +72,8 @@ def soaked(point: dict[str, float]) -> dict[str, Any]:
     """One protocol: how it ended, and whether what it returned is finite; no exception passes."""
     rest = dict(point)
     try:
-        scene = Scene(rest.pop("tabor"), StandardLinearSolid(rest.pop("modulus_ratio")))
+        adhesion = LennardJones() if rest.pop("adhesion", 1.0) else HardContact()
+        scene = Scene(rest.pop("tabor"), StandardLinearSolid(rest.pop("modulus_ratio")), adhesion)
         trajectory = simulate(scene, LoadingProtocol(**rest), ACCURACY)
     except Exception as error:
         status = f"{type(error).__name__}: {error}"
@@ -166,6 +182,7 @@ def summary(chunks: list[dict[str, Any]]) -> dict[str, Any]:
 def main(
     count: Annotated[int, typer.Option(help="Protocols inside the box.")] = 100_000,
     beyond: Annotated[int, typer.Option(help="Protocols beyond it.")] = 20_000,
+    stiff: Annotated[int, typer.Option(help="Stiff contacts, with and without adhesion.")] = 3_000,
     seed: Annotated[int, typer.Option(help="Seed of the protocols.")] = 11,
     jobs: Annotated[int, typer.Option(help="Processes.")] = 2,
     folder: Annotated[Path, typer.Option(help="Where chunks are kept.")] = KEPT,
@@ -173,16 +190,16 @@ def main(
 ) -> None:
     """Run, or continue, the soak."""
     content: dict[str, Any] = {"accuracy": ACCURACY, "seed": seed, "solver": solver_digest()}
-    for where, total in (("inside", count), ("beyond", beyond)):
+    for where, total in (("inside", count), ("beyond", beyond), ("stiff", stiff)):
         tasks = [delayed(chunk)(where, first, total, seed, folder) for first in range(0, total, CHUNK)]
         results = Parallel(n_jobs=jobs, return_as="generator")(tasks)
-        chunks = list(progress(results, f"{where} the box, chunks of {CHUNK}", len(tasks)))
+        chunks = list(progress(results, f"{PLACES[where]}, chunks of {CHUNK}", len(tasks)))
         if chunks:
             content[where] = summary(chunks)
             found = content[where]
             counted = ", ".join(f"{found[name]} {name}" for name in ("raised", "silent", "spikes"))
             print(f"{where}: {found['protocols']} protocols; {counted}")
-    write_result(out, f"soak --count {count} --beyond {beyond} --seed {seed}", plain(content))
+    write_result(out, f"soak --count {count} --beyond {beyond} --stiff {stiff} --seed {seed}", plain(content))
 
 
 if __name__ == "__main__":

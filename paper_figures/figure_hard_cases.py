@@ -104,7 +104,7 @@ _WORST = {
 def soak_rows(soak: dict[str, Any]) -> list[list[str]]:
     """What very many random protocols came to; columns that a soak does not refine stay empty."""
     rows = []
-    for where in ("inside", "beyond"):
+    for where, words in (("inside", "inside the box"), ("beyond", "beyond the box"), ("stiff", "of stiff contacts")):
         if where not in soak:
             continue
         found = soak[where]
@@ -114,7 +114,7 @@ def soak_rows(soak: dict[str, Any]) -> list[list[str]]:
         if found["spikes"]:
             spikes += f" ({number(found['largest_spike_share'], 1)} of the range of the force at most)"
         name = (
-            f"soak {where} the box: {found['raised']} exceptions, {found['silent']} silent non-finite, "
+            f"soak {words}: {found['raised']} exceptions, {found['silent']} silent non-finite, "
             f"{spikes}, memory growth {memory}"
         )
         status = f"{found['statuses'].get('completed', 0)} of {found['protocols']} completed"

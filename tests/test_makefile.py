@@ -228,13 +228,14 @@ def test_a_part_of_the_data_set_is_not_published(tmp_path):
 
 
 def test_setting_up_says_what_it_does_before_it_takes_minutes(tmp_path):
-    """A program stands in for Python: it makes an environment of itself, and says what pip is asked."""
+    """A program stands in for Python and for `bem`: it makes an environment of itself, and says what pip is asked."""
     python = tmp_path / "python"
-    words = '[ "$2" != venv ] || { mkdir -p "$3/bin" && cp "$0" "$3/bin/python"; }; [ "$2" != pip ] || echo "$@"'
+    words = '[ "$2" != venv ] || { mkdir -p "$3/bin" && cp "$0" "$3/bin/python"; cp "$0" "$3/bin/bem"; }; [ "$2" != pip ] || echo "$@"'
     python.write_text(f"#!/bin/sh\n{words}\n", encoding="utf-8")
     python.chmod(0o755)
     command = ["make", "setup", f"VENV={tmp_path}/venv", f"PYTHON={python}"]
     first, *rest = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout.splitlines()
     assert first.startswith(f"Installing the locked packages into {tmp_path}/venv: about 3 GB on disk, 3 to 10 minutes")
     assert rest[0].startswith("-m pip install --disable-pip-version-check --require-hashes")  # which shows its progress
+    assert rest[-2] == "Compiling the solver for this processor: about a minute"
     assert re.fullmatch(rf"{tmp_path}/venv is ready, \S+", rest[-1])

@@ -6,7 +6,7 @@ from experiments import hard_case_map
 
 def test_extremes_and_map():
     named = hard_case_map.extremes()
-    assert len(named) == 17
+    assert len(named) == 19
     for scene, protocol in named.values():
         if isinstance(protocol, LoadingProtocol):
             assert protocol.peak_indentation > protocol.start(scene.tabor)

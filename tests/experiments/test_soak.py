@@ -8,9 +8,9 @@ import pytest
 from experiments import soak
 
 
-def soak_summary(count, beyond, folder):
+def soak_summary(count, beyond, folder, stiff=0):
     out = folder / "soak.json"
-    soak.main(count, beyond, 11, 1, folder / "chunks", out)
+    soak.main(count, beyond, stiff, 11, 1, folder / "chunks", out)
     return json.loads(out.read_text(encoding="utf-8"))
 
 
@@ -84,3 +84,12 @@ def test_one_percent_of_the_soak(tmp_path, monkeypatch):
         assert content[where]["statuses"] == {"completed": content[where]["protocols"]}
         assert content[where]["silent"] == 0
         assert content[where]["memory_growth"] < 0.05
+
+
+def test_stiff_contacts_are_soaked_with_and_without_adhesion(tmp_path):
+    drawn = soak.protocols("stiff", 40, 11)
+    assert set(drawn["adhesion"]) == {0.0, 1.0}
+    assert drawn["modulus_ratio"].max() < 0.3
+    found = soak_summary(0, 0, tmp_path, stiff=20)["stiff"]
+    assert found["statuses"] == {"completed": 20}
+    assert found["raised"] == found["silent"] == 0
