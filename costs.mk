@@ -72,6 +72,10 @@ measure-hard-cases: setup  ## The solver over the box, beyond it, and at named e
 measure-surrogate-map: $(DATASET) | $(INSTALLED)  ## Errors of M1-concat over the box, worst trajectories, out of range
 	$(call measure,surrogate_map,--model M1-concat --dataset $(DATASET) --models $(PUBLISHED)/models)
 
+.PHONY: bench-startup
+bench-startup: setup  ## Processor seconds of the first and of a warm run of bem simulate (BASELINE=REVISION beside it)
+	$(PY) -m experiments.startup $(addprefix --baseline ,$(BASELINE))
+
 .PHONY: bench-targets
 bench-targets: setup  ## What each target of REPRODUCING.md takes from published results (TARGETS="figure-1 ..." for some)
 	$(call measure,target_minutes,$(addprefix --only ,$(TARGETS)))

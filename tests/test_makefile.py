@@ -230,7 +230,8 @@ def test_a_part_of_the_data_set_is_not_published(tmp_path):
 def test_setting_up_says_what_it_does_before_it_takes_minutes(tmp_path):
     """A program stands in for Python and for `bem`: it makes an environment of itself, and says what pip is asked."""
     python = tmp_path / "python"
-    words = '[ "$2" != venv ] || { mkdir -p "$3/bin" && cp "$0" "$3/bin/python"; cp "$0" "$3/bin/bem"; }; [ "$2" != pip ] || echo "$@"'
+    copies = 'mkdir -p "$3/bin" && cp "$0" "$3/bin/python" && cp "$0" "$3/bin/bem"'
+    words = f'[ "$2" != venv ] || {{ {copies}; }}; [ "$2" != pip ] || echo "$@"'
     python.write_text(f"#!/bin/sh\n{words}\n", encoding="utf-8")
     python.chmod(0o755)
     command = ["make", "setup", f"VENV={tmp_path}/venv", f"PYTHON={python}"]
