@@ -69,6 +69,10 @@ test: check-lock lint  ## Everything continuous integration runs: lock, lint, fo
 test-slow: setup  ## The tests too costly for every commit
 	$(PY) -m pytest -n $(TEST_WORKERS) -m slow
 
+.PHONY: golden-trajectories
+golden-trajectories: setup  ## Renew the numbers that guard the solver's version, after it was raised
+	$(PY) -m experiments.golden_trajectories
+
 .PHONY: lint
 lint: setup  ## Report style problems
 	$(PY) -m ruff check .

@@ -1,9 +1,7 @@
 """What a campaign computes: protocols of a design at one accuracy by one version of the solver, wherever it runs."""
 
-import ast
 import functools
-import hashlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -14,10 +12,9 @@ from bem._checks import FloatArray
 from bem.designs import Design, whole_number
 from bem.measurement import FMS, checked_counts
 from bem.records import Settings
+from bem.solver_version import SOLVER_VERSION
 
 Solver = Callable[..., Any]
-DECIDING = ("simulate", "measurement", "records")
-"""Modules of this package that, with all they import, decide a trajectory's numbers."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -89,7 +86,7 @@ class Campaign:
             "counts": list(self.counts),
             "native": self.native,
             "shard": "/".join(map(str, self.shard)),
-            "solver": solver_digest() if solver is None else f"{solver.__module__}.{solver.__qualname__}",
+            "solver": SOLVER_VERSION if solver is None else f"{solver.__module__}.{solver.__qualname__}",
         }
 
     def path(self, out: str | Path) -> Path:
@@ -114,31 +111,3 @@ def followed(path: Path) -> Path:
         return path.resolve() if path.is_symlink() else path
     except (OSError, RuntimeError) as error:
         raise ValueError(f"out must not be a link in circles; received {str(path)!r}") from error
-
-
-def deciding_modules() -> list[Path]:
-    """Source files of `DECIDING` and of all modules of this package that they import, at any place in them."""
-    package = Path(__file__).parent
-    found: set[Path] = set()
-    waiting = [f"{package.name}.{name}" for name in DECIDING]
-    while waiting:
-        path = package.joinpath(*waiting.pop().split(".")[1:]).with_suffix(".py")
-        if path.is_file() and path not in found:
-            found.add(path)
-            waiting += [name for name in _imported(path) if name.startswith(f"{package.name}.")]
-    return sorted(found)
-
-
-def _imported(path: Path) -> Iterator[str]:
-    for node in ast.walk(ast.parse(path.read_bytes())):
-        if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
-        elif isinstance(node, ast.ImportFrom) and node.module:
-            yield node.module
-            yield from (f"{node.module}.{alias.name}" for alias in node.names)
-
-
-@functools.cache
-def solver_digest() -> str:
-    """Digest of the source that decides the numbers, the same wherever and whenever it is installed."""
-    return hashlib.sha256(b"\0".join(path.read_bytes() for path in deciding_modules())).hexdigest()[:16]

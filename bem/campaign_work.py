@@ -10,7 +10,7 @@ import numpy as np
 
 from bem._checks import FloatArray
 from bem.accuracy import NAMED_TARGETS, resolve_accuracy
-from bem.campaign_plan import Campaign, Solver, solver_digest
+from bem.campaign_plan import Campaign, Solver
 from bem.designs import QUANTITIES
 from bem.materials import StandardLinearSolid
 from bem.parts import CampaignError
@@ -19,6 +19,7 @@ from bem.protocol import LoadingProtocol
 from bem.provenance import origin, peak_memory
 from bem.records import Record, Settings, failed, simulate_record
 from bem.scene import Scene
+from bem.solver_version import SOLVER_VERSION
 
 LARGEST_BATCH = 32
 LONGEST_BATCH = 1.0
@@ -65,14 +66,14 @@ class Arrival:
         records: one for each trajectory.
         seconds: what they took a worker.
         origin: versions and host of the worker, empty where it died.
-        digest: of the worker's solver.
+        solver_version: of the worker's solver.
         memory: largest memory of the worker so far, in bytes.
     """
 
     records: list[Record]
     seconds: float = 0.0
     origin: dict[str, Any] = field(default_factory=dict)
-    digest: str = ""
+    solver_version: str = ""
     memory: int = 0
 
 
@@ -89,7 +90,7 @@ class Task:
         started = time.perf_counter()
         rows = ((index, dict(zip(QUANTITIES, protocol, strict=True))) for index, protocol in batch)
         records = [simulate_record(index, row, self.settings, solver) for index, row in rows]
-        return Arrival(records, time.perf_counter() - started, origin(), solver_digest(), peak_memory())
+        return Arrival(records, time.perf_counter() - started, origin(), SOLVER_VERSION, peak_memory())
 
 
 def results(campaign: Campaign, indices: np.ndarray, pool: Pool, solver: Solver | None) -> Iterator[Arrival]:
@@ -108,6 +109,6 @@ def results(campaign: Campaign, indices: np.ndarray, pool: Pool, solver: Solver 
             reason = "the worker process died every time, perhaps for lack of memory"
             yield Arrival([failed(index, reason, campaign.settings) for index, _ in batch])
             continue
-        if arrival.digest != solver_digest():
+        if arrival.solver_version != SOLVER_VERSION:
             raise CampaignError("the workers run another version of the solver than this machine")
         yield arrival

@@ -27,11 +27,11 @@ from threadpoolctl import threadpool_limits
 
 from bem import Trajectory, simulate_paper_method
 from bem.accuracy import NAMED_TARGETS
-from bem.campaign_plan import solver_digest
 from bem.command import run_main
 from bem.materials import StandardLinearSolid
 from bem.protocol import LoadingProtocol
 from bem.scene import Scene
+from bem.solver_version import SOLVER_VERSION
 from experiments.closed_form_tools import FORMS, depths_of
 from experiments.measuring import CLOCK, MEASUREMENTS, Busy, fingerprint, force_error, progress, publish, spread
 from experiments.solver_sample import MODULUS_RATIO, TRUTH_TARGET, Case, measured
@@ -65,7 +65,7 @@ def held_out(count: int, dataset: Path) -> list[Case]:
 
 def refined(cases: list[Case], jobs: int) -> np.ndarray:
     """Refined solutions (count, 123) as `solver_sample.measured`; kept, since they take a second each."""
-    key = fingerprint(solver=solver_digest(), accuracy=TRUTH_TARGET, cases=[repr(case) for case in cases])
+    key = fingerprint(solver=SOLVER_VERSION, accuracy=TRUTH_TARGET, cases=[repr(case) for case in cases])
     path = TRUTHS / f"truth-{key}.npy"
     if path.is_file():
         return np.load(path)
@@ -182,7 +182,7 @@ def main(
             "protocols": len(cases),
             "repeats": repeats,
             "truth_target": TRUTH_TARGET,
-            "solver": solver_digest(),
+            "solver": SOLVER_VERSION,
             "tools": tools,
             "missing": absent,
             "outdated": old,

@@ -4,7 +4,7 @@ Counted for every protocol: exceptions, numbers that are not finite and lone spi
 says it completed, trajectories that say they did not, and what they say. Memory is read after every chunk; the growth
 reported is that of the second half over the first, in which kernels and caches have settled, and none is reported of
 fewer than `CHUNKS_FOR_MEMORY` chunks. Protocol i depends on the seed and i only. Chunks are kept, so that an
-interrupted soak continues with the same command; they are known by the solver's source, its accuracy and their
+interrupted soak continues with the same command; they are known by the solver's version, its accuracy and their
 protocols.
 
 Usage: `python -m experiments.soak [--count N] [--beyond N] [--stiff N] [--jobs N] [--out FILE]`.
@@ -25,9 +25,9 @@ import typer
 from joblib import Parallel, delayed
 
 from bem import HardContact, LennardJones, LoadingProtocol, Scene, StandardLinearSolid, simulate
-from bem.campaign_plan import solver_digest
 from bem.command import run_main
 from bem.designs import Design
+from bem.solver_version import SOLVER_VERSION
 from experiments.hard_case_map import BEYOND, DEEPEST
 from experiments.measuring import MEASUREMENTS, fingerprint, plain, progress, spread
 from experiments.studies import write_result
@@ -122,7 +122,7 @@ def chunk(where: str, first: int, count: int, seed: int, folder: Path) -> dict[s
     points = [
         {name: float(values[i]) for name, values in columns.items()} for i in range(first, min(first + CHUNK, count))
     ]
-    key = fingerprint(solver=solver_digest(), accuracy=ACCURACY, protocols=points, recorded=RECORDED)
+    key = fingerprint(solver=SOLVER_VERSION, accuracy=ACCURACY, protocols=points, recorded=RECORDED)
     path = folder / f"{where}-{first}-{key}.json"
     if path.is_file():
         return json.loads(path.read_text(encoding="utf-8"))
@@ -189,7 +189,7 @@ def main(
     out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
 ) -> None:
     """Run, or continue, the soak."""
-    content: dict[str, Any] = {"accuracy": ACCURACY, "seed": seed, "solver": solver_digest()}
+    content: dict[str, Any] = {"accuracy": ACCURACY, "seed": seed, "solver": SOLVER_VERSION}
     for where, total in (("inside", count), ("beyond", beyond), ("stiff", stiff)):
         tasks = [delayed(chunk)(where, first, total, seed, folder) for first in range(0, total, CHUNK)]
         results = Parallel(n_jobs=jobs, return_as="generator")(tasks)

@@ -14,9 +14,9 @@ import numpy as np
 from joblib import Parallel, delayed
 
 from bem import LoadingProtocol, Scene, StandardLinearSolid, Trajectory, simulate
-from bem.campaign_plan import solver_digest
 from bem.designs import Design
 from bem.measurement import measurement_times
+from bem.solver_version import SOLVER_VERSION
 from experiments.measuring import fingerprint, progress
 
 MODULUS_RATIO = 0.1
@@ -70,7 +70,7 @@ def measured(case: Case, accuracy: str | float) -> np.ndarray:
 
 def truth(count: int, seed: int, target: float = TRUTH_TARGET, jobs: int = 2) -> np.ndarray:
     """Refined solutions of the sample, (count, 123) as `measured`; computed once and kept in `results/`."""
-    path = RESULTS / f"truth-{fingerprint(solver=solver_digest(), count=count, seed=seed, target=target)}.npy"
+    path = RESULTS / f"truth-{fingerprint(solver=SOLVER_VERSION, count=count, seed=seed, target=target)}.npy"
     if path.exists():
         return np.load(path)
     cases = sample_cases(count, seed)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bem.campaign import run_campaign
-from bem.campaign_plan import Campaign, deciding_modules
+from bem.campaign_plan import Campaign
 from bem.dataset_file import load_dataset, open_dataset
 from bem.designs import Design
 from bem.measurement import measurement_grid
@@ -134,27 +134,6 @@ def test_resuming_asks_once_which_trajectories_are_wanted(undisturbed, tmp_path,
     assert run_campaign(plan, tmp_path / "data.h5", solver=stand_in.solve).computed == 0
     assert len(asked) < 5
     assert_same_numbers(tmp_path / "data.h5", undisturbed)
-
-
-def test_the_digest_is_of_what_decides_the_numbers():
-    names = {path.stem for path in deciding_modules()}
-    assert names == {
-        *(
-            "_checks",
-            "_jit",
-            "_wording",
-            "accuracy",
-            "cohesive_zone",
-            "contact",
-            "dmt",
-            "energy",
-            "equilibrium",
-            "folds",
-        ),
-        *("hard_contact", "hertz", "history", "influence", "linear_algebra", "march", "materials", "measurement"),
-        *("memory", "mesh", "monotone", "peaks", "prediction", "protocol", "records", "scene", "simulate"),
-        *("tractions", "trajectory", "transfer"),
-    }
 
 
 @pytest.mark.parametrize(

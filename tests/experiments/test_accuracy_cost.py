@@ -67,6 +67,6 @@ def test_kept_solutions_belong_to_their_solver_accuracy_and_protocols(tmp_path, 
     accuracy_cost.refined([second], 1)
     monkeypatch.setattr(accuracy_cost, "TRUTH_TARGET", 1e-2)
     accuracy_cost.refined([first], 1)
-    monkeypatch.setattr(accuracy_cost, "solver_digest", lambda: "another")
+    monkeypatch.setattr(accuracy_cost, "SOLVER_VERSION", "another")
     accuracy_cost.refined([first], 1)
     assert len(list(tmp_path.iterdir())) == 4

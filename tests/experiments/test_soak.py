@@ -46,7 +46,7 @@ def test_chunks_belong_to_their_solver_accuracy_and_protocols(tmp_path, monkeypa
     soak.chunk("inside", 0, 4, 2, tmp_path)
     monkeypatch.setattr(soak, "ACCURACY", "draft")
     soak.chunk("inside", 0, 4, 1, tmp_path)
-    monkeypatch.setattr(soak, "solver_digest", lambda: "another")
+    monkeypatch.setattr(soak, "SOLVER_VERSION", "another")
     soak.chunk("inside", 0, 4, 1, tmp_path)
     assert len(list(tmp_path.iterdir())) == 4
 
