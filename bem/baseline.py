@@ -176,9 +176,9 @@ def _march(
     gap = np.maximum(shape - depths[0], 0.95)
     tractions = np.zeros(n)
     solver_counts = np.zeros(9, dtype=np.int64)
-    solved = settle(mesh, tabor, shape - depths[0], 1.0, RESIDUAL, gap, tractions, solver_counts)
+    solved = settle(mesh.influence, tabor, shape - depths[0], 1.0, RESIDUAL, gap, tractions, solver_counts)
     settled = tractions.copy()  # relaxed: felt through the whole compliance
-    force = force_of(mesh, tractions, gap)
+    force = force_of(mesh.force_weights, tractions, gap)
     records[0] = np.array([corners[0], depths[0], force, contact_edge(mesh.radii, gap), 0.0])
     recorded = 1
     for segment in range(corners.size - 1):
@@ -207,18 +207,18 @@ def _march(
             old_force, eigenvalue = force, 0.0
             if not converged:
                 counts[4] += 1
-                eigenvalue = smallest_eigenvalue(mesh, tabor, glassy, gap)
+                eigenvalue = smallest_eigenvalue(mesh.influence, tabor, glassy, gap)
                 new_gap = gap.copy()
-                solved = settle(mesh, tabor, rhs, glassy, RESIDUAL, new_gap, new_traction, solver_counts)
+                solved = settle(mesh.influence, tabor, rhs, glassy, RESIDUAL, new_gap, new_traction, solver_counts)
                 if not solved:
                     break
-            new_force = force_of(mesh, new_traction, new_gap)
+            new_force = force_of(mesh.force_weights, new_traction, new_gap)
             if recorded + 2 > records.shape[0]:
                 records = np.concatenate((records, np.empty_like(records)))
             if not converged and abs(new_force - old_force) > _LEAST_JUMP * max(abs(old_force), 1.0):
                 if jumped == jumps.shape[0]:
                     jumps = np.concatenate((jumps, np.empty_like(jumps)))
-                stiffness = smallest_eigenvalue(mesh, tabor, glassy, new_gap)
+                stiffness = smallest_eigenvalue(mesh.influence, tabor, glassy, new_gap)
                 jumps[jumped] = np.array([instant, depth, old_force, new_force, eigenvalue, stiffness])
                 jumped += 1
                 records[recorded] = np.array([instant, depth, old_force, contact_edge(mesh.radii, gap), float(segment)])

@@ -51,34 +51,36 @@ class Problem(NamedTuple):
 
 
 @kernel
-def edge_of(problem: Problem, mesh: Mesh, gap: np.ndarray, tractions: np.ndarray) -> float:
+def edge_of(hard: bool, radii: np.ndarray, gap: np.ndarray, tractions: np.ndarray) -> float:
     """Contact radius, in beta; 0 where nothing touches."""
-    return hard_edge(mesh.radii, tractions) if problem.hard else contact_edge(mesh.radii, gap)
+    return hard_edge(radii, tractions) if hard else contact_edge(radii, gap)
 
 
 @kernel
-def force_on(problem: Problem, mesh: Mesh, gap: np.ndarray, tractions: np.ndarray) -> float:
+def force_on(hard: bool, weights: np.ndarray, gap: np.ndarray, tractions: np.ndarray) -> float:
     """Force in pi R dgamma, tension positive; without adhesion there is no tail."""
-    if problem.hard:
-        return dot(mesh.force_weights, tractions)
-    return force_of(mesh, tractions, gap)
+    if hard:
+        return dot(weights, tractions)
+    return force_of(weights, tractions, gap)
 
 
 @kernel
-def right_side(problem: Problem, mesh: Mesh, depth: float, remembered: np.ndarray) -> np.ndarray:
+def right_side(
+    tabor: float, radii: np.ndarray, master_rows: np.ndarray, depth: float, remembered: np.ndarray
+) -> np.ndarray:
     """1 - delta + mu r^2 / 2 - G sigma_remembered, the known part of the gap equation; (n,)."""
-    known = np.zeros(mesh.radii.size)
+    known = np.zeros(radii.size)
     if remembered.size > 0:
-        add_rows(mesh.master_rows, remembered, known)
+        add_rows(master_rows, remembered, known)
     for i in range(known.size):
-        known[i] = 1.0 - depth + 0.5 * problem.tabor * mesh.radii[i] ** 2 - known[i]
+        known[i] = 1.0 - depth + 0.5 * tabor * radii[i] ** 2 - known[i]
     return known
 
 
 @kernel
-def edge_left_window(problem: Problem, mesh: Mesh, edge: float) -> bool:
+def edge_left_window(window: np.ndarray, edge: float) -> bool:
     """Whether the mesh must follow."""
-    return not problem.fixed_mesh and (edge < mesh.window[0] or edge > mesh.window[1])
+    return edge < window[0] or edge > window[1]
 
 
 @kernel
@@ -134,7 +136,7 @@ def select_mesh(
         active,
         problem.controls,
     )
-    if not edge_left_window(problem, old, edge) and resolves(old.nodes, wanted):
+    if not edge_left_window(old.window, edge) and resolves(old.nodes, wanted):
         return old
     remembers = problem.strengths.size > 0
     return condense(grid, tabor, pick_nodes(wanted), window, remembers)
@@ -153,15 +155,17 @@ def equilibrate(
 ) -> tuple[Mesh, np.ndarray, np.ndarray, bool]:
     """A stable equilibrium from a state that may be far from it; the mesh follows until its window holds the edge."""
     for _ in range(200):
-        rhs = right_side(problem, mesh, depth, remembered)
+        rhs = right_side(problem.tabor, mesh.radii, mesh.master_rows, depth, remembered)
         if problem.hard:
-            solved = solve_hard(mesh, rhs, response, gap, tractions, counts)
+            solved = solve_hard(mesh.influence, rhs, response, gap, tractions, counts)
         else:
-            solved = settle(mesh, problem.tabor, rhs, response, problem.controls.residual, gap, tractions, counts)
+            solved = settle(
+                mesh.influence, problem.tabor, rhs, response, problem.controls.residual, gap, tractions, counts
+            )
         if not solved:
             return mesh, gap, tractions, False
-        edge = edge_of(problem, mesh, gap, tractions)
-        if not edge_left_window(problem, mesh, edge):
+        edge = edge_of(problem.hard, mesh.radii, gap, tractions)
+        if not edge_left_window(mesh.window, edge):
             return mesh, gap, tractions, True
         new = select_mesh(problem, mesh, edge, 1.0, remembered, response, gap, tractions)
         moved_gap, moved_traction = np.empty(new.radii.size), np.empty(new.radii.size)

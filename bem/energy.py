@@ -13,16 +13,23 @@ Units: h0 pi R dgamma. Source: Greenwood, Proc. R. Soc. A 453 (1997) 1277, on th
 import numpy as np
 
 from bem._jit import kernel
-from bem.mesh import Mesh
 from bem.tractions import potential, tail_energy
 
 
 @kernel
-def stored_energy(mesh: Mesh, tabor: float, hard: bool, depth: float, gap: np.ndarray, tractions: np.ndarray) -> float:
+def stored_energy(
+    radii: np.ndarray,
+    weights: np.ndarray,
+    tabor: float,
+    hard: bool,
+    depth: float,
+    gap: np.ndarray,
+    tractions: np.ndarray,
+) -> float:
     """U of an elastic equilibrium `gap`, `tractions` (n,) at the indentation `depth`."""
     total = 0.0
     for i in range(gap.size):
-        lifted = 1.0 - depth + 0.5 * tabor * mesh.radii[i] ** 2 - gap[i]
+        lifted = 1.0 - depth + 0.5 * tabor * radii[i] ** 2 - gap[i]
         surface = 0.0 if hard else tabor * potential(gap[i])
-        total += mesh.force_weights[i] * (surface + 0.5 * tractions[i] * lifted)
+        total += weights[i] * (surface + 0.5 * tractions[i] * lifted)
     return total if hard else total + tail_energy(gap[gap.size - 1])

@@ -24,7 +24,6 @@ import numpy as np
 
 from bem._jit import kernel
 from bem.linear_algebra import add_rows, copy_into, determinant_is_negative, dot, lu_factor, lu_solve
-from bem.mesh import Mesh
 from bem.tractions import GAP_AT_PEAK, PEAK_TRACTION, slope, tail_force, traction
 
 PRESSED = 1.08  # below this gap (in h0) the traction is the unknown
@@ -80,9 +79,9 @@ def residual_of(
 
 
 @kernel
-def force_of(mesh: Mesh, tractions: np.ndarray, gap: np.ndarray) -> float:
+def force_of(weights: np.ndarray, tractions: np.ndarray, gap: np.ndarray) -> float:
     """Force P in pi R dgamma, with the closed-form tail beyond the last node."""
-    return dot(mesh.force_weights, tractions) + tail_force(gap[gap.size - 1])
+    return dot(weights, tractions) + tail_force(gap[gap.size - 1])
 
 
 @kernel
@@ -118,8 +117,10 @@ def _nodes_with_slope(influence: np.ndarray, gap: np.ndarray, tabor: float, resp
 
 
 @kernel
-def _factorise(mesh: Mesh, gap: np.ndarray, tabor: float, response: float, factor: Factor) -> None:
-    n, influence = gap.size, mesh.influence
+def _factorise(
+    influence: np.ndarray, weights: np.ndarray, gap: np.ndarray, tabor: float, response: float, factor: Factor
+) -> None:
+    n = gap.size
     order = _nodes_with_slope(influence, gap, tabor, response)
     uniform = np.ones(n)
     for j in range(order):
@@ -138,7 +139,7 @@ def _factorise(mesh: Mesh, gap: np.ndarray, tabor: float, response: float, facto
     lu_solve(factor.columns, order, factor.pivots, uniform)
     change = 0.0
     for j in range(order):
-        change += mesh.force_weights[j] * uniform[j] * (1.0 if factor.by_traction[j] else tabor * slope(gap[j]))
+        change += weights[j] * uniform[j] * (1.0 if factor.by_traction[j] else tabor * slope(gap[j]))
     factor.stiffness[0] = abs(change)
 
 
@@ -162,7 +163,8 @@ def _update(
 
 @kernel
 def solve_adhesive(
-    mesh: Mesh,
+    influence: np.ndarray,
+    weights: np.ndarray,
     tabor: float,
     rhs: np.ndarray,
     response: float,
@@ -190,7 +192,7 @@ def solve_adhesive(
     refreshed, fresh = 0, False
     for iteration in range(_MOST_ITERATIONS + 1):
         tractions_of(gap, tabor, tractions)
-        residual_of(mesh.influence, gap, tractions, response, rhs, residual)
+        residual_of(influence, gap, tractions, response, rhs, residual)
         worst = 0.0
         for i in range(n):
             worst = max(worst, abs(residual[i]))
@@ -200,7 +202,7 @@ def solve_adhesive(
         allowed = min(tolerance, max(force_error / max(factor.stiffness[0], 1e-12), _SMALLEST_RESIDUAL))
         if known and worst < allowed:
             if factor.unstable[0]:  # of an earlier iterate, perhaps not of this state
-                _factorise(mesh, gap, tabor, response, factor)
+                _factorise(influence, weights, gap, tabor, response, factor)
                 counts[1] += 1
             return not factor.unstable[0]
         if iteration == _MOST_ITERATIONS:
@@ -208,7 +210,7 @@ def solve_adhesive(
         if not known or (worst > _SLOW * previous and not fresh):
             if refreshed == _MOST_FACTORISATIONS:
                 return False
-            _factorise(mesh, gap, tabor, response, factor)
+            _factorise(influence, weights, gap, tabor, response, factor)
             refreshed += 1
             counts[1] += 1
             fresh = True

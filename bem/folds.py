@@ -14,7 +14,6 @@ import numpy as np
 from bem._jit import kernel
 from bem.equilibrium import residual_of, tractions_of
 from bem.linear_algebra import copy_into, determinant_is_negative, dot, lu_factor, lu_solve
-from bem.mesh import Mesh
 from bem.tractions import slope
 
 _MOST_STEPS = 800
@@ -37,7 +36,7 @@ def jacobian(
 
 @kernel
 def settle(
-    mesh: Mesh,
+    influence: np.ndarray,
     tabor: float,
     rhs: np.ndarray,
     response: float,
@@ -56,13 +55,13 @@ def settle(
     pseudo_step = 1.0
     for _ in range(_MOST_STEPS):
         tractions_of(gap, tabor, tractions)
-        residual_of(mesh.influence, gap, tractions, response, rhs, residual)
+        residual_of(influence, gap, tractions, response, rhs, residual)
         worst = 0.0
         for i in range(n):
             worst = max(worst, abs(residual[i]))
         largest = 0.0
         for _ in range(60):
-            jacobian(mesh.influence, gap, tabor, response, 1.0 / pseudo_step, matrix)
+            jacobian(influence, gap, tabor, response, 1.0 / pseudo_step, matrix)
             lu_factor(matrix, n, pivots)
             counts[1] += 1
             if determinant_is_negative(matrix, n, pivots):
@@ -86,21 +85,21 @@ def settle(
 
 
 @kernel
-def is_unstable(mesh: Mesh, tabor: float, response: float, gap: np.ndarray) -> bool:
+def is_unstable(influence: np.ndarray, tabor: float, response: float, gap: np.ndarray) -> bool:
     """Whether an odd number of eigenvalues of the Jacobian is negative, by a factorisation of its own."""
     n = gap.size
     columns, pivots = np.empty((n, n)), np.empty(n, dtype=np.int32)
-    jacobian(mesh.influence, gap, tabor, response, 0.0, columns)
+    jacobian(influence, gap, tabor, response, 0.0, columns)
     lu_factor(columns, n, pivots)
     return determinant_is_negative(columns, n, pivots)
 
 
 @kernel
-def smallest_eigenvalue(mesh: Mesh, tabor: float, response: float, gap: np.ndarray) -> float:
+def smallest_eigenvalue(influence: np.ndarray, tabor: float, response: float, gap: np.ndarray) -> float:
     """Eigenvalue of the Jacobian nearest to zero, by inverse iteration: zero at a fold, positive when stable."""
     n = gap.size
     matrix, pivots = np.empty((n, n)), np.empty(n, dtype=np.int32)
-    jacobian(mesh.influence, gap, tabor, response, 0.0, matrix)
+    jacobian(influence, gap, tabor, response, 0.0, matrix)
     lu_factor(matrix, n, pivots)
     vector = np.ones(n) / np.sqrt(n)
     value = 0.0

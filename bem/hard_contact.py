@@ -14,7 +14,6 @@ import numpy as np
 
 from bem._jit import kernel
 from bem.linear_algebra import add_rows, lu_factor, lu_solve
-from bem.mesh import Mesh
 
 _MOST_ITERATIONS = 100
 # In h0, of what the gap is made of. Not an accuracy: a node left open although it is pressed costs force, far more of
@@ -35,7 +34,7 @@ def _list_nodes(closed: np.ndarray, inside: np.ndarray) -> int:
 
 @kernel
 def solve_hard(
-    mesh: Mesh,
+    influence: np.ndarray,
     rhs: np.ndarray,
     response: float,
     gap: np.ndarray,
@@ -66,7 +65,7 @@ def solve_hard(
         for j in range(m):
             pressure[j] = rhs[inside[j]] - 1.0
             for i in range(m):
-                columns[j, i] = response * mesh.influence[inside[j], inside[i]]
+                columns[j, i] = response * influence[inside[j], inside[i]]
         if m > 0:
             lu_factor(columns, m, pivots)
             lu_solve(columns, m, pivots, pressure)
@@ -75,7 +74,7 @@ def solve_hard(
         counts[2] += m
         for i in range(m):
             tractions[inside[i]] = pressure[i]
-        add_rows(mesh.influence, tractions, gap)
+        add_rows(influence, tractions, gap)
         changed = False
         for i in range(n):
             gap[i] = rhs[i] - response * gap[i]

@@ -114,7 +114,7 @@ def march(problem: Problem, mesh: Mesh, times: np.ndarray, depths: np.ndarray, g
         tractions,
         counts,
     )
-    force, edge = force_on(problem, mesh, gap, tractions), edge_of(problem, mesh, gap, tractions)
+    force, edge = force_on(hard, mesh.force_weights, gap, tractions), edge_of(hard, mesh.radii, gap, tractions)
     if not solved:
         return records[:0], jumps[:0], counts, segment_steps, energies, NO_EQUILIBRIUM
     if remembers:
@@ -125,7 +125,7 @@ def march(problem: Problem, mesh: Mesh, times: np.ndarray, depths: np.ndarray, g
     _enter(records, 0, (times[0], depth, force, edge))
     recorded = 1
     factor = new_factor(gap.size)
-    energies[0] = stored_energy(mesh, tabor, hard, depth, gap, tractions)
+    energies[0] = stored_energy(mesh.radii, mesh.force_weights, tabor, hard, depth, gap, tractions)
     direction = 1.0
     since_choice = 0
 
@@ -160,7 +160,7 @@ def march(problem: Problem, mesh: Mesh, times: np.ndarray, depths: np.ndarray, g
             new_depth = depths[segment + 1] if after == duration else depths[segment] + rate * after
             factors = step_factors(memory, step, recent.count[0] >= 2)
             remembered = remembered_traction(memory, factors)
-            rhs = right_side(problem, mesh, new_depth, remembered)
+            rhs = right_side(tabor, mesh.radii, mesh.master_rows, new_depth, remembered)
             guess_gap, guess_traction = np.empty(gap.size), np.empty(gap.size)
             predict(recent, after, tabor, hard, guess_gap, guess_traction)
             new_gap, new_traction = guess_gap.copy(), guess_traction.copy()
@@ -169,10 +169,20 @@ def march(problem: Problem, mesh: Mesh, times: np.ndarray, depths: np.ndarray, g
             tolerance = controls.residual * min(1.0, 10.0 * factors.response)
             force_error = problem.force_error * max(abs(force), problem.force_scale)
             if hard:
-                solved = solve_hard(mesh, rhs, factors.response, new_gap, new_traction, counts)
+                solved = solve_hard(mesh.influence, rhs, factors.response, new_gap, new_traction, counts)
             else:
                 solved = solve_adhesive(
-                    mesh, tabor, rhs, factors.response, tolerance, force_error, factor, new_gap, new_traction, counts
+                    mesh.influence,
+                    mesh.force_weights,
+                    tabor,
+                    rhs,
+                    factors.response,
+                    tolerance,
+                    force_error,
+                    factor,
+                    new_gap,
+                    new_traction,
+                    counts,
                 )
                 if not solved or counts[ITERATIONS] - before >= _STALE_AFTER:
                     factor.order[0] = 0
@@ -180,7 +190,7 @@ def march(problem: Problem, mesh: Mesh, times: np.ndarray, depths: np.ndarray, g
             order = recent.count[0]
             if solved:
                 error = prediction_error(
-                    mesh,
+                    mesh.force_weights,
                     tabor,
                     hard,
                     guess_gap,
@@ -197,11 +207,18 @@ def march(problem: Problem, mesh: Mesh, times: np.ndarray, depths: np.ndarray, g
                     solved = False
                     shrink = max(0.2, min(0.8, shrink))
                 elif order >= 2 and not hard and step > 1.01 * smallest:
-                    forces = (force, records[recorded - 2, 2], force_of(mesh, new_traction, new_gap))
+                    forces = (force, records[recorded - 2, 2], force_of(mesh.force_weights, new_traction, new_gap))
                     bend = forces[2] - force - (force - forces[1]) / (recent.time[0] - recent.time[1]) * step
                     if abs(bend) > _BEND * max(abs(forces[2]), problem.force_scale):
                         error = history_error(
-                            recent, mesh, tabor, hard, after, forces, problem.force_scale, problem.force_weight
+                            recent,
+                            mesh.force_weights,
+                            tabor,
+                            hard,
+                            after,
+                            forces,
+                            problem.force_scale,
+                            problem.force_weight,
                         )
                         if error > 0.5 * controls.prediction:
                             solved, shrink = False, 0.5
@@ -220,19 +237,21 @@ def march(problem: Problem, mesh: Mesh, times: np.ndarray, depths: np.ndarray, g
                 factors = step_factors(memory, step, recent.count[0] >= 2)
                 remembered = remembered_traction(memory, factors)
                 if not hard:
-                    eigenvalue = smallest_eigenvalue(mesh, tabor, factors.response, gap)
+                    eigenvalue = smallest_eigenvalue(mesh.influence, tabor, factors.response, gap)
                 if not remembers:
-                    lost = stored_energy(mesh, tabor, hard, depth, gap, tractions) - force * (new_depth - depth)
+                    lost = stored_energy(mesh.radii, mesh.force_weights, tabor, hard, depth, gap, tractions) - force * (
+                        new_depth - depth
+                    )
                 mesh, new_gap, new_traction, solved = equilibrate(
                     problem, mesh, new_depth, remembered, factors.response, gap.copy(), tractions.copy(), counts
                 )
                 if not solved:
                     return records[:recorded], jumps[:jumped], counts, segment_steps, energies, NO_EQUILIBRIUM
                 if not remembers:
-                    lost -= stored_energy(mesh, tabor, hard, new_depth, new_gap, new_traction)
+                    lost -= stored_energy(mesh.radii, mesh.force_weights, tabor, hard, new_depth, new_gap, new_traction)
                 new_force, new_edge = (
-                    force_on(problem, mesh, new_gap, new_traction),
-                    edge_of(problem, mesh, new_gap, new_traction),
+                    force_on(hard, mesh.force_weights, new_gap, new_traction),
+                    edge_of(hard, mesh.radii, new_gap, new_traction),
                 )
                 jump = abs(new_force - force) > _JUMP_IN_FORCE * max(abs(force), problem.force_scale)
                 jump = jump or abs(new_edge - edge) > _JUMP_IN_WIDTHS * edge_width(edge, tabor, hard)
@@ -241,7 +260,7 @@ def march(problem: Problem, mesh: Mesh, times: np.ndarray, depths: np.ndarray, g
                 shrink = 1.0
 
             gap, tractions = new_gap, new_traction
-            force, edge = force_on(problem, mesh, gap, tractions), edge_of(problem, mesh, gap, tractions)
+            force, edge = force_on(hard, mesh.force_weights, gap, tractions), edge_of(hard, mesh.radii, gap, tractions)
             if not force >= problem.least_force:
                 return records[:recorded], jumps[:jumped], counts, segment_steps, energies, UNPHYSICAL
             if remembers:
@@ -256,7 +275,7 @@ def march(problem: Problem, mesh: Mesh, times: np.ndarray, depths: np.ndarray, g
                 recorded += 1
                 if jumped == jumps.shape[0]:
                     jumps = _longer(jumps)
-                stiffness = smallest_eigenvalue(mesh, tabor, factors.response, gap)
+                stiffness = smallest_eigenvalue(mesh.influence, tabor, factors.response, gap)
                 _enter(jumps, jumped, (instant, depth, old_force, force, eigenvalue, stiffness, lost))
                 jumped += 1
             _enter(records, recorded, (instant, depth, force, edge))
@@ -264,7 +283,7 @@ def march(problem: Problem, mesh: Mesh, times: np.ndarray, depths: np.ndarray, g
             segment_steps[segment] += 1
             counts[STEPS] += 1
             counts[NODES] += gap.size
-            if problem.audit and not hard and is_unstable(mesh, tabor, factors.response, gap):
+            if problem.audit and not hard and is_unstable(mesh.influence, tabor, factors.response, gap):
                 counts[UNSTABLE] += 1
             if order == 0:  # another branch: no history to extrapolate
                 recent = start_recent(gap, tractions, now, force)
@@ -277,7 +296,7 @@ def march(problem: Problem, mesh: Mesh, times: np.ndarray, depths: np.ndarray, g
             since_choice += 1
             # In a glass that is stiff against what it remembers a new selection of nodes stirs up large tractions.
             routine = since_choice >= _CHECK_MESH_EVERY and factors.response > _STIFF_RESPONSE
-            if edge_left_window(problem, mesh, edge) or (routine and not problem.fixed_mesh):
+            if edge_left_window(mesh.window, edge) or (routine and not problem.fixed_mesh):
                 direction = 1.0 if edge >= old_edge else -1.0
                 since_choice = 0
                 new = select_mesh(problem, mesh, edge, direction, remembered, factors.response, gap, tractions)
@@ -293,5 +312,5 @@ def march(problem: Problem, mesh: Mesh, times: np.ndarray, depths: np.ndarray, g
                     gap, tractions = recent.gap[0].copy(), recent.traction[0].copy()
                     factor = new_factor(gap.size)
                     counts[REMESHINGS] += 1
-    energies[1] = stored_energy(mesh, tabor, hard, depth, gap, tractions)
+    energies[1] = stored_energy(mesh.radii, mesh.force_weights, tabor, hard, depth, gap, tractions)
     return records[:recorded], jumps[:jumped], counts, segment_steps, energies, COMPLETED

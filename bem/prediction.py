@@ -12,7 +12,6 @@ import numpy as np
 from bem._jit import kernel
 from bem.equilibrium import PRESSED, force_of, pressed_gap
 from bem.linear_algebra import copy_into, dot
-from bem.mesh import Mesh
 from bem.tractions import PEAK_TRACTION, traction
 
 DEPTH = 3
@@ -103,7 +102,7 @@ def predict(recent: Recent, time: float, tabor: float, hard: bool, gap: np.ndarr
 
 @kernel
 def prediction_error(
-    mesh: Mesh,
+    weights: np.ndarray,
     tabor: float,
     hard: bool,
     guess_gap: np.ndarray,
@@ -122,8 +121,8 @@ def prediction_error(
     and the predicted state need only be near enough for Newton-Raphson.
     """
     if hard:
-        force = dot(mesh.force_weights, tractions)
-        difference = abs(dot(mesh.force_weights, guess_traction) - force)
+        force = dot(weights, tractions)
+        difference = abs(dot(weights, guess_traction) - force)
         return force_weight * difference / max(abs(force), force_scale)
     largest_pressure, worst = tabor, 0.0
     for j in range(gap.size):
@@ -136,8 +135,8 @@ def prediction_error(
             if gap[j] > 2.0:
                 error *= (2.0 / gap[j]) ** 2
         worst = max(worst, error)
-    force = force_of(mesh, tractions, gap)
-    expected = force_of(mesh, guess_traction, guess_gap) if np.isnan(force_expected) else force_expected
+    force = force_of(weights, tractions, gap)
+    expected = force_of(weights, guess_traction, guess_gap) if np.isnan(force_expected) else force_expected
     difference = abs(expected - force)
     return max(local_weight * worst, force_weight * difference / max(abs(force), force_scale))
 
@@ -145,7 +144,7 @@ def prediction_error(
 @kernel
 def history_error(
     recent: Recent,
-    mesh: Mesh,
+    weights: np.ndarray,
     tabor: float,
     hard: bool,
     time: float,
@@ -160,7 +159,7 @@ def history_error(
 
     Args:
         recent: at least two solutions before the step.
-        mesh: their mesh.
+        weights: of the force on their mesh.
         tabor, hard: Tabor parameter, and whether there is no adhesion.
         time: at the end of the step.
         forces: at the two solutions, newest first, and at the end of the step.
@@ -175,5 +174,5 @@ def history_error(
     parabola = forces[0] + rise * (middle - newest) + curvature * (middle - newest) * (middle - time)
     gap, tractions = np.empty(recent.gap.shape[1]), np.empty(recent.gap.shape[1])
     predict(recent, middle, tabor, hard, gap, tractions)
-    force = force_of(mesh, tractions, gap)
+    force = force_of(weights, tractions, gap)
     return force_weight * abs(force - parabola) / max(abs(force), force_scale)

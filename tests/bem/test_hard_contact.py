@@ -12,7 +12,7 @@ def solved(indentation, *, tabor=1.0, response=1.0, closed_before=False):
     rhs = right_side(mesh, tabor, indentation)
     gap = np.ones(mesh.radii.size)
     tractions = np.full(mesh.radii.size, -1.0 if closed_before else 0.0)
-    found = solve_hard(mesh, rhs, response, gap, tractions, np.zeros(9, dtype=np.int64))
+    found = solve_hard(mesh.influence, rhs, response, gap, tractions, np.zeros(9, dtype=np.int64))
     return mesh, rhs, gap, tractions, found
 
 

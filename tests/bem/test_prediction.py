@@ -77,7 +77,7 @@ def error_of(changed_node, change):
     gap = np.maximum(right_side(mesh, TABOR, -1.0), 1.2)
     guess = gap.copy()
     guess[changed_node] *= 1.0 + change
-    return prediction_error(mesh, TABOR, False, guess, law(guess), gap, law(gap), 1.0)
+    return prediction_error(mesh.force_weights, TABOR, False, guess, law(guess), gap, law(gap), 1.0)
 
 
 def test_the_error_is_relative_and_forgives_the_far_field():
