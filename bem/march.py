@@ -230,7 +230,7 @@ def march(problem: Problem, mesh: Mesh, times: np.ndarray, depths: np.ndarray, g
 
             jump = False
             eigenvalue = 0.0
-            old_force, old_edge, lost = force, edge, np.nan
+            old_force, old_edge, held, lost = force, edge, mesh, np.nan
             if not solved:
                 counts[FOLD_SOLVES] += 1
                 forget_rate(memory)
@@ -255,7 +255,8 @@ def march(problem: Problem, mesh: Mesh, times: np.ndarray, depths: np.ndarray, g
                 )
                 jump = abs(new_force - force) > _JUMP_IN_FORCE * max(abs(force), problem.force_scale)
                 jump = jump or abs(new_edge - edge) > _JUMP_IN_WIDTHS * edge_width(edge, tabor, hard)
-                order = 0 if jump or new_gap.size != recent.gap.shape[1] else order
+                # Another branch, or other nodes: what came before is no guide to what comes next.
+                order = 0 if jump or not _same_nodes(mesh, held) else order
                 factor = new_factor(new_gap.size)
                 shrink = 1.0
 
@@ -285,7 +286,7 @@ def march(problem: Problem, mesh: Mesh, times: np.ndarray, depths: np.ndarray, g
             counts[NODES] += gap.size
             if problem.audit and not hard and is_unstable(mesh.influence, tabor, factors.response, gap):
                 counts[UNSTABLE] += 1
-            if order == 0:  # another branch: no history to extrapolate
+            if order == 0:
                 recent = start_recent(gap, tractions, now, force)
                 forget_rate(memory)
                 step = 2.0 * smallest
