@@ -234,7 +234,7 @@ def test_setting_up_says_what_it_does_before_it_takes_minutes(tmp_path):
     words = f'[ "$2" != venv ] || {{ {copies}; }}; [ "$2" != pip ] || echo "$@"'
     python.write_text(f"#!/bin/sh\n{words}\n", encoding="utf-8")
     python.chmod(0o755)
-    command = ["make", "setup", f"VENV={tmp_path}/venv", f"PYTHON={python}"]
+    command = ["make", "--no-print-directory", "setup", f"VENV={tmp_path}/venv", f"PYTHON={python}"]
     first, *rest = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout.splitlines()
     assert first.startswith(f"Installing the locked packages into {tmp_path}/venv: about 3 GB on disk, 3 to 10 minutes")
     assert rest[0].startswith("-m pip install --disable-pip-version-check --require-hashes")  # which shows its progress
