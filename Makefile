@@ -20,8 +20,8 @@ TABLES := $(OUT)/tables
 DATASET := $(PUBLISHED)/dataset.h5
 ACCURACY_PRICE := $(PUBLISHED)/accuracy_price.json
 MANIFEST := tools/manifest.py --root $(PUBLISHED)
-SOLVER := $(wildcard bem/*.py)
-DRAWING := $(wildcard paper_figures/drawing.py paper_figures/tables.py paper_figures/*.mplstyle paper_figures/paper_values/dataset.toml)
+SOLVER := $(wildcard bem/*.py bem/_support/*.py bem/solver/*.py bem/solver/discretisation/*.py bem/dataset/*.py bem/reference_solutions/*.py)
+DRAWING := $(wildcard paper_figures/style/drawing.py paper_figures/style/writing.py paper_figures/style/*.mplstyle experiments/paper_values/dataset.toml)
 
 ##@ General
 
@@ -71,7 +71,7 @@ test-slow: setup  ## The tests too costly for every commit
 
 .PHONY: golden-trajectories
 golden-trajectories: setup  ## Renew the numbers that guard the solver's version, after it was raised
-	$(PY) -m experiments.golden_trajectories
+	$(PY) -m experiments.robustness.golden_trajectories
 
 .PHONY: lint
 lint: setup  ## Report style problems
@@ -102,11 +102,11 @@ docs: setup  ## Build the documentation into build/site; a broken link fails
 
 .PHONY: bench-solver
 bench-solver: setup  ## Measure accuracy against cost of the contact solver; writes docs/solver-benchmark.md
-	$(PY) -m experiments.bench_solver
+	$(PY) -m experiments.cost.bench_solver
 
 .PHONY: table-solver-hard-cases
 table-solver-hard-cases: setup  ## Run the solver where it is most likely to break (long); writes docs/solver-hard-cases.md
-	$(PY) -m experiments.hard_cases
+	$(PY) -m experiments.robustness.hard_cases
 
 .PHONY: only-all-is-published
 only-all-is-published:
@@ -125,16 +125,16 @@ dataset: setup only-all-is-published  ## Simulate the 12,450 trajectories and pu
 $(DATASET):
 	@echo "$(DATASET) is missing; restore it from the repository, or run \`make dataset\`" >&2; exit 1
 
-$(OUT)/dataset/examples.json: experiments/dataset_examples.py paper_figures/paper_values/figure_2_protocols.csv \
+$(OUT)/dataset/examples.json: experiments/paper/dataset_examples.py experiments/paper_values/figure_2_protocols.csv \
 		$(SOLVER) | $(INSTALLED)
-	$(PY) -m experiments.dataset_examples --out $@
+	$(PY) -m experiments.paper.dataset_examples --out $@
 
-$(OUT)/dataset/statistics.json: experiments/dataset_statistics.py $(DATASET) | $(INSTALLED)
-	$(PY) -m experiments.dataset_statistics --dataset $(DATASET) --out $@
+$(OUT)/dataset/statistics.json: experiments/paper/dataset_statistics.py $(DATASET) | $(INSTALLED)
+	$(PY) -m experiments.paper.dataset_statistics --dataset $(DATASET) --out $@
 
 .PHONY: accuracy-price
 accuracy-price: setup  ## Measure what draft, standard and reference cost over the paper's design (long) and publish it
-	$(PY) -m experiments.accuracy_price --folder $(OUT)/accuracy_price --out $(ACCURACY_PRICE)
+	$(PY) -m experiments.cost.accuracy_price --folder $(OUT)/accuracy_price --out $(ACCURACY_PRICE)
 	$(PY) $(MANIFEST) add $(ACCURACY_PRICE)
 
 $(ACCURACY_PRICE):
@@ -148,13 +148,13 @@ verify: setup  ## Compare what is published with its manifest
 
 .PHONY: figure-2
 figure-2: $(FIGURES)/figure-2.pdf  ## Six trajectories of the data set, and its histograms
-$(FIGURES)/figure-2.pdf: paper_figures/figure_2.py $(OUT)/dataset/examples.json $(DATASET) $(DRAWING) | $(INSTALLED)
-	$(PY) -m paper_figures.figure_2 --dataset $(DATASET) --examples $(OUT)/dataset/examples.json --folder $(FIGURES)
+$(FIGURES)/figure-2.pdf: paper_figures/figures/figure_2.py $(OUT)/dataset/examples.json $(DATASET) $(DRAWING) | $(INSTALLED)
+	$(PY) -m paper_figures.figures.figure_2 --dataset $(DATASET) --examples $(OUT)/dataset/examples.json --folder $(FIGURES)
 
 .PHONY: figure-solver-scaling
 figure-solver-scaling: $(FIGURES)/solver-scaling.pdf  ## How the cost of the solver grows with nodes and steps
-$(FIGURES)/solver-scaling.pdf: paper_figures/figure_solver_scaling.py $(PUBLISHED)/measurements/cost_growth.json $(DRAWING) | $(INSTALLED)
-	$(PY) -m paper_figures.figure_solver_scaling --growth $(PUBLISHED)/measurements/cost_growth.json --folder $(FIGURES)
+$(FIGURES)/solver-scaling.pdf: paper_figures/measurements/figure_solver_scaling.py $(PUBLISHED)/measurements/cost_growth.json $(DRAWING) | $(INSTALLED)
+	$(PY) -m paper_figures.measurements.figure_solver_scaling --growth $(PUBLISHED)/measurements/cost_growth.json --folder $(FIGURES)
 
 .PHONY: readme-pictures
 readme-pictures: setup $(FIGURES)/figure-6.pdf  ## The pictures of the README, by the README's own commands
@@ -165,20 +165,20 @@ readme-pictures: setup $(FIGURES)/figure-6.pdf  ## The pictures of the README, b
 
 .PHONY: figure-3
 figure-3: $(FIGURES)/figure-3.pdf  ## From the solver's time steps to measurement steps
-$(FIGURES)/figure-3.pdf: paper_figures/figure_3.py $(OUT)/dataset/examples.json $(DRAWING) | $(INSTALLED)
-	$(PY) -m paper_figures.figure_3 --examples $(OUT)/dataset/examples.json --folder $(FIGURES)
+$(FIGURES)/figure-3.pdf: paper_figures/figures/figure_3.py $(OUT)/dataset/examples.json $(DRAWING) | $(INSTALLED)
+	$(PY) -m paper_figures.figures.figure_3 --examples $(OUT)/dataset/examples.json --folder $(FIGURES)
 
 .PHONY: table-protocols-dataset
 table-protocols-dataset: $(TABLES)/protocols-dataset.md  ## Protocols of figure 2, and the data set beside the paper's
-$(TABLES)/protocols-dataset.md: paper_figures/table_protocols_dataset.py $(OUT)/dataset/examples.json \
+$(TABLES)/protocols-dataset.md: paper_figures/tables/table_protocols_dataset.py $(OUT)/dataset/examples.json \
 		$(OUT)/dataset/statistics.json $(DRAWING) | $(INSTALLED)
-	$(PY) -m paper_figures.table_protocols_dataset --examples $(OUT)/dataset/examples.json \
+	$(PY) -m paper_figures.tables.table_protocols_dataset --examples $(OUT)/dataset/examples.json \
 		--statistics $(OUT)/dataset/statistics.json --folder $(TABLES)
 
 .PHONY: table-accuracy-price
 table-accuracy-price: $(TABLES)/accuracy-price.md  ## What draft, standard and reference cost, as published
-$(TABLES)/accuracy-price.md: paper_figures/table_accuracy_price.py $(ACCURACY_PRICE) $(DRAWING) | $(INSTALLED)
-	$(PY) -m paper_figures.table_accuracy_price --price $(ACCURACY_PRICE) --folder $(TABLES)
+$(TABLES)/accuracy-price.md: paper_figures/tables/table_accuracy_price.py $(ACCURACY_PRICE) $(DRAWING) | $(INSTALLED)
+	$(PY) -m paper_figures.tables.table_accuracy_price --price $(ACCURACY_PRICE) --folder $(TABLES)
 
 include paper.mk
 include costs.mk

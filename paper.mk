@@ -11,18 +11,17 @@ JOBS ?= 2
 ONLY ?=
 EPOCHS ?=
 
-STUDY := experiments/studies.py
-STYLE := paper_figures/drawing.py paper_figures/paper.mplstyle
+STUDY := experiments/common.py
+STYLE := paper_figures/style/drawing.py paper_figures/style/paper.mplstyle
 TRAINING_SPEED := $(PUBLISHED)/measurements/training_speed.json
 CANONICAL_TIMES := $(PUBLISHED)/measurements/canonical_times.json
-REFERENCE_MODEL := paper_figures/paper_values/reference_model.toml
-SURROGATE := $(wildcard surrogate/*.py surrogate/architectures/*.py)
+REFERENCE_MODEL := experiments/paper_values/reference_model.toml
+SURROGATE := $(wildcard surrogate/*.py surrogate/*/*.py)
 # What a prediction and its errors depend on; nothing that only trains.
-TRAINING_ONLY := $(addprefix surrogate/,__main__ checkpoint cli comparison evaluation progress program publishing queue runs soap \
-	streaming tables torch_lstm training)
-PREDICTING := $(filter-out $(addsuffix .py,$(TRAINING_ONLY)),$(SURROGATE))
+TRAINING_ONLY := surrogate/__main__.py $(wildcard surrogate/cli/*.py surrogate/training/*.py)
+PREDICTING := $(filter-out $(TRAINING_ONLY),$(SURROGATE))
 REFERENCE := $(MODELS)/M1-concat
-LINEAGE := experiments/lineage.py surrogate/dataset.py
+LINEAGE := experiments/lineage.py surrogate/data/dataset.py
 # What tells where a model comes from.
 ORIGIN := run.json split.json recipe.toml
 # What a study of the reference model reads; the rule below says how it comes about when it is missing.
@@ -84,12 +83,12 @@ more-models: $(MORE_MODELS)  ## The four above: M1-concat by another recipe, for
 
 .PHONY: feature-sets
 feature-sets: $(DATASET) | $(INSTALLED)  ## Train the input representations A to D and publish their errors
-	$(PY) -m experiments.feature_sets --config $(CONFIGS)/feature_sets.toml --dataset $(DATASET) \
+	$(PY) -m experiments.paper.feature_sets --config $(CONFIGS)/feature_sets.toml --dataset $(DATASET) \
 		--models $(MODELS) --work $(WORK)/feature_sets --out $(FEATURE_SETS) $(call list_also_unfinished,$(FEATURE_SETS))
 
 .PHONY: data-efficiency
 data-efficiency: $(DATASET) | $(INSTALLED)  ## Train on ever smaller shares of the data and publish the errors
-	$(PY) -m experiments.data_efficiency --config $(CONFIGS)/data_efficiency.toml --dataset $(DATASET) \
+	$(PY) -m experiments.paper.data_efficiency --config $(CONFIGS)/data_efficiency.toml --dataset $(DATASET) \
 		--models $(MODELS) --work $(WORK)/data_efficiency --out $(DATA_EFFICIENCY) \
 		$(call list_also_unfinished,$(DATA_EFFICIENCY))
 
@@ -103,129 +102,129 @@ STUDY_RESULTS := $(addprefix $(STUDIES)/,canonical_regimes.json persson_brener.j
 	model_comparison.json architecture_graphs.json adopted_settings.json paper_slips.json)
 studies: $(STUDY_RESULTS)  ## Every study that trains nothing
 
-$(STUDIES)/canonical_regimes.json: experiments/canonical_regimes.py $(STUDY) $(CONFIGS)/canonical_regimes.toml \
-		paper_figures/paper_values/canonical_protocols.csv $(CANONICAL_TIMES) $(SOLVER) $(REFERENCE_FILES) | $(INSTALLED)
-	$(PY) -m experiments.canonical_regimes --config $(CONFIGS)/canonical_regimes.toml --models $(MODELS) \
+$(STUDIES)/canonical_regimes.json: experiments/paper/canonical_regimes.py $(STUDY) $(CONFIGS)/canonical_regimes.toml \
+		experiments/paper_values/canonical_protocols.csv $(CANONICAL_TIMES) $(SOLVER) $(REFERENCE_FILES) | $(INSTALLED)
+	$(PY) -m experiments.paper.canonical_regimes --config $(CONFIGS)/canonical_regimes.toml --models $(MODELS) \
 		--times $(CANONICAL_TIMES) --out $@
 
-$(STUDIES)/persson_brener.json: experiments/persson_brener.py $(STUDY) $(CONFIGS)/persson_brener.toml \
-		paper_figures/paper_values/persson_brener_protocols.csv bem/reference_solutions/persson_brener.py $(SOLVER) \
+$(STUDIES)/persson_brener.json: experiments/paper/persson_brener.py $(STUDY) $(CONFIGS)/persson_brener.toml \
+		experiments/paper_values/persson_brener_protocols.csv bem/reference_solutions/persson_brener.py $(SOLVER) \
 		$(REFERENCE_FILES) | $(INSTALLED)
-	$(PY) -m experiments.persson_brener --config $(CONFIGS)/persson_brener.toml --models $(MODELS) --out $@
+	$(PY) -m experiments.paper.persson_brener --config $(CONFIGS)/persson_brener.toml --models $(MODELS) --out $@
 
-$(STUDIES)/error_statistics.json: experiments/error_statistics.py $(STUDY) $(LINEAGE) $(CONFIGS)/error_statistics.toml \
+$(STUDIES)/error_statistics.json: experiments/paper/error_statistics.py $(STUDY) $(LINEAGE) $(CONFIGS)/error_statistics.toml \
 		$(addprefix $(REFERENCE)/,test_errors.csv $(ORIGIN)) $(DATASET) | $(INSTALLED)
-	$(PY) -m experiments.error_statistics --config $(CONFIGS)/error_statistics.toml --models $(MODELS) \
+	$(PY) -m experiments.paper.error_statistics --config $(CONFIGS)/error_statistics.toml --models $(MODELS) \
 		--dataset $(DATASET) --out $@
 
-$(STUDIES)/fms_transfer.json: experiments/fms_transfer.py $(STUDY) $(LINEAGE) $(CONFIGS)/fms_transfer.toml $(SOLVER) \
-		paper_figures/paper_values/canonical_protocols.csv $(addprefix $(REFERENCE)/,$(ORIGIN)) $(DATASET) \
+$(STUDIES)/fms_transfer.json: experiments/paper/fms_transfer.py $(STUDY) $(LINEAGE) $(CONFIGS)/fms_transfer.toml $(SOLVER) \
+		experiments/paper_values/canonical_protocols.csv $(addprefix $(REFERENCE)/,$(ORIGIN)) $(DATASET) \
 		$(REFERENCE_FILES) | $(INSTALLED)
-	$(PY) -m experiments.fms_transfer --config $(CONFIGS)/fms_transfer.toml --models $(MODELS) --dataset $(DATASET) --out $@
+	$(PY) -m experiments.paper.fms_transfer --config $(CONFIGS)/fms_transfer.toml --models $(MODELS) --dataset $(DATASET) --out $@
 
 # Here and below a published folder is a prerequisite beside what is in it: it changes when an entry goes, of which a
 # wildcard does not tell.
-$(STUDIES)/model_comparison.json: experiments/model_comparison.py $(STUDY) $(LINEAGE) $(REFERENCE)/run.json \
+$(STUDIES)/model_comparison.json: experiments/paper/model_comparison.py $(STUDY) $(LINEAGE) $(REFERENCE)/run.json \
 		$(wildcard $(addprefix $(MODELS)/*/,metrics.json history.csv $(ORIGIN)) $(MODELS)) \
 		surrogate/architectures/naming.py $(REFERENCE_MODEL) $(DATASET) | $(INSTALLED)
-	$(PY) -m experiments.model_comparison --models $(MODELS) --dataset $(DATASET) --out $@
+	$(PY) -m experiments.paper.model_comparison --models $(MODELS) --dataset $(DATASET) --out $@
 
-$(STUDIES)/architecture_graphs.json: experiments/architecture_graphs.py $(STUDY) $(SURROGATE) | $(INSTALLED)
-	$(PY) -m experiments.architecture_graphs --out $@
+$(STUDIES)/architecture_graphs.json: experiments/paper/architecture_graphs.py $(STUDY) $(SURROGATE) | $(INSTALLED)
+	$(PY) -m experiments.paper.architecture_graphs --out $@
 
-$(STUDIES)/adopted_settings.json: experiments/adopted_settings.py $(STUDY) $(SURROGATE) $(wildcard surrogate/recipes/*.toml) \
-		$(wildcard $(CONFIGS)/*.toml) paper_figures/paper_values/persson_brener_protocols.csv $(addprefix bem/,designs.py \
-		measurement.py protocol.py $(addprefix reference_solutions/,dmt.py jkr.py persson_brener.py)) | $(INSTALLED)
-	$(PY) -m experiments.adopted_settings --configs $(CONFIGS) --out $@
+$(STUDIES)/adopted_settings.json: experiments/paper/adopted_settings.py $(STUDY) $(SURROGATE) $(wildcard surrogate/training/recipes/*.toml) \
+		$(wildcard $(CONFIGS)/*.toml) experiments/paper_values/persson_brener_protocols.csv $(addprefix bem/,dataset/designs.py \
+		dataset/measurement_steps.py protocol.py $(addprefix reference_solutions/,dmt.py jkr.py persson_brener.py)) | $(INSTALLED)
+	$(PY) -m experiments.paper.adopted_settings --configs $(CONFIGS) --out $@
 
-$(STUDIES)/paper_slips.json: experiments/paper_slips.py $(STUDY) $(SOLVER) $(DATASET) \
-		$(wildcard paper_figures/paper_values/*.csv) paper_figures/paper_values/claims.toml $(REFERENCE_MODEL) | $(INSTALLED)
-	$(PY) -m experiments.paper_slips --dataset $(DATASET) --out $@
+$(STUDIES)/paper_slips.json: experiments/paper/inconsistencies.py $(STUDY) $(SOLVER) $(DATASET) \
+		$(wildcard experiments/paper_values/*.csv) experiments/paper_values/claims.toml $(REFERENCE_MODEL) | $(INSTALLED)
+	$(PY) -m experiments.paper.inconsistencies --dataset $(DATASET) --out $@
 
 ##@ The paper's figures and tables (figure <- result file)
 
 .PHONY: figure-1
 figure-1: $(FIGURES)/figure-1.pdf  ## Contact, gap, protocol and a computed force response
-$(FIGURES)/figure-1.pdf: paper_figures/figure_1.py paper_figures/schematics.py $(OUT)/dataset/examples.json $(STYLE) | $(INSTALLED)
-	$(PY) -m paper_figures.figure_1 --examples $(OUT)/dataset/examples.json --folder $(FIGURES)
+$(FIGURES)/figure-1.pdf: paper_figures/figures/figure_1.py paper_figures/style/schematics.py $(OUT)/dataset/examples.json $(STYLE) | $(INSTALLED)
+	$(PY) -m paper_figures.figures.figure_1 --examples $(OUT)/dataset/examples.json --folder $(FIGURES)
 
 .PHONY: figure-4
 figure-4: $(FIGURES)/figure-4.pdf  ## Building blocks and the M1-concat model
-$(FIGURES)/figure-4.pdf: paper_figures/figure_4.py paper_figures/schematics.py $(STUDIES)/architecture_graphs.json $(STYLE) | $(INSTALLED)
-	$(PY) -m paper_figures.figure_4 --result $(STUDIES)/architecture_graphs.json --folder $(FIGURES)
+$(FIGURES)/figure-4.pdf: paper_figures/figures/figure_4.py paper_figures/style/schematics.py $(STUDIES)/architecture_graphs.json $(STYLE) | $(INSTALLED)
+	$(PY) -m paper_figures.figures.figure_4 --result $(STUDIES)/architecture_graphs.json --folder $(FIGURES)
 
 .PHONY: figure-5
 figure-5: $(FIGURES)/figure-5.pdf  ## Models, sizes, crack velocity, data efficiency
-$(FIGURES)/figure-5.pdf: paper_figures/figure_5.py paper_figures/models_style.py paper_figures/figure_mse_mae.py \
-		paper_figures/figure_learning_curves.py $(REFERENCE_MODEL) $(STUDIES)/model_comparison.json $(STUDIES)/persson_brener.json \
+$(FIGURES)/figure-5.pdf: paper_figures/figures/figure_5.py paper_figures/style/models_style.py paper_figures/figures/figure_mse_mae.py \
+		paper_figures/figures/figure_learning_curves.py $(REFERENCE_MODEL) $(STUDIES)/model_comparison.json $(STUDIES)/persson_brener.json \
 		$(wildcard $(DATA_EFFICIENCY) $(PUBLISHED)) $(STYLE) | $(INSTALLED)
-	$(PY) -m paper_figures.figure_5 --comparison $(STUDIES)/model_comparison.json --persson-brener $(STUDIES)/persson_brener.json \
+	$(PY) -m paper_figures.figures.figure_5 --comparison $(STUDIES)/model_comparison.json --persson-brener $(STUDIES)/persson_brener.json \
 		--data-efficiency $(DATA_EFFICIENCY) --folder $(FIGURES)
 
 .PHONY: figure-6
 figure-6: $(FIGURES)/figure-6.pdf  ## The twelve canonical protocols
-$(FIGURES)/figure-6.pdf: paper_figures/figure_6.py paper_figures/models_style.py $(STUDIES)/canonical_regimes.json $(STYLE) | $(INSTALLED)
-	$(PY) -m paper_figures.figure_6 --result $(STUDIES)/canonical_regimes.json --folder $(FIGURES)
+$(FIGURES)/figure-6.pdf: paper_figures/figures/figure_6.py paper_figures/style/models_style.py $(STUDIES)/canonical_regimes.json $(STYLE) | $(INSTALLED)
+	$(PY) -m paper_figures.figures.figure_6 --result $(STUDIES)/canonical_regimes.json --folder $(FIGURES)
 
 .PHONY: figure-7
 figure-7: $(FIGURES)/figure-7.pdf  ## Distributions of the held-out errors
-$(FIGURES)/figure-7.pdf: paper_figures/figure_7.py $(STUDIES)/error_statistics.json $(STYLE) | $(INSTALLED)
-	$(PY) -m paper_figures.figure_7 --result $(STUDIES)/error_statistics.json --folder $(FIGURES)
+$(FIGURES)/figure-7.pdf: paper_figures/figures/figure_7.py $(STUDIES)/error_statistics.json $(STYLE) | $(INSTALLED)
+	$(PY) -m paper_figures.figures.figure_7 --result $(STUDIES)/error_statistics.json --folder $(FIGURES)
 
 .PHONY: figure-architectures
 figure-architectures: $(FIGURES)/figure-architectures.pdf  ## The eighteen wirings, from the Keras models
-$(FIGURES)/figure-architectures.pdf: paper_figures/figure_architectures.py $(STUDIES)/architecture_graphs.json $(STYLE) | $(INSTALLED)
-	$(PY) -m paper_figures.figure_architectures --result $(STUDIES)/architecture_graphs.json --folder $(FIGURES)
+$(FIGURES)/figure-architectures.pdf: paper_figures/figures/figure_architectures.py $(STUDIES)/architecture_graphs.json $(STYLE) | $(INSTALLED)
+	$(PY) -m paper_figures.figures.figure_architectures --result $(STUDIES)/architecture_graphs.json --folder $(FIGURES)
 
 .PHONY: figure-mse-mae
 figure-mse-mae: $(FIGURES)/figure-mse-mae.pdf  ## Held-out MSE against MAE of every trained model
-$(FIGURES)/figure-mse-mae.pdf: paper_figures/figure_mse_mae.py paper_figures/models_style.py $(REFERENCE_MODEL) $(STUDIES)/model_comparison.json $(STYLE) | $(INSTALLED)
-	$(PY) -m paper_figures.figure_mse_mae --result $(STUDIES)/model_comparison.json --folder $(FIGURES)
+$(FIGURES)/figure-mse-mae.pdf: paper_figures/figures/figure_mse_mae.py paper_figures/style/models_style.py $(REFERENCE_MODEL) $(STUDIES)/model_comparison.json $(STYLE) | $(INSTALLED)
+	$(PY) -m paper_figures.figures.figure_mse_mae --result $(STUDIES)/model_comparison.json --folder $(FIGURES)
 
 .PHONY: figure-learning-curves
 figure-learning-curves: $(FIGURES)/figure-learning-curves.pdf  ## Validation curves of the FiLM and gated models
-$(FIGURES)/figure-learning-curves.pdf: paper_figures/figure_learning_curves.py paper_figures/models_style.py \
+$(FIGURES)/figure-learning-curves.pdf: paper_figures/figures/figure_learning_curves.py paper_figures/style/models_style.py \
 		$(STUDIES)/model_comparison.json $(STYLE) | $(INSTALLED)
-	$(PY) -m paper_figures.figure_learning_curves --result $(STUDIES)/model_comparison.json --folder $(FIGURES)
+	$(PY) -m paper_figures.figures.figure_learning_curves --result $(STUDIES)/model_comparison.json --folder $(FIGURES)
 
 .PHONY: figure-features
 figure-features: $(FIGURES)/figure-features.pdf  ## Input representations and training-set size
-$(FIGURES)/figure-features.pdf: paper_figures/figure_features.py $(wildcard $(FEATURE_SETS) $(DATA_EFFICIENCY) $(PUBLISHED)) \
+$(FIGURES)/figure-features.pdf: paper_figures/figures/figure_features.py $(wildcard $(FEATURE_SETS) $(DATA_EFFICIENCY) $(PUBLISHED)) \
 		$(STYLE) | $(INSTALLED)
-	$(PY) -m paper_figures.figure_features --feature-sets $(FEATURE_SETS) --data-efficiency $(DATA_EFFICIENCY) --folder $(FIGURES)
+	$(PY) -m paper_figures.figures.figure_features --feature-sets $(FEATURE_SETS) --data-efficiency $(DATA_EFFICIENCY) --folder $(FIGURES)
 
 .PHONY: figure-fms-transfer
 figure-fms-transfer: $(FIGURES)/figure-fms-transfer.pdf  ## The same weights on other numbers of measurement steps
-$(FIGURES)/figure-fms-transfer.pdf: paper_figures/figure_fms_transfer.py paper_figures/models_style.py $(STUDIES)/fms_transfer.json $(STYLE) | $(INSTALLED)
-	$(PY) -m paper_figures.figure_fms_transfer --result $(STUDIES)/fms_transfer.json --folder $(FIGURES)
+$(FIGURES)/figure-fms-transfer.pdf: paper_figures/figures/figure_fms_transfer.py paper_figures/style/models_style.py $(STUDIES)/fms_transfer.json $(STYLE) | $(INSTALLED)
+	$(PY) -m paper_figures.figures.figure_fms_transfer --result $(STUDIES)/fms_transfer.json --folder $(FIGURES)
 
 .PHONY: graphical-abstract
 graphical-abstract: $(FIGURES)/graphical-abstract.pdf  ## Protocol in, force history out
-$(FIGURES)/graphical-abstract.pdf: paper_figures/graphical_abstract.py paper_figures/schematics.py paper_figures/models_style.py \
+$(FIGURES)/graphical-abstract.pdf: paper_figures/figures/graphical_abstract.py paper_figures/style/schematics.py paper_figures/style/models_style.py \
 		$(STUDIES)/canonical_regimes.json $(STUDIES)/error_statistics.json $(STYLE) | $(INSTALLED)
-	$(PY) -m paper_figures.graphical_abstract --regimes $(STUDIES)/canonical_regimes.json \
+	$(PY) -m paper_figures.figures.graphical_abstract --regimes $(STUDIES)/canonical_regimes.json \
 		--errors $(STUDIES)/error_statistics.json --folder $(FIGURES)
 
 .PHONY: table-protocols-canonical
 table-protocols-canonical: $(TABLES)/protocols-canonical.md  ## Canonical protocols and what they cost
-$(TABLES)/protocols-canonical.md: paper_figures/table_protocols_canonical.py $(STUDIES)/canonical_regimes.json $(STYLE) paper_figures/tables.py | $(INSTALLED)
-	$(PY) -m paper_figures.table_protocols_canonical --result $(STUDIES)/canonical_regimes.json --folder $(TABLES)
+$(TABLES)/protocols-canonical.md: paper_figures/tables/table_protocols_canonical.py $(STUDIES)/canonical_regimes.json $(STYLE) paper_figures/style/writing.py | $(INSTALLED)
+	$(PY) -m paper_figures.tables.table_protocols_canonical --result $(STUDIES)/canonical_regimes.json --folder $(TABLES)
 
 .PHONY: table-persson-brener
 table-persson-brener: $(TABLES)/persson-brener.md  ## Crack velocities and amplifications
-$(TABLES)/persson-brener.md: paper_figures/table_persson_brener.py $(STUDIES)/persson_brener.json $(STYLE) paper_figures/tables.py | $(INSTALLED)
-	$(PY) -m paper_figures.table_persson_brener --result $(STUDIES)/persson_brener.json --folder $(TABLES)
+$(TABLES)/persson-brener.md: paper_figures/tables/table_persson_brener.py $(STUDIES)/persson_brener.json $(STYLE) paper_figures/style/writing.py | $(INSTALLED)
+	$(PY) -m paper_figures.tables.table_persson_brener --result $(STUDIES)/persson_brener.json --folder $(TABLES)
 
 .PHONY: table-quartiles
 table-quartiles: $(TABLES)/quartiles.md  ## Held-out errors by quartile
-$(TABLES)/quartiles.md: paper_figures/table_quartiles.py paper_figures/paper_values/quartiles.csv $(STUDIES)/error_statistics.json $(STYLE) paper_figures/tables.py | $(INSTALLED)
-	$(PY) -m paper_figures.table_quartiles --result $(STUDIES)/error_statistics.json --folder $(TABLES)
+$(TABLES)/quartiles.md: paper_figures/tables/table_quartiles.py experiments/paper_values/quartiles.csv $(STUDIES)/error_statistics.json $(STYLE) paper_figures/style/writing.py | $(INSTALLED)
+	$(PY) -m paper_figures.tables.table_quartiles --result $(STUDIES)/error_statistics.json --folder $(TABLES)
 
 .PHONY: table-models
 table-models: $(TABLES)/models.md  ## Every trained model: size, errors, cost
-$(TABLES)/models.md: paper_figures/table_models.py paper_figures/models_style.py $(REFERENCE_MODEL) $(STUDIES)/model_comparison.json \
-		$(wildcard $(TRAINING_SPEED) $(PUBLISHED)/measurements) $(STYLE) paper_figures/tables.py | $(INSTALLED)
-	$(PY) -m paper_figures.table_models --result $(STUDIES)/model_comparison.json --folder $(TABLES) --speed $(TRAINING_SPEED)
+$(TABLES)/models.md: paper_figures/tables/table_models.py paper_figures/style/models_style.py $(REFERENCE_MODEL) $(STUDIES)/model_comparison.json \
+		$(wildcard $(TRAINING_SPEED) $(PUBLISHED)/measurements) $(STYLE) paper_figures/style/writing.py | $(INSTALLED)
+	$(PY) -m paper_figures.tables.table_models --result $(STUDIES)/model_comparison.json --folder $(TABLES) --speed $(TRAINING_SPEED)
 
 ##@ All of it
 
@@ -251,7 +250,7 @@ REPORT ?= REPRODUCTION.md
 REPRODUCING ?= $(if $(filter published,$(PUBLISHED)),REPRODUCING.md)
 .PHONY: report
 report: $(STUDY_RESULTS) $(OUT)/dataset/statistics.json | $(INSTALLED)  ## Write REPRODUCTION.md: each number of the paper beside ours
-	$(PY) -m paper_figures.reproduction_report --results $(OUT) --published $(PUBLISHED) --out $(REPORT)
+	$(PY) -m paper_figures.report.write --results $(OUT) --published $(PUBLISHED) --out $(REPORT)
 	$(if $(REPRODUCING),$(PY) -m experiments.stages --document $(REPRODUCING))
 
 .PHONY: paper

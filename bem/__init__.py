@@ -9,18 +9,16 @@ Example:
     >>> trajectory = simulate(scene, protocol)  # doctest: +SKIP
 """
 
-import sys
 from importlib import import_module
-from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from bem.baseline import simulate_paper_method
+    from bem.effects.recommendation import recommend
     from bem.materials import Elastic, PronySeries, StandardLinearSolid
     from bem.protocol import LoadingProtocol, PiecewiseLinearProtocol
-    from bem.recommend import recommend
     from bem.scene import Scene
-    from bem.simulate import simulate
+    from bem.solver.paper_method import simulate_paper_method
+    from bem.solver.simulation import simulate
     from bem.tractions import HardContact, LennardJones
     from bem.trajectory import Trajectory
 
@@ -51,23 +49,10 @@ _HOME = {
     "Scene": "scene",
     "StandardLinearSolid": "materials",
     "Trajectory": "trajectory",
-    "recommend": "recommend",
-    "simulate": "simulate",
-    "simulate_paper_method": "baseline",
+    "recommend": "effects.recommendation",
+    "simulate": "solver.simulation",
+    "simulate_paper_method": "solver.paper_method",
 }
-
-
-class _Package(ModuleType):
-    """The package itself, in which `simulate` and `recommend` are functions whatever was imported before."""
-
-    def __setattr__(self, name: str, value: Any) -> None:
-        # The import system binds a submodule to its name in the package, which would hide the function of that name.
-        if name in ("recommend", "simulate") and isinstance(value, ModuleType):
-            value = getattr(value, name)
-        super().__setattr__(name, value)
-
-
-sys.modules[__name__].__class__ = _Package
 
 
 def __getattr__(name: str) -> Any:

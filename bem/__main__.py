@@ -1,5 +1,5 @@
 """`python -m bem` is the `bem` command."""
 
-from bem.cli import app_main
+from bem.cli.app import app_main
 
 app_main()

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from numbers import Real
 from typing import NamedTuple
 
-from bem._wording import shown
+from bem._support.wording import shown
 
 NAMED_TARGETS = {"draft": 1.7e-2, "standard": 4e-3, "reference": 1.5e-4}
 LOOSEST, TIGHTEST = 5e-2, 2e-5

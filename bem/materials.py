@@ -21,9 +21,9 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bem._checks import FloatArray, finite_number, finite_vector
-from bem._jit import kernel
-from bem._wording import shown
+from bem._support.jit import kernel
+from bem._support.validation import FloatArray, finite_number, finite_vector
+from bem._support.wording import shown
 
 
 def _read_only(values: ArrayLike) -> FloatArray:

@@ -11,8 +11,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bem._checks import FloatArray, finite_number, finite_vector, strictly_increasing
-from bem._wording import shown
+from bem._support.validation import FloatArray, finite_number, finite_vector, strictly_increasing
+from bem._support.wording import shown
 
 Phase = Literal["loading", "dwell", "unloading"]
 

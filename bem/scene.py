@@ -5,7 +5,7 @@ The Tabor parameter mu = (R dgamma^2 / (E0*^2 h0^3))^(1/3) uses the relaxed modu
 
 from dataclasses import dataclass, field
 
-from bem._checks import finite_number, instance
+from bem._support.validation import finite_number, instance
 from bem.materials import Elastic, PronySeries, StandardLinearSolid
 from bem.tractions import HardContact, LennardJones
 

@@ -10,7 +10,7 @@ of unit work of adhesion, largest at h = 3^(1/6), where it is 16 / (9 sqrt 3).
 
 from dataclasses import dataclass
 
-from bem._jit import kernel
+from bem._support.jit import kernel
 
 GAP_AT_PEAK = 3.0 ** (1.0 / 6.0)
 PEAK_TRACTION = 16.0 / (9.0 * 3.0**0.5)

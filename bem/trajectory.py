@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bem._checks import FloatArray
-from bem.history import History
+from bem._support.interpolation import History
+from bem._support.validation import FloatArray
 from bem.reference_solutions import dmt
 
 FAR_FIELD_FACTOR = 4.0

@@ -17,7 +17,7 @@ import numpy as np
 
 import surrogate
 from bem import LoadingProtocol, Scene, StandardLinearSolid, simulate
-from surrogate.scaling import Scaling
+from surrogate.data.scaling import Scaling
 
 COUNTS = (50, 20, 50)
 STARTS = 12

@@ -24,7 +24,7 @@ import numpy as np
 
 import surrogate
 from bem import PiecewiseLinearProtocol, Scene, StandardLinearSolid, simulate
-from surrogate.streaming import Stream
+from surrogate.inference.streaming import Stream
 
 
 @dataclass

@@ -16,7 +16,7 @@ from scipy.optimize import least_squares
 from scipy.stats import t as student
 
 from bem import LoadingProtocol, Scene, StandardLinearSolid, simulate
-from bem.measurement import measurement_times
+from bem.dataset.measurement_steps import measurement_times
 
 PROTOCOL = LoadingProtocol(
     peak_indentation=5.0, loading_rate=5.0, dwell_time=1.0, unloading_rate=5.0, start_indentation=-3.0

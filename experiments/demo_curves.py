@@ -17,16 +17,16 @@ import numpy as np
 import typer
 from scipy.stats import qmc
 
-from bem.command import run_main
-from bem.designs import QUANTITIES
-from bem.measurement import measurement_times
+from bem._support.command_line import run_main
+from bem._support.provenance import provenance
+from bem.dataset.designs import QUANTITIES
+from bem.dataset.measurement_steps import measurement_times
 from bem.protocol import LoadingProtocol
-from bem.provenance import provenance
-from surrogate.dataset import Split, TrajectoryDataset
+from surrogate.data.dataset import Split, TrajectoryDataset
 
 DATASET = Path("published/dataset.h5")
 SPLIT = Path("published/models/M1-concat/split.json")
-PROTOCOLS = Path("paper_figures/paper_values/canonical_protocols.csv")
+PROTOCOLS = Path("experiments/paper_values/canonical_protocols.csv")
 OUT = Path("demo/public/curves.json")
 MODULUS_RATIO = 0.1
 ACCURACY = "standard"

@@ -20,7 +20,7 @@ class Lineage:
     """What decided a training.
 
     Args:
-        dataset: Digest of the data set, as `surrogate.dataset` makes it.
+        dataset: Digest of the data set, as `surrogate.data.dataset` makes it.
         parts: Trajectory indices of training, validation and test, by name.
         recipe: Keys and values of the recipe, tables as dictionaries.
         backend: The Keras backend.
@@ -65,7 +65,7 @@ def dataset_digest(path: Path) -> str:
     Raises:
         FileNotFoundError: no such file.
     """
-    from surrogate.dataset import TrajectoryDataset
+    from surrogate.data.dataset import TrajectoryDataset
 
     if not path.is_file():
         raise FileNotFoundError(f"data set {str(path)!r} not found; `make dataset` makes it")

@@ -1,11 +1,11 @@
 """The stages of the paper from nothing, and the hours to expect of each: printed up front and as each begins.
 
 Hours follow from the core seconds that published results took (`run.json` of the models, or their batches where
-`experiments.training_speed` measured these on one machine; the result files of the studies that train; the data set); a
-stage of which something is not published shows its estimate, and says so.
+`experiments.cost.training_speed` measured these on one machine; the result files of the studies that train; the data
+set); a stage of which something is not published shows its estimate, and says so.
 
 Usage: `python -m experiments.stages [NAME] [--published DIR]`; `--document REPRODUCING.md` fills in the hours there,
-and the minutes that `experiments.target_minutes` measured.
+and the minutes that `experiments.cost.target_minutes` measured.
 """
 
 from __future__ import annotations
@@ -17,12 +17,13 @@ from typing import Annotated, Any
 
 import typer
 
-from bem.command import run_main
-from experiments import studies, target_minutes, training_speed
-from experiments.training_cost import batch_seconds, training_seconds
+from bem._support.command_line import run_main
+from experiments import common
+from experiments.cost import target_minutes, training_speed
+from experiments.cost.training_cost import batch_seconds, training_seconds
 from surrogate.architectures.naming import names
 
-CONFIG = studies.CONFIGS / "stages.toml"
+CONFIG = common.CONFIGS / "stages.toml"
 PUBLISHED = Path("published")
 MINUTES, SPEED = (Path("measurements") / module.OUT.name for module in (target_minutes, training_speed))
 REFERENCE = "M1-concat"
@@ -136,7 +137,7 @@ def _read(path: Path) -> dict[str, Any]:
 
 
 def _dataset_seconds(path: Path) -> float | None:
-    from bem.dataset_opening import open_dataset
+    from bem.dataset.opening import open_dataset
 
     if not path.is_file():
         return None

@@ -24,7 +24,7 @@ from surrogate.architectures.registry import register
 if TYPE_CHECKING:
     import keras
 
-    from surrogate.predictor import Surrogate
+    from surrogate.inference.predictor import Surrogate
 
 __all__ = ["ExtrapolationWarning", "Surrogate", "build", "load", "names", "register"]
 
@@ -34,7 +34,7 @@ def build(name: str, features: str = "D") -> keras.Model:
 
     Args:
         name: One of `names()`, such as `"M1-concat"`.
-        features: Feature set of the sequence input, `"A"` to `"D"` (see `surrogate.features`).
+        features: Feature set of the sequence input, `"A"` to `"D"` (see `surrogate.data.features`).
 
     Returns:
         A functional model of two inputs, `sequence` of shape `(batch, steps, channels)` and `tabor` of shape
@@ -69,14 +69,14 @@ def load(name: str | Path, root: str | Path | None = None, *, backend: str = "on
         ValueError: the weights do not fit the model or are not finite, weights or scaling are not those the ONNX file
             beside them was exported with, or that file is not one of ours, as it was written.
     """
-    from surrogate.predictor import Surrogate
+    from surrogate.inference.predictor import Surrogate
 
     return Surrogate.load(name, root=root, backend=backend, threads=threads)
 
 
 def __getattr__(attribute: str) -> object:
     if attribute in ("Surrogate", "ExtrapolationWarning"):
-        from surrogate import predictor
+        from surrogate.inference import predictor
 
         return getattr(predictor, attribute)
     raise AttributeError(f"module 'surrogate' has no attribute {attribute!r}")

@@ -1,6 +1,6 @@
 """Run the command line as `python -m surrogate`."""
 
-from surrogate.cli import app_main
+from surrogate.cli.app import app_main
 
 if __name__ == "__main__":
     app_main()

@@ -72,9 +72,9 @@ def silent_stderr() -> Iterator[None]:
 def has_fused_lstm() -> bool:
     """Tell whether an LSTM trains as one fused kernel here rather than step by step.
 
-    Under PyTorch it always does, see `surrogate.torch_lstm`. Elsewhere Keras decides that by its backend's own check
-    of arguments and device; there is no public question to ask, so this one asks the module Keras itself asks, and
-    answers no where that has moved.
+    Under PyTorch it always does, see `surrogate.training.torch_lstm`. Elsewhere Keras decides that by its backend's own
+    check of arguments and device; there is no public question to ask, so this one asks the module Keras itself asks,
+    and answers no where that has moved.
     """
     import keras
 

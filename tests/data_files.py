@@ -5,8 +5,8 @@ from pathlib import Path
 
 import h5py
 
-from bem.dataset_opening import SEALED
-from bem.sealed_file import seal
+from bem.dataset.opening import SEALED
+from bem.dataset.sealed_file import seal
 
 
 @contextmanager

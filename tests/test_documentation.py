@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from surrogate.model_files import PUBLISHED
+from surrogate.inference.model_files import PUBLISHED
 from tests.surrogate.conftest import write_dataset
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -85,7 +85,7 @@ def test_the_site_builds_without_a_broken_link(tmp_path):
         check=False,
     )
     assert result.returncode == 0, result.stdout + result.stderr
-    assert "bem.simulate.simulate" in (tmp_path / "api-bem.html").read_text(encoding="utf-8")
+    assert "bem.solver.simulation.simulate" in (tmp_path / "api-bem.html").read_text(encoding="utf-8")
     assert "snapshot" in (tmp_path / "api-surrogate.html").read_text(encoding="utf-8")
     for page in ("api-bem.html", "api-surrogate.html"):
         _, *returned = (tmp_path / page).read_text(encoding="utf-8").split("Returns:</span>")

@@ -75,7 +75,7 @@ def test_latencies_are_listed_among_what_is_published(tmp_path):
     lines = commands("bench-surrogate", "bench-stream", f"PUBLISHED={tmp_path}")
     for name, option in (("surrogate_latency", ""), ("stream_latency", "--stream ")):
         path = f"{tmp_path}/measurements/{name}.json"
-        assert f"-m experiments.bench_surrogate {option}--models {tmp_path}/models --out {path}" in lines
+        assert f"-m experiments.cost.bench_surrogate {option}--models {tmp_path}/models --out {path}" in lines
         assert re.search(rf"tools/manifest\.py --root {tmp_path} add {path}$", lines, flags=re.MULTILINE)
 
 
@@ -107,10 +107,10 @@ STUDIES = (
         ("published/models/M1-concat/test_errors.csv", {"error_statistics"}),
         ("published/models/M1-concat/split.json", {"error_statistics", "fms_transfer", "model_comparison"}),
         ("published/models/M1-concat/history.csv", {"model_comparison"}),
-        ("surrogate/metrics.py", {"canonical_regimes", "persson_brener", "fms_transfer", "architecture_graphs"}),
-        ("surrogate/cli.py", set()),
-        ("surrogate/torch_lstm.py", set()),
-        ("paper_figures/paper_values/canonical_protocols.csv", {"canonical_regimes", "fms_transfer", "paper_slips"}),
+        ("surrogate/data/metrics.py", {"canonical_regimes", "persson_brener", "fms_transfer", "architecture_graphs"}),
+        ("surrogate/cli/app.py", set()),
+        ("surrogate/training/torch_lstm.py", set()),
+        ("experiments/paper_values/canonical_protocols.csv", {"canonical_regimes", "fms_transfer", "paper_slips"}),
         ("published/measurements/canonical_times.json", {"canonical_regimes"}),
         ("README.md", set()),
     ],
@@ -188,7 +188,7 @@ def test_learning_curves_are_drawn_where_a_model_with_them_is_published(tmp_path
     def drawn(name):
         (tmp_path / "models" / name).mkdir(parents=True)
         (tmp_path / "models" / name / "run.json").touch()
-        return "-m paper_figures.figure_learning_curves" in commands("figures", f"PUBLISHED={tmp_path}")
+        return "-m paper_figures.figures.figure_learning_curves" in commands("figures", f"PUBLISHED={tmp_path}")
 
     found = {name: drawn(name) for name in ("M1-concat", "M1-concat-large", "M1-concat-8-epochs", "M4-gated")}
     assert found == {"M1-concat": False, "M1-concat-large": False, "M1-concat-8-epochs": False, "M4-gated": True}

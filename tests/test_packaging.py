@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from surrogate.model_files import PUBLISHED
+from surrogate.inference.model_files import PUBLISHED
 
 ROOT = Path(__file__).resolve().parents[1]
 MODEL = {"model.onnx", "model.weights.h5", "run.json", "scaling.json", "metrics.json", "split.json"}
@@ -54,7 +54,12 @@ def test_the_wheel_holds_the_packages_and_the_published_model(wheel):
     names = set(zipfile.ZipFile(wheel).namelist())
     packaged = {name.rpartition("/")[2] for name in names if name.startswith("surrogate/models/M1-concat/")}
     assert packaged == MODEL
-    assert {"bem/simulate.py", "bem/outputs.py", "surrogate/predictor.py", "surrogate/recipes/swift.toml"} <= names
+    assert {
+        "bem/solver/simulation.py",
+        "bem/_support/outputs.py",
+        "surrogate/inference/predictor.py",
+        "surrogate/training/recipes/swift.toml",
+    } <= names
     assert {name.partition("/")[0] for name in names if ".dist-info/" not in name} == {"bem", "surrogate"}
 
 
@@ -79,7 +84,7 @@ def test_an_installation_predicts_from_anywhere(site, tmp_path):
         site,
         "import surrogate\n"
         "from bem import LoadingProtocol\n"
-        "from surrogate.model_files import find_model\n"
+        "from surrogate.inference.model_files import find_model\n"
         "model = surrogate.load('M1-concat')\n"
         "protocol = LoadingProtocol(peak_indentation=20, loading_rate=10, dwell_time=1, unloading_rate=10)\n"
         "print(find_model('M1-concat'), model.trajectories(protocol, tabor=1.0)[0].pull_off_force)",
@@ -93,7 +98,7 @@ def test_an_installation_predicts_from_anywhere(site, tmp_path):
 COMMAND = """
 import importlib.util
 {before}
-from surrogate.cli import app_main
+from surrogate.cli.app import app_main
 sys.argv = ["surrogate", *{words}]
 try:
     app_main()

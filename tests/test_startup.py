@@ -20,7 +20,7 @@ def loaded_by(source, **environment):
     return set(subprocess.run([sys.executable, "-c", code], **options).stdout.split())
 
 
-@pytest.mark.parametrize("source", ["import bem", "import bem.cli"])
+@pytest.mark.parametrize("source", ["import bem", "import bem.cli.app"])
 def test_importing_the_package_and_its_command_loads_nothing_heavy(source):
     assert not loaded_by(source) & HEAVY
 
@@ -31,6 +31,6 @@ def test_simulating_loads_neither_files_nor_pictures_nor_learning():
 
 def test_reading_a_data_set_compiles_no_kernel(tmp_path):
     path = Path(__file__).parents[1] / "published" / "dataset.h5"
-    read = f"from surrogate.dataset import TrajectoryDataset; TrajectoryDataset.load({str(path)!r})"
+    read = f"from surrogate.data.dataset import TrajectoryDataset; TrajectoryDataset.load({str(path)!r})"
     assert not loaded_by(read, NUMBA_CACHE_DIR=str(tmp_path)) & {"keras", "tensorflow", "joblib", "matplotlib"}
     assert not [file for file in tmp_path.rglob("*") if file.is_file()]

@@ -17,8 +17,8 @@ from typing import Any
 
 import h5py
 
-from bem._wording import shortened, shown
-from bem.command import sentence
+from bem._support.command_line import sentence
+from bem._support.wording import shortened, shown
 
 ROOT = Path(__file__).resolve().parent.parent / "published"
 NAME = "MANIFEST.json"

@@ -1,7 +1,7 @@
 """Fill the numbers that README.md quotes from the files they come from, so that none is typed by hand.
 
 A place reads `<!-- NAME -->number<!-- end -->`, which shows as the number alone. Numbers: those of the published data
-set, and the paper's own from `paper_figures/paper_values/`.
+set, and the paper's own from `experiments/paper_values/`.
 
 Usage: `python tools/readme_numbers.py` writes them; `--check` only tells whether they are up to date.
 """
@@ -12,7 +12,7 @@ import sys
 import tomllib
 from pathlib import Path
 
-from bem.dataset_file import load_dataset
+from bem.dataset.file import load_dataset
 
 ROOT = Path(__file__).resolve().parent.parent
 PLACE = re.compile(r"<!-- ([a-z0-9-]+) -->(.*?)<!-- end -->")
@@ -22,7 +22,7 @@ def numbers(root: Path) -> dict[str, str]:
     """The numbers by name, as they are to be read."""
     dataset = load_dataset(root / "published/dataset.h5")
     attributes, seconds = dataset.attributes, dataset.scalars["solver_seconds"]
-    paper = tomllib.loads((root / "paper_figures/paper_values/dataset.toml").read_text(encoding="utf-8"))
+    paper = tomllib.loads((root / "experiments/paper_values/dataset.toml").read_text(encoding="utf-8"))
     return {
         "trajectories": f"{int(attributes['count']):,}",
         "core-minutes": f"{seconds.sum() / 60.0:.2g}",

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from scipy.integrate import quad
 from scipy.special import ellipe, ellipkm1
 
-from bem._checks import FloatArray
+from bem._support.validation import FloatArray
 
 
 def hertz_pressure(radius: ArrayLike, *, disc_radius: float = 1.0, peak: float = 1.0) -> FloatArray:

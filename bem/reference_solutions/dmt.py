@@ -9,7 +9,7 @@ Contact, Adhesion and Rupture of Elastic Solids (2000), chapter 4; Bradley, Phil
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bem._checks import FloatArray
+from bem._support.validation import FloatArray
 from bem.reference_solutions import hertz
 
 PULL_OFF_FORCE = 2.0

@@ -14,8 +14,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bem._checks import FloatArray
-from bem._jit import kernel
+from bem._support.jit import kernel
+from bem._support.validation import FloatArray
 from bem.materials import recursion_step
 from bem.protocol import PiecewiseLinearProtocol
 from bem.reference_solutions import hertz

@@ -7,7 +7,7 @@ Source: Johnson, Contact Mechanics (1985), Eqs. (4.22) to (4.24).
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bem._checks import FloatArray
+from bem._support.validation import FloatArray
 
 
 def contact_radius_from_indentation(indentation: ArrayLike, tabor: ArrayLike) -> FloatArray:

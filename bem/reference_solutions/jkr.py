@@ -12,8 +12,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bem._checks import FloatArray
-from bem._wording import shown
+from bem._support.validation import FloatArray
+from bem._support.wording import shown
 
 PULL_OFF_FORCE = 1.5
 FOLD_FORCE = 5.0 / 6.0

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import brentq, minimize_scalar
 
-from bem._checks import FloatArray, finite_number
+from bem._support.validation import FloatArray, finite_number
 from bem.tractions import PEAK_TRACTION
 
 SMALLEST_ANGLE = 1e-6

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import expit
 
-from bem._checks import FloatArray
-from bem._wording import shown
+from bem._support.validation import FloatArray
+from bem._support.wording import shown
 
 
 def _checked(velocity: ArrayLike, modulus_ratio: ArrayLike) -> tuple[FloatArray, FloatArray]:

@@ -7,7 +7,7 @@ from typing import Any
 import keras
 from keras import layers
 
-from surrogate.features import channel_names
+from surrogate.data.features import channel_names
 
 READOUT_WIDTH = 64
 

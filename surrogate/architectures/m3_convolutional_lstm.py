@@ -6,8 +6,8 @@ import keras
 from keras import layers
 
 from surrogate.architectures.common import inputs, readout
+from surrogate.architectures.layers import AppendTabor, FiLM, TaborGate
 from surrogate.architectures.naming import check_conditioning
-from surrogate.layers import AppendTabor, FiLM, TaborGate
 
 
 def convolutional_lstm(conditioning: str = "concat", features: str = "D", name: str | None = None) -> keras.Model:

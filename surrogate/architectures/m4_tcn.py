@@ -7,10 +7,10 @@ from __future__ import annotations
 
 import keras
 
+from surrogate.architectures.blocks import ResidualTCNBlock
 from surrogate.architectures.common import inputs, readout
+from surrogate.architectures.layers import AppendTabor, FiLM, TaborGate
 from surrogate.architectures.naming import check_conditioning
-from surrogate.blocks import ResidualTCNBlock
-from surrogate.layers import AppendTabor, FiLM, TaborGate
 
 
 def tcn(conditioning: str = "concat", features: str = "D", name: str | None = None) -> keras.Model:

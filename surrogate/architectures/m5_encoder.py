@@ -9,10 +9,10 @@ from __future__ import annotations
 import keras
 from keras import layers
 
+from surrogate.architectures.blocks import EncoderBlock
 from surrogate.architectures.common import inputs, readout
+from surrogate.architectures.layers import AppendTabor, FiLM, TaborGate
 from surrogate.architectures.naming import check_conditioning
-from surrogate.blocks import EncoderBlock
-from surrogate.layers import AppendTabor, FiLM, TaborGate
 
 
 def encoder(conditioning: str = "concat", features: str = "D", name: str | None = None) -> keras.Model:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bem._wording import shown
+from bem._support.wording import shown
 
 FAMILIES: dict[str, str] = {
     "M1": "two LSTM layers",

@@ -18,7 +18,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-from bem.outputs import plain_name
+from bem._support.outputs import plain_name
 from surrogate.architectures.naming import CONDITIONINGS, CONDITIONINGS_OF, FAMILIES, split_name
 from surrogate.backend import import_keras
 
@@ -151,7 +151,7 @@ def check_model(model: Any, name: str, features: str) -> None:
     Raises:
         ValueError: something else than a functional model of the two inputs and the output.
     """
-    from surrogate.features import channel_names
+    from surrogate.data.features import channel_names
 
     channels = len(channel_names(features))
     wanted = {"sequence": (None, None, channels), "tabor": (None, 1)}

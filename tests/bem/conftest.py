@@ -1,18 +1,13 @@
 """Settings of the solver's unit tests, and the campaign of the stand-in solver that many of them compare with."""
 
-import sys
 from collections import Counter
-from pathlib import Path
 
 import pytest
 from threadpoolctl import threadpool_limits
 
-sys.path.insert(0, str(Path(__file__).parent))
-
-import campaign_stand_in as stand_in
-
-from bem.campaign import run_campaign
-from bem.campaign_plan import Campaign
+from bem.dataset.campaign.plan import Campaign
+from bem.dataset.campaign.run import run_campaign
+from tests.bem.dataset.campaign import stand_in
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -38,25 +38,5 @@ def test_all_public_names_resolve():
     assert all(callable(getattr(bem, name)) for name in bem.__all__)
 
 
-@pytest.mark.parametrize(
-    "before",
-    [
-        "",
-        "import bem.simulate",
-        "from bem.simulate import simulate",
-        "import importlib; importlib.import_module('bem.simulate')",
-        "from bem import simulate; import bem.simulate",
-    ],
-)
-def test_simulate_is_the_function_whatever_came_first(before):
-    code = f"{before}\nfrom bem import simulate\nimport bem\nprint(type(simulate).__name__, bem.simulate is simulate)"
-    assert run(code) == "function True"
-
-
 def test_bem_needs_no_tensorflow():
     assert run("from bem import *; import sys; print('tensorflow' in sys.modules or 'keras' in sys.modules)") == "False"
-
-
-def test_a_submodule_never_hides_the_function(tmp_path):
-    fake = "import types; m = types.ModuleType('bem.simulate'); m.simulate = len; import bem; bem.simulate = m"
-    assert run(f"{fake}; print(bem.simulate is len)") == "True"

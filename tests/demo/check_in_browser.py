@@ -6,11 +6,11 @@ import json
 import numpy as np
 import pytest
 
-from bem.designs import QUANTITIES
-from bem.measurement import FMS, measurement_grid
+from bem.dataset.designs import QUANTITIES
+from bem.dataset.measurement_steps import FMS, measurement_grid
 from bem.protocol import LoadingProtocol
-from surrogate.features import edge_from_counts
-from surrogate.metrics import nmae
+from surrogate.data.features import edge_from_counts
+from surrogate.data.metrics import nmae
 
 TOLERANCE = 1e-4
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import surrogate
-from surrogate.backends import KerasBackend
-from surrogate.predictor import Surrogate
-from surrogate.scaling import Scaling
+from surrogate.data.scaling import Scaling
+from surrogate.inference.backends import KerasBackend
+from surrogate.inference.predictor import Surrogate
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 
@@ -70,8 +70,8 @@ def test_design_says_when_a_wish_cannot_be_met(model):
 def test_gradients_see_the_channels_the_predictor_sees(model):
     import tensorflow as tf
 
-    from bem.measurement import measurement_grid
-    from surrogate.features import channels, edge_from_counts
+    from bem.dataset.measurement_steps import measurement_grid
+    from surrogate.data.features import channels, edge_from_counts
 
     module = example("design_unloading")
     fixed = {"tabor": 2.0, "peak_indentation": 10.0, "loading_rate": 10.0}

@@ -1,19 +1,14 @@
 import os
-import sys
-from pathlib import Path
 
 import pytest
 
 os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
 os.environ.setdefault("TF_NUM_INTRAOP_THREADS", "1")
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "bem"))
-
-import campaign_stand_in as stand_in
-
-from bem.campaign import run_campaign
-from bem.campaign_plan import Campaign
-from experiments import accuracy_cost
+from bem.dataset.campaign.plan import Campaign
+from bem.dataset.campaign.run import run_campaign
+from experiments.cost import accuracy_cost
+from tests.bem.dataset.campaign import stand_in
 
 
 @pytest.fixture(scope="session")

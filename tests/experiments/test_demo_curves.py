@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bem.designs import QUANTITIES
+from bem.dataset.designs import QUANTITIES
 from experiments import demo_curves
-from surrogate.dataset import Split, TrajectoryDataset
+from surrogate.data.dataset import Split, TrajectoryDataset
 
 ROOT = Path(__file__).parents[2]
 

@@ -5,8 +5,9 @@ from pathlib import Path
 import h5py
 import pytest
 
-from bem.dataset_opening import FORMAT, FORMAT_VERSION
-from experiments import stages, target_minutes
+from bem.dataset.opening import FORMAT, FORMAT_VERSION
+from experiments import stages
+from experiments.cost import target_minutes
 from experiments.stages import describe, hour_places, hours_of, read_stages
 from surrogate.architectures.naming import names
 

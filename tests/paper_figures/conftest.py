@@ -1,23 +1,18 @@
 """A small data set computed by a stand-in for the solver, small result files, and figures kept open."""
 
 import json
-import sys
-from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "bem"))
-
-import campaign_stand_in as stand_in
-
-from bem.campaign import run_campaign
-from bem.campaign_plan import Campaign
-from bem.dataset_file import load_dataset
-from bem.measurement import measurement_grid
-from experiments.dataset_statistics import statistics
-from paper_figures import drawing
+from bem.dataset.campaign.plan import Campaign
+from bem.dataset.campaign.run import run_campaign
+from bem.dataset.file import load_dataset
+from bem.dataset.measurement_steps import measurement_grid
+from experiments.paper.dataset_statistics import statistics
+from paper_figures.style import drawing
+from tests.bem.dataset.campaign import stand_in
 from tests.paper_figures.results import PERCENTS, write
 
 

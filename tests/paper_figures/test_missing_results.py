@@ -2,15 +2,9 @@
 
 import pytest
 
-from paper_figures import (
-    figure_6,
-    figure_7,
-    figure_accuracy_cost,
-    figure_broad_band,
-    figure_effects,
-    figure_hard_cases,
-    table_quartiles,
-)
+from paper_figures.figures import figure_6, figure_7
+from paper_figures.measurements import figure_accuracy_cost, figure_broad_band, figure_effects, figure_hard_cases
+from paper_figures.tables import table_quartiles
 
 
 @pytest.mark.parametrize("module", [figure_effects, figure_accuracy_cost, figure_hard_cases, figure_broad_band])

@@ -1,6 +1,6 @@
 """How a model looks in every figure, and how those that are missing are named."""
 
-from paper_figures import drawing, models_style
+from paper_figures.style import drawing, models_style
 from surrogate.architectures.naming import names
 
 

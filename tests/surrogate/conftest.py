@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import bem.dataset_file
-from bem.campaign import root_attributes
-from bem.measurement import measurement_grid
-from bem.records import JUMP_QUANTITIES, SCALARS
+import bem.dataset.file
+from bem.dataset.campaign.run import root_attributes
+from bem.dataset.measurement_steps import measurement_grid
+from bem.dataset.records import JUMP_QUANTITIES, SCALARS
 
 COUNTS = (50, 20, 50)
 
@@ -48,7 +48,7 @@ def write_dataset(path: Path, count: int, seed: int = 0) -> Path:
     what = {"design": "test", "ranges": {}, "modulus_ratio": 0.1, "seed": seed, "count": count, "accuracy": "test"}
     identity = {**what, "counts": list(COUNTS), "native": False, "shard": "1/1", "solver": "a closed form"}
     cost = {"versions": {}, "host": "a machine", "wall_seconds": 1.0, "core_seconds": 1.0, "workers": 1}
-    bem.dataset_file.write_dataset(path, columns, root_attributes(identity) | cost, COUNTS)
+    bem.dataset.file.write_dataset(path, columns, root_attributes(identity) | cost, COUNTS)
     return path
 
 
@@ -59,7 +59,7 @@ def dataset_path(tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def dataset(dataset_path):
-    from surrogate.dataset import TrajectoryDataset
+    from surrogate.data.dataset import TrajectoryDataset
 
     return TrajectoryDataset.load(dataset_path)
 
@@ -71,7 +71,7 @@ def grid(dataset):
 
 def build_by(patch, build):
     """Let trainings and predictions build this model, whatever name they ask for."""
-    for module in ("surrogate.runs", "surrogate.backends"):
+    for module in ("surrogate.training.runs", "surrogate.inference.backends"):
         patch.setattr(f"{module}.build", build)
 
 
@@ -81,8 +81,8 @@ def tiny(monkeypatch):
     import keras
 
     from surrogate.architectures import common
-    from surrogate.blocks import ResidualTCNBlock
-    from surrogate.layers import AppendTabor
+    from surrogate.architectures.blocks import ResidualTCNBlock
+    from surrogate.architectures.layers import AppendTabor
 
     def build(name, features="D"):
         sequence, tabor = common.inputs(features)
@@ -97,7 +97,7 @@ def build_lstm(name, features="D"):
     import keras
 
     from surrogate.architectures import common
-    from surrogate.layers import AppendTabor
+    from surrogate.architectures.layers import AppendTabor
 
     sequence, tabor = common.inputs(features)
     hidden = keras.layers.LSTM(4, return_sequences=True, name="lstm")(AppendTabor(name="append")(sequence, tabor))
@@ -107,8 +107,8 @@ def build_lstm(name, features="D"):
 @pytest.fixture(scope="session")
 def trained_lstm(dataset, tmp_path_factory):
     """A directory with a model of a few weights, trained and published once, as M1-concat."""
-    from surrogate.recipe import Recipe
-    from surrogate.runs import Run, execute, publish
+    from surrogate.training.recipe import Recipe
+    from surrogate.training.runs import Run, execute, publish
 
     folder = tmp_path_factory.mktemp("models")
     with pytest.MonkeyPatch.context() as patch:
@@ -129,7 +129,7 @@ def published(trained_lstm, monkeypatch):
 @pytest.fixture
 def command(published, monkeypatch, capsys):
     """Run `surrogate` on the words given, with that model: exit status, output and errors."""
-    from surrogate import cli
+    from surrogate.cli import app as cli
 
     def run(*words):
         monkeypatch.setattr("sys.argv", ["surrogate", *map(str, words), "--models", str(published)])

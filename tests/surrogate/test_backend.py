@@ -58,9 +58,9 @@ def test_what_a_library_says_as_it_starts_is_held_back_unless_it_fails(capfd):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("way", ["surrogate.build('M3-concat')", "surrogate.cli.import_keras()"])
+@pytest.mark.parametrize("way", ["surrogate.build('M3-concat')", "surrogate.cli.app.import_keras()"])
 def test_the_backend_starts_silently(way):
     environment = {name: value for name, value in os.environ.items() if name != "TF_CPP_MIN_LOG_LEVEL"}
-    code = f"import surrogate, surrogate.cli; {way}"
+    code = f"import surrogate, surrogate.cli.app; {way}"
     done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
     assert (done.stdout, done.stderr) == ("", "")

@@ -3,8 +3,9 @@ from pathlib import Path
 
 import pytest
 
-from bem.dataset_file import load_dataset
-from paper_figures import drawing, figure_2
+from bem.dataset.file import load_dataset
+from paper_figures.figures import figure_2
+from paper_figures.style import drawing
 
 PATH = Path(__file__).resolve().parents[2] / "tools/readme_numbers.py"
 specification = importlib.util.spec_from_file_location("readme_numbers", PATH)

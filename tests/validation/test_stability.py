@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from bem import LoadingProtocol, Scene, StandardLinearSolid, simulate
-from bem.folds import is_unstable
-from bem.simulate import count_unstable
+from bem.solver.instabilities import is_unstable
+from bem.solver.simulation import count_unstable
 from bem.tractions import slope
-from tests.bem.contacts import mesh_for
+from tests.bem.solver.contacts import mesh_for
 from tests.validation.cases import case, corners_of_the_papers_box, drawn_from_the_papers_box
 
 AT_A_FOLD = 0.05  # largest eigenvalue of the last state before a jump; of a contact at rest it is about 1

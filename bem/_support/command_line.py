@@ -1,0 +1,103 @@
+"""What all command lines share: `--version`, and how they end.
+
+A user's mistake becomes one sentence on standard error, and exit status 2.
+"""
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from bem import __version__
+from bem._support.wording import shortened
+
+LONGEST = 2000
+"""Characters of a sentence at most, whatever a user's file or option holds; paths fit whole."""
+
+
+def add_version(app: Any, name: str) -> None:
+    """Give a Typer application of several commands the option `--version`.
+
+    Args:
+        app: The application.
+        name: The command's name, which stands before the version.
+    """
+
+    def show(wanted: bool) -> None:
+        if wanted:
+            typer.echo(f"{name} {__version__}")
+            raise typer.Exit
+
+    @app.callback()
+    def options(
+        version: Annotated[
+            bool, typer.Option("--version", callback=show, is_eager=True, help="Show the version.")
+        ] = False,
+    ) -> None:
+        pass
+
+
+def run_command(app: Any, name: str) -> None:
+    """Run a Typer application and leave the process with its status.
+
+    Args:
+        app: The application.
+        name: The command's name, which begins the sentence.
+    """
+    try:
+        status = app(standalone_mode=False)
+    except (ValueError, OSError) as error:
+        typer.echo(f"{name}: {sentence(error)}", err=True)
+        sys.exit(2)
+    except typer.Abort:
+        sys.exit(1)
+    except Exception as error:
+        # Typer brings its own copy of click's exceptions or takes click's, depending on its version.
+        if not hasattr(error, "format_message"):
+            raise
+        if type(error).__name__ == "NoArgsIsHelpError":
+            error.show()
+        else:
+            typer.echo(f"{name}: {shortened(error.format_message(), LONGEST)}", err=True)
+        sys.exit(error.exit_code)
+    sys.exit(status if isinstance(status, int) else 0)
+
+
+def run_main(main: Callable[..., Any]) -> None:
+    """Run a module's function as a command of its own, and leave the process with its status.
+
+    A `RuntimeError`, by which a study says that something it needs did not work out, ends it with its sentence and
+    status 1.
+
+    Args:
+        main: The function; its parameters are the command's.
+    """
+    app = typer.Typer(add_completion=False)
+    app.command()(main)
+    spec = main.__globals__.get("__spec__")
+    name = spec.name if spec else Path(sys.argv[0]).name
+    try:
+        run_command(app, name)
+    except RuntimeError as error:
+        # Python's own kinds, such as endless recursion, are mistakes of the program: they keep their traceback.
+        if type(error) is not RuntimeError:
+            raise
+        typer.echo(f"{name}: {sentence(error)}", err=True)
+        sys.exit(1)
+
+
+def sentence(error: Exception) -> str:
+    """An error in words, on one line of bounded length; what the operating system says, with the file it is about."""
+    if isinstance(error, OSError) and error.strerror:
+        return shortened(f"{error.strerror}: {error.filename}" if error.filename else error.strerror, LONGEST)
+    return shortened(str(error), LONGEST)
+
+
+def parse_accuracy(text: str) -> str | float:
+    """A name or a number, as `bem.accuracy` understands it."""
+    try:
+        return float(text)
+    except ValueError:
+        return text

@@ -1,0 +1,65 @@
+"""The one decorator of every compiled kernel, so that caching and error handling are decided in a single place.
+
+`error_model="numpy"` lets a division by zero give an infinity instead of raising inside a kernel; `fastmath` stays off
+because a NaN must remain visible.
+
+Compiled code is kept on disk under a digest of all sources with kernels or the tuples they take: Numba by itself looks
+only at the file of a kernel, so after a change it would go on using stale copies of the kernels that this one calls.
+"""
+
+import functools
+import hashlib
+import multiprocessing
+import os
+import sys
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+from numba import config, njit
+
+COMPILING_SECONDS = 40  # on one core of 2021; `make setup` does it beforehand
+
+
+@functools.cache
+def cache_directory() -> str:
+    """Where compiled kernels of exactly these sources are kept: beside them, or where a user may write."""
+    package = Path(__file__).parents[1]
+    digest = hashlib.sha256()
+    for source in sorted(package.rglob("*.py")):
+        text = source.read_bytes()
+        if b"@kernel" in text or b"NamedTuple" in text:
+            digest.update(text)
+    name = f"kernels-{digest.hexdigest()[:16]}"
+    if os.access(package, os.W_OK):
+        return str(package / "__pycache__" / name)
+    home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    beside = Path(home) if os.access(home, os.W_OK) else Path(tempfile.gettempdir())
+    return str(beside / "contact-trajectories" / name)
+
+
+def announce_compilation() -> None:
+    """Say on standard error that kernels will be compiled now, where they are not in the cache yet."""
+    in_main_process = multiprocessing.parent_process() is None
+    if (
+        in_main_process
+        and not config.DISABLE_JIT
+        and not any(Path(config.CACHE_DIR or cache_directory()).rglob("*.nbc"))
+    ):
+        print(f"bem: compiling the solver for this processor, once; about {COMPILING_SECONDS} s ...", file=sys.stderr)
+
+
+def in_python(function: Callable) -> Callable:
+    """Return the function that a kernel was compiled from: for a few calls, loading the kernel takes longer."""
+    return getattr(function, "py_func", function)
+
+
+def kernel(function: Callable) -> Callable:
+    """Compile a function with Numba, cached on disk."""
+    before = config.CACHE_DIR
+    if not before:  # else the user has chosen a place
+        config.CACHE_DIR = cache_directory()
+    try:
+        return njit(cache=True, error_model="numpy", nogil=True, fastmath={"contract"})(function)
+    finally:
+        config.CACHE_DIR = before

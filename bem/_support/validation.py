@@ -1,0 +1,116 @@
+"""Small validators whose messages name the quantity, what is allowed and what was received."""
+
+from numbers import Real
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from bem._support.wording import shown
+
+FloatArray = NDArray[np.float64]
+
+
+def _bounds(low: float | None, high: float | None, above: float | None, below: float | None) -> str:
+    parts = []
+    if above is not None:
+        parts.append(f"greater than {above:g}")
+    if low is not None:
+        parts.append(f"at least {low:g}")
+    if below is not None:
+        parts.append(f"less than {below:g}")
+    if high is not None:
+        parts.append(f"at most {high:g}")
+    return " " + " and ".join(parts) if parts else ""
+
+
+def finite_number(
+    name: str,
+    value: Any,
+    *,
+    low: float | None = None,
+    high: float | None = None,
+    above: float | None = None,
+    below: float | None = None,
+) -> float:
+    """Return `value` as a float when it is a finite real number within bounds.
+
+    Args:
+        name: the quantity, as the user wrote it.
+        value: what the user gave; booleans and strings are refused.
+        low, high: inclusive bounds.
+        above, below: exclusive bounds.
+
+    Raises:
+        ValueError: naming the quantity, the allowed range and the value received.
+    """
+    try:
+        number = float(value) if isinstance(value, Real) and not isinstance(value, bool | np.bool_) else np.nan
+    except OverflowError:
+        number = np.inf
+    allowed = (
+        np.isfinite(number)
+        and (low is None or number >= low)
+        and (high is None or number <= high)
+        and (above is None or number > above)
+        and (below is None or number < below)
+    )
+    if not allowed:
+        raise ValueError(f"{name} must be a finite number{_bounds(low, high, above, below)}; received {shown(value)}")
+    return number
+
+
+def instance(name: str, value: Any, allowed: tuple[type, ...]) -> Any:
+    """Return `value` when it is an instance of one of `allowed`, else raise a `ValueError` naming them."""
+    if not isinstance(value, allowed):
+        names = ", ".join(f"{kind.__name__}(...)" for kind in allowed)
+        raise ValueError(f"{name} must be one of {names}; received {shown(value)}")
+    return value
+
+
+def real_array(name: str, values: ArrayLike) -> FloatArray:
+    """Return `values` as float64 of any shape, NaN and infinity included.
+
+    Raises:
+        ValueError: complex numbers, text, or rows of unequal length.
+    """
+    try:
+        array = np.asarray(values)
+        if array.dtype.kind in "biuf":
+            return array.astype(np.float64, copy=False)
+        # Decimals and fractions, or `None`, which is NaN.
+        if array.dtype.kind == "O" and not any(isinstance(value, str | bytes) for value in array.flat):
+            return array.astype(np.float64)
+    except (TypeError, ValueError, OverflowError):
+        pass
+    raise ValueError(f"{name} must be real numbers; received {shown(values)}")
+
+
+def finite_vector(name: str, values: ArrayLike, *, at_least: int = 0) -> FloatArray:
+    """Return a read-only float64 copy of shape (n,) of finite `values`, n >= `at_least`.
+
+    Raises:
+        ValueError: naming the quantity, what is allowed and what was received.
+    """
+    try:
+        vector = real_array(name, values).copy()
+    except ValueError:
+        vector = np.array(np.nan)
+    if vector.ndim != 1 or len(vector) < at_least or not np.all(np.isfinite(vector)):
+        count = f"at least {at_least} " if at_least else ""
+        raise ValueError(
+            f"{name} must be a one-dimensional sequence of {count}finite numbers; received {shown(values)}"
+        )
+    vector.setflags(write=False)
+    return vector
+
+
+def strictly_increasing(name: str, values: FloatArray) -> FloatArray:
+    """Return `values` when each is larger than the one before, else raise a `ValueError` showing the first offence."""
+    offences = np.flatnonzero(np.diff(values) <= 0.0)
+    if offences.size:
+        i = int(offences[0])
+        raise ValueError(
+            f"{name} must be strictly increasing; received {float(values[i])!r} followed by {float(values[i + 1])!r}"
+        )
+    return values

@@ -1,0 +1,218 @@
+"""The `bem` command: simulate one contact, or run a campaign of thousands.
+
+A user's mistake prints one sentence and exits with code 2; an unfinished simulation prints its status and exits with 1.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from bem._support.command_line import add_version, parse_accuracy, run_command
+from bem._support.outputs import IMAGES, Outputs, require_suffix
+from bem._support.wording import shown
+from bem.cli.campaign import register
+
+app = typer.Typer(
+    help="Adhesive contact of a rigid sphere with a viscoelastic half-space. All quantities are dimensionless: "
+    "indentation in h0, time in retardation times, force in pi R dgamma (tension positive).",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+
+MATERIAL_HELP = (
+    "elastic, sls:K (standard linear solid of modulus ratio K = E0/Einf), or prony:C1@T1,C2@T2,... (retardation "
+    "strengths as fractions of the relaxed compliance, at retardation times)."
+)
+
+
+STILL_ATTACHED = "still attached at the end: the pull-off force is the largest so far"
+
+add_version(app, "bem")
+register(app)
+
+
+@app.command("compile")
+def compile_kernels() -> None:
+    """Compile the solver for this processor now, so that the first simulation starts at once; `make setup` does it."""
+    import numpy as np
+
+    from bem._support.interpolation import History
+    from bem.solver.simulation import load_kernels
+
+    load_kernels()
+    History(np.arange(3.0), np.arange(3.0), []).at(np.array([0.5]))
+    History(np.arange(3.0), np.arange(3.0), []).integrals()
+    typer.echo("bem: the solver is compiled")
+
+
+@app.command()
+def simulate(
+    tabor: Annotated[float, typer.Option(help="Tabor parameter mu: 0.2 is long-ranged (DMT), 3 short-ranged (JKR).")],
+    peak_indentation: Annotated[float, typer.Option(help="Indentation held during the dwell, in h0.")],
+    loading_rate: Annotated[float, typer.Option(help="Speed of approach, in h0 per retardation time.")],
+    unloading_rate: Annotated[float, typer.Option(help="Speed of withdrawal, in h0 per retardation time.")],
+    dwell_time: Annotated[float, typer.Option(help="Time at the peak, in retardation times.")] = 0.0,
+    start_indentation: Annotated[
+        float | None, typer.Option(help="Where it starts and ends; by default -pi^(2/3) mu.")
+    ] = None,
+    material: Annotated[str, typer.Option(help=MATERIAL_HELP)] = "sls:0.1",
+    adhesion: Annotated[str, typer.Option(help="lennard-jones, or none for impenetrable surfaces.")] = "lennard-jones",
+    initial_state: Annotated[str, typer.Option(help="relaxed or glassy.")] = "relaxed",
+    accuracy: Annotated[
+        str, typer.Option(help="draft, standard, reference, or a target relative error such as 1e-3.")
+    ] = "standard",
+    as_json: Annotated[bool, typer.Option("--json", help="Print summary and arrays as JSON.")] = False,
+    csv: Annotated[Path | None, typer.Option(help="Write time, indentation, force, contact radius here.")] = None,
+    plot: Annotated[Path | None, typer.Option(help="Draw force history and loop here (.png, .pdf, .svg).")] = None,
+) -> None:
+    """Simulate one load-dwell-unload cycle and print what matters.
+
+    Example: bem simulate --tabor 3.2 --peak-indentation 15 --loading-rate 1000 --dwell-time 0.008 --unloading-rate 1000
+    --plot loop.png
+    """
+    from bem.protocol import LoadingProtocol
+    from bem.scene import Scene
+    from bem.solver.simulation import simulate as run
+
+    scene = Scene(tabor=tabor, material=parse_material(material), adhesion=parse_adhesion(adhesion))
+    protocol = LoadingProtocol(
+        peak_indentation=peak_indentation,
+        loading_rate=loading_rate,
+        dwell_time=dwell_time,
+        unloading_rate=unloading_rate,
+        start_indentation=start_indentation,
+    )
+    require_suffix(plot, IMAGES)
+    with Outputs(csv, plot) as outputs:
+        trajectory = run(scene, protocol, parse_accuracy(accuracy), initial_state=initial_state)
+        if csv is not None:
+            with outputs.write(csv) as part:
+                write_csv(trajectory, part)
+        if plot is not None and trajectory.time.size == 0:
+            outputs.forgo(plot)
+            typer.echo(f"bem: {plot} is not written, there is nothing to draw", err=True)
+        elif plot is not None:
+            from bem.plots import plot_trajectory
+
+            with outputs.write(plot) as part:
+                plot_trajectory(trajectory, part, title=f"mu = {tabor:g}, {material}, {protocol_words(protocol)}")
+    typer.echo(to_json(trajectory) if as_json else readable(trajectory))
+    if not trajectory.completed:
+        raise typer.Exit(1)
+
+
+def parse_material(text: str) -> Any:
+    """The material a word describes; see `MATERIAL_HELP`."""
+    from bem.materials import Elastic, PronySeries, StandardLinearSolid
+
+    kind, _, details = text.partition(":")
+    try:
+        if kind == "elastic" and not details:
+            return Elastic()
+        if kind == "sls":
+            return StandardLinearSolid(float(details))
+        if kind == "prony":
+            terms = [term.split("@") for term in details.split(",")]
+            return PronySeries([float(c) for c, _ in terms], [float(t) for _, t in terms])
+    except ValueError as error:
+        if "received" in str(error):
+            raise
+    raise ValueError(f"material must be {MATERIAL_HELP.rstrip('.')}; received {shown(text)}")
+
+
+def parse_adhesion(text: str) -> Any:
+    """The adhesion a word names."""
+    from bem.tractions import HardContact, LennardJones
+
+    laws = {"lennard-jones": LennardJones, "none": HardContact}
+    if text not in laws:
+        raise ValueError(f"adhesion must be {' or '.join(laws)}; received {shown(text)}")
+    return laws[text]()
+
+
+def protocol_words(protocol: Any) -> str:
+    """One line for a title."""
+    return (
+        f"to {protocol.peak_indentation:g} at {protocol.loading_rate:g}, dwell {protocol.dwell_time:g}, "
+        f"off at {protocol.unloading_rate:g}"
+    )
+
+
+def write_csv(trajectory: Any, path: Path) -> None:
+    """Write the arrays as comma-separated columns with a header."""
+    import numpy as np
+
+    columns = (trajectory.time, trajectory.indentation, trajectory.force, trajectory.contact_radius)
+    np.savetxt(
+        path,
+        np.column_stack(columns),
+        delimiter=",",
+        header="time,indentation,force,contact_radius",
+        comments="",
+        fmt="%.10g",
+    )
+
+
+def to_json(trajectory: Any) -> str:
+    """Summary and arrays; what is absent is null, never NaN, which JSON does not know."""
+
+    def clean(value: Any) -> Any:
+        if isinstance(value, dict):
+            return {key: clean(item) for key, item in value.items()}
+        if isinstance(value, list):
+            return [clean(item) for item in value]
+        return None if isinstance(value, float) and not math.isfinite(value) else value
+
+    arrays = ("time", "indentation", "force", "contact_radius")
+    return json.dumps(clean(trajectory.summary() | {name: getattr(trajectory, name).tolist() for name in arrays}))
+
+
+def readable(trajectory: Any) -> str:
+    """A short summary for people."""
+    stats = trajectory.stats
+    lines = [f"status           {trajectory.status}"]
+    if trajectory.completed:
+        lines += [
+            f"pull-off force   {trajectory.pull_off_force:.5g}  at time {trajectory.pull_off_time:.6g}",
+            f"max compression  {trajectory.max_compression:.5g}",
+            f"hysteresis       {trajectory.hysteresis:.5g}",
+            f"work             {work_words(trajectory)}",
+            f"end force        {trajectory.end_force:.5g}",
+        ]
+        if not trajectory.detached:
+            lines.append(f"detached         no, {STILL_ATTACHED}")
+    lines += [
+        f"jump             at indentation {jump.indentation:.5g}: "
+        f"force {jump.force_before:.4g} -> {jump.force_after:.4g}"
+        for jump in trajectory.jumps
+    ]
+    lines.append(
+        f"cost             {1e3 * stats.seconds:.1f} ms, {stats.steps} steps, {stats.nodes:.0f} nodes, "
+        f"target error {trajectory.accuracy:g}"
+    )
+    return "\n".join(lines)
+
+
+def work_words(trajectory: Any) -> str:
+    """The signed work, and in words what a negative one means."""
+    work = trajectory.work()
+    if work >= 0.0:
+        return f"{work:.5g}"
+    if -work <= trajectory.accuracy * trajectory.turnover():
+        return f"{work:.5g}: zero to the accuracy"
+    return f"{work:.5g}: the contact gave energy back; not dissipation"
+
+
+def app_main() -> None:
+    """Run the command; a user's mistake becomes one sentence on standard error and exit code 2."""
+    run_command(app, "bem")
+
+
+if __name__ == "__main__":
+    app_main()

@@ -1,0 +1,204 @@
+"""The commands `bem campaign`, `bem merge` and `bem verify`: options become a campaign, its outcome a few lines."""
+
+import functools
+import signal
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from bem._support.command_line import parse_accuracy, sentence
+from bem._support.outputs import require_output
+from bem._support.wording import shown
+
+INTERRUPTED = 130
+DESIGN_HELP = "How protocols are drawn: paper (the default), log-uniform or sobol."
+RANGE_HELP = "NAME=LOW:HIGH or NAME=VALUE for a quantity of the design; may be repeated."
+CLUSTER_HELP = "Use the workers of this Dask scheduler, e.g. tcp://127.0.0.1:8786, instead of this machine's cores."
+
+
+def _one_sentence(command: Callable[..., None]) -> Callable[..., None]:
+    """End a command that cannot do what was asked with one sentence instead of a traceback."""
+
+    @functools.wraps(command)
+    def run(*arguments: Any, **options: Any) -> None:
+        from bem.dataset.campaign.checkpoints import CampaignError
+
+        try:
+            command(*arguments, **options)
+        except (ValueError, OSError) as error:
+            typer.echo(f"bem: {sentence(error)}", err=True)
+            raise typer.Exit(2) from error
+        except CampaignError as error:
+            typer.echo(f"bem: {sentence(error)}", err=True)
+            raise typer.Exit(1) from error
+
+    return run
+
+
+@_one_sentence
+def campaign(
+    out: Annotated[Path | None, typer.Option(help="The data set file to write.")] = None,
+    design: Annotated[str | None, typer.Option(help=DESIGN_HELP)] = None,
+    count: Annotated[int | None, typer.Option(help="How many protocols; 12450 by default, as in the paper.")] = None,
+    seed: Annotated[int | None, typer.Option(help="Seed of the design; 0 by default.")] = None,
+    accuracy: Annotated[str | None, typer.Option(help="As in `bem simulate`; standard by default.")] = None,
+    modulus_ratio: Annotated[float | None, typer.Option(help="Relaxed over instantaneous modulus; 0.1.")] = None,
+    ranges: Annotated[list[str] | None, typer.Option("--range", help=RANGE_HELP)] = None,
+    design_file: Annotated[
+        Path | None, typer.Option(help="TOML file of design, count, seed, accuracy, modulus_ratio and a table ranges.")
+    ] = None,
+    native: Annotated[bool, typer.Option(help="Keep the solver's own, adaptive histories too.")] = False,
+    workers: Annotated[int | None, typer.Option(help="Processes; as many as cores by default.")] = None,
+    cluster: Annotated[str | None, typer.Option(help=CLUSTER_HELP)] = None,
+    shard: Annotated[str | None, typer.Option(help="i/n: only the i-th of n shares, for job arrays.")] = None,
+    replace: Annotated[bool, typer.Option(help="Replace the file of another campaign, once complete.")] = False,
+    retry_failed: Annotated[bool, typer.Option(help="Compute what failed in an earlier run again.")] = False,
+    verify: Annotated[Path | None, typer.Option(hidden=True)] = None,
+    sample: Annotated[int | None, typer.Option(hidden=True)] = None,
+) -> None:
+    """Simulate many protocols into a data set file; after an interruption the same command continues.
+
+    The exit status is 1 when any trajectory failed.
+    """
+    from bem.dataset.designs import read_design_file
+
+    if verify is not None or sample is not None:
+        raise ValueError("a data set is verified by `bem verify FILE --sample N`; received --verify or --sample")
+    if out is None:
+        raise ValueError("campaign needs --out FILE.h5 to write")
+    given = {
+        "design": design,
+        "count": count,
+        "seed": seed,
+        "accuracy": None if accuracy is None else parse_accuracy(accuracy),
+        "modulus_ratio": modulus_ratio,
+    }
+    settings = read_design_file(design_file) if design_file else {}
+    settings |= {name: value for name, value in given.items() if value is not None}
+    settings["ranges"] = {**settings.get("ranges", {}), **_ranges(ranges or [])}
+    how = {"workers": workers, "cluster": cluster, "replace": replace, "retry_failed": retry_failed}
+    _run(settings, out, native=native, shard=_shard(shard), how=how)
+
+
+@_one_sentence
+def merge(
+    shards: Annotated[list[Path], typer.Argument(help="The data set files of all shards.")],
+    out: Annotated[Path, typer.Option(help="The data set file to write.")],
+    replace: Annotated[bool, typer.Option(help="Replace the file of another campaign.")] = False,
+) -> None:
+    """Join the data set files that `bem campaign --shard` wrote."""
+    from bem.dataset.campaign.files import merge as join
+
+    _require_place(out)
+    summary = join(shards, out, command=_command(), replace=replace)
+    failed = sum(summary.failures.values())
+    typer.echo(f"{summary.count} trajectories of {len(shards)} shards in {summary.path}, {failed} failed")
+    _end_with_failures(summary)
+
+
+@_one_sentence
+def verify(
+    file: Annotated[Path, typer.Argument(help="The data set file.")],
+    sample: Annotated[int, typer.Option(help="How many trajectories, drawn at random, to compute again.")] = 20,
+    workers: Annotated[int | None, typer.Option(help="Processes; as many as cores by default.")] = None,
+) -> None:
+    """Compute a sample of a data set again and compare, on any processor.
+
+    Pull-off force, hysteresis and force history may differ by twice the accuracy the file was made with, as either
+    may err by that; how many trajectories are identical to the last bit is said beside it. The exit status is 1 when
+    any does not agree.
+    """
+    from bem.cli.progress import progress_bar
+    from bem.dataset.verification import verify as compare
+
+    with progress_bar(sample, "differ") as progress:
+        found = compare(file, sample=sample, workers=workers, progress=progress)
+    typer.echo(str(found))
+    if not found.agrees:
+        raise typer.Exit(1)
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands to the command line `bem`."""
+    app.command()(campaign)
+    app.command()(merge)
+    app.command()(verify)
+
+
+def _run(
+    settings: dict[str, Any],
+    out: Path,
+    *,
+    native: bool,
+    shard: tuple[int, int],
+    how: dict[str, Any],
+) -> None:
+    from bem.cli.progress import progress_bar
+    from bem.dataset.campaign.plan import Campaign
+    from bem.dataset.campaign.run import run_campaign
+    from bem.dataset.designs import Design
+
+    design = Design(settings.pop("design", "paper"), settings.pop("ranges"), settings.pop("modulus_ratio", 0.1))
+    plan = Campaign(design=design, native=native, shard=shard, **settings)
+    _require_place(out)
+    # A terminated job then saves what it holds, as an interrupted one does.
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        with progress_bar(len(plan.indices)) as progress:
+            summary = run_campaign(plan, out, command=_command(), progress=progress, **how)
+    except KeyboardInterrupt:
+        typer.echo("bem: interrupted; what was done is saved, and the same command continues", err=True)
+        raise typer.Exit(INTERRUPTED) from None
+    if summary.damaged:
+        typer.echo(f"{summary.damaged} damaged parts of an earlier run were computed again")
+    failed = sum(summary.failures.values())
+    typer.echo(
+        f"{summary.count} trajectories in {summary.path}, {summary.computed} of them computed now, {failed} failed; "
+        f"{summary.wall_seconds:.1f} s in all, {summary.core_seconds / 60.0:.2f} core-minutes"
+    )
+    _end_with_failures(summary)
+
+
+def _end_with_failures(summary: Any) -> None:
+    for reason, times in summary.failures.most_common():
+        typer.echo(f"{times} failed: {reason}")
+    if summary.failures:
+        raise typer.Exit(1)
+
+
+def _require_place(out: Path) -> None:
+    """Refuse a file that cannot be written before hours are spent; a campaign makes directories still missing."""
+    from bem.dataset.campaign.plan import followed
+
+    if out.absolute().parent.is_dir() and not out.is_dir():
+        require_output(followed(out))
+
+
+def _command() -> str:
+    from bem._support.provenance import command_line
+
+    return command_line(sys.argv)
+
+
+def _ranges(texts: list[str]) -> dict[str, tuple[float, float]]:
+    from bem.dataset.designs import parse_range
+
+    found: dict[str, tuple[float, float]] = {}
+    for name, bounds in map(parse_range, texts):
+        if name in found:
+            raise ValueError(f"range must name a quantity once; received {shown(name)} twice")
+        found[name] = bounds
+    return found
+
+
+def _shard(text: str | None) -> tuple[int, int]:
+    if text is None:
+        return 1, 1
+    number, _, total = text.partition("/")
+    try:
+        return int(number), int(total)
+    except ValueError:
+        raise ValueError(f"shard must read i/n, e.g. 3/8; received {shown(text)}") from None

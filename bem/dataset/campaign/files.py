@@ -1,0 +1,88 @@
+"""What is done with data set files once campaigns have written them: their campaign told, shards joined."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from bem._support.outputs import require_suffix
+from bem._support.provenance import merged, provenance
+from bem._support.wording import shown
+from bem.dataset.campaign.checkpoints import differences
+from bem.dataset.campaign.plan import Campaign, followed
+from bem.dataset.campaign.run import Summary, existing, root_attributes, summary_of, write_result
+from bem.dataset.designs import Design
+from bem.dataset.file import SUFFIXES, Dataset, load_dataset
+from bem.dataset.records import Record, tabulate, untabulate
+
+
+def campaign_of(attributes: dict[str, Any]) -> Campaign:
+    """The campaign that a data set file with these root attributes holds.
+
+    Raises:
+        ValueError: they describe none.
+    """
+    identity = attributes["campaign"]
+    try:
+        number, total = identity["shard"].split("/")
+        return Campaign(
+            design=Design(identity["design"], identity["ranges"], identity["modulus_ratio"]),
+            **{name: identity[name] for name in ("count", "seed", "accuracy", "native")},
+            counts=tuple(identity["counts"]),
+            shard=(int(number), int(total)),
+        )
+    except (AttributeError, KeyError, TypeError) as error:
+        raise ValueError(
+            f"expected a data set whose attribute 'campaign' describes one; received {shown(identity)}"
+        ) from error
+
+
+def merge(shards: Sequence[str | Path], out: str | Path, *, command: str = "", replace: bool = False) -> Summary:
+    """Join the data set files of all shards of a campaign into one.
+
+    Raises:
+        FileNotFoundError, ValueError: for files that are no data sets, of different campaigns, given twice or missing,
+            or a name that does not end as those of HDF5 files do.
+        CampaignError: when the result cannot be written.
+    """
+    if not shards:
+        raise ValueError("shards must name at least one data set file; received none")
+    require_suffix(out, SUFFIXES)
+    out = followed(Path(out))
+    datasets: list[Dataset] = []
+    records: dict[int, Record] = {}
+    identity: dict[str, Any] = {}
+    for path in shards:
+        dataset = load_dataset(path, native=True)
+        campaign_of(dataset.attributes)
+        described = {**dataset.attributes["campaign"], "shard": "1/1"}
+        identity = identity or described
+        if difference := differences(identity, described):
+            raise ValueError(f"shards must belong to one campaign; received {str(path)!r}: {difference}")
+        if not records.keys().isdisjoint(dataset.columns["index"].tolist()):
+            number = dataset.attributes["campaign"]["shard"]
+            raise ValueError(f"shards must not overlap; received {str(path)!r}, shard {number}, a second time")
+        datasets.append(dataset)
+        records |= {record.index: record for record in untabulate(dataset.columns)}
+    absent = sorted(set(range(identity["count"])) - records.keys())
+    if absent:
+        raise ValueError(
+            f"shards must hold all {identity['count']} trajectories; received files without {len(absent)} of them, "
+            f"the first being trajectory {absent[0]}"
+        )
+    # A merged file of this campaign is made anew: its shards may have been completed since.
+    existing(out, identity, replace=replace)
+    campaign = campaign_of({"campaign": identity})
+    columns = tabulate(records.values(), campaign.settings)
+    attributes = root_attributes(identity) | provenance(command) | _joined([found.attributes for found in datasets])
+    write_result(out, columns, campaign.protocols, attributes, campaign.counts)
+    return summary_of(out, 0)
+
+
+def _joined(shards: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """Cost and origin of shards that were computed side by side."""
+    wall, core, workers = ([found[name] for found in shards] for name in ("wall_seconds", "core_seconds", "workers"))
+    names = ("versions", "host", "git_revision")
+    origins = merged({name: found[name] for name in names if name in found} for found in shards)
+    memory = max(found.get("peak_memory", 0) for found in shards)
+    cost = {"wall_seconds": max(wall), "core_seconds": sum(core), "workers": sum(workers), "peak_memory": memory}
+    return cost | origins

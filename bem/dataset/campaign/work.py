@@ -1,0 +1,114 @@
+"""The work of a campaign: its trajectories divided into batches, and what a worker does with one of them."""
+
+import functools
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from bem._support.provenance import origin, peak_memory
+from bem._support.validation import FloatArray
+from bem.accuracy import NAMED_TARGETS, resolve_accuracy
+from bem.dataset.campaign.checkpoints import CampaignError
+from bem.dataset.campaign.executors import Batch, Pool
+from bem.dataset.campaign.plan import Campaign, Solver
+from bem.dataset.designs import QUANTITIES
+from bem.dataset.records import Record, Settings, failed, simulate_record
+from bem.materials import StandardLinearSolid
+from bem.protocol import LoadingProtocol
+from bem.scene import Scene
+from bem.solver.version import SOLVER_VERSION
+
+LARGEST_BATCH = 32
+LONGEST_BATCH = 1.0
+"""Seconds a batch is expected to take at most; what a worker holds is lost when it dies."""
+BATCHES_PER_WORKER = 48
+
+
+def expected_seconds(protocols: dict[str, FloatArray], accuracy: str | float = "standard") -> FloatArray:
+    """Seconds each protocol may take, a fit to measured ones: deep contacts of large Tabor parameter cost most."""
+    tighter = NAMED_TARGETS["standard"] / resolve_accuracy(accuracy).target
+    scale = 3e-4 * tighter ** (1.3 if tighter > 1.0 else 0.7)
+    return scale * (2.5 + protocols["tabor"] ** 0.4 * protocols["peak_indentation"])
+
+
+def batches_of(indices: np.ndarray, seconds: FloatArray, workers: int) -> list[tuple[int, ...]]:
+    """Divide trajectories into batches of about equal cost, the costliest trajectories first."""
+    order = indices[np.argsort(-seconds, kind="stable")]
+    spent = np.cumsum(np.sort(seconds)[::-1])
+    share = min(max(spent[-1] / (BATCHES_PER_WORKER * workers), 1e-300), LONGEST_BATCH)
+    batches: list[tuple[int, ...]] = []
+    begin, used = 0, 0.0
+    for end in range(1, len(order) + 1):
+        if end == len(order) or spent[end] - used > share or end - begin == LARGEST_BATCH:
+            batches.append(tuple(order[begin:end].tolist()))
+            begin, used = end, spent[end - 1]
+    return batches
+
+
+@functools.cache
+def _warm_solver() -> Solver:
+    """The solver with its kernels loaded, so that no trajectory is charged for that."""
+    from bem.solver.simulation import simulate
+
+    protocol = LoadingProtocol(peak_indentation=2.0, loading_rate=10.0, dwell_time=0.1, unloading_rate=10.0)
+    simulate(Scene(tabor=1.0, material=StandardLinearSolid(0.1)), protocol, "draft")
+    return simulate
+
+
+@dataclass(frozen=True)
+class Arrival:
+    """What comes back for a batch.
+
+    Args:
+        records: one for each trajectory.
+        seconds: what they took a worker.
+        origin: versions and host of the worker, empty where it died.
+        solver_version: of the worker's solver.
+        memory: largest memory of the worker so far, in bytes.
+    """
+
+    records: list[Record]
+    seconds: float = 0.0
+    origin: dict[str, Any] = field(default_factory=dict)
+    solver_version: str = ""
+    memory: int = 0
+
+
+@dataclass(frozen=True)
+class Task:
+    """What a worker does with a batch; it travels with every batch, so it holds no more than all of them need."""
+
+    settings: Settings
+    solver: Solver | None
+
+    def __call__(self, batch: Batch) -> Arrival:
+        """Simulate the batch."""
+        solver = _warm_solver() if self.solver is None else self.solver
+        started = time.perf_counter()
+        rows = ((index, dict(zip(QUANTITIES, protocol, strict=True))) for index, protocol in batch)
+        records = [simulate_record(index, row, self.settings, solver) for index, row in rows]
+        return Arrival(records, time.perf_counter() - started, origin(), SOLVER_VERSION, peak_memory())
+
+
+def results(campaign: Campaign, indices: np.ndarray, pool: Pool, solver: Solver | None) -> Iterator[Arrival]:
+    """Some of a campaign's protocols simulated, as they arrive."""
+    if not len(indices):
+        return
+    chosen = {name: values[indices] for name, values in campaign.protocols.items()}
+    seconds = expected_seconds(chosen, campaign.accuracy)
+    rows = np.stack([campaign.protocols[name] for name in QUANTITIES], axis=1)
+    batches = [
+        tuple((index, tuple(rows[index].tolist())) for index in batch)
+        for batch in batches_of(indices, seconds, pool.workers)
+    ]
+    for batch, arrival in pool.run(batches, Task(campaign.settings, solver)):
+        if arrival is None:
+            reason = "the worker process died every time, perhaps for lack of memory"
+            yield Arrival([failed(index, reason, campaign.settings) for index, _ in batch])
+            continue
+        if arrival.solver_version != SOLVER_VERSION:
+            raise CampaignError("the workers run another version of the solver than this machine")
+        yield arrival

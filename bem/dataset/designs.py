@@ -1,0 +1,195 @@
+"""Which protocols a campaign simulates: sampling designs over five quantities, drawn from a seed.
+
+`paper` draws nodes of the logarithmic grid on which every protocol of the paper's six-row table lies, each node at most
+once; `log-uniform` and `sobol` fill the same box continuously. Protocol i depends on design and seed only, so that a
+larger count, another machine or another number of workers changes none of those before it. Units as in `bem.protocol`.
+Source: paper, section "Dataset generation" and the table of its figure-2 protocols.
+"""
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from bem._support.validation import FloatArray, finite_number
+from bem._support.wording import shown
+from bem.dataset.measurement_steps import FMS, measurement_grid
+from bem.protocol import LARGEST_INDENTATION, LARGEST_RATE, LONGEST_DWELL, SMALLEST_RATE
+from bem.scene import LARGEST_TABOR, SMALLEST_TABOR
+
+DESIGNS = ("paper", "log-uniform", "sobol")
+
+PAPER_RANGES = {
+    "tabor": (0.2, 3.2),
+    "peak_indentation": (2.0, 100.0),
+    "loading_rate": (0.1, 1000.0),
+    "dwell_time": (1e-3, 3.0),
+    "unloading_rate": (0.1, 1000.0),
+}
+PAPER_POINTS = {"tabor": 12, "peak_indentation": 12, "loading_rate": 18, "dwell_time": 12, "unloading_rate": 18}
+QUANTITIES = tuple(PAPER_RANGES)
+
+_LIMITS = {
+    "tabor": (SMALLEST_TABOR, LARGEST_TABOR),
+    "peak_indentation": (1e-6, LARGEST_INDENTATION),
+    "loading_rate": (SMALLEST_RATE, LARGEST_RATE),
+    "dwell_time": (1e-12, LONGEST_DWELL),
+    "unloading_rate": (SMALLEST_RATE, LARGEST_RATE),
+}
+_LARGEST_SEED = 2**63 - 1
+_CHECKED_AT_ONCE = 10_000  # protocols whose measurement steps are in memory at a time
+
+
+def whole_number(name: str, value: Any, *, low: int, high: int = _LARGEST_SEED) -> int:
+    """Return `value` as an int when it is a whole number within bounds.
+
+    Raises:
+        ValueError: naming the quantity, the allowed range and the value received.
+    """
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or not low <= value <= high:
+        raise ValueError(f"{name} must be a whole number from {low} to {high}; received {shown(value)}")
+    return int(value)
+
+
+def agree(some: FloatArray, others: FloatArray) -> bool:
+    """Whether two draws of a quantity are one; their last digits differ from one processor to another."""
+    return np.allclose(some, others, rtol=1e-12, atol=0.0)
+
+
+@dataclass(frozen=True)
+class Design:
+    """A way to draw protocols.
+
+    Args:
+        name: 'paper', 'log-uniform' or 'sobol'.
+        ranges: (low, high) of any of `QUANTITIES`, both positive; the paper's for those left out. Equal bounds fix a
+            quantity. The paper's grid keeps its number of points in a changed range.
+        modulus_ratio: relaxed over instantaneous modulus of every scene, in (0, 1].
+
+    Raises:
+        ValueError: naming the quantity, the allowed range and the value received.
+
+    Example:
+        >>> Design("paper").protocols(2, seed=1)["tabor"].shape
+        (2,)
+    """
+
+    name: str = "paper"
+    ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    modulus_ratio: float = 0.1
+
+    def __post_init__(self) -> None:
+        if self.name not in DESIGNS:
+            raise ValueError(f"design must be one of {', '.join(DESIGNS)}; received {shown(self.name)}")
+        ratio = finite_number("modulus_ratio", self.modulus_ratio, above=0.0, high=1.0)
+        unknown = sorted(set(self.ranges) - set(QUANTITIES))
+        if unknown:
+            raise ValueError(f"ranges must name some of {', '.join(QUANTITIES)}; received {shown(unknown[0])}")
+        merged = {name: _checked_range(name, self.ranges.get(name, PAPER_RANGES[name])) for name in QUANTITIES}
+        object.__setattr__(self, "ranges", merged)
+        object.__setattr__(self, "modulus_ratio", ratio)
+
+    @property
+    def largest_count(self) -> int:
+        """How many different protocols the design has to offer."""
+        if self.name == "paper":
+            return int(np.prod([len(grid) for grid in self._grids()]))
+        return 2**30
+
+    def protocols(self, count: int, seed: int) -> dict[str, FloatArray]:
+        """Draw `count` protocols: the quantities by name, each of shape (count,).
+
+        Raises:
+            ValueError: for a negative seed, for more protocols than the design offers, or for ranges in which a phase
+                of a protocol vanishes in double precision.
+        """
+        count = whole_number("count", count, low=1, high=self.largest_count)
+        seed = whole_number("seed", seed, low=0)
+        columns = self._grid_nodes(count, seed) if self.name == "paper" else self._spread(count, seed)
+        for first in range(0, count, _CHECKED_AT_ONCE):
+            part = slice(first, first + _CHECKED_AT_ONCE)
+            measurement_grid(**{name: values[part] for name, values in columns.items()}, counts=FMS)
+        return columns
+
+    def _grids(self) -> list[FloatArray]:
+        return [
+            np.geomspace(low, high, PAPER_POINTS[name] if low < high else 1)
+            for name, (low, high) in self.ranges.items()
+        ]
+
+    def _grid_nodes(self, count: int, seed: int) -> dict[str, FloatArray]:
+        grids = self._grids()
+        drawn = np.random.default_rng(seed).permutation(self.largest_count)[:count]
+        nodes = np.unravel_index(drawn, [len(grid) for grid in grids])
+        return {name: grid[node] for name, grid, node in zip(QUANTITIES, grids, nodes, strict=True)}
+
+    def _spread(self, count: int, seed: int) -> dict[str, FloatArray]:
+        if self.name == "sobol":
+            # Imported here because scipy.stats takes half a second.
+            from scipy.stats.qmc import Sobol
+
+            sequence = Sobol(d=len(QUANTITIES), scramble=True, bits=30, rng=np.random.default_rng(seed))
+            unit = sequence.random_base2(int(count - 1).bit_length())[:count]
+        else:
+            unit = np.random.default_rng(seed).random((count, len(QUANTITIES)))
+        low, high = np.log(np.array(list(self.ranges.values()))).T
+        values = np.exp(low + (high - low) * unit)
+        # The exponential of a logarithm may leave the range by one rounding.
+        bounds = np.array(list(self.ranges.values())).T
+        return dict(zip(QUANTITIES, np.clip(values, *bounds).T.copy(), strict=True))
+
+
+def _checked_range(name: str, bounds: Any) -> tuple[float, float]:
+    try:
+        low, high = bounds
+    except (TypeError, ValueError):
+        raise ValueError(f"range of {name} must be two numbers, low and high; received {shown(bounds)}") from None
+    smallest, largest = _LIMITS[name]
+    low = finite_number(f"lower bound of {name}", low, low=smallest, high=largest)
+    high = finite_number(f"upper bound of {name}", high, low=smallest, high=largest)
+    if low > high:
+        raise ValueError(f"range of {name} must have its lower bound first; received {low!r} to {high!r}")
+    return low, high
+
+
+def parse_range(text: str) -> tuple[str, tuple[float, float]]:
+    """Read `tabor=0.2:3.2`, as given on the command line; a single number fixes the quantity.
+
+    Raises:
+        ValueError: when it does not read so.
+    """
+    name, _, bounds = text.partition("=")
+    low, colon, high = bounds.partition(":")
+    try:
+        return name.strip(), (float(low), float(high) if colon else float(low))
+    except ValueError:
+        expected = "range must read NAME=LOW:HIGH or NAME=VALUE"
+        raise ValueError(f"{expected}; received {shown(text)}") from None
+
+
+def read_design_file(path: str | Path) -> dict[str, Any]:
+    """Read a TOML file with any of `design`, `count`, `seed`, `accuracy`, `modulus_ratio` and a table `ranges`.
+
+    Raises:
+        FileNotFoundError: no such file.
+        ValueError: not TOML, or a key it does not know.
+    """
+    path = Path(path)
+    if path.is_dir():
+        raise ValueError(f"design file must be a file; received the folder {str(path)!r}")
+    if not path.is_file():
+        raise FileNotFoundError(f"design file not found; received {str(path)!r}")
+    try:
+        content = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ValueError(f"design file must be TOML; received {str(path)!r} ({error})") from error
+    known = ("design", "count", "seed", "accuracy", "modulus_ratio", "ranges")
+    unknown = sorted(set(content) - set(known))
+    if unknown:
+        raise ValueError(f"design file may hold {', '.join(known)}; received {shown(unknown[0])} in {str(path)!r}")
+    if not isinstance(content.get("ranges", {}), dict):
+        raise ValueError(f"ranges must be a table of NAME = [LOW, HIGH]; received {shown(content['ranges'])}")
+    return content

@@ -1,0 +1,189 @@
+"""The HDF5 file of a data set: written in one piece or not at all, read only when it fits together.
+
+The tree, with shapes, units and attributes, is written down in docs/dataset.md.
+"""
+
+import json
+import os
+import secrets
+from collections.abc import Mapping
+from dataclasses import dataclass
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from bem._support.validation import FloatArray
+from bem._support.wording import shortened
+from bem.dataset.checks import attribute_fault, column_fault
+from bem.dataset.designs import QUANTITIES
+from bem.dataset.hdf5_arrays import arrays
+from bem.dataset.measurement_steps import measurement_grid
+from bem.dataset.opening import FORMAT, FORMAT_VERSION, SEALED, DamagedFileError, open_dataset
+from bem.dataset.records import COMPLETED, SCALARS, Columns
+from bem.dataset.sealed_file import BLOCK, seal
+
+TEMPORARY = ".writing"
+SUFFIXES = (".h5", ".hdf5")
+"""What the name of a data set file ends in."""
+SMALL = 4096
+"""Bytes up to which an array is stored as it is; larger ones are compressed."""
+
+
+@dataclass(frozen=True, eq=False)
+class Dataset:
+    """The contents of a data set file but for native histories.
+
+    Args:
+        columns: arrays by their path in the file.
+        attributes: the root attributes, those that are JSON in the file as objects.
+        counts: measurement points of loading, dwell and unloading.
+    """
+
+    columns: Columns
+    attributes: dict[str, Any]
+    counts: tuple[int, int, int]
+
+    def __len__(self) -> int:
+        return len(self.columns["index"])
+
+    @property
+    def protocols(self) -> dict[str, FloatArray]:
+        """The five quantities by name, each of shape (n,)."""
+        return {name: self.columns[f"protocols/{name}"] for name in QUANTITIES}
+
+    @property
+    def scalars(self) -> dict[str, NDArray[Any]]:
+        """Results and cost by name, each of shape (n,)."""
+        return {name: self.columns[f"scalars/{name}"] for name in SCALARS}
+
+    @property
+    def force(self) -> NDArray[np.float32]:
+        """Force on the measurement grid, shape (n, N)."""
+        return self.columns["fms/force"]
+
+    @property
+    def completed(self) -> NDArray[np.intp]:
+        """Rows of the trajectories that completed."""
+        return np.flatnonzero(self.columns["status"] == COMPLETED)
+
+    def grid(self) -> tuple[FloatArray, FloatArray]:
+        """Measurement instants and indentations, each of shape (n, N)."""
+        return measurement_grid(**self.protocols, counts=self.counts)
+
+
+def write_tree(target: BytesIO, columns: Columns, attributes: Mapping[str, Any], *, first_block: int = 0) -> None:
+    """Write columns and root attributes as HDF5 behind a free first block; dictionaries and lists become JSON."""
+    with h5py.File(target, "w", userblock_size=first_block) as file:
+        for name, value in attributes.items():
+            file.attrs[name] = json.dumps(value) if isinstance(value, dict | list) else value
+        for path, values in columns.items():
+            if values.dtype == object:
+                file.create_dataset(path, data=values, dtype=h5py.string_dtype(), chunks=None)
+            elif values.nbytes > SMALL:
+                options = {"compression": "gzip", "compression_opts": 6, "shuffle": True, "fletcher32": True}
+                file.create_dataset(path, data=values, **options)
+            else:
+                file.create_dataset(path, data=values)
+
+
+def read_tree(file: h5py.File, *, native: bool = True) -> Columns:
+    """All arrays of an open file by their path; without the native histories where they are not wanted.
+
+    Raises:
+        ValueError: an array that holds neither numbers nor text, or that is not in the file itself.
+    """
+    columns: Columns = {}
+    for path, item in arrays(file):
+        text = h5py.check_string_dtype(item.dtype)
+        if not text and item.dtype.kind not in "iuf":
+            raise ValueError(f"/{path} holds neither numbers nor text")
+        if native or not path.startswith("native/"):
+            columns[path] = item.asstr()[:] if text else item[:]
+    return columns
+
+
+def write_dataset(
+    path: Path,
+    columns: Columns,
+    attributes: Mapping[str, Any],
+    counts: tuple[int, int, int],
+    scratch: Path | None = None,
+) -> None:
+    """Write a data set to a temporary name and move it into place once it is on the disk.
+
+    Args:
+        path: where it goes.
+        columns: arrays by their path in the file.
+        attributes: root attributes.
+        counts: measurement points of loading, dwell and unloading.
+        scratch: folder for the temporary, on the same file system; that of `path` by default.
+
+    Raises:
+        OSError: nothing was written, and what was at `path` is untouched.
+    """
+    # In memory first, because the HDF5 library crashes on a full disk.
+    memory = BytesIO()
+    kind = {"format": FORMAT, "format_version": FORMAT_VERSION, SEALED: 1}
+    write_tree(memory, columns, kind | dict(attributes), first_block=BLOCK)
+    with h5py.File(memory, "r+") as file:
+        file["fms"].attrs["counts"] = np.array(counts, dtype=np.int64)
+    seal(memory)
+    write_new(path, memory.getbuffer(), scratch)
+
+
+def write_new(path: Path, content: bytes | memoryview, scratch: Path | None = None) -> None:
+    """Write a file under a name nobody has, then move it into place.
+
+    Raises:
+        OSError: nothing was written, and what was at `path` is untouched.
+    """
+    temporary = (scratch or path.parent) / f".{secrets.token_hex(6)}{TEMPORARY}"
+    try:
+        with temporary.open("xb") as file:
+            file.write(content)
+        move_into_place(temporary, path)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def move_into_place(temporary: Path, path: Path) -> None:
+    """Rename a file that is complete, so that a power cut leaves either the old one or the new one."""
+    with temporary.open("rb+") as file:
+        os.fsync(file.fileno())
+    temporary.replace(path)
+    folder = os.open(path.parent, os.O_RDONLY)
+    try:
+        os.fsync(folder)
+    finally:
+        os.close(folder)
+
+
+def load_dataset(path: str | Path, *, native: bool = False) -> Dataset:
+    """Read a data set, by default but for native histories.
+
+    Raises:
+        FileNotFoundError: no such file.
+        DamagedFileError: a `ValueError`; damaged, or what is in the file does not fit together.
+        ValueError: as `open_dataset`.
+    """
+    with open_dataset(path) as file:
+        try:
+            columns = read_tree(file, native=native)
+            counts = tuple(int(count) for count in file["fms"].attrs["counts"])
+            attributes = {name: _plain(value) for name, value in file.attrs.items()}
+            wrong = attribute_fault(attributes) or column_fault(columns, attributes["campaign"], counts)
+        except Exception as error:  # of a damaged file the library may say anything
+            wrong = f"which cannot be read ({shortened(str(error)) or type(error).__name__})"
+    if wrong:
+        raise DamagedFileError(f"expected a complete data set; received {str(path)!r}, {wrong}")
+    return Dataset(columns, attributes, counts)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, str) and value.startswith(("{", "[")):
+        return json.loads(value)
+    return value.item() if isinstance(value, np.generic) else value

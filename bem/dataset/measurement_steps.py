@@ -1,0 +1,132 @@
+"""Fixed measurement steps (FMS): where a protocol is sampled; `Trajectory.at` gives the force there.
+
+Each phase receives a prescribed number of equally spaced points, by default 50, 20 and 50. Source: paper, section "Data
+mapping" and the appendix on FMS resolution. Units as in `bem.protocol`.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from bem._support.validation import FloatArray
+from bem._support.wording import shown
+from bem.protocol import LoadingProtocol, default_start_indentation
+
+FMS = (50, 20, 50)
+FIRST_UNLOADING = FMS[0] + FMS[1] - 1
+"""Index of the step at which the dwell ends and the unloading begins."""
+
+
+def proportional_counts(total: int) -> tuple[int, int, int]:
+    """Points for loading, dwell and unloading in the proportion 50 : 20 : 50, adding up to `total` >= 6."""
+    if isinstance(total, bool) or not isinstance(total, int | np.integer) or total < 6:
+        raise ValueError(f"total must be an integer of at least 6; received {shown(total)}")
+    ramp = round(int(total) * FMS[0] / sum(FMS))
+    return ramp, int(total) - 2 * ramp, ramp
+
+
+def checked_counts(counts: Sequence[int]) -> tuple[int, int, int]:
+    """Return the counts of loading, dwell and unloading points when they are whole numbers and enough.
+
+    Raises:
+        ValueError: naming what is allowed and what was received.
+    """
+    try:
+        whole = [int(count) for count in counts if isinstance(count, int | np.integer) and not isinstance(count, bool)]
+        sound = len(whole) == len(counts) == 3 and min(np.subtract(whole, (2, 0, 1))) >= 0
+    except TypeError:
+        sound = False
+    if not sound:
+        raise ValueError(
+            "counts must be three integers, at least 2 (loading), 0 (dwell) and 1 (unloading); "
+            f"received {shown(counts)}"
+        )
+    return whole[0], whole[1], whole[2]
+
+
+def measurement_grid(
+    *,
+    tabor: ArrayLike,
+    peak_indentation: ArrayLike,
+    loading_rate: ArrayLike,
+    dwell_time: ArrayLike,
+    unloading_rate: ArrayLike,
+    counts: Sequence[int] = FMS,
+    start_indentation: ArrayLike | None = None,
+) -> tuple[FloatArray, FloatArray]:
+    """Measurement instants and indentations of many protocols at once.
+
+    Loading points include the start and the peak, dwell points the end of the dwell but not its beginning, unloading
+    points the end but not their beginning, so that no instant is listed twice.
+
+    Args:
+        tabor, peak_indentation, loading_rate, dwell_time, unloading_rate: one value for each of B protocols, shape (B,)
+            or scalar.
+        counts: points in the loading, dwell and unloading phases, N in all.
+        start_indentation: shape (B,) or scalar; by default -pi^(2/3) mu.
+
+    Returns:
+        times and indentations, each of shape (B, N) and float64.
+
+    Raises:
+        ValueError: when a peak does not lie above its start, dwell points are asked of a protocol without dwell, or
+            instants coincide in double precision.
+    """
+    n_load, n_dwell, n_unload = checked_counts(counts)
+    start = (
+        default_start_indentation(np.asarray(tabor, dtype=np.float64))
+        if start_indentation is None
+        else start_indentation
+    )
+    columns = np.broadcast_arrays(
+        *(
+            np.atleast_1d(np.asarray(values, dtype=np.float64))[:, np.newaxis]
+            for values in (start, peak_indentation, loading_rate, dwell_time, unloading_rate)
+        )
+    )
+    delta_0, delta_l, v_load, dwell, v_unload = columns
+    if n_dwell and np.any(dwell <= 0.0):
+        raise ValueError(
+            f"counts must ask for no dwell points where dwell_time is 0; received counts={tuple(counts)!r} "
+            f"with a dwell_time of {float(dwell.min())!r}"
+        )
+    if np.any(backward := ~(delta_l > delta_0)):
+        row = int(np.flatnonzero(backward)[0])
+        raise ValueError(
+            "peak_indentation must lie above the start indentation; received protocol "
+            f"{row} with {float(delta_l[row, 0])!r} and a start of {float(delta_0[row, 0])!r}"
+        )
+    loading = np.linspace(0.0, 1.0, n_load)
+    dwelling = np.arange(1, n_dwell + 1) / max(n_dwell, 1)
+    unloading = np.arange(1, n_unload + 1) / n_unload
+    travel = delta_l - delta_0
+    t1 = travel / v_load
+    t2 = t1 + dwell
+    t3 = t2 + travel / v_unload
+    times = np.concatenate([t1 * loading, t1 + (t2 - t1) * dwelling, t2 + (t3 - t2) * unloading], axis=1)
+    flat = np.ones(n_dwell)
+    # Weights rather than differences, so that peak and start are met exactly.
+    rise = np.concatenate([loading, flat, 1.0 - unloading])
+    indentations = delta_0 * (1.0 - rise) + delta_l * rise
+    if not np.all(np.diff(times, axis=1) > 0.0):
+        row = int(np.flatnonzero(~np.all(np.diff(times, axis=1) > 0.0, axis=1))[0])
+        raise ValueError(
+            f"measurement times must be strictly increasing in double precision; received protocol {row} with phase "
+            f"times {float(t1[row, 0])!r}, {float(t2[row, 0])!r}, {float(t3[row, 0])!r}"
+        )
+    return times, indentations
+
+
+def measurement_times(protocol: LoadingProtocol, tabor: float, counts: Sequence[int] = FMS) -> FloatArray:
+    """Measurement instants of one protocol, strictly increasing, shape (sum(counts),)."""
+    times, _ = measurement_grid(
+        tabor=tabor,
+        peak_indentation=protocol.peak_indentation,
+        loading_rate=protocol.loading_rate,
+        dwell_time=protocol.dwell_time,
+        unloading_rate=protocol.unloading_rate,
+        counts=counts,
+        start_indentation=protocol.start(tabor),
+    )
+    return times[0]

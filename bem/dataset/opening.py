@@ -1,0 +1,130 @@
+"""Which files are opened as data sets: those whose bytes are the ones that were written.
+
+Files are sealed, see `bem.dataset.sealed_file`. Those of the first writers are not: they have HDF5's own checksums, and
+that beside a manifest its sum of the file.
+"""
+
+import json
+import mmap
+import re
+import struct
+from collections.abc import Iterator
+from contextlib import contextmanager
+from hashlib import file_digest
+from pathlib import Path
+from typing import BinaryIO
+
+import h5py
+import numpy as np
+
+from bem._support.wording import shown
+from bem.dataset.sealed_file import is_intact, is_sealed
+
+FORMAT = "viscoelastic-contact-dataset"
+FORMAT_VERSION = 1
+SEALED = "sealed"
+"""Root attribute of sealed files, which makes a file that has lost its first block known."""
+_HDF5 = b"\x89HDF\r\n\x1a\n"
+
+
+class DamagedFileError(ValueError):
+    """A file that is, or was, a data set cannot be read as one."""
+
+
+@contextmanager
+def open_dataset(path: str | Path) -> Iterator[h5py.File]:
+    """Open a data set for reading.
+
+    Raises:
+        FileNotFoundError: no such file.
+        DamagedFileError: a `ValueError`; truncated or altered since it was written.
+        ValueError: not a data set, or of another version of the format.
+    """
+    path = Path(path)
+    if path.is_dir():
+        raise ValueError(f"expected a data set file; received the folder {str(path)!r}")
+    if not path.is_file():
+        raise FileNotFoundError(f"data set file not found; received {str(path)!r}")
+    received = f"expected a data set of format {FORMAT!r}, version {FORMAT_VERSION}; received {str(path)!r}"
+    damaged = DamagedFileError(f"{received}, which is truncated or damaged")
+    try:
+        with path.open("rb") as content:
+            if _is_written_to(content):
+                raise ValueError(f"{received}, which another program is writing")
+            sealed = is_sealed(content)
+            if not sealed and not _is_hdf5(content):
+                raise ValueError(f"{received}, which is not HDF5, or damaged at its beginning")
+            intact = is_intact(content) if sealed else _may_be_opened(content, path)
+    except PermissionError as error:
+        raise ValueError(f"{received}, which may not be read") from error
+    if not intact:
+        raise damaged
+    try:
+        file = h5py.File(path, "r")
+    except Exception as error:  # of a damaged file the library may say anything
+        raise damaged from error
+    with file:
+        try:
+            found, version = file.attrs.get("format"), file.attrs.get("format_version")
+            lost = not sealed and SEALED in file.attrs
+        except Exception as error:
+            raise damaged from error
+        if not isinstance(found, str) or found != FORMAT:
+            raise ValueError(f"{received}, an HDF5 file of another kind")
+        if not isinstance(version, np.integer) or version != FORMAT_VERSION:
+            version = version.item() if isinstance(version, np.generic) else version
+            raise ValueError(f"{received}, which is of version {shown(version)}")
+        if lost:
+            raise damaged
+        yield file
+
+
+def _is_written_to(content: BinaryIO) -> bool:
+    """Whether another program holds the lock that the HDF5 library takes on what it writes."""
+    try:
+        import fcntl
+
+        fcntl.flock(content, fcntl.LOCK_SH | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return True
+    except (ImportError, OSError):  # a system or a disk without such locks
+        return False
+    return False
+
+
+def _is_hdf5(content: BinaryIO) -> bool:
+    """Whether a file begins as HDF5 does; one cut within its first bytes does too."""
+    content.seek(0)
+    return _HDF5.startswith(content.read(len(_HDF5)))
+
+
+def _may_be_opened(content: BinaryIO, path: Path) -> bool:
+    """Whether a file without a seal is the published one where it should be, and does not hang the HDF5 library."""
+    published = _published_sum(path)
+    if published is not None:
+        content.seek(0)
+        return file_digest(content, "sha256").hexdigest() == published
+    return not _hangs(content)
+
+
+def _published_sum(path: Path) -> str | None:
+    """The SHA-256 sum that a manifest beside a file says it has; `None` where none does."""
+    try:
+        entries = json.loads(path.with_name("MANIFEST.json").read_text(encoding="utf-8"))["files"]
+        return entries[path.name]["sha256"]
+    except (OSError, ValueError, LookupError, TypeError, RecursionError):
+        return None
+
+
+def _hangs(content: BinaryIO) -> bool:
+    """Whether a heap, where HDF5 keeps texts, holds a piece of no size, at which the library reads on for ever."""
+    with mmap.mmap(content.fileno(), 0, access=mmap.ACCESS_READ) as image:
+        for heap in re.finditer(rb"GCOL\x01\0\0\0", image):
+            at, end = heap.start() + 16, heap.start() + int.from_bytes(image[heap.end() : heap.end() + 8], "little")
+            while at + 16 <= min(end, len(image)):
+                number, size = struct.unpack("<H6xQ", image[at : at + 16])
+                step = (16 + (size + 7) // 8 * 8) % 2**64 if number else size
+                if step == 0:
+                    return True
+                at += step
+    return False

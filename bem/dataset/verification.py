@@ -1,0 +1,160 @@
+"""Whether a data set agrees with its trajectories computed again, on whatever processor.
+
+Another processor rounds otherwise; where the step control decides on a last bit, the steps after it are others, and two
+right solutions differ by about the error of both. Agreement is therefore judged by the accuracy the data set was made
+with: each solution may err by the target, so that two may differ by twice the target. Identity to the last bit is
+counted beside it. Steps, iterations and jumps are not judged.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bem._support.validation import FloatArray
+from bem.accuracy import resolve_accuracy
+from bem.dataset.campaign.executors import LocalPool
+from bem.dataset.campaign.files import campaign_of
+from bem.dataset.campaign.plan import Solver
+from bem.dataset.campaign.work import results
+from bem.dataset.designs import QUANTITIES, agree, whole_number
+from bem.dataset.file import load_dataset
+from bem.dataset.records import FAILED, SCALARS, Record, untabulate
+
+JUDGED = ("pull-off force", "hysteresis", "force history, mean", "force history, any step")
+"""What is compared with the allowed difference; `differences` says how."""
+NEARLY_CLOSED = 0.01
+"""Share of the energy exchanged below which a loop is too thin for an error relative to its own area."""
+
+
+@dataclass(frozen=True)
+class Verification:
+    """How a sample of a data set compares with the same trajectories computed again.
+
+    Args:
+        indices: the trajectories computed again, increasing, shape (n,).
+        differences: by the names of `JUDGED`, of each trajectory, shape (n,); infinite where it completed only once.
+        identical: of each, whether everything in the file but the seconds is the same to the last bit, shape (n,).
+        allowed: largest difference at which they agree, twice the target error of the data set.
+    """
+
+    indices: NDArray[np.int64]
+    differences: dict[str, FloatArray]
+    identical: NDArray[np.bool_]
+    allowed: float
+
+    @property
+    def disagreeing(self) -> NDArray[np.int64]:
+        """The trajectories of which something differs by more than is allowed."""
+        return self.indices[np.max(list(self.differences.values()), axis=0) > self.allowed]
+
+    @property
+    def agrees(self) -> bool:
+        """Whether no trajectory disagrees."""
+        return len(self.disagreeing) == 0
+
+    def __str__(self) -> str:
+        """A table of the largest differences, and the verdict."""
+        bad, size = self.disagreeing, len(self.indices)
+        lines = [
+            f"{size} trajectories computed again, {np.sum(self.identical)} of them identical to the last bit",
+            f"{'':25}largest difference   allowed",
+            *(f"{name:25}{np.max(values):18.1e}{self.allowed:10g}" for name, values in self.differences.items()),
+        ]
+        verdict = "PASS: all agree"
+        if len(bad):
+            shown = ", ".join(map(str, bad[:10])) + (", ..." if len(bad) > 10 else "")
+            verdict = f"FAIL: {len(bad)} of {size} do not agree: {shown}"
+        return "\n".join([*lines, verdict])
+
+
+def verify(
+    path: str | Path,
+    *,
+    sample: int = 20,
+    seed: int | None = None,
+    workers: int | None = None,
+    solver: Solver | None = None,
+    progress: Callable[[int, int, int], None] = lambda _done, _disagreeing, _total: None,
+) -> Verification:
+    """Compute a random sample of a data set again and compare.
+
+    Args:
+        path: the data set file.
+        sample: how many trajectories; all of them where there are fewer.
+        seed: of the choice; by default another one each time.
+        workers: processes of this machine.
+        solver: a stand-in for `bem.simulate`.
+        progress: told how many trajectories are done, how many of them do not agree, and how many there are.
+
+    Raises:
+        FileNotFoundError, ValueError: not a data set, or its protocols are not those of its design.
+    """
+    dataset = load_dataset(path, native=True)
+    campaign = campaign_of(dataset.attributes)
+    for name in QUANTITIES:
+        if not agree(campaign.protocols[name][dataset.columns["index"]], dataset.protocols[name]):
+            raise ValueError(f"protocols must be those of the design; received {str(path)!r} with another {name}")
+    rows = np.random.default_rng(seed).permutation(len(dataset))[: whole_number("sample", sample, low=1)]
+    indentations = dataset.grid()[1]
+    written = untabulate(dataset.columns)
+    chosen = {written[row].index: (written[row], indentations[row]) for row in np.sort(rows)}
+    allowed = 2.0 * resolve_accuracy(campaign.accuracy).target
+    found: dict[int, tuple[dict[str, float], bool]] = {}
+    disagreeing = 0
+    with LocalPool(workers) as pool:
+        progress(0, 0, len(chosen))
+        for arrival in results(campaign, np.array(list(chosen)), pool, solver):
+            for record in arrival.records:
+                theirs, path_of_it = chosen[record.index]
+                apart = differences(record, theirs, path_of_it)
+                found[record.index] = apart, identical(record, theirs)
+                disagreeing += max(apart.values()) > allowed
+            progress(len(found), disagreeing, len(chosen))
+    return Verification(
+        indices=np.array(list(chosen)),
+        differences={name: np.array([found[index][0][name] for index in chosen]) for name in JUDGED},
+        identical=np.array([found[index][1] for index in chosen]),
+        allowed=allowed,
+    )
+
+
+def differences(ours: Record, theirs: Record, indentation: FloatArray) -> dict[str, float]:
+    """How far two records of one trajectory, of `indentation` (N,) at the steps, are apart, by the names of `JUDGED`.
+
+    The pull-off force is taken relative to itself, the hysteresis to itself or, for a loop that is nearly closed, to a
+    hundredth of the energy exchanged, the force history to its range. Its mean is over all steps. A single step may
+    stand on either side of a jump or a steep fall, and so is compared with all that the other record takes from the
+    step before it to the step after it.
+    """
+    if (ours.status, theirs.status) == (FAILED, FAILED):
+        return dict.fromkeys(JUDGED, 0.0)
+    force, other = ours.force.astype(np.float64), theirs.force.astype(np.float64)
+    results = np.array([[one.scalars[name] for name in ("pull_off_force", "hysteresis")] for one in (ours, theirs)])
+    # What failed once, or is not a number, agrees with nothing.
+    if not all(np.all(np.isfinite(values)) for values in (force, other, results)):
+        return dict.fromkeys(JUDGED, np.inf)
+    exchanged = np.sum(0.5 * np.abs(other[1:] + other[:-1]) * np.abs(np.diff(indentation)))
+    outside = max(_outside(force, other), _outside(other, force), 0.0)
+    errors = (*np.abs(results[0] - results[1]), np.mean(np.abs(force - other)), outside)
+    pull_off_force, hysteresis = np.abs(results[1])
+    scales = (pull_off_force, max(hysteresis, NEARLY_CLOSED * exchanged), np.ptp(other), np.ptp(other))
+    return {name: float(e / max(s, 1e-300)) for name, e, s in zip(JUDGED, errors, scales, strict=True)}
+
+
+def identical(ours: Record, theirs: Record) -> bool:
+    """Whether two records are the same to the last bit, but for the seconds."""
+    pairs = [(ours.force, theirs.force), (ours.jumps, theirs.jumps)]
+    pairs += [(ours.scalars[name], theirs.scalars[name]) for name in SCALARS if name != "solver_seconds"]
+    if ours.native is not None or theirs.native is not None:
+        pairs.append((ours.native, theirs.native))
+    same = (ours.status, ours.reason) == (theirs.status, theirs.reason)
+    return same and all(np.array_equal(one, other, equal_nan=True) for one, other in pairs)
+
+
+def _outside(force: FloatArray, other: FloatArray) -> float:
+    """How far a force is at most outside what another takes at the same and the neighbouring steps, each (N,)."""
+    around = np.lib.stride_tricks.sliding_window_view(np.pad(other, 1, mode="edge"), 3)
+    return float(np.max(np.maximum(around.min(axis=1) - force, force - around.max(axis=1))))

@@ -1,0 +1,1 @@
+"""Which effects a scene has, and which of them it calls for."""

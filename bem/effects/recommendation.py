@@ -1,0 +1,258 @@
+"""Which effects a scene and protocol call for: the cheapest, or the fewest, whose answer stays inside a tolerance.
+
+Effects are left out one after another (`bem.effects.scene_effects`), and the error of each choice is bracketed by
+numbers that cost no contact solution:
+
+- The material: the contact without adhesion obeys the force-indentation law of Hertz with the hereditary integral of
+  the material in front of it, exactly so while the contact grows. Its force history with all terms and with some of
+  them differ by what the missing terms do; the Deborah numbers, retardation times over the durations of the phases,
+  decide.
+- Adhesion: at one indentation it changes the force by about 2 pi R dgamma (DMT), by up to 2/k where the crack runs fast
+  (k the modulus ratio), to be set against the range of the force.
+
+Where the bracket holds the tolerance inside, both scenes are simulated, at an accuracy three times better than the
+tolerance, and compared.
+
+A simpler scene is not always the faster one: a contact that snaps, or whose edge moves at once with the load, takes
+more steps without the memory that slows it down. What a choice costs is therefore counted on runs of it and of the full
+scene, drafts first: operations, not seconds, so that the same question always has the same answer.
+
+Sources: Lee and Radok, J. Appl. Mech. 27 (1960) 438, for the growing contact; Persson and Brener, Phys. Rev. E 71
+(2005) 036123, for the factor 1/k.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from bem._support.validation import FloatArray, finite_number, instance
+from bem._support.wording import shown
+from bem.accuracy import NAMED_TARGETS
+from bem.effects.scene_effects import Effects, Protocol, choices, reduced
+from bem.protocol import LoadingProtocol, PiecewiseLinearProtocol
+from bem.reference_solutions import hereditary_hertz, hertz
+from bem.scene import Scene
+from bem.solver.simulation import simulate
+from bem.trajectory import Trajectory
+
+Quantity = Literal["force", "pull_off_force", "hysteresis"]
+QUANTITIES = ("force", "pull_off_force", "hysteresis")
+Best = Literal["cheapest", "fewest"]
+BEST = ("cheapest", "fewest")
+FoundBy = Literal["estimate", "simulation", "nothing is left out"]
+_POINTS = {"loading": 50, "dwell": 20, "unloading": 50}
+_LEAST_ADHESION, _MOST_ADHESION = 0.15, 3.0  # of the force, in pi R dgamma; the most also times 1/k
+_MARGIN = 1.5  # by which an estimate may be wrong either way
+_ROOM = 0.7  # share of the tolerance that a simulated difference may use
+_WORTH = 0.8  # share of the full scene's operations up to which a simpler scene is sure to be the faster one
+
+
+@dataclass(frozen=True)
+class Recommendation:
+    """What to simulate instead of the full scene, and how wrong that is."""
+
+    scene: Scene
+    protocol: Protocol
+    effects: Effects
+    estimate: float
+    """Estimated error of the chosen scene, in the measure asked for; 0 when nothing is left out."""
+    found_by: FoundBy
+    tolerance: float
+    quantity: Quantity
+    cost: float
+    """Operations of the chosen scene over those of the full one; 1 when nothing is left out."""
+    radius_scale: float
+    """Multiplies contact radii of the chosen scene, which are in its own beta, to give them in beta of the full one."""
+    deborah: dict[str, tuple[float, ...]]
+    """Retardation times over the duration of each phase."""
+    adhesion_over_hertz: float
+    """Adhesion force of a rubbery contact, 2 pi R dgamma, over the largest force without adhesion."""
+
+    def __str__(self) -> str:
+        if self.found_by == "nothing is left out":
+            return f"{self.effects} ({self.found_by})"
+        return f"{self.effects} (error about {self.estimate:.2g} of {self.tolerance:g} allowed, by {self.found_by})"
+
+
+def recommend(
+    scene: Scene,
+    protocol: Protocol,
+    tolerance: float = 0.01,
+    *,
+    quantity: Quantity = "force",
+    best: Best = "cheapest",
+) -> Recommendation:
+    """Find the cheapest set of effects whose answer stays inside a tolerance.
+
+    Args:
+        scene, protocol: the full problem, as for `bem.simulate`.
+        tolerance: error allowed, 1e-3 to 1.
+        quantity: what must be right. 'force': root mean square difference at the measurement steps over the range of
+            the full force; 'pull_off_force' and 'hysteresis': relative difference, always decided by simulation.
+        best: 'cheapest' never returns a scene that costs more than the full one, and leaves nothing out where that
+            saves nothing; 'fewest' returns the fewest effects, whatever they cost: the question which physics matters.
+
+    Returns:
+        the recommendation, whose `scene` and `protocol` go to `bem.simulate`.
+
+    Raises:
+        ValueError: naming what is allowed and what was received.
+
+    Example:
+        >>> from bem import LoadingProtocol, Scene, StandardLinearSolid, recommend
+        >>> deep = LoadingProtocol(peak_indentation=900.0, loading_rate=1e6, dwell_time=0.0, unloading_rate=1e6)
+        >>> str(recommend(Scene(1.0, StandardLinearSolid(0.1)), deep, 0.05, best="fewest").effects)
+        'elastic glassy, without adhesion'
+    """
+    instance("scene", scene, (Scene,))
+    instance("protocol", protocol, (LoadingProtocol, PiecewiseLinearProtocol))
+    tolerance = finite_number("tolerance", tolerance, low=1e-3, high=1.0)
+    for name, value, allowed in (("quantity", quantity, QUANTITIES), ("best", best, BEST)):
+        if value not in allowed:
+            raise ValueError(f"{name} must be one of {', '.join(allowed)}; received {shown(value)}")
+    history = protocol.history(scene.tabor) if isinstance(protocol, LoadingProtocol) else protocol
+    every = choices(scene)
+    full = every[-1]
+    brackets = _brackets(scene, history, every)
+    accuracy = min(max(tolerance / 3.0, 2e-4), NAMED_TARGETS["standard"])
+
+    @functools.cache
+    def solved(effects: Effects, target: float) -> Trajectory:
+        return simulate(*reduced(scene, protocol, effects), target)
+
+    def cost(effects: Effects, target: float) -> float:
+        ours = operations(solved(effects, target))
+        return ours / operations(solved(full, target)) if math.isfinite(ours) else math.inf
+
+    def answer(effects: Effects, estimate: float, found_by: FoundBy) -> Recommendation:
+        simple, path = reduced(scene, protocol, effects)
+        return Recommendation(
+            simple,
+            path,
+            effects,
+            estimate,
+            found_by,
+            tolerance,
+            quantity,
+            cost=1.0 if effects == full else cost(effects, accuracy),
+            radius_scale=math.sqrt(simple.tabor / scene.tabor),
+            deborah=_deborah(scene, history),
+            adhesion_over_hertz=_adhesion_over_hertz(scene, history),
+        )
+
+    left = [effects for effects in _best_of_each_count(every, brackets) if effects != full]
+    if quantity == "force":
+        left = [effects for effects in left if brackets[effects][0] <= _MARGIN * tolerance]
+    elif quantity == "pull_off_force" and full.adhesion:
+        left = [effects for effects in left if effects.adhesion]
+    if best == "cheapest" and left:
+        draft = NAMED_TARGETS["draft"]
+        left = sorted((effects for effects in left if cost(effects, draft) < 1.0), key=lambda e: cost(e, draft))
+    for effects in left:
+        if best == "cheapest" and not cost(effects, accuracy) < _WORTH:
+            continue
+        high = brackets[effects][1]
+        if quantity == "force" and _MARGIN * high < tolerance:
+            return answer(effects, high, "estimate")
+        error = difference(solved(effects, accuracy), solved(full, accuracy), history, quantity)
+        if error < _ROOM * tolerance:
+            return answer(effects, error, "simulation")
+    return answer(full, 0.0, "nothing is left out")
+
+
+def operations(trajectory: Trajectory) -> float:
+    """What a simulation costs, counted in entries of an iteration's matrix; infinite where it did not complete.
+
+    The weights of a step, an elimination and a memory vector were fitted to seconds on random scenes with and without
+    adhesion and memory; counted operations follow those to about a quarter.
+    """
+    if not trajectory.completed:
+        return math.inf
+    stats = trajectory.stats
+    tried = stats.steps + stats.rejections
+    return (
+        5500.0 * tried
+        + stats.iterations * stats.nodes**2
+        + 0.4 * stats.factorisations * stats.unknowns_per_solve**3
+        + 1.7 * tried * (stats.memory_vectors + 1) * stats.grid_nodes
+    )
+
+
+def difference(found: Trajectory, truth: Trajectory, history: PiecewiseLinearProtocol, quantity: Quantity) -> float:
+    """Error of one trajectory against another under the same history; infinite where one did not complete."""
+    if not (found.completed and truth.completed):
+        return np.inf
+    if quantity != "force":
+        exact = getattr(truth, quantity)
+        return abs(getattr(found, quantity) - exact) / max(abs(exact), 1e-300)
+    times = np.minimum(instants(history), min(found.time[-1], truth.time[-1]))
+    force = truth.at(times)
+    return float(np.sqrt(np.mean((found.at(times) - force) ** 2)) / max(float(np.ptp(force)), 1e-300))
+
+
+def instants(history: PiecewiseLinearProtocol) -> FloatArray:
+    """Where forces are compared: 50 points in each ramp, 20 in each dwell, equally spaced."""
+    pieces = [
+        begin + (end - begin) * np.arange(1, _POINTS[phase] + 1) / _POINTS[phase]
+        for begin, end, phase in zip(history.times[:-1], history.times[1:], history.phases, strict=True)
+    ]
+    return np.concatenate([history.times[:1], *pieces])
+
+
+def _best_of_each_count(every: list[Effects], brackets: dict[Effects, tuple[float, float]]) -> list[Effects]:
+    """For each number of effects, with and without adhesion, the choice of terms with the smallest estimate."""
+    best: dict[tuple[int, bool], Effects] = {}
+    for effects in every:
+        group = (effects.terms, effects.adhesion)
+        if group not in best or brackets[effects][1] < brackets[best[group]][1]:
+            best[group] = effects
+    return sorted(best.values(), key=lambda effects: (effects.count, effects.terms))
+
+
+def _brackets(
+    scene: Scene, history: PiecewiseLinearProtocol, every: list[Effects]
+) -> dict[Effects, tuple[float, float]]:
+    """Lower and upper estimate of the error in the force for every choice of effects."""
+    full = every[-1]
+    times = hereditary_hertz.dense_instants(history)
+    compared = instants(history)
+    rubbery = -hertz.force_from_indentation(history.indentation_at(times), scene.tabor)
+    depth = -hertz.force_from_indentation(history.indentation_at(compared), scene.tabor)
+
+    def force(effects: Effects) -> FloatArray:
+        simple, _ = reduced(scene, history, effects)
+        left = (simple.tabor / scene.tabor) ** 1.5
+        values = hereditary_hertz.hereditary(
+            times, rubbery / left, np.array(simple.material.strengths), np.array(simple.material.times)
+        )
+        return np.where(depth > 0.0, np.maximum(np.interp(compared, times, values), 0.0), 0.0)
+
+    exact = force(full)
+    weakest = 2.0 if full.adhesion else 0.0
+    scale = float(np.ptp(exact)) + weakest
+    found = {}
+    for effects in every:
+        material = float(np.sqrt(np.mean((force(effects) - exact) ** 2))) / max(scale, 1e-300)
+        certain = _LEAST_ADHESION / scale if full.adhesion and not effects.adhesion else 0.0
+        # A simpler material changes the adhesive part of the force too, unless the elastic answer is exact anyway.
+        touched = full.adhesion and (not effects.adhesion or not effects.everything)
+        doubt = _MOST_ADHESION / scene.material.modulus_ratio / scale if touched else 0.0
+        found[effects] = (max(material - doubt, certain), material + doubt)
+    return found
+
+
+def _deborah(scene: Scene, history: PiecewiseLinearProtocol) -> dict[str, tuple[float, ...]]:
+    durations: dict[str, float] = {}
+    for phase, duration in zip(history.phases, np.diff(history.times), strict=True):
+        durations[phase] = durations.get(phase, 0.0) + float(duration)
+    return {phase: tuple(float(t) / d for t in scene.material.times) for phase, d in durations.items()}
+
+
+def _adhesion_over_hertz(scene: Scene, history: PiecewiseLinearProtocol) -> float:
+    largest = -float(hertz.force_from_indentation(float(np.max(history.indentations)), scene.tabor))
+    return 2.0 / largest if largest > 0.0 else np.inf

@@ -1,0 +1,1 @@
+"""How a contact is solved: time stepping, equilibrium, instabilities, hereditary memory."""

@@ -1,0 +1,50 @@
+"""How wide the zone is in which the surfaces let go of each other, and where the contact edge can be.
+
+Units: radii and widths in beta. The width sets the mesh: what a mesh does not resolve it pins (the edge sticks from
+node to node).
+Sources: cohesive-zone length of a crack E* dgamma / sigma_0^2, in these units 2.48/mu^2 with its usual prefactor
+(Maugis, Contact, Adhesion and Rupture of Elastic Solids, 2000, section 3.3.5); gap outside a Hertz contact, Johnson,
+Contact Mechanics, 1985, Eq. (3.42a).
+"""
+
+import math
+
+from bem._support.jit import kernel
+from bem.tractions import GAP_AT_PEAK
+
+CRACK_LENGTH = 2.48
+HARD_EDGE = 0.12  # without adhesion there is no such zone: resolve this fraction of the contact radius
+
+
+@kernel
+def edge_width(contact_radius: float, tabor: float, hard: bool) -> float:
+    """Length over which the traction changes at the edge of a contact: the shortest adhesion and geometry allow."""
+    if hard:
+        return HARD_EDGE * max(contact_radius, 1e-12)
+    crack = CRACK_LENGTH / (tabor * tabor)
+    opening = 0.7 * math.sqrt(2.0 / tabor)  # where the gap of an undeformed sphere has grown by half of h0
+    if contact_radius > 0.0:
+        # the gap outside a Hertz contact, about 0.6 mu a^(1/2) x^(3/2) at a distance x, reaches h0
+        opening = min(opening, (0.6 * tabor * math.sqrt(contact_radius)) ** (-2.0 / 3.0))
+    return 1.0 / (1.0 / crack + 1.0 / opening)
+
+
+@kernel
+def contact_edge(radii, gap) -> float:
+    """Outermost radius at which the gap passes the one of largest tension, 0 where the surfaces do not touch."""
+    for j in range(gap.size - 2, -1, -1):
+        if gap[j] < GAP_AT_PEAK:
+            part = (GAP_AT_PEAK - gap[j]) / (gap[j + 1] - gap[j])
+            return radii[j] + part * (radii[j + 1] - radii[j])
+    return 0.0
+
+
+def largest_contact_radius(peak_indentation: float, tabor: float, hard: bool) -> float:
+    """Upper estimate of the contact radius at the deepest indentation: Hertz, or with adhesion JKR and a margin."""
+    hertz = math.sqrt(max(peak_indentation, 0.0) / tabor)
+    if hard:
+        return max(hertz, 1e-9)
+    radius = hertz + 1.0
+    for _ in range(50):  # a^2 = delta/mu + sqrt(2 pi a), JKR's indentation solved by fixed-point iteration
+        radius = math.sqrt(max(peak_indentation / tabor + math.sqrt(2.0 * math.pi * radius), 0.25))
+    return radius + 0.4

@@ -1,0 +1,226 @@
+"""Equilibrium of the adhesive contact at one instant, by Newton-Raphson in mixed unknowns with a kept factorisation.
+
+The gap h (in h0) at every node satisfies
+
+    F(h) = h + a G sigma(h) - rhs = 0,        rhs = 1 - delta + mu r^2 / 2 - G sigma_remembered,
+
+where G carries the factor mu, sigma is the Lennard-Jones traction (positive in tension, in dgamma/(mu h0)) and a the
+response of the material over the step (`bem.solver.hereditary`). Where surfaces press on each other the gap hardly
+moves and the traction does: there the unknown is the traction, elsewhere the gap. In these unknowns the Jacobian
+changes little from step to step, so its factorisation is kept until convergence slows. Far away, where the traction has
+no slope, nodes leave the linear system.
+
+A state is accepted on its residual, which must be small enough that neither the gap nor the force errs by more than
+allowed: the stiffer the contact, the more force a residual is worth. It must be stable besides. A change of variables
+of positive slope, such as the one from gap to traction where surfaces press, keeps the sign of the determinant, and
+iterations with a kept factorisation only converge to states of the same sign (all eigenvalues of the quotient of both
+Jacobians lie within 1 of 1). So the sign is known from the last factorisation.
+Source: paper, Appendix "BEM discretisation details", Eqs. (LJdisc) to (uzdisc2).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from bem._support.jit import kernel
+from bem._support.linear_algebra import add_rows, copy_into, determinant_is_negative, dot, lu_factor, lu_solve
+from bem.tractions import GAP_AT_PEAK, PEAK_TRACTION, slope, tail_force, traction
+
+PRESSED = 1.08  # below this gap (in h0) the traction is the unknown
+_LARGEST_TENSION = 0.9 * PEAK_TRACTION  # of a node whose unknown is the traction
+_MOST_ITERATIONS = 14
+_MOST_FACTORISATIONS = 8
+_SLOW = 0.5  # refactorise when the residual falls by less than this
+_NEGLIGIBLE_SLOPE = 0.01
+_SMALLEST_RESIDUAL = 1e-10  # in h0; rounding leaves less
+
+
+class Factor(NamedTuple):
+    """A kept factorisation of the Jacobian over the first nodes."""
+
+    columns: np.ndarray  # (n, n), see `bem._support.linear_algebra`
+    pivots: np.ndarray  # (n,) int32
+    by_traction: np.ndarray  # (n,) bool: the unknown is the traction
+    order: np.ndarray  # (1,) int64: nodes in the linear system; 0 when there is no factorisation
+    unstable: np.ndarray  # (1,) bool: the determinant is negative
+    stiffness: np.ndarray  # (1,): change of force per uniform change of the residual, in pi R dgamma / h0
+
+
+@kernel
+def new_factor(nodes: int) -> Factor:
+    """No factorisation yet, for a mesh of that many nodes."""
+    return Factor(
+        np.empty((nodes, nodes)),
+        np.empty(nodes, dtype=np.int32),
+        np.zeros(nodes, dtype=np.bool_),
+        np.zeros(1, dtype=np.int64),
+        np.zeros(1, dtype=np.bool_),
+        np.zeros(1),
+    )
+
+
+@kernel
+def tractions_of(gap: np.ndarray, tabor: float, out: np.ndarray) -> None:
+    """Traction of every node into `out`."""
+    for i in range(gap.size):
+        out[i] = tabor * traction(gap[i])
+
+
+@kernel
+def residual_of(
+    influence: np.ndarray, gap: np.ndarray, tractions: np.ndarray, response: float, rhs: np.ndarray, out: np.ndarray
+) -> None:
+    """F(h) = h + a G sigma - rhs of every node into `out` (n,)."""
+    for i in range(out.size):
+        out[i] = 0.0
+    add_rows(influence, tractions, out)
+    for i in range(out.size):
+        out[i] = gap[i] + response * out[i] - rhs[i]
+
+
+@kernel
+def force_of(weights: np.ndarray, tractions: np.ndarray, gap: np.ndarray) -> float:
+    """Force P in pi R dgamma, with the closed-form tail beyond the last node."""
+    return dot(weights, tractions) + tail_force(gap[gap.size - 1])
+
+
+@kernel
+def pressed_gap(scaled_traction: float, guess: float) -> float:
+    """Gap on the steep branch h < 3^(1/6) with Lennard-Jones traction `scaled_traction` (in dgamma/h0).
+
+    Newton's method from a nearby `guess`.
+    """
+    c = 0.375 * scaled_traction
+    z = max(1.0 / (guess * guess * guess), 0.65)
+    if c < -1.0:
+        z = max(z, np.cbrt(-c))
+    for _ in range(40):
+        change = (z - z * z * z - c) / (3.0 * z * z - 1.0)
+        z = max(z + change, 0.6)
+        if abs(change) <= 1e-8 * z:  # quadratic convergence: the next change would be below rounding
+            break
+    return 1.0 / np.cbrt(z)
+
+
+@kernel
+def _nodes_with_slope(influence: np.ndarray, gap: np.ndarray, tabor: float, response: float) -> int:
+    """Number of inner nodes whose traction answers to the gap enough to enter the linear system."""
+    count = gap.size
+    while count > 3 and gap[count - 1] > 2.5:
+        largest = 0.0
+        for i in range(gap.size):
+            largest = max(largest, influence[count - 1, i])
+        if response * tabor * abs(slope(gap[count - 1])) * largest > _NEGLIGIBLE_SLOPE:
+            break
+        count -= 1
+    return count
+
+
+@kernel
+def _factorise(
+    influence: np.ndarray, weights: np.ndarray, gap: np.ndarray, tabor: float, response: float, factor: Factor
+) -> None:
+    n = gap.size
+    order = _nodes_with_slope(influence, gap, tabor, response)
+    uniform = np.ones(n)
+    for j in range(order):
+        factor.by_traction[j] = gap[j] < PRESSED
+        stiffness = tabor * slope(gap[j])
+        scale = response if factor.by_traction[j] else response * stiffness
+        column, hat = factor.columns[j], influence[j]
+        for i in range(order):
+            column[i] = scale * hat[i]
+        column[j] += 1.0 / stiffness if factor.by_traction[j] else 1.0
+    for j in range(order, n):
+        factor.by_traction[j] = False
+    lu_factor(factor.columns, order, factor.pivots)
+    factor.order[0] = order
+    factor.unstable[0] = determinant_is_negative(factor.columns, order, factor.pivots)
+    lu_solve(factor.columns, order, factor.pivots, uniform)
+    change = 0.0
+    for j in range(order):
+        change += weights[j] * uniform[j] * (1.0 if factor.by_traction[j] else tabor * slope(gap[j]))
+    factor.stiffness[0] = abs(change)
+
+
+@kernel
+def _update(
+    gap: np.ndarray, tractions: np.ndarray, correction: np.ndarray, tabor: float, by_traction: np.ndarray
+) -> None:
+    """Subtract the correction from the unknowns, each kept on the branch of the law on which it was linearised."""
+    for j in range(gap.size):
+        if by_traction[j]:
+            wanted = (tractions[j] - correction[j]) / tabor
+            if wanted > _LARGEST_TENSION:
+                gap[j] = min(max(gap[j], 1.0) * 1.08, 1.15) if gap[j] < 1.1 else gap[j] * 1.05
+            elif gap[j] < 0.98 * GAP_AT_PEAK:
+                gap[j] = pressed_gap(wanted, gap[j])
+            else:
+                gap[j] *= 0.95
+        else:
+            gap[j] += min(max(-correction[j], -0.3 * gap[j]), 0.5 * gap[j])
+
+
+@kernel
+def solve_adhesive(
+    influence: np.ndarray,
+    weights: np.ndarray,
+    tabor: float,
+    rhs: np.ndarray,
+    response: float,
+    tolerance: float,
+    force_error: float,
+    factor: Factor,
+    gap: np.ndarray,
+    tractions: np.ndarray,
+    counts: np.ndarray,
+) -> bool:
+    """Newton-Raphson from the predicted `gap` (n,), overwritten with `tractions` (n,) by the solution.
+
+    Args:
+        tolerance: largest residual allowed, in h0.
+        force_error: largest error of the force allowed, in pi R dgamma.
+        factor: kept factorisation, used first and refreshed when convergence is slow.
+        counts: iterations, factorisations and unknowns solved for are added to counts[0:3].
+
+    Returns:
+        whether a stable state was found within both.
+    """
+    n = gap.size
+    residual, correction = np.empty(n), np.empty(n)
+    previous = np.inf
+    refreshed, fresh = 0, False
+    for iteration in range(_MOST_ITERATIONS + 1):
+        tractions_of(gap, tabor, tractions)
+        residual_of(influence, gap, tractions, response, rhs, residual)
+        worst = 0.0
+        for i in range(n):
+            worst = max(worst, abs(residual[i]))
+            if not abs(residual[i]) < 1e12:
+                return False
+        known = factor.order[0] > 0
+        allowed = min(tolerance, max(force_error / max(factor.stiffness[0], 1e-12), _SMALLEST_RESIDUAL))
+        if known and worst < allowed:
+            if factor.unstable[0]:  # of an earlier iterate, perhaps not of this state
+                _factorise(influence, weights, gap, tabor, response, factor)
+                counts[1] += 1
+            return not factor.unstable[0]
+        if iteration == _MOST_ITERATIONS:
+            return False
+        if not known or (worst > _SLOW * previous and not fresh):
+            if refreshed == _MOST_FACTORISATIONS:
+                return False
+            _factorise(influence, weights, gap, tabor, response, factor)
+            refreshed += 1
+            counts[1] += 1
+            fresh = True
+        else:
+            fresh = False
+        previous = worst
+        order = factor.order[0]
+        copy_into(correction, residual)
+        lu_solve(factor.columns, order, factor.pivots, correction)
+        _update(gap, tractions, correction, tabor, factor.by_traction)
+        counts[0] += 1
+        counts[2] += order
+    return False

@@ -1,0 +1,178 @@
+"""Where a solution goes next, by extrapolation of the last ones, and how wrong that was, which sets the step.
+
+Pressed nodes are extrapolated in traction, the others in gap (see `bem.solver.equilibrium`), by the polynomial through
+up to three solutions since the last corner or jump. The difference between prediction and solution measures how curved
+the history is at this step length.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from bem._support.jit import kernel
+from bem._support.linear_algebra import copy_into, dot
+from bem.solver.equilibrium import PRESSED, force_of, pressed_gap
+from bem.tractions import PEAK_TRACTION, traction
+
+DEPTH = 3
+
+
+class Recent(NamedTuple):
+    """The last solutions, newest first."""
+
+    gap: np.ndarray  # (DEPTH, n)
+    traction: np.ndarray  # (DEPTH, n)
+    time: np.ndarray  # (DEPTH,)
+    force: np.ndarray  # (DEPTH,)
+    count: np.ndarray  # (1,) int64: how many are valid
+
+
+@kernel
+def start_recent(gap: np.ndarray, tractions: np.ndarray, time: float, force: float) -> Recent:
+    """Nothing but the present solution."""
+    recent = Recent(
+        np.zeros((DEPTH, gap.size)),
+        np.zeros((DEPTH, gap.size)),
+        np.zeros(DEPTH),
+        np.zeros(DEPTH),
+        np.ones(1, dtype=np.int64),
+    )
+    copy_into(recent.gap[0], gap)
+    copy_into(recent.traction[0], tractions)
+    recent.time[0] = time
+    recent.force[0] = force
+    return recent
+
+
+@kernel
+def push_recent(recent: Recent, gap: np.ndarray, tractions: np.ndarray, time: float, force: float) -> None:
+    """Put a new solution in front of the others."""
+    for k in range(DEPTH - 1, 0, -1):
+        copy_into(recent.gap[k], recent.gap[k - 1])
+        copy_into(recent.traction[k], recent.traction[k - 1])
+        recent.time[k] = recent.time[k - 1]
+        recent.force[k] = recent.force[k - 1]
+    copy_into(recent.gap[0], gap)
+    copy_into(recent.traction[0], tractions)
+    recent.time[0] = time
+    recent.force[0] = force
+    recent.count[0] = min(recent.count[0] + 1, DEPTH)
+
+
+@kernel
+def _lagrange_weights(recent: Recent, time: float) -> np.ndarray:
+    """Weights (DEPTH,) of the last solutions in the polynomial through them, at `time`."""
+    count = recent.count[0]
+    weights = np.ones(DEPTH)
+    for k in range(DEPTH):
+        for m in range(count):
+            if m != k and k < count:
+                weights[k] *= (time - recent.time[m]) / (recent.time[k] - recent.time[m])
+        if k >= count:
+            weights[k] = 0.0
+    return weights
+
+
+@kernel
+def expected_force(recent: Recent, time: float) -> float:
+    """The force that the last ones lead to expect at `time`."""
+    return dot(_lagrange_weights(recent, time), recent.force)
+
+
+@kernel
+def predict(recent: Recent, time: float, tabor: float, hard: bool, gap: np.ndarray, tractions: np.ndarray) -> None:
+    """Extrapolate to `time` into `gap` and `tractions` (n,)."""
+    weights = _lagrange_weights(recent, time)
+    for j in range(gap.size):
+        last = recent.gap[0, j]
+        stress = (
+            weights[0] * recent.traction[0, j] + weights[1] * recent.traction[1, j] + weights[2] * recent.traction[2, j]
+        )
+        opening = weights[0] * last + weights[1] * recent.gap[1, j] + weights[2] * recent.gap[2, j]
+        if hard:
+            gap[j] = max(opening, 1.0)
+            tractions[j] = min(stress, 0.0)
+        elif last < PRESSED:
+            gap[j] = pressed_gap(stress / tabor, last) if stress < 0.85 * PEAK_TRACTION * tabor else 1.12
+            tractions[j] = tabor * traction(gap[j])
+        else:
+            gap[j] = min(max(opening, 0.7 * last), 1.6 * last)
+            tractions[j] = tabor * traction(gap[j])
+
+
+@kernel
+def prediction_error(
+    weights: np.ndarray,
+    tabor: float,
+    hard: bool,
+    guess_gap: np.ndarray,
+    guess_traction: np.ndarray,
+    gap: np.ndarray,
+    tractions: np.ndarray,
+    force_scale: float,
+    force_weight: float = 2.0,
+    local_weight: float = 1.0,
+    force_expected: float = np.nan,
+) -> float:
+    """Largest relative difference between prediction and solution, in the nodes that matter and in the force.
+
+    The force is compared with `force_expected`, or, where that is NaN, with the one of the predicted state. A contact
+    that remembers nothing does not depend on how it was reached: there only the course of the force must be followed,
+    and the predicted state need only be near enough for Newton-Raphson.
+    """
+    if hard:
+        force = dot(weights, tractions)
+        difference = abs(dot(weights, guess_traction) - force)
+        return force_weight * difference / max(abs(force), force_scale)
+    largest_pressure, worst = tabor, 0.0
+    for j in range(gap.size):
+        largest_pressure = max(largest_pressure, -tractions[j])
+    for j in range(gap.size):
+        if gap[j] < PRESSED and guess_gap[j] < PRESSED:
+            error = abs(guess_traction[j] - tractions[j]) / largest_pressure
+        else:
+            error = abs(guess_gap[j] - gap[j]) / gap[j]
+            if gap[j] > 2.0:
+                error *= (2.0 / gap[j]) ** 2
+        worst = max(worst, error)
+    force = force_of(weights, tractions, gap)
+    expected = force_of(weights, guess_traction, guess_gap) if np.isnan(force_expected) else force_expected
+    difference = abs(expected - force)
+    return max(local_weight * worst, force_weight * difference / max(abs(force), force_scale))
+
+
+@kernel
+def history_error(
+    recent: Recent,
+    weights: np.ndarray,
+    tabor: float,
+    hard: bool,
+    time: float,
+    forces: tuple[float, float, float],
+    force_scale: float,
+    force_weight: float = 2.0,
+) -> float:
+    """How far the force history between two steps lies from the parabola through them, as `prediction_error`.
+
+    A nearly rigid contact is predicted over any distance, since its gap is known; its force may rise and fall within a
+    step all the same, and would be missing from the history.
+
+    Args:
+        recent: at least two solutions before the step.
+        weights: of the force on their mesh.
+        tabor, hard: Tabor parameter, and whether there is no adhesion.
+        time: at the end of the step.
+        forces: at the two solutions, newest first, and at the end of the step.
+        force_scale: below this the force counts as small.
+        force_weight: of differences in force.
+    """
+    newest, before = recent.time[0], recent.time[1]
+    rise = (forces[2] - forces[0]) / (time - newest)
+    rise_before = (forces[0] - forces[1]) / (newest - before)
+    middle = 0.5 * (newest + time)
+    curvature = (rise - rise_before) / (time - before)
+    parabola = forces[0] + rise * (middle - newest) + curvature * (middle - newest) * (middle - time)
+    gap, tractions = np.empty(recent.gap.shape[1]), np.empty(recent.gap.shape[1])
+    predict(recent, middle, tabor, hard, gap, tractions)
+    force = force_of(weights, tractions, gap)
+    return force_weight * abs(force - parabola) / max(abs(force), force_scale)

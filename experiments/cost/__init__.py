@@ -1,0 +1,1 @@
+"""What accuracy costs: the solver, the models and their training, timed."""

@@ -1,0 +1,214 @@
+"""What accuracy costs in time: every tool of this repository on the same held-out protocols, on one core.
+
+Tools: the solver at nine accuracies, the paper's discretisation (`bem.solver.paper_method`) at three resolutions, every
+published surrogate by plain Keras call, by ONNX Runtime one at a time and in a batch, and closed forms. Errors are
+against a solution refined beyond `reference`: of the pull-off force relative to itself, of the force as
+`timing.force_error` at the measurement steps. Surrogates and closed forms know the measurement steps only; the row
+"measurement steps" is what those alone cost. The paper's discretisation gets the first protocols only where it is fine
+(`BASELINE`), closed forms those of their regime; each row says how many.
+
+Seconds are processor seconds of a whole call, from the protocol to pull-off force, hysteresis and forces at the
+measurement steps, on one thread: for each protocol the median of the repeats. A tool is repeated while `BUDGET` lasts,
+at least once.
+
+Usage: `python -m experiments.cost.accuracy_cost [--count N] [--repeats N] [--finest N] [--out FILE]`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from joblib import Parallel, delayed
+from threadpoolctl import threadpool_limits
+
+from bem import Trajectory, simulate_paper_method
+from bem._support.command_line import run_main
+from bem.accuracy import NAMED_TARGETS
+from bem.materials import StandardLinearSolid
+from bem.protocol import LoadingProtocol
+from bem.scene import Scene
+from bem.solver.version import SOLVER_VERSION
+from experiments.common import DATASET, MODELS
+from experiments.cost.closed_form_tools import FORMS, depths_of
+from experiments.cost.solver_sample import MODULUS_RATIO, TRUTH_TARGET, Case, measured
+from experiments.cost.surrogate_cost import from_steps, missing, outdated, surrogate_tools
+from experiments.timing import CLOCK, MEASUREMENTS, Busy, fingerprint, force_error, progress, publish, spread
+
+OUT = MEASUREMENTS / "accuracy_cost.json"
+TRUTHS = Path("results/accuracy_cost")
+TARGETS = (5e-2, 1.7e-2, 8e-3, 4e-3, 2e-3, 1e-3, 5e-4, 2.5e-4, 1.5e-4)
+BASELINE = {50: 1.0, 100: 0.5, 200: 0.1}
+"""Nodes, and steps of each segment at least, of the paper's discretisation; the share of the protocols it gets."""
+BUDGET = 240.0  # seconds after which no tool is run once more
+NAMES = {target: name for name, target in NAMED_TARGETS.items()}
+Answers = tuple[np.ndarray, np.ndarray]
+
+
+def held_out(count: int, dataset: Path) -> list[Case]:
+    """The first protocols of the data set's test part."""
+    from surrogate.data.dataset import TrajectoryDataset
+
+    data = TrajectoryDataset.load(dataset)
+    chosen = data.split(0).test[:count]
+    columns = {name: values[chosen] for name, values in data.protocols.items()}
+    cases = []
+    for i in range(len(chosen)):
+        quantities = {name: float(values[i]) for name, values in columns.items()}
+        scene = Scene(quantities.pop("tabor"), StandardLinearSolid(MODULUS_RATIO))
+        cases.append(Case(scene, LoadingProtocol(**quantities)))
+    return cases
+
+
+def refined(cases: list[Case], jobs: int) -> np.ndarray:
+    """Refined solutions (count, 123) as `solver_sample.measured`; kept, since they take a second each."""
+    key = fingerprint(solver=SOLVER_VERSION, accuracy=TRUTH_TARGET, cases=[repr(case) for case in cases])
+    path = TRUTHS / f"truth-{key}.npy"
+    if path.is_file():
+        return np.load(path)
+    rows = Parallel(n_jobs=jobs, return_as="generator")(delayed(measured)(case, TRUTH_TARGET) for case in cases)
+    table = np.array(list(progress(rows, "refined solutions", len(cases))))
+    path.parent.mkdir(parents=True, exist_ok=True)
+    np.save(path, table)
+    return table
+
+
+def answered(case: Case, solve: Callable[[Case], Trajectory]) -> np.ndarray:
+    """Pull-off force, hysteresis, and force at the measurement steps (122,); NaN where it did not complete."""
+    trajectory = solve(case)
+    if not trajectory.completed:
+        return np.full(122, np.nan)
+    return np.concatenate([[trajectory.pull_off_force, trajectory.hysteresis], case.force_history(trajectory)])
+
+
+def solver_at(target: float) -> Callable[[Case], np.ndarray]:
+    """The solver at one accuracy."""
+    return lambda case: answered(case, lambda asked: asked.run(target))
+
+
+def paper_method_at(size: int) -> Callable[[Case], np.ndarray]:
+    """The paper's discretisation with so many nodes and steps."""
+    return lambda case: answered(
+        case, lambda asked: simulate_paper_method(asked.scene, asked.protocol, nodes=size, steps=size)
+    )
+
+
+def run(cases: Sequence[Case], answer: Callable[[Case], np.ndarray], repeats: int, label: str) -> Answers:
+    """Answers (count, 122) of the first run and seconds (repeats, count), after one call that is not counted."""
+    answer(cases[0])
+    table, runs, spent = np.empty((len(cases), 122)), [], 0.0
+    while not runs or (len(runs) < repeats and spent + spent / len(runs) <= BUDGET):
+        seconds = np.empty(len(cases))
+        for i, case in enumerate(progress(cases, f"{label}, run {len(runs) + 1} of {repeats}")):
+            with CLOCK:
+                found = answer(case)
+            seconds[i] = CLOCK.seconds
+            if not runs:
+                table[i] = found
+        runs.append(seconds)
+        spent += float(seconds.sum())
+    return table, np.array(runs)
+
+
+def report(kind: str, setting: str, answers: Answers, exact: np.ndarray, **more: Any) -> dict[str, Any]:
+    """One tool: errors against `exact` (count, 123) of the same protocols, failures, seconds of the calls.
+
+    Args:
+        kind: What sort of tool it is.
+        setting: Which of its sort.
+        answers: Answers (count, 122) and seconds (repeats, calls), where not every protocol has to be timed.
+        exact: What they should be.
+        **more: Anything else to keep.
+    """
+    table, seconds = answers
+    relative = np.abs(table[:, :2] / exact[:, :2] - 1.0)
+    found = {"pull_off_force": relative[:, 0], "hysteresis": relative[:, 1]}
+    found["force"] = force_error(table[:, 2:], exact[:, 3:])
+    each = np.median(seconds, axis=0)
+    return {
+        "kind": kind,
+        "setting": setting,
+        "protocols": len(table),
+        "repeats": len(seconds),
+        "failures": int(np.sum(np.all(np.isnan(table), axis=1))),
+        "seconds": spread(each),
+        "seconds_each": [float(f"{value:.4g}") for value in each],
+        "run_totals": np.sum(seconds, axis=1).tolist(),
+        "errors": {name: spread(values) for name, values in found.items()},
+        **more,
+    }
+
+
+def closed_forms(cases: list[Case], exact: np.ndarray, repeats: int) -> list[dict[str, Any]]:
+    """Every closed form on the protocols of its regime; none where there is no such protocol."""
+    rows = []
+    for form in FORMS:
+        chosen = [i for i, case in enumerate(cases) if form.meant_for(case)]
+        if not chosen:
+            continue
+
+        def answer(case: Case, ask: Any = form.answer) -> np.ndarray:
+            pull_off, force = ask(case)
+            return np.concatenate([[pull_off, np.nan], force])
+
+        mine = run([cases[i] for i in chosen], answer, repeats, form.name)
+        rows.append(report("closed form", form.name, mine, exact[chosen]))
+    return rows
+
+
+def main(
+    count: Annotated[int, typer.Option(help="Held-out protocols.")] = 200,
+    repeats: Annotated[int, typer.Option(help="Runs of each tool, where its budget of time allows.")] = 3,
+    finest: Annotated[int, typer.Option(help="Finest resolution of the paper's discretisation.")] = max(BASELINE),
+    jobs: Annotated[int, typer.Option(help="Processes for the refined solutions, which are not timed.")] = 2,
+    dataset: Annotated[Path, typer.Option(help="Data set file.")] = DATASET,
+    models: Annotated[Path, typer.Option(help="Where trained models are.")] = MODELS,
+    out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
+    busy: Busy = False,
+) -> None:
+    """Measure all tools and write the result: once before the surrogates, once with them."""
+    cases = held_out(count, dataset)
+    exact = refined(cases, jobs)
+    depths = np.array([depths_of(case) for case in cases])
+    old = outdated(models, dataset)
+    unknown = np.full((1, len(cases)), np.nan)
+    tools = [report("measurement steps", "", (from_steps(exact[:, 3:], depths), unknown), exact)]
+
+    def write(absent: list[str], complete: bool) -> None:
+        content = {
+            "protocols": len(cases),
+            "repeats": repeats,
+            "truth_target": TRUTH_TARGET,
+            "solver": SOLVER_VERSION,
+            "tools": tools,
+            "missing": absent,
+            "outdated": old,
+            "complete": complete,
+        }
+        publish(out, f"accuracy_cost --count {count} --repeats {repeats} --finest {finest}", content, busy=busy)
+
+    with threadpool_limits(limits=1):
+        for target in TARGETS:
+            mine = run(cases, solver_at(target), repeats, f"solver, {target:g}")
+            tools.append(report("solver", NAMES.get(target, f"{target:g}"), mine, exact, target=target))
+        for size in (size for size in BASELINE if size <= finest):
+            few = max(1, round(BASELINE[size] * len(cases)))
+            label = f"{size} nodes, {size} steps"
+            mine = run(cases[:few], paper_method_at(size), repeats, f"paper's discretisation, {label}")
+            tools.append(report("paper's discretisation", label, mine, exact[:few], resolution=size))
+        tools += closed_forms(cases, exact, repeats)
+        write(missing(models), complete=False)
+        measured_tools, absent = surrogate_tools(cases, models, repeats)
+    for tool in measured_tools:
+        answers = tool.pop("answers"), np.array(tool.pop("seconds"))
+        more = {**tool, "outdated": tool["model"] in old}
+        tools.append(report("surrogate", more.pop("setting"), answers, exact, **more))
+    write(absent, complete=True)
+    print(f"missing: {', '.join(absent) or 'nothing'}; trained otherwise: {', '.join(old) or 'none'}")
+
+
+if __name__ == "__main__":
+    run_main(main)

@@ -1,0 +1,111 @@
+"""What accuracy costs over the paper's design: the same protocols at draft, standard and reference.
+
+Protocols are the first of one random draw without repetition, so that fewer of them at `reference` are a random sample
+of those at `draft` and `standard`. Errors are differences from `reference` on that sample. Campaigns are kept in
+`results/accuracy_price/`, and an interrupted run continues.
+
+Usage: `python -m experiments.cost.accuracy_price [--count N] [--reference-count N] [--workers N]`.
+"""
+
+import json
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+
+from bem._support.command_line import run_main
+from bem._support.provenance import provenance
+from bem._support.validation import FloatArray
+from bem.cli.progress import progress_bar
+from bem.dataset.campaign.plan import Campaign, Solver
+from bem.dataset.campaign.run import run_campaign
+from bem.dataset.designs import agree, whole_number
+from bem.dataset.file import Dataset, load_dataset
+from experiments.paper.dataset_statistics import percentiles
+
+FOLDER = Path("results/accuracy_price")
+OUT = Path("published/accuracy_price.json")
+LEVELS = ("draft", "standard", "reference")
+
+
+def errors(dataset: Dataset, reference: Dataset) -> dict[str, FloatArray]:
+    """Relative differences of the trajectories completed in both, for the first protocols of one draw.
+
+    Returns:
+        by name, each of shape (m,): pull-off force, pull-off time and hysteresis relative to themselves, and the root
+        mean square of the force over the measurement steps relative to its range.
+    """
+    rows = np.intersect1d(dataset.completed, reference.completed)
+    for name, values in reference.protocols.items():
+        if not agree(values[rows], dataset.protocols[name][rows]):
+            raise ValueError(f"data sets must begin with the same protocols; received different {name}")
+    found = {}
+    for name in ("pull_off_force", "pull_off_time", "hysteresis"):
+        exact = reference.scalars[name][rows]
+        found[name] = np.abs(dataset.scalars[name][rows] - exact) / np.abs(exact)
+    exact = reference.force[rows].astype(np.float64)
+    difference = dataset.force[rows].astype(np.float64) - exact
+    found["force"] = np.sqrt(np.mean(difference**2, axis=1)) / np.ptp(exact, axis=1)
+    return found
+
+
+def price(datasets: dict[str, Dataset]) -> list[dict[str, Any]]:
+    """One entry for each accuracy: trajectories, seconds, and errors against the last of them."""
+    reference = list(datasets.values())[-1]
+    rows = []
+    for name, dataset in datasets.items():
+        seconds = dataset.scalars["solver_seconds"]
+        row: dict[str, Any] = {
+            "accuracy": name,
+            "trajectories": len(dataset),
+            "failed": len(dataset) - len(dataset.completed),
+            "seconds": {"mean": float(seconds.mean()), **percentiles(seconds)},
+            "core_seconds": dataset.attributes["core_seconds"],
+            "wall_seconds": dataset.attributes["wall_seconds"],
+            "workers": dataset.attributes["workers"],
+        }
+        if dataset is not reference:
+            found = errors(dataset, reference)
+            row["compared"] = len(found["force"])
+            row["errors"] = {quantity: percentiles(values) for quantity, values in found.items()}
+        rows.append(row)
+    return rows
+
+
+def run(
+    count: int, reference_count: int, seed: int, folder: Path, workers: int | None, solver: Solver | None = None
+) -> dict[str, Dataset]:
+    """Compute, or read where already computed, the campaigns at each accuracy."""
+    whole_number("reference_count", reference_count, low=1, high=count)
+    datasets = {}
+    for level in LEVELS:
+        plan = Campaign(count=reference_count if level == "reference" else count, seed=seed, accuracy=level)
+        path = folder / f"{level}.h5"
+        with progress_bar(plan.count) as progress:
+            run_campaign(plan, path, workers=workers, solver=solver, progress=progress, replace=True)
+        datasets[level] = load_dataset(path)
+        print(f"{level}: {len(datasets[level])} trajectories", flush=True)
+    return datasets
+
+
+def main(
+    count: Annotated[int, typer.Option(help="Protocols at draft and standard.")] = 12_450,
+    reference_count: Annotated[int, typer.Option(help="How many of them at reference.")] = 12_450,
+    seed: Annotated[int, typer.Option(help="Seed of the design.")] = 0,
+    workers: Annotated[int | None, typer.Option(help="Processes; as many as cores by default.")] = None,
+    folder: Annotated[Path, typer.Option(help="Where the campaigns are kept.")] = FOLDER,
+    out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
+) -> None:
+    """Measure and write the price of accuracy as JSON."""
+    datasets = run(count, reference_count, seed, folder, workers)
+    command = (
+        f"python -m experiments.cost.accuracy_price --count {count} --reference-count {reference_count} --seed {seed}"
+    )
+    content = {"design": "paper", "seed": seed, "levels": price(datasets), **provenance(command)}
+    out.parent.mkdir(parents=True, exist_ok=True)
+    out.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    run_main(main)

@@ -1,0 +1,108 @@
+"""When a surrogate pays for itself: core seconds of data set, training and queries against the number of queries.
+
+Only reads: the data set's core seconds, the core seconds of each published model's training (of its batches on one
+machine where `experiments.cost.training_speed` has measured them), and the seconds of one query in the measurement of
+`experiments.cost.accuracy_cost`. Every surrogate, by every way of calling it, is set against the solver at its named
+accuracies; the paper's line has its own numbers. A model that was published, or trained anew, after the measurement is
+named, not guessed at.
+
+Usage: `python -m experiments.cost.amortisation [--cost FILE] [--models DIR] [--speed FILE] [--out FILE]`.
+"""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from bem._support.command_line import run_main
+from bem.dataset.file import load_dataset
+from experiments.common import DATASET, MODELS, PAPER_VALUES, write_result
+from experiments.cost import training_speed
+from experiments.cost.surrogate_cost import missing, outdated, published, weights_digest
+from experiments.cost.training_cost import batch_seconds, training_seconds
+from experiments.timing import MEASUREMENTS, plain
+
+OUT = MEASUREMENTS / "amortisation.json"
+COST = MEASUREMENTS / "accuracy_cost.json"
+
+
+def line(name: str, kind: str, fixed: float, query: float, **more: Any) -> dict[str, Any]:
+    """Core seconds: once, and for each query."""
+    return {"name": name, "kind": kind, "fixed_seconds": fixed, "query_seconds": query, **more}
+
+
+def break_even(dear: dict[str, Any], cheap: dict[str, Any]) -> float | None:
+    """Queries from which the tool with the larger fixed cost is the cheaper one; None where it never is."""
+    saved = cheap["query_seconds"] - dear["query_seconds"]
+    return (dear["fixed_seconds"] - cheap["fixed_seconds"]) / saved if saved > 0.0 else None
+
+
+def paper_lines() -> list[dict[str, Any]]:
+    """The paper's solver and surrogate."""
+    dataset, cost = (
+        tomllib.loads((PAPER_VALUES / f"{name}.toml").read_text(encoding="utf-8")) for name in ("dataset", "cost")
+    )
+    total = 3600.0 * dataset["cpu_hours"]
+    return [
+        line("paper's solver", "paper", 0.0, total / dataset["trajectories"]),
+        line("paper's surrogate", "paper", total + 3600.0 * cost["training_hours"], cost["surrogate_seconds"]),
+    ]
+
+
+def main(
+    cost: Annotated[Path, typer.Option(help="Measurement of accuracy and cost.")] = COST,
+    dataset: Annotated[Path, typer.Option(help="Data set file.")] = DATASET,
+    models: Annotated[Path, typer.Option(help="Where trained models are.")] = MODELS,
+    speed: Annotated[Path, typer.Option(help="Measured seconds of a batch.")] = training_speed.OUT,
+    out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
+) -> None:
+    """Collect the lines and where they cross."""
+    if not cost.is_file():
+        raise FileNotFoundError(f"measurement {str(cost)!r} not found; `make measure-accuracy-cost` makes it")
+    tools = json.loads(cost.read_text(encoding="utf-8"))["tools"]
+    data = load_dataset(dataset)
+    data_seconds = float(data.attributes["core_seconds"])
+    solver = [
+        line(f"solver, {tool['setting']}", "solver", 0.0, tool["seconds"]["mean"], errors=tool["errors"])
+        for tool in tools
+        if tool["kind"] == "solver" and tool["setting"] in ("draft", "standard", "reference")
+    ]
+    batch = batch_seconds(speed)
+    surrogates, unmeasured, retrained = [], [], []
+    for name in published(models):
+        training = training_seconds(models / name, batch)
+        calls = [tool for tool in tools if tool.get("model") == name]
+        current = [tool for tool in calls if tool.get("weights_sha256") == weights_digest(models / name)]
+        if not current:
+            (retrained if calls else unmeasured).append(name)
+        for tool in current:
+            more = {"errors": tool["errors"], "training_seconds": training, "way": tool["way"]}
+            query = tool["seconds"]["mean"]
+            surrogates.append(line(tool["setting"], "surrogate", data_seconds + training, query, **more))
+    paper = paper_lines()
+    crossings = [
+        {"surrogate": one["name"], "solver": other["name"], "queries": break_even(one, other)}
+        for one, others in [*((s, solver) for s in surrogates), (paper[1], [paper[0], *solver])]
+        for other in others
+    ]
+    content = {
+        "data_set_seconds": data_seconds,
+        "data_set_trajectories": len(data),
+        "lines": [*solver, *surrogates, *paper],
+        "break_even": crossings,
+        "missing": missing(models),
+        "unmeasured": unmeasured,
+        "retrained": retrained,
+        "outdated": outdated(models, dataset),
+    }
+    write_result(out, "amortisation", plain(content))
+    said = {"missing": "missing", "unmeasured": "not measured", "retrained": "trained anew since the measurement"}
+    print("; ".join(f"{words}: {', '.join(content[key]) or 'nothing'}" for key, words in said.items()))
+
+
+if __name__ == "__main__":
+    run_main(main)

@@ -1,0 +1,234 @@
+"""What a prediction costs on one core: every way to ask a model, against Keras's own `model.predict`.
+
+`python -m experiments.cost.bench_surrogate` measures start, single predictions and batches; with `--stream` the steps
+of a stream, a million of them; with `--page docs/control.md` it measures nothing and shows there what is published.
+Wall seconds of one thread; where other programs share the core the worst steps are theirs, so the processor's own
+seconds stand beside the wall's for single predictions and batches.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import time
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+
+from bem._support.command_line import run_main
+from bem._support.provenance import versions
+from bem.dataset.designs import Design
+from bem.dataset.measurement_steps import FMS, measurement_grid
+from experiments.timing import CLOCK, MEASUREMENTS, Busy, publish, write_place
+
+PREDICTIONS, STREAM = MEASUREMENTS / "surrogate_latency.json", MEASUREMENTS / "stream_latency.json"
+BATCH = 1024
+STEPS = 1_000_000
+STREAM_HISTORY = sum(FMS)
+EDGES = (FMS[0] - 1, FMS[0] + FMS[1] - 1)
+"""Steps at which the dwell starts and ends."""
+
+
+def measure_predictions(name: str, models: Path | None, repeats: int) -> dict[str, Any]:
+    """Seconds per trajectory of every way, the start from nothing, and how well the ways agree."""
+    import surrogate
+    from surrogate.inference.predictor import ExtrapolationWarning
+
+    warnings.simplefilter("ignore", ExtrapolationWarning)
+    quick, keras = (surrogate.load(name, models, backend=backend) for backend in ("onnx", "keras"))
+    tabor, times, indentations = _protocols(BATCH)
+    one = slice(0, 1)
+    scaled = _scaled_inputs(keras, times, indentations, tabor)
+
+    def ask(model: Any, rows: slice) -> Callable[[], Any]:
+        return lambda: model.predict(times[rows], indentations[rows], tabor=tabor[rows])
+
+    everything = slice(None)
+    ways = {
+        "Keras model.predict, one": (lambda: keras.model.predict([part[one] for part in scaled], verbose=0), 1, 20),
+        "Keras, one": (ask(keras, one), 1, 20),
+        "ONNX, one": (ask(quick, one), 1, repeats),
+        f"Keras, batch of {BATCH}": (ask(keras, everything), BATCH, 2),
+        f"ONNX, batch of {BATCH}": (ask(quick, everything), BATCH, 5),
+    }
+    rows = [{"way": way, **_seconds(call, count, times_)} for way, (call, count, times_) in ways.items()]
+    reference = rows[0]["median"]
+    force = quick.predict(times, indentations, tabor=tabor)
+    same = keras.predict(times, indentations, tabor=tabor)
+    difference = np.abs(quick.scaling.scale_force(force) - quick.scaling.scale_force(same)).max()
+    return {
+        "model": quick.name,
+        "rows": [row | {"times_faster_than_model_predict": reference / row["median"]} for row in rows],
+        "start_seconds": _start_seconds(name, models),
+        "largest_difference_of_scaled_force": float(difference),
+        "versions": _versions(),
+    }
+
+
+def measure_stream(name: str, models: Path | None, steps: int) -> dict[str, Any]:
+    """Nanoseconds of a million steps, each timed by itself, along histories of the training's length."""
+    import surrogate
+
+    tabor, times, indentations = _protocols(1)
+    stream = surrogate.load(name, models).stream(tabor=float(tabor[0]))
+    history = list(zip(times[0].tolist(), indentations[0].tolist(), strict=True))
+    spent = np.empty(steps, dtype=np.int64)
+    clock = time.perf_counter_ns
+    with CLOCK:
+        for index in range(steps):
+            at = index % STREAM_HISTORY
+            if at == 0:
+                stream.reset()
+            instant, depth = history[at]
+            started = clock()
+            stream.step(instant, depth, at in EDGES)
+            spent[index] = clock() - started
+    microseconds = spent / 1e3
+    percentiles = {"median": 50.0, "p99": 99.0, "p99_9": 99.9, "worst": 100.0}
+    return {
+        "model": stream.name,
+        "steps": steps,
+        "microseconds": {key: float(np.percentile(microseconds, value)) for key, value in percentiles.items()},
+        "share_above_50_microseconds": float((microseconds > 50.0).mean()),
+        "versions": _versions(),
+    }
+
+
+def prediction_table(content: dict[str, Any]) -> str:
+    """The numbers as a Markdown table."""
+    lines = [
+        f"{content['model']}, seconds on one core",
+        "",
+        "| way | ms per trajectory | ms of processor | times faster than model.predict |",
+        "|---|---:|---:|---:|",
+    ]
+    for row in content["rows"]:
+        ratio = row["times_faster_than_model_predict"]
+        lines.append(f"| {row['way']} | {1e3 * row['median']:.3f} | {1e3 * row['processor']:.3f} | {ratio:.1f} |")
+    return "\n".join(
+        [
+            *lines,
+            "",
+            f"Start to first prediction: {content['start_seconds']:.2f} s. "
+            f"Largest difference of scaled force: {content['largest_difference_of_scaled_force']:.1e}.",
+        ]
+    )
+
+
+def stream_table(content: dict[str, Any]) -> str:
+    """The numbers in words."""
+    values = content["microseconds"]
+    return (
+        f"{content['model']}, {content['steps']:,} steps: median {values['median']:.1f} us, "
+        f"99 % {values['p99']:.1f} us, 99.9 % {values['p99_9']:.1f} us, worst {values['worst']:.0f} us; "
+        f"{100 * content['share_above_50_microseconds']:.2f} % took more than 50 us"
+    )
+
+
+def show(page: Path, predictions: Path = PREDICTIONS, stream: Path = STREAM) -> None:
+    """Put what is published of both measurements into their places on a page, or that there is nothing yet.
+
+    Raises:
+        ValueError: the page has no such places.
+    """
+    places = {
+        "seconds of a prediction": (predictions, prediction_table, "bench-surrogate"),
+        "seconds of a step": (stream, stream_table, "bench-stream"),
+    }
+    for place, (path, table, target) in places.items():
+        words = f"Not measured yet: `make {target} docs-control`."
+        if path.is_file():
+            content = json.loads(path.read_text(encoding="utf-8"))
+            words = f"{table(content)}\n\nMeasured on one core of {content['host']}."
+        write_place(page, place, words)
+
+
+def _protocols(count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    columns = Design("log-uniform").protocols(count, seed=1)
+    times, indentations = measurement_grid(**columns)
+    return columns["tabor"], times, indentations
+
+
+def _scaled_inputs(model: Any, times: np.ndarray, indentations: np.ndarray, tabor: np.ndarray) -> list[np.ndarray]:
+    from surrogate.data.features import channels, edge_from_indentations
+
+    found = channels(times, indentations, edge_from_indentations(indentations), model.scaling.features)
+    return [model.scaling.scale_channels(found), model.scaling.scale_tabor(tabor)]
+
+
+def _seconds(call: Callable[[], Any], count: int, repeats: int) -> dict[str, float]:
+    call()
+    wall, processor = [], []
+    for _ in range(repeats):
+        with CLOCK:
+            call()
+        wall.append(CLOCK.wall / count)
+        processor.append(CLOCK.seconds / count)
+    return {"median": float(np.median(wall)), "best": float(min(wall)), "processor": float(np.median(processor))}
+
+
+def _start_seconds(name: str, models: Path | None) -> float:
+    """Seconds from a bare interpreter's first line to the first force; the best of five."""
+    root = str(models) if models else None
+    code = (
+        "import time; started = time.perf_counter()\n"
+        "import numpy, warnings, surrogate\n"
+        "warnings.simplefilter('ignore')\n"
+        f"model = surrogate.load({name!r}, {root!r})\n"
+        "times = numpy.linspace(0.0, 3.0, 120)[None]\n"
+        "model.predict(times, numpy.minimum(5.0 * times, 10.0), tabor=1.0)\n"
+        "print(time.perf_counter() - started)"
+    )
+    environment = os.environ | {"PYTHONPATH": str(Path.cwd())}
+    return min(
+        float(
+            subprocess.run(
+                [sys.executable, "-c", code], capture_output=True, text=True, check=True, env=environment
+            ).stdout
+        )
+        for _ in range(5)
+    )
+
+
+def _versions() -> dict[str, str]:
+    from importlib.metadata import version
+
+    return versions() | {name: version(name) for name in ("onnxruntime", "keras")}
+
+
+def main(
+    model: Annotated[str, typer.Option(help="A published model or a model directory.")] = "M1-concat",
+    models: Annotated[Path | None, typer.Option(help="Where models are published.")] = None,
+    stream: Annotated[bool, typer.Option("--stream", help="Measure steps of a stream instead.")] = False,
+    steps: Annotated[int, typer.Option(help="Steps of the stream.")] = STEPS,
+    repeats: Annotated[int, typer.Option(help="Single predictions.")] = 200,
+    out: Annotated[Path | None, typer.Option(help="Result file to write.")] = None,
+    busy: Busy = False,
+    page: Annotated[Path | None, typer.Option(help="Page to show what is published on, instead of measuring.")] = None,
+) -> None:
+    """Measure, print a table and write the numbers."""
+    if page is not None:
+        show(page)
+        return
+    from surrogate.backend import limit_threads
+
+    limit_threads(1)
+    if stream:
+        content = measure_stream(model, models, steps)
+        print(stream_table(content))
+        study = f"bench_surrogate --stream --model {model} --steps {steps}"
+        publish(out or STREAM, study, content, busy=busy)
+    else:
+        content = measure_predictions(model, models, repeats)
+        print(prediction_table(content))
+        publish(out or PREDICTIONS, f"bench_surrogate --model {model} --repeats {repeats}", content, busy=busy)
+
+
+if __name__ == "__main__":
+    run_main(main)

@@ -1,0 +1,135 @@
+"""Closed forms as tools: what each answers, for which protocols it is meant, and how to ask it.
+
+A form is asked only inside its regime, by Tabor parameter and rate: one that leaves memory out where both ramps last
+`SLOW` retardation times, or everything at most `FAST`; one that leaves adhesion out where adhesion is at most
+`NEGLIGIBLE` of the largest force; DMT and JKR at long and short range. Persson and Brener's energy is integrated along
+the retreat of a JKR edge from the relaxed contact, and answers for the pull-off force alone. Forces are at the
+measurement steps, NaN where a form says nothing.
+
+Sources: the modules of `bem.reference_solutions`. Units as there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from bem.dataset.measurement_steps import FIRST_UNLOADING, measurement_times
+from bem.reference_solutions import dmt, hereditary_hertz, hertz, jkr, maugis_dugdale, persson_brener
+from experiments.cost.solver_sample import MODULUS_RATIO, Case
+
+SLOW, FAST = 10.0, 0.1
+NEGLIGIBLE = 0.1
+LONG_RANGE, SHORT_RANGE = 0.4, 2.0
+RELAXED = 2.0  # retardation times before the unloading, after which the contact counts as relaxed
+Answer = tuple[float, np.ndarray]
+
+
+@dataclass(frozen=True)
+class Form:
+    """A closed form: its name, the protocols it is for, and pull-off force and forces (120,) of one of them."""
+
+    name: str
+    meant_for: Callable[[Case], bool]
+    answer: Callable[[Case], Answer]
+
+
+def depths_of(case: Case) -> np.ndarray:
+    """Indentation at the measurement steps, (120,)."""
+    times = measurement_times(case.protocol, case.scene.tabor)
+    return case.protocol.history(case.scene.tabor).indentation_at(times)
+
+
+def slow(case: Case) -> bool:
+    """Whether both ramps outlast the retardation time by far."""
+    t0, t1, t2, t3 = case.protocol.phase_times(case.scene.tabor)
+    return min(t1 - t0, t3 - t2) >= SLOW
+
+
+def fast(case: Case) -> bool:
+    """Whether all is over long before the retardation time."""
+    return case.protocol.phase_times(case.scene.tabor)[3] <= FAST
+
+
+def hardly_adhesive(case: Case, stiffening: float = 1.0) -> bool:
+    """Whether the force without adhesion, so many times the rubbery one, dwarfs adhesion."""
+    largest = -stiffening * float(hertz.force_from_indentation(case.protocol.peak_indentation, case.scene.tabor))
+    return NEGLIGIBLE * largest >= dmt.PULL_OFF_FORCE
+
+
+def on_steps(force: np.ndarray) -> Answer:
+    """Pull-off force as the largest force of the unloading steps, and the forces."""
+    return float(np.nanmax(force[FIRST_UNLOADING:])), force
+
+
+def _hertz(case: Case, stiffening: float) -> Answer:
+    return np.nan, stiffening * hertz.force_from_indentation(depths_of(case), case.scene.tabor)
+
+
+def _lee_radok(case: Case) -> Answer:
+    history = case.protocol.history(case.scene.tabor)
+    times = measurement_times(case.protocol, case.scene.tabor)
+    force = np.where(history.indentation_at(times) > 0.0, hereditary_hertz.force(case.scene, history, times), 0.0)
+    force[FIRST_UNLOADING + 1 :] = np.nan  # the contact shrinks
+    return np.nan, force
+
+
+def _retreat(case: Case) -> Answer:
+    """Largest force while the edge of a JKR contact retreats, its energy that of Persson and Brener at its speed."""
+    mu, protocol = case.scene.tabor, case.protocol
+    radius = float(jkr.contact_radius_from_indentation(protocol.peak_indentation, mu))
+    unit = float(persson_brener.length_scale(mu)) / np.sqrt(100.0 * mu)  # l0 in beta, whatever the radius over the gap
+
+    def energy(a: np.ndarray, t: np.ndarray) -> np.ndarray:
+        return (a**2 - (protocol.peak_indentation - protocol.unloading_rate * t) / mu) ** 2 / (2.0 * np.pi * a)
+
+    def speed(t: float, state: np.ndarray) -> list[float]:
+        here = float(np.clip(energy(state[0], t), 1.0, (1.0 - 1e-9) / MODULUS_RATIO))
+        return [-unit * float(persson_brener.crack_velocity(here, MODULUS_RATIO))]
+
+    def lost(t: float, state: np.ndarray) -> float:  # noqa: ARG001
+        return state[0] - 0.05 * radius
+
+    lost.terminal = True  # type: ignore[attr-defined]
+    end = case.protocol.phase_times(mu)
+    found = solve_ivp(speed, (0.0, end[3] - end[2]), [radius], "LSODA", rtol=1e-5, events=lost)
+    a, g = found.y[0], np.maximum(energy(found.y[0], found.t), 1.0)
+    return float(np.max(np.sqrt(8.0 * g * a**3 / np.pi) - 4.0 * a**3 / (3.0 * np.pi))), np.full(120, np.nan)
+
+
+def _relaxed(case: Case) -> bool:
+    times = case.protocol.phase_times(case.scene.tabor)
+    return times[2] >= RELAXED and times[3] - times[2] >= RELAXED
+
+
+FORMS = (
+    Form("Hertz, rubbery", lambda c: slow(c) and hardly_adhesive(c), lambda c: _hertz(c, 1.0)),
+    Form(
+        "Hertz, glassy",
+        lambda c: fast(c) and hardly_adhesive(c, 1.0 / MODULUS_RATIO),
+        lambda c: _hertz(c, 1.0 / MODULUS_RATIO),
+    ),
+    Form("Lee and Radok, until the peak", hardly_adhesive, _lee_radok),
+    Form(
+        "DMT, rubbery",
+        lambda c: slow(c) and c.scene.tabor <= LONG_RANGE,
+        lambda c: (dmt.PULL_OFF_FORCE, dmt.force_from_indentation(depths_of(c), c.scene.tabor)),
+    ),
+    Form(
+        "Maugis-Dugdale, rubbery",
+        slow,
+        lambda c: (
+            maugis_dugdale.pull_off_force(c.scene.tabor),
+            maugis_dugdale.force_from_indentation(depths_of(c), c.scene.tabor),
+        ),
+    ),
+    Form(
+        "JKR, rubbery",
+        lambda c: slow(c) and c.scene.tabor >= SHORT_RANGE,
+        lambda c: (jkr.PULL_OFF_FORCE, jkr.force_from_indentation(depths_of(c), c.scene.tabor)),
+    ),
+    Form("Persson-Brener, pull-off", lambda c: _relaxed(c) and c.scene.tabor >= SHORT_RANGE, _retreat),
+)

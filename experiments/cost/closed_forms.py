@@ -1,0 +1,112 @@
+"""The solver beside what is known: Hertz, elastic folds, Persson and Brener, two independent solvers.
+
+Units as in `bem.trajectory`. Independent values: elastic pull-off forces and fold points after Greenwood, Proc. R. Soc.
+A 453 (1997) 1277, amplifications and the paper's timing protocols from two other implementations, in
+`experiments/paper_values/independent_solvers.toml`.
+"""
+
+from __future__ import annotations
+
+import csv
+import tomllib
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from bem import Elastic, HardContact, LoadingProtocol, PiecewiseLinearProtocol, Scene, StandardLinearSolid, simulate
+from bem.reference_solutions import hertz
+from bem.reference_solutions.jkr import PULL_OFF_FORCE
+from bem.reference_solutions.persson_brener import effective_energy
+
+VALUES = Path("experiments/paper_values")
+PROTOCOL = ("peak_indentation", "loading_rate", "dwell_time", "unloading_rate")
+SAMPLES = {"1", "4", "12"}
+RATIO = 0.1
+
+
+def row(quantity: str, found: float, expected: float, source: str) -> dict[str, Any]:
+    """A line of the table: the relative difference of what was found and what was expected."""
+    return {
+        "quantity": quantity,
+        "found": float(found),
+        "expected": float(expected),
+        "difference": float(abs(found / expected - 1.0)),
+        "source": source,
+    }
+
+
+def read_protocols(name: str) -> list[dict[str, str]]:
+    """Protocols of one of the paper's tables."""
+    with (VALUES / f"{name}.csv").open(encoding="utf-8") as file:
+        return list(csv.DictReader(file))
+
+
+def viscoelastic(protocol: dict[str, str], accuracy: str | float) -> Any:
+    """Trajectory of a protocol of the paper, in its standard linear solid."""
+    scene = Scene(tabor=float(protocol["tabor"]), material=StandardLinearSolid(RATIO))
+    return simulate(scene, LoadingProtocol(**{name: float(protocol[name]) for name in PROTOCOL}), accuracy)
+
+
+def hertz_force(accuracy: str | float) -> Iterable[dict[str, Any]]:
+    """Force without adhesion at an indentation of 5."""
+    tabor, depth = 1.0, 5.0
+    scene = Scene(tabor=tabor, material=Elastic(), adhesion=HardContact())
+    trajectory = simulate(scene, PiecewiseLinearProtocol([0.0, 1.0], [0.0, depth]), accuracy)
+    expected = float(hertz.force_from_indentation(depth, tabor))
+    yield row("Hertz force", trajectory.force[-1], expected, "Hertz")
+
+
+def elastic(accuracy: str | float, known: dict[str, Any]) -> Iterable[dict[str, Any]]:
+    """Largest tension and fold points of an elastic contact under displacement control."""
+    for tabor, expected in zip(known["tabor"], known["largest_tension"], strict=True):
+        protocol = LoadingProtocol(peak_indentation=2.0, loading_rate=1.0, dwell_time=0.0, unloading_rate=1.0)
+        trajectory = simulate(Scene(tabor=tabor, material=Elastic()), protocol, accuracy)
+        yield row(f"elastic, largest tension, mu = {tabor:g}", trajectory.pull_off_force, expected, "independent")
+        if tabor == known["jump_tabor"]:
+            depths = [jump.indentation for jump in trajectory.jumps]
+            places = zip(("jump-in", "jump-out"), known["jump_indentations"], strict=True)
+            for (name, expected_depth), depth in zip(places, depths, strict=True):
+                yield row(f"elastic, {name} indentation, mu = {tabor:g}", depth, expected_depth, "independent")
+
+
+def persson_brener(accuracy: str | float, known: dict[str, Any]) -> Iterable[dict[str, Any]]:
+    """Pull-off amplification of the paper's fourteen protocols."""
+    theirs = dict(zip(known["unloading_rate"], known["amplification"], strict=True))
+    for protocol in read_protocols("persson_brener_protocols"):
+        rate = float(protocol["unloading_rate"])
+        found = viscoelastic(protocol, accuracy).pull_off_force / PULL_OFF_FORCE
+        theory = float(effective_energy(float(protocol["crack_velocity"]), RATIO))
+        yield row(f"pull-off amplification, unloading rate {rate:g}", found, theory, "Persson-Brener")
+        if rate in theirs:
+            yield row(f"pull-off amplification, unloading rate {rate:g}", found, theirs[rate], "independent")
+
+
+def timed_protocols(accuracy: str | float, known: dict[str, Any]) -> Iterable[dict[str, Any]]:
+    """Pull-off force and hysteresis of protocols of the paper's timing table."""
+    for protocol in read_protocols("canonical_protocols"):
+        if protocol["sample"] not in SAMPLES:
+            continue
+        trajectory = viscoelastic(protocol, accuracy)
+        for name, expected in known[protocol["sample"]].items():
+            words = name.replace("_", " ").replace("pull off", "pull-off")
+            label = f"timing protocol ({protocol['sample']}), {words}"
+            yield row(label, getattr(trajectory, name), expected, "independent")
+
+
+def closed_forms(accuracy: str | float = "standard") -> list[dict[str, Any]]:
+    """All lines of the table."""
+    known = tomllib.loads((VALUES / "independent_solvers.toml").read_text(encoding="utf-8"))
+    return [
+        *hertz_force(accuracy),
+        *elastic(accuracy, known["elastic"]),
+        *persson_brener(accuracy, known["amplification"]),
+        *timed_protocols(accuracy, known["timing"]),
+    ]
+
+
+def summary(rows: list[dict[str, Any]]) -> dict[str, float]:
+    """Median and largest difference from Persson and Brener."""
+    theory = np.array([line["difference"] for line in rows if line["source"] == "Persson-Brener"])
+    return {"median": float(np.median(theory)), "largest": float(theory.max())}

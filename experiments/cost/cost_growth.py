@@ -1,0 +1,173 @@
+"""How seconds grow with what is asked: nodes, steps, Tabor parameter, peak indentation, unloading rate.
+
+Nodes and steps of the solver are varied one control at a time as in `experiments.cost.solver_scaling`; those of the
+paper's discretisation are its own arguments. The three quantities are varied around one protocol, for the solver at
+standard accuracy and for the paper's discretisation with a spacing and a time step that resolve what the solver
+resolves, so that its nodes and steps grow as its accuracy demands. The data set gives exponents over the whole box:
+least squares of log seconds over the logarithms of all five quantities.
+
+All seconds are processor seconds, medians of at least three runs: of a step where nodes are varied, for both, and of
+the whole call elsewhere. Iterations per step are fitted beside them, the N_iter of the paper's O(N_s^2 N_t N_iter).
+With a fresh factorisation in every iteration the paper's method costs N_s^3 once systems are large, and its sum over
+the history costs N_t^2 once histories are long; the solver, which remembers by recursion and factorises seldom, has
+neither.
+
+Usage: `python -m experiments.cost.cost_growth [--repeats N] [--out FILE]`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+
+from bem import LoadingProtocol, Scene, StandardLinearSolid, Trajectory, simulate
+from bem._support.command_line import run_main
+from bem.accuracy import resolve_accuracy
+from bem.dataset.designs import PAPER_RANGES
+from bem.dataset.file import load_dataset
+from bem.solver.discretisation.cohesive_zone import edge_width, largest_contact_radius
+from bem.solver.paper_method import FAR_GAP, RESOLVED, simulate_paper_method
+from experiments.common import DATASET
+from experiments.cost import solver_scaling
+from experiments.timing import MEASUREMENTS, Busy, exponent, progress, publish, spread, timed
+
+OUT = MEASUREMENTS / "cost_growth.json"
+CENTRE = {
+    "tabor": 1.0,
+    "peak_indentation": 10.0,
+    "loading_rate": 10.0,
+    "dwell_time": 0.1,
+    "unloading_rate": 10.0,
+}
+RANGES = {
+    "tabor": np.geomspace(0.2, 3.2, 7),
+    "peak_indentation": np.geomspace(2.0, 100.0, 7),
+    "unloading_rate": np.geomspace(0.1, 1000.0, 9),
+}
+BASELINE_NODES = (50, 100, 200, 400)
+BASELINE_STEPS = (50, 100, 200, 400, 800)
+LEAST_REPEATS = 3
+LARGEST_BASELINE = (500, 4000)  # nodes, steps of one segment
+
+
+def solver_seconds(quantities: dict[str, float], repeats: int) -> dict[str, Any]:
+    """Seconds of the solver at standard accuracy."""
+    rest = dict(quantities)
+    scene = Scene(rest.pop("tabor"), StandardLinearSolid(0.1))
+    return _timed(lambda: simulate(scene, LoadingProtocol(**rest)), repeats)
+
+
+def _timed(run: Callable[[], Trajectory], repeats: int) -> dict[str, Any]:
+    runs: list[Trajectory] = []
+    seconds = timed(lambda: runs.append(run()), repeats, first=False)
+    stats = runs[0].stats
+    return {
+        "seconds": spread(seconds),
+        "nodes": stats.nodes,
+        "steps": stats.steps,
+        "iterations_per_step": stats.iterations / stats.steps,
+        "completed": runs[0].completed,
+    }
+
+
+def resolution(quantities: dict[str, float]) -> tuple[int, int]:
+    """Nodes and steps with which equal spacing resolves the edge, and equal steps the path, as the solver does."""
+    tabor, depth = quantities["tabor"], quantities["peak_indentation"]
+    radius = largest_contact_radius(depth, tabor, False)
+    spacing = resolve_accuracy("standard").controls().edge_spacing * edge_width(radius, tabor, False)
+    nodes = math.ceil(math.sqrt(radius**2 + 2.0 * FAR_GAP / tabor) / spacing)
+    steps = math.ceil((depth + np.pi ** (2.0 / 3.0) * tabor) / 0.1)
+    return min(nodes, LARGEST_BASELINE[0]), min(max(steps, int(RESOLVED / 0.1)), LARGEST_BASELINE[1])
+
+
+def baseline_seconds(quantities: dict[str, float], nodes: int, steps: int, repeats: int) -> dict[str, Any]:
+    """Seconds of the paper's discretisation at one resolution."""
+    rest = dict(quantities)
+    scene = Scene(rest.pop("tabor"), StandardLinearSolid(0.1))
+    return _timed(lambda: simulate_paper_method(scene, LoadingProtocol(**rest), nodes=nodes, steps=steps), repeats)
+
+
+def a_step(point: dict[str, Any]) -> dict[str, Any]:
+    """The same point with the seconds of one step."""
+    seconds = {key: value / (1.0 if key == "count" else point["steps"]) for key, value in point["seconds"].items()}
+    return {**point, "seconds": seconds}
+
+
+def fitted(points: list[dict[str, Any]], name: str) -> dict[str, float]:
+    """Exponents of the median seconds and of the iterations a step in one column, with their standard errors."""
+    places = [point[name] for point in points]
+    slope, error = exponent(places, [point["seconds"]["median"] for point in points])
+    iterations, doubt = exponent(places, [point["iterations_per_step"] for point in points])
+    return {"exponent": slope, "error": error, "iterations": iterations, "iterations_error": doubt}
+
+
+def over_the_data_set(path: Path) -> dict[str, Any]:
+    """Exponents of the solver's seconds in all five quantities at once, over the data set."""
+    dataset = load_dataset(path)
+    rows = dataset.completed
+    columns = [np.log(dataset.protocols[name][rows]) for name in PAPER_RANGES]
+    matrix = np.column_stack([*columns, np.ones(len(rows))])
+    wanted = np.log(dataset.scalars["solver_seconds"][rows])
+    found, *_ = np.linalg.lstsq(matrix, wanted, rcond=None)
+    explained = 1.0 - np.var(wanted - matrix @ found) / np.var(wanted)
+    exponents = dict(zip(PAPER_RANGES, found[:-1].tolist(), strict=True))
+    return {"exponents": exponents, "explained": float(explained), "trajectories": len(rows)}
+
+
+def main(
+    repeats: Annotated[int, typer.Option(help="Runs of each point; the median counts.")] = 7,
+    finest: Annotated[int, typer.Option(help="Most nodes of the paper's discretisation.")] = LARGEST_BASELINE[0],
+    dataset: Annotated[Path, typer.Option(help="Data set file.")] = DATASET,
+    out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
+    busy: Busy = False,
+) -> None:
+    """Measure all growth curves."""
+    if repeats < LEAST_REPEATS:
+        raise ValueError(f"repeats must be at least {LEAST_REPEATS}; received {repeats}")
+    over_data_set = over_the_data_set(dataset)
+    solver, baseline = {}, {}
+    solver_scaling.measure(1)
+    solver_seconds(CENTRE, 1)
+    baseline_seconds(CENTRE, 20, 20, 1)
+    for name, control, factors in (
+        ("nodes", "edge_spacing", solver_scaling.EDGE_FACTORS),
+        ("steps", "prediction", solver_scaling.PREDICTION_FACTORS),
+    ):
+        points = []
+        for factor in progress(factors, f"solver, {name}"):
+            point = solver_scaling.measure(repeats, **{control: float(factor)})
+            point |= {
+                "seconds": spread(point.pop("seconds")),
+                "iterations_per_step": point["iterations"] / point["steps"],
+            }
+            points.append(a_step(point) if name == "nodes" else point)
+        solver[name] = {"points": points, **fitted(points, name)}
+    counts = [n for n in BASELINE_NODES if n <= finest]
+    points = [a_step(baseline_seconds(CENTRE, n, 100, LEAST_REPEATS)) for n in progress(counts, "paper's, nodes")]
+    baseline["nodes"] = {"points": points, **fitted(points, "nodes")}
+    points = [baseline_seconds(CENTRE, 50, n, LEAST_REPEATS) for n in progress(BASELINE_STEPS, "paper's, steps")]
+    baseline["steps"] = {"points": points, **fitted(points, "steps")}
+    for name, values in RANGES.items():
+        ours, theirs = [], []
+        for value in progress(values, name):
+            quantities = CENTRE | {name: float(value)}
+            ours.append({name: float(value), **solver_seconds(quantities, repeats)})
+            nodes, steps = resolution(quantities)
+            theirs.append(
+                {name: float(value), **baseline_seconds(quantities, min(nodes, finest), steps, LEAST_REPEATS)}
+            )
+        solver[name] = {"points": ours, **fitted(ours, name)}
+        baseline[name] = {"points": theirs, **fitted(theirs, name)}
+    content = {"centre": CENTRE, "solver": solver, "baseline": baseline, "data_set": over_data_set}
+    publish(out, f"cost_growth --repeats {repeats}", content, busy=busy)
+    for tool, curves in (("solver", solver), ("paper's discretisation", baseline)):
+        print(tool, {name: round(curve["exponent"], 2) for name, curve in curves.items()})
+
+
+if __name__ == "__main__":
+    run_main(main)

@@ -1,0 +1,78 @@
+"""What a command costs before it computes: processor seconds of the first run on a machine, and of a warm one.
+
+The first run compiles the kernels into an empty cache; a warm run finds them there. The same is measured of another
+revision, one run after the other in turn, so that the ratio holds on a machine of any speed and load.
+
+Usage: `python -m experiments.cost.startup [--baseline REVISION] [--repeats N]`.
+"""
+
+from __future__ import annotations
+
+import io
+import os
+import resource
+import subprocess
+import sys
+import tarfile
+import tempfile
+from pathlib import Path
+from statistics import median
+from typing import Annotated
+
+import typer
+
+from bem._support.command_line import run_main
+
+ROOT = Path(__file__).resolve().parents[2]
+COMMAND = ["-m", "bem", "simulate", "--tabor", "3.2", "--peak-indentation", "15", "--loading-rate", "1000"]
+COMMAND += ["--dwell-time", "0.008", "--unloading-rate", "1000"]
+
+
+def processor_seconds(source: Path, cache: Path) -> float:
+    """Processor seconds of the command by the package in `source`, with its compiled kernels in `cache`."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    environment = {**os.environ, "PYTHONPATH": str(source), "NUMBA_CACHE_DIR": str(cache)}
+    subprocess.run([sys.executable, *COMMAND], cwd=source, env=environment, check=True, capture_output=True)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+
+def checked_out(revision: str, folder: Path) -> Path:
+    """The package `bem` of a git revision, in `folder`.
+
+    Raises:
+        ValueError: git knows no such revision.
+    """
+    done = subprocess.run(["git", "archive", "--end-of-options", revision, "bem"], cwd=ROOT, capture_output=True)
+    if done.returncode:
+        raise ValueError(f"baseline must be a git revision; received {revision!r}")
+    with tarfile.open(fileobj=io.BytesIO(done.stdout)) as archive:
+        archive.extractall(folder, filter="data")
+    return folder
+
+
+def main(
+    baseline: Annotated[str, typer.Option(help="Git revision to compare with; none by default.")] = "",
+    repeats: Annotated[int, typer.Option(min=1, help="Warm runs of each.")] = 5,
+) -> None:
+    """Print processor seconds of the first run and of warm runs of `bem simulate`."""
+    with tempfile.TemporaryDirectory() as scratch:
+        sources = {"now": ROOT}
+        if baseline:
+            sources[baseline] = checked_out(baseline, Path(scratch, "baseline"))
+        caches = {name: Path(scratch, f"cache-{number}") for number, name in enumerate(sources)}
+        first = {name: processor_seconds(source, caches[name]) for name, source in sources.items()}
+        warm: dict[str, list[float]] = {name: [] for name in sources}
+        for _ in range(repeats):
+            for name, source in sources.items():
+                warm[name].append(processor_seconds(source, caches[name]))
+    print(f"{'':12} {'first run (s)':>14} {'warm run (s)':>14}")
+    for name in sources:
+        print(f"{name[:12]:12} {first[name]:14.1f} {median(warm[name]):14.2f}")
+    if baseline:
+        ratios = [one / other for one, other in zip(warm["now"], warm[baseline], strict=True)]
+        print(f"{'ratio':12} {first['now'] / first[baseline]:14.2f} {median(ratios):14.2f}")
+
+
+if __name__ == "__main__":
+    run_main(main)

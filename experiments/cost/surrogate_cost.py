@@ -1,0 +1,209 @@
+"""Seconds of every published surrogate: plain Keras call, ONNX Runtime one at a time, ONNX Runtime in batches.
+
+The plain call is `model.predict` on one trajectory, as most scripts do it, features included; the others are
+`surrogate.load(...).predict`. Timed is the way from the protocol to pull-off force, hysteresis and forces, as for the
+solver. One thread. Single calls are timed on the first `SINGLE_CALLS` protocols: every trajectory has as many steps, so
+that a call takes as long for one as for another. What is not published is named, not replaced.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import json
+import warnings
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from bem.dataset.measurement_steps import FIRST_UNLOADING, FMS, measurement_grid
+from experiments.lineage import dataset_digest, read_lineage
+from experiments.paper.model_comparison import trained_otherwise
+from experiments.timing import progress, timed
+
+if TYPE_CHECKING:
+    from experiments.cost.solver_sample import Case
+
+Predict = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
+Answer = Callable[[dict[str, np.ndarray]], np.ndarray]
+BATCH_REPEATS = 5
+SINGLE_CALLS = 40
+FILES = (
+    "model.weights.h5",
+    "model.onnx",
+    "run.json",
+    "recipe.toml",
+    "scaling.json",
+    "split.json",
+    "metrics.json",
+    "history.csv",
+    "test_errors.csv",
+)
+"""What a published model directory holds."""
+
+
+def states(models: Path) -> dict[str, str]:
+    """What lacks of every architecture, in their order: "" where nothing does, else "not trained" or the files."""
+    from surrogate.architectures.naming import names
+
+    found = {}
+    for name in names():
+        absent = [file for file in FILES if not (models / name / file).is_file()]
+        found[name] = "not trained" if len(absent) == len(FILES) else ", ".join(f"no {file}" for file in absent)
+        if not absent and _trained_on(models / name) is None:
+            found[name] = "run.json names no data set"
+    return found
+
+
+def published(models: Path) -> list[str]:
+    """Names of the complete model directories, in the order of the architectures."""
+    return [name for name, lacking in states(models).items() if not lacking]
+
+
+def missing(models: Path) -> list[str]:
+    """Architectures that are not published, and what an unfinished one lacks."""
+    lacks = {name: lacking for name, lacking in states(models).items() if lacking}
+    return [name if lacking == "not trained" else f"{name} ({lacking})" for name, lacking in lacks.items()]
+
+
+def left_out(models: Path, dataset: Path) -> dict[str, list[str]]:
+    """Why the comparison leaves models out, under whatever name, as `model_comparison.trained_otherwise` says it.
+
+    Args:
+        models: Where trained models are; those that do not say where they come from are passed over.
+        dataset: The data set file they have to be trained on.
+    """
+    lineages = {}
+    for path in sorted(models.glob("*/run.json")):
+        with contextlib.suppress(FileNotFoundError, ValueError, KeyError, TypeError):
+            lineages[path.parent.name] = read_lineage(path.parent)
+    return trained_otherwise(lineages, dataset_digest(dataset))
+
+
+def outdated(models: Path, dataset: Path) -> list[str]:
+    """Published models that the comparison leaves out."""
+    otherwise = left_out(models, dataset)
+    return [name for name in published(models) if name in otherwise]
+
+
+def weights_digest(folder: Path) -> str:
+    """Digest of a model's weights, which tells one training from the next."""
+    return hashlib.sha256((folder / "model.weights.h5").read_bytes()).hexdigest()
+
+
+def _trained_on(folder: Path) -> str | None:
+    try:
+        return str(json.loads((folder / "run.json").read_text(encoding="utf-8"))["dataset_sha256"])
+    except (json.JSONDecodeError, KeyError, TypeError):
+        return None
+
+
+def protocol_columns(cases: list[Case]) -> dict[str, np.ndarray]:
+    """Quantities of the protocols and Tabor parameters, each (count,)."""
+    quantities = ("peak_indentation", "loading_rate", "dwell_time", "unloading_rate")
+    columns = {name: np.array([getattr(case.protocol, name) for case in cases]) for name in quantities}
+    return {"tabor": np.array([case.scene.tabor for case in cases]), **columns}
+
+
+def from_steps(force: np.ndarray, indentations: np.ndarray) -> np.ndarray:
+    """Answers (count, 122) from forces and indentations (count, 120): pull-off force, hysteresis, forces."""
+    pull_off = force[:, FIRST_UNLOADING:].max(axis=1)
+    loop = np.abs(np.trapezoid(force, indentations, axis=1))
+    return np.column_stack([pull_off, loop, force])
+
+
+def whole_call(predict: Predict) -> Answer:
+    """From protocols to what a solver's trajectory answers, which is what is timed."""
+
+    def answer(protocols: dict[str, np.ndarray]) -> np.ndarray:
+        times, indentations = measurement_grid(**protocols)
+        return from_steps(predict(times, indentations, protocols["tabor"]), indentations)
+
+    return answer
+
+
+def keras_call(trained: Any) -> Predict:
+    """`model.predict` on physical inputs, with features and scaling by hand."""
+    from surrogate.data.features import channels, edge_from_counts
+
+    def call(times: np.ndarray, indentations: np.ndarray, tabor: np.ndarray) -> np.ndarray:
+        edge = edge_from_counts(FMS, len(times))
+        sequence = trained.scaling.scale_channels(channels(times, indentations, edge, trained.scaling.features))
+        scaled = trained.model.predict([sequence, trained.scaling.scale_tabor(tabor)], verbose=0)
+        return trained.scaling.unscale_force(np.asarray(scaled)[..., 0])
+
+    return call
+
+
+def one_at_a_time(answer: Answer, protocols: dict[str, np.ndarray], repeats: int) -> list[np.ndarray]:
+    """Seconds (count,) of each repeat, after one call that is not counted."""
+    count = len(protocols["tabor"])
+    each = [{name: values[i : i + 1] for name, values in protocols.items()} for i in range(count)]
+    answer(each[0])
+    return [np.concatenate([timed(partial(answer, one), 1, first=False) for one in each]) for _ in range(repeats)]
+
+
+def in_batches(answer: Answer, protocols: dict[str, np.ndarray], repeats: int, size: int = 1024) -> list[np.ndarray]:
+    """Seconds per trajectory (count,) of each repeat, all equal: of a batch of `size`, repeating the protocols."""
+    count = len(protocols["tabor"])
+    chosen = np.arange(size) % count
+    many = {name: values[chosen] for name, values in protocols.items()}
+    return [np.full(count, seconds / size) for seconds in timed(partial(answer, many), repeats)]
+
+
+def surrogate_tools(cases: list[Case], models: Path, repeats: int) -> tuple[list[dict[str, Any]], list[str]]:
+    """Answers (count, 122) and seconds (repeats, calls) of every published model by every way, and what is missing.
+
+    A model that cannot be loaded is missing, with the reason; the others are measured all the same.
+    """
+    names, absent = published(models), missing(models)
+    if not names:
+        return [], absent
+    from surrogate.backend import limit_threads
+
+    with contextlib.suppress(RuntimeError):  # imported already, by who calls: then theirs is the choice of threads
+        limit_threads(1)
+    from surrogate.inference.predictor import ExtrapolationWarning
+
+    protocols = protocol_columns(cases)
+    tools: list[dict[str, Any]] = []
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ExtrapolationWarning)
+        for name in progress(names, "surrogates"):
+            try:
+                tools += _by_every_way(name, models, protocols, repeats)
+            except (OSError, ValueError, KeyError) as error:
+                absent.append(f"{name} ({str(error).splitlines()[0]})")
+    return tools, absent
+
+
+def _by_every_way(name: str, models: Path, protocols: dict[str, np.ndarray], repeats: int) -> list[dict[str, Any]]:
+    from surrogate.inference.predictor import Surrogate
+
+    trained, light = Surrogate.load(name, models, backend="keras"), Surrogate.load(name, models)
+    plain, quick = whole_call(keras_call(trained)), whole_call(lambda t, d, mu: light.predict(t, d, tabor=mu))
+    common = {
+        "model": name,
+        "parameters": trained.model.count_params(),
+        "weights_sha256": weights_digest(models / name),
+    }
+    answers, quick_answers = plain(protocols), quick(protocols)
+    single = {quantity: values[:SINGLE_CALLS] for quantity, values in protocols.items()}
+    seconds = {
+        "Keras call": one_at_a_time(plain, single, repeats),
+        "ONNX single": one_at_a_time(quick, single, repeats),
+        "ONNX batch": in_batches(quick, protocols, BATCH_REPEATS),
+    }
+    return [
+        {
+            **common,
+            "answers": answers if way == "Keras call" else quick_answers,
+            "setting": f"{name}, {way}",
+            "way": way,
+            "seconds": runs,
+        }
+        for way, runs in seconds.items()
+    ]

@@ -1,0 +1,107 @@
+"""Minutes that each target of REPRODUCING.md takes from published results, every one into a folder with nothing in it.
+
+The targets are those of the document's own table, so that a row added there is measured too. Set-up is done before, and
+compiled kernels are kept between targets, as on the machine of who has run one before.
+
+Usage: `python -m experiments.cost.target_minutes [--document FILE] [--only TARGET ...] [--out FILE]`.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import subprocess
+import tempfile
+import time
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from bem._support.command_line import run_main
+from bem._support.provenance import host
+from experiments.common import write_result
+from experiments.timing import MEASUREMENTS, progress
+
+DOCUMENT = Path("REPRODUCING.md")
+OUT = MEASUREMENTS / "target_minutes.json"
+EMPTY = Path("build")
+"""Where folders with nothing in them are made."""
+ROW = re.compile(r"^\|[^|]*\| `make ([a-z0-9 -]+)` \|", re.MULTILINE)
+
+
+def targets(document: Path) -> list[str]:
+    """What the rows of the document's table ask make for, in their order; several targets of one row stay together.
+
+    Raises:
+        ValueError: no such row.
+    """
+    found = ROW.findall(document.read_text(encoding="utf-8"))
+    if not found:
+        raise ValueError(f"rows must name their target as `make TARGET`; received {str(document)!r} without one")
+    return found
+
+
+def joined(target: str) -> str:
+    """The targets of a row as one word."""
+    return target.replace(" ", "-")
+
+
+def minutes(target: str) -> float:
+    """Wall minutes of one call of make.
+
+    Raises:
+        RuntimeError: make failed; the end of what it said is in the message.
+    """
+    EMPTY.mkdir(exist_ok=True)
+    # A make above this one hands down its options, which are not those of who types the target.
+    environment = {name: value for name, value in os.environ.items() if not name.startswith(("MAKE", "MFLAGS"))}
+    with tempfile.TemporaryDirectory(dir=EMPTY) as folder:
+        # Relative, so that a path with spaces does not reach make.
+        place = os.path.relpath(folder)
+        settings = [f"OUT={place}", f"REPORT={place}/REPRODUCTION.md", "REPRODUCING=", f"SMOKE={place}/smoke"]
+        started = time.perf_counter()
+        done = subprocess.run(
+            ["make", "--no-print-directory", *settings, *target.split()],
+            env=environment,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        spent = time.perf_counter() - started
+    if done.returncode:
+        raise RuntimeError(f"`make {target}` failed: {' '.join(done.stderr.split())[-400:]}")
+    return spent / 60.0
+
+
+def places(document: Path, measured: Path) -> dict[str, str]:
+    """Minutes for the places of the document, `minutes-TARGET`, and the machine; a dash where not measured."""
+    content = json.loads(measured.read_text(encoding="utf-8")) if measured.is_file() else {"minutes": {}}
+    found = {"machine": content.get("host", "a machine not said yet")}
+    for target in targets(document):
+        spent = content["minutes"].get(target)
+        found[f"minutes-{joined(target)}"] = "-" if spent is None else f"{max(spent, 0.1):.1f}"
+    return found
+
+
+def main(
+    document: Annotated[Path, typer.Option(help="Its table says what is measured.")] = DOCUMENT,
+    only: Annotated[list[str] | None, typer.Option(help="Measure this row (figures-tables), keep the others.")] = None,
+    out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
+) -> None:
+    """Run every target once and write what it took."""
+    known = {joined(target): target for target in targets(document)}
+    if unknown := [name for name in only or [] if joined(name) not in known]:
+        raise ValueError(f"only must be one of the document's rows {', '.join(known)}; received {unknown[0]!r}")
+    kept = json.loads(out.read_text(encoding="utf-8")) if only and out.is_file() else {"host": host(), "minutes": {}}
+    if kept["host"] != host():
+        raise ValueError(f"rows must be of one machine; received {str(out)!r} of {kept['host']}: measure all of them")
+    chosen = [known[joined(name)] for name in only] if only else list(known.values())
+    taken = kept["minutes"] | {target: minutes(target) for target in progress(chosen, "targets")}
+    found = {target: taken[target] for target in known.values() if target in taken}
+    write_result(out, "target_minutes", {"minutes": found})
+
+
+if __name__ == "__main__":
+    run_main(main)

@@ -1,0 +1,1 @@
+"""What each physical effect costs, and how `recommend` keeps its promise."""

@@ -1,0 +1,261 @@
+"""What each effect costs: scenes from plain Hertz to a ten-term solid with adhesion, each adding one effect.
+
+All scenes belong to one sphere, one work of adhesion and one relaxed modulus, pressed to the same depth at the same
+speed: lengths along the axis in units of mu h0 (= R^(1/3) (dgamma/E0*)^(2/3), whatever the range of adhesion), so that
+a scene of Tabor parameter mu is given mu times the depth in h0. Per scene: unknowns, memory vectors, steps, seconds,
+the difference from a closed form where one exists, and the files whose code runs, as `experiments.effects.files` finds
+them.
+
+The second part answers when a simpler scene is a safe stand-in: the error of its force history, as `bem.recommend`
+measures it, over the rate at which the sphere moves (without a dwell), and what `recommend` says; the error of a short
+or long range of adhesion instead of the true one, over the Tabor parameter; and of one relaxation process instead of
+ten, over the decades that those span.
+
+Usage: `python -m experiments.effects.measure [--repeats N] [--out FILE]`.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+
+from bem import (
+    Elastic,
+    HardContact,
+    LennardJones,
+    LoadingProtocol,
+    PronySeries,
+    Scene,
+    StandardLinearSolid,
+    Trajectory,
+    recommend,
+    simulate,
+)
+from bem._support.command_line import run_main
+from bem.effects.recommendation import difference
+from bem.effects.scene_effects import Effects, reduced
+from bem.materials import Material
+from bem.reference_solutions import dmt, hereditary_hertz, hertz, jkr
+from experiments.effects.files import branches, code_of, own_files, shared_files
+from experiments.timing import MEASUREMENTS, Busy, progress, publish, spread, timed
+
+OUT = MEASUREMENTS / "effects.json"
+TABOR, DMT_TABOR, JKR_TABOR = 1.0, 0.2, 3.2
+DEPTH, START, RATE, DWELL = 4.0, -3.0, 20.0, 0.2
+MODULUS_RATIO = 0.1
+RATES = np.geomspace(1e-2, 1e4, 19)
+TOLERANCE = 0.05
+TABORS = np.geomspace(0.05, 5.0, 33)
+DECADES = (0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0)
+SLOW_AND_FAST = (0.2, RATE, 2000.0)
+
+SLS = StandardLinearSolid(MODULUS_RATIO)
+THREE = PronySeries([0.3, 0.3, 0.3], [0.1, 1.0, 10.0])
+TEN = PronySeries(np.full(10, 0.09), np.geomspace(1e-2, 1e2, 10))
+SCENES: tuple[tuple[str, float, Material, Any], ...] = (
+    ("Hertz", TABOR, Elastic(), HardContact()),
+    ("Hertz, one relaxation", TABOR, SLS, HardContact()),
+    ("Hertz, ten relaxations", TABOR, TEN, HardContact()),
+    ("adhesion", TABOR, Elastic(), LennardJones()),
+    ("adhesion, long range (DMT-like)", DMT_TABOR, Elastic(), LennardJones()),
+    ("adhesion, short range (JKR-like)", JKR_TABOR, Elastic(), LennardJones()),
+    ("adhesion, solid with no relaxation (k = 1)", TABOR, StandardLinearSolid(1.0), LennardJones()),
+    ("adhesion, one relaxation", TABOR, SLS, LennardJones()),
+    ("adhesion, one relaxation as a series", TABOR, PronySeries([1.0 - MODULUS_RATIO], [1.0]), LennardJones()),
+    ("adhesion, three relaxations", TABOR, THREE, LennardJones()),
+    ("adhesion, ten relaxations", TABOR, TEN, LennardJones()),
+)
+
+
+def protocol_for(tabor: float, rate: float = RATE, dwell: float = DWELL) -> LoadingProtocol:
+    """The common path in h0 of a scene of this Tabor parameter."""
+    return LoadingProtocol(
+        peak_indentation=tabor * DEPTH,
+        loading_rate=tabor * rate,
+        dwell_time=dwell,
+        unloading_rate=tabor * rate,
+        start_indentation=tabor * START,
+    )
+
+
+def against_closed_form(scene: Scene, trajectory: Trajectory) -> tuple[str, float | None]:
+    """The closed form a scene has or tends to, and the root mean square difference over the range of the force."""
+    depth, force = trajectory.indentation, trajectory.force
+    if isinstance(scene.adhesion, HardContact) and len(scene.material.strengths) == 0:
+        name, exact = "Hertz", hertz.force_from_indentation(depth, scene.tabor)
+    elif isinstance(scene.adhesion, HardContact):
+        growing = ~trajectory.unloading
+        history = protocol_for(scene.tabor).history(scene.tabor)
+        depth, force = depth[growing], force[growing]
+        name, exact = "Lee and Radok", hereditary_hertz.force(scene, history, trajectory.time[growing])
+    elif scene.tabor == JKR_TABOR and len(scene.material.strengths) == 0:
+        inside = trajectory.unloading & (depth > 0.9 * jkr.fold_indentation(scene.tabor))
+        force, exact = force[inside], jkr.force_from_indentation(depth[inside], scene.tabor)
+        name = "JKR (limit)"
+    elif scene.tabor == DMT_TABOR:
+        inside = trajectory.unloading & (depth > 0.0)
+        force, exact, name = force[inside], dmt.force_from_indentation(depth[inside], scene.tabor), "DMT (limit)"
+    else:
+        return "none", None
+    return name, float(np.sqrt(np.mean((force - exact) ** 2)) / np.ptp(trajectory.force))
+
+
+def row(name: str, scene: Scene, repeats: int) -> dict[str, Any]:
+    """One scene of the table, with its force history."""
+    protocol = protocol_for(scene.tabor)
+    trajectory = simulate(scene, protocol)
+    seconds = timed(lambda: simulate(scene, protocol), repeats)
+    closed_form, error = against_closed_form(scene, trajectory)
+    stats = trajectory.stats
+    return {
+        "name": name,
+        "tabor": scene.tabor,
+        "status": trajectory.status,
+        "unknowns": stats.unknowns_per_solve,
+        "nodes": stats.nodes,
+        "memory_vectors": stats.memory_vectors,
+        "steps": stats.steps,
+        "seconds": spread(seconds),
+        "seconds_per_step": float(np.median(seconds)) / stats.steps,
+        "closed_form": closed_form,
+        "error": error,
+        "pull_off_force": trajectory.pull_off_force,
+        "hysteresis": trajectory.hysteresis / scene.tabor,
+    }
+
+
+def curve(name: str, scene: Scene) -> dict[str, Any]:
+    """Force over depth in units of mu h0."""
+    protocol = protocol_for(scene.tabor)
+    if name == "glassy":
+        simple, protocol = reduced(scene, protocol, Effects(True, 0, 0, 1))
+        trajectory = simulate(simple, protocol, "reference")
+    else:
+        trajectory = simulate(scene, protocol, "reference")
+    return {
+        "name": name,
+        "depth": trajectory.indentation / scene.tabor,
+        "force": trajectory.force,
+        "time": trajectory.time,
+        "pull_off_force": trajectory.pull_off_force,
+    }
+
+
+def stand_ins(rate: float) -> dict[str, Any]:
+    """Error of each simpler scene at one rate, and the recommendation."""
+    scene, protocol = Scene(TABOR, SLS), protocol_for(TABOR, rate, dwell=0.0)
+    history = protocol.history(TABOR)
+    full = simulate(scene, protocol, "reference")
+    simpler = {
+        "Hertz": Effects(False, 1, 1, 1),
+        "rubbery": Effects(True, 1, 1, 1),
+        "glassy": Effects(True, 0, 0, 1),
+        "no adhesion": Effects(False, 0, 1, 1),
+    }
+    errors = {
+        name: difference(simulate(*reduced(scene, protocol, effects), 1e-3), full, history, "force")
+        for name, effects in simpler.items()
+    }
+    fewest, cheapest = (recommend(scene, protocol, TOLERANCE, best=best) for best in ("fewest", "cheapest"))
+    return {
+        "rate": rate,
+        "errors": errors,
+        "recommended": str(fewest.effects),
+        "cheapest": str(cheapest.effects),
+        "estimate": fewest.estimate,
+    }
+
+
+def of_another_range(tabor: float) -> dict[str, Any]:
+    """Error of the force history when adhesion of another range stands in, with and without memory."""
+    found: dict[str, Any] = {"tabor": tabor}
+    for kind, material in (("elastic", Elastic()), ("one relaxation", SLS)):
+        truth = simulate(Scene(tabor, material), protocol_for(tabor), 1e-3)
+        history = protocol_for(tabor).history(tabor)
+        for name, other in (("DMT-like", DMT_TABOR), ("JKR-like", JKR_TABOR)):
+            # In units of mu h0 and of time the path is the same for all.
+            stand_in = simulate(Scene(other, material), protocol_for(other), 1e-3)
+            found[f"{name}, {kind}"] = difference(stand_in, truth, history, "force")
+    return found
+
+
+def of_one_process(decades: float, rate: float) -> dict[str, Any]:
+    """Error of the force history when one relaxation process stands in for ten around it that span some decades."""
+    protocol = protocol_for(TABOR, rate)
+    spectrum = np.geomspace(10.0 ** (-0.5 * decades), 10.0 ** (0.5 * decades), 10)
+    truth = simulate(Scene(TABOR, PronySeries(np.full(10, 0.1 * (1.0 - MODULUS_RATIO)), spectrum)), protocol, 1e-3)
+    error = difference(simulate(Scene(TABOR, SLS), protocol, 1e-3), truth, protocol.history(TABOR), "force")
+    return {"decades": decades, "rate": rate, "error": error}
+
+
+def safe(ranges: list[dict[str, Any]], bands: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Between which Tabor parameters, and up to how many decades, a stand-in keeps the error within `TOLERANCE`."""
+    found: list[dict[str, Any]] = []
+    for name, own in (("DMT-like", DMT_TABOR), ("JKR-like", JKR_TABOR)):
+        for kind in ("elastic", "one relaxation"):
+            below = sorted((p for p in ranges if p["tabor"] <= own), key=lambda point: -point["tabor"])
+            above = sorted((p for p in ranges if p["tabor"] >= own), key=lambda point: point["tabor"])
+            low, high = (_last_within(points, "tabor", f"{name}, {kind}") for points in (below, above))
+            words = {"stand_in": f"{name}, mu = {own:g}", "instead_of": f"another range, {kind}", "over": "tabor"}
+            found.append({**words, "low": own if low is None else low, "high": own if high is None else high})
+    for rate in SLOW_AND_FAST:
+        points = sorted((p for p in bands if p["rate"] == rate), key=lambda point: point["decades"])
+        limit = _last_within(points, "decades", "error")
+        words = {"stand_in": "one relaxation", "instead_of": f"ten relaxations, rate {rate:g}", "over": "decades"}
+        found.append({**words, "low": 0.0, "high": limit or 0.0})
+    return found
+
+
+def _last_within(points: list[dict[str, Any]], place: str, error: str) -> float | None:
+    limit = None
+    for point in points:
+        if not point[error] <= TOLERANCE:
+            break
+        limit = point[place]
+    return limit
+
+
+def main(
+    repeats: Annotated[int, typer.Option(help="Timed runs of each scene.")] = 15,
+    out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
+    busy: Busy = False,
+) -> None:
+    """Measure the table and the curves of effects."""
+    scenes = {name: Scene(tabor, material, law) for name, tabor, material, law in SCENES}
+    rows = [row(name, scene, repeats) for name, scene in progress(scenes.items(), "scenes")]
+    code = code_of(scenes)
+    own, lines = own_files(code), branches(code)
+    for one in rows:
+        files = own[one["name"]]
+        elsewhere = {file: count for file, count in lines[one["name"]].items() if file not in files}
+        one |= {"files": files, "lines_elsewhere": elsewhere}
+    seven = {
+        "Hertz": Scene(TABOR, Elastic(), HardContact()),
+        "DMT-like": Scene(DMT_TABOR),
+        "JKR-like": Scene(JKR_TABOR),
+        "rubbery": Scene(TABOR),
+        "glassy": Scene(TABOR, SLS),
+        "one relaxation": Scene(TABOR, SLS),
+        "ten relaxations": Scene(TABOR, TEN),
+    }
+    ranges = [of_another_range(float(tabor)) for tabor in progress(TABORS, "ranges of adhesion")]
+    bands = [of_one_process(decades, rate) for decades in progress(DECADES, "spectra") for rate in SLOW_AND_FAST]
+    content = {
+        "path": {"depth": DEPTH, "start": START, "rate": RATE, "dwell": DWELL, "modulus_ratio": MODULUS_RATIO},
+        "shared_files": shared_files(code),
+        "rows": rows,
+        "curves": [curve(name, scene) for name, scene in seven.items()],
+        "tolerance": TOLERANCE,
+        "stand_ins": [stand_ins(float(rate)) for rate in progress(RATES, "rates")],
+        "ranges": ranges,
+        "bands": bands,
+        "safe": safe(ranges, bands),
+    }
+    publish(out, f"effects --repeats {repeats}", content, busy=busy)
+
+
+if __name__ == "__main__":
+    run_main(main)

@@ -1,0 +1,146 @@
+"""How often `recommend` keeps its promise, and what it saves.
+
+Random samples: the paper's box with its solid; a box ten times wider in every direction, with random modulus ratios;
+ten-term solids of random spectra in the paper's box; the paper's box without adhesion and with random modulus ratios;
+histories of two loads with a partial unloading between. For each protocol, tolerance and quantity the recommended scene
+and the full one are simulated at `ACCURACY`, and the difference is set against the tolerance. What a recommendation
+saves is the ratio of seconds at standard accuracy, of the scenes that were simplified.
+
+Usage: `python -m experiments.effects.recommendations [--count N] [--out FILE]`.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+
+from bem import (
+    HardContact,
+    LennardJones,
+    LoadingProtocol,
+    PiecewiseLinearProtocol,
+    PronySeries,
+    Scene,
+    StandardLinearSolid,
+    recommend,
+    simulate,
+)
+from bem._support.command_line import run_main
+from bem.dataset.designs import PAPER_RANGES, Design
+from bem.effects.recommendation import difference
+from bem.effects.scene_effects import Protocol
+from experiments.timing import CLOCK, MEASUREMENTS, Busy, progress, publish, spread, timed
+
+OUT = MEASUREMENTS / "recommendations.json"
+ASKED = {"force": (0.1, 0.03, 0.01), "pull_off_force": (0.1,), "hysteresis": (0.1,)}
+ACCURACY = 1.5e-3
+TERMS = 10
+SAMPLES = ("paper", "wider", "ten terms", "no adhesion", "two loads")
+TIMED = 3
+
+
+def sample(name: str, count: int, seed: int = 4) -> list[tuple[Scene, Protocol]]:
+    """Scenes and protocols of one of `SAMPLES`."""
+    generator = np.random.default_rng(seed)
+    wider = {key: (low / 10.0, 10.0 * high) for key, (low, high) in PAPER_RANGES.items()}
+    wider["tabor"] = (0.05, 5.0)
+    drawn = Design("log-uniform", wider if name == "wider" else {}).protocols(count, seed)
+    cases: list[tuple[Scene, Protocol]] = []
+    for i in range(count):
+        quantities = {key: float(values[i]) for key, values in drawn.items()}
+        tabor = quantities.pop("tabor")
+        ratio = 0.1 if name in ("paper", "two loads") else float(10.0 ** generator.uniform(-2.0, -0.1))
+        material: StandardLinearSolid | PronySeries = StandardLinearSolid(ratio)
+        if name == "ten terms":
+            weights = generator.dirichlet(np.ones(TERMS))
+            material = PronySeries(0.9 * weights, np.sort(10.0 ** generator.uniform(-3.0, 3.0, TERMS)))
+        law = HardContact() if name == "no adhesion" else LennardJones()
+        protocol: Protocol = LoadingProtocol(**quantities)
+        if name == "two loads":
+            protocol = two_loads(LoadingProtocol(**quantities), tabor, float(generator.uniform(0.0, 0.9)))
+        cases.append((Scene(tabor, material, law), protocol))
+    return cases
+
+
+def two_loads(protocol: LoadingProtocol, tabor: float, share: float) -> PiecewiseLinearProtocol:
+    """Load, draw back to a share of the peak, load again, unload, at the rates of a protocol."""
+    start, peak = protocol.start(tabor), protocol.peak_indentation
+    depths = np.array([start, peak, share * peak, peak, start])
+    rates = np.array([protocol.loading_rate, protocol.unloading_rate, protocol.loading_rate, protocol.unloading_rate])
+    return PiecewiseLinearProtocol(np.append(0.0, np.cumsum(np.abs(np.diff(depths)) / rates)), depths)
+
+
+def checked(scene: Scene, protocol: Protocol, tolerance: float, quantity: str) -> dict[str, Any]:
+    """One recommendation beside the full solution."""
+    with CLOCK:
+        found = recommend(scene, protocol, tolerance, quantity=quantity)
+    seconds = CLOCK.seconds
+    simplified = found.found_by != "nothing is left out"
+    row = {
+        "effects": str(found.effects),
+        "found_by": found.found_by,
+        "estimate": found.estimate,
+        "simplified": simplified,
+        "seconds": seconds,
+        "cost": found.cost,
+        "error": None,
+        "kept": None,
+        "ratio": None,
+    }
+    if simplified:
+        history = protocol.history(scene.tabor) if isinstance(protocol, LoadingProtocol) else protocol
+        full, simple = simulate(scene, protocol, ACCURACY), simulate(found.scene, found.protocol, ACCURACY)
+        row["error"] = difference(simple, full, history, quantity)
+        row["kept"] = bool(row["error"] <= tolerance)
+        dear = min(timed(lambda: simulate(scene, protocol), TIMED))
+        row["ratio"] = min(timed(lambda: simulate(found.scene, found.protocol), TIMED)) / dear
+        row["full_seconds"] = dear
+    return row
+
+
+def summary(rows: list[dict[str, Any]]) -> dict[str, Any]:
+    """What a sample says about one tolerance and quantity; errors and ratios of the simplified scenes only."""
+    simplified = [row for row in rows if row["simplified"]]
+    ratios = [row["ratio"] for row in simplified]
+    return {
+        "cases": len(rows),
+        "simplified": len(simplified),
+        "kept": sum(row["kept"] for row in simplified),
+        "worst_error": max((row["error"] for row in simplified), default=None),
+        "by_estimate": sum(row["found_by"] == "estimate" for row in rows),
+        "effects": dict(Counter(row["effects"] for row in rows).most_common(6)),
+        "seconds": spread([row["seconds"] for row in rows]),
+        "full_seconds": spread([row["full_seconds"] for row in simplified]),
+        "ratio": spread(ratios),
+        "slower": sum(ratio > 1.0 for ratio in ratios),
+    }
+
+
+def main(
+    count: Annotated[int, typer.Option(help="Protocols of each sample.")] = 100,
+    out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
+    busy: Busy = False,
+) -> None:
+    """Check `recommend` against the full solution."""
+    results = []
+    for name in SAMPLES:
+        cases = sample(name, count)
+        for quantity, tolerances in ASKED.items():
+            if quantity == "pull_off_force" and name == "no adhesion":
+                continue
+            for tolerance in tolerances:
+                label = f"{name}, {quantity} within {tolerance:g}"
+                rows = [checked(*case, tolerance, quantity) for case in progress(cases, label)]
+                found = summary(rows)
+                results.append({"sample": name, "quantity": quantity, "tolerance": tolerance, **found})
+                print(f"{label}: kept in {found['kept']} of {found['simplified']} simplified", flush=True)
+    content = {"accuracy": ACCURACY, "results": results}
+    publish(out, f"recommendations --count {count}", content, busy=busy)
+
+
+if __name__ == "__main__":
+    run_main(main)

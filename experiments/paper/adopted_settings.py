@@ -1,0 +1,95 @@
+"""What the paper prescribes and we adopted, read off the code that carries it out: ranges, recipe, layers, protocols.
+
+`REPRODUCTION.md` sets it beside the paper's words; such a row shows that we follow the paper, not that a result came
+out the same. The closed forms of the two elastic limits are here too, as the code evaluates them.
+
+Usage: `python -m experiments.paper.adopted_settings [--configs DIR] [--out FILE]`.
+"""
+
+from __future__ import annotations
+
+import inspect
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+
+from bem._support.command_line import run_main
+from bem.dataset.designs import PAPER_RANGES
+from bem.dataset.measurement_steps import FMS
+from bem.protocol import default_start_indentation
+from bem.reference_solutions import dmt, jkr
+from bem.reference_solutions import persson_brener as theory
+from experiments import common
+from surrogate.training.recipe import Recipe
+
+OUT = common.RESULTS / "adopted_settings.json"
+
+
+def recipe() -> dict[str, Any]:
+    """The recipe `paper`, its plateau's keys beside the others."""
+    found = Recipe.load("paper").as_dict()
+    plateau = found.pop("plateau")
+    return found | plateau
+
+
+def layers() -> dict[str, Any]:
+    """Sizes of the built M1 and M4 models that the paper states."""
+    import surrogate
+
+    m1, m4 = surrogate.build("M1-FiLM"), surrogate.build("M4-FiLM")
+    blocks = [layer.get_config() for layer in m4.layers if layer.name.startswith("block_")]
+    sizes = {key: ", ".join(str(block[key]) for block in blocks) for key in ("filters", "dilation")}
+    return {
+        "lstm_units": ", ".join(str(m1.get_layer(name).units) for name in ("lstm_1", "lstm_2")),
+        "film_context": m1.get_layer("film").hidden,
+        "readout_units": m1.get_layer("readout_hidden").units,
+        "tcn_widths": sizes["filters"],
+        "tcn_dilations": sizes["dilation"],
+        "tcn_blocks": len(blocks),
+        **{f"tcn_{key}": blocks[0][key] for key in ("kernel_size", "dropout")},
+    }
+
+
+def crack_protocol() -> dict[str, Any]:
+    """What is fixed in the protocols of the relaxed short-range limit, and the defaults of its length scale."""
+    protocols = common.paper_protocols("persson_brener_protocols")
+    fixed = {name: {row[name] for row in protocols} for name in common.QUANTITIES if name != "unloading_rate"}
+    if any(len(values) > 1 for values in fixed.values()):
+        raise ValueError(f"protocols must differ in the unloading rate alone; received {fixed}")
+    defaults = inspect.signature(theory.length_scale).parameters
+    found = {name: values.pop() for name, values in fixed.items()}
+    return {**found, **{name: float(defaults[name].default) for name in ("alpha", "radius_over_gap")}}
+
+
+def main(
+    configs: Annotated[Path, typer.Option(help="Where the studies' TOML files are.")] = common.CONFIGS,
+    out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
+) -> None:
+    """Write the settings."""
+    from surrogate.data.features import channel_names
+
+    features = common.read_config(configs / "feature_sets.toml", "architecture", "recipe", "epochs", "sets", "jobs")
+    radii = np.linspace(0.5, 3.0, 100_001)
+    content = {
+        "ranges": {name: list(bounds) for name, bounds in PAPER_RANGES.items()},
+        "start_over_tabor": default_start_indentation(1.0),
+        "measurement_steps": sum(FMS),
+        "steps_by_phase": ", ".join(map(str, FMS)),
+        "channels": {name: len(channel_names(name)) for name in features["sets"]},
+        "feature_sets": ", ".join(features["sets"]),
+        "recipe": recipe(),
+        "layers": layers(),
+        "crack_protocol": crack_protocol(),
+        "closed_forms": {
+            "jkr_pull_off": float(jkr.force_from_contact_radius(radii).max()),
+            "dmt_pull_off": float(dmt.force_from_indentation(0.0, 1.0)),
+        },
+    }
+    common.write_result(out, "adopted_settings", content)
+    print("settings written")
+
+
+if __name__ == "__main__":
+    run_main(main)

@@ -1,0 +1,93 @@
+"""The wirings of the models as graphs, read off the Keras models themselves so that they cannot drift.
+
+For each model: its layers in order of computation, each with its kind, a short label, its width, its parameters and
+the layers it reads. For the components figure also what is inside one residual block.
+
+Usage: `python -m experiments.paper.architecture_graphs [--out FILE]` for the eighteen; with `--architecture FILE.py`
+for those alone which that file registers.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from bem._support.command_line import run_main
+from experiments import common
+from surrogate.cli.predict import ArchitectureOption
+
+OUT = common.RESULTS / "architecture_graphs.json"
+OWN = common.RESULTS / "own_architecture_graphs.json"
+
+
+def label(layer: Any) -> str:
+    """What a box of the drawing says: the layer's kind and what distinguishes it."""
+    kind, config = type(layer).__name__, layer.get_config()
+    texts = {
+        "InputLayer": lambda: "history" if layer.name == "sequence" else "Tabor",
+        "LSTM": lambda: f"LSTM {config['units']}",
+        "Dense": lambda: f"Dense {config['units']}" + (", ReLU" if config["activation"] == "relu" else ""),
+        "Conv1D": lambda: f"Conv {config['filters']}, {config['kernel_size'][0]} pt",
+        "LayerNormalization": lambda: "LayerNorm",
+        "Add": lambda: "Add",
+        "AppendTabor": lambda: "Concat",
+        "FiLM": lambda: "FiLM",
+        "TaborGate": lambda: "Gate",
+        "ResidualTCNBlock": lambda: f"TCN {config['filters']}, d = {config['dilation']}",
+        "EncoderBlock": lambda: f"Encoder, {config['heads']} heads",
+    }
+    return texts[kind]() if kind in texts else kind
+
+
+def graph(model: Any) -> dict[str, Any]:
+    """Layers of a functional Keras model in order of computation."""
+    layers = []
+    for operation in model.operations:
+        # Keras 3 has no public way to ask a layer what it reads.
+        node = operation._inbound_nodes[0]
+        layers.append(
+            {
+                "name": operation.name,
+                "kind": type(operation).__name__,
+                "label": label(operation),
+                "width": int(node.output_tensors[0].shape[-1]),
+                "parameters": int(operation.count_params()) if hasattr(operation, "count_params") else 0,
+                "inputs": [tensor._keras_history.operation.name for tensor in node.input_tensors],
+            }
+        )
+    reach = [reach_back(operation) for operation in model.operations]
+    receptive = 1 + sum(reach) if any(reach) else None
+    return {"parameters": int(model.count_params()), "receptive_field": receptive, "layers": layers}
+
+
+def reach_back(layer: Any) -> int:
+    """Steps back a residual convolution block looks; zero for other layers."""
+    if type(layer).__name__ != "ResidualTCNBlock":
+        return 0
+    return 2 * (layer.kernel_size - 1) * layer.dilation
+
+
+def main(
+    out: Annotated[Path | None, typer.Option(help="Result file to write.")] = None,
+    architecture: ArchitectureOption = None,
+) -> None:
+    """Build the models and write their graphs."""
+    import surrogate
+    from surrogate.architectures.naming import FAMILIES, split_name
+    from surrogate.architectures.registry import REGISTERED, load_architectures
+    from surrogate.data.features import channel_names
+
+    load_architectures(architecture or ())
+    chosen = [name for name in surrogate.names() if (split_name(name)[0] in REGISTERED) == bool(architecture)]
+    graphs = {name: graph(surrogate.build(name)) for name in chosen}
+    words = {family: FAMILIES[family] for family in dict.fromkeys(split_name(name)[0] for name in chosen)}
+    place = out or (OWN if architecture else OUT)
+    content = {"channels": list(channel_names("D")), "families": words, "models": graphs}
+    common.write_result(place, "architecture_graphs", content)
+    print(f"{len(graphs)} wirings written to {place}")
+
+
+if __name__ == "__main__":
+    run_main(main)

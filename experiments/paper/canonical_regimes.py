@@ -1,0 +1,108 @@
+"""The twelve canonical protocols: solver against surrogate, with the seconds both need.
+
+The seconds are those that `experiments.paper.canonical_times` measured and published, whatever machine this runs on.
+Source: the paper's section "Canonical adhesion regimes" and its timing table.
+
+Usage: `python -m experiments.paper.canonical_regimes [--config FILE] [--models DIR] [--times FILE] [--out FILE]`.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import numpy as np
+import typer
+
+from bem._support.command_line import run_main
+from bem.dataset.measurement_steps import FMS
+from experiments import common
+from experiments.paper import canonical_times
+
+if TYPE_CHECKING:
+    from surrogate.inference.predictor import Surrogate
+
+CONFIG = common.CONFIGS / "canonical_regimes.toml"
+OUT = common.RESULTS / "canonical_regimes.json"
+SCALARS = ("pull_off_force", "pull_off_time", "hysteresis", "max_compression", "end_force")
+
+
+def regime(
+    protocol: dict[str, Any], trained: Surrogate, config: dict[str, Any], seconds: dict[str, float]
+) -> dict[str, Any]:
+    """One protocol: native history, measurement steps, prediction, scalars, errors and seconds.
+
+    Args:
+        protocol: A row of the timing table.
+        trained: Our predictor.
+        config: The study's configuration.
+        seconds: What it took, as published.
+    """
+    from surrogate.data.metrics import hysteresis, nmae, pull_off
+
+    trajectory = common.simulated(protocol, modulus_ratio=config["modulus_ratio"], accuracy=config["accuracy"])
+    steps = common.on_steps(protocol, trajectory)
+    force = common.predicted(trained, steps, FMS, protocol["tabor"])
+    first = FMS[0] + FMS[1] - 1
+    found, reference = (
+        {
+            "pull_off_force": float(pull_off(steps["time"][None], values[None], first)[0][0]),
+            "hysteresis": float(hysteresis(steps["indentation"][None], values[None])[0]),
+        }
+        for values in (force, steps["force"])
+    )
+    return {
+        "sample": int(protocol["sample"]),
+        "protocol": {name: protocol[name] for name in common.QUANTITIES},
+        "native": common.lists({name: getattr(trajectory, name) for name in ("time", "indentation", "force")}),
+        "steps": common.lists({**steps, "predicted": force}),
+        "solver": {name: getattr(trajectory, name) for name in SCALARS} | {"jumps": len(trajectory.jumps)},
+        "surrogate": found,
+        "errors_percent": {name: common.percent(found[name], reference[name]) for name in found}
+        | {"nmae": float(nmae(force[None], steps["force"][None])[0])},
+        "seconds": seconds,
+        "paper_seconds": {"solver": protocol["bem_seconds"], "surrogate": protocol["surrogate_seconds"]},
+    }
+
+
+def summary(regimes: list[dict[str, Any]]) -> dict[str, float]:
+    """Medians and factors over the twelve protocols."""
+    columns = {name: np.array([one["seconds"][name] for one in regimes]) for name in regimes[0]["seconds"]}
+    found = {f"median_{name}_seconds": float(np.median(values)) for name, values in columns.items()}
+    factor = columns["solver"] / columns["predictor"]
+    found |= {"least_factor": float(factor.min()), "median_factor": float(np.median(factor))}
+    found["orders_of_magnitude"] = float(np.log10(np.median(factor)))
+    found["median_pull_off_error_percent"] = float(
+        np.median([one["errors_percent"]["pull_off_force"] for one in regimes])
+    )
+    return found
+
+
+def main(
+    config: Annotated[Path, typer.Option(help="TOML file.")] = CONFIG,
+    models: Annotated[Path, typer.Option(help="Where trained models are.")] = common.MODELS,
+    times: Annotated[Path, typer.Option(help="Published seconds of the protocols.")] = canonical_times.OUT,
+    out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
+) -> None:
+    """Simulate and predict the twelve protocols."""
+    settings = common.read_config(config, "model", "modulus_ratio", "accuracy")
+    measured = canonical_times.published(times)
+    trained = common.load_surrogate(settings["model"], models)
+    regimes = [
+        regime(protocol, trained, settings, measured["seconds"][str(int(protocol["sample"]))])
+        for protocol in common.paper_protocols("canonical_protocols")
+    ]
+    found = summary(regimes) | {"measurement_steps": sum(FMS), "steps_by_phase": ", ".join(map(str, FMS))}
+    content = {
+        "config": settings,
+        "backend": type(trained.backend).__name__,
+        "times": {name: measured[name] for name in ("host", "config")},
+        "summary": found,
+        "regimes": regimes,
+    }
+    common.write_result(out, "canonical_regimes", content)
+    print(f"least factor {found['least_factor']:.3g}, median factor {found['median_factor']:.3g}")
+
+
+if __name__ == "__main__":
+    run_main(main)

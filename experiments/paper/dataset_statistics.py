@@ -1,0 +1,127 @@
+"""What the data set holds, in numbers: cost, failures, jumps, and the resolution floor of the measurement steps.
+
+The resolution floor is the error of the pull-off force made by the fixed measurement steps alone: the largest force on
+the steps of the unloading phase against the largest of the solver's own history. No surrogate that predicts the steps
+can be told from the solver below it.
+
+Still attached at its end is a trajectory whose end force exceeds the far-field attraction there
+(`bem.trajectory.far_field`): its pull-off force is the largest so far.
+
+Cost is the solver's seconds and, over these, the workers' seconds on trajectories (measuring and keeping included) and
+the whole run, wall time times workers; the parallel efficiency is the share of the whole run that went into
+trajectories. The force ratio, pull-off force over largest compression, has no meaning for a trajectory that is never
+compressed; these are counted and left out of it.
+
+Usage: `python -m experiments.paper.dataset_statistics [--dataset FILE] [--out FILE]`.
+"""
+
+import hashlib
+import json
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+
+from bem._support.command_line import run_main
+from bem._support.validation import FloatArray
+from bem.dataset.file import Dataset, load_dataset
+from bem.protocol import default_start_indentation
+from bem.trajectory import far_field
+
+DATASET = Path("published/dataset.h5")
+OUT = Path("results/dataset/statistics.json")
+PERCENTILES = {"median": 50.0, "p90": 90.0, "p99": 99.0, "largest": 100.0}
+
+
+def percentiles(values: FloatArray) -> dict[str, float]:
+    """Median, 90th and 99th percentile and largest of some values."""
+    return {name: float(np.percentile(values, percent)) for name, percent in PERCENTILES.items()}
+
+
+def resolution_floor(dataset: Dataset) -> dict[str, FloatArray]:
+    """Relative error of pull-off force and pull-off time on the measurement steps, each of shape (completed,)."""
+    rows = dataset.completed
+    # The peak is the first point of the unloading phase.
+    first = dataset.counts[0] + dataset.counts[1] - 1
+    unloading = dataset.force[rows, first:].astype(np.float64)
+    times = dataset.grid()[0][rows, first:]
+    grid_time = np.take_along_axis(times, unloading.argmax(axis=1)[:, np.newaxis], axis=1)[:, 0]
+    force, time = (dataset.scalars[name][rows] for name in ("pull_off_force", "pull_off_time"))
+    return {
+        "pull_off_force": np.abs(unloading.max(axis=1) - force) / np.abs(force),
+        "pull_off_time": np.abs(grid_time - time) / time,
+    }
+
+
+def force_ratio(dataset: Dataset) -> FloatArray:
+    """Pull-off force over largest compression of the completed trajectories that are ever compressed."""
+    force, compression = (dataset.scalars[name][dataset.completed] for name in ("pull_off_force", "max_compression"))
+    compressed = compression < 0.0
+    return force[compressed] / -compression[compressed]
+
+
+def still_attached(dataset: Dataset) -> np.ndarray:
+    """Which of the completed trajectories end attached, by their end force alone: bool, of shape (completed,)."""
+    rows = dataset.completed
+    end = default_start_indentation(dataset.protocols["tabor"][rows])
+    return ~far_field(dataset.scalars["end_force"][rows], end)
+
+
+def statistics(dataset: Dataset) -> dict[str, Any]:
+    """Everything the tables say about a data set."""
+    rows, scalars = dataset.completed, dataset.scalars
+    floor = resolution_floor(dataset)
+    force, seconds = scalars["pull_off_force"][rows], scalars["solver_seconds"]
+    ratio = force_ratio(dataset)
+    attributes = dataset.attributes
+    workers_seconds = attributes["wall_seconds"] * attributes["workers"]
+    columns = np.stack(list(dataset.protocols.values()), axis=1)
+    return {
+        "trajectories": len(dataset),
+        "completed": len(rows),
+        "distinct_protocols": len(np.unique(columns, axis=0)),
+        "ranges": {name: [float(values.min()), float(values.max())] for name, values in dataset.protocols.items()},
+        "solver_seconds": {
+            "mean": float(seconds.mean()),
+            "sum": float(seconds.sum()),
+            "range": [float(seconds.min()), float(seconds.max())],
+            **percentiles(seconds),
+        },
+        "steps_mean": float(scalars["steps"].mean()),
+        **{name: attributes[name] for name in ("core_seconds", "wall_seconds", "workers", "host", "accuracy")},
+        "trajectories_over_solver": float(attributes["core_seconds"] / seconds.sum()),
+        "run_over_solver": float(workers_seconds / seconds.sum()),
+        "parallel_efficiency": float(attributes["core_seconds"] / workers_seconds),
+        "peak_memory": attributes.get("peak_memory"),
+        "with_jumps": float(np.mean(scalars["jump_count"][rows] > 0)),
+        "still_attached": float(np.mean(still_attached(dataset))),
+        "end_force_above_half_pull_off": float(np.mean(scalars["end_force"][rows] > 0.5 * force)),
+        "pull_off_force": [float(force.min()), float(force.max())],
+        "pull_off_time": [float(bound) for bound in np.percentile(scalars["pull_off_time"][rows], [0.0, 100.0])],
+        "never_compressed": len(rows) - len(ratio),
+        "force_ratio": [float(ratio.min()), float(ratio.max())] if len(ratio) else None,
+        "resolution_floor": {name: percentiles(values) for name, values in floor.items()},
+        "floor_above_20_percent": float(np.mean(floor["pull_off_force"] > 0.2)),
+    }
+
+
+def main(
+    dataset: Annotated[Path, typer.Option(help="Data set file.")] = DATASET,
+    out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
+) -> None:
+    """Write the statistics of a data set as JSON."""
+    content = {
+        "dataset": dataset.name,
+        "file_sha256": hashlib.sha256(dataset.read_bytes()).hexdigest(),
+        **statistics(load_dataset(dataset)),
+    }
+    out.parent.mkdir(parents=True, exist_ok=True)
+    out.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+    floor = content["resolution_floor"]["pull_off_force"]
+    print(f"{content['completed']} of {content['trajectories']} completed; resolution floor of the pull-off force:")
+    print("  ".join(f"{name} {100 * value:.3g} %" for name, value in floor.items()))
+
+
+if __name__ == "__main__":
+    run_main(main)

@@ -1,0 +1,126 @@
+"""Statistics of a model's errors on the held-out trajectories: quartiles by force MSE, distributions, correlations.
+
+Reads the `test_errors.csv` of a model directory; computes nothing anew. Source: the paper's section "Physically
+interpretable error statistics".
+
+Usage: `python -m experiments.paper.error_statistics [--config FILE] [--models DIR] [--dataset FILE] [--out FILE]`.
+"""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from scipy.stats import spearmanr
+
+from bem._support.command_line import run_main
+from experiments import common
+from experiments.lineage import read_lineage, require_dataset
+
+CONFIG = common.CONFIGS / "error_statistics.toml"
+OUT = common.RESULTS / "error_statistics.json"
+QUARTILES = ("Q1", "Q2", "Q3", "Q4")
+PERCENTS = ("pull_off_force_percent", "hysteresis_percent", "pull_off_time_percent", "nmae_percent")
+
+
+def read_errors(path: Path) -> dict[str, np.ndarray]:
+    """The columns of a `test_errors.csv`.
+
+    Raises:
+        FileNotFoundError: no such file.
+    """
+    if not path.is_file():
+        raise FileNotFoundError(f"no errors of a trained model at {str(path)!r}; `surrogate train` writes them")
+    with path.open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    return {name: np.array([float(row[name]) for row in rows]) for name in rows[0]}
+
+
+def quartile_of(mse: np.ndarray) -> np.ndarray:
+    """Quartile 0 to 3 of each trajectory by rank of its force MSE; sizes differ by one at most."""
+    quartile = np.empty(mse.size, dtype=np.int64)
+    for index, part in enumerate(np.array_split(np.argsort(mse, kind="stable"), 4)):
+        quartile[part] = index
+    return quartile
+
+
+def moments(values: np.ndarray) -> dict[str, float]:
+    """Mean and sample standard deviation."""
+    return {"mean": float(values.mean()), "sd": float(values.std(ddof=1)) if values.size > 1 else 0.0}
+
+
+def statistics(errors: dict[str, np.ndarray]) -> dict[str, Any]:
+    """Quartiles, overall statistics and rank correlations of the errors of many trajectories."""
+    quartile = quartile_of(errors["mse"])
+    table = {
+        name: {"count": int(np.sum(quartile == q))}
+        | {column: moments(errors[column][quartile == q]) for column in ("mse", *PERCENTS)}
+        for q, name in enumerate(QUARTILES)
+    }
+    overall = {
+        column: {
+            **moments(errors[column]),
+            "median": float(np.median(errors[column])),
+            "p90": float(np.percentile(errors[column], 90)),
+            "largest": float(errors[column].max()),
+        }
+        for column in ("mse", "mae", "dtw_rmse", *PERCENTS, "native_pull_off_force_percent", "resolution_floor_percent")
+    }
+    force = errors["pull_off_force_percent"]
+    correlations = {
+        "pull_off_and_hysteresis": float(spearmanr(force, errors["hysteresis_percent"]).statistic),
+        "pull_off_and_nmae": float(spearmanr(force, errors["nmae_percent"]).statistic),
+        "mse_and_nmae": float(spearmanr(errors["mse"], errors["nmae_percent"]).statistic),
+    }
+    floor = errors["resolution_floor_percent"]
+    return {
+        "trajectories": int(quartile.size),
+        "quartiles": table,
+        "overall": overall,
+        "spearman": correlations,
+        "below_resolution_floor": float(np.mean(force < floor)),
+        "per_trajectory": {
+            **{name: errors[name].tolist() for name in ("mse", *PERCENTS)},
+            "quartile": quartile.tolist(),
+        },
+    }
+
+
+def held_out_errors(folder: Path, dataset: Path) -> dict[str, np.ndarray]:
+    """Errors of a model directory, which must be those of its own held-out part of that data set.
+
+    Raises:
+        FileNotFoundError: no such file.
+        ValueError: another data set, or errors of other trajectories than the split holds out.
+    """
+    errors = read_errors(folder / "test_errors.csv")
+    require_dataset(folder, dataset)
+    held_out = read_lineage(folder).parts["test"]
+    if tuple(errors["trajectory"].astype(int)) != held_out:
+        raise ValueError(
+            f"{str(folder / 'test_errors.csv')!r} must hold the {len(held_out)} trajectories that split.json holds "
+            f"out, in its order; received {len(errors['trajectory'])} others: `surrogate evaluate` writes them anew"
+        )
+    return errors
+
+
+def main(
+    config: Annotated[Path, typer.Option(help="TOML file.")] = CONFIG,
+    models: Annotated[Path, typer.Option(help="Where trained models are.")] = common.MODELS,
+    dataset: Annotated[Path, typer.Option(help="Data set file the model was trained on.")] = common.DATASET,
+    out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
+) -> None:
+    """Write the error statistics of one model."""
+    settings = common.read_config(config, "model")
+    content = statistics(held_out_errors(models / settings["model"], dataset))
+    common.write_result(out, "error_statistics", {"config": settings, **content})
+    for column in ("pull_off_force_percent", "hysteresis_percent"):
+        found = content["overall"][column]
+        print(f"{column}: median {found['median']:.2f}, 90th percentile {found['p90']:.2f}")
+
+
+if __name__ == "__main__":
+    run_main(main)

@@ -1,0 +1,88 @@
+"""The input representations A to D on the reference architecture, trained alike.
+
+Trains up to four models; continues where it was interrupted, and takes what the result file holds already. That file is
+published, so that the figure draws at once; without it all are trained anew. Source: the paper's appendix "Effects of
+training-set size and physics-guided input representation".
+
+Usage: `python -m experiments.paper.feature_sets [--config FILE] [--dataset FILE] [--models DIR] [--work DIR]
+[--out FILE]`.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from bem._support.command_line import run_main
+from experiments import common
+from experiments.paper.trainings import WORK, Variant, earlier_trainings, train_variants
+from surrogate.training.queue import STOPPED
+
+CONFIG = common.CONFIGS / "feature_sets.toml"
+OUT = Path("published/feature_sets.json")
+
+
+def variants(config: dict[str, Any]) -> dict[str, Variant]:
+    """One training for each feature set."""
+    return {
+        features: Variant(
+            label=f"features-{features}",
+            architecture=config["architecture"],
+            recipe=config["recipe"],
+            epochs=config["epochs"],
+            features=features,
+        )
+        for features in config["sets"]
+    }
+
+
+def summary(sets: dict[str, dict[str, Any]]) -> dict[str, Any]:
+    """The factor between the extremes, and the order by validation error."""
+    order = sorted(sets, key=lambda name: sets[name]["validation_mse"])
+    found: dict[str, Any] = {"order": order, "best": order[0]}
+    errors = {name: sets[name]["validation_mse"] for name in order}
+    if {"A", "B", "C", "D"} <= sets.keys():
+        found["all_improve_over_a"] = all(errors[name] < errors["A"] for name in "BCD")
+        found["d_better_than_c"] = errors["D"] < errors["C"]
+    if {"A", "D"} <= sets.keys():
+        found["factor_a_over_d"] = errors["A"] / errors["D"]
+    return found
+
+
+def main(
+    config: Annotated[Path, typer.Option(help="TOML file.")] = CONFIG,
+    dataset: Annotated[Path, typer.Option(help="Data set file.")] = common.DATASET,
+    models: Annotated[Path, typer.Option(help="Published models, taken where trained alike.")] = common.MODELS,
+    work: Annotated[Path, typer.Option(help="Where the trainings are kept.")] = WORK / "feature_sets",
+    out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
+) -> None:
+    """Train the feature sets, or go on; the result file holds what is trained."""
+    settings = common.read_config(config, "architecture", "recipe", "epochs", "sets", "jobs")
+    wanted = variants(settings)
+
+    def publish(done: dict[str, dict[str, Any]]) -> None:
+        sets = {name: done[variant.label] for name, variant in wanted.items() if variant.label in done}
+        if sets:
+            complete = len(sets) == len(wanted)
+            found = summary(sets) if complete else {}
+            content = {"config": settings, "complete": complete, "summary": found, "sets": sets}
+            common.write_result(out, "feature_sets", content)
+
+    complete = train_variants(
+        list(wanted.values()),
+        dataset=dataset,
+        work=work,
+        models=models,
+        published=earlier_trainings(out, lambda content: content["sets"].values()),
+        jobs=settings["jobs"],
+        publish=publish,
+    )
+    if not complete:
+        print("stopped; the same command resumes")
+        raise typer.Exit(STOPPED)
+
+
+if __name__ == "__main__":
+    run_main(main)

@@ -1,0 +1,135 @@
+"""The trained model on other numbers of measurement steps (FMS), without retraining.
+
+The paper shows one trajectory, its sample (8). Here the same is done for every held-out trajectory too, each simulated
+once and sampled on every grid. Source: the paper's appendix "FMS-resolution transferability".
+
+Usage: `python -m experiments.paper.fms_transfer [--config FILE] [--models DIR] [--dataset FILE] [--out FILE]`.
+"""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from rich.progress import track
+
+from bem import Trajectory
+from bem._support.command_line import run_main
+from bem.dataset.measurement_steps import measurement_grid, proportional_counts
+from experiments import common
+from experiments.lineage import require_dataset
+
+CONFIG = common.CONFIGS / "fms_transfer.toml"
+OUT = common.RESULTS / "fms_transfer.json"
+
+
+def sample_transfer(protocol: dict[str, Any], trained: Any, config: dict[str, Any]) -> dict[str, Any]:
+    """One protocol: native history, and the prediction and its error for each number of steps."""
+    from surrogate.data.metrics import nmae
+
+    trajectory = common.simulated(protocol, modulus_ratio=config["modulus_ratio"], accuracy=config["accuracy"])
+    predictions = {}
+    for total in config["steps"]:
+        counts = proportional_counts(total)
+        steps = common.on_steps(protocol, trajectory, counts)
+        force = common.predicted(trained, steps, counts, protocol["tabor"])
+        scaled = [trained.scaling.scale_force(values) for values in (force, steps["force"])]
+        predictions[str(total)] = {
+            "indentation": steps["indentation"].tolist(),
+            "predicted": force.tolist(),
+            "mse": float(np.mean((scaled[0] - scaled[1]) ** 2)),
+            "nmae_percent": float(nmae(force[None], steps["force"][None])[0]),
+        }
+    return {
+        "sample": int(protocol["sample"]),
+        "native": common.lists({name: getattr(trajectory, name) for name in ("time", "indentation", "force")}),
+        "predictions": predictions,
+    }
+
+
+def held_out(models: Path, dataset: Path, config: dict[str, Any]) -> tuple[dict[str, np.ndarray], list[Trajectory]]:
+    """Protocols of the model's held-out trajectories and their simulations.
+
+    Raises:
+        ValueError: the model was trained on another data set, in which its indices mean nothing.
+    """
+    from surrogate.data.dataset import Split, TrajectoryDataset
+
+    require_dataset(models / config["model"], dataset)
+    data = TrajectoryDataset.load(dataset)
+    indices = Split.load(models / config["model"] / "split.json").test
+    if config["trajectories"]:
+        indices = indices[: config["trajectories"]]
+    protocols = data.protocols_of(indices)
+    rows = [{name: float(values[row]) for name, values in protocols.items()} for row in range(len(indices))]
+    simulations = [
+        common.simulated(row, modulus_ratio=config["modulus_ratio"], accuracy=config["accuracy"])
+        for row in track(rows, description="held-out trajectories", transient=True)
+    ]
+    return protocols, simulations
+
+
+def errors_on_grid(
+    total: int, protocols: dict[str, np.ndarray], simulations: list[Trajectory], trained: Any
+) -> dict[str, dict[str, float]]:
+    """Summary of the errors of all held-out trajectories on one number of steps."""
+    from surrogate.data.features import edge_from_counts
+    from surrogate.data.metrics import summary, trajectory_errors
+    from surrogate.inference.predictor import ExtrapolationWarning
+
+    counts = proportional_counts(total)
+    times, indentations = measurement_grid(**protocols, counts=counts)
+    reference = np.stack([one.at(row.clip(max=one.time[-1])) for one, row in zip(simulations, times, strict=True)])
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ExtrapolationWarning)
+        edge = edge_from_counts(counts, len(times))
+        force = trained.predict(times, indentations, tabor=protocols["tabor"], edge=edge)
+    return summary(
+        trajectory_errors(
+            force,
+            reference,
+            predicted_scaled=trained.scaling.scale_force(force),
+            reference_scaled=trained.scaling.scale_force(reference),
+            times=times,
+            indentations=indentations,
+            unloading_from=counts[0] + counts[1] - 1,
+            native_pull_off_force=np.array([one.pull_off_force for one in simulations]),
+        )
+    )
+
+
+def main(
+    config: Annotated[Path, typer.Option(help="TOML file.")] = CONFIG,
+    models: Annotated[Path, typer.Option(help="Where trained models are.")] = common.MODELS,
+    dataset: Annotated[Path, typer.Option(help="Data set file.")] = common.DATASET,
+    out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
+) -> None:
+    """Predict on every number of steps with the same weights."""
+    keys = ("model", "modulus_ratio", "accuracy", "steps", "sample", "trajectories")
+    settings = common.read_config(config, *keys)
+    trained = common.load_surrogate(settings["model"], models)
+    rows = {int(row["sample"]): row for row in common.paper_protocols("canonical_protocols")}
+    protocols, simulations = held_out(models, dataset, settings)
+    whole = {str(total): errors_on_grid(total, protocols, simulations, trained) for total in settings["steps"]}
+    sample = sample_transfer(rows[settings["sample"]], trained, settings)
+    best = {
+        "best_for_the_sample": min(sample["predictions"], key=lambda total: sample["predictions"][total]["mse"]),
+        "best_for_the_test_set": min(whole, key=lambda total: whole[total]["mse"]["mean"]),
+    }
+    content = {
+        "config": settings,
+        "summary": best,
+        "sample": sample,
+        "test_set": {"trajectories": len(simulations), "errors": whole},
+    }
+    common.write_result(out, "fms_transfer", content)
+    for total, errors in whole.items():
+        mse, nmae = errors["mse"]["mean"], errors["nmae_percent"]["median"]
+        print(f"N = {total}: mean force MSE {mse:.2e}, median NMAE {nmae:.2f} %")
+
+
+if __name__ == "__main__":
+    run_main(main)

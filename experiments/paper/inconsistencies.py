@@ -1,0 +1,179 @@
+"""Places where the paper's text contradicts its own numbers, equations or physics, each shown by a small computation.
+
+Usage: `python -m experiments.paper.inconsistencies [NAME ...]` prints what the named slips come to (all of them by
+default); with `--out FILE` it also writes them. The paper's wording is in `paper_values/slips.toml`.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+
+from bem._support.command_line import run_main
+from experiments import common
+from experiments.paper.model_comparison import paper_mse
+
+OUT = common.RESULTS / "paper_slips.json"
+
+
+def start_force() -> dict[str, float]:
+    """Force of the relaxed sphere at the start indentation, for the smallest and the largest Tabor parameter."""
+    found = {}
+    for tabor in (0.2, 3.2):
+        protocol = {"peak_indentation": 2.0, "loading_rate": 1.0, "dwell_time": 1.0, "unloading_rate": 1.0}
+        trajectory = common.simulated({"tabor": tabor, **protocol}, modulus_ratio=0.1, accuracy="reference")
+        found[f"force at the start, mu = {tabor}"] = float(trajectory.force[0])
+    return found
+
+
+def end_force(dataset: Path = common.DATASET) -> dict[str, float]:
+    """Share of the data set whose force at the end exceeds half its pull-off force."""
+    from bem.dataset.file import load_dataset
+
+    data = load_dataset(dataset)
+    end, pull_off = (data.scalars[name][data.completed] for name in ("end_force", "pull_off_force"))
+    return {"end force above half the pull-off force, share of trajectories": float(np.mean(end > 0.5 * pull_off))}
+
+
+def longest_pull_off_time() -> dict[str, float]:
+    """Time the slowest loading to the deepest peak takes, by the paper's ranges; pull-off comes after it."""
+    from bem.dataset.designs import PAPER_RANGES
+    from bem.protocol import default_start_indentation
+
+    tabor, peak, rate = PAPER_RANGES["tabor"][1], PAPER_RANGES["peak_indentation"][1], PAPER_RANGES["loading_rate"][0]
+    return {"duration of the slowest loading": float((peak - default_start_indentation(tabor)) / rate)}
+
+
+def influence_scaling() -> dict[str, float]:
+    """Depth of a Hertz contact from its pressure: u = mu G sigma, and the appendix's G divided by mu once more."""
+    from bem.solver.discretisation.influence import influence_matrix
+
+    tabor, radius = 3.0, 2.0
+    radii = np.linspace(0.0, radius, 400)
+    # Hertz: p = p0 sqrt(1 - r^2 / a^2) presses the centre in by a^2 / R; here delta = mu a^2 and p0 = 2 a / pi.
+    pressure = 2.0 * radius / np.pi * np.sqrt(1.0 - (radii / radius) ** 2)
+    ours = tabor * float(influence_matrix(radii)[0] @ pressure)
+    exact = tabor * radius**2
+    return {"exact": exact, "u = mu G sigma": ours, "appendix, G divided by mu": ours / tabor}
+
+
+def history_sum() -> dict[str, float]:
+    """Errors of three creep sums under a traction sin(t) over a time of 3, with steps of 0.1 and 0.05.
+
+    The appendix's sum without its last term, which asks for the traction after the end; the same with the indices of
+    the traction one lower, which is what `bem.solver.paper_method` computes; and a traction linear in each step.
+    """
+    ratio, end = 0.1, 3.0
+    exact = np.sin(end) - (1.0 - ratio) * 0.5 * (np.cos(end) + np.sin(end) - np.exp(-end))
+    found = {}
+    for step in (0.1, 0.05):
+        times = np.linspace(0.0, end, round(end / step) + 1)
+        rise = np.diff(np.sin(times))
+        creep = 1.0 + (ratio - 1.0) * np.exp(-(end - times))
+        decay = np.exp(-step)
+        mean = 1.0 + (ratio - 1.0) * (1.0 - decay) / step * np.exp(-(end - times[1:]))
+        found[f"appendix's sum, step {step}"] = float(abs(np.sum(creep[:-1] * rise) / exact - 1.0))
+        found[f"increments at the ends of steps, step {step}"] = float(abs(np.sum(creep[1:] * rise) / exact - 1.0))
+        found[f"linear traction in each step, step {step}"] = float(abs(np.sum(mean * rise) / exact - 1.0))
+    return found
+
+
+def inference_time() -> dict[str, float]:
+    """Median of the timing table's seconds, which the highlights give as 0.25 s."""
+    seconds = [row["surrogate_seconds"] for row in common.paper_protocols("canonical_protocols")]
+    return {"median of the table (s)": float(np.median(seconds)), "mean of the table (s)": float(np.mean(seconds))}
+
+
+def halving() -> dict[str, float]:
+    """The seventh term of 100 % halved again and again after 75 and 50 %."""
+    return {"half of 3.125 (%)": 3.125 / 2.0}
+
+
+def quartile_mean() -> dict[str, float]:
+    """Mean held-out MSE that follows from the quartile table, beside the stated 5.0e-4."""
+    return {
+        "mean of the quartile means": float(np.mean([row["mse_mean"] for row in common.paper_protocols("quartiles")]))
+    }
+
+
+def concatenation_superiority() -> dict[str, float]:
+    """In how many families the paper itself finds concatenation best."""
+    best = [claim["value"] for claim in _claims() if claim["says"].startswith("best conditioning of ")]
+    return {"families": len(best), "of these with concatenation best": best.count("concat")}
+
+
+def percent_mse() -> dict[str, float]:
+    """The highlights' per cent as a bare number, beside the abstract's."""
+    (percent,) = [claim["value"] for claim in _claims() if claim["says"] == "mean-squared error in per cent"]
+    return {"highlights, as a bare number": percent / 100.0, "abstract": paper_mse()}
+
+
+def _claims() -> list[dict[str, Any]]:
+    return tomllib.loads((common.PAPER_VALUES / "claims.toml").read_text(encoding="utf-8"))["claim"]
+
+
+def concatenation_point() -> dict[str, float]:
+    """Parameters of M4-concat with the Tabor parameter before the first block and after the last."""
+    kernel, widths = 3, (64, 64, 128, 128)
+
+    def blocks(channels: int) -> int:
+        total = 0
+        for width in widths:
+            stages = (kernel * channels * width + width) + (kernel * width * width + width) + 4 * width
+            total += stages + (channels * width + width if channels != width else 0)
+            channels = width
+        return total
+
+    def readout(width: int) -> int:
+        return 64 * (width + 1) + 65
+
+    before, after = blocks(5) + readout(128), blocks(4) + readout(129)
+    return {"before the first block": before, "after the last block": after}
+
+
+def traction_sign() -> dict[str, float]:
+    """Traction at the gap of largest tension by the main text's law and by the appendix's."""
+    gap = 3.0 ** (1.0 / 6.0)
+    main_text = 8.0 / 3.0 * (gap**-3 - gap**-9)
+    return {"main text": main_text, "appendix": -main_text}
+
+
+SLIPS: dict[str, Callable[[], dict[str, float]]] = {
+    "start-force": start_force,
+    "end-force": end_force,
+    "longest-pull-off-time": longest_pull_off_time,
+    "influence-scaling": influence_scaling,
+    "history-sum": history_sum,
+    "traction-sign": traction_sign,
+    "concatenation-point": concatenation_point,
+    "inference-time": inference_time,
+    "halving": halving,
+    "quartile-mean": quartile_mean,
+    "concatenation-superiority": concatenation_superiority,
+    "percent-mse": percent_mse,
+}
+
+
+def main(
+    names: Annotated[list[str] | None, typer.Argument(help=f"Some of {', '.join(SLIPS)}.")] = None,
+    dataset: Annotated[Path, typer.Option(help="Data set file.")] = common.DATASET,
+    out: Annotated[Path | None, typer.Option(help="Result file to write.")] = None,
+) -> None:
+    """Show what the slips come to."""
+    unknown = sorted(set(names or ()) - set(SLIPS))
+    if unknown:
+        raise typer.BadParameter(f"expected some of {', '.join(SLIPS)}; received {unknown[0]!r}")
+    found = {name: end_force(dataset) if name == "end-force" else SLIPS[name]() for name in names or SLIPS}
+    for name, values in found.items():
+        print(name, *(f"  {what}: {value:.6g}" for what, value in values.items()), sep="\n")
+    if out:
+        common.write_result(out, "paper_slips", {"slips": found})
+
+
+if __name__ == "__main__":
+    run_main(main)

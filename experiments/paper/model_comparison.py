@@ -1,0 +1,182 @@
+"""The trained models side by side: errors, sizes, learning curves, costs, and which of the eighteen are missing.
+
+Reads the published model directories; trains and evaluates nothing. Only models trained alike are compared: on the data
+set, and with the split, recipe and backend of the reference model. What was trained otherwise on purpose (another
+recipe, more data, fewer epochs, a family beyond the paper's) stands beside them in a list of its own; it shares the
+held-out part. Source: the paper's section "Model-family selection" and its appendices on conditioning and learning
+curves.
+
+Usage: `python -m experiments.paper.model_comparison [--models DIR] [--dataset FILE] [--out FILE]`.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+import tomllib
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from bem._support.command_line import run_main
+from experiments import common
+from experiments.lineage import Lineage, dataset_digest, differences, held_out_differences, read_lineage
+from surrogate.architectures.naming import CONDITIONINGS, PAPER_FAMILIES, names, paper_names
+
+OUT = common.RESULTS / "model_comparison.json"
+METRICS = ("mse", "mae", "dtw_rmse")
+REFERENCE = "M1-concat"
+"""The model whose training is the measure of the others', and whose family the strongest alternative is not of."""
+
+
+def read_history(path: Path) -> dict[str, list[float]]:
+    """Epochs, errors and core seconds of a `history.csv`."""
+    with path.open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    columns = ("epoch", "train_mse", "validation_mse", "cpu_seconds")
+    return {name: [float(row[name]) for row in rows] for name in columns}
+
+
+def minutes_to(history: dict[str, list[float]], mse: float) -> float | None:
+    """Core minutes after which the validation MSE first is at most a given one; `None` where it never is."""
+    pairs = zip(history["cpu_seconds"], history["validation_mse"], strict=True)
+    return next((seconds / 60.0 for seconds, found in pairs if found <= mse), None)
+
+
+def paper_mse() -> float:
+    """The paper's held-out MSE of its best model."""
+    text = (common.PAPER_VALUES / "reference_model.toml").read_text(encoding="utf-8")
+    return float(tomllib.loads(text)["mse"])
+
+
+def read_model(folder: Path) -> dict[str, Any]:
+    """What a model directory says about its training and its held-out errors."""
+    metrics = json.loads((folder / "metrics.json").read_text(encoding="utf-8"))
+    run = json.loads((folder / "run.json").read_text(encoding="utf-8"))
+    history = read_history(folder / "history.csv")
+    return {
+        "parameters": metrics["parameters"],
+        "test": metrics["test"],
+        **{name: metrics["test"][name]["mean"] for name in METRICS},
+        "validation_mse": min(history["validation_mse"]),
+        "epochs": metrics["epochs"],
+        "best_epoch": metrics["best_epoch"],
+        "core_seconds": metrics["cpu_seconds"],
+        "hours": metrics["cpu_seconds"] / 3600.0,
+        "minutes_to_paper_mse": minutes_to(history, paper_mse()),
+        "backend": run["backend"],
+        "versions": run["versions"],
+        "recipe": tomllib.loads((folder / "recipe.toml").read_text(encoding="utf-8")),
+        "training_trajectories": run["training_trajectories"],
+        "history": history,
+    }
+
+
+def published(models: Path) -> dict[str, Lineage]:
+    """Where every published model comes from, by name: the eighteen in their order, then the others."""
+    folders = {path.parent.name: path.parent for path in sorted(models.glob("*/run.json"))}
+    first = [name for name in paper_names() if name in folders]
+    return {name: read_lineage(folders[name]) for name in dict.fromkeys([*first, *folders])}
+
+
+def trained_otherwise(found: dict[str, Lineage], dataset: str) -> dict[str, list[str]]:
+    """Words for what differs in each model that may not stand beside the others: its recipe, its data set and so on.
+
+    Args:
+        found: Where the published models come from.
+        dataset: Digest of the data set they have to be trained on.
+    """
+    current = {name: found[name] for name in paper_names() if name in found and found[name].dataset == dataset}
+    measure = current.get(REFERENCE) or next(iter(current.values()), None)
+    words = {}
+    for name, one in found.items():
+        if one.dataset != dataset:
+            words[name] = ["data set"]
+        elif measure is not None:
+            words[name] = (differences if name in paper_names() else held_out_differences)(one, measure)
+    return {name: other for name, other in words.items() if other}
+
+
+def outdated(found: dict[str, Lineage], dataset: str, models: Path) -> dict[str, str]:
+    """One sentence for each model that may not stand beside the others, with what to do about it.
+
+    Args:
+        found: Where the published models come from.
+        dataset: Digest of the data set they have to be trained on.
+        models: Where they are.
+    """
+    sentences = {}
+    for name, words in trained_otherwise(found, dataset).items():
+        # What has a label of its own, or differs in its backend alone, `make models` leaves as it is.
+        known = name in names() and words != ["backend"]
+        advice = "`make models` trains it anew" if known else f"remove {str(models / name)!r} and train it anew"
+        other = " and ".join(words)
+        sentences[name] = f"{name} is left out, its {other} being another than the comparison's: {advice}."
+    return sentences
+
+
+def comparison(found: dict[str, dict[str, Any]]) -> dict[str, Any]:
+    """Ranks by held-out MSE; a comparison that needs a missing model is null.
+
+    The second family is the best of those the reference model is not of, by its best model.
+    """
+    ranking = sorted(found, key=lambda name: found[name]["mse"])
+    best = {}
+    for family in PAPER_FAMILIES:
+        members = {conditioning: f"{family}-{conditioning}" for conditioning in CONDITIONINGS}
+        complete = all(name in found for name in members.values())
+        best[family] = min(members, key=lambda c: found[members[c]]["mse"]) if complete else None
+    complete = len(found) == len(paper_names())
+    others = [name.split("-")[0] for name in ranking if name.split("-")[0] != REFERENCE.split("-")[0]]
+    return {
+        "ranking": ranking,
+        "best": ranking[0] if complete else None,
+        "second_family": others[0] if complete else None,
+        "best_conditioning": best,
+        "training_hours": sum(one["hours"] for one in found.values()),
+        "most_epochs": max(one["epochs"] for one in found.values()),
+    }
+
+
+def main(
+    models: Annotated[Path, typer.Option(help="Where trained models are.")] = common.MODELS,
+    dataset: Annotated[Path, typer.Option(help="Data set file the models are trained on.")] = common.DATASET,
+    out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
+) -> None:
+    """Collect what is published."""
+    lineages, digest = published(models), dataset_digest(dataset)
+    old = outdated(lineages, digest, models)
+    read = {name: read_model(models / name) for name in lineages if name not in old}
+    found = {name: one for name, one in read.items() if name in paper_names()}
+    if not found:
+        raise FileNotFoundError(
+            " ".join(
+                [
+                    f"no model trained on {str(dataset)!r} in {str(models)!r}; `make models` trains the eighteen.",
+                    *old.values(),
+                ]
+            )
+        )
+    beside = {
+        name: {"architecture": lineages[name].architecture, **one} for name, one in read.items() if name not in found
+    }
+    missing = [name for name in paper_names() if name not in lineages]
+    content = {
+        "dataset_sha256": digest,
+        "models": found,
+        "beside": beside,
+        "missing": missing,
+        "outdated": old,
+        "differences": trained_otherwise(lineages, digest),
+        "expected": len(paper_names()),
+        "comparison": comparison(found),
+    }
+    common.write_result(out, "model_comparison", content)
+    print(f"{len(found)} of {len(paper_names())} models compared; missing: {', '.join(missing) or 'none'}")
+    for line in (*(f"beside them: {name}" for name in beside), *old.values()):
+        print(line)
+
+
+if __name__ == "__main__":
+    run_main(main)

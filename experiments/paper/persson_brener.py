@@ -1,0 +1,153 @@
+"""Pull-off amplification against crack velocity in the relaxed short-range limit: solver, surrogate and theory.
+
+The paper assigns each protocol the crack velocity of another study's table. The solver knows its own: the speed at
+which the contact edge retreats at pull-off, a quadratic fit of `contact_radius` over time around it, in l0 over the
+retardation time. beta / l0 = mu^2 pi alpha^2 / s^2 with s = 9 sqrt(3) / 16, independent of R / h0. The protocols lie a
+little above the Tabor parameters the model was trained on; its warning is left to this study, whose summary says by how
+much. Source: the paper's section on the relaxed short-range limit and its appendix on protocol definitions.
+
+Usage: `python -m experiments.paper.persson_brener [--config FILE] [--models DIR] [--out FILE]`.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+
+from bem import Trajectory
+from bem._support.command_line import run_main
+from bem.dataset.measurement_steps import FMS
+from bem.reference_solutions import persson_brener as theory
+from experiments import common
+
+CONFIG = common.CONFIGS / "persson_brener.toml"
+OUT = common.RESULTS / "persson_brener.json"
+JKR_FORCE = 1.5
+CURVE_POINTS = 200
+LARGE = 1e12
+"""A crack velocity by which the theory has reached its upper limit."""
+
+
+def edge_velocity(trajectory: Trajectory, within: float) -> float:
+    """Speed of the retreating contact edge at pull-off, in beta over the retardation time.
+
+    Args:
+        trajectory: a completed one.
+        within: share of the pull-off force by which the force of the fitted steps may fall short of it.
+    """
+    peak = int(np.flatnonzero(trajectory.time == trajectory.pull_off_time)[0])
+    near = trajectory.unloading & (trajectory.force >= (1.0 - within) * trajectory.pull_off_force)
+    rows = np.flatnonzero(near)
+    # Only what surrounds the peak without a gap, and at least two steps before it.
+    pieces = np.split(rows, np.flatnonzero(np.diff(rows) > 1) + 1)
+    piece = next(part for part in pieces if part[0] <= peak <= part[-1])
+    begin, end = min(piece[0], peak - 2), piece[-1]
+    time, radius = (values[begin : end + 1] for values in (trajectory.time, trajectory.contact_radius))
+    scale = max(time[-1] - time[0], 1e-300)
+    slope = np.polyfit((time - trajectory.pull_off_time) / scale, radius, 2)[-2]
+    return float(-slope / scale)
+
+
+def beta_over_length_scale(tabor: float, alpha: float = np.pi / 9.0) -> float:
+    """The contact's unit of length beta over the theory's l0."""
+    return tabor**2 * np.pi * alpha**2 / (9.0 * np.sqrt(3.0) / 16.0) ** 2
+
+
+def point(protocol: dict[str, float], trained: Any, config: dict[str, Any]) -> dict[str, float]:
+    """Amplifications and velocities of one protocol."""
+    from surrogate.data.metrics import pull_off
+
+    ratio, tabor = config["modulus_ratio"], protocol["tabor"]
+    trajectory = common.simulated(protocol, modulus_ratio=ratio, accuracy=config["accuracy"])
+    steps = common.on_steps(protocol, trajectory)
+    force = common.predicted(trained, steps, FMS, tabor)
+    first = FMS[0] + FMS[1] - 1
+    on_grid = [float(pull_off(steps["time"][None], f[None], first)[0][0]) for f in (steps["force"], force)]
+    own = edge_velocity(trajectory, config["fit_within"]) * beta_over_length_scale(tabor)
+    return {
+        "point": int(protocol["point"]),
+        "protocol": {name: protocol[name] for name in common.QUANTITIES},
+        "unloading_rate": protocol["unloading_rate"],
+        "crack_velocity": protocol["crack_velocity"],
+        "own_crack_velocity": own,
+        "theory": float(theory.effective_energy(protocol["crack_velocity"], ratio)),
+        "theory_at_own_velocity": float(theory.effective_energy(own, ratio)),
+        "solver": trajectory.pull_off_force / JKR_FORCE,
+        "solver_on_steps": on_grid[0] / JKR_FORCE,
+        "surrogate": on_grid[1] / JKR_FORCE,
+        "jumps": len(trajectory.jumps),
+    }
+
+
+def agreement(velocities: np.ndarray, ratio: float) -> float:
+    """Largest relative disagreement of the implicit, the cubic and the inverse form of the theory."""
+    implicit = theory.effective_energy(velocities, ratio)
+    cubic = theory.effective_energy_from_cubic(velocities, ratio)
+    back = theory.crack_velocity(implicit, ratio)
+    # The inverse magnifies rounding of the energy by its own slope near the glassy plateau.
+    step = 1e-6 * implicit * np.where(implicit * ratio < 0.5, 1.0, -1.0)
+    slope = np.abs((theory.crack_velocity(implicit + step, ratio) - back) / step)
+    inverse = np.abs(back - velocities) / slope / implicit
+    return float(max(np.max(np.abs(cubic / implicit - 1.0)), np.max(inverse)))
+
+
+def summary(points: list[dict[str, float]]) -> dict[str, float]:
+    """Median and largest deviations in percent."""
+    columns = {name: np.array([one[name] for one in points]) for name in points[0] if name != "protocol"}
+    pairs = {
+        "solver_against_theory": ("solver", "theory"),
+        "solver_against_theory_at_own_velocity": ("solver", "theory_at_own_velocity"),
+        "surrogate_against_theory": ("surrogate", "theory"),
+        "surrogate_against_solver": ("surrogate", "solver"),
+        "own_velocity_against_table": ("own_crack_velocity", "crack_velocity"),
+    }
+    found = {}
+    for name, (value, reference) in pairs.items():
+        deviation = 100.0 * np.abs(columns[value] / columns[reference] - 1.0)
+        found |= {
+            f"{name}_median_percent": float(np.median(deviation)),
+            f"{name}_largest_percent": float(deviation.max()),
+        }
+    return found
+
+
+def extrapolation_percent(trained: Any, protocols: list[dict[str, float]]) -> float:
+    """How far the protocols' Tabor parameters lie above the model's trained range, in percent of its upper end."""
+    highest = max(protocol["tabor"] for protocol in protocols)
+    return max(0.0, 100.0 * (highest / trained.scaling.ranges["tabor"][1] - 1.0))
+
+
+def main(
+    config: Annotated[Path, typer.Option(help="TOML file.")] = CONFIG,
+    models: Annotated[Path, typer.Option(help="Where trained models are.")] = common.MODELS,
+    out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
+) -> None:
+    """Simulate and predict the fourteen protocols, and evaluate the theory."""
+    settings = common.read_config(config, "model", "modulus_ratio", "accuracy", "fit_within")
+    trained = common.load_surrogate(settings["model"], models)
+    protocols = common.paper_protocols("persson_brener_protocols")
+    points = [point(protocol, trained, settings) for protocol in protocols]
+    velocities = np.array([one["crack_velocity"] for one in points])
+    curve = np.geomspace(velocities.min() / 3.0, velocities.max() * 3.0, CURVE_POINTS)
+    found = summary(points) | {"forms_agree_to": agreement(velocities, settings["modulus_ratio"])}
+    found["extrapolation_percent"] = extrapolation_percent(trained, protocols)
+    found["trained_up_to_tabor"] = trained.scaling.ranges["tabor"][1]
+    limits = theory.effective_energy(np.array([0.0, LARGE]), settings["modulus_ratio"])
+    found |= dict(zip(("energy_at_rest", "energy_of_a_fast_crack"), limits.tolist(), strict=True))
+    found["length_scale_over_gap"] = float(theory.length_scale(protocols[0]["tabor"]))
+    energies = theory.effective_energy(curve, settings["modulus_ratio"])
+    content = {
+        "config": settings,
+        "summary": found,
+        "points": points,
+        "theory": {"crack_velocity": curve.tolist(), "effective_energy": energies.tolist()},
+    }
+    common.write_result(out, "persson_brener", content)
+    print("\n".join(f"{name} {value:.3g}" for name, value in found.items()))
+
+
+if __name__ == "__main__":
+    run_main(main)

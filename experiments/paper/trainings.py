@@ -1,0 +1,216 @@
+"""What the studies that train share: many variants of one model in a queue that resumes, and their collection.
+
+A variant is trained by `surrogate train` in a process of its own under a label. It is done when the study's published
+result file, its own model directory or that of a published model holds one of the same data set, split, recipe,
+features and architecture, so that a study goes on where it was interrupted, also in another clone of what is published.
+Result files keep learning curves and held-out errors, not the weights.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import time
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import asdict, dataclass
+from datetime import timedelta
+from pathlib import Path
+from typing import Any
+
+from experiments.lineage import Lineage, differences, read_lineage
+from experiments.paper.model_comparison import read_model
+from surrogate.data.dataset import TrajectoryDataset
+from surrogate.training.publishing import model_name
+from surrogate.training.queue import STOPPED, run_queue
+from surrogate.training.recipe import Recipe
+
+WORK = Path("results/training_studies")
+
+
+@dataclass(frozen=True)
+class Variant:
+    """One training.
+
+    Args:
+        label: Name of its directory, one plain name.
+        architecture: One of the eighteen names.
+        recipe: Name or file of the recipe.
+        epochs: Number of epochs; the recipe's where 0.
+        features: Feature set.
+        fraction: Share of the training part.
+        fold: Which nested family of shares.
+
+    Raises:
+        ValueError: the label is no plain name.
+    """
+
+    label: str
+    architecture: str
+    recipe: str
+    epochs: int = 0
+    features: str = "D"
+    fraction: float = 1.0
+    fold: int = 0
+
+    def __post_init__(self) -> None:
+        model_name(self.label, "a training's label")
+
+    def command(self, *, dataset: Path, work: Path) -> list[str]:
+        """Arguments of `python -m surrogate` that train it."""
+        options = {
+            "label": self.label,
+            "recipe": self.recipe,
+            "features": self.features,
+            "fraction": self.fraction,
+            "fold": self.fold,
+            "dataset": dataset,
+            "threads": 1,
+            "runs": work / "runs",
+            "models": work / "models",
+        }
+        if self.epochs:
+            options["epochs"] = self.epochs
+        flags = [word for name, value in options.items() for word in (f"--{name}", str(value))]
+        return ["train", self.architecture, *flags]
+
+    def lineage(self, data: TrajectoryDataset, backend: str) -> Lineage:
+        """What its model directory has to say about where it comes from."""
+        recipe = Recipe.load(self.recipe).with_overrides(epochs=self.epochs or None)
+        split = data.split().with_fraction(self.fraction, self.fold)
+        return Lineage(
+            dataset=data.sha256,
+            parts={part: tuple(getattr(split, part).tolist()) for part in ("train", "validation", "test")},
+            recipe=recipe.as_dict(),
+            backend=backend,
+            features=self.features,
+            architecture=self.architecture,
+        )
+
+    def identity(self, data: TrajectoryDataset) -> str:
+        """Digest of what decides the training, but for the backend."""
+        decisive = asdict(self.lineage(data, backend=""))
+        return hashlib.sha256(json.dumps(decisive, sort_keys=True).encode()).hexdigest()
+
+
+def is_trained(variant: Variant, data: TrajectoryDataset, folder: Path) -> bool:
+    """Whether a model directory is there; the backend it was trained under is its own affair.
+
+    Raises:
+        ValueError: it is there, and comes from something else than the variant asks for.
+    """
+    if not (folder / "run.json").is_file():
+        return False
+    if other := _other(variant, data, folder):
+        raise ValueError(
+            f"training {variant.label!r} must come from {variant.architecture}, recipe {variant.recipe!r} and the data "
+            f"set of digest {data.sha256[:12]}; received one of another {', '.join(other)}: remove {str(folder)!r} to "
+            "train it anew"
+        )
+    return True
+
+
+def train_variants(
+    variants: Sequence[Variant],
+    *,
+    dataset: Path,
+    work: Path,
+    models: Path,
+    published: Iterable[dict[str, Any]],
+    jobs: int,
+    publish: Callable[[dict[str, dict[str, Any]]], None],
+) -> bool:
+    """Train what is not trained yet.
+
+    Args:
+        variants: What is wanted, in order.
+        dataset: Data set file.
+        work: Where the trainings of this study are kept.
+        models: Where published models are, one of which may be what a variant asks for.
+        published: What `collect` returned in earlier calls, as the study's result file holds it.
+        jobs: Trainings at a time.
+        publish: Given what `collect` returns, by label, of all that is trained: at once, and after each training.
+
+    Returns:
+        whether all are trained now; where not, the same call resumes.
+
+    Raises:
+        FileNotFoundError: no such data set.
+        ValueError: a training in `work` comes from another data set, split or recipe.
+        RuntimeError: a training failed.
+    """
+    if not dataset.is_file():
+        raise FileNotFoundError(f"data set {str(dataset)!r} not found; `make dataset` makes it")
+    data = TrajectoryDataset.load(dataset)
+    by_label = {variant.label: variant for variant in variants}
+    earlier = {one.get("training"): one for one in published}
+    done: dict[str, dict[str, Any]] = {}
+    for label, variant in by_label.items():
+        if (identity := variant.identity(data)) in earlier:
+            done[label] = earlier[identity]
+        elif is_trained(variant, data, work / "models" / label):
+            done[label] = collect(variant, data, work / "models" / label)
+        elif folder := _published(variant, data, models):
+            done[label] = collect(variant, data, folder) | {"taken_from": folder.name}
+    waiting = [label for label in by_label if label not in done]
+    publish(done)
+    started = time.monotonic()
+
+    def log(line: str) -> None:
+        print(line, flush=True)
+        if not line.endswith(": done"):
+            return
+        label = line.removesuffix(": done")
+        done[label] = collect(by_label[label], data, work / "models" / label)
+        publish(done)
+        missing = len(by_label) - len(done)
+        left = (time.monotonic() - started) / (len(waiting) - missing) * missing
+        print(
+            f"{len(waiting) - missing} of {len(waiting)} trained, about {timedelta(seconds=round(left))} left",
+            flush=True,
+        )
+
+    print(f"{len(waiting)} of {len(variants)} trainings to do, {jobs} at a time", flush=True)
+    ended = run_queue(
+        waiting,
+        lambda label: by_label[label].command(dataset=dataset, work=work),
+        folder=work / "runs",
+        jobs=jobs,
+        log=log,
+    )
+    if any(status not in (0, STOPPED) for status in ended.values()):
+        raise RuntimeError(f"a training failed; its log is in {str(work / 'runs')!r}")
+    return len(done) == len(by_label)
+
+
+def collect(variant: Variant, data: TrajectoryDataset, folder: Path) -> dict[str, Any]:
+    """Learning curve, held-out errors and cost of a trained variant, and which training that is.
+
+    `train_variants` adds as `taken_from` the published model that was taken instead of a training of its own.
+    """
+    found = read_model(folder)
+    kept = ("mse", "mae", "dtw_rmse", "validation_mse", "epochs", "best_epoch", "hours", "training_trajectories")
+    curve = {name: found["history"][name] for name in ("epoch", "validation_mse")}
+    return {**{name: found[name] for name in kept}, "training": variant.identity(data), "history": curve}
+
+
+def earlier_trainings(out: Path, entries: Callable[[dict[str, Any]], Iterable[dict[str, Any]]]) -> list[dict[str, Any]]:
+    """What a study's result file holds of earlier trainings; nothing where there is no such file.
+
+    Args:
+        out: The result file.
+        entries: Takes the content apart into what `collect` returned.
+    """
+    return list(entries(json.loads(out.read_text(encoding="utf-8")))) if out.is_file() else []
+
+
+def _other(variant: Variant, data: TrajectoryDataset, folder: Path) -> list[str]:
+    """Words for what a model directory differs in from what is asked for."""
+    found = read_lineage(folder)
+    wanted = variant.lineage(data, found.backend)
+    return differences(found, wanted) + (["architecture"] if found.architecture != wanted.architecture else [])
+
+
+def _published(variant: Variant, data: TrajectoryDataset, models: Path) -> Path | None:
+    """The directory of a published model that was trained alike."""
+    candidates = sorted(path.parent for path in models.glob(f"{variant.architecture}*/run.json"))
+    return next((folder for folder in candidates if not _other(variant, data, folder)), None)

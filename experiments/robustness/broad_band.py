@@ -1,0 +1,134 @@
+"""Pull-off from broad-band solids: amplification against unloading rate for the modified power law.
+
+The creep compliance is C(t) = (1/E0) [1 + (k - 1) (1 + t)^(-n)]. Since
+
+    (1 + t)^(-n) = 1/Gamma(n) integral over s > 0 of s^(n-1) exp(-s) exp(-s t) ds,
+
+every such solid has a continuous, positive retardation spectrum; it is taken at equally spaced log s and fitted by
+non-negative least squares, the sum of strengths exact. Unloading starts from the fully relaxed contact at a deep
+preload, so that the contact is long for the crack to reach its speed; the amplification is the largest force over JKR's
+3/2, and over the largest force of the elastic solid of the same Tabor parameter, which adhesion of finite range makes a
+little larger. A standard linear solid of the same modulus ratio is the last curve. Ready to be laid beside published
+boundary-element data for the same solids. mu = 3.24, k = 0.1; rates in h0 per retardation time.
+
+Usage: `python -m experiments.robustness.broad_band [--rates N] [--accuracy A] [--jobs N] [--out FILE]`.
+"""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from joblib import Parallel, delayed
+from scipy.optimize import nnls
+
+from bem import Elastic, PiecewiseLinearProtocol, PronySeries, Scene, StandardLinearSolid, simulate
+from bem._support.command_line import run_main
+from bem.materials import Material
+from bem.reference_solutions.jkr import PULL_OFF_FORCE
+from experiments.common import write_result
+from experiments.timing import MEASUREMENTS, plain, progress
+
+OUT = MEASUREMENTS / "broad_band.json"
+TABOR, RATIO = 3.24, 0.1
+EXPONENTS = (0.2, 0.4, 0.6, 1.6)
+PRELOADS = (10.0, 30.0, 100.0, 300.0)
+END = -40.0
+RATES = (1e-6, 1e6)
+COLUMNS = ("unloading_rate", "amplification", "own_amplification", "pull_off_indentation")
+TERMS_PER_DECADE = 2
+SLOWEST = 1e9  # retardation times; slower terms never move in these histories
+
+
+def power_law(n: float, times: np.ndarray) -> np.ndarray:
+    """Creep compliance E0 C(t) of the modified power law."""
+    return 1.0 + (RATIO - 1.0) * (1.0 + times) ** -n
+
+
+def prony_fit(n: float) -> tuple[PronySeries, float]:
+    """A series for the modified power law, and the largest error of its compliance over k to 1."""
+    slowest = min(SLOWEST, 1e3 ** (1.0 / n) * 10.0)
+    decades = np.log10(slowest / 0.05)
+    taus = np.geomspace(0.05, slowest, int(np.ceil(TERMS_PER_DECADE * decades)) + 1)
+    times = np.concatenate([[0.0], np.geomspace(1e-3, 0.1 * slowest, 400)])
+    matrix = np.exp(-times[:, None] / taus)
+    heavy = 1e4  # makes the sum of strengths, the instantaneous compliance, exact
+    weights, _ = nnls(np.vstack([matrix, heavy * np.ones(taus.size)]), np.append((1.0 + times) ** -n, heavy))
+    weights /= weights.sum()
+    material = PronySeries((1.0 - RATIO) * weights, taus)
+    return material, float(np.max(np.abs(material.creep_compliance(times) - power_law(n, times))))
+
+
+def pulled(material: Material, preload: float, rate: float, accuracy: str) -> dict[str, Any]:
+    """Unload from the relaxed contact at a preload."""
+    protocol = PiecewiseLinearProtocol([0.0, (preload - END) / rate], [preload, END])
+    trajectory = simulate(Scene(TABOR, material), protocol, accuracy, initial_state="relaxed")
+    return {
+        "unloading_rate": rate,
+        "amplification": trajectory.pull_off_force / PULL_OFF_FORCE,
+        "pull_off_indentation": float(np.interp(trajectory.pull_off_time, trajectory.time, trajectory.indentation)),
+        "status": trajectory.status,
+        "jumps": len(trajectory.jumps),
+        "seconds": trajectory.stats.seconds,
+    }
+
+
+def main(
+    rates: Annotated[int, typer.Option(help="Unloading rates of each curve.")] = 49,
+    accuracy: Annotated[str, typer.Option(help="Accuracy of the solver.")] = "standard",
+    jobs: Annotated[int, typer.Option(help="Processes.")] = 2,
+    out: Annotated[Path, typer.Option(help="Result file to write; a CSV of the curves goes beside it.")] = OUT,
+) -> None:
+    """Compute all curves."""
+    speeds = np.geomspace(*RATES, rates)
+    solids: list[tuple[str, float | None, Material, float]] = []
+    for n in EXPONENTS:
+        material, error = prony_fit(n)
+        solids.append((f"n = {n:g}", n, material, error))
+    solids.append(("standard linear solid", None, StandardLinearSolid(RATIO), 0.0))
+    tasks = [(solid, preload, float(rate)) for solid in solids for preload in PRELOADS for rate in speeds]
+    results = Parallel(n_jobs=jobs, return_as="generator")(
+        delayed(pulled)(solid[2], preload, rate, accuracy) for solid, preload, rate in tasks
+    )
+    points = list(progress(results, "broad band", len(tasks)))
+    elastic = pulled(Elastic(), PRELOADS[0], 1.0, accuracy)["amplification"] * PULL_OFF_FORCE
+    for point in points:
+        point["own_amplification"] = point["amplification"] * PULL_OFF_FORCE / elastic
+    curves = []
+    for name, n, material, error in solids:
+        for preload in PRELOADS:
+            chosen = [
+                point for task, point in zip(tasks, points, strict=True) if task[0][0] == name and task[1] == preload
+            ]
+            curves.append(
+                {
+                    "name": name,
+                    "n": n,
+                    "preload": preload,
+                    "terms": len(material.strengths),
+                    "compliances": material.strengths,
+                    "times": material.times,
+                    "fit_error": error,
+                    "points": chosen,
+                }
+            )
+    content = {"tabor": TABOR, "modulus_ratio": RATIO, "accuracy": accuracy, "elastic_pull_off": elastic}
+    content["curves"] = curves
+    write_result(out, f"broad_band --rates {rates} --accuracy {accuracy}", plain(content))
+    with out.with_suffix(".csv").open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(["solid", "terms", "preload", *COLUMNS, "jumps", "status"])
+        for curve in curves:
+            for point in curve["points"]:
+                numbers = [f"{point[name]:.6g}" for name in COLUMNS]
+                own = [curve["name"], curve["terms"], f"{curve['preload']:g}"]
+                writer.writerow([*own, *numbers, point["jumps"], point["status"]])
+    unfinished = [point for point in points if point["status"] != "completed"]
+    print(f"{len(points)} simulations, {len(unfinished)} not completed")
+
+
+if __name__ == "__main__":
+    run_main(main)

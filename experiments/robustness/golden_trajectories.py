@@ -1,0 +1,71 @@
+"""Trajectories whose numbers stand for the solver's: one for each thing that a change may touch.
+
+Usage: `python -m experiments.robustness.golden_trajectories`, after a change that was meant to move results, and after
+`bem.solver.version.SOLVER_VERSION` was raised.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from bem import (
+    Elastic,
+    HardContact,
+    LennardJones,
+    LoadingProtocol,
+    PiecewiseLinearProtocol,
+    PronySeries,
+    Scene,
+    StandardLinearSolid,
+    simulate,
+)
+from bem._support.command_line import run_main
+from bem._support.outputs import whole_file
+from bem.solver.version import SOLVER_VERSION
+
+GOLDEN = Path(__file__).resolve().parents[2] / "tests" / "bem" / "solver" / "golden_trajectories.json"
+QUANTITIES = ("pull_off_force", "pull_off_time", "max_compression", "end_force")
+
+
+def cases() -> dict[str, tuple[Scene, Any, str]]:
+    """Scene, protocol and accuracy by name."""
+    cycle = LoadingProtocol(peak_indentation=5.0, loading_rate=10.0, dwell_time=0.1, unloading_rate=10.0)
+    slow = LoadingProtocol(peak_indentation=3.0, loading_rate=0.2, dwell_time=1.0, unloading_rate=0.2)
+    fast = LoadingProtocol(peak_indentation=30.0, loading_rate=500.0, dwell_time=0.01, unloading_rate=500.0)
+    twice = PiecewiseLinearProtocol([0.0, 1.0, 2.0, 3.0, 4.0], [-2.0, 3.0, -2.0, 3.0, -2.0])
+    series = PronySeries(compliances=[0.5, 0.3], times=[0.1, 2.0])
+    return {
+        "standard linear solid": (Scene(1.0, StandardLinearSolid(0.1)), cycle, "standard"),
+        "draft": (Scene(1.0, StandardLinearSolid(0.1)), cycle, "draft"),
+        "fast and deep": (Scene(2.0, StandardLinearSolid(0.1)), fast, "standard"),
+        "slow, with jumps": (Scene(3.0, StandardLinearSolid(0.1)), slow, "standard"),
+        "long range": (Scene(0.2, StandardLinearSolid(0.1)), cycle, "standard"),
+        "elastic": (Scene(2.0, Elastic()), cycle, "standard"),
+        "two relaxation times, two cycles": (Scene(1.0, series), twice, "standard"),
+        "without adhesion": (Scene(1.0, StandardLinearSolid(0.1), HardContact()), cycle, "standard"),
+        "stiff": (Scene(0.05, StandardLinearSolid(0.01), LennardJones()), slow, "standard"),
+    }
+
+
+def computed() -> dict[str, dict[str, float]]:
+    """The quantities of every case."""
+    found = {}
+    for name, (scene, protocol, accuracy) in cases().items():
+        trajectory = simulate(scene, protocol, accuracy)
+        found[name] = {quantity: getattr(trajectory, quantity) for quantity in QUANTITIES}
+        found[name]["work"] = trajectory.work()
+    return found
+
+
+def main() -> None:
+    """Write the numbers of the solver as it is."""
+    with whole_file(GOLDEN) as part:
+        content = {"solver_version": SOLVER_VERSION, "trajectories": computed()}
+        part.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+    print(f"{GOLDEN.name}: {len(cases())} trajectories of solver version {SOLVER_VERSION}")
+
+
+if __name__ == "__main__":
+    run_main(main)

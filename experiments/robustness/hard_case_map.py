@@ -1,0 +1,203 @@
+"""A map of where the solver works hard: the paper's box, well beyond it, and extremes by name.
+
+Every case is simulated at standard accuracy and again with a quarter of the target error. Reported: how it ended,
+steps, jumps, seconds, how far pull-off force and work moved under refinement, and the energy balance: the work of the
+closed loop over the integral of |P d(delta)|, never negative in a solid that cannot create energy. The extremes are run
+at coarser accuracies too, where a solver fails first. Beyond the box means
+ten times lower and higher rates and dwells and more, see `BEYOND`; modulus ratios there are random. The random
+combinations of `experiments.robustness.hard_cases` are another, coarser net over the same sea.
+
+Usage: `python -m experiments.robustness.hard_case_map [--count N] [--jobs N] [--out FILE]`.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from joblib import Parallel, delayed
+
+from bem import (
+    Elastic,
+    HardContact,
+    LoadingProtocol,
+    PiecewiseLinearProtocol,
+    Scene,
+    StandardLinearSolid,
+    Trajectory,
+    simulate,
+)
+from bem._support.command_line import run_main
+from bem.accuracy import resolve_accuracy
+from bem.dataset.designs import Design
+from bem.protocol import default_start_indentation
+from experiments.common import write_result
+from experiments.robustness.hard_cases import REFINEMENT, corners, run
+from experiments.timing import MEASUREMENTS, plain, progress
+
+OUT = MEASUREMENTS / "hard_case_map.json"
+ACCURACY = "standard"
+COARSER = ("draft", 0.05)
+BEYOND = {
+    "tabor": (0.02, 6.4),
+    "peak_indentation": (0.2, 1000.0),
+    "loading_rate": (1e-3, 1e5),
+    "dwell_time": (1e-6, 1e3),
+    "unloading_rate": (1e-3, 1e5),
+}
+DEEPEST = 200.0  # times the Tabor parameter^-1.5 at most, beyond the box: the nodes of the master grid are limited
+CYCLES = 50
+Protocol = LoadingProtocol | PiecewiseLinearProtocol
+
+
+def ramp(depth: float, loading: float, dwell: float, unloading: float, **more: Any) -> LoadingProtocol:
+    """A loading protocol in one line."""
+    return LoadingProtocol(
+        peak_indentation=depth, loading_rate=loading, dwell_time=dwell, unloading_rate=unloading, **more
+    )
+
+
+def cycles(tabor: float, depth: float, rate: float, count: int) -> PiecewiseLinearProtocol:
+    """Triangular loads between the start and a depth, `count` times."""
+    start = default_start_indentation(tabor)
+    half = (depth - start) / rate
+    depths = [start, *([depth, start] * count)]
+    return PiecewiseLinearProtocol(half * np.arange(len(depths)), depths)
+
+
+def creeping(tabor: float, above: float, hold: float) -> PiecewiseLinearProtocol:
+    """Press, relax, draw up to just `above` the rubbery fold of JKR, and hold there."""
+    start = default_start_indentation(tabor)
+    near = -0.75 * np.pi ** (2.0 / 3.0) * tabor + above
+    return PiecewiseLinearProtocol(
+        [0.0, 1.0, 21.0, 31.0, 31.0 + hold, 41.0 + hold], [start, 3.0, 3.0, near, near, start]
+    )
+
+
+def extremes() -> dict[str, tuple[Scene, Protocol]]:
+    """The cases that have names."""
+    sls = StandardLinearSolid(0.1)
+    return {
+        "deep and slow at large mu": (Scene(5.0, sls), ramp(60.0, 0.1, 3.0, 0.1)),
+        "snap-in and snap-off, elastic": (Scene(3.2, Elastic()), ramp(5.0, 1.0, 0.0, 1.0)),
+        "snap-off at once, fast from a relaxed state": (Scene(2.5, sls), ramp(2.0, 0.1, 100.0, 1000.0)),
+        "detachment after the end of the protocol": (Scene(3.2, sls), ramp(2.0, 22.5, 0.02, 2.6)),
+        "zero dwell": (Scene(1.0, sls), ramp(20.0, 100.0, 0.0, 100.0)),
+        "never in contact": (Scene(1.0, sls), ramp(-1.5, 1.0, 0.1, 1.0)),
+        "modulus ratio 1e-3": (Scene(1.0, StandardLinearSolid(1e-3)), ramp(10.0, 1.0, 1.0, 100.0)),
+        "nearly rigid, stiff glass, dwell of 1e5": (
+            Scene(0.03, StandardLinearSolid(0.01)),
+            ramp(0.3, 50.0, 1e5, 50.0),
+        ),
+        "stiff glass without adhesion": (
+            Scene(0.12, StandardLinearSolid(1e-3), HardContact()),
+            PiecewiseLinearProtocol([0.0, 30.0, 30.1], [0.07, -1.0, 0.07]),
+        ),
+        "rate 1e5": (Scene(1.0, sls), ramp(100.0, 1e5, 1e-3, 1e5)),
+        "rate 1e-3": (Scene(1.0, sls), ramp(100.0, 1e-3, 1.0, 1e-3)),
+        "long range, mu = 0.02": (Scene(0.02, sls), ramp(10.0, 10.0, 0.1, 10.0)),
+        "short range, mu = 8": (Scene(8.0, sls), ramp(10.0, 10.0, 0.1, 10.0)),
+        "dwell of 1e6 retardation times": (Scene(1.0, sls), ramp(20.0, 100.0, 1e6, 100.0)),
+        "creeping towards a fold": (Scene(3.2, sls), creeping(3.2, 0.05, 1000.0)),
+        "creeping past a fold": (Scene(3.2, sls), creeping(3.2, -0.3, 1000.0)),
+        "50 cycles, relaxing between": (Scene(1.0, sls), cycles(1.0, 5.0, 1.0, CYCLES)),
+        "50 cycles, fast": (Scene(1.0, sls), cycles(1.0, 5.0, 100.0, CYCLES)),
+        "50 cycles with jumps, elastic": (Scene(3.2, Elastic()), cycles(3.2, 2.0, 1.0, CYCLES)),
+    }
+
+
+def pair(scene: Scene, protocol: Protocol) -> dict[str, Any]:
+    """One case at both accuracies."""
+    run(corners()[0], "draft")  # so that the first call of a process is not timed
+    coarse = simulate(scene, protocol, ACCURACY)
+    fine = simulate(scene, protocol, resolve_accuracy(ACCURACY).target / REFINEMENT)
+    both = coarse.completed and fine.completed
+    return {
+        "status": coarse.status,
+        "refined_status": fine.status,
+        "finite": bool(np.all(np.isfinite(coarse.force))),
+        "pull_off_force": coarse.pull_off_force,
+        "refined_pull_off_force": fine.pull_off_force,
+        "change": abs(coarse.pull_off_force / fine.pull_off_force - 1.0) if both else np.nan,
+        "work_change": abs(coarse.work() - fine.work()) / fine.turnover() if both else np.nan,
+        "energy": energy(coarse),
+        "refined_energy": energy(fine),
+        "end_over_pull_off": coarse.end_force / coarse.pull_off_force if coarse.completed else np.nan,
+        "jumps": len(coarse.jumps),
+        "refined_jumps": len(fine.jumps),
+        "steps": coarse.stats.steps,
+        "nodes": coarse.stats.nodes,
+        "seconds": coarse.stats.seconds,
+        "refined_seconds": fine.stats.seconds,
+    }
+
+
+def coarsely(scene: Scene, protocol: Protocol, pull_off_force: float) -> dict[str, dict[str, Any]]:
+    """One case at the coarser accuracies, its pull-off force set against a finer one."""
+    found = {}
+    for accuracy in COARSER:
+        trajectory = simulate(scene, protocol, accuracy)
+        found[str(accuracy)] = {
+            "status": trajectory.status,
+            "change": abs(trajectory.pull_off_force / pull_off_force - 1.0),
+            "energy": energy(trajectory),
+            "seconds": trajectory.stats.seconds,
+        }
+    return found
+
+
+def extreme(name: str, scene: Scene, protocol: Protocol) -> dict[str, Any]:
+    """One case that has a name."""
+    found = {"name": name, "tabor": scene.tabor, "modulus_ratio": scene.material.modulus_ratio, **pair(scene, protocol)}
+    return {**found, "coarse": coarsely(scene, protocol, found["refined_pull_off_force"])}
+
+
+def energy(trajectory: Trajectory) -> float:
+    """Work of the history over its turnover; NaN when unfinished."""
+    return trajectory.work() / trajectory.turnover() if trajectory.completed else np.nan
+
+
+def drawn(where: str, count: int, seed: int) -> list[dict[str, Any]]:
+    """Random protocols 'inside' the box or 'beyond' it, with their modulus ratio."""
+    columns = Design("sobol", BEYOND if where == "beyond" else {}).protocols(count, seed)
+    generator = np.random.default_rng(seed)
+    points = []
+    for i in range(count):
+        point: dict[str, Any] = {name: float(values[i]) for name, values in columns.items()}
+        point["modulus_ratio"] = 0.1 if where == "inside" else float(10.0 ** generator.uniform(-3.0, 0.0))
+        if where == "beyond":
+            point["peak_indentation"] = min(point["peak_indentation"], DEEPEST * point["tabor"] ** -1.5)
+        points.append({"where": where, **point})
+    return points
+
+
+def mapped(point: dict[str, Any]) -> dict[str, Any]:
+    """One point of the map."""
+    scene = Scene(point["tabor"], StandardLinearSolid(point["modulus_ratio"]))
+    protocol = ramp(point["peak_indentation"], point["loading_rate"], point["dwell_time"], point["unloading_rate"])
+    return {**point, **pair(scene, protocol)}
+
+
+def main(
+    count: Annotated[int, typer.Option(help="Random protocols inside the box, and as many beyond.")] = 512,
+    seed: Annotated[int, typer.Option(help="Seed of the protocols.")] = 6,
+    jobs: Annotated[int, typer.Option(help="Processes.")] = 2,
+    out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
+) -> None:
+    """Simulate the map and the extremes."""
+    points = drawn("inside", count, seed) + drawn("beyond", count, seed)
+    points.sort(key=lambda point: -point["tabor"] * point["peak_indentation"])
+    results = Parallel(n_jobs=jobs, return_as="generator_unordered")(delayed(mapped)(point) for point in points)
+    rows = list(progress(results, "map", len(points)))
+    rows.sort(key=lambda row: (row["where"], row["tabor"], row["unloading_rate"]))
+    named = [extreme(name, *case) for name, case in progress(extremes().items(), "extremes")]
+    content = {"accuracy": ACCURACY, "refinement": REFINEMENT, "map": rows, "extremes": named}
+    write_result(out, f"hard_case_map --count {count} --seed {seed}", plain(content))
+    unfinished = [row for row in rows + named if row["status"] != "completed"]
+    print(f"{len(rows) + len(named)} cases, {len(unfinished)} not completed")
+
+
+if __name__ == "__main__":
+    run_main(main)

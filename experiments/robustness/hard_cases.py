@@ -1,0 +1,190 @@
+"""Where a contact solver is most likely to break: extreme combinations, and the corners of the paper's own box.
+
+Each case is simulated at one accuracy and again with the target error divided by four, which halves the spacing at the
+contact edge and shortens the steps. Reported: how it ended, how far the pull-off force moved, whether the loop created
+energy (its work against the integral of |P d(delta)|), the smallest eigenvalue of the Jacobian at jumps, and seconds.
+
+Usage: `python -m experiments.robustness.hard_cases [--count N] [--seed N] [--jobs N] [--out FILE] [--report FILE]`.
+"""
+
+from __future__ import annotations
+
+import csv
+import itertools
+from collections import Counter
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from joblib import Parallel, delayed
+from rich.progress import track
+
+from bem import Elastic, LoadingProtocol, Scene, StandardLinearSolid, Trajectory, simulate
+from bem._support.command_line import run_main
+from bem._support.provenance import provenance
+from bem.accuracy import resolve_accuracy
+from bem.dataset.designs import PAPER_RANGES
+from bem.protocol import default_start_indentation
+
+OUT = Path("results/solver/hard_cases.csv")
+REPORT = Path("docs/solver-hard-cases.md")
+ACCURACY = "standard"
+REFINEMENT = 4.0
+RATES = (1e-3, 1e-1, 1e1, 1e3, 1e5)
+VALUES = {
+    "tabor": (0.02, 0.2, 1.0, 3.2, 5.0),
+    "modulus_ratio": (1.0, 0.1, 0.01, 0.001),
+    "loading_rate": RATES,
+    "unloading_rate": RATES,
+    "dwell_time": (0.0, 1e-6, 1.0, 1e3),
+    "peak_indentation": (-1.0, 0.5, 10.0, 100.0, 500.0),
+}
+SHALLOWEST = -0.02
+"""Peak indentation instead of one that lies below the start, where the sphere would move away."""
+DEEPEST_FOR_LARGE_TABOR = 100.0  # where the Tabor parameter exceeds 1
+ENERGY_TOLERANCE = 1e-3
+
+Case = dict[str, Any]
+
+
+def random_combinations(count: int, seed: int) -> list[Case]:
+    """Different combinations of `VALUES`, drawn from a seed, each with a peak above its start."""
+    possible = [dict(zip(VALUES, values, strict=True)) for values in itertools.product(*VALUES.values())]
+    possible = [
+        case for case in possible if case["tabor"] <= 1.0 or case["peak_indentation"] <= DEEPEST_FOR_LARGE_TABOR
+    ]
+    for case in possible:
+        if case["peak_indentation"] <= default_start_indentation(case["tabor"]):
+            case["peak_indentation"] = SHALLOWEST
+    drawn = np.random.default_rng(seed).permutation(len(possible))[:count]
+    return [{"kind": "random", **possible[i]} for i in drawn]
+
+
+def corners() -> list[Case]:
+    """All corners of the paper's box."""
+    return [
+        {"kind": "corner", "modulus_ratio": 0.1, **dict(zip(PAPER_RANGES, values, strict=True))}
+        for values in itertools.product(*PAPER_RANGES.values())
+    ]
+
+
+def run(case: Case, accuracy: str | float) -> Trajectory:
+    """Simulate a case."""
+    ratio = case["modulus_ratio"]
+    scene = Scene(tabor=case["tabor"], material=StandardLinearSolid(ratio) if ratio < 1.0 else Elastic())
+    names = ("peak_indentation", "loading_rate", "dwell_time", "unloading_rate")
+    return simulate(scene, LoadingProtocol(**{name: case[name] for name in names}), accuracy)
+
+
+def examined(case: Case) -> Case:
+    """The case with everything that is reported about it."""
+    run(corners()[0], "draft")  # a few milliseconds, so that the first call of a process is not timed
+    target = resolve_accuracy(ACCURACY).target
+    coarse, fine = run(case, ACCURACY), run(case, target / REFINEMENT)
+    both = coarse.completed and fine.completed
+    eigenvalues = [(jump.eigenvalue_before, jump.eigenvalue_after) for jump in coarse.jumps]
+    return {
+        **case,
+        "status": coarse.status,
+        "refined_status": fine.status,
+        "pull_off_force": coarse.pull_off_force,
+        "refined_pull_off_force": fine.pull_off_force,
+        "change": abs(coarse.pull_off_force / fine.pull_off_force - 1.0) if both else np.nan,
+        "hysteresis_change": abs(coarse.work() - fine.work()) / fine.turnover() if both else np.nan,
+        "work_over_turnover": coarse.work() / coarse.turnover() if coarse.completed else np.nan,
+        "refined_work_over_turnover": fine.work() / fine.turnover() if fine.completed else np.nan,
+        "finite": bool(np.all(np.isfinite(coarse.force)) and np.isfinite(coarse.pull_off_force)),
+        "jumps": len(coarse.jumps),
+        "refined_jumps": len(fine.jumps),
+        "largest_eigenvalue_before": max((abs(before) for before, _ in eigenvalues), default=np.nan),
+        "smallest_eigenvalue_after": min((after for _, after in eigenvalues), default=np.nan),
+        "steps": coarse.stats.steps,
+        "nodes": coarse.stats.nodes,
+        "seconds": coarse.stats.seconds,
+        "refined_seconds": fine.stats.seconds,
+    }
+
+
+def markdown(rows: list[Case], origin: dict[str, Any]) -> str:
+    """What the table says, as a document."""
+    target = resolve_accuracy(ACCURACY).target
+    lines = [
+        "# Hard cases",
+        "",
+        f"Written by `{origin['command']}`; do not edit. Each line of the table it summarises, ",
+    ]
+    lines[-1] += f"`{OUT}`, is one case at accuracy {ACCURACY} (target {target:g}) and at a quarter of that target."
+    lines += ["", f"Machine: {origin['host']}, all cores shared by the cases.", ""]
+    titles = {"random": "Random combinations", "corner": "Corners of the paper's box"}
+    kinds = {title: [row for row in rows if row["kind"] == kind] for kind, title in titles.items()}
+    columns = {title: _summary(group, target) for title, group in kinds.items() if group}
+    header = ["Quantity", *columns]
+    lines += ["| " + " | ".join(header) + " |", "|" + " --- |" * len(header)]
+    for name in next(iter(columns.values())):
+        lines.append("| " + " | ".join([name, *(column[name] for column in columns.values())]) + " |")
+    unfinished = Counter(row["status"].split(" (at")[0] for row in rows if row["status"] != "completed")
+    if unfinished:
+        lines += ["", "## Not completed", "", *(f"- {times} x {status}" for status, times in unfinished.most_common())]
+    moved = sorted((row for row in rows if row["change"] > target), key=lambda row: -row["change"])
+    if moved:
+        names = [*VALUES, "pull_off_force", "refined_pull_off_force", "change", "jumps", "refined_jumps"]
+        lines += ["", f"## Pull-off force moves by more than {target:g} when refined", ""]
+        lines += ["| " + " | ".join(name.replace("_", " ") for name in names) + " |", "|" + " --- |" * len(names)]
+        lines += ["| " + " | ".join(f"{row[name]:.5g}" for name in names) + " |" for row in moved]
+    return "\n".join([*lines, ""])
+
+
+def _summary(rows: list[Case], target: float) -> dict[str, str]:
+    change = np.array([row["change"] for row in rows])
+    known = change[np.isfinite(change)]
+    work = np.array([row["work_over_turnover"] for row in rows])
+    seconds = np.array([row["seconds"] for row in rows])
+    with_jumps = [row for row in rows if row["jumps"]]
+    before = [row["largest_eigenvalue_before"] for row in with_jumps]
+    after = [row["smallest_eigenvalue_after"] for row in with_jumps]
+    middle, high, highest = np.percentile(known, [50.0, 95.0, 100.0])
+    return {
+        "cases": str(len(rows)),
+        "completed with finite numbers": str(sum(row["status"] == "completed" and row["finite"] for row in rows)),
+        "refined and completed as well": str(len(known)),
+        "change of the pull-off force, median / 95th / largest (%)": f"{100 * middle:.2g} / {100 * high:.2g} / "
+        f"{100 * highest:.2g}",
+        "move by more than the target": str(int(np.sum(known > target))),
+        "loops that create energy (work below -0.1 % of the turnover)": str(int(np.sum(work < -ENERGY_TOLERANCE))),
+        "smallest work over turnover": f"{np.nanmin(work):.2g}",
+        "cases with jumps": str(len(with_jumps)),
+        "smallest eigenvalue before a jump, median / largest": f"{np.median(before):.2g} / {np.max(before):.2g}"
+        if before
+        else "-",
+        "smallest eigenvalue after a jump, smallest": f"{np.min(after):.2g}" if after else "-",
+        "seconds, median / mean / largest": f"{np.median(seconds):.3g} / {seconds.mean():.3g} / {seconds.max():.3g}",
+    }
+
+
+def main(
+    count: Annotated[int, typer.Option(help="Random combinations.")] = 400,
+    seed: Annotated[int, typer.Option(help="Seed of the combinations.")] = 1,
+    jobs: Annotated[int, typer.Option(help="Processes.")] = 2,
+    out: Annotated[Path, typer.Option(help="Table to write.")] = OUT,
+    report: Annotated[Path, typer.Option(help="Summary to write.")] = REPORT,
+) -> None:
+    """Run all cases, write the table and its summary."""
+    cases = corners() + random_combinations(count, seed)
+    # The most expensive cases first, so that no core waits for the last one.
+    order = sorted(cases, key=lambda case: -case["tabor"] * max(case["peak_indentation"], 0.0))
+    results = Parallel(n_jobs=jobs, return_as="generator_unordered")(delayed(examined)(case) for case in order)
+    rows = list(track(results, description="hard cases", total=len(order)))
+    rows.sort(key=lambda row: tuple(row[name] for name in ("kind", *VALUES)))
+    out.parent.mkdir(parents=True, exist_ok=True)
+    with out.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, fieldnames=list(rows[0]), lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
+    summary = markdown(rows, provenance(f"python -m experiments.robustness.hard_cases --count {count} --seed {seed}"))
+    report.write_text(summary, encoding="utf-8")
+    print(summary)
+
+
+if __name__ == "__main__":
+    run_main(main)

@@ -1,0 +1,206 @@
+"""A soak of the solver: very many random protocols inside the paper's box, beyond it, and of stiff contacts.
+
+Counted for every protocol: exceptions, numbers that are not finite and lone spikes of the force in a trajectory that
+says it completed, trajectories that say they did not, and what they say. Memory is read after every chunk; the growth
+reported is that of the second half over the first, in which kernels and caches have settled, and none is reported of
+fewer than `CHUNKS_FOR_MEMORY` chunks. Protocol i depends on the seed and i only. Chunks are kept, so that an
+interrupted soak continues with the same command; they are known by the solver's version, its accuracy and their
+protocols.
+
+Usage: `python -m experiments.robustness.soak [--count N] [--beyond N] [--stiff N] [--jobs N] [--out FILE]`.
+"""
+
+from __future__ import annotations
+
+import json
+import resource
+import sys
+import time
+from collections import Counter
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from joblib import Parallel, delayed
+
+from bem import HardContact, LennardJones, LoadingProtocol, Scene, StandardLinearSolid, simulate
+from bem._support.command_line import run_main
+from bem.dataset.designs import Design
+from bem.solver.version import SOLVER_VERSION
+from experiments.common import write_result
+from experiments.robustness.hard_case_map import BEYOND, DEEPEST
+from experiments.timing import MEASUREMENTS, fingerprint, plain, progress, spread
+
+OUT = MEASUREMENTS / "soak.json"
+KEPT = Path("results/soak")
+CHUNK = 250
+CHUNKS_FOR_MEMORY = 8
+ACCURACY = "standard"
+PLACES = {"inside": "inside the box", "beyond": "beyond the box", "stiff": "stiff contacts"}
+STIFF = {
+    "tabor": (0.01, 0.5),
+    "peak_indentation": (0.05, 30.0),
+    "loading_rate": (1e-3, 1e4),
+    "dwell_time": (1e-4, 1e5),
+    "unloading_rate": (1e-3, 1e4),
+}
+RECORDED = ("status", "raised", "silent", "spikes", "spike_share", "seconds")
+"""What is kept of a protocol."""
+
+
+def protocols(where: str, count: int, seed: int) -> dict[str, np.ndarray]:
+    """Random quantities (count,) 'inside' the box, 'beyond' it or 'stiff', with modulus ratios.
+
+    Stiff contacts are nearly rigid or of a stiff glass, half of them without adhesion.
+    """
+    columns = Design("log-uniform", {"beyond": BEYOND, "stiff": STIFF}.get(where, {})).protocols(count, seed)
+    columns = {name: values.copy() for name, values in columns.items()}
+    columns["modulus_ratio"] = np.full(count, 0.1)
+    if where == "beyond":
+        columns["modulus_ratio"] = 10.0 ** np.random.default_rng([seed, 1]).uniform(-3.0, 0.0, count)
+        deepest = DEEPEST * columns["tabor"] ** -1.5
+        columns["peak_indentation"] = np.minimum(columns["peak_indentation"], deepest)
+    if where == "stiff":
+        rng = np.random.default_rng([seed, 2])
+        columns["modulus_ratio"] = 10.0 ** rng.uniform(-3.0, np.log10(0.3), count)
+        columns["adhesion"] = rng.integers(0, 2, count).astype(float)
+    return columns
+
+
+def soaked(point: dict[str, float]) -> dict[str, Any]:
+    """One protocol: how it ended, and whether what it returned is finite; no exception passes."""
+    rest = dict(point)
+    try:
+        adhesion = LennardJones() if rest.pop("adhesion", 1.0) else HardContact()
+        scene = Scene(rest.pop("tabor"), StandardLinearSolid(rest.pop("modulus_ratio")), adhesion)
+        trajectory = simulate(scene, LoadingProtocol(**rest), ACCURACY)
+    except Exception as error:
+        status = f"{type(error).__name__}: {error}"
+        return {"status": status, "raised": True, "silent": False, "spikes": 0, "spike_share": 0.0, "seconds": 0.0}
+    arrays = (trajectory.time, trajectory.indentation, trajectory.force, trajectory.contact_radius)
+    scalars = (trajectory.pull_off_force, trajectory.pull_off_time, trajectory.hysteresis, trajectory.end_force)
+    finite = all(np.all(np.isfinite(values)) for values in arrays) and bool(np.all(np.isfinite(scalars)))
+    judged = trajectory.completed and finite
+    spikes = lone_spikes(trajectory.force, trajectory.pull_off_force) if judged else np.empty(0)
+    return {
+        "status": trajectory.status,
+        "raised": False,
+        "silent": trajectory.completed and not finite,
+        "spikes": len(spikes),
+        "spike_share": float(spikes.max(initial=0.0)),
+        "seconds": trajectory.stats.seconds,
+    }
+
+
+def lone_spikes(force: np.ndarray, scale: float) -> np.ndarray:
+    """Entries that stand out alone, which no force history (n,) of a contact has: how far, over the history's range.
+
+    Such an entry lies above or below both neighbours by more than 1 % of `scale`, and by more than ten times what
+    these and their neighbours differ. A jump is a step, not a spike.
+    """
+    if force.size < 5:
+        return np.empty(0)
+    before, at, after = force[1:-3], force[2:-2], force[3:-1]
+    out = np.minimum(np.abs(at - before), np.abs(at - after)) * ((at - before) * (at - after) > 0.0)
+    around = np.abs(np.stack([before - force[:-4], after - before, force[4:] - after])).max(axis=0)
+    alone = (out > 0.01 * abs(scale)) & (out > 10.0 * around)
+    return out[alone] / np.ptp(force)
+
+
+def memory_bytes() -> int:
+    """Resident memory of this process now, or its peak where the system does not tell."""
+    status = Path("/proc/self/statm")
+    if status.is_file():
+        return int(status.read_text(encoding="utf-8").split()[1]) * resource.getpagesize()
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)
+
+
+def chunk(where: str, first: int, count: int, seed: int, folder: Path) -> dict[str, Any]:
+    """Protocols `first` to `first` + CHUNK of `count`; read where already done."""
+    columns = protocols(where, count, seed)
+    points = [
+        {name: float(values[i]) for name, values in columns.items()} for i in range(first, min(first + CHUNK, count))
+    ]
+    key = fingerprint(solver=SOLVER_VERSION, accuracy=ACCURACY, protocols=points, recorded=RECORDED)
+    path = folder / f"{where}-{first}-{key}.json"
+    if path.is_file():
+        return json.loads(path.read_text(encoding="utf-8"))
+    started = time.perf_counter()
+    found = [soaked(point) for point in points]
+    notable = [
+        {"index": first + i, **point, **one}
+        for i, (point, one) in enumerate(zip(points, found, strict=True))
+        if one["status"] != "completed" or one["silent"] or one["spikes"]
+    ]
+    content = {
+        "where": where,
+        "count": len(points),
+        "statuses": Counter(one["status"].split(" (at")[0] for one in found),
+        "raised": sum(one["raised"] for one in found),
+        "silent": sum(one["silent"] for one in found),
+        "spikes": sum(one["spikes"] > 0 for one in found),
+        "slowest": max(one["seconds"] for one in found),
+        "mean_seconds": float(np.mean([one["seconds"] for one in found])),
+        "notable": notable,
+        "memory_bytes": memory_bytes(),
+        "wall_seconds": time.perf_counter() - started,
+    }
+    folder.mkdir(parents=True, exist_ok=True)
+    unfinished = path.with_suffix(".part")
+    unfinished.write_text(json.dumps(plain(content)), encoding="utf-8")
+    unfinished.replace(path)
+    return content
+
+
+def summary(chunks: list[dict[str, Any]]) -> dict[str, Any]:
+    """What all chunks say together."""
+    statuses: Counter[str] = Counter()
+    for one in chunks:
+        statuses.update(one["statuses"])
+    memory = np.array([one["memory_bytes"] for one in chunks], dtype=float)
+    half = len(memory) // 2
+    growth = None
+    if len(memory) >= CHUNKS_FOR_MEMORY:
+        growth = float(memory[half:].mean() / memory[:half].mean() - 1.0)
+    return {
+        "protocols": sum(one["count"] for one in chunks),
+        "raised": sum(one["raised"] for one in chunks),
+        "silent": sum(one["silent"] for one in chunks),
+        "spikes": sum(one["spikes"] for one in chunks),
+        "largest_spike_share": max((case["spike_share"] for one in chunks for case in one["notable"]), default=0.0),
+        "statuses": dict(statuses.most_common()),
+        "slowest_seconds": max(one["slowest"] for one in chunks),
+        "mean_seconds": spread([one["mean_seconds"] for one in chunks]),
+        "memory_bytes": spread(memory),
+        "chunks": len(chunks),
+        "memory_growth": growth,
+        "notable": [case for one in chunks for case in one["notable"]][:50],
+    }
+
+
+def main(
+    count: Annotated[int, typer.Option(help="Protocols inside the box.")] = 100_000,
+    beyond: Annotated[int, typer.Option(help="Protocols beyond it.")] = 20_000,
+    stiff: Annotated[int, typer.Option(help="Stiff contacts, with and without adhesion.")] = 3_000,
+    seed: Annotated[int, typer.Option(help="Seed of the protocols.")] = 11,
+    jobs: Annotated[int, typer.Option(help="Processes.")] = 2,
+    folder: Annotated[Path, typer.Option(help="Where chunks are kept.")] = KEPT,
+    out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
+) -> None:
+    """Run, or continue, the soak."""
+    content: dict[str, Any] = {"accuracy": ACCURACY, "seed": seed, "solver": SOLVER_VERSION}
+    for where, total in (("inside", count), ("beyond", beyond), ("stiff", stiff)):
+        tasks = [delayed(chunk)(where, first, total, seed, folder) for first in range(0, total, CHUNK)]
+        results = Parallel(n_jobs=jobs, return_as="generator")(tasks)
+        chunks = list(progress(results, f"{PLACES[where]}, chunks of {CHUNK}", len(tasks)))
+        if chunks:
+            content[where] = summary(chunks)
+            found = content[where]
+            counted = ", ".join(f"{found[name]} {name}" for name in ("raised", "silent", "spikes"))
+            print(f"{where}: {found['protocols']} protocols; {counted}")
+    write_result(out, f"soak --count {count} --beyond {beyond} --stiff {stiff} --seed {seed}", plain(content))
+
+
+if __name__ == "__main__":
+    run_main(main)

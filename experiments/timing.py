@@ -1,0 +1,199 @@
+"""What measurements share: seconds with their spread, progress, values that JSON can hold, places in the guide.
+
+Seconds are processor seconds of whole calls on one thread. A first call, which loads compiled kernels, is never
+counted. Where other programs compete for the core, processor seconds fall behind the wall's, and they too are longer
+than on an idle machine: a measurement during which they were too small a share of the wall's is not published.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import sys
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from datetime import timedelta
+from pathlib import Path
+from typing import Annotated, Any, Self, TypeVar
+
+import numpy as np
+import typer
+
+MEASUREMENTS = Path("published/measurements")
+"""Where measurements go that take long or belong to one machine."""
+FORCE_ERROR = "mean |P - P*| / range of P*"
+"""The one error of a force history in the measurements of cost: see `force_error`."""
+NOT_PUBLISHED = Path("results/measurements")
+"""Where measurements go that were made on a busy machine."""
+LEAST_SHARE = 0.9
+"""Processor seconds over wall seconds below which the machine was too busy."""
+SAID_EVERY = 20.0  # seconds between lines of progress where nobody has a terminal
+Item = TypeVar("Item")
+Busy = Annotated[bool, typer.Option("--busy", help="Publish it even if the machine was busy.")]
+"""An option of every measurement of seconds."""
+
+
+class Clock:
+    """Processor seconds of what runs inside `with clock:`, and how much of the wall's seconds they are so far.
+
+    Args:
+        processor: Seconds of this process on any core.
+        wall: Seconds of a clock on the wall.
+    """
+
+    def __init__(
+        self,
+        processor: Callable[[], float] = time.process_time,
+        wall: Callable[[], float] = time.perf_counter,
+    ) -> None:
+        self.wall, self.seconds = 0.0, 0.0
+        """Wall and processor seconds of the last run."""
+        self._clocks = (wall, processor)
+        self._spent = [0.0, 0.0]
+
+    @property
+    def share(self) -> float:
+        """Processor seconds over wall seconds of all runs; a run on more than one core counts as one on one."""
+        wall, processor = self._spent
+        return processor / wall if wall > 0.0 else 1.0
+
+    def __enter__(self) -> Self:
+        self._started = [clock() for clock in self._clocks]
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        ended = [clock() for clock in self._clocks]
+        self.wall, self.seconds = (end - begin for begin, end in zip(self._started, ended, strict=True))
+        self._spent = [self._spent[0] + self.wall, self._spent[1] + min(self.seconds, self.wall)]
+
+
+CLOCK = Clock()
+"""The clock of this process."""
+
+
+def force_error(found: np.ndarray, exact: np.ndarray) -> np.ndarray:
+    """Mean absolute difference over the range of the exact force, (count,), of histories (count, steps).
+
+    Steps of which nothing is said (NaN in `found`) do not count; NaN where nothing is said at all.
+    """
+    known = np.isfinite(found)
+    total = np.sum(np.abs(np.where(known, found - exact, 0.0)), axis=1)
+    counted = np.count_nonzero(known, axis=1)
+    return np.where(counted > 0, total / np.maximum(counted, 1), np.nan) / np.ptp(exact, axis=1)
+
+
+def fingerprint(**parts: Any) -> str:
+    """Digest of everything that decides a kept result: name every one of them."""
+    return hashlib.sha256(json.dumps(plain(parts), sort_keys=True).encode()).hexdigest()[:16]
+
+
+def progress(items: Iterable[Item], label: str, total: int | None = None) -> Iterator[Item]:
+    """Give the items one by one and say how many are done and how long the rest will take."""
+    count = len(items) if total is None else total  # type: ignore[arg-type]
+    if sys.stderr.isatty():
+        from rich.console import Console
+        from rich.progress import track
+
+        yield from track(items, label, total=count, console=Console(stderr=True))
+        return
+    started = said = time.perf_counter()
+    for done, item in enumerate(items, start=1):
+        yield item
+        now = time.perf_counter()
+        if now - said > SAID_EVERY or (done == count and now - started > SAID_EVERY):
+            left = timedelta(seconds=round((now - started) / done * (count - done)))
+            print(f"{label}: {done} of {count}, {left} left", file=sys.stderr, flush=True)
+            said = now
+
+
+def spread(values: Sequence[float] | np.ndarray) -> dict[str, float]:
+    """Median, quartiles, 95th percentile, largest and mean of finite values; NaN throughout when there are none."""
+    array = np.asarray(values, dtype=np.float64)
+    array = array[np.isfinite(array)]
+    names = {"median": 50.0, "low": 25.0, "high": 75.0, "p95": 95.0, "largest": 100.0}
+    if array.size == 0:
+        return {"count": 0, "mean": np.nan, **dict.fromkeys(names, np.nan)}
+    found = {name: float(np.percentile(array, percent)) for name, percent in names.items()}
+    return {"count": int(array.size), "mean": float(array.mean()), **found}
+
+
+def timed(function: Callable[[], Any], repeats: int, *, first: bool = True) -> list[float]:
+    """Seconds of each of `repeats` calls, after a `first` one that is not counted where kernels may have to load."""
+    if first:
+        function()
+    seconds = []
+    for _ in range(repeats):
+        with CLOCK:
+            function()
+        seconds.append(CLOCK.seconds)
+    return seconds
+
+
+def publish(out: Path, study: str, content: Mapping[str, Any], *, busy: bool) -> None:
+    """Write a measurement of seconds, with the share of the core it had.
+
+    Args:
+        out: The result file.
+        study: The module and its options, for the record.
+        content: What was measured.
+        busy: Whether to publish what was measured on a busy machine too.
+
+    Raises:
+        RuntimeError: the machine was too busy; the measurement is kept in `NOT_PUBLISHED`.
+    """
+    from experiments.common import write_result  # which loads the solver
+
+    share = CLOCK.share
+    place = out if busy or share >= LEAST_SHARE else NOT_PUBLISHED / out.name
+    write_result(place, study, plain({**content, "processor_share": share}))
+    if share >= LEAST_SHARE:
+        return
+    doubt = (
+        "the machine was too busy to believe these seconds: the processor's must be at least "
+        f"{100 * LEAST_SHARE:.0f} % of the wall's; received {100 * share:.0f} %"
+    )
+    if not busy:
+        raise RuntimeError(
+            f"{doubt}; they are kept in {str(place)!r} and not published; measure on an idle machine, or publish them "
+            "with --busy (BUSY=yes for make)"
+        )
+    print(f"{doubt}; published all the same, as asked", file=sys.stderr)
+
+
+def plain(value: Any) -> Any:
+    """The same value in what JSON holds: NaN and infinity as None, arrays as lists."""
+    if isinstance(value, Mapping):
+        return {str(key): plain(part) for key, part in value.items()}
+    if isinstance(value, np.ndarray):
+        return plain(value.tolist())
+    if isinstance(value, list | tuple):
+        return [plain(part) for part in value]
+    if isinstance(value, np.generic):
+        return plain(value.item())
+    if isinstance(value, float) and not np.isfinite(value):
+        return None
+    return value
+
+
+def write_place(page: Path, name: str, words: str) -> None:
+    """Put words into the place of a page between the marks `<!-- NAME -->` and `<!-- /NAME -->`.
+
+    Raises:
+        ValueError: the page has no such marks.
+    """
+    begin, end = f"<!-- {name} -->", f"<!-- /{name} -->"
+    text = page.read_text(encoding="utf-8")
+    if text.count(begin) != 1 or text.count(end) != 1:
+        raise ValueError(f"the page must hold {begin} and {end} once each; received {str(page)!r}")
+    before, after = text.split(begin)[0], text.split(end)[1]
+    page.write_text(f"{before}{begin}\n\n{words}\n\n{end}{after}", encoding="utf-8")
+
+
+def exponent(x: Sequence[float], y: Sequence[float]) -> tuple[float, float]:
+    """Slope of log y over log x by least squares, and its standard error."""
+    a, b = np.log(np.asarray(x, dtype=np.float64)), np.log(np.asarray(y, dtype=np.float64))
+    centred = a - a.mean()
+    slope = float(centred @ b / (centred @ centred))
+    residual = b - b.mean() - slope * centred
+    error = np.sqrt(residual @ residual / max(a.size - 2, 1) / (centred @ centred))
+    return slope, float(error)

@@ -1,0 +1,122 @@
+"""Figure 2: six trajectories of the data set over time, and how pull-off time, force ratio and cost are distributed.
+
+Reads the data set, the examples and the paper's cost; the histograms count completed trajectories, divided by their
+number; trajectories that are never compressed have no force ratio. The paper marks no single cost in its panel (i); we
+mark its mean, that of all CPU-hours over the trajectories.
+"""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from matplotlib.axes import Axes
+from matplotlib.ticker import MultipleLocator, PercentFormatter
+
+from bem._support.command_line import run_main
+from bem._support.validation import FloatArray
+from bem.dataset.file import Dataset, load_dataset
+from experiments.paper.dataset_statistics import force_ratio
+from paper_figures.style import drawing
+
+EXAMPLES = Path("results/dataset/examples.json")
+DATASET = Path("published/dataset.h5")
+BINS_PER_DECADE = 5
+
+
+def draw_example(axes: Axes, example: dict[str, Any]) -> None:
+    """Force over time, the dwell shaded, pull-off and largest compression marked."""
+    native, results = example["native"], example["results"]
+    _, t1, t2, t3 = example["phase_times"]
+    axes.axhline(0.0, color="0.75", linewidth=0.6, zorder=0)
+    axes.axvspan(t1, t2, color=drawing.ORANGE, alpha=0.35, linewidth=0, label="dwell")
+    axes.plot(native["time"], native["force"], color=drawing.BLUE)
+    lowest = int(np.argmin(native["force"]))
+    style = {"linestyle": "", "clip_on": False, "zorder": 3}
+    peak = results["pull_off_time"], results["pull_off_force"]
+    axes.plot(*peak, marker="o", color=drawing.VERMILION, label=r"$\hat P_\mathrm{po}$", **style)
+    bottom = native["time"][lowest], native["force"][lowest]
+    axes.plot(*bottom, marker="s", color=drawing.BLACK, label=r"$\hat P_\mathrm{mc}$", **style)
+    axes.set_xlim(0.0, t3)
+    axes.margins(y=0.12)
+    protocol = example["protocol"]
+    axes.set_title(rf"$\mu={protocol['tabor']:g}$, $\hat\delta_l={protocol['peak_indentation']:g}$", loc="right")
+    drawing.letter(axes, example["name"])
+    axes.set_xlabel(r"$\hat t$")
+    axes.set_ylabel(r"$\hat P$")
+
+
+def draw_histogram(axes: Axes, values: FloatArray, label: str) -> None:
+    """Share of trajectories in bins of equal width on a logarithmic axis."""
+    low = np.floor(np.log10(values.min()))
+    high = max(np.ceil(np.log10(values.max())), low + 1.0)
+    bins = np.logspace(low, high, int(BINS_PER_DECADE * (high - low)) + 1)
+    share = np.full(len(values), 1.0 / len(values))
+    axes.hist(values, bins=bins, weights=share, color=drawing.SKY, edgecolor="white", linewidth=0.4)
+    axes.set_xscale("log")
+    axes.set_xlabel(label)
+    axes.set_ylabel("share of trajectories")
+    axes.yaxis.set_major_locator(MultipleLocator(0.05 if axes.get_ylim()[1] > 0.12 else 0.02))
+    axes.yaxis.set_major_formatter(PercentFormatter(1.0, decimals=0, symbol=" %"))
+
+
+def mark(axes: Axes, value: float, text: str, color: str, *, height: float, side: str) -> None:
+    """A vertical line with its text beside it, at a share of the panel's height."""
+    axes.axvline(value, color=color, linewidth=1.0)
+    shift = -3 if side == "right" else 3
+    axes.annotate(
+        text,
+        (value, height),
+        xycoords=("data", "axes fraction"),
+        xytext=(shift, 0),
+        textcoords="offset points",
+        ha=side,
+        va="top",
+        color=color,
+        fontsize=6.5,
+    )
+
+
+def note(axes: Axes, text: str) -> None:
+    """Words in the upper right corner of a panel."""
+    axes.annotate(text, (0.97, 0.97), xycoords="axes fraction", ha="right", va="top", fontsize=6.5)
+
+
+def draw_cost(axes: Axes, dataset: Dataset, paper: dict[str, Any]) -> None:
+    """Solver seconds of each trajectory, our mean and the paper's."""
+    seconds = dataset.scalars["solver_seconds"][dataset.completed]
+    draw_histogram(axes, seconds, r"solver time $t_\mathrm{CPU}$ (s)")
+    total, hours = float(seconds.sum()), paper["cpu_hours"]
+    theirs = 3600.0 * hours / paper["trajectories"]
+    axes.set(xlim=(None, 3e3), ylim=(0.0, 1.25 * axes.get_ylim()[1]))
+    mark(axes, theirs, f"paper: {hours} h\nmean {theirs:.0f} s", drawing.PAPER, height=0.6, side="right")
+    ours = f"here: {total / 60.0:.1f} min\nmean {1e3 * seconds.mean():.1f} ms"
+    mark(axes, float(seconds.mean()), ours, drawing.BLACK, height=0.98, side="left")
+
+
+def main(
+    dataset: Annotated[Path, typer.Option(help="Data set file.")] = DATASET,
+    examples: Annotated[Path, typer.Option(help="Result file of the examples.")] = EXAMPLES,
+    folder: Annotated[Path, typer.Option(help="Where the figure goes.")] = drawing.FIGURES,
+) -> None:
+    """Draw figure 2."""
+    content = drawing.read_result(examples, "make figure-2")["examples"]
+    data = load_dataset(dataset)
+    rows, scalars = data.completed, data.scalars
+    drawn = drawing.figure(height=6.2)
+    panels = drawn.subplots(3, 3)
+    for axes, example in zip(panels[:2].flat, content, strict=True):
+        draw_example(axes, example)
+    panels[0, 1].legend(loc="lower right")
+    draw_histogram(panels[2, 0], scalars["pull_off_time"][rows], r"pull-off time $\hat t_\mathrm{po}$")
+    ratio = force_ratio(data)
+    draw_histogram(panels[2, 1], ratio, r"force ratio $\hat P_\mathrm{po}/|\hat P_\mathrm{mc}|$")
+    note(panels[2, 1], f"without {len(rows) - len(ratio)}\nnever compressed")
+    draw_cost(panels[2, 2], data, drawing.paper_values("dataset"))
+    for axes, name in zip(panels[2], "ghi", strict=True):
+        drawing.letter(axes, name)
+    drawing.save(drawn, "figure-2", folder)
+
+
+if __name__ == "__main__":
+    run_main(main)

@@ -1,0 +1,79 @@
+"""Figure 3: how a trajectory on the solver's own time steps becomes a sequence of 120 measurement steps."""
+
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+
+from bem._support.command_line import run_main
+from bem.dataset.measurement_steps import FMS
+from paper_figures.figures.figure_2 import EXAMPLES
+from paper_figures.style import drawing
+
+INDENTATION, FORCE, TIME = r"$\hat\delta$", r"$\hat P$", r"$\hat t$"
+
+
+def draw_points(axes: Axes, x: np.ndarray, y: np.ndarray) -> None:
+    """One marker for each measurement step, coloured by phase."""
+    ends = np.cumsum((0, *FMS))
+    for begin, end, color in zip(ends[:-1], ends[1:], drawing.PHASES.values(), strict=True):
+        axes.plot(x[begin:end], y[begin:end], ".", markersize=3.2, color=color)
+
+
+def draw_native(axes: Axes, time: np.ndarray, values: np.ndarray, phase_times: list[float]) -> None:
+    """The solver's own history, coloured by phase, its time steps as ticks along the bottom."""
+    for begin, end, color in zip(phase_times[:-1], phase_times[1:], drawing.PHASES.values(), strict=True):
+        inside = (time >= begin * (1.0 - 1e-9)) & (time <= end * (1.0 + 1e-9))
+        axes.plot(time[inside], values[inside], color=color)
+    axes.plot(
+        time,
+        np.full_like(time, 0.04),
+        "|",
+        color="0.3",
+        markersize=5,
+        markeredgewidth=0.4,
+        clip_on=False,
+        transform=axes.get_xaxis_transform(),
+    )
+
+
+def main(
+    examples: Annotated[Path, typer.Option(help="Result file of the examples.")] = EXAMPLES,
+    folder: Annotated[Path, typer.Option(help="Where the figure goes.")] = drawing.FIGURES,
+) -> None:
+    """Draw figure 3."""
+    content = drawing.read_result(examples, "make figure-3")["mapping"]
+    native = {name: np.array(values) for name, values in content["native"].items()}
+    steps = {name: np.array(values) for name, values in content["steps"].items()}
+    index = np.arange(1, len(steps["time"]) + 1)
+    drawn = drawing.figure(height=4.4)
+    upper, lower = drawn.subfigures(2, 1)
+    first, second = upper.subplots(1, 2), lower.subplots(1, 3)
+    for axes, name, quantity, label in zip(first, "ab", ("indentation", "force"), (INDENTATION, FORCE), strict=True):
+        draw_native(axes, native["time"], native[quantity], content["phase_times"])
+        axes.margins(y=0.15)
+        axes.set(xlabel=TIME, ylabel=label)
+        drawing.letter(axes, name)
+    for axes, name, quantity, label in zip(
+        second, "cde", ("indentation", "time", "force"), (INDENTATION, TIME, FORCE), strict=True
+    ):
+        for boundary in np.cumsum(FMS)[:2] + 0.5:
+            axes.axvline(boundary, color="0.8", linewidth=0.6, zorder=0)
+        draw_points(axes, index, steps[quantity])
+        axes.set(xlabel=r"measurement step $j$", ylabel=label)
+        drawing.letter(axes, name)
+    marks = [
+        Line2D([], [], color=color, marker=".", label=f"{phase}, {count} steps")
+        for (phase, color), count in zip(drawing.PHASES.items(), FMS, strict=True)
+    ]
+    rug = f"the solver's {len(np.unique(native['time']))} instants"
+    marks.append(Line2D([], [], color="0.3", marker="|", markersize=5, linestyle="", label=rug))
+    upper.legend(handles=marks, loc="outside upper center", ncols=4)
+    drawing.save(drawn, "figure-3", folder)
+
+
+if __name__ == "__main__":
+    run_main(main)

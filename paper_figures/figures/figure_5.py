@@ -1,0 +1,104 @@
+"""Figure 5: validation curves, size against shape error, surface energy against crack velocity, data efficiency.
+
+The filled squares of panel (c) stand at the crack velocities of the paper's table, the open ones at those our solver
+measures at the retreating contact edge. The model is asked a little beyond the Tabor parameters it was trained on; the
+title says by how much.
+"""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from matplotlib.axes import Axes
+
+from bem._support.command_line import run_main
+from paper_figures.figures.figure_learning_curves import draw_curves
+from paper_figures.figures.figure_mse_mae import RESULT as COMPARISON
+from paper_figures.figures.figure_mse_mae import draw_models
+from paper_figures.style import drawing, models_style
+
+PERSSON_BRENER = Path("results/studies/persson_brener.json")
+DATA_EFFICIENCY = Path("published/data_efficiency.json")
+
+
+def draw_sizes(axes: Axes, models: dict[str, Any]) -> None:
+    """Parameters against DTW-RMSE, the paper's reference model beside ours."""
+    paper = drawing.paper_values("reference_model")
+    axes.plot(paper["parameters"] / 1e3, paper["dtw_rmse"], **models_style.paper_marker(paper["name"]))
+    draw_models(axes, models, "parameters", "dtw_rmse", factor=1e-3)
+    axes.set(xlabel="learnable parameters (thousands)", ylabel="held-out DTW-RMSE", yscale="log", xlim=(100, 720))
+    axes.margins(y=0.2)
+    drawing.log_labels(axes.yaxis)
+
+
+def draw_effective_energy(axes: Axes, content: dict[str, Any]) -> None:
+    """Theory as a line; solver and surrogate at the table's velocities; the solver at its own."""
+    points = content["points"]
+    theirs, own = ([one[name] for one in points] for name in ("crack_velocity", "own_crack_velocity"))
+    solver = [one["solver"] for one in points]
+    theory = content["theory"]
+    axes.plot(theory["crack_velocity"], theory["effective_energy"], color=drawing.BLACK, label="Persson-Brener")
+    axes.plot(theirs, solver, "s", color=drawing.VERMILION, markersize=4.5, label="solver")
+    open_square = {"color": drawing.VERMILION, "markerfacecolor": "none", "markersize": 6.0, "markeredgewidth": 0.7}
+    axes.plot(own, solver, "s", label="solver, own velocity", **open_square)
+    name = content["config"]["model"]
+    beyond = content["summary"]["extrapolation_percent"]
+    axes.plot(theirs, [one["surrogate"] for one in points], label=name, **models_style.marker(name))
+    if beyond:
+        axes.set_title(rf"{name} asked {beyond:.3g} % above its largest $\mu$", loc="right")
+    axes.set(xscale="log", xlabel=r"crack velocity $\tilde v_c$", ylabel=r"effective energy $\hat\Gamma_\mathrm{eff}$")
+    axes.set_ylim(0.0, None)
+    axes.legend(loc="upper left")
+
+
+def draw_data_efficiency(axes: Axes, content: dict[str, Any] | None) -> None:
+    """Held-out MSE against the share of training trajectories: mean and standard deviation over the folds."""
+    axes.set(xlabel="share of the training trajectories (%)", ylabel="held-out MSE", xscale="log", yscale="log")
+    if content is None:
+        axes.set(xlim=(1.0, 130.0), ylim=(1e-4, 1e-1))
+        text = "not trained yet:\n`make data-efficiency`"
+        axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", color="0.4")
+        return
+    shares = sorted(content["shares"], key=lambda one: one["percent"])
+    percents = [one["percent"] for one in shares]
+    means, deviations = ([one[name] for one in shares] for name in ("mse_mean", "mse_sd"))
+    look = models_style.marker(content["config"]["architecture"])
+    models_style.draw_folds(axes, percents, means, deviations, [len(one["folds"]) for one in shares], look)
+    whole = {"markeredgecolor": drawing.BLACK, "markeredgewidth": 0.9}
+    axes.plot(100.0, content["full"]["mse"], label=f"all, {content['full']['epochs']} epochs", **look | whole)
+    axes.legend(loc="upper right")
+    for axis in (axes.xaxis, axes.yaxis):
+        drawing.log_labels(axis)
+
+
+def main(
+    comparison: Annotated[Path, typer.Option(help="Result file of the model comparison.")] = COMPARISON,
+    persson_brener: Annotated[Path, typer.Option(help="Result file of the crack velocities.")] = PERSSON_BRENER,
+    data_efficiency: Annotated[Path, typer.Option(help="Result file of the training shares.")] = DATA_EFFICIENCY,
+    folder: Annotated[Path, typer.Option(help="Where the figure goes.")] = drawing.FIGURES,
+) -> None:
+    """Draw figure 5; panel (d) says so when its trainings are not published yet."""
+    models = drawing.read_result(comparison, "make figure-5")
+    cracks = drawing.read_result(persson_brener, "make figure-5")
+    shares = drawing.read_result(data_efficiency, "make data-efficiency") if data_efficiency.is_file() else None
+    drawn = drawing.figure(height=5.4)
+    panels = drawn.subplots(2, 2)
+    draw_curves(panels[0, 0], models["models"], "concat")
+    if legend := panels[0, 0].get_legend():
+        legend.remove()
+    panels[0, 0].set_title("concatenated models", loc="right")
+    draw_sizes(panels[0, 1], models["models"])
+    draw_effective_energy(panels[1, 0], cracks)
+    draw_data_efficiency(panels[1, 1], shares)
+    for axes, name in zip(panels.flat, "abcd", strict=True):
+        drawing.letter(axes, name)
+    handles = models_style.handles(drawing.paper_values("reference_model")["name"])
+    drawn.legend(handles=handles, loc="outside upper center", ncols=10, columnspacing=1.2, handlelength=1.4)
+    note = models_style.missing_note(models["missing"], models["differences"])
+    if note:
+        drawn.supxlabel(note, fontsize=6, color="0.4")
+    drawing.save(drawn, "figure-5", folder)
+
+
+if __name__ == "__main__":
+    run_main(main)

@@ -1,0 +1,96 @@
+"""Figure 7: how the held-out errors of pull-off force and hysteresis are distributed and related.
+
+Bars are stacked by quartile of the force MSE and count shares of all held-out trajectories; errors below the smallest
+bin are counted in it.
+"""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from matplotlib.axes import Axes
+from matplotlib.patches import Patch
+
+from bem._support.command_line import run_main
+from paper_figures.style import drawing
+
+RESULT = Path("results/studies/error_statistics.json")
+QUARTILES = ("Q1", "Q2", "Q3", "Q4")
+COLORS = (drawing.BLUE, drawing.SKY, drawing.ORANGE, drawing.VERMILION)
+LOWEST, BINS_PER_DECADE = 1e-2, 6
+BARS = 0.76
+"""Share of a panel's height for bars and lines; the legend is above them."""
+LABELS = {
+    "pull_off_force_percent": "pull-off force error (%)",
+    "hysteresis_percent": "hysteresis error (%)",
+    "nmae_percent": "force NMAE (%)",
+}
+
+
+def draw_distribution(axes: Axes, content: dict[str, Any], column: str) -> None:
+    """Stacked shares in logarithmic bins, median and 90th percentile marked."""
+    values = np.array(content["per_trajectory"][column])
+    quartile = np.array(content["per_trajectory"]["quartile"])
+    top = 10.0 ** np.ceil(np.log10(max(values.max(), 10.0)))
+    decades = np.log10(top / LOWEST)
+    bins = np.geomspace(LOWEST, top, round(BINS_PER_DECADE * decades) + 1)
+    parts = [np.clip(values[quartile == q], LOWEST, None) for q in range(4)]
+    weights = [np.full(len(part), 100.0 / len(values)) for part in parts]
+    axes.hist(parts, bins=bins, weights=weights, stacked=True, color=COLORS)
+    axes.set(xscale="log", xlabel=LABELS[column], ylabel="share of trajectories (%)")
+    drawing.log_labels(axes.xaxis)
+    overall = content["overall"][column]
+    for name, style, text in (("median", "-.", "median"), ("p90", "--", "90th percentile")):
+        label = f"{text} {overall[name]:.2g} %"
+        axes.axvline(overall[name], ymax=BARS, color=drawing.BLACK, linestyle=style, linewidth=0.9, label=label)
+    axes.set_ylim(0.0, max(patch.get_y() + patch.get_height() for patch in axes.patches) / BARS)
+    axes.legend(loc="upper left")
+
+
+def draw_relation(axes: Axes, content: dict[str, Any], x: str, y: str, correlation: float) -> None:
+    """One point for each trajectory, coloured by quartile."""
+    columns = content["per_trajectory"]
+    quartile = np.array(columns["quartile"])
+    across, up = (np.clip(np.array(columns[name]), LOWEST, None) for name in (x, y))
+    for q, name in enumerate(QUARTILES):
+        rows = quartile == q
+        axes.plot(
+            across[rows],
+            up[rows],
+            ".",
+            color=COLORS[q],
+            markersize=3.0,
+            markeredgewidth=0,
+            alpha=0.75,
+            label=name,
+            rasterized=True,
+        )
+    axes.set(xscale="log", yscale="log", xlabel=LABELS[x], ylabel=LABELS[y])
+    axes.set_title(rf"rank correlation {correlation:.2f}", loc="right")
+    for axis in (axes.xaxis, axes.yaxis):
+        drawing.log_labels(axis)
+
+
+def main(
+    result: Annotated[Path, typer.Option(help="Result file of the error statistics.")] = RESULT,
+    folder: Annotated[Path, typer.Option(help="Where the figure goes.")] = drawing.FIGURES,
+) -> None:
+    """Draw figure 7."""
+    content = drawing.read_result(result, "make figure-7")
+    drawn = drawing.figure(height=5.0)
+    panels = drawn.subplots(2, 2)
+    force, loop, waveform = LABELS
+    draw_distribution(panels[0, 0], content, force)
+    draw_distribution(panels[0, 1], content, loop)
+    draw_relation(panels[1, 0], content, force, loop, content["spearman"]["pull_off_and_hysteresis"])
+    draw_relation(panels[1, 1], content, force, waveform, content["spearman"]["pull_off_and_nmae"])
+    for axes, name in zip(panels.flat, "abcd", strict=True):
+        drawing.letter(axes, name)
+    marks = [Patch(color=color, label=name) for name, color in zip(QUARTILES, COLORS, strict=True)]
+    drawn.legend(handles=marks, loc="outside upper center", ncols=4, title="quartile of the force MSE")
+    drawing.save(drawn, "figure-7", folder)
+
+
+if __name__ == "__main__":
+    run_main(main)

@@ -1,0 +1,161 @@
+"""The eighteen wirings, drawn from the Keras models' own graphs; or those of one family of a user's own.
+
+One panel for each family, with its conditionings side by side. Solid arrows carry sequences, dotted ones
+the Tabor parameter; two boxes side by side are computed from the same input.
+"""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from matplotlib.axes import Axes
+from matplotlib.patches import FancyBboxPatch
+
+from bem._support.command_line import run_main
+from bem._support.outputs import plain_name
+from paper_figures.style import drawing
+from surrogate.architectures.naming import CONDITIONINGS, FAMILIES, PAPER_FAMILIES, paper_names
+
+RESULT = Path("results/studies/architecture_graphs.json")
+OWN_RESULT = Path("results/studies/own_architecture_graphs.json")
+TABOR = "tabor"
+FILL = {
+    "InputLayer": "#f2f2f2",
+    "LSTM": "#cfe3f2",
+    "LayerNormalization": "#e8e8e8",
+    "Conv1D": "#cfeadf",
+    "ResidualTCNBlock": "#cfeadf",
+    "EncoderBlock": "#f6e3bf",
+    "Dense": "#f0dbe8",
+    "AppendTabor": "#fbd9c6",
+    "FiLM": "#fbd9c6",
+    "TaborGate": "#fbd9c6",
+    "Add": "#ffffff",
+}
+BOX_WIDTH, BOX_HEIGHT, COLUMN_STEP = 0.78, 0.62, 1.22
+
+
+def ranks(layers: list[dict[str, Any]]) -> dict[str, int]:
+    """Row of each layer from the input down: one below the lowest of the layers it reads."""
+    rows: dict[str, int] = {}
+    for layer in layers:
+        above = [rows[name] for name in layer["inputs"] if name != TABOR]
+        rows[layer["name"]] = 1 + max(above) if above else 0
+    return rows
+
+
+def places(layers: list[dict[str, Any]]) -> dict[str, tuple[float, float]]:
+    """Centre of each box: rows downwards, boxes of one row side by side; the Tabor parameter beside its first use."""
+    rows = ranks(layers)
+    by_row: dict[int, list[str]] = {}
+    for layer in layers:
+        if layer["name"] != TABOR:
+            by_row.setdefault(rows[layer["name"]], []).append(layer["name"])
+    found = {}
+    for row, members in by_row.items():
+        for index, name in enumerate(members):
+            found[name] = (0.56 * (index - 0.5 * (len(members) - 1)), -float(row))
+    return found
+
+
+def draw_box(axes: Axes, centre: tuple[float, float], text: str, fill: str, width: float) -> None:
+    """A rounded box with its text."""
+    x, y = centre
+    corner = (x - 0.5 * width, y - 0.5 * BOX_HEIGHT)
+    style = "round,pad=0,rounding_size=0.08"
+    axes.add_patch(FancyBboxPatch(corner, width, BOX_HEIGHT, boxstyle=style, facecolor=fill, edgecolor="0.35", lw=0.5))
+    axes.text(x, y, text, ha="center", va="center", fontsize=4.6, linespacing=0.95)
+
+
+def draw_arrow(axes: Axes, begin: tuple[float, float], end: tuple[float, float], **style: Any) -> None:
+    """An arrow between two points; keywords as of `FancyArrowPatch`."""
+    arrow = {"arrowstyle": "-|>", "lw": 0.6, "color": "0.2", "shrinkA": 0, "shrinkB": 0, "mutation_scale": 5}
+    axes.annotate("", end, begin, arrowprops=arrow | style)
+
+
+def draw_input(axes: Axes, source: str, where: dict[str, tuple[float, float]], name: str) -> None:
+    """The arrow from what a layer reads to the layer: straight from the row above, bent past boxes in between."""
+    x, y = where[name]
+    half, side = 0.5 * BOX_HEIGHT, 0.5 * BOX_WIDTH
+    if source == TABOR:
+        begin = (x - side - 0.16, y)
+        draw_arrow(axes, begin, (x - side, y), linestyle=":", lw=0.8, color=drawing.VERMILION)
+        axes.text(begin[0], y + 0.05, r"$\mu$", color=drawing.VERMILION, fontsize=6, ha="center", va="bottom")
+        return
+    x0, y0 = where[source]
+    if y0 - y < 1.5:
+        draw_arrow(axes, (x0, y0 - half), (x, y + half))
+    else:
+        draw_arrow(axes, (x0 + side, y0), (x + side, y), connectionstyle="arc3,rad=-0.4")
+
+
+def box_text(layer: dict[str, Any]) -> str:
+    """What stands in a box, on one line or two."""
+    if layer["kind"] == "InputLayer":
+        return f"history\n{layer['width']} channels"
+    return layer["label"].replace(", ", "\n", 1)
+
+
+def draw_model(axes: Axes, graph: dict[str, Any], left: float) -> None:
+    """One wiring as a column."""
+    layers = [layer for layer in graph["layers"] if layer["name"] != TABOR]
+    where = {name: (x + left, y) for name, (x, y) in places(graph["layers"]).items()}
+    heights = [y for _, y in where.values()]
+    for layer in layers:
+        for source in layer["inputs"]:
+            draw_input(axes, source, where, layer["name"])
+        crowded = heights.count(where[layer["name"]][1]) > 1
+        fill = FILL.get(layer["kind"], "#ffffff")
+        text = box_text(layer).replace(" ", "\n") if crowded else box_text(layer)
+        draw_box(axes, where[layer["name"]], text, fill, 0.5 if crowded else BOX_WIDTH)
+
+
+def draw_family(axes: Axes, graphs: dict[str, Any], family: str, deepest: int) -> None:
+    """The wirings of one family side by side, on a panel of so many rows."""
+    for column, conditioning in enumerate(one for one in CONDITIONINGS if f"{family}-{one}" in graphs):
+        graph, x = graphs[f"{family}-{conditioning}"], column * COLUMN_STEP
+        draw_model(axes, graph, x)
+        axes.text(x, 0.5, conditioning, ha="center", fontsize=6.5, fontweight="bold")
+        last = max(ranks(graph["layers"]).values())
+        count = f"{graph['parameters']:,}\nparameters"
+        axes.text(x, -last - 0.72, count, ha="center", va="center", fontsize=5.2, linespacing=0.95)
+    axes.set(xlim=(-0.65, 2 * COLUMN_STEP + 0.75), ylim=(-deepest - 1.1, 0.8))
+    axes.axis("off")
+
+
+def main(
+    result: Annotated[Path | None, typer.Option(help="Result file of the graphs.")] = None,
+    folder: Annotated[Path, typer.Option(help="Where the figure goes.")] = drawing.FIGURES,
+    family: Annotated[str | None, typer.Option(help="Draw this family of your own, alone.")] = None,
+) -> None:
+    """Draw the eighteen wirings, or those of one family."""
+    if family is not None:
+        _draw_own(plain_name(family, "a --family"), result or OWN_RESULT, folder)
+        return
+    graphs = drawing.read_result(result or RESULT, "make figure-architectures")["models"]
+    deepest = max(row for name in paper_names() for row in ranks(graphs[name]["layers"]).values())
+    drawn = drawing.figure(height=7.8)
+    panels = drawn.subplots(2, 3)
+    for axes, name, one in zip(panels.flat, "abcdef", PAPER_FAMILIES, strict=True):
+        draw_family(axes, graphs, one, deepest)
+        axes.set_title(f"({name}) {one}: {FAMILIES[one]}", loc="left", fontweight="bold", fontsize=6)
+    drawing.save(drawn, "figure-architectures", folder)
+
+
+def _draw_own(family: str, result: Path, folder: Path) -> None:
+    content = drawing.read_result(result, "python -m experiments.paper.architecture_graphs --architecture FILE")
+    words = content["families"].get(family)
+    if words is None:
+        known = ", ".join(content["families"])
+        raise ValueError(f"family must be one of {known} in {str(result)!r}; received {family!r}")
+    graphs = {name: graph for name, graph in content["models"].items() if name.rpartition("-")[0] == family}
+    deepest = max(row for graph in graphs.values() for row in ranks(graph["layers"]).values())
+    drawn = drawing.figure(width=drawing.COLUMN, height=0.34 * (deepest + 2))
+    axes = drawn.subplots()
+    draw_family(axes, graphs, family, deepest)
+    axes.set_title(f"{family}: {words}", loc="left", fontweight="bold", fontsize=6)
+    drawing.save(drawn, f"figure-architecture-{family}", folder)
+
+
+if __name__ == "__main__":
+    run_main(main)

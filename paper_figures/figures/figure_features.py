@@ -1,0 +1,81 @@
+"""Input representations and training-set size: validation curves of feature sets, and of nested training shares."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from matplotlib import colormaps
+from matplotlib.axes import Axes
+
+from bem._support.command_line import run_main
+from paper_figures.figures.figure_5 import DATA_EFFICIENCY
+from paper_figures.style import drawing
+
+FEATURE_SETS = Path("published/feature_sets.json")
+STYLES = {"A": drawing.VERMILION, "B": drawing.ORANGE, "C": drawing.PURPLE, "D": drawing.BLUE}
+LABELS = {"A": "time, indentation", "B": "A + velocity", "C": "B + acceleration", "D": "B + edge"}
+FOLD = 0
+
+
+def draw_curve(axes: Axes, history: dict[str, list[float]], color: Any, label: str) -> None:
+    """A validation curve, its least value marked."""
+    least = min(range(len(history["epoch"])), key=history["validation_mse"].__getitem__)
+    axes.plot(history["epoch"], history["validation_mse"], color=color, linewidth=1.0, label=label)
+    axes.plot(history["epoch"][least], history["validation_mse"][least], "o", color=color)
+
+
+def draw_feature_sets(axes: Axes, sets: dict[str, Any] | None) -> None:
+    """One curve for each feature set, its least validation error in the legend."""
+    if sets is None:
+        _absent(axes, "make feature-sets")
+        return
+    for name, found in sets.items():
+        draw_curve(axes, found["history"], STYLES[name], f"{name}: {LABELS[name]} ({found['validation_mse']:.1e})")
+    axes.legend(loc="upper right")
+
+
+def draw_shares(axes: Axes, content: dict[str, Any] | None) -> None:
+    """One curve for each share of the training part, of the first fold; the full part in black."""
+    if content is None:
+        _absent(axes, "make data-efficiency")
+        return
+    shares = content["shares"]
+    shades = colormaps["viridis"]
+    draw_curve(axes, content["full"]["history"], drawing.BLACK, "100 %")
+    for index, one in enumerate(shares):
+        color = shades(0.9 * (index + 1) / len(shares))
+        draw_curve(axes, one["folds"][FOLD]["history"], color, f"{one['percent']:g} %")
+    axes.legend(loc="upper right", ncols=2)
+
+
+def _absent(axes: Axes, command: str) -> None:
+    axes.set(xlim=(0.0, 1.0), ylim=(1e-4, 1.0), xticks=[])
+    text = f"not trained yet:\n`{command}`"
+    axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", color="0.4")
+
+
+def main(
+    feature_sets: Annotated[Path, typer.Option(help="Result file of the feature sets.")] = FEATURE_SETS,
+    data_efficiency: Annotated[Path, typer.Option(help="Result file of the training shares.")] = DATA_EFFICIENCY,
+    folder: Annotated[Path, typer.Option(help="Where the figure goes.")] = drawing.FIGURES,
+) -> None:
+    """Draw what is trained of both panels."""
+    if not feature_sets.is_file() and not data_efficiency.is_file():
+        raise FileNotFoundError(
+            f"neither {str(feature_sets)!r} nor {str(data_efficiency)!r} exists; `make feature-sets data-efficiency` "
+            "makes them"
+        )
+    sets = drawing.read_result(feature_sets, "make feature-sets")["sets"] if feature_sets.is_file() else None
+    shares = drawing.read_result(data_efficiency, "make data-efficiency") if data_efficiency.is_file() else None
+    drawn = drawing.figure(height=2.8)
+    first, second = drawn.subplots(1, 2)
+    for axes, name in ((first, "a"), (second, "b")):
+        axes.set(xlabel="epoch", ylabel="validation MSE", yscale="log")
+        drawing.letter(axes, name)
+    draw_feature_sets(first, sets)
+    draw_shares(second, shares)
+    drawing.save(drawn, "figure-features", folder)
+
+
+if __name__ == "__main__":
+    run_main(main)

@@ -1,0 +1,66 @@
+"""FMS transfer: one trajectory predicted on other numbers of measurement steps, and the whole held-out set beside it.
+
+The second panel is ours; the paper shows one trajectory only.
+"""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from matplotlib.axes import Axes
+from matplotlib.colors import to_rgb
+
+from bem._support.command_line import run_main
+from paper_figures.style import drawing, models_style
+
+RESULT = Path("results/studies/fms_transfer.json")
+
+
+def draw_sample(axes: Axes, sample: dict[str, Any], model: str) -> None:
+    """The solver's loop as a line, each prediction as the model's markers: fuller the more measurement steps."""
+    edge = to_rgb(models_style.color(model))
+    shades = np.linspace(0.0, 1.0, len(sample["predictions"]))
+    axes.axhline(0.0, color="0.8", linewidth=0.6, zorder=0)
+    axes.plot(sample["native"]["indentation"], sample["native"]["force"], color=drawing.BLACK, label="solver")
+    for (total, found), shade in zip(sample["predictions"].items(), shades, strict=True):
+        look = models_style.step_marker(model) | {"markersize": 4.2, "markerfacecolor": (*edge, shade)}
+        axes.plot(found["indentation"], found["predicted"], label=f"$N = {total}$", **look)
+    axes.set(xlabel=r"indentation $\hat\delta$", ylabel=r"force $\hat P$")
+    axes.set_title(f"sample ({sample['sample']})", loc="right")
+    axes.legend(loc="best")
+
+
+def draw_test_set(axes: Axes, test_set: dict[str, Any], color: str) -> None:
+    """Median and 90th percentile of the waveform error over the held-out set for each number of steps."""
+    totals = list(test_set["errors"])
+    places = np.arange(len(totals))
+    for shift, (name, text, shade) in enumerate((("median", "median", 1.0), ("p90", "90th percentile", 0.45))):
+        heights = [test_set["errors"][total]["nmae_percent"][name] for total in totals]
+        bars = axes.bar(places + 0.38 * (shift - 0.5), heights, 0.36, color=color, alpha=shade, label=text)
+        axes.bar_label(bars, fmt="%.2g", fontsize=6.5, padding=1)
+    axes.set_xticks(places, totals)
+    axes.set(xlabel="measurement steps $N$", ylabel="force NMAE (%)")
+    axes.set_title(f"{test_set['trajectories']} held-out trajectories", loc="right")
+    axes.margins(y=0.2)
+    axes.legend(loc="upper center")
+
+
+def main(
+    result: Annotated[Path, typer.Option(help="Result file of the transfer.")] = RESULT,
+    folder: Annotated[Path, typer.Option(help="Where the figure goes.")] = drawing.FIGURES,
+) -> None:
+    """Draw both panels."""
+    content = drawing.read_result(result, "make figure-fms-transfer")
+    drawn = drawing.figure(height=2.7)
+    first, second = drawn.subplots(1, 2)
+    model = content["config"]["model"]
+    draw_sample(first, content["sample"], model)
+    draw_test_set(second, content["test_set"], models_style.color(model))
+    for axes, name in zip((first, second), "ab", strict=True):
+        drawing.letter(axes, name)
+    drawing.save(drawn, "figure-fms-transfer", folder)
+
+
+if __name__ == "__main__":
+    run_main(main)

@@ -1,0 +1,76 @@
+"""The graphical abstract: protocol in, surrogate, force history out, with what it costs and how far it is off."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from matplotlib.axes import Axes
+
+from bem._support.command_line import run_main
+from paper_figures.figures.figure_6 import RESULT as REGIMES
+from paper_figures.figures.figure_7 import RESULT as ERRORS
+from paper_figures.style import drawing, models_style, schematics
+from paper_figures.style.writing import number
+
+SAMPLE = 5
+
+
+def draw_protocol(axes: Axes, steps: dict[str, list[float]]) -> None:
+    """Indentation over the measurement steps."""
+    axes.plot(np.arange(1, len(steps["indentation"]) + 1), steps["indentation"], color=drawing.BLUE, linewidth=1.6)
+    axes.set(xlabel="measurement step", ylabel=r"indentation $\hat\delta$", title="indentation history")
+
+
+def draw_model(axes: Axes, regime: dict[str, Any], errors: dict[str, Any]) -> None:
+    """The model between two arrows, its medians below."""
+    schematics.blank(axes, 10.0, 8.0)
+    name = errors["config"]["model"]
+    tabor = regime["protocol"]["tabor"]
+    schematics.arrow(axes, (0.2, 4.6), (1.7, 4.6), lw=1.6)
+    schematics.arrow(axes, (8.3, 4.6), (9.8, 4.6), lw=1.6)
+    schematics.box(
+        axes, 5.0, 4.6, f"{name}\nsequence to\nsequence", schematics.LSTM_FILL, width=6.4, height=3.0, size=8
+    )
+    schematics.arrow(axes, (5.0, 7.4), (5.0, 6.15), lw=1.2, linestyle=":", color=drawing.VERMILION)
+    axes.text(5.0, 7.5, rf"Tabor parameter $\mu = {tabor:g}$", ha="center", color=drawing.VERMILION, fontsize=7)
+    overall = errors["overall"]
+    milliseconds = {name: number(1e3 * seconds, 2) for name, seconds in regime["seconds"].items()}
+    text = (
+        f"median error on {errors['trajectories']} unseen protocols\n"
+        f"pull-off force {overall['pull_off_force_percent']['median']:.2g} %, "
+        f"hysteresis {overall['hysteresis_percent']['median']:.2g} %\n"
+        f"{milliseconds['predictor']} ms a prediction, solver {milliseconds['solver']} ms"
+    )
+    axes.text(5.0, 1.4, text, ha="center", va="center", fontsize=6.5)
+
+
+def draw_force(axes: Axes, regime: dict[str, Any], name: str) -> None:
+    """Predicted and simulated loop."""
+    native, steps = regime["native"], regime["steps"]
+    axes.axhline(0.0, color="0.8", linewidth=0.6, zorder=0)
+    axes.plot(native["indentation"], native["force"], color=drawing.BLACK, linewidth=1.0, label="solver")
+    axes.plot(steps["indentation"], steps["predicted"], label=name, **models_style.step_marker(name))
+    axes.set(xlabel=r"indentation $\hat\delta$", ylabel=r"force $\hat P$", title="force history")
+    axes.legend(loc="lower left")
+
+
+def main(
+    regimes: Annotated[Path, typer.Option(help="Result file of the canonical regimes.")] = REGIMES,
+    errors: Annotated[Path, typer.Option(help="Result file of the error statistics.")] = ERRORS,
+    folder: Annotated[Path, typer.Option(help="Where the figure goes.")] = drawing.FIGURES,
+) -> None:
+    """Draw the graphical abstract."""
+    content = drawing.read_result(regimes, "make graphical-abstract")
+    statistics = drawing.read_result(errors, "make graphical-abstract")
+    regime = next(one for one in content["regimes"] if one["sample"] == SAMPLE)
+    drawn = drawing.figure(height=2.5)
+    first, second, third = drawn.subplots(1, 3)
+    draw_protocol(first, regime["steps"])
+    draw_model(second, regime, statistics)
+    draw_force(third, regime, content["config"]["model"])
+    drawing.save(drawn, "graphical-abstract", folder)
+
+
+if __name__ == "__main__":
+    run_main(main)

@@ -1,0 +1,1 @@
+"""Figures of cost, robustness and effects, one module each."""

@@ -1,0 +1,148 @@
+"""Figure: seconds a trajectory against error, for every tool on the same held-out protocols.
+
+Markers are medians over the protocols, thin lines reach to the 95th percentile of the error and over the quartiles of
+the seconds. Open markers: measured on fewer protocols than the others. Errors beyond the axis lie on its upper edge,
+with an arrow. Named are the closed forms, the solver's named accuracies, and, among the surrogates called in batches,
+the reference model, the best and the worst. Reads the measurement of `experiments.cost.accuracy_cost`.
+"""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from matplotlib.axes import Axes
+
+from bem._support.command_line import run_main
+from paper_figures.style import drawing
+from paper_figures.style.cost_style import FORCE_ERROR, KINDS, kind_of, mark_paper
+
+RESULT = Path("published/measurements/accuracy_cost.json")
+PANELS = {"pull_off_force": "error of the pull-off force (%)", "force": FORCE_ERROR}
+REFERENCE_MODEL = "M1-concat"
+BESIDE = ("DMT", "Maugis-Dugdale")
+"""Closed forms named to the right of their marker, where others stand to the left."""
+ROW = 1.45
+"""Factor between the rows of names."""
+LARGEST = 100.0
+"""Errors above, in percent, are drawn on the edge."""
+
+
+def draw(axes: Axes, tools: list[dict[str, Any]], quantity: str) -> None:
+    """All tools in one panel; the solver and the paper's discretisation as curves."""
+    most = max(tool["protocols"] for tool in tools)
+    named = names_of(tools, quantity)
+    name_surrogates(axes, tools, quantity)
+    for kind, style in KINDS.items():
+        points = [tool for tool in tools if kind_of(tool) == kind and _percent(tool, quantity) is not None]
+        if not points:
+            continue
+        curve = kind in ("solver", "paper's discretisation")
+        errors = [min(_percent(tool, quantity), LARGEST) for tool in points]
+        seconds = [tool["seconds"]["median"] for tool in points]
+        axes.plot(seconds, errors, linestyle="-" if curve else "", color=style["color"], linewidth=1.0, zorder=2)
+        axes.plot([], [], linestyle="-" if curve else "", label=kind, markersize=4, linewidth=1.0, **style)
+        for tool, second, error in zip(points, seconds, errors, strict=True):
+            thin = {"color": style["color"], "linewidth": 0.5, "alpha": 0.7}
+            axes.plot([second, second], [error, min(100.0 * tool["errors"][quantity]["p95"], LARGEST)], **thin)
+            axes.plot([tool["seconds"]["low"], tool["seconds"]["high"]], [error, error], **thin)
+            inside = style["color"] if tool["protocols"] == most else "white"
+            mark = "^" if _percent(tool, quantity) > LARGEST else style["marker"]
+            axes.plot(
+                second, error, mark, color=style["color"], markersize=4, markerfacecolor=inside, zorder=3, clip_on=False
+            )
+            if tool["setting"] in named:
+                _annotate(axes, named[tool["setting"]], (second, error), style["color"])
+    floor = next((tool for tool in tools if tool["kind"] == "measurement steps"), None)
+    if floor and _percent(floor, quantity):
+        level = _percent(floor, quantity)
+        axes.axhline(level, color="0.6", linewidth=0.7, linestyle="--", zorder=0)
+        axes.annotate(
+            "120 measurement steps",
+            (0.02, level),
+            xycoords=("axes fraction", "data"),
+            fontsize=5.5,
+            color="0.4",
+            va="bottom",
+        )
+    axes.set(xscale="log", yscale="log", xlabel="time a trajectory, one core (s)", ylabel=PANELS[quantity])
+    axes.set_xlim(axes.get_xlim()[0] / 8.0, 1000.0)
+    axes.set_ylim(top=1.3 * LARGEST)
+    mark_paper(axes, height=0.48)
+
+
+def names_of(tools: list[dict[str, Any]], quantity: str) -> dict[str, tuple[str, str]]:
+    """Words beside a marker and where they stand, by setting."""
+    named = {name: (name, "left") for name in ("draft", "standard", "reference")}
+    shown = [tool for tool in tools if tool["kind"] == "closed form" and _percent(tool, quantity) is not None]
+    forms = [tool["setting"].split(",")[0] for tool in shown]
+    for tool in tools:
+        if tool["kind"] == "closed form":
+            form = tool["setting"].split(",")[0]
+            if forms.count(form) > 1:
+                named[tool["setting"]] = (tool["setting"].replace(", ", ",\n"), "beside")
+            else:
+                named[tool["setting"]] = (form.replace("-D", "-\nD"), "right" if form in BESIDE else "left")
+    return named
+
+
+def name_surrogates(axes: Axes, tools: list[dict[str, Any]], quantity: str) -> None:
+    """Names below the surrogates called in batches, which lie too close for names beside them, with a line to each."""
+    ranked = [tool for tool in tools if tool.get("way") == "ONNX batch" and _percent(tool, quantity) is not None]
+    if not ranked:
+        return
+    ranked.sort(key=lambda tool: _percent(tool, quantity))
+    words = {ranked[-1]["model"]: "worst: ", ranked[0]["model"]: "best: "}
+    named = [tool for tool in ranked if tool["model"] in {*words, REFERENCE_MODEL}]
+    left = min(tool["seconds"]["median"] for tool in ranked) / 1.4
+    for row, tool in enumerate(reversed(named), start=1):
+        axes.annotate(
+            words.get(tool["model"], "") + tool["model"],
+            (tool["seconds"]["median"], _percent(tool, quantity)),
+            xytext=(left, _percent(ranked[0], quantity) / ROW**row),
+            fontsize=5,
+            ha="right",
+            va="center",
+            color=KINDS["ONNX batch"]["color"],
+            arrowprops={
+                "arrowstyle": "-",
+                "relpos": (1.0, 0.5),
+                "linewidth": 0.4,
+                "color": KINDS["ONNX batch"]["color"],
+                "shrinkA": 0,
+            },
+        )
+
+
+def _annotate(axes: Axes, named: tuple[str, str], place: tuple[float, float], color: str) -> None:
+    text, side = named
+    offset, across, up = {
+        "left": ((-4, -3), "right", "top"),
+        "beside": ((-4, 0), "right", "center"),
+        "right": ((5, 0), "left", "center"),
+    }[side]
+    axes.annotate(text, place, xytext=offset, textcoords="offset points", fontsize=5, ha=across, va=up, color=color)
+
+
+def _percent(tool: dict[str, Any], quantity: str) -> float | None:
+    value = tool["errors"][quantity]["median"]
+    return 100.0 * value if value else None
+
+
+def main(
+    result: Annotated[Path, typer.Option(help="Measurement of accuracy and cost.")] = RESULT,
+    folder: Annotated[Path, typer.Option(help="Where the figure goes.")] = drawing.FIGURES,
+) -> None:
+    """Draw the figure."""
+    content = drawing.read_result(result, "make measure-accuracy-cost")
+    drawn = drawing.figure(height=3.3)
+    panels = drawn.subplots(1, 2)
+    for axes, quantity, name in zip(panels, PANELS, "ab", strict=True):
+        draw(axes, content["tools"], quantity)
+        drawing.letter(axes, name)
+    handles, labels = panels[1].get_legend_handles_labels()
+    drawn.legend(handles, labels, loc="outside lower center", ncol=6, title="open: fewer protocols", title_fontsize=6)
+    drawing.save(drawn, "figure-accuracy-cost", folder)
+
+
+if __name__ == "__main__":
+    run_main(main)

@@ -1,0 +1,82 @@
+"""Figure: pull-off amplification against unloading rate for broad-band solids, and their creep compliances.
+
+Amplification is the largest force over JKR's 3/2 and over that of the elastic solid of the same Tabor parameter. Reads
+the data of `experiments.robustness.broad_band`. Full lines are the deepest preload, dotted ones the shallower.
+"""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from matplotlib.axes import Axes
+
+from bem._support.command_line import run_main
+from paper_figures.style import drawing
+
+RESULT = Path("published/measurements/broad_band.json")
+LABELS = {
+    "amplification": r"amplification $\hat P_\mathrm{po}/1.5$",
+    "own_amplification": r"$\hat P_\mathrm{po}$ over the elastic one",
+}
+COLORS = (drawing.BLUE, drawing.GREEN, drawing.ORANGE, drawing.PURPLE, drawing.BLACK)
+
+
+def draw_compliances(axes: Axes, curves: list[dict[str, Any]], ratio: float) -> None:
+    """The fitted series (lines) over the power laws they stand for (dots)."""
+    times = np.geomspace(1e-3, 1e6, 200)
+    few = times[::12]
+    for curve, color in zip(curves, COLORS, strict=True):
+        strengths, taus = np.array(curve["compliances"]), np.array(curve["times"])
+        label = curve["name"].replace("n = ", "$n$ = ").replace("standard linear solid", "standard\nlinear solid")
+        axes.semilogx(times, 1.0 - np.exp(-times[:, None] / taus) @ strengths, color=color, label=label)
+        if curve["n"] is not None:
+            axes.semilogx(few, 1.0 + (ratio - 1.0) * (1.0 + few) ** -curve["n"], "o", color=color, markersize=2.5)
+    axes.set(xlabel=r"time $\hat t$", ylabel=r"creep compliance $E_0 C$", ylim=(0.0, 1.05))
+    axes.legend(loc="lower right", handlelength=1.2)
+
+
+def draw_amplification(axes: Axes, curves: list[dict[str, Any]], names: list[str], ratio: float, over: str) -> None:
+    """Amplification over the rate for every solid and preload."""
+    deepest = max(curve["preload"] for curve in curves)
+    for curve in curves:
+        color = COLORS[names.index(curve["name"])]
+        deep = curve["preload"] == deepest
+        points = [point for point in curve["points"] if point[over] is not None]
+        axes.loglog(
+            [point["unloading_rate"] for point in points],
+            [point[over] for point in points],
+            color=color,
+            linestyle="-" if deep else ":",
+        )
+    axes.axhline(1.0 / ratio, color="0.6", linewidth=0.7, linestyle="--")
+    axes.annotate("$1/k$", (0.02, 1.0 / ratio), xycoords=("axes fraction", "data"), va="bottom", color="0.4")
+    axes.set(xlabel=r"unloading rate $\hat v_U$", ylabel=LABELS[over], ylim=(0.8, 15.0))
+    axes.set_yticks([1, 2, 5, 10], labels=["1", "2", "5", "10"])
+    depths = sorted({curve["preload"] for curve in curves})
+    if len(depths) > 1:
+        shallower = ", ".join(f"{depth:g}" for depth in depths[:-1])
+        text = f"full: preload {deepest:g} $h_0$,\ndotted: {shallower}"
+        axes.text(0.97, 0.03, text, transform=axes.transAxes, ha="right", va="bottom", fontsize="small")
+
+
+def main(
+    result: Annotated[Path, typer.Option(help="Data of the broad-band solids.")] = RESULT,
+    folder: Annotated[Path, typer.Option(help="Where the figure goes.")] = drawing.FIGURES,
+) -> None:
+    """Draw the figure."""
+    content = drawing.read_result(result, "make measure-broad-band")
+    curves, ratio = content["curves"], content["modulus_ratio"]
+    names = list(dict.fromkeys(curve["name"] for curve in curves))
+    drawn = drawing.figure(height=2.8)
+    left, middle, right = drawn.subplots(1, 3)
+    draw_compliances(left, [next(c for c in curves if c["name"] == name) for name in names], ratio)
+    for axes, over in zip((middle, right), LABELS, strict=True):
+        draw_amplification(axes, curves, names, ratio, over)
+    for axes, name in ((left, "a"), (middle, "b"), (right, "c")):
+        drawing.letter(axes, name)
+    drawing.save(drawn, "figure-broad-band", folder)
+
+
+if __name__ == "__main__":
+    run_main(main)

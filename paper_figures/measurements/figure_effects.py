@@ -1,0 +1,119 @@
+"""Figure: one path of the sphere under seven scenes, and when simpler ones may stand in, over rate and range.
+
+Reads the measurement of `experiments.effects.measure`.
+"""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from matplotlib.axes import Axes
+
+from bem._support.command_line import run_main
+from paper_figures.style import drawing
+
+RESULT = Path("published/measurements/effects.json")
+STYLES = {
+    "Hertz": ("0.5", "-"),
+    "DMT-like": (drawing.SKY, "--"),
+    "JKR-like": (drawing.PURPLE, "--"),
+    "rubbery": (drawing.GREEN, "-"),
+    "glassy": (drawing.BLUE, "-"),
+    "one relaxation": (drawing.VERMILION, "-"),
+    "ten relaxations": (drawing.ORANGE, "-"),
+    "no adhesion": (drawing.VERMILION, ":"),
+}
+LABELS = {
+    "DMT-like": r"DMT-like ($\mu=0.2$)",
+    "JKR-like": r"JKR-like ($\mu=3.2$)",
+    "rubbery": r"rubbery ($\mu=1$)",
+    "glassy": r"glassy",
+}
+
+
+def draw_curves(axes: Axes, curves: list[dict[str, Any]]) -> None:
+    """Force over depth of all scenes."""
+    axes.axhline(0.0, color="0.8", linewidth=0.6, zorder=0)
+    for curve in curves:
+        color, line = STYLES[curve["name"]]
+        label = LABELS.get(curve["name"], curve["name"])
+        axes.plot(curve["depth"], curve["force"], color=color, linestyle=line, label=label)
+    axes.set_xlabel(r"depth $\hat\delta/\mu$")
+    axes.set_ylabel(r"force $\hat P$")
+    # Both the pull of an elastic contact and the push of a glassy one can be read.
+    axes.set_yscale("asinh", linear_width=1.0)
+    axes.set_yticks([-30, -10, -3, -1, 0, 1, 3, 6], labels=["-30", "-10", "-3", "-1", "0", "1", "3", "6"])
+    axes.minorticks_off()
+    axes.legend(loc="lower left", fontsize=6)
+
+
+def draw_stand_ins(axes: Axes, content: dict[str, Any]) -> None:
+    """Error of each simpler scene over the rate, the tolerance, and what is recommended along the top."""
+    points = content["stand_ins"]
+    rates = [point["rate"] for point in points]
+    for name in points[0]["errors"]:
+        color, line = STYLES[name]
+        errors = [100.0 * point["errors"][name] for point in points]
+        axes.plot(rates, errors, color=color, linestyle=line, marker=".", label=LABELS.get(name, name).split(" (")[0])
+    axes.axhline(100.0 * content["tolerance"], color="0.4", linewidth=0.8, linestyle=(0, (5, 3)))
+    axes.set(xscale="log", yscale="log", xlabel=r"rate $\hat v/\mu$", ylabel=r"rms $\Delta\hat P$ / range (%)")
+    axes.set_ylim(0.08, 1.5e3)
+    edges = np.sqrt(np.array(rates)[1:] * np.array(rates)[:-1])
+    begin = rates[0]
+    for i, point in enumerate(points):
+        last = i == len(points) - 1
+        if last or points[i + 1]["recommended"] != point["recommended"]:
+            end = rates[-1] if last else edges[i]
+            axes.axvspan(begin, end, ymin=0.94, ymax=1.0, color="0.93" if last or begin > rates[0] else "0.85")
+            axes.text(
+                np.sqrt(begin * end),
+                0.97,
+                _short(point["recommended"]),
+                transform=axes.get_xaxis_transform(),
+                ha="center",
+                va="center",
+                fontsize=5.5,
+            )
+            begin = end
+    axes.text(rates[-1], 110.0 * content["tolerance"], "tolerance", ha="right", va="bottom", fontsize=6, color="0.4")
+    axes.legend(loc="lower center", ncol=2, fontsize=6.5)
+
+
+def draw_ranges(axes: Axes, content: dict[str, Any]) -> None:
+    """Error of the DMT-like and the JKR-like scene over the Tabor parameter of the scene they stand in for."""
+    points = content["ranges"]
+    tabors = [point["tabor"] for point in points]
+    for name in ("DMT-like", "JKR-like"):
+        for kind, line in (("elastic", "-"), ("one relaxation", ":")):
+            errors = [100.0 * point[f"{name}, {kind}"] for point in points]
+            label = name if kind == "elastic" else None
+            axes.plot(tabors, errors, line, color=STYLES[name][0], marker=".", label=label)
+    axes.axhline(100.0 * content["tolerance"], color="0.4", linewidth=0.8, linestyle=(0, (5, 3)))
+    axes.set(xscale="log", yscale="log", xlabel=r"Tabor parameter $\mu$", ylabel=r"rms $\Delta\hat P$ / range (%)")
+    axes.legend(loc="upper right", fontsize=6.5, title="full: elastic, dotted: one relaxation", title_fontsize=6)
+
+
+def _short(effects: str) -> str:
+    short = {"viscoelastic, adhesive": "everything", "viscoelastic, without adhesion": "no adhesion"}
+    return short.get(effects, effects.removeprefix("elastic ").removesuffix(", adhesive"))
+
+
+def main(
+    result: Annotated[Path, typer.Option(help="Measurement of the effects.")] = RESULT,
+    folder: Annotated[Path, typer.Option(help="Where the figure goes.")] = drawing.FIGURES,
+) -> None:
+    """Draw the figure."""
+    content = drawing.read_result(result, "make measure-effects")
+    drawn = drawing.figure(height=2.7)
+    panels = drawn.subplots(1, 3)
+    draw_curves(panels[0], content["curves"])
+    draw_stand_ins(panels[1], content)
+    draw_ranges(panels[2], content)
+    for axes, name in zip(panels, "abc", strict=True):
+        drawing.letter(axes, name)
+    drawing.save(drawn, "figure-effects", folder)
+
+
+if __name__ == "__main__":
+    run_main(main)

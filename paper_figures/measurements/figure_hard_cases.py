@@ -1,0 +1,181 @@
+"""Figure and table: the solver over the paper's box and well beyond it, and extremes by name.
+
+Reads the measurement of `experiments.robustness.hard_case_map`, and of `experiments.robustness.soak` where there is
+one.
+"""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from matplotlib.axes import Axes
+from matplotlib.colors import BoundaryNorm, ListedColormap, LogNorm
+from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
+
+from bem._support.command_line import run_main
+from bem.dataset.designs import PAPER_RANGES
+from paper_figures.style import drawing
+from paper_figures.style.writing import TABLES, number, write_table
+
+RESULT = Path("published/measurements/hard_case_map.json")
+SOAK = Path("published/measurements/soak.json")
+COLOURED = {
+    "steps": "time steps",
+    "seconds": "time (s)",
+    "change": "change when refined (%)",
+    "jumps": "jumps",
+}
+SCALE = {"change": 100.0}
+HEADER = [
+    "Case",
+    "Status",
+    "Status, refined",
+    "Jumps",
+    "Change of pull-off force (%)",
+    "Change, draft (%)",
+    "Change, 0.05 (%)",
+    "Change of work (%)",
+    "Work over turnover",
+    "End over pull-off force",
+    "Steps",
+    "Time (s)",
+]
+
+
+def draw(drawn: Figure, axes: Axes, rows: list[dict[str, Any]], name: str) -> None:
+    """All protocols over Tabor parameter and unloading rate, coloured by one quantity; crosses did not complete."""
+    unfinished = [row for row in rows if row["status"] != "completed"]
+    known = [row for row in rows if row["status"] == "completed" and row[name] is not None]
+    known.sort(key=lambda row: row[name])
+    value = np.array([row[name] for row in known], dtype=float) * SCALE.get(name, 1.0)
+    if name == "jumps":
+        norm, value = BoundaryNorm([-0.5, 0.5, 1.5, 2.5], 3), np.minimum(value, 2.0)
+    else:
+        norm = LogNorm(*np.percentile(np.maximum(value, 1e-6), [2.0, 100.0]))
+    where = [row["tabor"] for row in known], [row["unloading_rate"] for row in known]
+    colors = ListedColormap(["0.8", drawing.BLUE, drawing.VERMILION]) if name == "jumps" else "viridis"
+    points = axes.scatter(*where, c=value, norm=norm, cmap=colors, s=7, linewidth=0)
+    axes.plot(
+        [row["tabor"] for row in unfinished],
+        [row["unloading_rate"] for row in unfinished],
+        "x",
+        color=drawing.VERMILION,
+        markersize=5,
+    )
+    (left, right), (bottom, top) = PAPER_RANGES["tabor"], PAPER_RANGES["unloading_rate"]
+    axes.add_patch(Rectangle((left, bottom), right - left, top - bottom, fill=False, color="0.3", linewidth=0.8))
+    axes.set(xscale="log", yscale="log", xlabel=r"Tabor parameter $\mu$", ylabel=r"unloading rate $\hat v_U$")
+    bar = drawn.colorbar(points, ax=axes, label=COLOURED[name])
+    if name == "jumps":
+        bar.set_ticks([0, 1, 2], labels=["0", "1", "2 or more"])
+
+
+def row_of(name: str, rows: list[dict[str, Any]]) -> list[str]:
+    """One case, or the worst of several."""
+    worst = {key: _extreme(rows, key, largest) for key, largest in _WORST.items()}
+    return [
+        name,
+        _counted(rows, "status"),
+        _counted(rows, "refined_status"),
+        number(worst["jumps"]),
+        number(100.0 * worst["change"], 2),
+        *(_coarse(rows, accuracy) for accuracy in COARSER),
+        number(100.0 * worst["work_change"], 2),
+        number(worst["energy"], 2),
+        number(worst["end_over_pull_off"], 2),
+        number(worst["steps"], 5),
+        number(worst["seconds"], 2),
+    ]
+
+
+COARSER = ("draft", "0.05")
+_WORST = {
+    "jumps": True,
+    "change": True,
+    "work_change": True,
+    "energy": False,
+    "end_over_pull_off": True,
+    "steps": True,
+    "seconds": True,
+}
+
+
+def soak_rows(soak: dict[str, Any]) -> list[list[str]]:
+    """What very many random protocols came to; columns that a soak does not refine stay empty."""
+    rows = []
+    for where, words in (("inside", "inside the box"), ("beyond", "beyond the box"), ("stiff", "of stiff contacts")):
+        if where not in soak:
+            continue
+        found = soak[where]
+        growth = found["memory_growth"]
+        memory = "not measured" if growth is None else f"{number(100.0 * growth, 2)} %"
+        spikes = f"{found['spikes']} with a lone spike"
+        if found["spikes"]:
+            spikes += f" ({number(found['largest_spike_share'], 1)} of the range of the force at most)"
+        name = (
+            f"soak {words}: {found['raised']} exceptions, {found['silent']} silent non-finite, "
+            f"{spikes}, memory growth {memory}"
+        )
+        status = f"{found['statuses'].get('completed', 0)} of {found['protocols']} completed"
+        rows.append([name, status, *["-"] * (len(HEADER) - 3), number(found["slowest_seconds"], 2)])
+    return rows
+
+
+def _coarse(rows: list[dict[str, Any]], accuracy: str) -> str:
+    if len(rows) > 1 or "coarse" not in rows[0]:
+        return "-"
+    found = rows[0]["coarse"][accuracy]
+    if found["status"] != "completed":
+        return found["status"]
+    return "-" if found["change"] is None else number(100.0 * found["change"], 2)
+
+
+def _extreme(rows: list[dict[str, Any]], key: str, largest: bool) -> float:
+    values = [row[key] for row in rows if row[key] is not None]
+    return float(max(values) if largest else min(values)) if values else float("nan")
+
+
+def _counted(rows: list[dict[str, Any]], key: str) -> str:
+    if len(rows) == 1:
+        return rows[0][key]
+    return f"{sum(row[key] == 'completed' for row in rows)} of {len(rows)} completed"
+
+
+def main(
+    result: Annotated[Path, typer.Option(help="Measurement of the map.")] = RESULT,
+    folder: Annotated[Path, typer.Option(help="Where the figure goes.")] = drawing.FIGURES,
+    tables: Annotated[Path, typer.Option(help="Where the table goes.")] = TABLES,
+    soak: Annotated[Path, typer.Option(help="Measurement of the soak; without it the table says so.")] = SOAK,
+) -> None:
+    """Draw the map and write the table."""
+    content = drawing.read_result(result, "make measure-hard-cases")
+    drawn = drawing.figure(height=4.6)
+    panels = drawn.subplots(2, 2)
+    for axes, name, panel in zip(panels.flat, COLOURED, "abcd", strict=True):
+        draw(drawn, axes, content["map"], name)
+        drawing.letter(axes, panel)
+    drawing.save(drawn, "figure-hard-cases", folder)
+    groups = {where: [row for row in content["map"] if row["where"] == where] for where in ("inside", "beyond")}
+    rows = [row_of(f"{where} the box, worst of {len(group)}", group) for where, group in groups.items() if group]
+    rows += [row_of(row["name"], [row]) for row in content["extremes"]]
+    soaked = " `make soak` has not been run."
+    if soak.is_file():
+        found = drawing.read_result(soak, "make soak")
+        rows += soak_rows(found)
+        soaked = f" The soak ran at {found['accuracy']} accuracy on {found['host']}; its time is that of the slowest."
+    write_table(
+        "hard-cases",
+        HEADER,
+        rows,
+        f"The solver at {content['accuracy']} accuracy where it has most to do, and refined by dividing the target by "
+        f"{content['refinement']:g}. Work over turnover below zero would be energy created. Rows of several cases show "
+        "the worst of each column. Change, draft and 0.05: of the pull-off force at those accuracies from the refined "
+        f"one. Measured on {content['host']}.{soaked}",
+        tables,
+    )
+
+
+if __name__ == "__main__":
+    run_main(main)

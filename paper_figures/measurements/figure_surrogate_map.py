@@ -1,0 +1,153 @@
+"""Figures and table: the surrogate's error over the box and out of range, its worst trajectories with their causes.
+
+Reads the measurement of `experiments.robustness.surrogate_map`.
+"""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from matplotlib.axes import Axes
+from matplotlib.colors import LogNorm
+from matplotlib.figure import Figure
+
+from bem._support.command_line import run_main
+from bem.dataset.designs import PAPER_RANGES
+from paper_figures.style import drawing
+from paper_figures.style.cost_style import FORCE_ERROR, sparse_ticks
+from paper_figures.style.writing import TABLES, number, write_table
+
+RESULT = Path("published/measurements/surrogate_map.json")
+LABELS = {
+    "tabor": r"$\mu$",
+    "peak_indentation": r"$\hat\delta_l$",
+    "loading_rate": r"$\hat v_L$",
+    "dwell_time": r"$\hat t_D$",
+    "unloading_rate": r"$\hat v_U$",
+}
+COLORS = (drawing.BLUE, drawing.VERMILION, drawing.GREEN, drawing.PURPLE, drawing.ORANGE)
+HEADER = ["Trajectories", "Protocols", "Force error (%)", "Pull-off error (%)", "Cause", "In a corner of the box"]
+BINS = 6
+
+
+def draw_map(drawn: Figure, axes: Axes, test: dict[str, Any], across: str, up: str) -> None:
+    """Median force error in the cells of two quantities."""
+    x, y = (np.log10(test["protocols"][name]) for name in (across, up))
+    edges = [np.linspace(*np.log10(PAPER_RANGES[name]), BINS + 1) for name in (across, up)]
+    error = 100.0 * np.array(test["errors"]["force"])
+    cell = np.full((BINS, BINS), np.nan)
+    column, row = (np.clip(np.digitize(v, e) - 1, 0, BINS - 1) for v, e in zip((x, y), edges, strict=True))
+    for i in range(BINS):
+        for j in range(BINS):
+            inside = (column == i) & (row == j)
+            if inside.any():
+                cell[j, i] = np.median(error[inside])
+    mesh = axes.pcolormesh(10.0 ** edges[0], 10.0 ** edges[1], cell, norm=LogNorm())
+    axes.set(xscale="log", yscale="log", xlabel=LABELS[across], ylabel=LABELS[up])
+    sparse_ticks(axes)
+    drawn.colorbar(mesh, ax=axes, label="median force error (%)")
+
+
+def draw_causes(axes: Axes, by_cause: dict[str, Any]) -> None:
+    """Force error by cause: median, quartiles, 95th percentile, and how many."""
+    names = [name for name, values in by_cause.items() if values["count"]]
+    for i, name in enumerate(names):
+        values = {key: 100.0 * by_cause[name][key] for key in ("median", "low", "high", "p95")}
+        axes.plot([values["low"], values["high"]], [i, i], color=drawing.BLUE, linewidth=4.0, alpha=0.4)
+        axes.plot([values["median"], values["p95"]], [i, i], color=drawing.BLUE, linewidth=0.7)
+        axes.plot(values["median"], i, "o", color=drawing.BLUE)
+    axes.set_yticks(range(len(names)), [f"{name}\n({by_cause[name]['count']})" for name in names])
+    axes.set(xscale="log", xlabel=FORCE_ERROR, ylim=(len(names) - 0.5, -0.5))
+    sparse_ticks(axes)
+
+
+def draw_out_of_range(axes: Axes, rows: list[dict[str, Any]]) -> None:
+    """Median force error over how far one quantity lies beyond its bound."""
+    for name, color in zip(LABELS, COLORS, strict=True):
+        for side, line in (("above", "-"), ("below", ":")):
+            points = [row for row in rows if row["quantity"] == name and row["side"] == side]
+            x = [100.0 * point["beyond"] for point in points]
+            y = [100.0 * point["errors"]["force"]["median"] for point in points]
+            label = LABELS[name] if side == "above" else None
+            axes.plot(x, y, color=color, linestyle=line, marker=".", label=label)
+    axes.set_xscale("symlog", linthresh=5.0)
+    axes.set_xticks([0, 5, 20, 100], labels=["0", "5", "20", "100"])
+    axes.set(yscale="log", xlabel="beyond the bound (%)", ylabel="median force error (%)")
+    axes.legend(ncol=2, title="full: above, dotted: below", title_fontsize=6)
+
+
+def draw_worst(axes: Axes, case: dict[str, Any]) -> None:
+    """One trajectory over its measurement steps, so that short phases stay visible."""
+    steps = np.arange(len(case["force"]))
+    axes.plot(steps, case["force"], color=drawing.BLACK, linewidth=0.9)
+    axes.plot(steps, case["predicted"], color=drawing.VERMILION, linewidth=0.8)
+    cause = ", ".join(case["causes"]) or "no local cause"
+    protocol = case["protocol"]
+    axes.set_title(
+        rf"$\mu$={protocol['tabor']:.3g}, $\hat\delta_l$={protocol['peak_indentation']:.3g}" + f"\n{cause}",
+        fontsize=5.5,
+    )
+    axes.tick_params(labelsize=5)
+
+
+def rows_of(content: dict[str, Any]) -> list[list[str]]:
+    """The worst trajectories, then each quantity beyond its bounds."""
+    rows = []
+    for place, case in enumerate(content["worst"], start=1):
+        errors = [number(100.0 * case["errors"][name], 2) for name in ("force", "pull_off_force")]
+        words = [", ".join(case["causes"]) or "not local", "yes" if case["corner"] else "no"]
+        rows.append([f"worst {place} (no. {case['index']})", "1", *errors, *words])
+    for row in content["out_of_range"]:
+        errors = [_pair(row["errors"][name]) for name in ("force", "pull_off_force")]
+        name = f"{row['quantity'].replace('_', ' ')} {row['side']} by {100.0 * row['beyond']:g} %"
+        rows.append([name, str(row["errors"]["force"]["count"]), *errors, "-", "-"])
+    return rows
+
+
+def _pair(error: dict[str, float]) -> str:
+    return f"{number(100.0 * error['median'], 2)} / {number(100.0 * error['p95'], 2)}"
+
+
+def main(
+    result: Annotated[Path, typer.Option(help="Measurement of the map.")] = RESULT,
+    folder: Annotated[Path, typer.Option(help="Where the figures go.")] = drawing.FIGURES,
+    tables: Annotated[Path, typer.Option(help="Where the table goes.")] = TABLES,
+) -> None:
+    """Draw both figures and write the table."""
+    content = drawing.read_result(result, "make measure-surrogate-map")
+    drawn = drawing.figure(height=4.6)
+    panels = drawn.subplots(2, 2)
+    draw_map(drawn, panels[0, 0], content["test"], "tabor", "unloading_rate")
+    draw_map(drawn, panels[0, 1], content["test"], "peak_indentation", "loading_rate")
+    draw_causes(panels[1, 0], content["by_cause"])
+    draw_out_of_range(panels[1, 1], content["out_of_range"])
+    for axes, name in zip(panels.flat, "abcd", strict=True):
+        drawing.letter(axes, name)
+    drawing.save(drawn, "figure-surrogate-map", folder)
+    cases = content["worst"]
+    drawn = drawing.figure(height=6.6)
+    panels = drawn.subplots(5, 4)
+    for axes in panels.flat[len(cases) :]:
+        axes.set_axis_off()
+    for axes, case in zip(panels.flat, cases, strict=False):
+        draw_worst(axes, case)
+    drawn.supxlabel("measurement step", fontsize=8)
+    drawn.supylabel(rf"force $\hat P$: solver (black), {content['model']} (red)", fontsize=8)
+    drawing.save(drawn, "figure-surrogate-worst", folder)
+    other = " and ".join(content.get("outdated", []))
+    old = f" The model was trained otherwise than those compared, with another {other}." if other else ""
+    write_table(
+        "surrogate-map",
+        HEADER,
+        rows_of(content),
+        f"{content['model']}: its worst test trajectories, and its errors with one quantity beyond the bounds of "
+        "training while the others are random inside (median / 95th percentile; 0 % is the bound itself). Force error: "
+        "mean |dP| over the range. A cause is named where at least half of the error lies within a few measurement "
+        f"steps of a jump or of a peak that the steps themselves miss. Measured on {content['host']}.{old}",
+        tables,
+    )
+
+
+if __name__ == "__main__":
+    run_main(main)

@@ -1,0 +1,111 @@
+"""Figure: error against core minutes of training, and against the trajectories it was trained on.
+
+Curves are validation errors; held-out errors, measured once at the end of a run, are marked at its core minutes.
+Reads the result of `experiments.cost.training_cost`; a line above names runs that are not published yet.
+"""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from matplotlib.axes import Axes
+
+from bem._support.command_line import run_main
+from paper_figures.style import drawing, models_style
+from paper_figures.style.models_style import REFERENCE
+
+RESULT = Path("published/measurements/training_cost.json")
+GREY = {"color": "0.75", "linewidth": 0.7}
+
+
+def draw_time(axes: Axes, content: dict[str, Any]) -> None:
+    """Best validation error so far over core minutes, and the held-out error at the end of each run of the reference.
+
+    The other architectures' curves are grey, behind the reference model's; the paper's error is a line.
+    """
+    for model in sorted(content["models"], key=lambda one: one["name"] == REFERENCE):
+        history = model["history"]
+        first = model["name"] == REFERENCE
+        style = {"color": models_style.color(REFERENCE), "linewidth": 1.4} if first else GREY
+        label = f"{REFERENCE}, validation so far" if first else "other architectures, validation so far"
+        axes.loglog(history["core_minutes"], history["best_mse"], label=label, **style)
+    references = [model for model in content["models"] if model["name"] == REFERENCE]
+    longest_left = max((run["core_minutes"] for run in references), default=float("inf"))
+    for run in [*references, *content["beside"]]:
+        axes.loglog(
+            run["core_minutes"],
+            run["test_mse"],
+            label="held-out, end of a run",
+            zorder=4,
+            **models_style.marker(REFERENCE),
+        )
+        words = run["name"].removeprefix(f"{REFERENCE}-").replace("-", " ") if run["name"] != REFERENCE else ""
+        # Left of what took no longer than the reference, right of it and of the rest, with room for the words.
+        left = words and run["core_minutes"] <= longest_left
+        place = {"xytext": (-5, 0), "ha": "right"} if left else {"xytext": (5, 0), "ha": "left"}
+        at = (run["core_minutes"], run["test_mse"])
+        axes.annotate(
+            words or f"{run['epochs']} epochs", at, textcoords="offset points", fontsize=6, va="center", **place
+        )
+    axes.axhline(content["paper_mse"], color=drawing.PAPER, linewidth=0.8, linestyle="--", label="paper's held-out")
+    reached = content["minutes_to_paper_mse"]
+    if reached is not None:
+        axes.axvline(reached, color=models_style.color(REFERENCE), linewidth=0.6, linestyle=":", zorder=1)
+        text = f"{reached:.2g} core minutes\nto the paper's"
+        axes.text(0.9 * reached, 0.97, text, transform=axes.get_xaxis_transform(), ha="right", va="top", fontsize=6)
+    handles, labels = axes.get_legend_handles_labels()
+    unique = dict(zip(labels, handles, strict=True))
+    axes.legend(unique.values(), unique.keys(), loc="lower left", fontsize=6)
+    low, high = axes.get_ylim()
+    axes.set_xlim(right=3.0 * axes.get_xlim()[1])
+    axes.set(xlabel="training (core minutes)", ylabel="MSE of the scaled force", ylim=(low / 60.0, high))
+
+
+def draw_shares(axes: Axes, points: list[dict[str, Any]]) -> None:
+    """Test error over trajectories, with the solver seconds they took above."""
+    if not points:
+        axes.text(
+            0.5,
+            0.5,
+            "shares of the data set\nnot trained yet",
+            transform=axes.transAxes,
+            ha="center",
+            va="center",
+            color="0.4",
+        )
+        axes.set(xticks=[], yticks=[])
+        return
+    count = [point["trajectories"] for point in points]
+    error, deviation, folds = ([point[name] for point in points] for name in ("mse", "mse_sd", "folds"))
+    models_style.draw_folds(axes, count, error, deviation, folds, models_style.marker(REFERENCE))
+    axes.legend(loc="upper right", fontsize=6)
+    axes.set(xscale="log", yscale="log", xlabel="training trajectories", ylabel="held-out error (MSE, scaled force)")
+    each = points[-1]["solver_seconds"] / points[-1]["trajectories"]
+    above = axes.secondary_xaxis("top", functions=(lambda n: n * each, lambda s: s / each))
+    above.set_xlabel("solver seconds to make them")
+
+
+def main(
+    result: Annotated[Path, typer.Option(help="Result file of the cost of training.")] = RESULT,
+    folder: Annotated[Path, typer.Option(help="Where the figure goes.")] = drawing.FIGURES,
+) -> None:
+    """Draw the figure."""
+    content = drawing.read_result(result, "make measure-training-cost")
+    drawn = drawing.figure(height=2.8)
+    left, right = drawn.subplots(1, 2)
+    if content["models"]:
+        draw_time(left, content)
+    else:
+        left.text(0.5, 0.5, "no model published yet", transform=left.transAxes, ha="center", color="0.4")
+        left.set(xticks=[], yticks=[])
+    draw_shares(right, content["shares"])
+    absent = [*content["missing"], *content["outdated"]]
+    if absent:
+        drawn.suptitle(f"not published yet: {', '.join(absent)}", fontsize=6, color="0.4")
+    for axes, name in ((left, "a"), (right, "b")):
+        drawing.letter(axes, name)
+    drawing.save(drawn, "figure-training-cost", folder)
+
+
+if __name__ == "__main__":
+    run_main(main)

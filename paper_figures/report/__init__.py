@@ -1,0 +1,1 @@
+"""The report: each number of the paper beside ours."""

@@ -1,0 +1,228 @@
+"""Verdicts on the paper's numbers: what each claim says, what ours is, and how the two compare.
+
+A verdict follows from the claim's rule alone:
+
+    count   equal: reproduced; otherwise differs
+    value   within the tolerance: reproduced; otherwise differs
+    error, cost   smaller is better: within the tolerance: reproduced; smaller: better; larger: differs
+    bound   ours at most the paper's: reproduced; otherwise differs
+    least   ours at least the paper's: reproduced; otherwise differs
+    text    the same word: reproduced; otherwise differs
+    adopted   a setting of the paper that we follow: adopted where ours is equal, otherwise differs; never counted
+    none    not comparable
+
+Tolerances are in `paper_values/claims.toml`. Where a result is not there yet the verdict is "not yet", with the target
+that makes it. Claims marked `beyond` are ours alone and get no verdict.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from paper_figures.style import drawing
+
+REPRODUCED, BETTER, DIFFERS, NOT_COMPARABLE, NOT_YET = "reproduced", "better", "differs", "not comparable", "not yet"
+ADOPTED = "adopted"
+VERDICTS = (REPRODUCED, BETTER, DIFFERS, NOT_COMPARABLE, NOT_YET)
+"""Those that are counted."""
+RULES = ("count", "value", "error", "cost", "bound", "least", "text", "adopted", "none")
+EXACT = 1e-6
+"""Relative width within which an adopted number is the paper's."""
+
+SOURCES = {
+    "dataset": ("results", "dataset/statistics.json", "make table-protocols-dataset"),
+    "canonical": ("results", "studies/canonical_regimes.json", "make table-protocols-canonical"),
+    "persson_brener": ("results", "studies/persson_brener.json", "make table-persson-brener"),
+    "errors": ("results", "studies/error_statistics.json", "make table-quartiles"),
+    "fms": ("results", "studies/fms_transfer.json", "make figure-fms-transfer"),
+    "models": ("results", "studies/model_comparison.json", "make models table-models"),
+    "graphs": ("results", "studies/architecture_graphs.json", "make figure-architectures"),
+    "slips": ("results", "studies/paper_slips.json", "make report"),
+    "settings": ("results", "studies/adopted_settings.json", "make report"),
+    "training": ("published", "measurements/training_cost.json", "make measure-training-cost"),
+    "speed": ("published", "measurements/training_speed.json", "make bench-training"),
+    "features": ("published", "feature_sets.json", "make feature-sets"),
+    "efficiency": ("published", "data_efficiency.json", "make data-efficiency"),
+}
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A claim with our number and the verdict."""
+
+    claim: dict[str, Any]
+    ours: Any
+    verdict: str
+    why: str
+
+    @property
+    def ratio(self) -> float | None:
+        """Ours over the paper's, where both are numbers."""
+        theirs = self.claim.get("value")
+        if not _is_number(theirs) or not _is_number(self.ours) or theirs == 0:
+            return None
+        return self.ours / theirs
+
+    @property
+    def counted(self) -> bool:
+        """Whether the verdict says something about a result, not about a setting we adopted or a number of ours."""
+        return self.claim["rule"] != "adopted" and not self.claim.get("beyond")
+
+
+class Results:
+    """The result files, read when first asked for."""
+
+    def __init__(self, results: Path, published: Path) -> None:
+        self.roots = {"results": results, "published": published}
+        self.read: dict[str, Any] = {}
+
+    def content(self, name: str) -> Any:
+        """Content of a source, or `None` where its file does not exist."""
+        if name not in self.read:
+            root, file, _ = SOURCES[name]
+            path = self.roots[root] / file
+            self.read[name] = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else None
+        return self.read[name]
+
+    def find(self, claim: dict[str, Any]) -> Any:
+        """Our number for a claim; `None` where there is none yet."""
+        found = self.at(claim["source"])
+        if found is None:
+            return None
+        reduced = _reduced(found, claim)
+        if "than" in claim:
+            than = self.at(claim["than"])
+            return None if than is None else reduced > than
+        if "over" in claim:
+            over = self.at(claim["over"])
+            return None if over is None else reduced / over
+        return reduced
+
+    def at(self, place: str) -> Any:
+        """What a result file holds at a place, as `dataset:ranges/tabor/0`; `None` where there is nothing yet."""
+        source, _, path = place.partition(":")
+        found = self.content(source)
+        for key in path.split("/"):
+            if found is None:
+                return None
+            found = found[int(key)] if isinstance(found, list) else found.get(key)
+        return found
+
+
+def verdict(rule: str, theirs: Any, ours: Any, tolerance: float | None = None) -> str:
+    """Compare two numbers or words by a rule."""
+    if rule == "none":
+        return NOT_COMPARABLE
+    if rule == "text":
+        return REPRODUCED if str(ours).lower() == str(theirs).lower() else DIFFERS
+    if rule == "count":
+        return REPRODUCED if ours == theirs else DIFFERS
+    if rule == "bound":
+        return REPRODUCED if ours <= theirs else DIFFERS
+    if rule == "least":
+        return REPRODUCED if ours >= theirs else DIFFERS
+    if rule == "adopted":
+        same = math.isclose(ours, theirs, rel_tol=EXACT) if _is_number(theirs) else str(ours) == str(theirs)
+        return ADOPTED if same else DIFFERS
+    width = tolerance_of({"rule": rule, "tolerance": tolerance})
+    if abs(ours - theirs) <= width * abs(theirs):
+        return REPRODUCED
+    return BETTER if rule in ("error", "cost") and ours < theirs else DIFFERS
+
+
+def tolerance_of(claim: dict[str, Any]) -> float | None:
+    """Relative width of a claim, its own or its rule's; `None` where the rule has none."""
+    own = claim.get("tolerance")
+    return drawing.paper_values("claims")["rules"].get(claim["rule"], {}).get("tolerance") if own is None else own
+
+
+def judge(claim: dict[str, Any], results: Results) -> Finding:
+    """Find our number for a claim and compare."""
+    ours = results.find(claim) if claim.get("source") else None
+    if ours is None and (claim["rule"] != "none" or claim.get("beyond")):
+        places = [claim[key] for key in ("source", "than", "over") if key in claim]
+        lacking = next(place for place in places if results.at(place) is None)
+        target = claim.get("made_by", SOURCES[lacking.partition(":")[0]][2])
+        return Finding(claim, None, NOT_YET, f"`{target}` makes it.")
+    found = verdict(claim["rule"], claim.get("value"), ours, claim.get("tolerance"))
+    return Finding(claim, ours, found, claim["why"])
+
+
+def text_claims() -> list[dict[str, Any]]:
+    """Claims of the paper's text and captions, their numbers filled in from where they are transcribed."""
+    return [
+        claim | ({"value": _listed(drawing.stated(claim["stated"]))} if "stated" in claim else {})
+        for claim in drawing.paper_values("claims")["claim"]
+    ]
+
+
+def table_claims() -> list[dict[str, Any]]:
+    """Claims of the paper's tables: quartiles, timings, crack velocities."""
+    common = drawing.paper_values("claims")["tables"]
+    claims: list[dict[str, Any]] = []
+    for row in _rows("quartiles"):
+        for column in ("mse", "pull_off_force_percent", "hysteresis_percent", "pull_off_time_percent"):
+            for part, word in (("mean", "mean"), ("sd", "standard deviation")):
+                quartile = row["quartile"]
+                claims.append(
+                    common["quartiles"]
+                    | {
+                        "says": f"{quartile}: {word} of {column.replace('_percent', ' error').replace('_', ' ')}",
+                        "value": float(row[f"{column}_{part}"]),
+                        "unit": "%" if "percent" in column else "",
+                        "source": f"errors:quartiles/{quartile}/{column}/{part}",
+                    }
+                )
+    for index, row in enumerate(_rows("canonical_protocols")):
+        for table, column, key, word in (
+            ("solver_seconds", "bem", "solver", "solver"),
+            ("surrogate_seconds", "surrogate", "keras_call", "plain Keras call"),
+        ):
+            claims.append(
+                common[table]
+                | {
+                    "says": f"sample ({row['sample']}), {word}",
+                    "value": float(row[f"{column}_seconds"]),
+                    "source": f"canonical:regimes/{index}/seconds/{key}",
+                }
+            )
+    for index, row in enumerate(_rows("persson_brener_protocols")):
+        claims.append(
+            common["crack_velocities"]
+            | {
+                "says": f"crack velocity of point {row['point']}",
+                "value": float(row["crack_velocity"]),
+                "source": f"persson_brener:points/{index}/own_crack_velocity",
+            }
+        )
+    return claims
+
+
+def _rows(name: str) -> list[dict[str, str]]:
+    with (drawing.PAPER_VALUES / f"{name}.csv").open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def _reduced(found: Any, claim: dict[str, Any]) -> Any:
+    if "layers" in claim:
+        return sum(layer["parameters"] for layer in found if layer["name"] in claim["layers"])
+    if claim.get("op") == "length":
+        return len(found)
+    if claim.get("op") == "join":
+        return _listed(found)
+    if claim.get("op") == "decades":
+        return math.log10(found[-1] / found[0])
+    return found * claim["scale"] if "scale" in claim else found
+
+
+def _listed(value: Any) -> Any:
+    return ", ".join(f"{one:g}" for one in value) if isinstance(value, list) else value
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)

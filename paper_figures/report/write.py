@@ -1,0 +1,155 @@
+"""REPRODUCTION.md: every number of the paper beside ours, with a verdict by a stated rule, and the paper's slips.
+
+Usage: `python -m paper_figures.report.write [--results DIR] [--published DIR] [--out FILE]`.
+"""
+
+from collections import Counter
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from bem._support.command_line import run_main
+from paper_figures.report.claims import (
+    ADOPTED,
+    DIFFERS,
+    VERDICTS,
+    Finding,
+    Results,
+    judge,
+    table_claims,
+    text_claims,
+    tolerance_of,
+)
+from paper_figures.style import drawing, models_style
+from paper_figures.style.writing import number
+
+OUT = Path("REPRODUCTION.md")
+INTRODUCTION = """\
+# Reproduction report
+
+Every number the paper states, ours beside it, and a verdict. `make report` writes this file from the result files; no
+number in it is typed in by hand but the paper's own, which are in `experiments/paper_values/`.
+
+The rule of the verdict: counts and words must be equal, values must agree within the tolerance beside them. Of errors
+and costs, where smaller is better, those within the tolerance count as reproduced, smaller ones as better, larger ones
+as differing. Bounds must hold. "Adopted" is a setting of the paper that we follow, which shows nothing about results
+and is not counted. "Not comparable" means that the two do not measure the same thing, "not yet" that the result is
+still to be computed."""
+
+
+def tolerances_text() -> str:
+    """The rules' tolerances, with why where one is above a tenth."""
+    rules = drawing.paper_values("claims")["rules"]
+    parts = [
+        f"{percent_text(rule['tolerance'])} of {name}s" + (f" ({rule['because']})" if "because" in rule else "")
+        for name, rule in rules.items()
+    ]
+    return f"Tolerances unless a row has its own: {', '.join(parts)}."
+
+
+def percent_text(share: float) -> str:
+    """A share in percent."""
+    return f"{100.0 * share:g} %"
+
+
+def value_text(value: Any, unit: str = "") -> str:
+    """A number, word or nothing, with its unit."""
+    if value is None:
+        return "-"
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, int):
+        return f"{value:,}{' ' + unit if unit else ''}"
+    if isinstance(value, float):
+        text = f"{value:g}" if value == round(value, 4) and abs(value) >= 1e-3 else number(value)
+        return f"{text}{' ' + unit if unit else ''}"
+    return str(value)
+
+
+def tolerance_text(claim: dict[str, Any]) -> str:
+    """The tolerance of a row, with its own justification."""
+    tolerance = tolerance_of(claim)
+    if tolerance is None:
+        return "-"
+    return percent_text(tolerance) + (f": {claim['because'].lower()}".rstrip(".") if "because" in claim else "")
+
+
+def row(finding: Finding) -> str:
+    """One line of a table; without tolerance and verdict where there is nothing of the paper's to judge by."""
+    claim, unit = finding.claim, finding.claim.get("unit", "")
+    ours = finding.ours if not isinstance(finding.ours, float) else float(f"{finding.ours:.3g}")
+    if claim["rule"] == "adopted":
+        ours = finding.ours
+    ratio = "-" if finding.ratio is None else number(finding.ratio, 2)
+    cells = [claim["says"], claim["place"], value_text(claim.get("value"), unit), value_text(ours, unit), ratio]
+    if not claim.get("beyond"):
+        cells += [tolerance_text(claim), f"**{finding.verdict}**"]
+    return "| " + " | ".join([*cells, finding.why]) + " |"
+
+
+def section(group: str, findings: list[Finding]) -> str:
+    """A heading and its table."""
+    head = "| what | place | paper | here | ratio | tolerance | verdict | why |\n|---|---|---:|---:|---:|---|---|---|"
+    if findings[0].claim.get("beyond"):
+        head = "| what | beside | paper | here | ratio | why |\n|---|---|---:|---:|---:|---|"
+    return "\n".join([f"## {group}\n", head, *(row(finding) for finding in findings)])
+
+
+def overview(findings: list[Finding]) -> str:
+    """How often each verdict falls among what is counted, and what is left out of the count."""
+    counts = Counter(finding.verdict for finding in findings if finding.counted)
+    lines = [f"| {name} | {counts[name]} |" for name in VERDICTS if counts[name]]
+    settings = Counter(finding.verdict for finding in findings if finding.claim["rule"] == "adopted")
+    ours = sum(bool(finding.claim.get("beyond")) for finding in findings)
+    rest = (
+        f"Not counted: {sum(settings.values())} settings of the paper, of which {settings[ADOPTED]} are adopted and "
+        f"{settings[DIFFERS]} differ, and {ours} numbers of ours beyond the paper, in a section of their own."
+    )
+    table = [f"{sum(counts.values())} numbers:\n", "| verdict | numbers |", "|---|---:|", *lines]
+    return "\n".join(table) + f"\n\n{rest}"
+
+
+def slips_section(results: Results) -> str:
+    """The paper's slips, each with the command that shows it and what it comes to."""
+    found = (results.content("slips") or {"slips": {}})["slips"]
+    lines = ["| place | the paper says | instead | shown by | it comes to |", "|---|---|---|---|---|"]
+    for slip in drawing.paper_values("slips")["slip"]:
+        values = found.get(slip.get("name", ""), {})
+        comes_to = "; ".join(f"{what}: {value:.6g}" for what, value in values.items()) or "-"
+        says, instead = (drawing.with_stated(slip[key]) for key in ("says", "instead"))
+        cells = (slip["place"], says, instead, f"`{slip['shown_by']}`", comes_to)
+        lines.append("| " + " | ".join(cells) + " |")
+    return "\n".join(["## Slips of the paper\n", *lines])
+
+
+def report(results: Results) -> str:
+    """The whole report as Markdown."""
+    findings = [judge(claim, results) for claim in (*text_claims(), *table_claims())]
+    groups = list(dict.fromkeys(finding.claim["group"] for finding in findings))
+    # What is ours alone comes last, after all that the paper states.
+    groups.sort(key=lambda group: any(f.claim.get("beyond") for f in findings if f.claim["group"] == group))
+    parts = [INTRODUCTION, tolerances_text(), overview(findings)]
+    missing = models_style.missing_note((results.content("models") or {}).get("missing", []))
+    if missing:
+        parts.append(f"Models {missing}.")
+    parts += (results.content("models") or {}).get("outdated", {}).values()
+    host = results.at("canonical:times/host")
+    if host:
+        parts.append(f"Timings: {host}.")
+    parts += [section(group, [f for f in findings if f.claim["group"] == group]) for group in groups]
+    return "\n\n".join([*parts, slips_section(results)]) + "\n"
+
+
+def main(
+    results: Annotated[Path, typer.Option(help="Where result files are.")] = Path("results"),
+    published: Annotated[Path, typer.Option(help="Where published files are.")] = Path("published"),
+    out: Annotated[Path, typer.Option(help="File to write.")] = OUT,
+) -> None:
+    """Write the report."""
+    out.write_text(report(Results(results, published)), encoding="utf-8")
+    print(f"{out} written")
+
+
+if __name__ == "__main__":
+    run_main(main)

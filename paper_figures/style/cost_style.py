@@ -1,0 +1,62 @@
+"""What the figures of cost share: one colour and marker for each tool, and the paper's own seconds."""
+
+from typing import Any
+
+from matplotlib.axes import Axes
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+from paper_figures.style import drawing
+
+KINDS = {
+    "solver": {"color": drawing.BLUE, "marker": "o"},
+    "paper's discretisation": {"color": drawing.PAPER, "marker": "s"},
+    "Keras call": {"color": drawing.PURPLE, "marker": "v"},
+    "ONNX single": {"color": drawing.GREEN, "marker": "^"},
+    "ONNX batch": {"color": drawing.ORANGE, "marker": "D"},
+    "closed form": {"color": drawing.BLACK, "marker": "X"},
+}
+
+
+FORCE_ERROR = r"force error, mean $|\Delta\hat P|$ / range (%)"
+"""Axis label of `experiments.timing.force_error` in percent."""
+
+
+def kind_of(tool: dict[str, Any]) -> str:
+    """Key of `KINDS`: surrogates by the way they are called."""
+    return tool.get("way", tool["kind"])
+
+
+def paper_seconds() -> dict[str, float]:
+    """Mean seconds of one trajectory in the paper: its solver's, and its surrogate's."""
+    paper = drawing.paper_values("dataset")
+    return {
+        "paper's solver (mean)": 3600.0 * paper["cpu_hours"] / paper["trajectories"],
+        "paper's surrogate": drawing.paper_values("cost")["surrogate_seconds"],
+    }
+
+
+def mark_paper(axes: Axes, *, height: float = 0.98) -> None:
+    """Vertical lines at the paper's seconds, labelled."""
+    for name, seconds in paper_seconds().items():
+        axes.axvline(seconds, color=drawing.PAPER, linewidth=0.8, linestyle=":")
+        axes.annotate(
+            name,
+            (seconds, height),
+            xycoords=("data", "axes fraction"),
+            xytext=(2, 0),
+            textcoords="offset points",
+            rotation=90,
+            ha="left",
+            va="top",
+            fontsize=5.5,
+            color=drawing.PAPER,
+        )
+
+
+def sparse_ticks(axes: Axes) -> None:
+    """Ticks at 1, 2 and 5 along a logarithmic axis of less than two decades, where powers of ten would be too few."""
+    low, high = axes.get_xlim()
+    if high < 100.0 * low:
+        axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axes.xaxis.set_minor_formatter(NullFormatter())

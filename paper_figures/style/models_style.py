@@ -1,0 +1,121 @@
+"""One colour for each model family and one marker for each conditioning, the same in every figure.
+
+As in the paper: triangle for concatenation, star for FiLM, diamond for gated.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+
+from paper_figures.style import drawing
+from surrogate.architectures.naming import CONDITIONINGS, PAPER_FAMILIES, paper_names, split_name
+
+REFERENCE = "M1-concat"
+COLORS = dict(
+    zip(
+        PAPER_FAMILIES,
+        (drawing.BLUE, drawing.VERMILION, drawing.GREEN, drawing.PURPLE, drawing.ORANGE, drawing.SKY),
+        strict=True,
+    )
+)
+MARKERS = dict(zip(CONDITIONINGS, ("^", "*", "D"), strict=True))
+SIZES = dict(zip(CONDITIONINGS, (6.0, 8.0, 5.0), strict=True))
+
+
+def color(name: str) -> str:
+    """The colour of a model's family."""
+    return COLORS[split_name(name)[0]]
+
+
+def marker(name: str) -> dict[str, Any]:
+    """Keywords of `Axes.plot` that draw a model's point."""
+    conditioning = split_name(name)[1]
+    return {
+        "marker": MARKERS[conditioning],
+        "markersize": SIZES[conditioning],
+        "color": color(name),
+        "markeredgecolor": "white",
+        "markeredgewidth": 0.4,
+        "linestyle": "",
+    }
+
+
+def step_marker(name: str) -> dict[str, Any]:
+    """The same for the many measurement steps of a predicted history: smaller and hollow, so that they do not merge."""
+    small = {"markersize": 3.2, "markerfacecolor": "none", "markeredgecolor": color(name), "markeredgewidth": 0.6}
+    return marker(name) | small
+
+
+def draw_folds(
+    axes: Axes,
+    x: Sequence[float],
+    means: Sequence[float],
+    deviations: Sequence[float],
+    folds: Sequence[int],
+    look: Mapping[str, Any],
+) -> None:
+    """Draw means over folds with standard deviations, and open, without one, what was trained on one fold alone."""
+    axes.plot(x, means, color=look["color"], linewidth=1.0, zorder=1)
+    points = list(zip(x, means, deviations, folds, strict=True))
+    several, single = ([point for point in points if (point[3] > 1) is many] for many in (True, False))
+    if several:
+        at, mean, deviation, counts = zip(*several, strict=True)
+        label = f"mean of {' or '.join(map(str, sorted(set(counts))))} folds"
+        axes.errorbar(at, mean, deviation, capsize=2, label=label, **look)
+    if single:
+        at, mean, _, _ = zip(*single, strict=True)
+        hollow = {"markerfacecolor": "white", "markeredgecolor": look["color"], "markeredgewidth": 0.8}
+        axes.plot(at, mean, label="one fold", **{**look, **hollow})
+
+
+def family_handles() -> list[Line2D]:
+    """Legend entries of the six families."""
+    return [Line2D([], [], color=COLORS[name], linewidth=3.0, label=name) for name in PAPER_FAMILIES]
+
+
+def conditioning_handles() -> list[Line2D]:
+    """Legend entries of the three conditionings."""
+    return [
+        Line2D([], [], color="0.35", marker=MARKERS[name], markersize=SIZES[name], linestyle="", label=name)
+        for name in CONDITIONINGS
+    ]
+
+
+def paper_marker(name: str) -> dict[str, Any]:
+    """Keywords of `Axes.plot` that draw the paper's own point of a model: the model's marker, hollow, in its colour."""
+    hollow = {"color": "none", "markeredgecolor": drawing.PAPER, "markeredgewidth": 1.0, "markersize": 8.0}
+    return marker(name) | hollow
+
+
+def handles(paper: str) -> list[Line2D]:
+    """Legend entries of families, conditionings and the paper's own point."""
+    theirs = Line2D([], [], label=f"paper's {paper}", **paper_marker(paper))
+    return [*family_handles(), *conditioning_handles(), theirs]
+
+
+def missing_note(missing: Sequence[str], differences: Mapping[str, Sequence[str]] | None = None) -> str:
+    """One line that says which models are not drawn, and why; empty when none.
+
+    Args:
+        missing: Those that are not trained yet.
+        differences: For those that are trained otherwise, words for what differs; others than the eighteen are not
+            drawn in any case, and not named.
+    """
+    parts = [f"not trained yet, {len(missing)} of {len(paper_names())}: {_listed(missing)}"] if missing else []
+    alike: dict[str, list[str]] = {}
+    for name, words in (differences or {}).items():
+        if name in paper_names():
+            alike.setdefault(" and ".join(words), []).append(name)
+    parts += [f"trained with another {words}: {_listed(names)}" for words, names in alike.items()]
+    return "; ".join(parts)
+
+
+def _listed(names: Sequence[str]) -> str:
+    """Models by name, whole families by theirs."""
+    whole = [family for family in PAPER_FAMILIES if all(f"{family}-{c}" in names for c in CONDITIONINGS)]
+    single = [name for name in names if split_name(name)[0] not in whole]
+    return ", ".join(single + ([f"all of {', '.join(whole)}"] if whole else []))

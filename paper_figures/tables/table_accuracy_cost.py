@@ -1,0 +1,146 @@
+"""Tables: seconds and errors of every tool on the same held-out protocols, and the fastest tool for a wanted error.
+
+The second is also written into the page on cost, between two marks. Reads the measurement of
+`experiments.cost.accuracy_cost`.
+"""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+
+from bem._support.command_line import run_main
+from experiments.timing import write_place
+from paper_figures.style import drawing
+from paper_figures.style.cost_style import paper_seconds
+from paper_figures.style.writing import TABLES, number, write_table
+
+RESULT = Path("published/measurements/accuracy_cost.json")
+HEADER = [
+    "Tool",
+    "Setting",
+    "Protocols (timed)",
+    "Repeats",
+    "Failed",
+    "Time (ms), median (quartiles)",
+    "Run to run (%)",
+]
+CHOICES = [
+    "Error wanted (%)",
+    "Force, one at a time",
+    "Force, many at once",
+    "Pull-off force, one at a time",
+    "Pull-off force, many at once",
+]
+WANTED = (0.1, 0.05, 0.02, 0.01, 5e-3, 2e-3, 1e-3, 5e-4)
+PLACE = "fastest tool"
+ERRORS = {"pull_off_force": "Pull-off error (%)", "force": "Force error (%)", "hysteresis": "Hysteresis error (%)"}
+
+
+def row_of(tool: dict[str, Any]) -> list[str]:
+    """One tool; errors as median / 95th percentile, '-' where it does not answer."""
+    seconds = tool["seconds"]
+    protocols = f"{tool['protocols']} ({seconds['count']})"
+    cells = [tool["kind"], tool["setting"], protocols, str(tool["repeats"]), str(tool["failures"])]
+    if seconds["median"] is None:
+        cells += ["-", "-"]
+    else:
+        milliseconds = [number(1e3 * seconds[name]) for name in ("median", "low", "high")]
+        cells.append(f"{milliseconds[0]} ({milliseconds[1]}-{milliseconds[2]})")
+        totals = tool["run_totals"]
+        cells.append(number(100.0 * np.ptp(totals) / np.median(totals), 2) if len(totals) > 1 else "-")
+    for quantity in ERRORS:
+        error = tool["errors"][quantity]
+        answered = error["median"] is not None
+        cells.append(f"{number(100 * error['median'], 2)} / {number(100 * error['p95'], 2)}" if answered else "-")
+    return cells
+
+
+def fastest(tools: list[dict[str, Any]], quantity: str, wanted: float, *, batch: bool) -> str:
+    """The tool with the smallest median time of which 95 % of the protocols stay within an error, and its time.
+
+    Only tools measured on every protocol without a failure; by `batch`, predictions of many at once count too.
+    """
+    most = max(tool["protocols"] for tool in tools)
+    able = [
+        tool
+        for tool in tools
+        if tool["protocols"] == most
+        and not tool["failures"]
+        and tool["seconds"]["median"] is not None
+        and tool["errors"][quantity]["p95"] is not None
+        and tool["errors"][quantity]["p95"] <= wanted
+        and (batch or tool.get("way") != "ONNX batch")
+    ]
+    if not able:
+        return "none"
+    best = min(able, key=lambda tool: tool["seconds"]["median"])
+    name = best["setting"] if best["kind"] == "surrogate" else f"{best['kind']}, {best['setting']}"
+    return f"{name} ({number(1e3 * best['seconds']['median'])} ms)"
+
+
+def choices(tools: list[dict[str, Any]]) -> list[list[str]]:
+    """One row for each wanted error."""
+    asked = [(quantity, batch) for quantity in ("force", "pull_off_force") for batch in (False, True)]
+    return [
+        [number(100.0 * wanted), *(fastest(tools, quantity, wanted, batch=batch) for quantity, batch in asked)]
+        for wanted in WANTED
+    ]
+
+
+def write_page(page: Path, content: dict[str, Any], rows: list[list[str]]) -> None:
+    """Put the table of choices into its place on a page."""
+    table = "\n".join("| " + " | ".join(row) + " |" for row in (CHOICES, ["---"] * len(CHOICES), *rows))
+    count = f"{content['protocols']} held-out protocols, {_refined(content)} of which have a refined solution"
+    words = f"Measured on {count}, one core of {content['host']}.{_left_out(content)}"
+    write_place(page, PLACE, f"{table}\n\n{words}")
+
+
+def _refined(content: dict[str, Any]) -> int:
+    """Of how many protocols the refined solution completed, so that there are errors."""
+    return max(tool["errors"]["force"]["count"] for tool in content["tools"])
+
+
+def _left_out(content: dict[str, Any]) -> str:
+    said = {"missing": "Not published when this was measured", "outdated": "Trained otherwise than those compared"}
+    words = "".join(f" {word}: {', '.join(content[key])}." for key, word in said.items() if content.get(key))
+    return words if content.get("complete", True) else f"{words} The surrogates were not measured to the end."
+
+
+def main(
+    result: Annotated[Path, typer.Option(help="Measurement of accuracy and cost.")] = RESULT,
+    folder: Annotated[Path, typer.Option(help="Where the tables go.")] = TABLES,
+    page: Annotated[Path | None, typer.Option(help="Page that shows the table of choices too.")] = None,
+) -> None:
+    """Write the tables."""
+    content = drawing.read_result(result, "make measure-accuracy-cost")
+    paper = ", ".join(f"{name} {number(seconds)} s" for name, seconds in paper_seconds().items())
+    write_table(
+        "accuracy-cost",
+        [*HEADER, *ERRORS.values()],
+        [row_of(tool) for tool in content["tools"]],
+        f"Every tool on {content['protocols']} held-out protocols, or on as many of them as the row says (the paper's "
+        f"discretisation on the first, closed forms on those of their regime), one core of {content['host']}; time of "
+        "a whole call, over the protocols, each by the median of the repeats; run to run is the range of the totals "
+        f"over their median. Errors are median / 95th percentile against a solution refined to "
+        f"{number(content['truth_target'])}, which {_refined(content)} of the protocols have; of the force, mean |dP| "
+        "over the range. The paper's own seconds: "
+        f"{paper}.{_left_out(content)}",
+        folder,
+    )
+    rows = choices(content["tools"])
+    write_table(
+        "fastest-tool",
+        CHOICES,
+        rows,
+        "The tool with the smallest median time of which 95 % of the protocols stay within the error, among those that "
+        f"answer all {content['protocols']} of them; one core of {content['host']}.{_left_out(content)}",
+        folder,
+    )
+    if page is not None:
+        write_page(page, content, rows)
+
+
+if __name__ == "__main__":
+    run_main(main)

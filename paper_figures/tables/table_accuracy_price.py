@@ -1,0 +1,62 @@
+"""Table of what accuracy costs over the paper's design."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from bem._support.command_line import run_main
+from paper_figures.style import drawing
+from paper_figures.style.writing import TABLES, write_table
+
+PRICE = Path("published/accuracy_price.json")
+ERRORS = {"pull_off_force": "Pull-off force", "hysteresis": "Hysteresis", "force": "Force history"}
+
+
+def rows_of(levels: list[dict[str, Any]]) -> list[list[str]]:
+    """One row for each accuracy; errors in percent as median / 90th / 99th percentile.
+
+    Core-minutes are for the largest number of trajectories among them, in proportion where fewer were run.
+    """
+    rows, whole = [], largest(levels)
+    for level in levels:
+        seconds = level["seconds"]
+        row = [level["accuracy"], str(level["trajectories"]), str(level["failed"])]
+        row += [f"{1e3 * seconds[name]:.1f}" for name in ("mean", "median", "p99")]
+        row.append(f"{level['core_seconds'] / 60.0 * whole / level['trajectories']:.1f}")
+        for quantity in ERRORS:
+            found = level.get("errors", {}).get(quantity)
+            row.append(" / ".join(f"{100 * found[name]:.2g}" for name in ("median", "p90", "p99")) if found else "-")
+        rows.append(row)
+    return rows
+
+
+def largest(levels: list[dict[str, Any]]) -> int:
+    """How many trajectories the largest campaign has."""
+    return max(level["trajectories"] for level in levels)
+
+
+def main(
+    price: Annotated[Path, typer.Option(help="Result file of the price of accuracy.")] = PRICE,
+    folder: Annotated[Path, typer.Option(help="Where the table goes.")] = TABLES,
+) -> None:
+    """Write the table."""
+    content = drawing.read_result(price, "make accuracy-price")
+    compared = content["levels"][0]["compared"]
+    whole = largest(content["levels"])
+    sample = "all of them" if compared == whole else f"{compared} protocols that are a random sample of all"
+    minutes = f"Core-minutes for {whole:,}"
+    header = ["Accuracy", "Trajectories", "Failed", "Mean (ms)", "Median (ms)", "99th (ms)", minutes]
+    write_table(
+        "accuracy-price",
+        [*header, *(f"{name} error (%)" for name in ERRORS.values())],
+        rows_of(content["levels"]),
+        f"The price of accuracy over the design of the paper, seed {content['seed']}, on {content['host']}. Minutes "
+        "are in proportion where fewer trajectories were run. Errors are "
+        f"median / 90th / 99th percentile against reference, on {sample}.",
+        folder,
+    )
+
+
+if __name__ == "__main__":
+    run_main(main)

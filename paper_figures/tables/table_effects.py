@@ -1,0 +1,90 @@
+"""Tables: what each effect costs, from plain Hertz to a ten-term solid with adhesion; when a simpler scene will do.
+
+Reads the measurement of `experiments.effects.measure`.
+"""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from bem._support.command_line import run_main
+from paper_figures.style import drawing
+from paper_figures.style.writing import TABLES, number, write_table
+
+RESULT = Path("published/measurements/effects.json")
+SAFE = ["Stand-in", "Instead of", "Over", "Safe from", "Safe to"]
+OVER = {"tabor": r"$\mu$", "decades": "decades of retardation times"}
+HEADER = [
+    "Scene",
+    r"$\mu$",
+    "Unknowns",
+    "Memory vectors",
+    "Steps",
+    "Time (ms), median (quartiles)",
+    "Time a step (µs)",
+    "Closed form",
+    "Difference (%)",
+    "Files of its own",
+    "Lines of its own elsewhere",
+]
+
+
+def row_of(row: dict[str, Any]) -> list[str]:
+    """One scene."""
+    seconds = {name: number(1e3 * row["seconds"][name]) for name in ("median", "low", "high")}
+    return [
+        row["name"],
+        number(row["tabor"]),
+        f"{row['unknowns']:.0f}",
+        str(row["memory_vectors"]),
+        str(row["steps"]),
+        f"{seconds['median']} ({seconds['low']}-{seconds['high']})",
+        f"{1e6 * row['seconds_per_step']:.0f}",
+        row["closed_form"],
+        "-" if row["error"] is None else number(100.0 * row["error"], 2),
+        ", ".join(f"{name}.py" for name in row["files"]),
+        ", ".join(f"{name}.py {count}" for name, count in row["lines_elsewhere"].items()),
+    ]
+
+
+def safe_row(row: dict[str, Any]) -> list[str]:
+    """One stand-in: between which values of a quantity it keeps the error within the tolerance."""
+    limits = [number(row[name]) for name in ("low", "high")]
+    return [row["stand_in"], row["instead_of"], OVER[row["over"]], *limits]
+
+
+def main(
+    result: Annotated[Path, typer.Option(help="Measurement of the effects.")] = RESULT,
+    folder: Annotated[Path, typer.Option(help="Where the tables go.")] = TABLES,
+) -> None:
+    """Write the tables."""
+    content = drawing.read_result(result, "make measure-effects")
+    path = content["path"]
+    write_table(
+        "effects",
+        HEADER,
+        [row_of(row) for row in content["rows"]],
+        f"One path of the sphere (depth {path['depth']:g}, from {path['start']:g}, in units of $\\mu h_0$; "
+        f"{path['rate']:g} a retardation time; dwell {path['dwell']:g}) under scenes that add one effect at a time, at "
+        f"standard accuracy, on {content['host']}. All scenes run functions of "
+        + ", ".join(f"{name}.py" for name in content["shared_files"])
+        + " of bem/; files with functions that not every scene runs, and lines of other files, were found by running "
+        "each. The difference is the root mean square over the range of the force; for the limits, of long and "
+        "of short range, it is a difference between laws of adhesion and not an error.",
+        folder,
+    )
+    write_table(
+        "stand-ins",
+        SAFE,
+        [safe_row(row) for row in content["safe"]],
+        f"Where a simpler scene stands in for the full one with an error of the force of at most "
+        f"{number(100.0 * content['tolerance'])} % (root mean square over the range): adhesion of another range on the "
+        "same path in units of $\\mu h_0$, over the Tabor parameter of the full scene; one relaxation process instead "
+        "of ten around it, over the decades that those span. Limits are the outermost values computed that are safe.",
+        folder,
+    )
+
+
+if __name__ == "__main__":
+    run_main(main)

@@ -1,0 +1,58 @@
+"""Table of the fourteen protocols of the relaxed short-range limit: crack velocities and amplifications."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from bem._support.command_line import run_main
+from paper_figures.figures.figure_5 import PERSSON_BRENER
+from paper_figures.style import drawing
+from paper_figures.style.writing import TABLES, number, write_table
+
+COLUMNS = {
+    "unloading_rate": r"$\hat v_U$",
+    "crack_velocity": r"$\tilde v_c$, paper",
+    "own_crack_velocity": r"$\tilde v_c$, solver",
+    "theory": "theory at the paper's",
+    "theory_at_own_velocity": "theory at the solver's",
+    "solver": "solver",
+    "surrogate": "surrogate",
+}
+
+
+def rows(points: list[dict[str, Any]]) -> list[list[str]]:
+    """One row for each protocol."""
+    return [[str(point["point"]), *(number(point[name]) for name in COLUMNS)] for point in points]
+
+
+def main(
+    result: Annotated[Path, typer.Option(help="Result file of the crack velocities.")] = PERSSON_BRENER,
+    folder: Annotated[Path, typer.Option(help="Where the table goes.")] = TABLES,
+) -> None:
+    """Write the table."""
+    content = drawing.read_result(result, "make table-persson-brener")
+    found = content["summary"]
+    deviations = ", ".join(
+        f"{text} {found[f'{name}_median_percent']:.1f} % and {found[f'{name}_largest_percent']:.1f} %"
+        for name, text in (
+            ("solver_against_theory", "solver"),
+            ("solver_against_theory_at_own_velocity", "solver at its own velocity"),
+            ("surrogate_against_theory", "surrogate"),
+        )
+    )
+    first = content["points"][0]["protocol"]
+    caption = (
+        r"Effective surface energy $\hat\Gamma_\mathrm{eff}=|\hat P_\mathrm{po}|/1.5$ at "
+        rf"$\mu={first['tabor']:g}$, $\hat\delta_l={first['peak_indentation']:g}$, "
+        rf"$\hat v_L={first['loading_rate']:g}$, $\hat t_D={first['dwell_time']:g}$. "
+        "The solver's own crack velocity is the speed of the contact edge at pull-off. "
+        rf"The surrogate extrapolates: it was trained up to $\mu={found['trained_up_to_tabor']:g}$ and is asked "
+        f"{found['extrapolation_percent']:.3g} % beyond. "
+        f"Median and largest deviation from Persson-Brener theory: {deviations}."
+    )
+    write_table("persson-brener", ["Point", *COLUMNS.values()], rows(content["points"]), caption, folder)
+
+
+if __name__ == "__main__":
+    run_main(main)

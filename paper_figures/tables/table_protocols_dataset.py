@@ -1,0 +1,108 @@
+"""Tables of the data set: the protocols of figure 2 with what came of them, and the whole beside the paper's."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from bem._support.command_line import run_main
+from paper_figures.figures.figure_2 import EXAMPLES
+from paper_figures.style import drawing
+from paper_figures.style.writing import TABLES, number, write_table
+
+STATISTICS = Path("results/dataset/statistics.json")
+QUANTITIES = {
+    "loading_rate": r"$\hat v_L$",
+    "dwell_time": r"$\hat t_D$",
+    "unloading_rate": r"$\hat v_U$",
+    "tabor": r"$\mu$",
+    "peak_indentation": r"$\hat\delta_l$",
+}
+RESULTS = {
+    "pull_off_force": r"$\hat P_\mathrm{po}$",
+    "pull_off_time": r"$\hat t_\mathrm{po}$",
+    "max_compression": r"$\hat P_\mathrm{mc}$",
+    "hysteresis": r"$\hat A_\mathrm{hys}$",
+    "end_force": r"$\hat P(t_3)$",
+}
+
+
+def protocol_rows(examples: list[dict[str, Any]]) -> list[list[str]]:
+    """One row for each panel: the paper's protocol, our results, and the number of jumps."""
+    return [
+        [
+            f"({example['name']})",
+            *(number(example["protocol"][name]) for name in QUANTITIES),
+            *(number(example["results"][name], 4) for name in RESULTS),
+            str(example["jumps"]),
+        ]
+        for example in examples
+    ]
+
+
+def summary_rows(found: dict[str, Any], paper: dict[str, Any]) -> list[list[str]]:
+    """Quantity, the paper's value and ours."""
+    seconds, floor = found["solver_seconds"], found["resolution_floor"]["pull_off_force"]
+    ranges = {name: paper["ranges"][name] for name in QUANTITIES}
+    mean = 3600.0 * paper["cpu_hours"] / paper["trajectories"]
+    unknown, hosts, memory = "not stated", found["host"], found["peak_memory"]
+    return [
+        ["trajectories", str(paper["trajectories"]), str(found["trajectories"])],
+        ["of these completed", unknown, str(found["completed"])],
+        ["distinct protocols", unknown, str(found["distinct_protocols"])],
+        *(
+            [symbol, *(" to ".join(map(number, bounds)) for bounds in (ranges[name], found["ranges"][name]))]
+            for name, symbol in QUANTITIES.items()
+        ),
+        ["solver time in all", f"{paper['cpu_hours']} CPU-hours", f"{seconds['sum'] / 60.0:.2f} CPU-minutes"],
+        ["solver time, mean", f"{mean:.0f} s", f"{1e3 * seconds['mean']:.1f} ms"],
+        ["solver time, median", unknown, f"{1e3 * seconds['median']:.1f} ms"],
+        ["wall time", unknown, f"{found['wall_seconds'] / 60.0:.2f} minutes"],
+        ["workers' time on trajectories over solver time", unknown, f"{found['trajectories_over_solver']:.3f}"],
+        ["whole run over solver time", unknown, f"{found['run_over_solver']:.3f}"],
+        ["parallel efficiency", unknown, f"{found['parallel_efficiency']:.3f}"],
+        ["peak memory", unknown, f"{memory / 1e6:.0f} MB" if memory else "not recorded"],
+        ["hardware", paper["hardware"], "; ".join([hosts] if isinstance(hosts, str) else hosts)],
+        ["trajectories never compressed", unknown, str(found["never_compressed"])],
+        ["trajectories with a jump", unknown, f"{100 * found['with_jumps']:.1f} %"],
+        ["still attached at the end", unknown, f"{100 * found['still_attached']:.1f} %"],
+        ["end force above half the pull-off force", unknown, f"{100 * found['end_force_above_half_pull_off']:.1f} %"],
+        *(
+            [f"resolution floor of the pull-off force, {label}", unknown, f"{100 * floor[name]:.2g} %"]
+            for name, label in (("median", "median"), ("p90", "90th percentile"), ("p99", "99th percentile"))
+        ),
+        ["resolution floor above 20 %", unknown, f"{100 * found['floor_above_20_percent']:.1f} % of trajectories"],
+    ]
+
+
+def main(
+    examples: Annotated[Path, typer.Option(help="Result file of the examples.")] = EXAMPLES,
+    statistics: Annotated[Path, typer.Option(help="Result file of the statistics.")] = STATISTICS,
+    folder: Annotated[Path, typer.Option(help="Where the tables go.")] = TABLES,
+) -> None:
+    """Write both tables."""
+    content = drawing.read_result(examples, "make table-protocols-dataset")
+    found = drawing.read_result(statistics, "make table-protocols-dataset")
+    write_table(
+        "protocols-dataset",
+        ["Panel", *QUANTITIES.values(), *RESULTS.values(), "Jumps"],
+        protocol_rows(content["examples"]),
+        "Protocols of figure 2, as in the paper's appendix, and our results at accuracy "
+        f"{content['accuracy']}: pull-off force and time, largest compression, hysteresis, force at the end.",
+        folder,
+    )
+    write_table(
+        "dataset-summary",
+        ["Quantity", "Paper", "Here"],
+        summary_rows(found, drawing.paper_values("dataset")),
+        f"The data set beside the paper's; here at accuracy {found['accuracy']} on {found['workers']} workers. The "
+        "whole run is the wall time of all workers; parallel efficiency is the share of it that they spent on "
+        "trajectories. A trajectory whose last force exceeds the far-field attraction there is still attached at the "
+        "end, and its pull-off force is the largest so far. The resolution floor is the error of the pull-off force "
+        "made by the measurement steps alone.",
+        folder,
+    )
+
+
+if __name__ == "__main__":
+    run_main(main)

@@ -1,0 +1,69 @@
+"""Table of the held-out errors by quartile of the force MSE, the paper's beside ours; and the overall statistics."""
+
+import csv
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from bem._support.command_line import run_main
+from paper_figures.figures.figure_7 import QUARTILES, RESULT
+from paper_figures.style import drawing
+from paper_figures.style.writing import TABLES, number, write_table
+
+COLUMNS = {
+    "mse": (r"Force MSE ($\times10^{-3}$)", 1e3, 3),
+    "pull_off_force_percent": ("Pull-off force error (%)", 1.0, 2),
+    "hysteresis_percent": ("Hysteresis error (%)", 1.0, 2),
+    "pull_off_time_percent": ("Pull-off time error (%)", 1.0, 2),
+}
+
+
+def cell(mean: float, sd: float, digits: int) -> str:
+    """Mean and standard deviation."""
+    return rf"{number(mean, digits)} $\pm$ {number(sd, digits)}"
+
+
+def paper_rows() -> dict[str, dict[str, float]]:
+    """The paper's table by quartile."""
+    with (drawing.PAPER_VALUES / "quartiles.csv").open(encoding="utf-8", newline="") as file:
+        return {row.pop("quartile"): {k: float(v) for k, v in row.items()} for row in csv.DictReader(file)}
+
+
+def rows(content: dict[str, Any]) -> list[list[str]]:
+    """The paper's and our row for each quartile."""
+    paper, found = paper_rows(), []
+    for name in QUARTILES:
+        theirs, ours = paper[name], content["quartiles"][name]
+        found.append(
+            [name, "paper"]
+            + [cell(f * theirs[f"{c}_mean"], f * theirs[f"{c}_sd"], d) for c, (_, f, d) in COLUMNS.items()]
+        )
+        found.append(
+            ["", "here"] + [cell(f * ours[c]["mean"], f * ours[c]["sd"], d) for c, (_, f, d) in COLUMNS.items()]
+        )
+    return found
+
+
+def main(
+    result: Annotated[Path, typer.Option(help="Result file of the error statistics.")] = RESULT,
+    folder: Annotated[Path, typer.Option(help="Where the table goes.")] = TABLES,
+) -> None:
+    """Write the table."""
+    content = drawing.read_result(result, "make table-quartiles")
+    overall = content["overall"]
+    force, loop = (overall[f"{name}_percent"]["median"] for name in ("pull_off_force", "hysteresis"))
+    floor = overall["resolution_floor_percent"]
+    caption = (
+        f"Held-out errors of {content['config']['model']} by quartile of the force MSE, mean $\\pm$ standard "
+        f"deviation over {content['trajectories']} trajectories. Medians over all: pull-off force "
+        f"{force:.2g} %, hysteresis {loop:.2g} %. Pull-off errors are on the measurement steps; these alone are off "
+        f"the solver's own pull-off force by a median of {floor['median']:.2g} % and a 90th percentile of "
+        f"{floor['p90']:.2g} %."
+    )
+    header = ["Quartile", "Source", *(heading for heading, _, _ in COLUMNS.values())]
+    write_table("quartiles", header, rows(content), caption, folder)
+
+
+if __name__ == "__main__":
+    run_main(main)

@@ -1,0 +1,117 @@
+"""How a sequence is told its Tabor parameter: appended as a channel, FiLM, or a gate between two representations.
+
+Every layer here and in `surrogate.architectures.blocks` is registered under the package name `surrogate`, holds its
+sublayers under readable names and defines `get_config`, so that models serialise and weight files stay addressable.
+Source: the paper's appendix on Tabor conditioning.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import keras
+from keras import ops
+
+
+@keras.saving.register_keras_serializable(package="surrogate")
+class AppendTabor(keras.layers.Layer):
+    """Repeat the scaled Tabor parameter over the steps and append it as a last channel.
+
+    Call arguments: a 3D tensor of shape `(batch, steps, channels)` and a 2D tensor of shape `(batch, 1)`. Output: a 3D
+    tensor of shape `(batch, steps, channels + 1)`.
+    """
+
+    def call(self, sequence: Any, tabor: Any) -> Any:
+        """Append the channel."""
+        repeated = ops.zeros_like(sequence[:, :, :1]) + ops.expand_dims(tabor, axis=1)
+        return ops.concatenate([sequence, repeated], axis=-1)
+
+    def compute_output_shape(self, sequence_shape: tuple, tabor_shape: tuple) -> tuple:  # noqa: ARG002
+        """Return the shape of the sequence with one more channel."""
+        return (*sequence_shape[:-1], sequence_shape[-1] + 1)
+
+
+@keras.saving.register_keras_serializable(package="surrogate")
+class FiLM(keras.layers.Layer):
+    """Feature-wise linear modulation: scale and shift every feature by functions of the Tabor parameter.
+
+    A dense layer with ReLU makes a context of the scaled Tabor parameter; two affine maps of it are the scale and the
+    shift, the same at every step. The scale's bias starts at one, so an untrained layer passes its input on.
+
+    Args:
+        hidden: Width of the context.
+
+    Call arguments: a 3D tensor of shape `(batch, steps, features)` and a 2D tensor of shape `(batch, 1)`. Output: a 3D
+    tensor of the first argument's shape.
+    """
+
+    def __init__(self, hidden: int = 64, **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+        self.hidden = hidden
+
+    def build(self, sequence_shape: tuple, tabor_shape: tuple) -> None:
+        """Create the three dense layers."""
+        width = sequence_shape[-1]
+        self.context = keras.layers.Dense(self.hidden, activation="relu", name="context")
+        self.scale = keras.layers.Dense(width, bias_initializer="ones", name="scale")
+        self.shift = keras.layers.Dense(width, name="shift")
+        self.context.build(tabor_shape)
+        for layer in (self.scale, self.shift):
+            layer.build((tabor_shape[0], self.hidden))
+        self.built = True
+
+    def call(self, sequence: Any, tabor: Any) -> Any:
+        """Modulate the sequence."""
+        context = self.context(tabor)
+        scale = ops.expand_dims(self.scale(context), axis=1)
+        shift = ops.expand_dims(self.shift(context), axis=1)
+        return scale * sequence + shift
+
+    def compute_output_shape(self, sequence_shape: tuple, tabor_shape: tuple) -> tuple:  # noqa: ARG002
+        """Return the shape of the sequence."""
+        return sequence_shape
+
+    def get_config(self) -> dict[str, Any]:
+        """Return the constructor's arguments."""
+        return {**super().get_config(), "hidden": self.hidden}
+
+
+@keras.saving.register_keras_serializable(package="surrogate")
+class TaborGate(keras.layers.Layer):
+    """Convex mixture of two representations, its weights a softmax function of the Tabor parameter.
+
+    Args:
+        hidden: Width of the gate's hidden layer.
+
+    Call arguments: two 3D tensors of shape `(batch, steps, features)` and a 2D tensor of shape `(batch, 1)`. Output: a
+    3D tensor of shape `(batch, steps, features)`.
+    """
+
+    def __init__(self, hidden: int = 96, **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+        self.hidden = hidden
+
+    def build(self, first_shape: tuple, second_shape: tuple, tabor_shape: tuple) -> None:
+        """Create the two dense layers."""
+        if first_shape[-1] != second_shape[-1]:
+            raise ValueError(
+                f"Expected two representations of the same width. Received: {first_shape[-1]} and {second_shape[-1]}"
+            )
+        self.context = keras.layers.Dense(self.hidden, activation="relu", name="context")
+        self.weighting = keras.layers.Dense(2, activation="softmax", name="weighting")
+        self.context.build(tabor_shape)
+        self.weighting.build((tabor_shape[0], self.hidden))
+        self.built = True
+
+    def call(self, first: Any, second: Any, tabor: Any) -> Any:
+        """Mix the two representations."""
+        weights = ops.expand_dims(self.weighting(self.context(tabor)), axis=1)
+        return weights[:, :, :1] * first + weights[:, :, 1:] * second
+
+    def compute_output_shape(self, first_shape: tuple, second_shape: tuple, tabor_shape: tuple) -> tuple:  # noqa: ARG002
+        """Return the shape of either representation."""
+        return first_shape
+
+    def get_config(self) -> dict[str, Any]:
+        """Return the constructor's arguments."""
+        return {**super().get_config(), "hidden": self.hidden}

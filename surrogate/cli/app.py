@@ -1,0 +1,264 @@
+"""The command line `surrogate`: list, train, train-all, evaluate, predict, export."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from bem._support.command_line import add_version, run_command
+from bem._support.outputs import Outputs
+from surrogate.architectures.naming import names, split_name
+from surrogate.architectures.registry import load_architectures, source_of
+from surrogate.backend import import_keras, limit_threads
+from surrogate.cli.predict import ArchitectureOption, register
+from surrogate.inference.model_files import find_model, model_roots
+from surrogate.training.publishing import model_name, require_place
+from surrogate.training.queue import STOP_FILE, STOPPED, StopRequest, outdated, run_queue, set_aside
+
+app = typer.Typer(
+    help="Sequence models that imitate the contact solver.", no_args_is_help=True, pretty_exceptions_enable=False
+)
+
+add_version(app, "surrogate")
+
+DatasetOption = Annotated[Path, typer.Option(help="Data set file.")]
+RecipeOption = Annotated[str, typer.Option(help="A recipe's name (paper, swift) or a TOML file.")]
+RunsOption = Annotated[Path, typer.Option(help="Where runs keep checkpoints; a file called STOP there stops them.")]
+ModelsOption = Annotated[Path, typer.Option(help="Where finished models are published.")]
+FoundOption = Annotated[
+    Path | None, typer.Option(help="Where models are published, instead of the places `surrogate.load` looks at.")
+]
+EpochsOption = Annotated[int | None, typer.Option(help="Epochs, instead of the recipe's.")]
+ThreadsOption = Annotated[int | None, typer.Option(help="Threads of the backend; as many as it likes by default.")]
+SeedOption = Annotated[int | None, typer.Option(help="Seed of weights and batches, instead of the recipe's.")]
+
+DATASET = Path("published/dataset.h5")
+RUNS = Path("results/training")
+MODELS = Path("published/models")
+
+
+@app.command("list")
+def list_models(
+    models: FoundOption = None,
+    markdown: Annotated[bool, typer.Option(help="Print the table of docs/surrogate-models.md.")] = False,
+    architecture: ArchitectureOption = None,
+) -> None:
+    """List every published model with its errors, best first, what is not trained, and what is installed."""
+    from surrogate.cli.tables import installed, model_table, parameter_table
+
+    load_architectures(architecture or ())
+    if markdown:
+        typer.echo(parameter_table())
+        return
+    typer.echo(model_table(model_roots(models)))
+    typer.echo(installed())
+
+
+@app.command()
+def train(
+    name: Annotated[str, typer.Argument(help="An architecture, see `surrogate list`.")],
+    recipe: RecipeOption = "swift",
+    dataset: DatasetOption = DATASET,
+    features: Annotated[str, typer.Option(help="Feature set A to D.")] = "D",
+    epochs: EpochsOption = None,
+    seed: SeedOption = None,
+    split_seed: Annotated[int, typer.Option(help="Seed of the division into training, validation, test.")] = 0,
+    fraction: Annotated[float, typer.Option(help="Share of the training part to use.")] = 1.0,
+    fold: Annotated[int, typer.Option(help="Which nested family of such shares.")] = 0,
+    extra: Annotated[Path | None, typer.Option(help="A second data set, all for training.")] = None,
+    label: Annotated[str | None, typer.Option(help="Publish under this name.")] = None,
+    architecture: ArchitectureOption = None,
+    replace: Annotated[bool, typer.Option(help="Replace a published model that was trained otherwise.")] = False,
+    threads: ThreadsOption = None,
+    runs: RunsOption = RUNS,
+    models: ModelsOption = MODELS,
+) -> None:
+    """Train one model, or resume its training, and publish it when it is finished."""
+    published_as = model_name(name, "an architecture's name") if label is None else model_name(label, "a --label")
+    destination = models / published_as
+    if not architecture:
+        split_name(name)
+    given = {"features": features != "D", "split-seed": split_seed, "fraction": fraction != 1.0, "extra": extra}
+    otherwise = [f"--{option}" for option, chosen in given.items() if chosen]
+    if otherwise and label is None and models == MODELS:
+        raise ValueError(
+            f"Expected --label beside {', '.join(otherwise)}, since {destination} is for the model trained like all "
+            f"others. Received: label={label!r}"
+        )
+    require_place(destination)
+    from surrogate.training.recipe import Recipe
+
+    chosen = Recipe.load(recipe).with_overrides(epochs=epochs, seed=seed)
+    if threads is not None:
+        limit_threads(threads)
+    load_architectures(architecture or ())
+    split_name(name)
+    from surrogate.data.dataset import TrajectoryDataset
+
+    data = TrajectoryDataset.load(dataset)
+    more = TrajectoryDataset.load(extra) if extra else None
+    split = data.split(split_seed).with_fraction(fraction, fold)
+    if destination.exists() and not replace:
+        why = outdated(
+            destination,
+            dataset_sha256=data.sha256,
+            recipe=chosen,
+            split=split,
+            features=features,
+            extra_sha256=more.sha256 if more else None,
+            **_identity(name),
+        )
+        if why:
+            wanted = "--label for a name of its own" if label is None else "another --label"
+            raise ValueError(
+                f"Expected {wanted}, or --replace, since {destination} is already published. "
+                f"Received: neither, and there one {why}"
+            )
+        typer.echo(f"{published_as}: already published in {destination}; --replace trains it again")
+        return
+    import_keras()
+    from surrogate.training.progress import reporter
+    from surrogate.training.runs import Run, execute, publish
+
+    run = Run(
+        architecture=name,
+        dataset=data,
+        split=split,
+        recipe=chosen,
+        features=features,
+        extra=more,
+        label=label or "",
+    )
+    with reporter(run.name) as report:
+        progress = execute(
+            run,
+            runs / run.name,
+            should_stop=StopRequest(runs),
+            report=report,
+            log=typer.echo,
+            command=shlex.join(["surrogate", *sys.argv[1:]]),
+        )
+    if not progress.finished:
+        typer.echo(f"{run.name}: stopped after epoch {progress.epoch}; the same command resumes it")
+        raise typer.Exit(STOPPED)
+    publish(runs / run.name, destination, replace=replace)
+    typer.echo(f"{run.name}: published in {destination}")
+
+
+@app.command("train-all")
+def train_all(
+    recipe: RecipeOption = "swift",
+    dataset: DatasetOption = DATASET,
+    only: Annotated[list[str] | None, typer.Option(help="Train this model; may be repeated.")] = None,
+    epochs: EpochsOption = None,
+    seed: SeedOption = None,
+    architecture: ArchitectureOption = None,
+    jobs: Annotated[int, typer.Option(min=1, help="Models at a time.")] = 2,
+    threads: Annotated[int, typer.Option(help="Threads of each.")] = 1,
+    runs: RunsOption = RUNS,
+    models: ModelsOption = MODELS,
+) -> None:
+    """Train every model that is not published yet, or was trained otherwise; start it again to resume."""
+    load_architectures(architecture or ())
+    wanted = list(dict.fromkeys(only)) if only else names()
+    for name in wanted:
+        split_name(name)
+        require_place(models / name)
+    from surrogate.data.dataset import TrajectoryDataset
+    from surrogate.training.recipe import Recipe
+
+    data = TrajectoryDataset.load(dataset)
+    asked = {
+        "dataset_sha256": data.sha256,
+        "recipe": Recipe.load(recipe).with_overrides(epochs=epochs, seed=seed),
+        "split": data.split(),
+    }
+    waiting = []
+    for name in wanted:
+        which = asked | _identity(name)
+        reason = outdated(models / name, **which) if (models / name).exists() else "not published"
+        if not reason:
+            continue
+        if reason != "not published":
+            typer.echo(f"{name}: outdated, {reason}; it is trained again")
+        if (aside := set_aside(runs / name, **which)) is not None:
+            typer.echo(f"{name}: the work of another training is kept in {aside}")
+        waiting.append(name)
+
+    def command(name: str) -> list[str]:
+        options = {
+            "recipe": recipe,
+            "dataset": dataset,
+            "epochs": epochs,
+            "seed": seed,
+            "threads": threads,
+            "runs": runs,
+            "models": models,
+        }
+        flags = [[f"--{option}", str(value)] for option, value in options.items() if value is not None]
+        flags += [["--architecture", str(file)] for file in architecture or ()]
+        return ["train", name, "--replace", *(word for flag in flags for word in flag)]
+
+    typer.echo(f"{len(waiting)} of {len(wanted)} models to train, {jobs} at a time")
+    ended = run_queue(waiting, command, folder=runs, jobs=jobs, log=typer.echo)
+    if any(status not in (0, STOPPED) for status in ended.values()):
+        raise typer.Exit(1)
+    if len(ended) < len(waiting) or STOPPED in ended.values():
+        file = runs / STOP_FILE
+        typer.echo(f"Stopped; the same command resumes{f', once {file} is removed' if file.exists() else ''}")
+        raise typer.Exit(STOPPED)
+
+
+@app.command()
+def evaluate(
+    name: Annotated[str, typer.Argument(help="A published model, or the path of a model directory.")],
+    dataset: DatasetOption = DATASET,
+    models: FoundOption = None,
+    architecture: ArchitectureOption = None,
+    errors: Annotated[Path | None, typer.Option(help="Write every trajectory's errors to this CSV file.")] = None,
+    threads: ThreadsOption = None,
+) -> None:
+    """Measure a trained model on its own test trajectories."""
+    if threads is not None:
+        limit_threads(threads)
+    import_keras()
+    load_architectures(architecture or ())
+    from surrogate.data.metrics import summary
+    from surrogate.inference.predictor import Surrogate
+    from surrogate.training.evaluation import evaluate_published, write_errors
+
+    with Outputs(errors) as outputs:
+        trained = Surrogate.load(name, root=models, backend="keras")
+        indices, found = evaluate_published(trained, find_model(name, models), dataset)
+        if errors is not None:
+            with outputs.write(errors) as part:
+                write_errors(part, indices, found)
+    for quantity, values in summary(found).items():
+        numbers = "  ".join(f"{statistic} {value:.3e}" for statistic, value in values.items())
+        typer.echo(f"{quantity:<30} {numbers}")
+
+
+register(app)
+
+
+def _identity(name: str) -> dict[str, str | None]:
+    """What tells an architecture from another: its name, and the sum of the file it is from, if it is a user's own."""
+    source = source_of(name)
+    return {"architecture": name, "architecture_sha256": source.sha256 if source else None}
+
+
+def app_main() -> None:
+    """Run the command line; a user's mistake ends it with one line instead of a traceback."""
+    try:
+        run_command(app, "surrogate")
+    except ModuleNotFoundError as error:
+        if error.name not in ("keras", "tensorflow", "sklearn"):
+            raise
+        from surrogate.inference.backends import TRAINING_EXTRA
+
+        typer.echo(f"surrogate: {TRAINING_EXTRA}", err=True)
+        sys.exit(2)

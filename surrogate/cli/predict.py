@@ -1,0 +1,256 @@
+"""The commands `surrogate predict` and `surrogate export`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from bem._support.wording import shown
+
+ArchitectureOption = Annotated[
+    list[Path] | None,
+    typer.Option(help="A Python file that registers an architecture of one's own; may be repeated."),
+]
+
+
+USUAL_MODULUS_RATIO = 0.1
+"""The published data set's, for a check of a model that does not tell its own."""
+
+
+def register(app: typer.Typer) -> None:
+    """Add both commands to the command line."""
+    app.command()(predict)
+    app.command()(export)
+
+
+def predict(
+    name: Annotated[str, typer.Argument(help="A published model, a model directory, or an ONNX file.")],
+    tabor: Annotated[float | None, typer.Option(help="Tabor parameter.")] = None,
+    peak_indentation: Annotated[float | None, typer.Option(help="Indentation held during the dwell.")] = None,
+    loading_rate: Annotated[float | None, typer.Option(help="Speed of approach.")] = None,
+    dwell_time: Annotated[float | None, typer.Option(help="Time at the peak.")] = None,
+    unloading_rate: Annotated[float | None, typer.Option(help="Speed of withdrawal.")] = None,
+    source: Annotated[
+        Path | None, typer.Option("--in", help="Protocols, or one history, as .csv or .json; see the user's guide.")
+    ] = None,
+    out: Annotated[Path | None, typer.Option(help="Write the trajectories here, .csv or .json.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print scalars and arrays as JSON.")] = False,
+    plot: Annotated[Path | None, typer.Option(help="Draw force histories and loops here.")] = None,
+    check: Annotated[bool, typer.Option(help="Run the solver beside it and report the errors.")] = False,
+    modulus_ratio: Annotated[
+        float | None, typer.Option(help="Modulus ratio of the check, if it shall be another than the model's.")
+    ] = None,
+    backend: Annotated[str, typer.Option(help="onnx or keras.")] = "onnx",
+    models: Annotated[Path | None, typer.Option(help="Where models are published.")] = None,
+    architecture: ArchitectureOption = None,
+) -> None:
+    """Predict the force of a protocol, of many, or of any indentation history.
+
+    Example: surrogate predict M1-concat --tabor 1 --peak-indentation 20 --loading-rate 10 --dwell-time 1
+    --unloading-rate 10 --check --plot prediction.png
+    """
+    from bem._support.outputs import IMAGES, Outputs, require_suffix
+    from surrogate.architectures.registry import load_architectures
+    from surrogate.cli.comparison import plot_predictions, simulate_same, solver_errors, solver_force
+    from surrogate.cli.predict_io import PROTOCOL_COLUMNS, read_table, to_json, write_trajectories
+    from surrogate.inference.histories import predict_history
+    from surrogate.inference.validity import advice
+
+    require_suffix(out, (".csv", ".json"))
+    require_suffix(plot, IMAGES)
+    given = (tabor, peak_indentation, loading_rate, dwell_time, unloading_rate)
+    options = dict(zip(PROTOCOL_COLUMNS, given, strict=True))
+    table = read_table(source) if source is not None else None
+    load_architectures(architecture or ())
+    with Outputs(out, plot) as outputs:
+        model = _load(name, models, backend)
+        ratio = _solver_material(model, modulus_ratio, check=check)
+        if table is not None and table.is_history:
+            mus = [_tabor(table, options)]
+            columns = [table.columns.get(key) for key in ("time", "indentation", "edge")]
+            along = predict_history(model, *columns[:2], edge=columns[2], tabor=mus[0])
+            if along.unlike:
+                typer.echo(f"warning: {_unlike(model.name, table.path, along.unlike)}", err=True)
+            found, written, at_points = [along.trajectory], [along], [along.at_points()]
+            protocols = [along.protocol] if check else []
+        else:
+            protocols, mus = _protocols(table, options)
+            found = written = at_points = model.trajectories(protocols, tabor=mus)
+        for number, trajectory in enumerate(found):
+            for words in trajectory.extrapolated:
+                typer.echo(f"warning: trajectory {number} extrapolates: {words}; {advice([words])}", err=True)
+
+        simulated = simulate_same(protocols, mus, ratio) if check else None
+        checks = forces = None
+        if simulated is not None:
+            materials = {"modulus_ratio": ratio, "model_modulus_ratio": model.modulus_ratio}
+            checks = [solver_errors(*pair) | materials for pair in zip(found, simulated, strict=True)]
+            forces = [solver_force(*pair) for pair in zip(at_points, simulated, strict=True)]
+        if out is not None:
+            with outputs.write(out) as part:
+                write_trajectories(part, written, checks, forces)
+        if plot is not None:
+            with outputs.write(plot) as part:
+                plot_predictions(part, found, simulated)
+    if as_json:
+        typer.echo(to_json(written, checks, forces))
+        return
+    for number, trajectory in enumerate(found):
+        typer.echo(_readable(number, trajectory, checks[number] if checks else None))
+        if fitted := getattr(written[number], "fitted", None):
+            typer.echo(
+                f"  predicted on the protocol fitted to the {len(written[number].time)} points: {fitted.words()}"
+            )
+
+
+def export(
+    name: Annotated[str, typer.Argument(help="A published model, or a model directory.")],
+    file_format: Annotated[str, typer.Option("--format", help="onnx.")] = "onnx",
+    out: Annotated[Path | None, typer.Option(help="Write it here, and only here.")] = None,
+    models: Annotated[Path | None, typer.Option(help="Where models are published.")] = None,
+    architecture: ArchitectureOption = None,
+) -> None:
+    """Write a trained model as one file that takes physical inputs, beside its weights unless `--out` says where."""
+    from bem._support.outputs import Outputs, require_suffix
+    from surrogate.architectures.registry import load_architectures
+    from surrogate.inference.model_files import find_model
+
+    if file_format != "onnx":
+        raise ValueError(f"Expected the format onnx. Received: {shown(file_format)}")
+    require_suffix(out, (".onnx",))
+    folder = find_model(name, models)
+    if not folder.is_dir():
+        raise ValueError(f"Expected a model directory. Received: {folder}")
+    written = folder / "model.onnx" if out is None else out
+    load_architectures(architecture or ())
+    with Outputs(written) as outputs:
+        content = _exported(folder) if out is not None else None
+        if content is None:
+            from surrogate.export.onnx import folder_content
+
+            content = folder_content(folder)
+        with outputs.write(written) as part:
+            part.write_bytes(content)
+    typer.echo(f"{written}: {len(content) / 1e6:.2f} MB")
+
+
+def _exported(folder: Path) -> bytes | None:
+    """The directory's own ONNX file, where it belongs to the weights and the scaling; that takes no Keras."""
+    from surrogate.inference.backends import ONNX_NAME, OnnxBackend
+    from surrogate.inference.model_files import read_run
+
+    _, scaling = read_run(folder)
+    try:
+        found = OnnxBackend(folder / ONNX_NAME)
+        found.require_weights_of(folder)
+        found.require_scaling(scaling)
+    except (ValueError, FileNotFoundError):
+        return None
+    return found.path.read_bytes()
+
+
+def _load(name: str, models: Path | None, backend: str) -> Any:
+    from surrogate.inference.predictor import Surrogate
+
+    return Surrogate.load(name, root=models, backend=backend)
+
+
+def _protocols(table: Any, options: dict[str, float | None]) -> tuple[list[Any], Any]:
+    import numpy as np
+
+    from bem.protocol import LoadingProtocol
+    from surrogate.inference.checks import checked_tabor
+
+    given = {key: value for key, value in options.items() if value is not None}
+    if table is None:
+        missing = [f"--{key.replace('_', '-')}" for key in options if key not in given]
+        if missing:
+            raise ValueError(f"Expected --in FILE, or a whole protocol. Missing: {', '.join(missing)}")
+        columns = {key: np.array([value]) for key, value in given.items()}
+    elif given:
+        raise ValueError(f"Expected protocols from --in FILE or from options, not both. Received: {', '.join(given)}")
+    else:
+        columns = table.columns
+    fields = [key for key in options if key != "tabor"]
+    protocols = []
+    for number, row in enumerate(zip(*(columns[key] for key in options), strict=True)):
+        values = dict(zip(options, map(float, row), strict=True))
+        try:
+            mu = float(checked_tabor(values["tabor"], 1)[0])
+            protocols.append(LoadingProtocol(**{key: values[key] for key in fields}))
+            protocols[-1].history(mu)
+        except ValueError as error:
+            where = "from options" if table is None else table.where(number)
+            raise ValueError(f"Expected a possible protocol. Received: one {where}: {error}") from error
+    return protocols, columns["tabor"]
+
+
+def _tabor(table: Any, options: dict[str, float | None]) -> float:
+    """The Tabor parameter of a history: the file's, or the option's."""
+    given = options["tabor"]
+    unwanted = [key for key, value in options.items() if key != "tabor" and value is not None]
+    if unwanted:
+        raise ValueError(f"Expected --tabor, and no protocol, with a history. Received: {', '.join(unwanted)}")
+    if given is None and table.tabor is None:
+        raise ValueError("Expected --tabor, or a column of it, with a history. Received: no --tabor")
+    if given is not None and table.tabor not in (None, given):
+        raise ValueError(f"Expected the file's Tabor parameter {table.tabor!r}. Received: --tabor {given!r}")
+    return table.tabor if given is None else given
+
+
+def _solver_material(model: Any, asked: float | None, *, check: bool) -> float:
+    """The modulus ratio to simulate, after a word about it where the model was trained on another."""
+    known = model.modulus_ratio
+    if asked is None:
+        if check and known is None:
+            typer.echo(
+                f"warning: {model.name} does not tell the modulus ratio it was trained on; the solver takes "
+                f"{USUAL_MODULUS_RATIO:g}, and --modulus-ratio another",
+                err=True,
+            )
+        return USUAL_MODULUS_RATIO if known is None else known
+    if known is None or asked == known:
+        return asked
+    if not check:
+        raise ValueError(
+            f"Expected the modulus ratio {known:g} that {model.name} was trained on, or --check to ask the solver "
+            f"about another. Received: --modulus-ratio {asked:g}"
+        )
+    typer.echo(
+        f"warning: {model.name} was trained on the modulus ratio {known:g} and knows no other; the solver computes "
+        f"{asked:g}, so that what follows compares two materials",
+        err=True,
+    )
+    return asked
+
+
+def _unlike(name: str, path: Path, reason: str) -> str:
+    return (
+        f"{path} is not what {name} was trained on, and is predicted at its points as they are. {reason}. Cut the "
+        "record to one cycle, or mark the dwell's ends in a column edge; and compare with the solver (--check)"
+    )
+
+
+def _readable(number: int, found: Any, check: dict[str, float] | None) -> str:
+    line = (
+        f"trajectory {number}: pull-off force {found.pull_off_force:.5g} at time {found.pull_off_time:.5g}, "
+        f"hysteresis {found.hysteresis:.5g}, max compression {found.max_compression:.5g}"
+    )
+    if found.work() < 0.0:
+        line += f", work {found.work():.5g}: the contact gave energy back; not dissipation"
+    if found.completed and not found.detached:
+        line += ", still attached at the end: the pull-off force is the largest so far"
+    if check is None:
+        return line
+    if check["solver_status"] != "completed":
+        return f"{line}\n  against the solver: nothing to compare, it did not finish: {check['solver_status']}"
+    other = check["model_modulus_ratio"] not in (None, check["modulus_ratio"])
+    material = f" of another material (modulus ratio {check['modulus_ratio']:g})" if other else ""
+    return (
+        f"{line}\n  against the solver{material}: pull-off force off by {check['pull_off_percent']:.2f} % "
+        f"({check['pull_off_on_steps_percent']:.2f} % on the measurement steps), hysteresis by "
+        f"{check['hysteresis_percent']:.2f} % ({check['hysteresis_on_steps_percent']:.2f} %), "
+        f"force by {100 * check['force_rms']:.2f} % of its range (rms)"
+    )

@@ -1,0 +1,245 @@
+"""Files around a prediction: protocols or a history in, trajectories out.
+
+Input, CSV with a header or JSON:
+
+- protocols: `tabor, peak_indentation, loading_rate, dwell_time, unloading_rate`, one a row, or a JSON list of objects;
+- one history: `time, indentation`, and where wanted `edge` (one at both ends of the dwell) and `tabor` (the same in
+  every row); as JSON an object of lists, `tabor` a number or a list. The columns `force`, `solver_force`, `phase` and
+  `trajectory` of the files this command and the demonstrator write are read over, but there must be one trajectory.
+
+Output: CSV in long form, `trajectory, time, indentation, force` and, when the solver ran beside it, `solver_force`,
+empty where it did not get to; or JSON, a list of objects with scalars and arrays. Numbers in full precision.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from bem._support.outputs import require_suffix
+from bem._support.wording import shortened, shown
+
+PROTOCOL_COLUMNS = ("tabor", "peak_indentation", "loading_rate", "dwell_time", "unloading_rate")
+HISTORY_COLUMNS = ("time", "indentation")
+EDGE, TABOR, TRAJECTORY = "edge", "tabor", "trajectory"
+READ_OVER = ("force", "solver_force", "phase", TRAJECTORY)
+WANTED = f"the columns {', '.join(PROTOCOL_COLUMNS)} of protocols, or {', '.join(HISTORY_COLUMNS)} of a history"
+
+# Python reads more as a number, such as 1_0, than other programs write.
+NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
+
+
+@dataclass(frozen=True)
+class Table:
+    """Columns of numbers of equal length, by name.
+
+    Args:
+        columns: The numbers.
+        path: The file they are from.
+        lines: The line of every row, in a text file.
+        tabor: The Tabor parameter of a history, if the file says.
+    """
+
+    columns: dict[str, np.ndarray]
+    path: Path
+    lines: tuple[int, ...] = ()
+    tabor: float | None = None
+
+    @property
+    def is_history(self) -> bool:
+        """Whether the rows are points of one history, not protocols."""
+        return "time" in self.columns
+
+    def where(self, row: int) -> str:
+        """Say where a row is, counted from zero."""
+        return _where(row, self.lines, self.path)
+
+
+def read_table(path: Path) -> Table:
+    """Read protocols or a history from a CSV or JSON file.
+
+    Raises:
+        FileNotFoundError: no such file.
+        ValueError: another suffix, a malformed file, wrong columns, or what is not a finite number; the message says
+            where.
+    """
+    if path.suffix not in (".csv", ".json"):
+        raise ValueError(f"Expected an input file called .csv or .json. Received: {path}")
+    if not path.is_file():
+        where = "is a directory" if path.is_dir() else "does not exist"
+        raise FileNotFoundError(f"Expected an input file. Received: {path}, which {where}")
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise ValueError(f"Expected text in UTF-8. Received: {path}") from error
+    except OSError as error:
+        raise ValueError(f"Expected an input file that can be read. Received: {path} ({error.strerror})") from error
+    raw, lines = _csv_columns(text, path) if path.suffix == ".csv" else (_json_columns(text, path), ())
+    _check_columns(set(raw), path)
+    if not all(raw.values()):
+        raise ValueError(f"Expected at least one row of numbers. Received: {path}, which has none")
+    read_over = READ_OVER if "time" in raw else ()
+    columns = {name: _numbers(name, raw[name], lines, path) for name in raw if name not in read_over}
+    if "time" not in columns:
+        return Table(columns, path, lines)
+    if len(set(map(str, raw.get(TRAJECTORY, ())))) > 1:
+        raise ValueError(f"Expected the history of one trajectory. Received: several in {path}")
+    if EDGE in columns and (bad := np.flatnonzero(~np.isin(columns[EDGE], (0.0, 1.0)))).size:
+        where = _where(int(bad[0]), lines, path)
+        raise ValueError(f"Expected edge marks of zero or one. Received: {columns[EDGE][bad[0]]:g} {where}")
+    tabor = columns.pop(TABOR, None)
+    if tabor is not None and (bad := np.flatnonzero(tabor != tabor[0])).size:
+        where = _where(int(bad[0]), lines, path)
+        raise ValueError(f"Expected the same Tabor parameter in every row. Received: {float(tabor[bad[0]])!r} {where}")
+    return Table(columns, path, lines, None if tabor is None else float(tabor[0]))
+
+
+def write_trajectories(
+    path: Path,
+    trajectories: Sequence[Any],
+    checks: Sequence[dict[str, Any]] | None = None,
+    solver_forces: Sequence[np.ndarray] | None = None,
+) -> None:
+    """Write trajectories as CSV or JSON, by the suffix.
+
+    Args:
+        path: The file, replaced if it exists.
+        trajectories: What to write.
+        checks: Errors against the solver, one dictionary per trajectory; JSON only.
+        solver_forces: The solver's force on the same steps, one array per trajectory.
+
+    Raises:
+        ValueError: another suffix.
+    """
+    require_suffix(path, (".csv", ".json"))
+    with path.open("w", newline="", encoding="utf-8") as file:
+        if path.suffix == ".json":
+            file.write(to_json(trajectories, checks, solver_forces) + "\n")
+            return
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(["trajectory", "time", "indentation", "force", *(["solver_force"] if solver_forces else [])])
+        for number, found in enumerate(trajectories):
+            columns = [found.time, found.indentation, found.force, *([solver_forces[number]] if solver_forces else [])]
+            rows = zip(*(column.tolist() for column in columns), strict=True)
+            writer.writerows([number, *("" if math.isnan(value) else repr(value) for value in row)] for row in rows)
+
+
+def to_json(
+    trajectories: Sequence[Any],
+    checks: Sequence[dict[str, Any]] | None = None,
+    solver_forces: Sequence[np.ndarray] | None = None,
+) -> str:
+    """Return scalars and arrays as a JSON list; what is absent is null."""
+    content = []
+    for number, found in enumerate(trajectories):
+        entry = found.summary() | {name: getattr(found, name).tolist() for name in ("time", "indentation", "force")}
+        if solver_forces:
+            entry["solver_force"] = solver_forces[number].tolist()
+        content.append(entry | ({"check": checks[number]} if checks else {}))
+    return json.dumps(_without_nan(content))
+
+
+def _csv_columns(text: str, path: Path) -> tuple[dict[str, list[Any]], tuple[int, ...]]:
+    reader = csv.reader(io.StringIO(text, newline=""), strict=True)
+    try:
+        numbered = [(reader.line_num, row) for row in reader if any(cell.strip() for cell in row)]
+    except csv.Error as error:
+        raise ValueError(f"Expected comma-separated numbers under a header. Received: {path} ({error})") from error
+    if not numbered:
+        raise ValueError(f"Expected comma-separated numbers under a header. Received: {path}, which is empty")
+    lines, rows = zip(*numbered, strict=True)
+    header = [name.strip() for name in rows[0]]
+    if any(NUMBER.fullmatch(name) for name in header):
+        raise ValueError(f"Expected a header that names the columns. Received: numbers in the first row of {path}")
+    if len(set(header)) != len(header):
+        raise ValueError(f"Expected every column once. Received: {shortened(', '.join(header))} in {path}")
+    for number, row in enumerate(rows[1:]):
+        if len(row) != len(header):
+            where = _where(number, lines[1:], path)
+            raise ValueError(f"Expected {len(header)} values in every row. Received: {len(row)} {where}")
+    return {name: [row[index] for row in rows[1:]] for index, name in enumerate(header)}, lines[1:]
+
+
+def _json_columns(text: str, path: Path) -> dict[str, list[Any]]:
+    try:
+        content = json.loads(text, object_pairs_hook=_distinct)
+    except (ValueError, RecursionError) as error:
+        words = "nested too deeply" if isinstance(error, RecursionError) else error
+        raise ValueError(f"Expected JSON. Received: {path} ({words})") from error
+    if isinstance(content, list) and content and all(isinstance(entry, dict) for entry in content):
+        for number, entry in enumerate(content):
+            if set(entry) != set(content[0]):
+                where = _where(number, (), path)
+                raise ValueError(f"Expected the same names in every object of the list. Received: other ones {where}")
+        return {name: [entry[name] for entry in content] for name in content[0]}
+    if isinstance(content, dict):
+        rows = max((len(values) for values in content.values() if isinstance(values, list)), default=1)
+        # A history has one Tabor parameter, which need not be said at every point.
+        alike = (TABOR, TRAJECTORY) if "time" in content else ()
+        columns = {
+            name: values if isinstance(values, list) else [values] * (rows if name in alike else 1)
+            for name, values in content.items()
+        }
+        if len({len(values) for values in columns.values()}) > 1:
+            raise ValueError(f"Expected lists of equal length. Received: other ones in {path}")
+        return columns
+    raise ValueError(f"Expected a JSON list of protocols, or an object of lists. Received: {path}")
+
+
+def _distinct(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    content: dict[str, Any] = {}
+    for name, value in pairs:
+        if name in content:
+            raise ValueError(f"{shown(name)} twice in one object")
+        content[name] = value
+    return content
+
+
+def _check_columns(names: set[str], path: Path) -> None:
+    if names == {*PROTOCOL_COLUMNS} or {*HISTORY_COLUMNS} <= names <= {*HISTORY_COLUMNS, EDGE, TABOR, *READ_OVER}:
+        return
+    found = shortened(", ".join(sorted(names)))
+    raise ValueError(f"Expected {WANTED} (and {EDGE} and {TABOR}, if known). Received: {found} in {path}")
+
+
+def _numbers(name: str, values: list[Any], lines: tuple[int, ...], path: Path) -> np.ndarray:
+    numbers = np.array([_number(value) for value in values])
+    bad = np.flatnonzero(~np.isfinite(numbers))
+    if bad.size:
+        where = _where(int(bad[0]), lines, path)
+        raise ValueError(f"Expected finite numbers. Received: {shown(values[bad[0]])} as {name} {where}")
+    return numbers
+
+
+def _number(value: Any) -> float:
+    """A number as it stands in a file; NaN for anything else."""
+    if isinstance(value, str):
+        return float(value) if NUMBER.fullmatch(value.strip()) else math.nan
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return math.nan
+    try:
+        return float(value)
+    except OverflowError:
+        return math.inf
+
+
+def _where(row: int, lines: tuple[int, ...], path: Path) -> str:
+    line = f" (line {lines[row]})" if lines else ""
+    return f"in row {row + 1}{line} of {path}"
+
+
+def _without_nan(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _without_nan(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_without_nan(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

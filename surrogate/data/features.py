@@ -1,0 +1,148 @@
+"""Input channels of the sequence models, computed from an indentation history.
+
+The paper compares four sets of channels (its appendix on input representation):
+
+====  ==========================================  ========
+set   channels                                    count
+====  ==========================================  ========
+A     time, indentation                           2
+B     time, indentation, velocity                 3
+C     time, indentation, velocity, acceleration   4
+D     time, indentation, velocity, edge           4
+====  ==========================================  ========
+
+D is the default. Velocity is the backward difference of indentation by time, hence causal; the sphere starts from
+rest, so the first velocity is zero. Acceleration is the backward difference of that velocity, smoothed by an
+exponential moving average (the paper gives no smoothing factor; ours is `ACCELERATION_SMOOTHING`). Edge is one at the
+first and the last point of the dwell plateau and zero elsewhere. All arrays are dimensionless and of shape `(batch,
+steps)`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bem._support.wording import shown
+
+FEATURE_SETS: dict[str, tuple[str, ...]] = {
+    "A": ("time", "indentation"),
+    "B": ("time", "indentation", "velocity"),
+    "C": ("time", "indentation", "velocity", "acceleration"),
+    "D": ("time", "indentation", "velocity", "edge"),
+}
+
+ACCELERATION_SMOOTHING = 0.3
+
+# Relative to the largest indentation: changes below this are rounding, not motion.
+PLATEAU_TOLERANCE = 1e-9
+
+
+def channel_names(features: str) -> tuple[str, ...]:
+    """Return the channel names of a feature set.
+
+    Raises:
+        ValueError: for an unknown set.
+    """
+    if features not in FEATURE_SETS:
+        raise ValueError(
+            f"Unknown feature set. Expected one of {', '.join(FEATURE_SETS)}. Received: features={shown(features)}"
+        )
+    return FEATURE_SETS[features]
+
+
+def velocity(times: np.ndarray, indentations: np.ndarray) -> np.ndarray:
+    """Return the causal velocity, the backward difference of indentation by time; the first value is zero."""
+    return _backward_difference(times, indentations)
+
+
+def smoothed_acceleration(times: np.ndarray, indentations: np.ndarray) -> np.ndarray:
+    """Return the backward difference of the velocity under an exponential moving average, which keeps it causal."""
+    raw = _backward_difference(times, velocity(times, indentations))
+    smooth = np.zeros_like(raw)
+    for step in range(1, raw.shape[-1]):
+        smooth[..., step] = (
+            ACCELERATION_SMOOTHING * raw[..., step] + (1.0 - ACCELERATION_SMOOTHING) * smooth[..., step - 1]
+        )
+    return smooth
+
+
+def plateau(indentation: np.ndarray) -> tuple[int, int] | None:
+    """Find the dwell plateau of one history: its longest run of constant indentation.
+
+    Args:
+        indentation: A 1D array of shape `(steps,)`.
+
+    Returns:
+        The indices of the run's first and last point, the earlier run where two are equally long, or `None` where no
+        two neighbouring points agree to rounding.
+    """
+    tolerance = PLATEAU_TOLERANCE * float(np.max(np.abs(indentation), initial=0.0))
+    still = np.concatenate([[False], np.abs(np.diff(indentation)) <= tolerance, [False]])
+    changes = np.flatnonzero(still[1:] != still[:-1])
+    if changes.size == 0:
+        return None
+    starts, ends = changes[::2], changes[1::2]
+    longest = int(np.argmax(ends - starts))
+    return int(starts[longest]), int(ends[longest])
+
+
+def edge_from_indentations(indentations: np.ndarray) -> np.ndarray:
+    """Mark the first and last point of every history's dwell plateau.
+
+    Args:
+        indentations: A 2D array of shape `(batch, steps)`.
+
+    Returns:
+        An array of the same shape, one at the marks and zero elsewhere; a history without plateau has no marks.
+    """
+    edge = np.zeros_like(indentations, dtype=np.float64)
+    for row, indentation in zip(edge, indentations, strict=True):
+        found = plateau(indentation)
+        if found is not None:
+            row[list(found)] = 1.0
+    return edge
+
+
+def edge_from_counts(counts: tuple[int, int, int], batch: int) -> np.ndarray:
+    """Mark onset and end of the dwell on fixed measurement steps.
+
+    Args:
+        counts: Points of loading, dwell and unloading, `(50, 20, 50)` in the paper. The last loading point
+            is the onset.
+        batch: Number of histories.
+
+    Returns:
+        An array of shape `(batch, steps)`.
+    """
+    loading, dwell, unloading = counts
+    edge = np.zeros((batch, loading + dwell + unloading))
+    edge[:, [loading - 1, loading + dwell - 1]] = 1.0
+    return edge
+
+
+def channels(times: np.ndarray, indentations: np.ndarray, edge: np.ndarray, features: str = "D") -> np.ndarray:
+    """Stack the physical (unscaled) channels of a feature set.
+
+    Args:
+        times: A 2D array of shape `(batch, steps)`, strictly increasing along the steps.
+        indentations: An array of the same shape.
+        edge: An array of the same shape, from `edge_from_indentations` or `edge_from_counts`.
+        features: The feature set, `"A"` to `"D"`.
+
+    Returns:
+        A 3D array of shape `(batch, steps, channels)`, float64.
+    """
+    makers = {
+        "time": lambda: times,
+        "indentation": lambda: indentations,
+        "velocity": lambda: velocity(times, indentations),
+        "acceleration": lambda: smoothed_acceleration(times, indentations),
+        "edge": lambda: edge,
+    }
+    return np.stack([makers[name]() for name in channel_names(features)], axis=-1).astype(np.float64)
+
+
+def _backward_difference(times: np.ndarray, values: np.ndarray) -> np.ndarray:
+    slope = np.zeros_like(values, dtype=np.float64)
+    slope[..., 1:] = np.diff(values, axis=-1) / np.diff(times, axis=-1)
+    return slope

@@ -1,0 +1,222 @@
+"""What the network sees instead of physical numbers: symmetric logarithms, then standardisation.
+
+Source: the paper's section on surrogate inputs and targets. With symlog(x) = sign(x) log(1 + |x|), time passes symlog
+twice, indentation, Tabor parameter and force once. The paper leaves velocity and acceleration open; both span decades,
+so they pass symlog once here. The 0/1 edge channel is not transformed. Every channel, the Tabor parameter and the
+force are then shifted by the mean and divided by the standard deviation of the *training* trajectories.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from surrogate.data.features import channel_names
+
+FORMAT = "viscoelastic-contact-scaling"
+FORMAT_VERSION = 1
+
+PUBLISHED_MATERIALS = {"a8108732dbfcd7ea64fe9a88fbd16d06bb0ff632fdfa3f3fb03347a9501e7586": 0.1}
+"""Modulus ratio of a data set by its digest, for models trained before it was among the ranges."""
+
+SYMLOG_PASSES = {"time": 2, "indentation": 1, "velocity": 1, "acceleration": 1, "edge": 0}
+
+
+def symlog(values: np.ndarray) -> np.ndarray:
+    """Return sign(x) log(1 + |x|), which is linear near zero and logarithmic far from it."""
+    return np.copysign(np.log1p(np.abs(values)), values)
+
+
+def symexp(values: np.ndarray) -> np.ndarray:
+    """Return sign(y) (exp(|y|) - 1), the exact inverse of `symlog`."""
+    return np.copysign(np.expm1(np.abs(values)), values)
+
+
+@dataclass(frozen=True)
+class Scaling:
+    """Statistics of a training set, and the maps between physical and scaled quantities.
+
+    Args:
+        features: The feature set the channels belong to.
+        channel_mean: Mean of every transformed channel.
+        channel_scale: Standard deviation of every transformed channel.
+        tabor: Mean and standard deviation of the transformed Tabor parameter.
+        force: Mean and standard deviation of the transformed force.
+        ranges: Smallest and largest training value of each protocol quantity, and of the material's modulus ratio where
+            the data set tells it, by name.
+        dataset_sha256: Digest of the data set file the statistics come from.
+    """
+
+    features: str
+    channel_mean: tuple[float, ...]
+    channel_scale: tuple[float, ...]
+    tabor: tuple[float, float]
+    force: tuple[float, float]
+    ranges: dict[str, tuple[float, float]] = field(default_factory=dict)
+    dataset_sha256: str = ""
+
+    @classmethod
+    def fit(
+        cls,
+        channels: np.ndarray,
+        *,
+        tabor: np.ndarray,
+        force: np.ndarray,
+        features: str = "D",
+        protocols: Mapping[str, np.ndarray] | None = None,
+        dataset_sha256: str = "",
+    ) -> Scaling:
+        """Take the statistics of training trajectories.
+
+        Args:
+            channels: Physical channels, a 3D array of shape `(batch, steps, channels)`.
+            tabor: A 1D array of shape `(batch,)`.
+            force: A 2D array of shape `(batch, steps)`.
+            features: The feature set of `channels`.
+            protocols: Protocol quantities of the same trajectories; their extremes become `ranges`.
+            dataset_sha256: Digest of the data set file.
+        """
+        transformed = _transform_channels(channels, features)
+        mean, scale = _moments(transformed, axis=(0, 1))
+        return cls(
+            features=features,
+            channel_mean=tuple(mean.tolist()),
+            channel_scale=tuple(scale.tolist()),
+            tabor=_scalar_moments(tabor),
+            force=_scalar_moments(force),
+            ranges={name: (float(v.min()), float(v.max())) for name, v in (protocols or {}).items()},
+            dataset_sha256=dataset_sha256,
+        )
+
+    @property
+    def modulus_ratio(self) -> float | None:
+        """Modulus ratio of the one material of the training; `None` where nothing tells it."""
+        low, high = self.ranges.get("modulus_ratio", [PUBLISHED_MATERIALS.get(self.dataset_sha256)] * 2)
+        return low if low == high else None
+
+    def scale_channels(self, channels: np.ndarray) -> np.ndarray:
+        """Scale physical channels of shape `(..., steps, channels)`, float32."""
+        transformed = _transform_channels(channels, self.features)
+        return ((transformed - self.channel_mean) / self.channel_scale).astype(np.float32)
+
+    def scale_tabor(self, tabor: np.ndarray) -> np.ndarray:
+        """Scale Tabor parameters of shape `(batch,)` to the model's second input of shape `(batch, 1)`, float32."""
+        mean, scale = self.tabor
+        return ((symlog(np.asarray(tabor, dtype=np.float64)) - mean) / scale).astype(np.float32).reshape(-1, 1)
+
+    def scale_force(self, force: np.ndarray) -> np.ndarray:
+        """Scale forces of any shape, float64."""
+        mean, scale = self.force
+        return (symlog(np.asarray(force, dtype=np.float64)) - mean) / scale
+
+    def unscale_force(self, scaled: np.ndarray) -> np.ndarray:
+        """Return physical forces, the exact inverse of `scale_force`."""
+        mean, scale = self.force
+        return symexp(np.asarray(scaled, dtype=np.float64) * scale + mean)
+
+    def to_json(self) -> str:
+        """Return the scaling as JSON; floats survive the round trip exactly."""
+        return json.dumps({"format": FORMAT, "format_version": FORMAT_VERSION, **asdict(self)}, indent=1)
+
+    @classmethod
+    def from_json(cls, text: str, source: str | Path) -> Scaling:
+        """Read what `to_json` wrote.
+
+        Args:
+            text: The JSON.
+            source: Where it is from, for messages.
+
+        Raises:
+            ValueError: the text is not a scaling, or its channels do not match its feature set.
+        """
+        try:
+            content = json.loads(text)
+            if (content.pop("format"), content.pop("format_version")) != (FORMAT, FORMAT_VERSION):
+                raise KeyError("format")
+            scaling = cls(
+                features=_text(content["features"]),
+                channel_mean=_finite(content["channel_mean"]),
+                channel_scale=_finite(content["channel_scale"]),
+                tabor=_finite(content["tabor"], count=2),
+                force=_finite(content["force"], count=2),
+                ranges={name: _finite(bounds, count=2) for name, bounds in content["ranges"].items()},
+                dataset_sha256=_text(content["dataset_sha256"]),
+            )
+            if min(*scaling.channel_scale, scaling.tabor[1], scaling.force[1]) <= 0.0:
+                raise ValueError("a deviation that is not above zero")
+        except (ValueError, AttributeError, KeyError, TypeError, OverflowError, RecursionError) as error:
+            raise ValueError(
+                f"Expected a {FORMAT} file of version {FORMAT_VERSION}. Received: path={source}"
+            ) from error
+        expected = len(channel_names(scaling.features))
+        if len(scaling.channel_mean) != expected or len(scaling.channel_scale) != expected:
+            raise ValueError(
+                f"Expected {expected} channels for feature set {scaling.features}. "
+                f"Received: {len(scaling.channel_mean)} means and {len(scaling.channel_scale)} deviations in {source}"
+            )
+        return scaling
+
+    def save(self, path: str | Path) -> None:
+        """Write the scaling as JSON."""
+        Path(path).write_text(self.to_json() + "\n", encoding="utf-8")
+
+    @classmethod
+    def load(cls, path: str | Path) -> Scaling:
+        """Read what `save` wrote.
+
+        Raises:
+            FileNotFoundError: no such file.
+            ValueError: the file is not a scaling, or its channels do not match its feature set.
+        """
+        try:
+            text = Path(path).read_text(encoding="utf-8")
+        except UnicodeDecodeError as error:
+            raise ValueError(f"Expected a {FORMAT} file of version {FORMAT_VERSION}. Received: path={path}") from error
+        return cls.from_json(text, source=path)
+
+
+def _text(value: Any) -> str:
+    if not isinstance(value, str):
+        raise TypeError("no text")
+    return value
+
+
+def _finite(values: Any, count: int | None = None) -> tuple[float, ...]:
+    if not isinstance(values, list) or count not in (None, len(values)):
+        raise TypeError("no list of that length")
+    if not all(type(value) in (int, float) and math.isfinite(value) for value in values):
+        raise ValueError("no finite numbers")
+    return tuple(values)
+
+
+def _transform_channels(channels: np.ndarray, features: str) -> np.ndarray:
+    names = channel_names(features)
+    if channels.shape[-1] != len(names):
+        raise ValueError(
+            f"Expected {len(names)} channels ({', '.join(names)}) for feature set {features}. "
+            f"Received: channels of shape {channels.shape}"
+        )
+    columns = []
+    for index, name in enumerate(names):
+        column = np.asarray(channels[..., index], dtype=np.float64)
+        for _ in range(SYMLOG_PASSES[name]):
+            column = symlog(column)
+        columns.append(column)
+    return np.stack(columns, axis=-1)
+
+
+def _moments(transformed: np.ndarray, axis: tuple[int, ...] | None = None) -> tuple[np.ndarray, np.ndarray]:
+    mean, scale = transformed.mean(axis=axis), transformed.std(axis=axis)
+    # What never varies but by rounding carries no information: it is shifted to zero and left at that.
+    return mean, np.where(scale > 1e-12 * (1.0 + np.abs(mean)), scale, 1.0)
+
+
+def _scalar_moments(values: np.ndarray) -> tuple[float, float]:
+    mean, scale = _moments(symlog(np.asarray(values, dtype=np.float64)))
+    return float(mean), float(scale)

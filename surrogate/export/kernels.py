@@ -1,0 +1,234 @@
+"""Compiled kernels of the step-by-step prediction: one pass over a program of elementary operations.
+
+A program is an integer array of shape `(operations, COLUMNS)`; a row holds a kind, where the operation finds its inputs
+and leaves its result in one float32 vector of values, where its weights begin in a second one, and where its state
+begins in a third. Nothing here allocates. Gates are in ONNX order: i, o, f, c.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from surrogate.data.features import ACCELERATION_SMOOTHING
+
+KINDS = ("add", "append", "convolve", "dense", "lstm", "mix", "modulate", "normalise", "relu")
+ADD, APPEND, CONVOLVE, DENSE, LSTM, MIX, MODULATE, NORMALISE, RELU = range(len(KINDS))
+
+COLUMNS = ("kind", "first", "second", "result", "width_in", "width", "weights", "state", "points", "dilation")
+
+CHANNELS = ("time", "indentation", "velocity", "acceleration", "edge")
+
+# What a step remembers of the motion, float64.
+TIME, INDENTATION, VELOCITY, ACCELERATION, STEPS, ORIGIN, LATEST = range(7)
+MOTION_SIZE = 7
+
+compiled = njit(cache=True, error_model="numpy", nogil=True)
+
+# Sums of products may be reordered, which lets them run in vector registers; NaN and infinity keep their meaning.
+compiled_sums = njit(cache=True, error_model="numpy", nogil=True, fastmath={"reassoc", "contract"})
+
+
+@compiled_sums
+def accumulate(matrix: np.ndarray, vector: np.ndarray, result: np.ndarray) -> None:
+    """Add `matrix @ vector` to the result; the matrix is flat, row after row."""
+    columns = vector.size
+    for row in range(result.size):
+        total = np.float32(0.0)
+        start = row * columns
+        for column in range(columns):
+            total += matrix[start + column] * vector[column]
+        result[row] += total
+
+
+@compiled
+def hyperbolic_tangents(values: np.ndarray) -> None:
+    """Replace float32 values by their hyperbolic tangents, to 4e-7; by NaN what is not finite.
+
+    A rational function runs in vector registers where `math.tanh` does not. Source of its coefficients: the minimax
+    approximation of the Eigen library, `generic_fast_tanh_float`.
+    """
+    for index in range(values.size):
+        x = min(max(values[index], np.float32(-7.90531110763549805)), np.float32(7.90531110763549805))
+        s = x * x
+        p = np.float32(-2.76076847742355e-16)
+        p = p * s + np.float32(2.00018790482477e-13)
+        p = p * s + np.float32(-8.60467152213735e-11)
+        p = p * s + np.float32(5.12229709037114e-08)
+        p = p * s + np.float32(1.48572235717979e-05)
+        p = p * s + np.float32(6.37261928875436e-04)
+        p = p * s + np.float32(4.89352455891786e-03)
+        q = np.float32(1.19825839466702e-06)
+        q = q * s + np.float32(1.18534705686654e-04)
+        q = q * s + np.float32(2.26843463243900e-03)
+        q = q * s + np.float32(4.89352518554385e-03)
+        # The clamp turns what is not finite into a bound; the second term brings it back as NaN.
+        values[index] = x * p / q + (values[index] - values[index])
+
+
+@compiled
+def lstm_step(weights: np.ndarray, x: np.ndarray, state: np.ndarray, gates: np.ndarray) -> None:
+    """Advance one LSTM layer.
+
+    Args:
+        weights: Input kernel, recurrent kernel and bias, flat.
+        x: The input of shape `(inputs,)`.
+        state: Hidden state, then cell state, of shape `(2 units,)`; updated.
+        gates: Scratch of shape `(4 units,)`.
+    """
+    units = gates.size // 4
+    hidden, cell = state[:units], state[units:]
+    split, end = gates.size * x.size, gates.size * (x.size + units)
+    gates[:] = weights[end : end + gates.size]
+    accumulate(weights[:split], x, gates)
+    accumulate(weights[split:end], hidden, gates)
+    half = np.float32(0.5)
+    for index in range(3 * units):
+        gates[index] *= half
+    hyperbolic_tangents(gates)
+    for index in range(units):
+        admit = half + half * gates[index]
+        keep = half + half * gates[2 * units + index]
+        cell[index] = keep * cell[index] + admit * gates[3 * units + index]
+        hidden[index] = cell[index]
+    hyperbolic_tangents(hidden)
+    for index in range(units):
+        hidden[index] *= half + half * gates[units + index]
+
+
+@compiled
+def normalise(weights: np.ndarray, x: np.ndarray, result: np.ndarray) -> None:
+    """Normalise a layer; the weights are gamma, beta and epsilon."""
+    width = x.size
+    mean = 0.0
+    for value in x:
+        mean += value
+    mean /= width
+    variance = 0.0
+    for value in x:
+        variance += (value - mean) ** 2
+    factor = 1.0 / math.sqrt(variance / width + weights[2 * width])
+    for index in range(width):
+        result[index] = np.float32((x[index] - mean) * factor) * weights[index] + weights[width + index]
+
+
+@compiled
+def convolve_step(
+    weights: np.ndarray, x: np.ndarray, ring: np.ndarray, result: np.ndarray, points: int, dilation: int, steps: int
+) -> None:
+    """Advance a causal convolution, whose past inputs are kept in a ring of rows; the bias follows the kernel."""
+    inputs, rows = x.size, ring.size // x.size
+    row = steps % rows
+    ring[row * inputs : (row + 1) * inputs] = x
+    size = result.size * inputs
+    result[:] = weights[points * size : points * size + result.size]
+    for point in range(points):
+        back = (points - 1 - point) * dilation
+        if back <= steps:
+            row = (steps - back) % rows
+            accumulate(weights[point * size : (point + 1) * size], ring[row * inputs : (row + 1) * inputs], result)
+
+
+@compiled
+def symlog(value: float) -> float:
+    """Return sign(x) log(1 + |x|)."""
+    return math.copysign(math.log1p(abs(value)), value)
+
+
+@compiled
+def observe(motion: np.ndarray, time: float, indentation: float) -> None:
+    """Update velocity and smoothed acceleration by a new point; the first one sets the clock to zero."""
+    if motion[STEPS] == 0.0:
+        motion[ORIGIN] = time
+    motion[LATEST] = time
+    time -= motion[ORIGIN]
+    velocity = 0.0
+    acceleration = 0.0
+    if motion[STEPS] > 0.0:
+        step = time - motion[TIME]
+        velocity = (indentation - motion[INDENTATION]) / step
+        raw = (velocity - motion[VELOCITY]) / step
+        acceleration = ACCELERATION_SMOOTHING * raw + (1.0 - ACCELERATION_SMOOTHING) * motion[ACCELERATION]
+    motion[TIME] = time
+    motion[INDENTATION] = indentation
+    motion[VELOCITY] = velocity
+    motion[ACCELERATION] = acceleration
+    motion[STEPS] += 1.0
+
+
+@compiled
+def advance(
+    program: np.ndarray,
+    weights: np.ndarray,
+    values: np.ndarray,
+    state: np.ndarray,
+    motion: np.ndarray,
+    channels: np.ndarray,
+    moments: np.ndarray,
+    time: float,
+    indentation: float,
+    edge: float,
+) -> float:
+    """Take one step and return the physical force.
+
+    Args:
+        program: Operations of shape `(operations, columns)`.
+        weights: All weights, float32.
+        values: The Tabor parameter's results, the channels and all other results, float32; the channels come first.
+        state: All recurrent states, float32; updated.
+        motion: What is remembered of the motion, float64; updated.
+        channels: Number in `CHANNELS` and symlog passes of every channel, of shape `(channels, 2)`.
+        moments: Mean and deviation of every channel, then of the force, of shape `(channels + 1, 2)`.
+        time: The new point's time by any clock.
+        indentation: The new point's indentation.
+        edge: One at an end of the dwell, else zero.
+    """
+    steps = int(motion[STEPS])
+    observe(motion, time, indentation)
+    for index in range(channels.shape[0]):
+        code = channels[index, 0]
+        raw = edge if code == 4 else motion[code]
+        for _ in range(channels[index, 1]):
+            raw = symlog(raw)
+        values[index] = np.float32((raw - moments[index, 0]) / moments[index, 1])
+
+    for row in range(program.shape[0]):
+        kind, first, second, target, width_in, width, at, state_at, points, dilation = program[row]
+        x = values[first : first + width_in]
+        result = values[target : target + width]
+        if kind == LSTM:
+            # The scratch for the gates lies behind the result.
+            lstm_step(
+                weights[at:], x, state[state_at : state_at + 2 * width], values[target + width : target + 5 * width]
+            )
+            result[:] = state[state_at : state_at + width]
+        elif kind == DENSE:
+            result[:] = weights[at + width * width_in : at + width * (width_in + 1)]
+            accumulate(weights[at:], x, result)
+        elif kind == RELU:
+            # Written so that NaN passes.
+            for index in range(width):
+                result[index] = np.float32(0.0) if x[index] < 0.0 else x[index]
+        elif kind == NORMALISE:
+            normalise(weights[at:], x, result)
+        elif kind == CONVOLVE:
+            reach = ((points - 1) * dilation + 1) * width_in
+            convolve_step(weights[at:], x, state[state_at : state_at + reach], result, points, dilation, steps)
+        elif kind == ADD:
+            for index in range(width):
+                result[index] = x[index] + values[second + index]
+        elif kind == APPEND:
+            result[:width_in] = x
+            result[width_in] = weights[at]
+        elif kind == MODULATE:
+            for index in range(width):
+                result[index] = weights[at + index] * x[index] + weights[at + width + index]
+        else:
+            for index in range(width):
+                result[index] = weights[at] * x[index] + weights[at + 1] * values[second + index]
+
+    last = program[-1, 3]
+    scaled = values[last] * moments[-1, 1] + moments[-1, 0]
+    return math.copysign(math.expm1(abs(scaled)), scaled)

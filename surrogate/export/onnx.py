@@ -1,0 +1,217 @@
+"""Trained models as ONNX files that take physical inputs and return physical forces.
+
+Features, scaling and network are one graph, so the file alone is enough. Inputs, all float64: `times`, `indentations`
+and `edge` of shape `(batch, steps)`, `tabor` of shape `(batch,)`; output: `force` of shape `(batch, steps)`, float64.
+`edge` is one at the first and last point of the dwell and zero elsewhere. Differences of large times cancel, so
+everything before the network and after it is float64; the network itself is float32, each LSTM one ONNX operator.
+
+The file's metadata say whose it is: `format`, `format_version`, `name`, `architecture`, `features`, `ranges` (JSON,
+smallest and largest training value of each protocol quantity), `scaling` (JSON), `plan` (JSON, see
+`surrogate.export.graph`), `dataset_sha256`, `weights_sha256` (of `model.weights.h5`) and, last, `content_sha256` (see
+`surrogate.export.onnx_seal`).
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import onnx
+from onnx import TensorProto, helper, numpy_helper
+
+from bem._support.outputs import whole_file
+from bem.dataset.designs import QUANTITIES
+from bem.dataset.measurement_steps import FMS, measurement_grid
+from surrogate.architectures.naming import split_name
+from surrogate.architectures.registry import REGISTERED
+from surrogate.data.features import ACCELERATION_SMOOTHING, channel_names, edge_from_counts
+from surrogate.data.scaling import SYMLOG_PASSES, Scaling
+from surrogate.export.graph import SEQUENCE, TABOR, NotExportableError, Plan, lower
+from surrogate.export.onnx_graph import EMITTERS, Graph
+from surrogate.export.onnx_seal import sealed
+from surrogate.inference.backends import ONNX_FORMAT, ONNX_FORMAT_VERSION, ONNX_NAME, KerasBackend, keras_model
+from surrogate.inference.model_files import read_run
+
+if TYPE_CHECKING:
+    import keras
+
+# The newest pair the ONNX Runtimes of browsers have long known.
+OPSET, IR_VERSION = 17, 8
+
+AGREEMENT = 1e-3
+"""How far a registered architecture's ONNX file may be from Keras, as a share of each history's force range."""
+
+
+def export_folder(folder: Path) -> Path:
+    """Write `model.onnx` into a model directory, from its weights and scaling.
+
+    Returns:
+        The file's path.
+
+    Raises:
+        FileNotFoundError: the directory is not complete.
+        ValueError: the weights do not fit.
+    """
+    target = folder / ONNX_NAME
+    with whole_file(target) as part:
+        part.write_bytes(folder_content(folder))
+    return target
+
+
+def folder_content(folder: Path) -> bytes:
+    """Return the ONNX file of a model directory's weights and scaling.
+
+    Raises:
+        FileNotFoundError: the directory is not complete.
+        NotExportableError: an architecture of one's own has a layer that cannot be exported.
+        ValueError: the weights do not fit.
+    """
+    run, scaling = read_run(folder)
+    model = keras_model(folder, run)
+    weights = hashlib.sha256((folder / "model.weights.h5").read_bytes()).hexdigest()
+    graph = build_graph(model, scaling, name=run["name"], architecture=run["architecture"], weights_sha256=weights)
+    content = graph.SerializeToString(deterministic=True)
+    if split_name(run["architecture"])[0] in REGISTERED:
+        _require_agreement(content, model, scaling)
+    return sealed(content)
+
+
+def _require_agreement(content: bytes, model: keras.Model, scaling: Scaling) -> None:
+    """Compare with Keras on protocols inside the ranges; the eighteen's layers are compared by the tests."""
+    import onnxruntime
+
+    protocols = {name: np.linspace(*scaling.ranges[name], 4)[1:] for name in QUANTITIES}
+    times, indentations = measurement_grid(**protocols)
+    arguments = {"times": times, "indentations": indentations, "tabor": protocols["tabor"]}
+    arguments["edge"] = edge_from_counts(FMS, len(times))
+    expected = KerasBackend(model, scaling).force(**arguments)
+    (found,) = onnxruntime.InferenceSession(content, providers=["CPUExecutionProvider"]).run(["force"], arguments)
+    differences = np.abs(found - expected).max(axis=1) / np.ptp(expected, axis=1)
+    if not differences.max() <= AGREEMENT:
+        raise NotExportableError(
+            f"Expected an ONNX file that agrees with Keras to {AGREEMENT:g} of the force's range. "
+            f"Received: one that differs by {differences.max():.1e}, as a layer is not what it is taken for"
+        )
+
+
+def build_graph(
+    model: keras.Model, scaling: Scaling, *, name: str, architecture: str, weights_sha256: str = ""
+) -> onnx.ModelProto:
+    """Translate a trained model and its scaling to ONNX.
+
+    Args:
+        model: A model of `surrogate.build`.
+        scaling: Its scaling.
+        name: The name it is published under.
+        architecture: The architecture's name.
+        weights_sha256: Digest of the weights file, for readers to compare.
+
+    Returns:
+        The ONNX model, checked.
+
+    Raises:
+        NotExportableError: the model has layers unknown to `surrogate.export.graph`.
+        ValueError: the model has weights that are not finite.
+    """
+    plan = lower(model)
+    for weight, values in plan.weights.items():
+        if not np.isfinite(values).all():
+            raise ValueError(f"Expected finite weights. Received: NaN or infinity in {weight} of {name}")
+    graph = Graph()
+    sequence = _scaled_channels(graph, scaling)
+    mean, deviation = scaling.tabor
+    tabor = graph.standardise(graph.symlog("tabor"), np.array(mean), np.array(deviation))
+    tabor = graph.add("Unsqueeze", graph.cast(tabor, TensorProto.FLOAT), graph.integers([1]))
+
+    results = {SEQUENCE: sequence, TABOR: tabor}
+    graph.initializers |= plan.weights
+    for operation in plan.operations:
+        results[operation.name] = EMITTERS[operation.kind](graph, operation, [results[i] for i in operation.inputs])
+
+    scaled = graph.cast(graph.add("Squeeze", results[plan.output], graph.integers([2])), TensorProto.DOUBLE)
+    mean, deviation = scaling.force
+    scaled = graph.add("Add", graph.add("Mul", scaled, graph.number(deviation)), graph.number(mean))
+    graph.symexp(scaled, "force")
+
+    content = helper.make_model(
+        graph.finish(name), opset_imports=[helper.make_opsetid("", OPSET)], producer_name="contact-trajectories"
+    )
+    content.ir_version = IR_VERSION
+    helper.set_model_props(content, _metadata(plan, scaling, name, architecture, weights_sha256))
+    onnx.checker.check_model(content, full_check=True)
+    return content
+
+
+def _metadata(plan: Plan, scaling: Scaling, name: str, architecture: str, weights_sha256: str) -> dict[str, str]:
+    return {
+        "format": ONNX_FORMAT,
+        "format_version": str(ONNX_FORMAT_VERSION),
+        "name": name,
+        "architecture": architecture,
+        "features": scaling.features,
+        "ranges": json.dumps(scaling.ranges),
+        "scaling": scaling.to_json(),
+        "plan": json.dumps([operation.as_dict() for operation in plan.operations]),
+        "dataset_sha256": scaling.dataset_sha256,
+        "weights_sha256": weights_sha256,
+    }
+
+
+def _scaled_channels(graph: Graph, scaling: Scaling) -> str:
+    velocity = None
+    columns = []
+    for channel in channel_names(scaling.features):
+        if channel in ("velocity", "acceleration") and velocity is None:
+            velocity = graph.slope("indentations")
+        column = {
+            "time": lambda: "times",
+            "indentation": lambda: "indentations",
+            "velocity": lambda v=velocity: v,
+            "acceleration": lambda v=velocity: _moving_average(graph, graph.slope(v)),
+            "edge": lambda: "edge",
+        }[channel]()
+        for _ in range(SYMLOG_PASSES[channel]):
+            column = graph.symlog(column)
+        columns.append(graph.add("Unsqueeze", column, graph.integers([2])))
+    stacked = graph.add("Concat", *columns, axis=2)
+    mean, deviation = (np.array(values) for values in (scaling.channel_mean, scaling.channel_scale))
+    return graph.cast(graph.standardise(stacked, mean, deviation), TensorProto.FLOAT)
+
+
+def _moving_average(graph: Graph, source: str) -> str:
+    """Exponential moving average along the steps, from zero, as a scan."""
+    state, item, result = (
+        helper.make_tensor_value_info(name, TensorProto.DOUBLE, ["batch"]) for name in ("before", "raw", "after")
+    )
+    output = helper.make_tensor_value_info("smooth", TensorProto.DOUBLE, ["batch"])
+    weights = {"share": ACCELERATION_SMOOTHING, "rest": 1.0 - ACCELERATION_SMOOTHING}
+    body = helper.make_graph(
+        [
+            helper.make_node("Mul", ["raw", "share"], ["new"]),
+            helper.make_node("Mul", ["before", "rest"], ["old"]),
+            helper.make_node("Add", ["new", "old"], ["after"]),
+            helper.make_node("Identity", ["after"], ["smooth"]),
+        ],
+        "moving_average",
+        [state, item],
+        [result, output],
+        initializer=[numpy_helper.from_array(np.array(value), key) for key, value in weights.items()],
+    )
+    start = graph.add("Mul", TABOR, graph.number(0.0))
+    smooth = f"Scan_{len(graph.nodes)}"
+    graph.nodes.append(
+        helper.make_node(
+            "Scan",
+            [start, source],
+            [f"{smooth}_last", smooth],
+            name=smooth,
+            body=body,
+            num_scan_inputs=1,
+            scan_input_axes=[1],
+            scan_output_axes=[1],
+        )
+    )
+    return smooth

@@ -1,0 +1,1 @@
+"""How a trained model predicts: backends, predictor, range of validity, streaming."""

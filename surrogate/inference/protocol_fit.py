@@ -1,0 +1,293 @@
+"""The load-dwell-unload protocol a measured history follows, fitted through its noise.
+
+The path is straight from the first instant to the peak, flat over the dwell, and straight to the last instant. Its
+corners are found by least squares: the levels of start, peak and end are linear in the path, so only the two instants
+of the dwell's ends are searched for, first over the points of the history and then between them. What is likely is
+taken where the points do not contradict it: corners where the sampling rate changes, ends where they are expected.
+Units as in `bem.protocol`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from bem.dataset.measurement_steps import FMS, measurement_grid
+
+EXACT = 1e-6
+"""A history lies on its protocol when no point is farther from it than this share of the travel, as rounding is."""
+LARGEST_BEND = 0.02
+"""How far averages over neighbouring points may lie from the protocol, as a share of the travel."""
+LARGEST_NOISE = 0.05
+"""How much points may scatter (standard deviation), as a share of the travel."""
+SAMPLING_TOLERANCE = 1e-3
+"""How much two steps of one sampling rate may differ, as a share of them."""
+SMALLEST_RETURN = 0.1
+"""How far each ramp must lead at least, as a share of the travel."""
+FEWEST_POINTS = 4
+"""In a ramp, for its rate to be told from noise."""
+CANDIDATES, DECIMATED, BLOCKS = 32, 1000, 24
+
+
+class NotOneCycleError(ValueError):
+    """A history is not one load-dwell-unload cycle."""
+
+
+@dataclass(frozen=True)
+class FittedProtocol:
+    """A load-dwell-unload path.
+
+    Args:
+        corners: Its four instants, shape `(4,)`; the middle ones coincide without a dwell.
+        start_indentation: Indentation at the first of them.
+        peak_indentation: Indentation over the dwell.
+        end_indentation: Indentation at the last.
+        residual: Root mean square distance of the history's points from the path.
+        exact: Whether they lie on it but for rounding.
+    """
+
+    corners: np.ndarray
+    start_indentation: float
+    peak_indentation: float
+    end_indentation: float
+    residual: float
+    exact: bool
+
+    @property
+    def loading_rate(self) -> float:
+        """Speed of approach."""
+        return float((self.peak_indentation - self.start_indentation) / (self.corners[1] - self.corners[0]))
+
+    @property
+    def dwell_time(self) -> float:
+        """Time at the peak."""
+        return float(self.corners[2] - self.corners[1])
+
+    @property
+    def unloading_rate(self) -> float:
+        """Speed of withdrawal."""
+        return float((self.peak_indentation - self.end_indentation) / (self.corners[3] - self.corners[2]))
+
+    @property
+    def travel(self) -> float:
+        """From the lowest indentation to the peak."""
+        return self.peak_indentation - min(self.start_indentation, self.end_indentation)
+
+    def with_dwell(self, dwell_time: float) -> FittedProtocol:
+        """Return the same path with a longer dwell, around the middle of its own."""
+        begin, first, second, end = self.corners
+        half = 0.5 * (dwell_time - self.dwell_time)
+        first, second = first - min(half, 0.1 * (first - begin)), second + min(half, 0.1 * (end - second))
+        return replace(self, corners=np.array([begin, first, second, end]))
+
+    def summary(self) -> dict[str, float]:
+        """Return the protocol's quantities and the residual, ready for JSON."""
+        names = ("start_indentation", "peak_indentation", "end_indentation", "loading_rate", "dwell_time")
+        return {name: float(getattr(self, name)) for name in (*names, "unloading_rate", "residual")}
+
+    def levels(self) -> np.ndarray:
+        """Indentations at the corners, shape `(4,)`."""
+        return np.array([self.start_indentation, *[self.peak_indentation] * 2, self.end_indentation])
+
+    def measurement_steps(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the instants and indentations of the fixed measurement steps, each of shape `(120,)`.
+
+        Raises:
+            ValueError: the path has no dwell.
+        """
+        unit = {"tabor": 1.0, "start_indentation": 0.0, "peak_indentation": 1.0}
+        rates = {"loading_rate": 1.0, "dwell_time": float(self.dwell_time > 0.0), "unloading_rate": 1.0}
+        (phase,), _ = measurement_grid(**unit, **rates, counts=FMS)
+        return np.interp(phase, range(4), self.corners), np.interp(phase, range(4), self.levels())
+
+    def words(self) -> str:
+        """The path and how well the history follows it, on one line."""
+        return (
+            f"from {self.start_indentation:.4g} to {self.peak_indentation:.4g} at {self.loading_rate:.4g}, dwell "
+            f"{self.dwell_time:.4g}, to {self.end_indentation:.4g} at {self.unloading_rate:.4g}; the points lie "
+            f"{self.residual:.2g} from it (rms), {100.0 * self.residual / self.travel:.2g} % of its travel"
+        )
+
+
+def fit_protocol(
+    times: np.ndarray, indentations: np.ndarray, *, edge: np.ndarray | None = None, ends: float | None = None
+) -> FittedProtocol:
+    """Fit a load-dwell-unload path to a measured indentation history.
+
+    Args:
+        times: Instants of shape `(steps,)`, strictly increasing.
+        indentations: Indentations of the same shape.
+        edge: Marks of the dwell's ends of the same shape, where they are known: one or two, which are then the corners.
+        ends: Where the protocol is thought to begin and end; taken where the points do not contradict it.
+
+    Returns:
+        The path.
+
+    Raises:
+        NotOneCycleError: the history is something else, or noise hides it.
+        ValueError: a ramp has too few points for its rate to be told.
+    """
+    if len(times) < 3:
+        raise NotOneCycleError(f"Expected a history of at least three points. Received: {len(times)}")
+    marks = np.flatnonzero(edge) if edge is not None else np.empty(0, dtype=int)
+    if marks.size > 2 or (marks.size and not 0 < marks[0] <= marks[-1] < len(times) - 1):
+        raise NotOneCycleError(
+            f"Expected marks of one dwell inside the history. Received: marks at {marks[:5].tolist()}"
+        )
+    # Corners as places in the sequence of points, which is well spread over all phases, however unequal they are.
+    if marks.size:
+        found, fixed = _path(times, indentations, marks[[0, -1]]), True
+    else:
+        found, fixed = _searched(times, indentations), False
+        sampled = _where_sampling_changes(times)
+        if sampled is not None and not found.exact:
+            other = _path(times, indentations, sampled)
+            found, fixed = (other, True) if _as_good(other, found, len(times)) else (found, False)
+    _require_cycle(times, indentations, found)
+    if found.exact:
+        return found
+    if not fixed:
+        _require_points(times, found)
+    if ends is not None:
+        place = np.interp(found.corners[1:3], times, np.arange(len(times)))
+        place = place if fixed else _between_points(times, indentations, place, ends)
+        other = _path(times, indentations, place, ends)
+        found = other if _as_good(other, found, len(times)) else found
+    return found
+
+
+def _as_good(other: FittedProtocol, found: FittedProtocol, count: int) -> bool:
+    """Whether two quantities fixed cost no more than noise does, by a likelihood ratio at three standard deviations."""
+    return other.residual**2 <= (1.0 + 9.0 / max(count - 5, 1)) * found.residual**2
+
+
+def _searched(times: np.ndarray, indentations: np.ndarray) -> FittedProtocol:
+    """The path of least squares: its corners at points where it then is exact, else anywhere between them."""
+    place = _nearest_points(times, indentations)
+    if len(times) > DECIMATED:
+        place = np.round(_between_points(times, indentations, place))
+    found = _path(times, indentations, place)
+    return found if found.exact else _path(times, indentations, _between_points(times, indentations, place))
+
+
+def _where_sampling_changes(times: np.ndarray) -> np.ndarray | None:
+    """The two points at which the time between points changes, as where instruments record each phase by itself."""
+    steps = np.diff(times)
+    changes = 1 + np.flatnonzero(np.abs(np.diff(steps)) > SAMPLING_TOLERANCE * np.minimum(steps[1:], steps[:-1]))
+    return changes[[0, -1]].astype(np.float64) if 1 <= changes.size <= 2 else None
+
+
+def _hats(times: np.ndarray, first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Weights of the start and of the end at all instants, for corners of shape `(pairs, 1)`: `(pairs, steps)` each."""
+    start = np.clip((first - times) / (first - times[0]), 0.0, 1.0)
+    end = np.clip((times - second) / (times[-1] - second), 0.0, 1.0)
+    return start, end
+
+
+def _levels(
+    start: np.ndarray, end: np.ndarray, indentations: np.ndarray, ends: float | None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Least-squares levels of start, peak and end, `(pairs, 3)`, and the residuals of the points, `(pairs, steps)`."""
+    peak = 1.0 - start - end
+    if ends is not None:
+        rest = indentations - ends * (start + end)
+        height = (peak * rest).sum(axis=-1) / (peak * peak).sum(axis=-1)
+        levels = np.stack([np.full_like(height, ends), height, np.full_like(height, ends)], axis=-1)
+    else:
+        basis = np.stack([start, peak, end], axis=-1)
+        moments = np.swapaxes(basis, -1, -2) @ basis
+        levels = np.linalg.solve(moments, np.swapaxes(basis, -1, -2) @ indentations[:, np.newaxis])[..., 0]
+    path = start * levels[:, :1] + peak * levels[:, 1:2] + end * levels[:, 2:]
+    return levels, indentations - path
+
+
+def _residuals(
+    times: np.ndarray, indentations: np.ndarray, places: np.ndarray, ends: float | None = None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Corner instants `(pairs, 2)`, levels and residuals for corners at some places `(pairs, 2)` of the sequence."""
+    corners = np.interp(places, np.arange(len(times)), times)
+    return corners, *_levels(*_hats(times, corners[:, :1], corners[:, 1:]), indentations, ends)
+
+
+def _nearest_points(times: np.ndarray, indentations: np.ndarray) -> np.ndarray:
+    """The pair of points nearest to the corners: over ever finer grids around the best pair."""
+    count = len(times)
+    kept = np.unique(np.linspace(0, count - 1, min(count, DECIMATED)).round().astype(int))
+    # What the search sees of a long history; corners may be at any of its points.
+    at, depth = np.searchsorted(kept, np.arange(count)), indentations[kept]
+    step = max(1, count // CANDIDATES)
+    around = np.append(np.arange(1, count - 1, step), count - 2)
+    firsts = seconds = around
+    while True:
+        pairs = np.array([(one, two) for one in np.unique(firsts) for two in np.unique(seconds) if one <= two])
+        inside = np.clip(at[pairs], 1, len(kept) - 2).astype(np.float64)
+        _, _, residuals = _residuals(times[kept], depth, inside)
+        best = pairs[int(np.argmin((residuals**2).sum(axis=-1)))]
+        if step == 1:
+            return best.astype(np.float64)
+        step = max(1, step // 4)
+        near = np.arange(-5, 6) * step
+        firsts, seconds = (np.clip(one + near, 1, count - 2) for one in best)
+
+
+def _between_points(
+    times: np.ndarray, indentations: np.ndarray, place: np.ndarray, ends: float | None = None
+) -> np.ndarray:
+    """Move the corners off the points to the least sum of squares."""
+    from scipy.optimize import least_squares
+
+    def residuals(found: np.ndarray) -> np.ndarray:
+        places = np.array([[found[0], min(found[0] + found[1], len(times) - 2.0)]])
+        return _residuals(times, indentations, places, ends)[2][0]
+
+    last = len(times) - 2.0
+    begin = np.clip([place[0], place[1] - place[0]], [1.0, 0.0], [last, last])
+    found = least_squares(residuals, begin, bounds=([1.0 - 1e-9, -1e-9], [last + 1e-9, last + 1e-9]), diff_step=1e-3).x
+    first = float(np.clip(found[0], 1.0, last))
+    return np.array([first, np.clip(first + max(found[1], 0.0), first, last)])
+
+
+def _path(times: np.ndarray, indentations: np.ndarray, place: np.ndarray, ends: float | None = None) -> FittedProtocol:
+    corners, levels, residuals = _residuals(times, indentations, place[np.newaxis], ends)
+    start, peak, end = levels[0].tolist()
+    return FittedProtocol(
+        corners=np.array([times[0], *corners[0], times[-1]]),
+        start_indentation=start,
+        peak_indentation=peak,
+        end_indentation=end,
+        residual=float(np.sqrt(np.mean(residuals[0] ** 2))),
+        exact=bool(np.abs(residuals[0]).max() <= EXACT * np.ptp(indentations)),
+    )
+
+
+def _require_cycle(times: np.ndarray, indentations: np.ndarray, found: FittedProtocol) -> None:
+    """Tell noise, which averages out, from another path, which does not."""
+    residual = indentations - np.interp(times, found.corners, found.levels())
+    block = max(len(times) // BLOCKS, 1)
+    means = np.convolve(residual, np.full(block, 1.0 / block), mode="valid")
+    scatter = float(np.std(np.diff(residual)) / np.sqrt(2.0))
+    bend = float(np.abs(means).max()) - 4.0 * scatter / np.sqrt(block)
+    away = found.peak_indentation - max(found.start_indentation, found.end_indentation)
+    returns = away > SMALLEST_RETURN * found.travel
+    if not (returns and bend <= LARGEST_BEND * found.travel and scatter <= LARGEST_NOISE * found.travel):
+        raise NotOneCycleError(
+            f"Expected one cycle of a straight approach, a dwell and a straight withdrawal. Received: points "
+            f"{100.0 * found.residual / np.ptp(indentations):.2g} % of their range (rms) from the nearest such path"
+            if np.ptp(indentations)
+            else "Expected one cycle of approach, dwell and withdrawal. Received: a constant indentation"
+        )
+
+
+def _require_points(times: np.ndarray, found: FittedProtocol) -> None:
+    counts = {
+        "loading": int(np.count_nonzero(times <= found.corners[1])),
+        "unloading": int(np.count_nonzero(times >= found.corners[2])),
+    }
+    few = [f"{count} in {phase}" for phase, count in counts.items() if count < FEWEST_POINTS]
+    if few:
+        raise ValueError(
+            f"Expected at least {FEWEST_POINTS} points in loading and in unloading, to tell their rates. "
+            f"Received: {len(times)} points, {' and '.join(few)}; record more of them, mark the dwell's ends in a "
+            "column edge, or give the protocol itself instead of a history"
+        )

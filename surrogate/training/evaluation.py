@@ -1,0 +1,81 @@
+"""Errors of a trained model on the trajectories of a data set."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import keras
+import numpy as np
+
+from surrogate.data.dataset import Split, TrajectoryDataset
+from surrogate.data.features import channels, edge_from_counts
+from surrogate.data.metrics import trajectory_errors
+from surrogate.data.scaling import Scaling
+from surrogate.inference.predictor import Surrogate
+from surrogate.training.loop import Examples, predict_scaled
+
+
+def physical_channels(dataset: TrajectoryDataset, indices: np.ndarray, features: str) -> np.ndarray:
+    """Return the unscaled channels of some trajectories, of shape `(batch, steps, channels)`."""
+    times, indentations = dataset.grid(indices)
+    return channels(times, indentations, edge_from_counts(dataset.counts, len(indices)), features)
+
+
+def scaled_examples(dataset: TrajectoryDataset, indices: np.ndarray, scaling: Scaling) -> Examples:
+    """Return what a model trains on or is tested with."""
+    return Examples(
+        sequence=scaling.scale_channels(physical_channels(dataset, indices, scaling.features)),
+        tabor=scaling.scale_tabor(dataset.protocols["tabor"][indices]),
+        force=scaling.scale_force(dataset.force[indices])[..., np.newaxis].astype(np.float32),
+    )
+
+
+def evaluate(
+    model: keras.Model, scaling: Scaling, dataset: TrajectoryDataset, indices: np.ndarray
+) -> dict[str, np.ndarray]:
+    """Return the errors of every given trajectory; see `surrogate.data.metrics.trajectory_errors`."""
+    times, indentations = dataset.grid(indices)
+    examples = scaled_examples(dataset, indices, scaling)
+    predicted = predict_scaled(model, examples.sequence, examples.tabor).astype(np.float64)
+    return trajectory_errors(
+        scaling.unscale_force(predicted),
+        dataset.force[indices],
+        predicted_scaled=predicted,
+        reference_scaled=scaling.scale_force(dataset.force[indices]),
+        times=times,
+        indentations=indentations,
+        unloading_from=dataset.counts[0] + dataset.counts[1] - 1,
+        native_pull_off_force=dataset.scalars["pull_off_force"][indices],
+    )
+
+
+def evaluate_published(
+    trained: Surrogate, folder: Path, dataset_path: Path
+) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """Return the test indices of a model directory and the model's errors there.
+
+    Raises:
+        ValueError: the data set is not the one the model was trained on, or lacks trajectories of its split.
+    """
+    dataset = TrajectoryDataset.load(dataset_path)
+    if dataset.sha256 != trained.scaling.dataset_sha256:
+        raise ValueError(
+            f"Expected the data set {trained.scaling.dataset_sha256[:12]} that {trained.name} was trained on. "
+            f"Received: {dataset_path} ({dataset.sha256[:12]})"
+        )
+    indices = Split.load(folder / "split.json").test
+    if not np.isin(indices, dataset.completed).all():
+        raise ValueError(
+            f"Expected test trajectories that {dataset_path} holds completed. Received: {folder / 'split.json'}"
+        )
+    return indices, evaluate(trained.model, trained.scaling, dataset, indices)
+
+
+def write_errors(path: Path, indices: np.ndarray, errors: dict[str, np.ndarray]) -> None:
+    """Write one row of errors per trajectory."""
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(["trajectory", *errors])
+        for row, index in enumerate(indices):
+            writer.writerow([int(index), *(f"{values[row]:.7g}" for values in errors.values())])

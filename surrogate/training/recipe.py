@@ -1,0 +1,172 @@
+"""Training recipes: everything that decides how a model is trained, read from TOML.
+
+Keys: `name`, `seed`, `batch_size`, `epochs`, `learning_rate` (the peak), optionally `optimizer` (`"adam"`, the default,
+or `"soap"`), `gradient_norm` (gradients are scaled down to that global norm), `weight_average` (the weights that are
+evaluated and kept are an exponential moving average of the trained ones, of this time constant as a share of all steps;
+a share, so that a shorter training does not average over its own beginning) and `dropout_until` (dropout is switched
+off after this share of the epochs, so that the last ones train the network that will predict; with dropout to the end,
+what follows it has only seen thinned activations and may predict with a bias), and at most one of two tables.
+`[cosine]` with `warmup_epochs`: a linear rise to the peak, then half a cosine to zero. `[plateau]` with `factor`,
+`patience`, `minimum_rate`, `stop_after`: the rate shrinks by `factor` after `patience` epochs without a better
+validation error and training stops after `stop_after`. Without a table the rate is constant. The weights of the best
+validation error are kept in every case.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import reprlib
+import tomllib
+from collections.abc import Sequence
+from dataclasses import MISSING, asdict, dataclass, fields, replace
+from importlib import resources
+from pathlib import Path
+from typing import Any, get_args, get_type_hints
+
+OPTIMIZERS = ("adam", "soap")
+KINDS = {int: "a whole number", float: "a finite number", str: "a text"}
+
+
+@dataclass(frozen=True)
+class Cosine:
+    """A linear rise of the rate, then half a cosine to zero at the last epoch."""
+
+    warmup_epochs: float = 0.0
+
+
+@dataclass(frozen=True)
+class Plateau:
+    """Shrink the rate, and in the end stop, when the validation error no longer falls."""
+
+    factor: float
+    patience: int
+    minimum_rate: float
+    stop_after: int
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """How to train; the module's docstring explains the fields."""
+
+    name: str
+    seed: int
+    batch_size: int
+    epochs: int
+    learning_rate: float
+    optimizer: str = "adam"
+    gradient_norm: float | None = None
+    weight_average: float | None = None
+    dropout_until: float | None = None
+    cosine: Cosine | None = None
+    plateau: Plateau | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("batch_size", "epochs", "learning_rate"):
+            if not getattr(self, name) > 0:
+                raise ValueError(f"Expected {name} above zero. Received: {name}={getattr(self, name)!r}")
+        if self.seed < 0:
+            raise ValueError(f"Expected a seed of zero or above. Received: seed={self.seed!r}")
+        if self.optimizer not in OPTIMIZERS:
+            raise ValueError(f"Expected optimizer in {', '.join(OPTIMIZERS)}. Received: optimizer={self.optimizer!r}")
+        if self.weight_average is not None and not 0.0 < self.weight_average <= 1.0:
+            raise ValueError(f"Expected weight_average in (0, 1]. Received: weight_average={self.weight_average!r}")
+        if self.dropout_until is not None and not 0.0 <= self.dropout_until <= 1.0:
+            raise ValueError(f"Expected dropout_until in [0, 1]. Received: dropout_until={self.dropout_until!r}")
+        if self.plateau and not self.plateau.stop_after > 0:
+            raise ValueError(f"Expected stop_after above zero. Received: stop_after={self.plateau.stop_after!r}")
+        if self.cosine and self.plateau:
+            raise ValueError("Expected at most one of [cosine] and [plateau]. Received: both")
+
+    @classmethod
+    def load(cls, source: str | Path) -> Recipe:
+        """Read a recipe of this package by name, such as `"swift"`, or any TOML file by path.
+
+        Raises:
+            FileNotFoundError: neither a recipe's name nor a file.
+            ValueError: not a recipe; the message names what is wrong.
+        """
+        packaged = {file.name.removesuffix(".toml"): file for file in _packaged_recipes()}
+        file = packaged.get(str(source), Path(source))
+        if not file.is_file():
+            raise FileNotFoundError(f"Expected a recipe ({', '.join(sorted(packaged))}) or a file. Received: {source}")
+        try:
+            content = tomllib.loads(file.read_text(encoding="utf-8"))
+        except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
+            raise ValueError(f"Expected a training recipe in TOML. Received: {source} ({error})") from error
+        for key, kind in (("cosine", Cosine), ("plateau", Plateau)):
+            if key in content:
+                content[key] = kind(**_checked(content[key], kind, f"the table [{key}]", source))
+        return cls(**_checked(content, cls, "a training recipe", source))
+
+    def with_overrides(self, **overrides: Any) -> Recipe:
+        """Return a copy with some fields replaced; `None` leaves a field as it is."""
+        return replace(self, **{name: value for name, value in overrides.items() if value is not None})
+
+    @property
+    def paced_by_epochs(self) -> bool:
+        """Whether `epochs` decides how an epoch goes; elsewhere it only says when training ends."""
+        return bool(self.cosine or self.weight_average or self.dropout_until is not None)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the fields that are set, tables as dictionaries."""
+        return {name: value for name, value in asdict(self).items() if value is not None}
+
+    def to_toml(self) -> str:
+        """Return the recipe as TOML, readable by `load`."""
+        scalars = [f"{name} = {_toml(value)}" for name, value in self.as_dict().items() if not isinstance(value, dict)]
+        tables = [
+            "\n".join([f"\n[{name}]", *(f"{key} = {_toml(value)}" for key, value in table.items())])
+            for name, table in self.as_dict().items()
+            if isinstance(table, dict)
+        ]
+        return "\n".join([*scalars, *tables]) + "\n"
+
+
+def _packaged_recipes() -> list[Any]:
+    folder = resources.files("surrogate.training") / "recipes"
+    return [file for file in folder.iterdir() if file.name.endswith(".toml")]
+
+
+def _checked(content: Any, kind: type, what: str, source: str | Path) -> dict[str, Any]:
+    """The keys and values of a table, which must be those of a data class.
+
+    Raises:
+        ValueError: a key is missing or unknown, or a value is of another kind; the message says which are allowed.
+    """
+    if not isinstance(content, dict):
+        raise ValueError(f"Expected {what}. Received: {reprlib.repr(content)} in {source}")
+    needed = [field.name for field in fields(kind) if field.default is MISSING]
+    optional = [field.name for field in fields(kind) if field.default is not MISSING]
+    found = {
+        "without": [key for key in needed if key not in content],
+        "with": [key for key in content if key not in (*needed, *optional)],
+    }
+    if any(found.values()):
+        allowed = f"Expected {', '.join(needed)}" if needed else f"Expected at most {', '.join(optional)}"
+        allowed += f", and if wanted {', '.join(optional)}," if needed and optional else ""
+        received = " and ".join(f"{word} {_listed(keys)}" for word, keys in found.items() if keys)
+        raise ValueError(f"{allowed} in {what}. Received: {source} {received}")
+    hints = get_type_hints(kind)
+    for key, value in content.items():
+        wanted = next(one for one in (*get_args(hints[key]), hints[key]) if one is not type(None))
+        if wanted in KINDS and not _is_a(wanted, value):
+            raise ValueError(
+                f"Expected {KINDS[wanted]} as {key} in {what}. Received: {reprlib.repr(value)} in {source}"
+            )
+    return content
+
+
+def _is_a(kind: type, value: Any) -> bool:
+    if kind is float:
+        return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+    return isinstance(value, kind) and not isinstance(value, bool)
+
+
+def _listed(keys: Sequence[str], most: int = 5) -> str:
+    shown = ", ".join(key if len(key) < 30 else reprlib.repr(key) for key in keys[:most])
+    return f"{shown} and {len(keys) - most} more" if len(keys) > most else shown
+
+
+def _toml(value: float | str) -> str:
+    return json.dumps(value) if isinstance(value, str) else repr(value)

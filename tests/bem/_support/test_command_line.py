@@ -1,0 +1,87 @@
+"""A module run as a command ends in a sentence and a status, not in a traceback."""
+
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+import typer
+from typer.testing import CliRunner
+
+import bem.cli.app
+import surrogate.cli.app
+from bem._support.command_line import run_main, sentence
+
+
+def ended(main, arguments, monkeypatch):
+    """Exit status of a module's function run with these arguments."""
+    monkeypatch.setattr(sys, "argv", ["study", *arguments])
+    with pytest.raises(SystemExit) as stop:
+        run_main(main)
+    return stop.value.code
+
+
+def study(count: int, stop: bool = False) -> None:
+    """Do something."""
+    if count < 1:
+        raise ValueError(f"count must be at least 1;\nreceived {count}")
+    if stop:
+        raise typer.Exit(75)
+
+
+def test_a_module_ends_with_its_status(monkeypatch):
+    assert ended(study, ["2"], monkeypatch) == 0
+    assert ended(study, ["2", "--stop"], monkeypatch) == 75
+
+
+@pytest.mark.parametrize(
+    ("argument", "words"), [("0", "count must be at least 1; received 0"), ("x", "is not a valid int")]
+)
+def test_a_mistake_becomes_one_sentence(argument, words, monkeypatch, capsys):
+    assert ended(study, [argument], monkeypatch) == 2
+    printed = capsys.readouterr().err
+    assert words in printed
+    assert printed.count("\n") == 1
+
+
+def test_what_did_not_work_out_becomes_one_sentence_too(monkeypatch, capsys):
+    def failed():
+        raise RuntimeError("a training failed;\nits log is in 'runs'")
+
+    assert ended(failed, [], monkeypatch) == 1
+    printed = capsys.readouterr().err
+    assert printed.endswith(": a training failed; its log is in 'runs'\n")
+    assert printed.count("\n") == 1
+
+
+def test_a_mistake_of_the_program_keeps_its_traceback(monkeypatch):
+    def unwritten():
+        raise NotImplementedError("later")
+
+    monkeypatch.setattr(sys, "argv", ["study"])
+    with pytest.raises(NotImplementedError):
+        run_main(unwritten)
+
+
+def test_a_module_is_called_by_the_name_it_was_run_by():
+    command = [sys.executable, "-m", "paper_figures.tables.table_quartiles", "--result", "nowhere.json"]
+    ended = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert ended.returncode == 2
+    assert ended.stderr.startswith("paper_figures.tables.table_quartiles: ")
+    assert ended.stderr.count("\n") == 1
+
+
+def test_a_sentence_is_one_line_of_bounded_length():
+    for error in (ValueError("a\n" + "x" * 10**6), OSError(36, "File name too long", "y" * 10**6)):
+        assert "\n" not in sentence(error)
+        assert len(sentence(error)) < 2100
+    assert sentence(ValueError("short  one")) == "short one"
+
+
+@pytest.mark.parametrize(("name", "app"), [("bem", bem.cli.app.app), ("surrogate", surrogate.cli.app.app)])
+def test_both_programs_tell_their_version(name, app):
+    project = tomllib.loads(Path(__file__).parents[3].joinpath("pyproject.toml").read_text(encoding="utf-8"))["project"]
+    told = CliRunner().invoke(app, ["--version"])
+    assert (told.exit_code, told.output) == (0, f"{name} {project['version']}\n")
+    assert "COMMAND" in CliRunner().invoke(app, ["--help"]).output

@@ -1,0 +1,144 @@
+import errno
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from bem._support.command_line import sentence
+from bem._support.outputs import Outputs, require_output, whole_file
+
+UNWRITABLE = "Expected an output file that can be written; received "
+
+
+def listing(folder):
+    return {path.name: path.read_text() for path in folder.iterdir()}
+
+
+def test_a_file_is_whole_or_not_there(tmp_path):
+    def fail(path):
+        with whole_file(path) as part:
+            part.write_text("half")
+            raise RuntimeError
+
+    with pytest.raises(RuntimeError):
+        fail(tmp_path / "out.csv")
+    assert list(tmp_path.iterdir()) == []
+    with whole_file(tmp_path / "out.csv") as part:
+        assert part.suffix == ".csv"
+        part.write_text("whole")
+    assert listing(tmp_path) == {"out.csv": "whole"}
+
+
+def write_both(first, second, words=("one", "two")):
+    with Outputs(first, None, second) as outputs:
+        for path, text in zip((first, second), words, strict=True):
+            with outputs.write(path) as part:
+                part.write_text(text)
+
+
+def test_several_files_appear_together(tmp_path, monkeypatch):
+    first, second = tmp_path / "a.csv", tmp_path / "b.png"
+    write_both(first, second)
+    assert listing(tmp_path) == {"a.csv": "one", "b.png": "two"}
+    write_both(first, second, ("three", "four"))
+    assert listing(tmp_path) == {"a.csv": "three", "b.png": "four"}
+
+    # The second refuses to take its place after the first has.
+    replace = Path.replace
+
+    def refuse(self, target):
+        if Path(target) == second and ".former" not in self.name:
+            raise PermissionError(errno.EACCES, "Permission denied", str(self))
+        return replace(self, target)
+
+    monkeypatch.setattr(Path, "replace", refuse)
+    with pytest.raises(ValueError, match=r"written; received .*b\.png \(Permission denied\)"):
+        write_both(first, second, ("five", "six"))
+    assert listing(tmp_path) == {"a.csv": "three", "b.png": "four"}
+    first.unlink()
+    with pytest.raises(ValueError, match="Permission denied"):
+        write_both(first, second, ("five", "six"))
+    assert listing(tmp_path) == {"b.png": "four"}
+
+
+def test_places_that_cannot_be_written(tmp_path):
+    for path in (tmp_path / f"{'n' * 300}.csv", Path("/proc/self/out.csv")):
+        with pytest.raises(ValueError, match=UNWRITABLE) as caught:
+            require_output(path)
+        assert str(path) in str(caught.value)
+        with pytest.raises(ValueError, match=UNWRITABLE), Outputs(tmp_path / "a.csv", path):
+            pass
+    for path in (tmp_path, tmp_path / "none" / "a.csv"):
+        with pytest.raises(ValueError, match="a directory that exists; received"):
+            require_output(path)
+    with pytest.raises(ValueError, match="different output files"):
+        Outputs(tmp_path / "a.csv", tmp_path / "a.csv")
+    require_output(tmp_path / f"{'n' * 250}.csv")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_link_that_leads_to_itself(tmp_path):
+    link = tmp_path / "loop.csv"
+    link.symlink_to(link)
+    with pytest.raises(ValueError, match=UNWRITABLE):
+        require_output(link)
+    assert link.is_symlink()
+
+
+@pytest.mark.skipif(os.name != "posix" or os.geteuid() != 0, reason="only the administrator can become somebody else")
+def test_a_read_only_directory_refuses_an_ordinary_user(tmp_path):
+    closed = tmp_path / "closed"
+    closed.mkdir(mode=0o755)
+    for folder in (tmp_path, *tmp_path.parents[:3]):
+        if folder.is_relative_to(Path("/tmp")) and folder != Path("/tmp"):
+            folder.chmod(0o755)
+    child = os.fork()
+    if child == 0:
+        os.setuid(65534)
+        try:
+            require_output(closed / "a.csv")
+        except ValueError as error:
+            os._exit(0 if "Permission denied" in str(error) else 2)
+        os._exit(1)
+    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
+
+
+def test_links_and_devices_stay_what_they_are(tmp_path):
+    (tmp_path / "target.csv").write_text("old")
+    (tmp_path / "link.csv").symlink_to(tmp_path / "target.csv")
+    with whole_file(tmp_path / "link.csv") as part:
+        part.write_text("new")
+    assert (tmp_path / "link.csv").is_symlink()
+    assert (tmp_path / "target.csv").read_text() == "new"
+    with whole_file("/dev/null") as part:
+        part.write_text("gone")
+    assert Path("/dev/null").is_char_device()
+    with pytest.raises(ValueError, match="No space left"), whole_file("/dev/full") as part:
+        part.write_text("nothing")
+
+
+def test_sentences():
+    assert sentence(PermissionError(errno.EACCES, "Permission denied", "a.csv")) == "Permission denied: a.csv"
+    assert sentence(FileNotFoundError("Expected\nthis")) == "Expected this"
+
+
+@pytest.mark.parametrize("module", ["bem", "surrogate"])
+def test_an_unknown_option_is_one_sentence(module):
+    result = subprocess.run([sys.executable, "-m", module, "--sideways"], capture_output=True, text=True, check=False)
+    assert (result.returncode, result.stdout) == (2, "")
+    assert result.stderr.startswith(f"{module}: No such option")
+    assert result.stderr.count("\n") == 1
+    helped = subprocess.run([sys.executable, "-m", module], capture_output=True, text=True, check=False)
+    assert "Usage" in helped.stdout + helped.stderr
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device that is always full")
+def test_a_full_standard_output_is_one_sentence():
+    with Path("/dev/full").open("w") as full:
+        result = subprocess.run(
+            [sys.executable, "-m", "bem", "--help"], stdout=full, stderr=subprocess.PIPE, text=True, check=False
+        )
+    assert result.returncode != 0
+    assert "Traceback" not in result.stderr

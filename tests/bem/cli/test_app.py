@@ -1,0 +1,168 @@
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from bem.cli.app import app, parse_material, readable
+from bem.materials import Elastic, PronySeries, StandardLinearSolid
+from bem.trajectory import Statistics, Trajectory
+
+STATS = Statistics(3, {"unloading": 3}, 0, 3, 1, 0, 0, 0, 10.0, 8.0, 100, 0.001)
+
+CASE = {
+    "tabor": "0.5",
+    "peak-indentation": "2",
+    "loading-rate": "10",
+    "dwell-time": "0.1",
+    "unloading-rate": "10",
+    "accuracy": "draft",
+}
+
+
+def command(*extra, **changes):
+    options = CASE | {name.replace("_", "-"): value for name, value in changes.items()}
+    return ["simulate", *(word for name, value in options.items() for word in (f"--{name}", value)), *extra]
+
+
+def invoke(*extra, **changes):
+    return CliRunner().invoke(app, command(*extra, **changes))
+
+
+def test_the_summary_is_short_and_readable():
+    result = invoke()
+    assert result.exit_code == 0
+    lines = result.stdout.splitlines()
+    assert lines[0].split() == ["status", "completed"]
+    assert [line.split("  ")[0] for line in lines[1:6]] == [
+        "pull-off force",
+        "max compression",
+        "hysteresis",
+        "work",
+        "end force",
+    ]
+    assert not any(line.startswith("detached") for line in lines)
+    assert lines[-1].startswith("cost ")
+
+
+def test_json_holds_the_summary_and_the_arrays():
+    result = invoke("--json")
+    assert result.exit_code == 0
+    data = json.loads(result.stdout)
+    assert data["status"] == "completed"
+    assert len(data["time"]) == len(data["force"]) == len(data["indentation"]) == len(data["contact_radius"])
+    assert data["pull_off_force"] == pytest.approx(max(data["force"]))
+    assert data["stats"]["memory_vectors"] == 1
+
+
+def test_csv_and_plot_are_written(tmp_path):
+    table, picture = tmp_path / "force.csv", tmp_path / "loop.png"
+    result = invoke("--csv", str(table), "--plot", str(picture), "--json")
+    assert result.exit_code == 0
+    assert table.read_text().splitlines()[0] == "time,indentation,force,contact_radius"
+    data = json.loads(result.stdout)
+    np.testing.assert_allclose(np.loadtxt(table, delimiter=",", skiprows=1)[:, 2], data["force"], rtol=1e-8)
+    assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_contact_that_did_not_come_off_is_named():
+    result = invoke(tabor="3.2", peak_indentation="10", dwell_time="1")
+    assert result.exit_code == 0
+    assert "detached         no, still attached at the end: the pull-off force is the largest so far" in result.stdout
+
+
+def test_negative_work_never_reads_as_dissipation():
+    def work_line(force):
+        time = np.arange(3.0)
+        radius, unloading = np.zeros(3), np.array([False, True, True])
+        loop = Trajectory(time, np.array([2.0, 1.0, 0.0]), force, radius, "completed", (), STATS, 4e-3, unloading)
+        (line,) = [line for line in readable(loop).splitlines() if line.startswith("work")]
+        return line
+
+    assert work_line(np.full(3, -5.0)) == "work             -10: the contact gave energy back; not dissipation"
+    assert work_line(np.full(3, 5.0)) == "work             10"
+    assert work_line(np.array([5.0, 0.0, -5.005])).endswith(": zero to the accuracy")
+
+
+def test_a_protocol_that_runs_backwards_is_refused():
+    result = invoke(tabor="0.2", peak_indentation="-1")
+    assert str(result.exception).startswith(
+        "peak_indentation must lie above the start indentation, which is -0.429006 at "
+    )
+    assert "; received -1.0" in str(result.exception)
+
+
+def test_jumps_are_told():
+    result = invoke(tabor="3", material="elastic", peak_indentation="1", accuracy="standard")
+    assert result.exit_code == 0
+    assert sum(line.startswith("jump ") for line in result.stdout.splitlines()) == 2
+
+
+def test_a_simulation_that_cannot_start_writes_all_it_was_asked_for_but_the_picture(tmp_path):
+    table, picture = tmp_path / "force.csv", tmp_path / "loop.png"
+    picture.write_bytes(b"of an earlier run")
+    result = invoke("--json", "--csv", str(table), "--plot", str(picture), tabor="50", peak_indentation="100")
+    assert result.exit_code == 1
+    assert json.loads(result.stdout)["status"].startswith("not started: ")
+    assert "there is nothing to draw" in result.stderr
+    assert table.read_text().splitlines() == ["time,indentation,force,contact_radius"]
+    assert picture.read_bytes() == b"of an earlier run"
+    assert sorted(tmp_path.iterdir()) == [table, picture]
+
+
+def test_an_unfinished_simulation_prints_its_status_and_exits_with_1():
+    result = invoke("--json", tabor="50", peak_indentation="100")
+    assert result.exit_code == 1
+    data = json.loads(result.stdout)
+    assert data["status"].startswith("not started: ")
+    assert data["pull_off_force"] is None
+    assert data["force"] == []
+
+
+@pytest.mark.parametrize(
+    ("text", "material"),
+    [
+        ("elastic", Elastic()),
+        ("sls:0.01", StandardLinearSolid(modulus_ratio=0.01)),
+        ("prony:0.3@0.1,0.4@10", PronySeries([0.3, 0.4], [0.1, 10.0])),
+    ],
+)
+def test_materials_have_words(text, material):
+    assert parse_material(text) == material
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"tabor": "-1"},
+        {"loading_rate": "0"},
+        {"unloading_rate": "nan"},
+        {"dwell_time": "-1"},
+        {"material": "sls:2"},
+        {"material": "honey"},
+        {"material": "prony:0.3"},
+        {"material": "elastic:3"},
+        {"accuracy": "perfect"},
+        {"adhesion": "glue"},
+        {"initial_state": "wet"},
+        {"csv": "/nowhere/at/all/force.csv"},
+        {"plot": "loop"},
+    ],
+    ids=lambda changes: " ".join(changes) + " " + " ".join(changes.values()),
+)
+def test_a_mistake_is_one_sentence_with_what_was_received(changes):
+    result = invoke(**changes)
+    assert isinstance(result.exception, ValueError)
+    assert "; received " in str(result.exception)
+    assert "\n" not in str(result.exception)
+
+
+def test_on_the_command_line_a_mistake_exits_with_2_and_without_a_traceback():
+    result = subprocess.run([sys.executable, "-m", "bem", *command(tabor="-1")], capture_output=True, text=True)
+    assert result.returncode == 2
+    assert result.stdout == ""
+    assert result.stderr.startswith("bem: tabor must be a finite number at least 1e-06")
+    assert result.stderr.count("\n") == 1
+    assert "Traceback" not in result.stderr

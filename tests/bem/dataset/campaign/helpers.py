@@ -1,0 +1,129 @@
+"""Campaigns of the stand-in solver: started in processes of their own, watched, and compared."""
+
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import typer
+from typer.testing import CliRunner
+
+from bem.cli.campaign import register
+from bem.dataset.file import open_dataset, read_tree
+from tests.data_files import editing
+
+ROOT = Path(__file__).parents[4]
+TIMINGS = ("scalars/solver_seconds",)
+HANG = 600.0  # seconds after which a process that should end is taken to hang, however busy the machine is
+app = typer.Typer()
+register(app)
+
+
+def command(*arguments):
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+
+def numbers(path):
+    with open_dataset(path) as file:
+        return {name: values for name, values in read_tree(file).items() if name not in TIMINGS}
+
+
+def assert_same_numbers(path, other):
+    found, expected = numbers(path), numbers(other)
+    assert found.keys() == expected.keys()
+    for name, values in expected.items():
+        np.testing.assert_array_equal(found[name], values, err_msg=name)
+
+
+def start_campaign(out, solver="slow", count=120):
+    code = (
+        "import bem.dataset.campaign.checkpoints\n"
+        "from tests.bem.dataset.campaign import stand_in\n"
+        "from pathlib import Path\n"
+        "from bem.dataset.campaign.run import run_campaign\n"
+        "from bem.dataset.campaign.plan import Campaign\n"
+        "bem.dataset.campaign.checkpoints.SECONDS_BETWEEN_PARTS = 0.05\n"
+        f"plan = Campaign(count={count}, seed=4, native=True)\n"
+        f"run_campaign(plan, Path({str(out)!r}), workers=2, solver=stand_in.{solver})\n"
+    )
+    return subprocess.Popen([sys.executable, "-c", code], stderr=subprocess.PIPE, cwd=ROOT)
+
+
+def children(parent):
+    found = []
+    for path in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            # The name of the program, in parentheses, may hold spaces.
+            fields = path.read_text(encoding="utf-8", errors="replace").rpartition(")")[2].split()
+        except OSError:
+            continue
+        if int(fields[1]) == parent:
+            found.append(int(path.parent.name))
+    return found
+
+
+def parts(out):
+    return list(out.with_name(out.name + ".parts").glob("campaign-*/part-*.h5"))
+
+
+def await_parts(out, process, at_least):
+    limit = time.monotonic() + HANG
+    while len(parts(out)) < at_least and process.poll() is None:
+        assert time.monotonic() < limit
+        time.sleep(0.005)
+
+
+def start_command(*arguments, solver="slow", before=""):
+    code = (
+        "import signal, sys\n"
+        # Tests that run in the background inherit an ignored SIGINT.
+        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+        "import bem.dataset.campaign.run, bem.dataset.campaign.checkpoints, functools, typer, bem.cli.campaign\n"
+        "from tests.bem.dataset.campaign import stand_in\n"
+        f"solver = stand_in.{solver}\n"
+        "run = bem.dataset.campaign.run\n"
+        "run.run_campaign = functools.partial(run.run_campaign, solver=solver)\n"
+        "app = typer.Typer()\n"
+        "bem.cli.campaign.register(app)\n"
+        f"sys.argv = {['bem', *map(str, arguments)]!r}\n"
+        f"{before}\n"
+        "app()\n"
+    )
+    streams = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    return subprocess.Popen([sys.executable, "-c", code], cwd=ROOT, **streams)
+
+
+def altered(undisturbed, tmp_path, change):
+    path = tmp_path / "altered.h5"
+    path.write_bytes(undisturbed.read_bytes())
+    with editing(path) as file:
+        change(file)
+    return path
+
+
+def put(name, value):
+    def change(file):
+        content = file[name][...]
+        content[...] = value
+        file[name][...] = content
+
+    return change
+
+
+class Here:
+    """A pool that works in this process."""
+
+    workers = 1
+
+    def __init__(self, *_):
+        pass
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        pass
+
+    def run(self, batches, task):
+        return ((batch, task(batch)) for batch in batches)

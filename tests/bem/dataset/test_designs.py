@@ -1,0 +1,105 @@
+import csv
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bem.dataset.designs import DESIGNS, PAPER_RANGES, QUANTITIES, Design, parse_range, read_design_file
+
+PAPER_VALUES = Path(__file__).parents[3] / "experiments" / "paper_values"
+
+
+def stacked(protocols):
+    return np.stack([protocols[name] for name in QUANTITIES], axis=1)
+
+
+def test_paper_grid_holds_the_papers_own_protocols():
+    grids = dict(zip(QUANTITIES, Design("paper")._grids(), strict=True))
+    with (PAPER_VALUES / "figure_2_protocols.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == 6
+    for row in rows:
+        for name in QUANTITIES:
+            # The table rounds to three digits.
+            assert np.min(np.abs(grids[name] / float(row[name]) - 1.0)) < 5e-3, (row["panel"], name)
+
+
+def test_paper_grid_is_drawn_without_duplicates():
+    design = Design("paper")
+    assert design.largest_count == 18 * 18 * 12**3
+    rows = stacked(design.protocols(12_450, seed=0))
+    assert len(np.unique(rows, axis=0)) == 12_450
+
+
+@pytest.mark.parametrize("name", DESIGNS)
+def test_protocol_depends_on_seed_and_place_only(name):
+    design = Design(name)
+    many, few = stacked(design.protocols(100, seed=5)), stacked(design.protocols(33, seed=5))
+    np.testing.assert_array_equal(many[:33], few)
+    assert not np.array_equal(few, stacked(design.protocols(33, seed=6)))
+
+
+@pytest.mark.parametrize("name", DESIGNS)
+def test_ranges_are_filled_and_kept(name):
+    ranges = {**PAPER_RANGES, "tabor": (1.0, 2.0), "dwell_time": (0.5, 0.5)}
+    protocols = Design(name, {"tabor": (1.0, 2.0), "dwell_time": (0.5, 0.5)}).protocols(500, seed=1)
+    for quantity, (low, high) in ranges.items():
+        values = protocols[quantity]
+        assert low <= values.min() <= low * (high / low) ** 0.05
+        assert high / (high / low) ** 0.05 <= values.max() <= high
+
+
+def test_sobol_covers_each_octant_evenly():
+    protocols = Design("sobol").protocols(256, seed=2)
+    for quantity, (low, high) in PAPER_RANGES.items():
+        place = np.log(protocols[quantity] / low) / np.log(high / low)
+        np.testing.assert_array_equal(np.histogram(place, 16, (0.0, 1.0))[0], 16)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"name": "latin"}, "design must be one of paper, log-uniform, sobol; received 'latin'"),
+        ({"ranges": {"tabor": (3.0, 1.0)}}, "range of tabor must have its lower bound first"),
+        ({"ranges": {"tabor": (0.0, 1.0)}}, "lower bound of tabor must be a finite number at least 1e-06"),
+        ({"ranges": {"tabor": (1.0, float("nan"))}}, "upper bound of tabor must be a finite number"),
+        ({"ranges": {"tabor": 1.0}}, "range of tabor must be two numbers"),
+        ({"ranges": {"radius": (1.0, 2.0)}}, "received 'radius'"),
+        ({"modulus_ratio": 0.0}, "modulus_ratio must be a finite number greater than 0"),
+    ],
+)
+def test_impossible_designs_are_refused(arguments, message):
+    with pytest.raises(ValueError, match=message):
+        Design(**arguments)
+
+
+@pytest.mark.parametrize(("count", "seed"), [(0, 0), (True, 0), (1.5, 0), (559_873, 0), (1, -1), (1, 0.5)])
+def test_impossible_counts_and_seeds_are_refused(count, seed):
+    with pytest.raises(ValueError, match="must be a whole number from"):
+        Design("paper").protocols(count, seed)
+
+
+def test_a_phase_that_vanishes_in_double_precision_is_refused():
+    design = Design("log-uniform", {"loading_rate": (1e-12, 1e-12), "unloading_rate": (1e12, 1e12)})
+    with pytest.raises(ValueError, match="strictly increasing"):
+        design.protocols(3, seed=0)
+
+
+def test_range_on_the_command_line():
+    assert parse_range("tabor=0.2:3.2") == ("tabor", (0.2, 3.2))
+    assert parse_range("tabor=1") == ("tabor", (1.0, 1.0))
+    for text in ("tabor", "tabor=", "tabor=a:b", "tabor=1:2:3"):
+        with pytest.raises(ValueError, match="range must read NAME=LOW:HIGH"):
+            parse_range(text)
+
+
+def test_design_file(tmp_path):
+    path = tmp_path / "design.toml"
+    path.write_text('design = "sobol"\ncount = 5\n[ranges]\ntabor = [1.0, 2.0]\n', encoding="utf-8")
+    assert read_design_file(path) == {"design": "sobol", "count": 5, "ranges": {"tabor": [1.0, 2.0]}}
+    with pytest.raises(FileNotFoundError, match="design file not found"):
+        read_design_file(tmp_path / "absent.toml")
+    for text, message in (("design =", "must be TOML"), ("speed = 1", "'speed'"), ("ranges = 3", "must be a table")):
+        path.write_text(text, encoding="utf-8")
+        with pytest.raises(ValueError, match=message):
+            read_design_file(path)

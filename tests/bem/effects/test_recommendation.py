@@ -1,0 +1,165 @@
+"""`recommend` keeps its promise on a random sample, and leaves out what plainly does not matter."""
+
+import numpy as np
+import pytest
+
+import bem
+from bem import Elastic, HardContact, LoadingProtocol, PiecewiseLinearProtocol, PronySeries, Scene, StandardLinearSolid
+from bem.dataset.designs import Design
+from bem.effects.recommendation import difference, operations, recommend
+from bem.effects.scene_effects import Effects, choices, reduced
+from bem.scene import SMALLEST_TABOR
+
+SLS = StandardLinearSolid(0.1)
+
+
+def deep(rate):
+    return LoadingProtocol(peak_indentation=900.0, loading_rate=rate, dwell_time=0.0, unloading_rate=rate)
+
+
+@pytest.mark.parametrize(("rate", "effects"), [(1e6, "elastic glassy"), (1e-3, "elastic rubbery")])
+def test_extremes_need_neither_memory_nor_adhesion(rate, effects):
+    found = recommend(Scene(1.0, SLS), deep(rate), 0.05, best="fewest")
+    assert str(found.effects) == f"{effects}, without adhesion"
+    assert found.found_by == "estimate"
+    assert found.scene.material == Elastic()
+    assert found.scene.adhesion == HardContact()
+    assert found.estimate < 0.05
+
+
+def test_deborah_numbers_and_adhesion_are_reported():
+    found = recommend(Scene(1.0, SLS), deep(900.0), 0.05)
+    assert found.deborah["loading"][0] == pytest.approx(900.0 / (900.0 + np.pi ** (2 / 3)))
+    assert found.adhesion_over_hertz == pytest.approx(2.0 / (4.0 / (3.0 * np.pi) * 900.0**1.5))
+
+
+def test_a_touch_needs_everything():
+    touch = LoadingProtocol(peak_indentation=-0.5, loading_rate=3.0, dwell_time=0.1, unloading_rate=3.0)
+    found = recommend(Scene(1.0, SLS), touch, 0.01)
+    assert found.found_by == "nothing is left out"
+    assert str(found) == f"{found.effects} (nothing is left out)"
+    assert (found.estimate, found.effects.everything, found.effects.adhesion) == (0.0, True, True)
+
+
+def test_terms_out_of_reach_of_the_protocol_are_left_out():
+    broad = PronySeries([0.3, 0.3, 0.3], [1e-6, 1.0, 1e6])
+    protocol = LoadingProtocol(peak_indentation=20.0, loading_rate=20.0, dwell_time=0.5, unloading_rate=20.0)
+    found = recommend(Scene(1.0, broad), protocol, 0.02, best="fewest")
+    assert (found.effects.first, found.effects.last) == (1, 2)
+
+
+def test_left_out_terms_are_what_the_full_solid_does():
+    """Frozen and relaxed terms, simulated beside the full solid whose times are far away from the protocol."""
+    scene = Scene(1.0, PronySeries([0.2, 0.3, 0.3], [1e-5, 1.0, 1e5]))
+    ramps = {"peak_indentation": 4.0, "loading_rate": 4.0, "dwell_time": 0.2, "unloading_rate": 4.0}
+    protocol = LoadingProtocol(**ramps, start_indentation=-10.0)
+    simple, path = reduced(scene, protocol, Effects(adhesion=True, first=1, last=2, of=3))
+    assert simple.material == StandardLinearSolid(1.0 - 0.3 / 0.7)
+    full, found = bem.simulate(scene, protocol, 1e-3), bem.simulate(simple, path, 1e-3)
+    assert difference(found, full, protocol.history(1.0), "force") < 2e-3
+    assert found.pull_off_force == pytest.approx(full.pull_off_force, rel=5e-3)
+
+
+def test_promise_holds_on_a_random_sample():
+    drawn = Design("log-uniform").protocols(12, seed=3)
+    for i in range(12):
+        quantities = {name: float(values[i]) for name, values in drawn.items()}
+        scene = Scene(quantities.pop("tabor"), SLS)
+        protocol = LoadingProtocol(**quantities)
+        found = recommend(scene, protocol, 0.05)
+        full = bem.simulate(scene, protocol)
+        simple = bem.simulate(found.scene, found.protocol)
+        assert difference(simple, full, protocol.history(scene.tabor), "force") < 0.05
+        assert operations(simple) <= operations(full)
+
+
+@pytest.mark.parametrize("quantity", ["pull_off_force", "hysteresis"])
+def test_other_quantities_are_decided_by_simulation(quantity):
+    protocol = LoadingProtocol(peak_indentation=3.0, loading_rate=1e-2, dwell_time=1.0, unloading_rate=1e-2)
+    found = recommend(Scene(0.3, SLS), protocol, 0.3, quantity=quantity, best="fewest")
+    assert found.found_by in ("simulation", "nothing is left out")
+    if quantity == "pull_off_force":
+        assert found.effects.adhesion
+        assert found.effects.terms == 0
+
+
+def test_any_history_will_do():
+    cycles = PiecewiseLinearProtocol([0, 1, 2, 3, 4], [-2, 20, 0, 20, -2])
+    found = recommend(Scene(1.0, SLS), cycles, 0.1)
+    assert found.protocol is cycles
+    assert found.effects.terms == 1
+
+
+def test_elastic_scenes_have_two_choices():
+    assert [str(effects) for effects in choices(Scene(1.0))] == ["elastic, without adhesion", "elastic, adhesive"]
+    assert len(choices(Scene(1.0, adhesion=HardContact()))) == 1
+    two = [str(effects) for effects in choices(Scene(1.0, PronySeries([0.2, 0.2], [1.0, 2.0])))]
+    assert two[0] == "elastic glassy, without adhesion"
+    assert two[-1] == "viscoelastic, adhesive"
+    assert two.count("1 of 2 terms, adhesive") == 2
+
+
+def ramp(depth, rate, dwell=0.1):
+    return LoadingProtocol(peak_indentation=depth, loading_rate=rate, dwell_time=dwell, unloading_rate=rate)
+
+
+def test_a_peak_below_contact_is_a_protocol_like_others():
+    found = recommend(Scene(1.0, SLS), ramp(-1.5, 10.0), 0.5, best="fewest")
+    assert found.effects.terms == 0
+    assert found.scene.tabor != 1.0
+    assert found.protocol == ramp(-1.5, 10.0).history(1.0)
+
+
+@pytest.mark.parametrize("best", ["cheapest", "fewest"])
+def test_choices_out_of_the_range_of_scenes_are_none(best):
+    rigid = Scene(SMALLEST_TABOR, SLS)
+    assert all(reduced(rigid, ramp(1.0, 1.0), effects)[0].tabor >= SMALLEST_TABOR for effects in choices(rigid))
+    assert recommend(rigid, ramp(1.0, 1.0), 0.05, best=best).scene.tabor >= SMALLEST_TABOR
+
+
+def test_the_cheapest_is_never_dearer_than_the_full_scene():
+    slow, scene = ramp(5.0, 1e-2), Scene(5.0, SLS)
+    fewest, cheapest = (recommend(scene, slow, 0.3, best=best) for best in ("fewest", "cheapest"))
+    assert fewest.effects.terms == 0
+    assert fewest.cost > 1.0  # it snaps and hops, which its memory would have kept it from
+    assert (cheapest.found_by, cheapest.cost) == ("nothing is left out", 1.0)
+
+
+def test_operations_say_which_scene_is_slower():
+    touch, press = (bem.simulate(Scene(1.0, SLS), ramp(depth, 10.0), "draft") for depth in (0.5, 50.0))
+    assert 0.0 < operations(touch) < operations(press)
+    assert operations(bem.simulate(Scene(1e4, SLS), ramp(50.0, 10.0))) == np.inf
+
+
+def test_contact_radii_are_given_in_the_units_of_the_full_scene():
+    """A contact without adhesion has the radius of Hertz, sqrt(indentation / mu), whatever its modulus."""
+    scene = Scene(1.0, SLS, HardContact())
+    fast = LoadingProtocol(peak_indentation=9.0, loading_rate=1e7, dwell_time=0.0, unloading_rate=1e7)
+    found = recommend(scene, fast, 0.05, best="fewest")
+    assert found.scene.tabor == pytest.approx(0.1 ** (2.0 / 3.0))
+    assert found.radius_scale == pytest.approx(0.1 ** (1.0 / 3.0))
+    radius = found.radius_scale * np.max(bem.simulate(found.scene, found.protocol).contact_radius)
+    assert radius == pytest.approx(3.0, rel=0.02)
+    assert recommend(scene, ramp(9.0, 1e-3), 0.05).radius_scale == 1.0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"tolerance": 0.0}, "tolerance must be a finite number at least 0.001"),
+        ({"quantity": "speed"}, "quantity must be one of force, pull_off_force, hysteresis; received 'speed'"),
+        ({"best": "quickest"}, "best must be one of cheapest, fewest; received 'quickest'"),
+        ({"scene": 1.0}, "scene must be one of"),
+        ({"protocol": 1.0}, "protocol must be one of"),
+    ],
+)
+def test_errors_name_what_is_allowed(arguments, message):
+    given = {"scene": Scene(1.0, SLS), "protocol": deep(1.0), "tolerance": 0.1} | arguments
+    with pytest.raises(ValueError, match=message):
+        recommend(**given)
+
+
+def test_the_name_in_the_package_is_the_function():
+    import bem.effects.recommendation  # the module, which must not take the function's place
+
+    assert callable(bem.recommend)

@@ -1,0 +1,111 @@
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from bem.solver.discretisation.cohesive_zone import edge_width
+from bem.solver.discretisation.influence import influence_matrix
+from bem.solver.discretisation.mesh import (
+    LARGEST_GRID,
+    condense,
+    master_grid,
+    pick_nodes,
+    prolong,
+    resolves,
+    uniform_mesh,
+)
+from tests.bem.solver.contacts import CONTROLS, mesh_for, spacing_for
+
+
+def prolonged(mesh, traction):
+    out = np.empty(mesh.panel.size)
+    prolong(mesh, traction, out)
+    return out
+
+
+CASES = [(0.2, 1.0), (1.0, 2.0), (3.2, 1.5)]
+
+
+@pytest.mark.parametrize(("tabor", "edge"), CASES)
+def test_the_condensed_influence_is_that_of_the_selected_radii(tabor, edge):
+    _, mesh = mesh_for(tabor, edge=edge, peak=10.0)
+    direct = tabor * influence_matrix(mesh.radii).T
+    assert mesh.radii[0] == 0.0
+    # The last hat of a selection keeps its outer flank, one master spacing wide, where the traction has died away.
+    np.testing.assert_allclose(mesh.influence[:-1], direct[:-1], rtol=3e-10)
+    assert np.all(mesh.influence[-1] > direct[-1])
+
+
+@pytest.mark.parametrize(("tabor", "edge"), CASES)
+def test_rows_of_the_master_grid_agree_with_the_selection(tabor, edge):
+    _, mesh = mesh_for(tabor, edge=edge, peak=10.0, remembers=True)
+    traction = np.random.default_rng(3).standard_normal(mesh.radii.size)
+    np.testing.assert_allclose(prolonged(mesh, traction) @ mesh.master_rows, traction @ mesh.influence, rtol=1e-9)
+
+
+def test_nothing_remembered_needs_no_rows():
+    grid, mesh = mesh_for(1.0, edge=1.0, peak=5.0)
+    assert mesh.master_rows.shape == (0, mesh.radii.size)
+    assert grid.size > 0
+
+
+def test_prolongation_is_piecewise_linear_and_ends_with_the_mesh():
+    grid = master_grid(1.0, 5.0, False, CONTROLS)
+    nodes = np.array([0, 1, 4, 9, 20])
+    mesh = condense(grid, 1.0, nodes, np.zeros(2), True)
+    values = np.array([1.0, -2.0, 5.0, 0.5, 3.0])
+    expected = np.interp(np.arange(grid.size), nodes, values)
+    expected[21:] = 0.0
+    np.testing.assert_allclose(prolonged(mesh, values), expected, atol=1e-14)
+
+
+@pytest.mark.parametrize("direction", [1.0, -1.0])
+@pytest.mark.parametrize(("tabor", "edge"), [*CASES, (3.2, 0.0), (0.02, 0.0)])
+def test_nodes_resolve_the_wanted_spacing_and_little_more(tabor, edge, direction):
+    grid = master_grid(tabor, 10.0, False, CONTROLS)
+    wanted, window = spacing_for(grid, tabor, edge=edge, direction=direction)
+    nodes = pick_nodes(wanted)
+    assert nodes[0] == 0
+    assert nodes[-1] == grid.size - 1
+    for left, right in pairwise(nodes):
+        assert right - left == 1 or right - left <= min(wanted[left], wanted[right])
+    assert resolves(nodes, wanted)
+    assert not resolves(nodes[::3], wanted)
+    width = edge_width(edge, tabor, False)
+    at_edge = np.abs(nodes * grid.spacing - edge) < 0.4 * width
+    assert np.max(np.diff(nodes[at_edge])) * grid.spacing <= CONTROLS.edge_spacing * width * (1.0 + 1e-12)
+    assert np.max(np.abs(np.diff(wanted))) <= CONTROLS.growth - 1.0 + 1e-12
+    assert window[0] < edge < window[1]
+
+
+def test_there_is_more_room_ahead_of_a_moving_edge():
+    grid = master_grid(3.0, 10.0, False, CONTROLS)
+    (_, inwards), (_, outwards) = (spacing_for(grid, 3.0, edge=1.5, direction=sign) for sign in (-1.0, 1.0))
+    assert outwards[1] > inwards[1]
+    assert inwards[0] < outwards[0]
+
+
+def test_the_selection_is_much_smaller_than_the_grid():
+    grid, mesh = mesh_for(3.2, edge=3.0, peak=100.0)
+    assert mesh.radii.size < 0.25 * grid.size
+
+
+def test_hard_contact_needs_no_far_field():
+    (_, hard), (_, adhesive) = (mesh_for(1.0, edge=3.0, peak=10.0, hard=kind) for kind in (True, False))
+    assert hard.radii.size < adhesive.radii.size
+    assert hard.radii[-1] < 1.2 * np.sqrt(10.0) < adhesive.radii[-1]
+
+
+def test_a_grid_beyond_memory_is_refused_with_the_figure():
+    with pytest.raises(MemoryError, match=rf"needs \d+ grid nodes, more than {LARGEST_GRID}"):
+        master_grid(50.0, 100.0, False, CONTROLS)
+
+
+def test_the_papers_mesh_is_equally_spaced():
+    np.testing.assert_allclose(uniform_mesh(3.0, 7), [0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0])
+
+
+@pytest.mark.parametrize(("radius", "count"), [(0.0, 10), (-1.0, 10), (np.nan, 10), (np.inf, 10), (1.0, 2)])
+def test_an_impossible_uniform_mesh_is_refused(radius, count):
+    with pytest.raises(ValueError, match="uniform_mesh needs a radius > 0 and a count of at least 3; received"):
+        uniform_mesh(radius, count)

@@ -1,0 +1,117 @@
+import numpy as np
+import pytest
+
+from bem.solver.discretisation.cohesive_zone import contact_edge
+from bem.solver.equilibrium import PRESSED, force_of, new_factor, pressed_gap, solve_adhesive, tractions_of
+from bem.tractions import GAP_AT_PEAK, tail_force, traction
+from tests.bem.solver.contacts import mesh_for, right_side
+
+
+@pytest.mark.parametrize("gap", [0.02, 0.3, 0.8, 0.999, 1.0, 1.001, 1.1, 1.18])
+@pytest.mark.parametrize("off", [0.8, 0.97, 1.0])
+def test_the_pressed_gap_inverts_the_law(gap, off):
+    assert pressed_gap(traction(gap), off * gap) == pytest.approx(gap, rel=1e-7)
+
+
+def solved(tabor, indentation, response=1.0, tolerance=1e-7, force_error=np.inf):
+    _, mesh = mesh_for(tabor, edge=1.0 if indentation > 0.0 else 0.0, peak=max(indentation, 1.0))
+    rhs = right_side(mesh, tabor, indentation)
+    gap, tractions = np.maximum(rhs, 0.95), np.zeros(mesh.radii.size)
+    counts = np.zeros(9, dtype=np.int64)
+    factor = new_factor(gap.size)
+    for depth in np.linspace(rhs[0], 1.0 - indentation, 6):  # a few warm starts
+        now = rhs - rhs[0] + depth
+        found = solve_adhesive(
+            mesh.influence,
+            mesh.force_weights,
+            tabor,
+            now,
+            response,
+            tolerance,
+            force_error,
+            factor,
+            gap,
+            tractions,
+            counts,
+        )
+    return mesh, rhs, gap, tractions, counts, factor, found
+
+
+@pytest.mark.parametrize("response", [1.0, 0.1])
+@pytest.mark.parametrize(("tabor", "indentation"), [(0.02, -1.0), (0.2, 0.5), (1.0, 1.0), (0.6, 3.0)])
+def test_an_accepted_state_satisfies_the_gap_equation(tabor, indentation, response):
+    mesh, rhs, gap, tractions, counts, _, found = solved(tabor, indentation, response)
+    assert found
+    expected = np.empty(gap.size)
+    tractions_of(gap, tabor, expected)
+    np.testing.assert_array_equal(tractions, expected)
+    residual = gap + response * mesh.influence.T @ tractions - rhs
+    assert np.max(np.abs(residual)) < 1e-7
+    assert np.all(gap > 0.0)
+    assert counts[0] > 0
+
+
+def test_the_far_field_leaves_the_linear_system():
+    mesh, _, gap, _, counts, factor, _ = solved(1.0, 1.0)
+    assert 3 <= factor.order[0] < gap.size
+    assert counts[2] < counts[0] * mesh.radii.size
+
+
+def test_the_factorisation_is_kept():
+    *_, counts, _, found = solved(1.0, 1.0)
+    assert found
+    assert 1 <= counts[1] < counts[0]
+
+
+def test_a_residual_that_cannot_be_reached_is_not_accepted():
+    *_, found = solved(1.0, 1.0, tolerance=0.0)
+    assert not found
+
+
+def test_the_force_includes_the_tail_beyond_the_mesh():
+    mesh, _, gap, tractions, *_ = solved(0.2, 0.5)
+    assert force_of(mesh.force_weights, tractions, gap) == pytest.approx(
+        mesh.force_weights @ tractions + tail_force(gap[-1])
+    )
+    assert tail_force(gap[-1]) > 1e-3
+
+
+def test_the_contact_edge_is_where_the_tension_peaks():
+    radii = np.array([0.0, 1.0, 2.0, 3.0])
+    gap = np.array([0.9, 1.0, GAP_AT_PEAK + 1.0, 5.0])
+    expected = 1.0 + (GAP_AT_PEAK - 1.0) / GAP_AT_PEAK
+    assert contact_edge(radii, gap) == pytest.approx(expected)
+    assert contact_edge(radii, gap + 2.0) == 0.0
+
+
+def test_pressed_nodes_lie_on_the_steep_branch():
+    assert PRESSED < GAP_AT_PEAK
+
+
+@pytest.mark.parametrize("response", [1.0, 1e-3])
+def test_the_force_is_as_exact_as_asked_however_stiff_the_contact(response):
+    allowed = 1e-4
+    mesh, rhs, gap, tractions, _, factor, found = solved(0.2, 0.5, response, tolerance=1e-2, force_error=allowed)
+    *_, exact_gap, exact, _, _, _ = solved(0.2, 0.5, response, tolerance=1e-9)
+    assert found
+    assert (
+        abs(force_of(mesh.force_weights, tractions, gap) - force_of(mesh.force_weights, exact, exact_gap))
+        < 2.0 * allowed
+    )
+    moved, lifted = gap.copy(), tractions.copy()
+    lift = 1e-3
+    assert solve_adhesive(
+        mesh.influence,
+        mesh.force_weights,
+        0.2,
+        rhs + lift,
+        response,
+        1e-8,
+        np.inf,
+        factor,
+        moved,
+        lifted,
+        np.zeros(9, np.int64),
+    )
+    difference = abs(force_of(mesh.force_weights, lifted, moved) - force_of(mesh.force_weights, exact, exact_gap))
+    assert factor.stiffness[0] == pytest.approx(difference / lift, rel=0.1)

@@ -1,0 +1,86 @@
+"""The latency measurements measure what they say."""
+
+import json
+import sys
+from pathlib import Path
+
+import pytest
+
+import surrogate
+from experiments.cost import bench_surrogate
+from surrogate.data.scaling import Scaling
+from surrogate.inference.backends import KerasBackend
+from surrogate.inference.predictor import Surrogate
+from tools import manifest
+
+CONTROL = Path(__file__).parents[3] / "docs" / "control.md"
+
+
+@pytest.fixture
+def stand_in(monkeypatch):
+    scaling = Scaling(
+        features="D",
+        channel_mean=(0.6, 2.0, 0.5, 0.0),
+        channel_scale=(0.3, 1.4, 3.0, 0.1),
+        tabor=(0.7, 0.4),
+        force=(-2.0, 2.5),
+    )
+    model = Surrogate(KerasBackend(surrogate.build("M1-gated"), scaling, name="M1-gated"))
+    monkeypatch.setattr(surrogate, "load", lambda *_, **__: model)
+    monkeypatch.setattr("surrogate.backend.limit_threads", lambda _: None)
+
+
+def test_stream(stand_in, tmp_path, capsys):
+    bench_surrogate.main(stream=True, steps=500, out=tmp_path / "stream.json", busy=True)
+    content = json.loads((tmp_path / "stream.json").read_text())
+    spread = content["microseconds"]
+    assert content["steps"] == 500
+    assert 1.0 < spread["median"] <= spread["p99"] <= spread["p99_9"] <= spread["worst"]
+    assert "M1-gated, 500 steps: median " in capsys.readouterr().out
+
+
+def test_predictions(stand_in, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(bench_surrogate, "BATCH", 4)
+    monkeypatch.setattr(bench_surrogate, "_start_seconds", lambda *_: 0.5)
+    bench_surrogate.main(repeats=3, out=tmp_path / "predictions.json", busy=True)
+    content = json.loads((tmp_path / "predictions.json").read_text())
+    assert [row["way"] for row in content["rows"]][-1] == "ONNX, batch of 4"
+    assert content["rows"][0]["times_faster_than_model_predict"] == 1.0
+    assert content["largest_difference_of_scaled_force"] < 1e-5
+    assert "times faster than model.predict" in capsys.readouterr().out
+
+
+def test_what_is_measured_can_be_published(stand_in, tmp_path):
+    bench_surrogate.main(stream=True, steps=200, out=tmp_path / "stream.json", busy=True)
+    assert manifest.add(tmp_path, [tmp_path / "stream.json"]) == ["stream.json"]
+    entry = manifest.read(tmp_path)["stream.json"]
+    assert entry["command"] == "python -m experiments bench_surrogate --stream --model M1-concat --steps 200"
+    assert {"python", "numba", "onnxruntime", "keras"} <= entry["versions"].keys()
+
+
+def test_the_guide_shows_what_is_published_or_says_that_nothing_is(stand_in, tmp_path, capsys):
+    page = tmp_path / "control.md"
+    page.write_text(CONTROL.read_text(encoding="utf-8"), encoding="utf-8")
+    stream, absent = tmp_path / "stream.json", tmp_path / "absent.json"
+    bench_surrogate.main(stream=True, steps=200, out=stream, busy=True)
+    printed = capsys.readouterr().out.strip()
+    for _ in range(2):
+        bench_surrogate.show(page, absent, stream)
+    text = page.read_text(encoding="utf-8")
+    assert text.count(printed) == 1
+    assert f"on one core of {json.loads(stream.read_text(encoding='utf-8'))['host']}." in text
+    assert text.count("Not measured yet: `make bench-surrogate docs-control`.") == 1
+    assert "make bench-stream docs-control" not in text
+    page.write_text("no places", encoding="utf-8")
+    with pytest.raises(ValueError, match="the page must hold <!-- seconds of a prediction -->"):
+        bench_surrogate.show(page)
+
+
+def test_showing_measures_nothing(tmp_path, monkeypatch):
+    page = tmp_path / "control.md"
+    page.write_text(CONTROL.read_text(encoding="utf-8"), encoding="utf-8")
+    monkeypatch.setattr(sys, "argv", ["bench_surrogate", "--page", str(page)])
+    monkeypatch.setattr(bench_surrogate, "measure_predictions", None)
+    with pytest.raises(SystemExit) as ended:
+        bench_surrogate.run_main(bench_surrogate.main)
+    assert ended.value.code == 0

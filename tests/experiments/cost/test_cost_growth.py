@@ -1,0 +1,26 @@
+"""How seconds grow with nodes, steps and the scene, on single scenes."""
+
+import pytest
+
+from experiments.cost import cost_growth
+
+
+def test_growth_of_both_solvers():
+    ours = cost_growth.solver_seconds(cost_growth.CENTRE, 3)
+    assert ours["steps"] > 20
+    assert ours["seconds"]["count"] == 3
+    assert cost_growth.a_step(ours)["seconds"]["median"] == pytest.approx(ours["seconds"]["median"] / ours["steps"])
+    nodes, steps = cost_growth.resolution(cost_growth.CENTRE | {"tabor": 3.2, "peak_indentation": 100.0})
+    assert (nodes, steps) == (436, 1069)
+    theirs = cost_growth.baseline_seconds(cost_growth.CENTRE, 20, 20, 1)
+    assert theirs["completed"]
+    points = [{**theirs, "nodes": n, "iterations_per_step": 2.0 * n} for n in (20, 40, 80)]
+    found = cost_growth.fitted(points, "nodes")
+    assert (found["exponent"], found["iterations"]) == (pytest.approx(0.0), pytest.approx(1.0))
+    with pytest.raises(ValueError, match="repeats must be at least 3; received 1"):
+        cost_growth.main(1)
+
+
+def test_exponents_over_the_data_set(dataset):
+    found = cost_growth.over_the_data_set(dataset)
+    assert set(found["exponents"]) == {"tabor", "peak_indentation", "loading_rate", "dwell_time", "unloading_rate"}

@@ -1,0 +1,33 @@
+"""What a batch of training costs each architecture."""
+
+import json
+
+import pytest
+
+from experiments.cost import training_speed
+from surrogate.architectures import naming
+
+
+def test_every_architecture_takes_the_same_batches(dataset, tmp_path, monkeypatch):
+    monkeypatch.setattr(naming, "names", lambda: ["M3-concat", "M4-gated"])
+    monkeypatch.setattr(training_speed, "limit_threads", lambda _: None)
+    monkeypatch.setattr(training_speed, "BLOCK", 1)
+    out = tmp_path / "speed.json"
+    training_speed.main("swift", None, 2, dataset, out, busy=True)
+    found = json.loads(out.read_text(encoding="utf-8"))
+    assert list(found["models"]) == ["M3-concat", "M4-gated"]
+    for one in found["models"].values():
+        assert one["seconds_per_batch"]["count"] == 2
+        assert one["epoch_seconds"] == one["seconds_per_batch"]["median"] * found["batches"]
+        assert one["hours"] == pytest.approx(one["epoch_seconds"] * found["epochs"] / 3600.0)
+    longest = found["longest_training"]
+    assert found["longest_training_hours"] == max(one["hours"] for one in found["models"].values())
+    assert found["models"][longest]["hours"] == found["longest_training_hours"]
+
+
+def test_a_chosen_model_is_only_timed(dataset, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(training_speed, "limit_threads", lambda _: None)
+    monkeypatch.setattr(training_speed, "BLOCK", 1)
+    training_speed.main("paper", ["M4-gated"], 1, dataset, tmp_path / "speed.json")
+    assert capsys.readouterr().out.startswith("M4-gated")
+    assert not list(tmp_path.iterdir())

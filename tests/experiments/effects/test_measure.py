@@ -1,0 +1,56 @@
+"""What each effect costs, the code it brings, and where a simpler scene stands in for it."""
+
+import pytest
+
+from bem import Elastic, HardContact, Scene, StandardLinearSolid
+from experiments.effects import files as effect_files
+from experiments.effects import measure as effects
+
+KINDS = [f"{name}, {kind}" for name in ("DMT-like", "JKR-like") for kind in ("elastic", "one relaxation")]
+
+
+def test_an_absent_effect_costs_no_vector_and_no_file():
+    scenes = {
+        "Hertz": Scene(1.0, Elastic(), HardContact()),
+        "adhesion": Scene(1.0),
+        "full": Scene(1.0, StandardLinearSolid(0.1)),
+    }
+    rows = {name: effects.row(name, scene, 1) for name, scene in scenes.items()}
+    assert [row["memory_vectors"] for row in rows.values()] == [0, 0, 1]
+    assert rows["Hertz"]["error"] < 1e-4
+    code = effect_files.code_of(scenes)
+    own = effect_files.own_files(code)
+    assert own["Hertz"] == ["nonadhesive"]
+    assert {"equilibrium", "tractions", "instabilities"} <= set(own["adhesion"])
+    assert "hereditary" in own["full"]
+    assert not {"nonadhesive", "hereditary"} & set(own["adhesion"])
+    assert "time_stepping" in effect_files.branches(code)["adhesion"]
+
+
+def test_what_runs_is_noted_whatever_a_scene_is_called():
+    code = effect_files.code_of({"Hertz": Scene(1.0), "rubber": Scene(1.0, adhesion=HardContact())})
+    assert "equilibrium" in effect_files.own_files(code)["Hertz"]
+    with pytest.raises(RuntimeError, match="tracing the scenes must succeed"):
+        effect_files.code_of({"none": None})
+
+
+def test_limits_of_stand_ins_are_the_outermost_that_are_safe():
+    points = [{"tabor": mu, **dict.fromkeys(KINDS, error)} for mu, error in ((0.1, 0.2), (1.0, 0.01), (5.0, 0.04))]
+    bands = [{"decades": d, "rate": rate, "error": 0.04 * d} for d in (1.0, 2.0) for rate in effects.SLOW_AND_FAST]
+    found = {(row["stand_in"], row["instead_of"]): (row["low"], row["high"]) for row in effects.safe(points, bands)}
+    assert found["JKR-like, mu = 3.2", "another range, elastic"] == (1.0, 5.0)
+    assert found["DMT-like, mu = 0.2", "another range, elastic"] == (0.2, 5.0)
+    assert found["one relaxation", "ten relaxations, rate 20"] == (0.0, 1.0)
+
+
+def test_another_range_is_no_other_range_at_its_own_tabor_parameter():
+    found = effects.of_another_range(effects.DMT_TABOR)
+    assert found["DMT-like, elastic"] == 0.0
+    assert found["JKR-like, elastic"] > 0.1
+    assert effects.of_one_process(0.25, 20.0)["error"] < 0.01
+
+
+def test_stand_ins_name_every_simpler_scene():
+    found = effects.stand_ins(1e-2)
+    assert set(found["errors"]) == {"Hertz", "rubbery", "glassy", "no adhesion"}
+    assert found["recommended"] == "elastic rubbery, adhesive"

@@ -1,0 +1,25 @@
+"""The settings of the report are read off the code that carries them out."""
+
+import pytest
+
+from experiments.paper import adopted_settings
+
+
+def test_the_recipe_is_the_papers_own():
+    found = adopted_settings.recipe()
+    assert (found["batch_size"], found["learning_rate"], found["stop_after"]) == (8, 1e-4, 30)
+    assert "plateau" not in found
+
+
+def test_the_protocols_of_the_short_range_limit_differ_in_one_quantity():
+    found = adopted_settings.crack_protocol()
+    assert found["tabor"] == 3.24
+    assert found["alpha"] == pytest.approx(0.349066, rel=1e-5)
+    assert found["radius_over_gap"] == 100.0
+
+
+def test_protocols_that_differ_otherwise_are_refused(monkeypatch):
+    rows = [dict.fromkeys(adopted_settings.common.QUANTITIES, value) for value in (1.0, 2.0)]
+    monkeypatch.setattr(adopted_settings.common, "paper_protocols", lambda _: rows)
+    with pytest.raises(ValueError, match="differ in the unloading rate alone"):
+        adopted_settings.crack_protocol()

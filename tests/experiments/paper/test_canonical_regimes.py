@@ -1,0 +1,89 @@
+"""The canonical protocols: measured seconds are published, and the study and what shows it only read them."""
+
+import json
+import time
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from experiments import common, timing
+from experiments.paper import canonical_regimes, canonical_times
+from paper_figures.style import drawing
+from paper_figures.tables import table_protocols_canonical
+from surrogate.data.scaling import Scaling
+
+
+class Trained:
+    """A surrogate that predicts no force."""
+
+    scaling = Scaling(
+        features="D", channel_mean=(0.0,) * 4, channel_scale=(1.0,) * 4, tabor=(0.0, 1.0), force=(0.0, 1.0)
+    )
+    backend = SimpleNamespace()
+    model = SimpleNamespace(predict=lambda inputs, **_: np.zeros(inputs[0].shape[:2]))
+
+    def predict(self, _times, indentations, **_):
+        return np.sin(indentations)
+
+
+@pytest.fixture(autouse=True)
+def quick(monkeypatch, tmp_path):
+    protocols = common.paper_protocols("canonical_protocols")[:2]
+    monkeypatch.setattr(common, "paper_protocols", lambda _: protocols)
+    monkeypatch.setattr(common, "load_surrogate", lambda *_, **__: Trained())
+    config = tmp_path / "config.toml"
+    config.write_text('model = "M1-concat"\nmodulus_ratio = 0.1\naccuracy = "draft"\n', encoding="utf-8")
+    times = tmp_path / "times.toml"
+    times.write_text(config.read_text(encoding="utf-8") + "repetitions = 3\nbatch = 2\n", encoding="utf-8")
+    return config, times
+
+
+def slow_clocks(patch):
+    """Clocks on which every call takes longer than the one before, as on a machine that grows busier."""
+    hands = iter(np.cumsum(np.arange(10_000.0) ** 2).tolist())
+    for name in ("perf_counter", "process_time", "monotonic"):
+        patch.setattr(time, name, lambda: next(hands))
+
+
+def test_measured_seconds_are_the_processors(quick, tmp_path, monkeypatch):
+    ticks = iter(np.arange(10_000.0).tolist())
+    monkeypatch.setattr(timing, "CLOCK", timing.Clock(processor=lambda: next(ticks), wall=lambda: 0.0))
+    out = tmp_path / "measured.json"
+    canonical_times.main(quick[1], tmp_path, out)
+    found = canonical_times.published(out)
+    one = {"solver": 1.0, "keras_call": 1.0, "predictor": 1.0, "predictor_batch": 0.5}
+    assert found["seconds"] == {"1": one, "2": one}
+    assert found["config"]["batch"] == 2
+
+
+def test_study_and_table_are_the_same_bytes_whatever_the_clocks_say(quick, tmp_path):
+    seconds = dict.fromkeys(canonical_times.WAYS, 0.01)
+    times = tmp_path / "times.json"
+    content = {"host": "a machine", "config": {"batch": 256}, "seconds": {"1": seconds, "2": seconds}}
+    times.write_text(json.dumps(content), encoding="utf-8")
+    written = []
+    for run in range(2):
+        folder = tmp_path / str(run)
+        with pytest.MonkeyPatch.context() as patch:
+            if run:
+                slow_clocks(patch)
+            canonical_regimes.main(quick[0], tmp_path, times, folder / "regimes.json")
+        table_protocols_canonical.main(folder / "regimes.json", folder)
+        written.append({path.name: path.read_bytes() for path in folder.iterdir()})
+    assert len(written[0]) == 4
+    assert written[0] == written[1]
+    found = drawing.read_result(tmp_path / "0" / "regimes.json", "make studies")
+    assert found["summary"]["median_keras_call_seconds"] == 0.01
+
+
+def test_without_published_seconds_the_target_that_measures_them_is_named(quick, tmp_path):
+    with pytest.raises(FileNotFoundError, match="`make measure-canonical-times` makes it"):
+        canonical_regimes.main(quick[0], tmp_path, tmp_path / "absent.json", tmp_path / "out.json")
+    assert not (tmp_path / "out.json").exists()
+
+
+def test_what_is_published_covers_all_protocols():
+    found = canonical_times.published(canonical_times.OUT)
+    assert list(found["seconds"]) == [str(number) for number in range(1, 13)]
+    assert all(set(one) == set(canonical_times.WAYS) for one in found["seconds"].values())

@@ -1,0 +1,133 @@
+import hashlib
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bem.accuracy import NAMED_TARGETS
+from bem.dataset.campaign.plan import Campaign
+from bem.dataset.campaign.run import run_campaign
+from bem.dataset.file import Dataset, load_dataset
+from bem.protocol import default_start_indentation
+from bem.reference_solutions import dmt
+from experiments.cost import accuracy_price
+from experiments.paper import dataset_examples, dataset_statistics
+from paper_figures.report.claims import Results, judge, text_claims
+from paper_figures.report.write import row
+from paper_figures.tables import table_accuracy_price
+from tests.bem.dataset.campaign import stand_in
+
+ROOT = Path(__file__).resolve().parents[3]
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory):
+    path = tmp_path_factory.mktemp("data") / "dataset.h5"
+    run_campaign(Campaign(count=60, seed=2), path, solver=stand_in.solve)
+    return path
+
+
+def test_resolution_floor_is_what_the_steps_alone_cost(path):
+    dataset = load_dataset(path)
+    columns = dict(dataset.columns)
+    unloading = dataset.force[:, 69:].astype(np.float64)
+    rows = np.arange(60)
+    times = dataset.grid()[0][:, 69:]
+    columns["scalars/pull_off_force"] = unloading.max(axis=1) / 0.75
+    columns["scalars/pull_off_time"] = times[rows, unloading.argmax(axis=1)] * 2.0
+    floor = dataset_statistics.resolution_floor(Dataset(columns, dataset.attributes, dataset.counts))
+    np.testing.assert_allclose(floor["pull_off_force"], 0.25)
+    np.testing.assert_allclose(floor["pull_off_time"], 0.5)
+
+
+def test_statistics_are_written(path, tmp_path):
+    out = tmp_path / "statistics.json"
+    dataset_statistics.main(path, out)
+    found = json.loads(out.read_text(encoding="utf-8"))
+    assert (found["trajectories"], found["completed"], found["distinct_protocols"]) == (60, 60, 60)
+    assert found["solver_seconds"]["sum"] == pytest.approx(60 * 1e-3)
+    # Elsewhere `dataset_sha256` is the digest of what was asked for, not of the file.
+    assert found["file_sha256"] == hashlib.sha256(path.read_bytes()).hexdigest()
+    assert "dataset_sha256" not in found
+    assert found["resolution_floor"]["pull_off_force"].keys() == {"median", "p90", "p99", "largest"}
+    attributes = load_dataset(path).attributes
+    whole = attributes["wall_seconds"] * attributes["workers"]
+    assert found["run_over_solver"] == pytest.approx(whole / (60 * 1e-3))
+    assert found["trajectories_over_solver"] == pytest.approx(attributes["core_seconds"] / (60 * 1e-3))
+    assert found["parallel_efficiency"] == pytest.approx(attributes["core_seconds"] / whole)
+
+
+def test_what_ends_above_the_far_field_is_still_attached(path):
+    dataset = load_dataset(path)
+    columns = dict(dataset.columns)
+    alone = dmt.rigid_force_from_indentation(default_start_indentation(dataset.protocols["tabor"]))
+    columns["scalars/end_force"] = np.where(np.arange(60) < 15, 4.1, 3.9) * alone
+    changed = Dataset(columns, dataset.attributes, dataset.counts)
+    assert dataset_statistics.still_attached(changed).tolist() == [True] * 15 + [False] * 45
+    assert dataset_statistics.statistics(changed)["still_attached"] == 0.25
+
+
+def test_what_is_never_compressed_has_no_force_ratio(path):
+    dataset = load_dataset(path)
+    columns = dict(dataset.columns)
+    compression = dataset.scalars["max_compression"].copy()
+    before = dataset_statistics.statistics(dataset)
+    compression[:7] = 0.25
+    columns["scalars/max_compression"] = compression
+    changed = Dataset(columns, dataset.attributes, dataset.counts)
+    found = dataset_statistics.statistics(changed)
+    assert found["never_compressed"] == before["never_compressed"] + 7
+    expected = dataset.scalars["pull_off_force"][7:] / -compression[7:]
+    np.testing.assert_array_equal(dataset_statistics.force_ratio(changed), expected[compression[7:] < 0.0])
+
+
+def test_price_compares_the_same_protocols(tmp_path):
+    datasets = accuracy_price.run(40, 10, 3, tmp_path, 2, solver=stand_in.rough)
+    levels = accuracy_price.price(datasets)
+    assert [(level["accuracy"], level["trajectories"]) for level in levels] == [
+        ("draft", 40),
+        ("standard", 40),
+        ("reference", 10),
+    ]
+    for level in levels[:2]:
+        assert level["compared"] == 10
+        expected = (1.0 + NAMED_TARGETS[level["accuracy"]]) / (1.0 + NAMED_TARGETS["reference"]) - 1.0
+        for quantity in ("pull_off_force", "hysteresis"):
+            for name in ("median", "largest"):
+                assert level["errors"][quantity][name] == pytest.approx(expected, rel=1e-6)
+        # The root mean square of the history is less than its range.
+        assert 0.1 * expected < level["errors"]["force"]["largest"] < expected
+        assert level["errors"]["pull_off_time"]["largest"] == 0.0
+    assert "errors" not in levels[2]
+    with pytest.raises(ValueError, match="reference_count must be a whole number from 1 to 40"):
+        accuracy_price.run(40, 41, 3, tmp_path, 2, solver=stand_in.rough)
+
+
+def test_cost_is_stated_for_all_trajectories_where_fewer_were_run(tmp_path):
+    datasets = accuracy_price.run(40, 10, 3, tmp_path, 2, solver=stand_in.rough)
+    levels = accuracy_price.price(datasets)
+    rows = table_accuracy_price.rows_of([level | {"core_seconds": 60.0} for level in levels])
+    assert [row[6] for row in rows] == ["1.0", "1.0", "4.0"]
+
+
+def test_the_report_is_of_the_published_data_set(tmp_path):
+    (tmp_path / "dataset").mkdir()
+    dataset_statistics.main(ROOT / "published" / "dataset.h5", tmp_path / "dataset" / "statistics.json")
+    results = Results(tmp_path, ROOT / "published")
+    claims = [claim for claim in text_claims() if claim.get("source", "").startswith("dataset:")]
+    assert len(claims) > 10
+    report = (ROOT / "REPRODUCTION.md").read_text(encoding="utf-8").splitlines()
+    stale = [line for line in (row(judge(claim, results)) for claim in claims) if line not in report]
+    assert not stale, "run `make report`"
+
+
+def test_example_of_the_real_solver():
+    quantities = dataset_examples.MAPPING | {"peak_indentation": 3.0}
+    found = dataset_examples.example("x", quantities, "draft")
+    assert len(found["steps"]["force"]) == 120
+    assert found["results"]["pull_off_force"] == max(
+        force
+        for time, force in zip(found["native"]["time"], found["native"]["force"], strict=True)
+        if time >= found["phase_times"][2]
+    )

@@ -1,0 +1,245 @@
+import csv
+import json
+
+import numpy as np
+import pytest
+
+from experiments import common, lineage
+from experiments.paper import error_statistics, fms_transfer, model_comparison
+from experiments.paper.data_efficiency import KEYS as SHARES
+from experiments.paper.data_efficiency import variants as shares
+from experiments.paper.feature_sets import summary as feature_summary
+from experiments.paper.feature_sets import variants as feature_variants
+from surrogate.architectures.naming import FAMILIES, names
+
+COLUMNS = (
+    "mse",
+    "mae",
+    "dtw_rmse",
+    "nmae_percent",
+    "pull_off_force_percent",
+    "pull_off_time_percent",
+    "hysteresis_percent",
+    "native_pull_off_force_percent",
+    "resolution_floor_percent",
+)
+
+
+RECIPE = 'name = "swift"\nepochs = 30\n'
+SPLIT = {"seed": 0, "train": [0, 1], "validation": [2], "test": [3, 4]}
+
+
+DIGEST = "of the data set"
+
+
+@pytest.fixture
+def dataset(tmp_path, monkeypatch):
+    for module in (lineage, model_comparison):
+        monkeypatch.setattr(module, "dataset_digest", lambda _: DIGEST)
+    return tmp_path / "dataset.h5"
+
+
+def write_model(folder, mse, *, recipe=RECIPE, split=SPLIT, **run):
+    """A model directory with everything but weights."""
+    folder.mkdir(parents=True)
+    (folder / "recipe.toml").write_text(recipe, encoding="utf-8")
+    (folder / "split.json").write_text(json.dumps(split), encoding="utf-8")
+    test = {name: {"mean": mse, "median": mse, "p90": mse, "max": mse} for name in COLUMNS}
+    metrics = {"parameters": 10, "test": test, "epochs": 2, "best_epoch": 2, "cpu_seconds": 3600.0}
+    (folder / "metrics.json").write_text(json.dumps(metrics), encoding="utf-8")
+    run = {
+        "architecture": "-".join(folder.name.split("-")[:2]),
+        "features": "D",
+        "backend": "tensorflow",
+        "versions": {},
+        "training_trajectories": 8,
+        "dataset_sha256": DIGEST,
+    } | run
+    (folder / "run.json").write_text(json.dumps(run), encoding="utf-8")
+    rows = "epoch,train_mse,validation_mse,cpu_seconds\n1,0.2,0.3,60\n2,0.1,4e-4,120\n"
+    (folder / "history.csv").write_text(rows, encoding="utf-8")
+    return folder
+
+
+def test_quartiles_are_ranked_by_mse_and_equally_large():
+    mse = np.array([5.0, 1.0, 2.0, 8.0, 3.0, 7.0, 4.0, 6.0])
+    assert error_statistics.quartile_of(mse).tolist() == [2, 0, 0, 3, 1, 3, 1, 2]
+
+
+def test_quartile_means_and_deviations():
+    errors = {name: np.arange(1.0, 9.0) for name in COLUMNS}
+    found = error_statistics.statistics(errors)
+    first = found["quartiles"]["Q1"]
+    assert first["count"] == 2
+    assert first["mse"] == pytest.approx({"mean": 1.5, "sd": np.std([1.0, 2.0], ddof=1)})
+    assert found["overall"]["hysteresis_percent"]["median"] == 4.5
+    assert found["spearman"]["pull_off_and_hysteresis"] == pytest.approx(1.0)
+
+
+def write_errors(folder, rows):
+    with (folder / "test_errors.csv").open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(["trajectory", *COLUMNS])
+        writer.writerows([[row, *[0.1 * row + 0.1] * len(COLUMNS)] for row in rows])
+
+
+def test_errors_are_read_from_a_model_directory(tmp_path, dataset):
+    write_errors(write_model(tmp_path / "M1-concat", 1.0, split=SPLIT | {"test": list(range(8))}), range(8))
+    out = tmp_path / "out.json"
+    error_statistics.main(error_statistics.CONFIG, tmp_path, dataset, out)
+    assert json.loads(out.read_text(encoding="utf-8"))["trajectories"] == 8
+
+
+def test_errors_of_another_held_out_part_or_data_set_are_refused(tmp_path, dataset):
+    write_errors(write_model(tmp_path / "other part", 1.0), range(8))
+    with pytest.raises(ValueError, match=r"must hold the 2 trajectories .* received 8 others"):
+        error_statistics.held_out_errors(tmp_path / "other part", dataset)
+    write_errors(write_model(tmp_path / "other data", 1.0, dataset_sha256="of others"), [3, 4])
+    with pytest.raises(ValueError, match="must have been trained on"):
+        error_statistics.held_out_errors(tmp_path / "other data", dataset)
+
+
+def test_indices_are_not_applied_to_another_data_set(tmp_path, dataset):
+    write_model(tmp_path / "M1-concat", 1.0, dataset_sha256="of others")
+    content = {"model": "M1-concat", "trajectories": 0}
+    with pytest.raises(ValueError, match="must have been trained on"):
+        fms_transfer.held_out(tmp_path, dataset, content)
+
+
+def test_missing_errors_name_the_command(tmp_path):
+    with pytest.raises(FileNotFoundError, match="surrogate train"):
+        error_statistics.read_errors(tmp_path / "absent.csv")
+
+
+def test_comparison_draws_no_conclusion_while_models_are_missing(tmp_path, dataset):
+    write_model(tmp_path / "M1-concat", 2.0)
+    write_model(tmp_path / "M1-gated", 1.0)
+    out = tmp_path / "comparison.json"
+    model_comparison.main(tmp_path, dataset, out)
+    found = json.loads(out.read_text(encoding="utf-8"))
+    assert len(found["missing"]) == 16
+    assert found["comparison"]["ranking"] == ["M1-gated", "M1-concat"]
+    assert found["comparison"]["best"] is None
+    assert found["comparison"]["best_conditioning"]["M1"] is None
+    assert found["models"]["M1-concat"]["core_seconds"] == 3600.0
+    assert found["models"]["M1-concat"]["minutes_to_paper_mse"] == 2.0
+
+
+def test_comparison_of_all_models(tmp_path, dataset):
+    for rank, name in enumerate(names()):
+        write_model(tmp_path / name, 18.0 - rank)
+    out = tmp_path / "comparison.json"
+    model_comparison.main(tmp_path, dataset, out)
+    found = json.loads(out.read_text(encoding="utf-8"))["comparison"]
+    assert (found["best"], found["second_family"]) == ("M6-gated", "M6")
+    assert set(found["best_conditioning"].values()) == {"gated"}
+
+
+def test_the_second_family_is_the_best_of_the_others_even_when_the_first_is_not_the_references(tmp_path, dataset):
+    for name in names():
+        write_model(tmp_path / name, {"M4": 1.0, "M1": 2.0}.get(name[:2], 3.0))
+    model_comparison.main(tmp_path, dataset, tmp_path / "out.json")
+    found = json.loads((tmp_path / "out.json").read_text(encoding="utf-8"))["comparison"]
+    assert found["second_family"] == "M4"
+
+
+def test_only_models_trained_alike_are_compared(tmp_path, dataset):
+    write_model(tmp_path / "M1-concat", 1.0)
+    write_model(tmp_path / "M1-FiLM", 0.1, recipe='name = "other"\n')
+    write_model(tmp_path / "M1-gated", 0.1, split=SPLIT | {"test": [0, 1]})
+    write_model(tmp_path / "M2-concat", 0.1, dataset_sha256="of others")
+    write_model(tmp_path / "M2-FiLM", 0.1, backend="jax")
+    out = tmp_path / "out.json"
+    model_comparison.main(tmp_path, dataset, out)
+    found = json.loads(out.read_text(encoding="utf-8"))
+    assert list(found["models"]) == ["M1-concat"]
+    words = {name: sentence.split("its ")[1].split(" being")[0] for name, sentence in found["outdated"].items()}
+    assert words == {"M1-FiLM": "recipe", "M1-gated": "split", "M2-concat": "data set", "M2-FiLM": "backend"}
+    assert found["differences"] == {name: [word] for name, word in words.items()}
+    assert len(found["missing"]) == 13
+
+
+def test_an_outdated_model_comes_with_the_command_that_trains_it_anew(tmp_path, dataset):
+    write_model(tmp_path / "M1-concat", 1.0)
+    write_model(tmp_path / "M1-FiLM", 0.1, recipe='name = "other"\n')
+    write_model(tmp_path / "M2-FiLM", 0.1, backend="jax")
+    write_model(tmp_path / "M1-concat-large", 0.1, dataset_sha256="of others")
+    sentences = model_comparison.outdated(model_comparison.published(tmp_path), DIGEST, tmp_path)
+    assert sentences["M1-FiLM"].endswith(": `make models` trains it anew.")
+    for name in ("M2-FiLM", "M1-concat-large"):
+        assert sentences[name].endswith(f": remove {str(tmp_path / name)!r} and train it anew.")
+
+
+def test_a_family_beyond_the_papers_stands_beside_the_eighteen(tmp_path, dataset, monkeypatch):
+    monkeypatch.setitem(FAMILIES, "M7", "one more")
+    for name in names():
+        write_model(tmp_path / name, 0.1 if name == "M7-concat" else 1.0)
+    model_comparison.main(tmp_path, dataset, tmp_path / "out.json")
+    found = json.loads((tmp_path / "out.json").read_text(encoding="utf-8"))
+    assert list(found["beside"]) == ["M7-FiLM", "M7-concat", "M7-gated"]
+    assert (len(found["models"]), found["expected"], found["missing"]) == (18, 18, [])
+    assert found["comparison"]["best"] != "M7-concat"
+
+
+def test_what_is_trained_otherwise_on_purpose_stands_beside_the_eighteen(tmp_path, dataset):
+    write_model(tmp_path / "M1-concat", 1.0)
+    write_model(tmp_path / "M1-concat-large", 0.1, split=SPLIT | {"train": [0]}, extra_dataset_sha256="1")
+    write_model(tmp_path / "M1-concat-paper", 0.1, recipe='name = "paper"\n')
+    write_model(tmp_path / "M1-concat-8-epochs", 0.1, split=SPLIT | {"test": [1]})
+    out = tmp_path / "out.json"
+    model_comparison.main(tmp_path, dataset, out)
+    found = json.loads(out.read_text(encoding="utf-8"))
+    assert found["comparison"]["ranking"] == ["M1-concat"]
+    assert list(found["beside"]) == ["M1-concat-large", "M1-concat-paper"]
+    assert found["beside"]["M1-concat-paper"]["recipe"]["name"] == "paper"
+    assert "test part" in found["outdated"]["M1-concat-8-epochs"]
+
+
+def test_comparison_of_no_model_names_the_target(tmp_path, dataset):
+    with pytest.raises(FileNotFoundError, match="make models"):
+        model_comparison.main(tmp_path, dataset, tmp_path / "out.json")
+
+
+def test_feature_sets_differ_in_nothing_else():
+    config = {"architecture": "M1-concat", "recipe": "swift", "epochs": 0, "sets": ["A", "D"]}
+    found = feature_variants(config)
+    assert found["A"].features == "A"
+    assert found["A"].command(dataset="d", work=common.RESULTS)[:2] == ["train", "M1-concat"]
+    assert {(v.recipe, v.fraction, v.epochs) for v in found.values()} == {("swift", 1.0, 0)}
+    summary = feature_summary({"A": {"validation_mse": 7.0}, "D": {"validation_mse": 1.0}})
+    assert summary == {"order": ["D", "A"], "best": "D", "factor_a_over_d": 7.0}
+    errors = {"A": 7.0, "B": 3.0, "C": 0.5, "D": 1.0}
+    summary = feature_summary({name: {"validation_mse": error} for name, error in errors.items()})
+    assert (summary["best"], summary["all_improve_over_a"], summary["d_better_than_c"]) == ("C", True, False)
+
+
+def test_shares_are_the_papers():
+    config = common.read_config(common.CONFIGS / "data_efficiency.toml", *SHARES)
+    found = shares(config)
+    assert len(found) == 36
+    assert {percent for percent, _ in found} == {100, 75, 50, 25, 12.5, 6.25, 3.125, 1.55125}
+    assert found[50, 4].fraction == 0.5
+    assert next(iter(found.values())).fraction == 1.0
+    assert len({variant.label for variant in found.values()}) == 36
+
+
+def test_the_largest_share_is_trained_as_long_as_the_whole_and_smaller_ones_longer():
+    config = common.read_config(common.CONFIGS / "data_efficiency.toml", *SHARES)
+    assert config["epochs"][0] == config["whole_epochs"]
+    assert config["epochs"] == sorted(config["epochs"])
+    assert config["percents"] == sorted(config["percents"], reverse=True)
+
+
+def test_a_configuration_with_other_keys_is_refused(tmp_path):
+    path = tmp_path / "study.toml"
+    path.write_text("one = 1\n", encoding="utf-8")
+    with pytest.raises(ValueError, match=r"must hold two; received one"):
+        common.read_config(path, "two")
+
+
+@pytest.mark.parametrize("path", sorted((common.CONFIGS / "smoke").glob("*.toml")), ids=lambda path: path.stem)
+def test_the_smoke_configuration_has_the_same_keys(path):
+    import tomllib
+
+    full = tomllib.loads((common.CONFIGS / path.name).read_text(encoding="utf-8"))
+    assert tomllib.loads(path.read_text(encoding="utf-8")).keys() == full.keys()

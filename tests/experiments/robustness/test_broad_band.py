@@ -1,0 +1,43 @@
+"""Broad-band solids: their series, and how pulling fast amplifies the pull-off force."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+
+from bem import StandardLinearSolid
+from experiments.robustness import broad_band
+
+
+@pytest.mark.parametrize("n", broad_band.EXPONENTS)
+def test_series_stands_for_the_power_law(n):
+    material, error = broad_band.prony_fit(n)
+    assert error < 1e-3
+    assert material.modulus_ratio == pytest.approx(0.1, rel=1e-9)
+    times = np.array([0.0, 0.5, 5.0, 50.0])
+    np.testing.assert_allclose(material.creep_compliance(times), broad_band.power_law(n, times), atol=1e-3)
+
+
+def test_amplification_grows_from_one_towards_the_modulus_ratio():
+    material = StandardLinearSolid(broad_band.RATIO)
+    slow, fast = (broad_band.pulled(material, 10.0, rate, "draft")["amplification"] for rate in (1e-3, 1e5))
+    assert slow == pytest.approx(1.05, abs=0.05)
+    assert 6.0 < fast < 10.0
+
+
+def test_broad_band_file_says_terms_status_and_both_amplifications(tmp_path, monkeypatch):
+    monkeypatch.setattr(broad_band, "EXPONENTS", (1.6,))
+    monkeypatch.setattr(broad_band, "PRELOADS", (10.0,))
+    out = tmp_path / "broad.json"
+    broad_band.main(3, "draft", 1, out)
+    content = json.loads(out.read_text(encoding="utf-8"))
+    with out.with_suffix(".csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == 2 * 3
+    assert {row["status"] for row in rows} == {"completed"}
+    assert {row["terms"] for row in rows} == {"7", "1"}
+    assert float(rows[0]["unloading_rate"]) == 1e-6
+    ratio = float(rows[0]["amplification"]) / float(rows[0]["own_amplification"])
+    assert ratio == pytest.approx(content["elastic_pull_off"] / 1.5, rel=1e-4)
+    assert 1.0 < ratio < 1.1

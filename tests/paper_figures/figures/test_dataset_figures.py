@@ -1,0 +1,139 @@
+import csv
+import json
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+
+from bem.dataset.designs import PAPER_RANGES
+from bem.dataset.file import load_dataset
+from paper_figures.figures import figure_2, figure_3
+from paper_figures.style import drawing
+from paper_figures.style.writing import number, write_table
+from paper_figures.tables import table_accuracy_price, table_protocols_dataset
+
+
+def test_figure_2_is_drawn_from_files(dataset_path, examples_path, tmp_path):
+    figure_2.main(dataset_path, examples_path, tmp_path)
+    written = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    assert written.keys() == {"figure-2.pdf", "figure-2.png"}
+    figure_2.main(dataset_path, examples_path, tmp_path)
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == written
+
+
+def test_histograms_are_shares_and_mark_the_papers_cost(dataset_path, examples_path, tmp_path, monkeypatch):
+    kept = []
+    monkeypatch.setattr(drawing, "save", lambda drawn, *_: kept.append(drawn))
+    figure_2.main(dataset_path, examples_path, tmp_path)
+    panels = kept[0].axes
+    assert len(panels) == 9
+    for axes in panels[6:]:
+        assert axes.get_xscale() == "log"
+        np.testing.assert_allclose(sum(patch.get_height() for patch in axes.patches), 1.0)
+    texts = " ".join(text.get_text() for text in panels[8].texts)
+    assert "paper: 478 h\nmean 138 s" in texts
+    plt.close(kept[0])
+
+
+def test_figure_2_plots_the_examples_and_the_data_set(dataset_path, examples_path, tmp_path, kept):
+    figure_2.main(dataset_path, examples_path, tmp_path)
+    example = json.loads(examples_path.read_text(encoding="utf-8"))["examples"][0]
+    first = kept[0].axes[0]
+    histories = [line.get_xydata() for line in first.lines if len(line.get_xdata()) > 2]
+    native = np.stack([example["native"][name] for name in ("time", "force")], axis=1)
+    assert len(histories) == 1
+    np.testing.assert_array_equal(histories[0], native)
+    marks = {line.get_label(): line.get_xydata()[0].tolist() for line in first.lines if len(line.get_xdata()) == 1}
+    assert marks[r"$\hat P_\mathrm{po}$"] == [1.2345, 1.2345]
+    assert marks[r"$\hat P_\mathrm{mc}$"] == native[native[:, 1].argmin()].tolist()
+    data = load_dataset(dataset_path)
+    times = data.scalars["pull_off_time"][data.completed]
+    low, high = np.floor(np.log10(times.min())), np.ceil(np.log10(times.max()))
+    edges = np.logspace(low, high, round(figure_2.BINS_PER_DECADE * (high - low)) + 1)
+    bars = kept[0].axes[6].patches
+    np.testing.assert_allclose([bar.get_x() for bar in bars], edges[:-1])
+    shares = np.histogram(times, edges)[0] / len(times)
+    np.testing.assert_allclose([bar.get_height() for bar in bars], shares, atol=1e-12)
+    marked = [line for line in kept[0].axes[8].lines if line.get_color() == drawing.PAPER]
+    assert [line.get_xdata()[0] for line in marked] == pytest.approx([3600.0 * 478 / 12_450])
+
+
+def test_figure_3_plots_the_history_and_its_measurement_steps(examples_path, tmp_path, kept):
+    figure_3.main(examples_path, tmp_path)
+    mapping = json.loads(examples_path.read_text(encoding="utf-8"))["mapping"]
+    by_letter = {axes.get_title(loc="left").strip("()"): axes for axes in kept[0].axes}
+    for letter, quantity in (("c", "indentation"), ("d", "time"), ("e", "force")):
+        phases = [line for line in by_letter[letter].lines if line.get_marker() == "."]
+        assert [len(line.get_xdata()) for line in phases] == [50, 20, 50]
+        assert np.concatenate([line.get_xdata() for line in phases]).tolist() == list(range(1, 121))
+        plotted = np.concatenate([line.get_ydata() for line in phases])
+        np.testing.assert_array_equal(plotted, mapping["steps"][quantity])
+    for letter, quantity in (("a", "indentation"), ("b", "force")):
+        phases = [line for line in by_letter[letter].lines if line.get_marker() == "None"]
+        assert len(phases) == 3
+        drawn = np.unique(np.concatenate([line.get_xydata() for line in phases]), axis=0)
+        native = np.unique(np.stack([mapping["native"][name] for name in ("time", quantity)], axis=1), axis=0)
+        np.testing.assert_array_equal(drawn, native)
+
+
+def test_figure_3_is_drawn_from_files(examples_path, tmp_path):
+    figure_3.main(examples_path, tmp_path)
+    assert {path.name for path in tmp_path.iterdir()} == {"figure-3.pdf", "figure-3.png"}
+
+
+def test_a_missing_result_names_the_command_that_makes_it(tmp_path):
+    with pytest.raises(FileNotFoundError, match="`make figure-3` makes it"):
+        figure_3.main(tmp_path / "absent.json", tmp_path)
+
+
+def test_tables_of_the_data_set(examples_path, statistics_path, tmp_path):
+    table_protocols_dataset.main(examples_path, statistics_path, tmp_path)
+    assert len(list(tmp_path.iterdir())) == 6
+    with (tmp_path / "protocols-dataset.csv").open(encoding="utf-8") as file:
+        rows = list(csv.reader(file))
+    assert len(rows) == 7
+    assert rows[1][:6] == ["(a)", "2", "1", "3", "1.5", "5"]
+    summary = (tmp_path / "dataset-summary.md").read_text(encoding="utf-8")
+    assert "478 CPU-hours" in summary
+    assert "| 12450 " in summary
+    assert "resolution floor" in summary
+
+
+def test_table_of_the_price_of_accuracy(tmp_path):
+    seconds = {"mean": 0.0123, "median": 0.01, "p99": 0.1}
+    found = {"median": 1e-3, "p90": 2e-3, "p99": 3e-2}
+    level = {"trajectories": 9, "failed": 0, "seconds": seconds, "core_seconds": 60.0, "compared": 4}
+    levels = [
+        {"accuracy": "draft", "errors": dict.fromkeys(("pull_off_force", "hysteresis", "force"), found), **level},
+        {"accuracy": "reference", **level},
+    ]
+    path = tmp_path / "price.json"
+    path.write_text(json.dumps({"seed": 0, "host": "a machine", "levels": levels}), encoding="utf-8")
+    table_accuracy_price.main(path, tmp_path)
+    with (tmp_path / "accuracy-price.csv").open(encoding="utf-8") as file:
+        _, draft, reference = csv.reader(file)
+    assert draft == ["draft", "9", "0", "12.3", "10.0", "100.0", "1.0", *["0.1 / 0.2 / 3"] * 3]
+    assert reference[-3:] == ["-"] * 3
+
+
+def test_latex_escapes_text_and_leaves_mathematics_alone(tmp_path):
+    write_table("t", ["A_b", r"$x_1$ (%)"], [["1 & 2", "1.20e-05"]], "50 % of $y_2$", tmp_path)
+    text = (tmp_path / "t.tex").read_text(encoding="utf-8")
+    assert r"A\_b & $x_1$ (\%) \\" in text
+    assert r"1 \& 2 & $1.20\times10^{-5}$ \\" in text
+    assert r"\caption{50 \% of $y_2$}" in text
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(0.0, "0"), (1000.0, "1000"), (0.00888, "0.00888"), (1.23e-7, "1.23e-07"), (98765.4, "98800"), (-2.5, "-2.5")],
+)
+def test_numbers(value, text):
+    assert number(value) == text
+
+
+def test_paper_values_are_the_designs():
+    paper = drawing.paper_values("dataset")
+    assert (paper["trajectories"], paper["cpu_hours"]) == (12_450, 478)
+    for name in PAPER_RANGES.keys() - {"peak_indentation"}:
+        assert tuple(paper["ranges"][name]) == PAPER_RANGES[name]

@@ -1,0 +1,60 @@
+"""What the figures of the reference model's predictions and errors plot, from small result files."""
+
+import pytest
+
+from paper_figures.figures import figure_6, figure_7, figure_fms_transfer, graphical_abstract
+from paper_figures.style import models_style
+from tests.paper_figures.results import write
+
+
+def is_reference(line):
+    """Whether a line is drawn as M1-concat is."""
+    shape, color = models_style.marker("M1-concat")["marker"], models_style.color("M1-concat")
+    return (line.get_marker(), line.get_color()) == (shape, color)
+
+
+def test_figure_6_plots_solver_and_prediction(tmp_path, regimes, kept):
+    figure_6.main(regimes, tmp_path)
+    assert len(kept[0].axes) == 4
+    panel = kept[0].axes[1]
+    assert panel.get_title(loc="right") == r"$\mu = 3.2$, long dwell"
+    markers = {line.get_label(): line for line in panel.lines if line.get_label().startswith("(")}
+    assert list(markers) == ["(4)", "(5)", "(6)"]
+    assert markers["(5)"].get_xydata().tolist() == [[0.0, 0.5], [5.0, -5.0]]
+    assert {is_reference(line) for line in markers.values()} == {True}
+    assert [text.get_text() for text in panel.texts] == ["(4)", "(5)", "(6)"]
+
+
+def test_figure_7_counts_every_trajectory_once(tmp_path, errors, kept):
+    figure_7.main(errors, tmp_path)
+    for axes in kept[0].axes[:2]:
+        assert sum(patch.get_height() for patch in axes.patches) == pytest.approx(100.0)
+        assert sorted(line.get_xdata()[0] for line in axes.lines) == [1.5, 6.0]
+        kept[0].draw_without_rendering()
+        highest = max(patch.get_window_extent().y1 for patch in axes.patches)
+        assert axes.get_legend().get_window_extent().y0 > highest
+    assert sum(len(line.get_xdata()) for line in kept[0].axes[2].lines) == 8
+
+
+def test_figure_fms_transfer(tmp_path, kept):
+    predictions = {n: {"indentation": [0.0, 1.0], "predicted": [0.0, float(n)]} for n in ("100", "120", "140")}
+    sample = {"sample": 8, "native": {"indentation": [0.0], "force": [0.0]}, "predictions": predictions}
+    errors = {n: {"nmae_percent": {"median": float(n), "p90": 2.0 * float(n)}} for n in predictions}
+    config = {"model": "M1-concat"}
+    content = {"config": config, "sample": sample, "test_set": {"trajectories": 3, "errors": errors}}
+    figure_fms_transfer.main(write(tmp_path / "f.json", content), tmp_path)
+    first, second = kept[0].axes
+    assert {line.get_label(): line.get_ydata()[-1] for line in first.lines[2:]}["$N = 140$"] == 140.0
+    assert all(is_reference(line) for line in first.lines[2:])
+    heights = [bar.get_height() for bars in second.containers for bar in bars if hasattr(bar, "get_height")]
+    assert heights == [100.0, 120.0, 140.0, 200.0, 240.0, 280.0]
+
+
+def test_graphical_abstract_states_the_medians(tmp_path, regimes, errors, kept):
+    graphical_abstract.main(regimes, errors, tmp_path)
+    text = " ".join(text.get_text() for text in kept[0].axes[1].texts)
+    assert "pull-off force 1.5 %" in text
+    assert "6 ms a prediction, solver 10 ms" in text
+    (predicted,) = [line for line in kept[0].axes[2].lines if line.get_label() == "M1-concat"]
+    assert is_reference(predicted)
+    assert predicted.get_ydata().tolist() == [0.5, -5.0]

@@ -1,0 +1,115 @@
+"""The figure and tables of accuracy against cost, from a made-up measurement."""
+
+from pathlib import Path
+
+import pytest
+
+from paper_figures.measurements import figure_accuracy_cost
+from paper_figures.style.cost_style import paper_seconds
+from paper_figures.tables import table_accuracy_cost
+from tests.paper_figures.results import SPREAD, UNKNOWN, files_in, pictures, tables
+
+
+def tool(kind, setting, error=0.01, **more):
+    spread = SPREAD | {"median": error}
+    return {
+        "kind": kind,
+        "setting": setting,
+        "protocols": 3,
+        "repeats": 2,
+        "failures": 0,
+        "seconds": SPREAD if kind != "measurement steps" else UNKNOWN,
+        "run_totals": [1.0, 1.1],
+        "errors": dict.fromkeys(("pull_off_force", "hysteresis", "force"), spread),
+        **more,
+    }
+
+
+TOOLS = [
+    tool("measurement steps", ""),
+    tool("solver", "standard"),
+    tool("paper's discretisation", "50 nodes, 50 steps") | {"protocols": 1},
+    tool("closed form", "Hertz, rubbery", error=1.7) | {"protocols": 2},
+    tool("surrogate", "M1-concat, ONNX batch", way="ONNX batch", model="M1-concat"),
+    tool("surrogate", "M2-FiLM, ONNX batch", error=0.02, way="ONNX batch", model="M2-FiLM"),
+    tool("surrogate", "M3-FiLM, ONNX batch", error=0.03, way="ONNX batch", model="M3-FiLM"),
+    tool("surrogate", "M4-FiLM, ONNX batch", error=0.04, way="ONNX batch", model="M4-FiLM"),
+]
+
+
+CONTENT = {"protocols": 3, "repeats": 2, "truth_target": 7e-5, "tools": TOOLS}
+
+
+def test_accuracy_and_cost(measured, tmp_path):
+    path = measured({**CONTENT, "missing": ["M2-FiLM"], "outdated": ["M1-concat"]})
+    figure_accuracy_cost.main(path, tmp_path)
+    table_accuracy_cost.main(path, tmp_path)
+    assert files_in(tmp_path) == pictures("figure-accuracy-cost") | tables("accuracy-cost", "fastest-tool")
+    text = (tmp_path / "accuracy-cost.md").read_text(encoding="utf-8")
+    assert "Not published when this was measured: M2-FiLM. Trained otherwise than those compared: M1-concat." in text
+    assert text.count("20 (10-30)") == 7
+    hertz = next(line for line in text.splitlines() if "Hertz" in line)
+    assert [cell.strip() for cell in hertz.split("|")[3:6]] == ["2 (3)", "2", "0"]
+    assert hertz.split("|")[-3].strip() == "170 / 5"
+
+
+def test_no_point_is_left_out_and_the_best_and_worst_have_names():
+    drawn = figure_accuracy_cost.drawing.figure(height=3.0)
+    axes = drawn.subplots()
+    figure_accuracy_cost.draw(axes, TOOLS, "force")
+    points = [line for line in axes.lines if len(line.get_xdata()) == 1 and line.get_marker() != "None"]
+    assert len(points) == len(TOOLS) - 1
+    assert max(float(line.get_ydata()[0]) for line in points) == figure_accuracy_cost.LARGEST
+    assert sum(line.get_markerfacecolor() == "white" for line in points) == 2
+    words = {text.get_text() for text in axes.texts}
+    assert {"standard", "Hertz", "best: M1-concat", "worst: M4-FiLM"} <= words
+    assert not any(other in word for word in words for other in ("M2-FiLM", "M3-FiLM"))
+    figure_accuracy_cost.drawing.plt.close(drawn)
+
+
+def timed_tool(kind, setting, seconds, p95, **more):
+    found = tool(kind, setting, **more)
+    found["seconds"] = SPREAD | {"median": seconds}
+    found["errors"] = dict.fromkeys(found["errors"], SPREAD | {"p95": p95})
+    return found
+
+
+def test_the_fastest_tool_is_the_quickest_that_keeps_the_error():
+    choose = table_accuracy_cost.fastest
+    tools = [
+        timed_tool("solver", "draft", 2e-3, 0.01),
+        timed_tool("solver", "standard", 8e-3, 0.002),
+        timed_tool("surrogate", "M1, ONNX batch", 1e-4, 0.02, way="ONNX batch", model="M1"),
+        timed_tool("surrogate", "M1, ONNX single", 4e-3, 0.02, way="ONNX single", model="M1"),
+        timed_tool("closed form", "Hertz", 1e-5, 0.001) | {"protocols": 2},
+        timed_tool("solver", "broken", 1e-5, 0.001) | {"failures": 1},
+    ]
+    assert choose(tools, "force", 0.05, batch=True) == "M1, ONNX batch (0.1 ms)"
+    assert choose(tools, "force", 0.05, batch=False) == "solver, draft (2 ms)"
+    assert choose(tools, "force", 0.01, batch=True) == "solver, draft (2 ms)"
+    assert choose(tools, "force", 0.005, batch=True) == "solver, standard (8 ms)"
+    assert choose(tools, "force", 0.001, batch=True) == "none"
+
+
+def test_the_table_of_choices_goes_between_the_marks_of_the_page(measured, tmp_path):
+    begin, end = (f"<!-- {mark}{table_accuracy_cost.PLACE} -->" for mark in ("", "/"))
+    page = tmp_path / "page.md"
+    page.write_text(f"before\n\n{begin}\n\nold\n\n{end}\n\nafter\n", encoding="utf-8")
+    for _ in range(2):
+        table_accuracy_cost.main(measured(CONTENT), tmp_path, page)
+    text = page.read_text(encoding="utf-8")
+    assert text.startswith("before\n\n<!--")
+    assert text.endswith("-->\n\nafter\n")
+    assert "old" not in text
+    assert text.count("| Error wanted (%) |") == 1
+    page.write_text("no marks", encoding="utf-8")
+    with pytest.raises(ValueError, match="the page must hold <!-- fastest tool -->"):
+        table_accuracy_cost.main(measured(CONTENT), tmp_path, page)
+    cost = (Path(__file__).parents[3] / "docs" / "cost.md").read_text(encoding="utf-8")
+    assert cost.count(begin) == cost.count(end) == 1
+
+
+def test_papers_seconds_come_from_its_own_numbers():
+    seconds = paper_seconds()
+    assert seconds["paper's solver (mean)"] == pytest.approx(138.2, abs=0.1)
+    assert seconds["paper's surrogate"] == 0.16

@@ -1,0 +1,171 @@
+import json
+import re
+
+import pytest
+
+from paper_figures.report import claims as reproduction
+from paper_figures.report import write as reproduction_report
+from paper_figures.style import drawing
+from surrogate.architectures.naming import PAPER_PARAMETER_COUNTS
+
+
+@pytest.mark.parametrize(
+    ("rule", "theirs", "ours", "expected"),
+    [
+        ("count", 18, 18, "reproduced"),
+        ("count", 18, 17, "differs"),
+        ("value", 1.0, 1.09, "reproduced"),
+        ("value", 1.0, 0.8, "differs"),
+        ("error", 2.2, 2.7, "reproduced"),
+        ("error", 2.2, 1.0, "better"),
+        ("error", 2.2, 3.0, "differs"),
+        ("cost", 478, 0.05, "better"),
+        ("bound", 1.0, 0.4, "reproduced"),
+        ("bound", 1.0, 1.4, "differs"),
+        ("text", "M4", "M4", "reproduced"),
+        ("text", "true", True, "reproduced"),
+        ("text", "M4", "M3", "differs"),
+        ("least", 3.0, 3.5, "reproduced"),
+        ("least", 3.0, 2.5, "differs"),
+        ("adopted", 0.1, 0.1, "adopted"),
+        ("adopted", "50, 20, 50", "50, 20, 50", "adopted"),
+        ("adopted", 5.0, 3.0, "differs"),
+        ("none", 3.0, 3.0, "not comparable"),
+    ],
+)
+def test_verdicts(rule, theirs, ours, expected):
+    assert reproduction.verdict(rule, theirs, ours) == expected
+
+
+CLAIMS = [*reproduction.text_claims(), *reproduction.table_claims()]
+
+
+def test_every_claim_is_complete():
+    assert len(CLAIMS) > 180
+    for claim in CLAIMS:
+        assert {"group", "place", "says", "rule", "why"} <= claim.keys(), claim
+        assert "value" in claim or claim.get("beyond"), claim["says"]
+        assert claim["rule"] in reproduction.RULES
+        source = claim.get("source", "")
+        assert source.partition(":")[0] in reproduction.SOURCES or (claim["rule"] == "none" and not source)
+
+
+def test_reasons_hold_no_results():
+    for claim in CLAIMS:
+        assert claim["why"].endswith("."), claim["says"]
+        assert not re.search(r"\d", claim["why"].replace("M1-concat", "")), claim["why"]
+
+
+def test_a_tolerance_above_a_tenth_is_justified_and_no_other_is():
+    for claim in (*CLAIMS, *drawing.paper_values("claims")["rules"].values()):
+        assert (claim.get("tolerance", 0.0) > 0.1) == ("because" in claim), claim
+    (claim,) = [claim for claim in CLAIMS if claim["says"].startswith("orders of magnitude")]
+    assert reproduction_report.tolerance_text(claim) == "20 %: the paper says about three orders"
+
+
+def test_places_are_in_the_paper():
+    numbers = drawing.paper_values("structure")
+    for one in (*CLAIMS, *drawing.paper_values("slips")["slip"]):
+        for kind, number in re.findall(r"(section|appendix) ([A-H1-5](?:\.\d)?)", one["place"]):
+            assert number in numbers[kind], one["place"]
+    placed = {claim["says"]: claim["place"] for claim in CLAIMS}
+    assert placed["epochs any model needed, at most"] == "appendix D"
+    assert placed["best conditioning of M4"].endswith("appendix C")
+    assert placed["held-out trajectories"] == "section 3.4"
+
+
+def test_no_number_of_a_text_claim_is_transcribed_twice():
+    paper = {name: drawing.paper_values(name) for name in ("dataset", "reference_model", "cost")}
+    known = {(name, key): value for name, values in paper.items() for key, value in values.items()}
+    written = [claim for claim in drawing.paper_values("claims")["claim"] if "value" in claim]
+    once = {"dataset": ("trajectories", "cpu_hours"), "reference_model": ("mse", "mae"), "cost": ("surrogate_seconds",)}
+    for key in [(name, key) for name, keys in once.items() for key in keys]:
+        assert [claim["says"] for claim in written if claim["value"] == known[key]] == [], key
+    with pytest.raises(ValueError, match="received 'dataset:nothing'"):
+        drawing.stated("dataset:nothing")
+    assert drawing.with_stated("{cost:surrogate_seconds} s") == "0.16 s"
+
+
+def test_settings_and_our_own_numbers_are_not_counted(tmp_path):
+    path = tmp_path / "studies" / "adopted_settings.json"
+    path.parent.mkdir()
+    path.write_text(json.dumps({"recipe": {"batch_size": 8, "epochs": 100}}), encoding="utf-8")
+    results = reproduction.Results(tmp_path, tmp_path)
+    findings = {claim["says"]: reproduction.judge(claim, results) for claim in CLAIMS}
+    assert (findings["batch size"].verdict, findings["batch size"].counted) == ("adopted", False)
+    assert (findings["epochs, at most"].verdict, findings["epochs, at most"].counted) == ("differs", False)
+    text = reproduction_report.report(results)
+    assert "| adopted |" not in text
+    counted = sum(finding.counted for finding in findings.values())
+    assert f"{counted} numbers:" in text
+    assert text.index("## Beyond the paper") > text.index("## Crack velocities")
+
+
+def test_models_trained_otherwise_are_reported_beside(tmp_path):
+    path = tmp_path / "studies" / "model_comparison.json"
+    path.parent.mkdir()
+    sentence = "M2-concat is left out."
+    content = {"models": {}, "beside": {"M1-concat-paper": {"mse": 2e-4}}, "outdated": {"M2-concat": sentence}}
+    path.write_text(json.dumps(content), encoding="utf-8")
+    text = reproduction_report.report(reproduction.Results(tmp_path, tmp_path))
+    assert sentence in text
+    (line,) = [line for line in text.splitlines() if "by the paper's recipe: held-out MSE" in line]
+    assert "| 5.00e-04 | 2.00e-04 | 0.4 |" in line
+    (line,) = [line for line in text.splitlines() if "ten times the trajectories: held-out MSE" in line]
+    assert "`make model-large` makes it." in line
+
+
+def test_parameter_counts_are_those_of_the_surrogate_package():
+    stated = {c["says"].removeprefix("parameters of "): c.get("value") for c in reproduction.text_claims()}
+    assert {name: stated[name] for name in PAPER_PARAMETER_COUNTS} == PAPER_PARAMETER_COUNTS
+    model = drawing.paper_values("reference_model")
+    assert model["parameters"] == stated[model["name"]]
+
+
+def test_what_is_not_computed_yet_is_said_to_be_missing(tmp_path):
+    results = reproduction.Results(tmp_path, tmp_path)
+    claim = {"value": 7.0, "rule": "value", "source": "features:summary/factor_a_over_d", "why": "."}
+    finding = reproduction.judge(claim, results)
+    assert (finding.verdict, finding.ours) == ("not yet", None)
+    assert "make feature-sets" in finding.why
+    text = reproduction_report.report(results)
+    assert "**reproduced**" not in text
+    assert "## Slips of the paper" in text
+
+
+def test_numbers_come_from_result_files(tmp_path):
+    path = tmp_path / "studies" / "error_statistics.json"
+    path.parent.mkdir()
+    content = {"trajectories": 1245, "overall": {"hysteresis_percent": {"median": 0.5}}, "quartiles": {}}
+    path.write_text(json.dumps(content), encoding="utf-8")
+    text = reproduction_report.report(reproduction.Results(tmp_path, tmp_path))
+    (line,) = [line for line in text.splitlines() if line.startswith("| median hysteresis error")]
+    assert "| 1.1 % | 0.5 % | 0.45 | 25 % | **better** |" in line
+
+
+def test_reductions():
+    layers = [{"name": "a", "parameters": 3}, {"name": "b", "parameters": 4}, {"name": "c", "parameters": 9}]
+    assert reproduction._reduced(layers, {"layers": ["a", "b"]}) == 7
+    assert reproduction._reduced([1.0, 2.0], {"op": "length"}) == 2
+    assert reproduction._reduced([0.01, 100.0], {"op": "decades"}) == pytest.approx(4.0)
+    assert reproduction._reduced([75, 1.55125], {"op": "join"}) == "75, 1.55125"
+    assert reproduction._reduced(7200.0, {"scale": 1 / 3600}) == pytest.approx(2.0)
+
+
+def test_two_results_are_set_against_each_other(tmp_path):
+    results = reproduction.Results(tmp_path, tmp_path)
+    results.read = {"dataset": {"hours": 6.0}, "models": {"hours": 2.0, "most": None}}
+    assert results.find({"source": "dataset:hours", "over": "models:hours"}) == 3.0
+    assert results.find({"source": "dataset:hours", "than": "models:hours"}) is True
+    claim = {"source": "dataset:hours", "over": "models:most", "rule": "value", "value": 80, "why": "."}
+    assert "make models" in reproduction.judge(claim, results).why
+
+
+def test_a_model_beside_the_eighteen_is_named_as_it_is_published():
+    beside = [
+        (claim["says"], re.split("[:/]", claim["source"])[2])
+        for claim in reproduction.text_claims()
+        if claim.get("source", "").startswith(("models:beside/", "training:core_minutes/M1-concat-"))
+    ]
+    assert {"M1-concat-large", "M1-concat-paper"} <= {name for _, name in beside}
+    assert all(says.startswith(f"{name}, ") for says, name in beside), beside

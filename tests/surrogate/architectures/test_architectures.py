@@ -1,0 +1,177 @@
+import re
+from pathlib import Path
+
+import keras
+import numpy as np
+import pytest
+
+import surrogate
+from surrogate.architectures.blocks import EncoderBlock, ResidualTCNBlock
+from surrogate.architectures.layers import AppendTabor, FiLM, TaborGate
+from surrogate.architectures.naming import PARAMETER_COUNTS
+
+
+@pytest.fixture(scope="module")
+def models():
+    keras.utils.set_random_seed(0)
+    return {name: surrogate.build(name) for name in surrogate.names()}
+
+
+def inputs(steps=80, batch=2, channels=4):
+    rng = np.random.default_rng(1)
+    return rng.normal(size=(batch, steps, channels)).astype("float32"), rng.normal(size=(batch, 1)).astype("float32")
+
+
+def run(model, sequence, tabor):
+    return keras.ops.convert_to_numpy(model([sequence, tabor], training=False))
+
+
+def test_there_are_eighteen_names():
+    assert len(surrogate.names()) == len(set(surrogate.names())) == 18
+
+
+@pytest.mark.parametrize("name", surrogate.names())
+def test_trainable_parameters(models, name):
+    expected = PARAMETER_COUNTS[name]
+    assert sum(int(np.prod(weight.shape)) for weight in models[name].trainable_weights) == expected
+
+
+@pytest.mark.parametrize("name", surrogate.names())
+def test_every_layer_is_named_and_any_number_of_steps_works(models, name):
+    model = models[name]
+    assert not [
+        layer.name
+        for layer in model.layers
+        if re.fullmatch(r"(dense|lstm|conv1d|add)(_\d+)?", layer.name)
+        and layer.name not in ("lstm", "lstm_1", "lstm_2", "lstm_3", "add")
+    ]
+    for steps in (7, 120):
+        assert run(model, *inputs(steps)).shape == (2, steps, 1)
+
+
+@pytest.mark.parametrize("name", surrogate.names())
+def test_both_inputs_matter(models, name):
+    sequence, tabor = inputs(20)
+    base = run(models[name], sequence, tabor)
+    assert np.abs(run(models[name], sequence + 1.0, tabor) - base).max() > 1e-4
+    assert np.abs(run(models[name], sequence, tabor + 1.0) - base).max() > 1e-6
+
+
+@pytest.mark.parametrize("name", surrogate.names())
+def test_causality(models, name):
+    sequence, tabor = inputs()
+    changed = sequence.copy()
+    changed[:, 50] += 1.0
+    difference = np.abs(run(models[name], changed, tabor) - run(models[name], sequence, tabor)).max(axis=(0, 2))
+    assert difference[50:].max() > 0
+    if name.startswith("M5"):
+        assert difference[:50].max() > 0, "an encoder attends both ways"
+    else:
+        assert difference[:50].max() < 1e-6
+
+
+@pytest.mark.parametrize("name", ["M4-concat", "M4-FiLM", "M4-gated"])
+def test_receptive_field_of_m4_is_61_steps(models, name):
+    sequence, tabor = inputs(140, batch=1)
+    changed = sequence.copy()
+    changed[:, 40] += 10.0
+    difference = np.abs(run(models[name], changed, tabor) - run(models[name], sequence, tabor))[0, :, 0]
+    # Output j sees inputs j - 60 to j.
+    assert set(np.flatnonzero(difference > 1e-6)) <= set(range(40, 101))
+    assert difference[100] > 0
+    assert difference[101:].max() < 1e-6
+
+
+@pytest.mark.parametrize("features", ["A", "B", "C", "D"])
+def test_feature_sets_change_the_input_only(features):
+    model = surrogate.build("M3-concat", features=features)
+    channels = {"A": 2, "B": 3, "C": 4, "D": 4}[features]
+    assert model.input_shape == [(None, None, channels), (None, 1)]
+    assert model.count_params() == 165_633 - 3 * 64 * (4 - channels)
+
+
+def test_unknown_names_list_the_known():
+    with pytest.raises(ValueError, match=r"M1-concat, M1-FiLM, .*M6-gated.*name='M7-concat'"):
+        surrogate.build("M7-concat")
+    with pytest.raises(ValueError, match=r"A, B, C, D.*features='E'"):
+        surrogate.build("M1-concat", features="E")
+    from surrogate.architectures.m1_lstm import lstm
+
+    with pytest.raises(ValueError, match="conditioning='film'"):
+        lstm(conditioning="film")
+
+
+@pytest.mark.parametrize(
+    "layer",
+    [
+        AppendTabor(),
+        FiLM(hidden=5),
+        TaborGate(hidden=7),
+        ResidualTCNBlock(8, kernel_size=2, dilation=4, dropout=0.2),
+        EncoderBlock(heads=2, key_dim=3, feed_forward=11),
+    ],
+    ids=lambda layer: type(layer).__name__,
+)
+def test_layers_survive_serialisation(layer):
+    config = keras.saving.serialize_keras_object(layer)
+    again = keras.saving.deserialize_keras_object(config)
+    assert type(again) is type(layer)
+    assert again.get_config() == layer.get_config()
+
+
+@pytest.mark.parametrize("name", ["M1-gated", "M4-FiLM", "M5-concat"])
+def test_models_survive_saving(models, name, tmp_path):
+    models[name].save(tmp_path / "model.keras")
+    again = keras.saving.load_model(tmp_path / "model.keras")
+    np.testing.assert_allclose(run(again, *inputs()), run(models[name], *inputs()), atol=1e-6)
+
+
+def test_film_golden_values():
+    film = FiLM(hidden=1)
+    sequence, tabor = np.array([[[1.0, 2.0]]]), np.array([[3.0]])
+    np.testing.assert_allclose(FiLM()(sequence, np.zeros((1, 1))), sequence)
+    film(sequence, tabor)
+    for weight in film.trainable_weights:
+        weight.assign(keras.ops.full(weight.shape, 0.5))
+    # Context 3 * 0.5 + 0.5 = 2; scale and shift 2 * 0.5 + 0.5 = 1.5.
+    np.testing.assert_allclose(film(sequence, tabor), [[[3.0, 4.5]]])
+
+
+def test_gate_golden_values():
+    gate = TaborGate(hidden=2)
+    first, second, tabor = np.full((1, 3, 2), 4.0), np.full((1, 3, 2), 1.0), np.ones((1, 1))
+    gate(first, second, tabor)
+    for weight in gate.trainable_weights:
+        weight.assign(keras.ops.zeros(weight.shape))
+    gate.weighting.bias.assign(np.log([2.0, 1.0]))
+    np.testing.assert_allclose(gate(first, second, tabor), np.full((1, 3, 2), 3.0), rtol=1e-6)
+    with pytest.raises(ValueError, match="same width"):
+        TaborGate()(np.ones((1, 3, 2)), np.ones((1, 3, 4)), tabor)
+
+
+def test_encoder_block_attends_as_keras_does():
+    block = EncoderBlock(heads=3, key_dim=5)
+    sequence = np.random.default_rng(0).normal(size=(2, 7, 4)).astype("float32")
+    block(sequence)
+    for weight in block.trainable_weights:
+        weight.assign(keras.random.normal(weight.shape, seed=1))
+    attended = block.attention_normalisation(sequence + block.attention(sequence, sequence))
+    expected = block.output_normalisation(attended + block.contract(block.expand(attended)))
+    np.testing.assert_allclose(block(sequence), expected, rtol=1e-5, atol=1e-5)
+
+
+def test_tcn_block_golden_values():
+    block = ResidualTCNBlock(2, kernel_size=2, dilation=3)
+    sequence = np.arange(12.0).reshape(1, 6, 2)
+    block(sequence)
+    for weight in block.trainable_weights:
+        weight.assign(keras.ops.zeros(weight.shape))
+    # Zero weights silence both stages: the identity skip remains.
+    np.testing.assert_allclose(block(sequence), sequence)
+
+
+def test_documented_table_is_generated():
+    from surrogate.cli.tables import parameter_table
+
+    document = Path(__file__).parents[3] / "docs" / "surrogate-models.md"
+    assert parameter_table() in document.read_text(encoding="utf-8")

@@ -1,0 +1,138 @@
+import json
+import shutil
+
+import numpy as np
+import pytest
+
+from bem.dataset.designs import QUANTITIES
+from surrogate.data.dataset import Split, TrajectoryDataset
+from surrogate.training.evaluation import scaled_examples
+from surrogate.training.recipe import Recipe
+from surrogate.training.runs import Run, fit_scaling
+from tests.data_files import editing
+
+
+@pytest.fixture
+def copy(dataset_path, tmp_path):
+    return shutil.copy(dataset_path, tmp_path / "copy.h5")
+
+
+def rows(dataset, indices):
+    return set(zip(*(dataset.protocols[name][indices] for name in QUANTITIES), strict=True))
+
+
+def test_split_sizes_and_disjointness(dataset):
+    split = dataset.split(seed=0)
+    assert (len(split.train), len(split.validation), len(split.test)) == (48, 6, 6)
+    assert sorted(np.concatenate([split.train, split.validation, split.test])) == list(range(60))
+    np.testing.assert_array_equal(split.test, dataset.split(seed=0).test)
+    assert set(split.test) != set(dataset.split(seed=1).test)
+
+
+def test_repeated_protocols_do_not_leak(copy):
+    with editing(copy) as file:
+        for name in QUANTITIES:
+            values = file["protocols"][name][:]
+            file["protocols"][name][...] = values[np.arange(60) % 20]
+    dataset = TrajectoryDataset.load(copy)
+    for seed in range(5):
+        split = dataset.split(seed)
+        train, validation, test = (rows(dataset, part) for part in (split.train, split.validation, split.test))
+        assert len(train | validation | test) == len(train) + len(validation) + len(test)
+        assert test
+
+
+def test_failed_simulations_are_left_out(copy):
+    with editing(copy) as file:
+        file["status"][7] = 1
+        file["fms/force"][7] = np.nan
+    split = TrajectoryDataset.load(copy).split()
+    assert 7 not in np.concatenate([split.train, split.validation, split.test])
+
+
+def test_statistics_ignore_what_is_held_out(dataset, copy):
+    split = dataset.split()
+    with editing(copy) as file:
+        for index in (*split.validation, *split.test):
+            file["fms/force"][index] = 1e6
+            file["protocols/tabor"][index] = 50.0
+    recipe = Recipe.load("swift")
+    before = fit_scaling(Run("M1-concat", dataset, split, recipe))
+    after = fit_scaling(Run("M1-concat", TrajectoryDataset.load(copy), split, recipe))
+    assert before.force == after.force
+    assert before.tabor == after.tabor
+    assert before.channel_mean == after.channel_mean
+    assert before.ranges == after.ranges
+
+
+def test_fractions_are_nested(dataset):
+    split = dataset.split()
+    half, quarter = split.with_fraction(0.5), split.with_fraction(0.25)
+    assert set(quarter.train) < set(half.train) < set(split.train)
+    assert len(half.train) == 24
+    np.testing.assert_array_equal(half.test, split.test)
+    assert set(split.with_fraction(0.5, fold=1).train) != set(half.train)
+    with pytest.raises(ValueError, match="fraction=0"):
+        split.with_fraction(0)
+
+
+def test_split_round_trip(dataset, tmp_path):
+    split = dataset.split(seed=4)
+    split.save(tmp_path / "split.json")
+    again = Split.load(tmp_path / "split.json")
+    assert again.seed == 4
+    np.testing.assert_array_equal(again.train, split.train)
+    for text in (
+        "[]",
+        10**5 * "[",
+        '{"seed": 1, "train": [[1], 2], "validation": [], "test": [1e400]}',
+        '{"seed": Infinity',
+    ):
+        (tmp_path / "split.json").write_text(text)
+        with pytest.raises(ValueError, match="Expected a split"):
+            Split.load(tmp_path / "split.json")
+
+
+def test_examples_have_the_models_shapes(dataset):
+    split = dataset.split()
+    scaling = fit_scaling(Run("M1-concat", dataset, split, Recipe.load("swift")))
+    examples = scaled_examples(dataset, split.test, scaling)
+    assert (examples.sequence.shape, examples.tabor.shape) == ((6, 120, 4), (6, 1))
+    assert examples.force.shape == (6, 120, 1)
+    assert {array.dtype.name for array in vars(examples).values()} == {"float32"}
+
+
+def test_bad_files(copy, tmp_path):
+    with pytest.raises(FileNotFoundError, match=r"nowhere\.h5"):
+        TrajectoryDataset.load(tmp_path / "nowhere.h5")
+    (tmp_path / "text.h5").write_text("no")
+    with pytest.raises(ValueError, match="expected a data set"):
+        TrajectoryDataset.load(tmp_path / "text.h5")
+    with editing(copy) as file:
+        file["fms/force"][3, 5] = np.nan
+    with pytest.raises(ValueError, match="/fms/force is not finite"):
+        TrajectoryDataset.load(copy)
+    with editing(copy) as file:
+        file.attrs["format_version"] = 9
+    with pytest.raises(ValueError, match="version 1"):
+        TrajectoryDataset.load(copy)
+
+
+def test_a_data_set_computed_again_is_the_same_and_another_is_not(dataset_path, tmp_path):
+    path = tmp_path / "again.h5"
+    path.write_bytes(dataset_path.read_bytes())
+    with editing(path) as file:
+        file.attrs["wall_seconds"] = 12.0
+        file["fms/force"][...] *= np.float32(1.0 + 1e-6)
+        file["protocols/dwell_time"][...] = np.nextafter(file["protocols/dwell_time"][...], np.inf)
+    asked = TrajectoryDataset.load(dataset_path).sha256
+    assert TrajectoryDataset.load(path).sha256 == asked
+    for change in ("accuracy", "tabor"):
+        path.write_bytes(dataset_path.read_bytes())
+        with editing(path) as file:
+            if change == "accuracy":
+                campaign = json.loads(file.attrs["campaign"]) | {"accuracy": "draft"}
+                file.attrs.update(accuracy="draft", campaign=json.dumps(campaign))
+            else:
+                file["protocols/tabor"][0] *= 1.001
+        assert TrajectoryDataset.load(path).sha256 != asked

@@ -1,0 +1,86 @@
+import numpy as np
+import pytest
+
+from surrogate.data.metrics import dtw_rmse, hysteresis, nmae, pull_off, relative_error, summary, trajectory_errors
+
+
+def brute_force_dtw_rmse(a, b):
+    best = (np.inf, 0)
+
+    def walk(i, j, total, points):
+        nonlocal best
+        total, points = total + (a[i] - b[j]) ** 2, points + 1
+        if total >= best[0]:
+            return
+        if (i, j) == (len(a) - 1, len(b) - 1):
+            best = (total, points)
+            return
+        for di, dj in ((1, 1), (1, 0), (0, 1)):
+            if i + di < len(a) and j + dj < len(b):
+                walk(i + di, j + dj, total, points)
+
+    walk(0, 0, 0.0, 0)
+    return np.sqrt(best[0] / best[1])
+
+
+def test_dtw_against_every_path():
+    rng = np.random.default_rng(0)
+    for _ in range(5):
+        a, b = rng.normal(size=5), rng.normal(size=6)
+        assert dtw_rmse(a[None], b[None])[0] == pytest.approx(brute_force_dtw_rmse(a, b))
+
+
+def test_dtw_against_the_published_package():
+    dtw = pytest.importorskip("dtw")
+    rng = np.random.default_rng(1)
+    for _ in range(10):
+        a, b = rng.normal(size=(2, 60)).cumsum(axis=1)
+        path = dtw.dtw(a[:, None], b[:, None], dist_method="sqeuclidean", step_pattern="symmetric1")
+        expected = np.sqrt(path.distance / len(path.index1))
+        assert dtw_rmse(a[None], b[None])[0] == pytest.approx(expected, rel=1e-12)
+
+
+def test_dtw_forgives_a_shift_and_never_exceeds_the_rmse():
+    x = np.linspace(0, 6, 120)
+    a, b = np.sin(x)[None], np.sin(x - 0.2)[None]
+    assert dtw_rmse(a, a)[0] == 0.0
+    assert dtw_rmse(a, b)[0] < 0.3 * np.sqrt(np.mean((a - b) ** 2))
+    pairs = np.random.default_rng(2).normal(size=(2, 50, 30))
+    assert np.all(dtw_rmse(*pairs) <= np.sqrt(np.mean((pairs[0] - pairs[1]) ** 2, axis=1)) + 1e-12)
+
+
+def test_pull_off_looks_at_unloading_only():
+    times, force = np.arange(6.0)[None], np.array([[9.0, 1.0, 2.0, 5.0, 3.0, 1.0]])
+    peak, at = pull_off(times, force, unloading_from=2)
+    assert (peak[0], at[0]) == (5.0, 3.0)
+
+
+def test_hysteresis_is_the_loop_area():
+    indentations = np.array([[0.0, 1.0, 1.0, 0.0]])
+    force = np.array([[0.0, -1.0, 2.0, 0.0]])
+    assert hysteresis(indentations, force)[0] == pytest.approx(1.5)
+    assert hysteresis(indentations, -force)[0] == pytest.approx(1.5)
+
+
+def test_percentages():
+    assert nmae(np.array([[1.0, 3.0]]), np.array([[-1.0, 3.0]]))[0] == pytest.approx(50.0)
+    assert relative_error(np.array([1.1]), np.array([-1.0]))[0] == pytest.approx(210.0)
+
+
+def test_perfect_prediction_has_only_the_resolution_floor(dataset, grid):
+    times, indentations = grid
+    errors = trajectory_errors(
+        dataset.force,
+        dataset.force,
+        predicted_scaled=dataset.force,
+        reference_scaled=dataset.force,
+        times=times,
+        indentations=indentations,
+        unloading_from=69,
+        native_pull_off_force=dataset.scalars["pull_off_force"],
+    )
+    floor = errors.pop("resolution_floor_percent")
+    np.testing.assert_allclose(floor, 100 * (1 - 1 / 1.01), rtol=1e-4)
+    np.testing.assert_array_equal(errors.pop("native_pull_off_force_percent"), floor)
+    assert all(np.all(values == 0.0) for values in errors.values())
+    assert set(summary(errors)["mse"]) == {"mean", "median", "p90", "max"}

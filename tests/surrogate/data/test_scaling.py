@@ -1,0 +1,102 @@
+import json
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from surrogate.data.features import channels, edge_from_indentations
+from surrogate.data.scaling import Scaling, symexp, symlog
+
+
+@pytest.fixture(scope="module")
+def physical(dataset, grid):
+    times, indentations = grid
+    return channels(times, indentations, edge_from_indentations(indentations))
+
+
+@pytest.fixture(scope="module")
+def scaling(dataset, physical):
+    return Scaling.fit(
+        physical,
+        tabor=dataset.protocols["tabor"],
+        force=dataset.force,
+        protocols=dataset.protocols,
+        dataset_sha256=dataset.sha256,
+    )
+
+
+@given(st.floats(-1e6, 1e6))
+def test_symexp_inverts_symlog(value):
+    np.testing.assert_allclose(symexp(symlog(np.array(value))), value, rtol=1e-13, atol=1e-300)
+
+
+def test_time_is_transformed_twice(scaling, physical):
+    times = physical[..., 0]
+    twice = np.log1p(np.log1p(times))
+    assert scaling.channel_mean[0] == pytest.approx(twice.mean())
+    expected = (twice - twice.mean()) / twice.std()
+    np.testing.assert_allclose(scaling.scale_channels(physical)[..., 0], expected, atol=1e-5)
+
+
+def test_scaled_training_set_is_standard(scaling, physical, dataset):
+    scaled = scaling.scale_channels(physical).astype(float)
+    np.testing.assert_allclose(scaled.mean(axis=(0, 1)), 0.0, atol=1e-5)
+    np.testing.assert_allclose(scaled.std(axis=(0, 1)), 1.0, atol=1e-5)
+    assert scaling.scale_tabor(dataset.protocols["tabor"]).shape == (len(dataset), 1)
+    assert scaling.scale_force(dataset.force).std() == pytest.approx(1.0)
+
+
+def test_force_round_trip_is_exact(scaling, dataset):
+    np.testing.assert_allclose(
+        scaling.unscale_force(scaling.scale_force(dataset.force)), dataset.force, rtol=1e-12, atol=1e-12
+    )
+
+
+def test_single_trajectory_scales_like_the_batch(scaling, physical):
+    np.testing.assert_array_equal(scaling.scale_channels(physical[3]), scaling.scale_channels(physical)[3])
+
+
+def test_constant_channel_becomes_zero(physical):
+    constant = physical.copy()
+    constant[..., 3] = 0.0
+    scaling = Scaling.fit(constant, tabor=np.ones(len(constant)), force=constant[..., 0])
+    assert np.all(scaling.scale_channels(constant)[..., 3] == 0.0)
+    np.testing.assert_allclose(scaling.scale_tabor(np.ones(2)), 0.0, atol=1e-12)
+
+
+def test_file_round_trip_is_exact(scaling, tmp_path):
+    scaling.save(tmp_path / "scaling.json")
+    assert Scaling.load(tmp_path / "scaling.json") == scaling
+
+
+def test_bad_files_and_channels(scaling, physical, tmp_path):
+    path = tmp_path / "scaling.json"
+    path.write_text("{}")
+    with pytest.raises(ValueError, match="Received: path="):
+        Scaling.load(path)
+    scaling.save(path)
+    good = json.loads(path.read_text())
+    moments = [good["force"][0], 0.0]
+    for change in (
+        *({"dataset_sha256": value} for value in (5, None, ["a"])),
+        *({"features": value} for value in (["D"], None, {})),
+        *({"force": value} for value in ([1.0], [1.0, float("nan")], moments, [1.0, "2"], "ab", [1.0, 10**400], 5)),
+        *({"channel_scale": value} for value in ([1, 1, 1, float("inf")], [1, -1, 1, 1], {})),
+        *({"ranges": value} for value in ({"tabor": [1]}, {"tabor": [None, 1]}, [])),
+    ):
+        path.write_text(json.dumps(good | change))
+        with pytest.raises(ValueError, match="Received: path="):
+            Scaling.load(path)
+    for text in (10**5 * "[", "5", '{"a": ' + 10**5 * '{"a": '):
+        path.write_text(text)
+        with pytest.raises(ValueError, match="Received: path="):
+            Scaling.load(path)
+    scaling.save(path)
+    content = json.loads(path.read_text())
+    content["features"] = "A"
+    path.write_text(json.dumps(content))
+    with pytest.raises(ValueError, match="Expected 2 channels"):
+        Scaling.load(path)
+    with pytest.raises(ValueError, match="Expected 4 channels"):
+        scaling.scale_channels(physical[..., :3])

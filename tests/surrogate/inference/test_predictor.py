@@ -1,0 +1,309 @@
+import json
+import pickle
+import shutil
+import warnings
+
+import numpy as np
+import pytest
+
+import surrogate
+from bem import LoadingProtocol
+from bem.dataset.measurement_steps import proportional_counts
+from surrogate.data.metrics import hysteresis
+from surrogate.inference.backends import KerasBackend
+from surrogate.inference.predictor import ExtrapolationWarning, Surrogate
+from surrogate.training.recipe import Recipe
+from surrogate.training.runs import Run, execute, fit_scaling, publish
+
+
+@pytest.fixture(scope="module")
+def predictor(dataset):
+    scaling = fit_scaling(Run("M3-concat", dataset, dataset.split(), Recipe.load("swift")))
+    return Surrogate(KerasBackend(surrogate.build("M3-concat"), scaling, name="M3-concat"))
+
+
+@pytest.fixture(scope="module")
+def inside(dataset):
+    """Protocols of the training part, which no range excludes."""
+    indices = dataset.split().train[:5]
+    return *dataset.grid(indices), dataset.protocols["tabor"][indices]
+
+
+@pytest.fixture
+def folder(tiny, dataset, tmp_path):
+    run = Run("M1-concat", dataset, dataset.split(), Recipe.load("swift").with_overrides(epochs=1))
+    execute(run, tmp_path / "run")
+    publish(tmp_path / "run", tmp_path / "models" / "M1-concat")
+    return tmp_path / "models" / "M1-concat"
+
+
+def test_prediction_inside_the_ranges_is_silent(predictor, inside):
+    times, indentations, tabor = inside
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        force = predictor.predict(times, indentations, tabor=tabor)
+    assert force.shape == times.shape
+    assert force.dtype == np.float64
+    assert np.isfinite(force).all()
+
+
+def test_batch_and_single_agree(predictor, inside):
+    times, indentations, tabor = inside
+    batch = predictor.predict(times, indentations, tabor=tabor)
+    single = predictor.predict(times[2:3], indentations[2:3], tabor=tabor[2])
+    np.testing.assert_allclose(single[0], batch[2], rtol=1e-4, atol=1e-5)
+
+
+def test_edge_override(predictor, inside):
+    times, indentations, tabor = inside
+    found = np.zeros_like(times)
+    found[:, [49, 69]] = 1.0
+    base = predictor.predict(times, indentations, tabor=tabor)
+    np.testing.assert_array_equal(predictor.predict(times, indentations, tabor=tabor, edge=found), base)
+    assert np.abs(predictor.predict(times, indentations, tabor=tabor, edge=0 * found) - base).max() > 1e-4
+    with pytest.raises(ValueError, match="edge marks of shape"):
+        predictor.predict(times, indentations, tabor=tabor, edge=found[:, 1:])
+    for wrong in (0.5, -1.0, 2.0, np.nan):
+        with pytest.raises(ValueError, match="edge marks of zero or one"):
+            predictor.predict(times, indentations, tabor=tabor, edge=wrong * found)
+
+
+def test_extrapolation_warns_once_by_name(predictor, inside):
+    times, indentations, tabor = inside
+    with pytest.warns(ExtrapolationWarning, match=r"tabor = 9 lies outside \[0\.\d+, \d.*\]") as caught:
+        predictor.predict(times, indentations, tabor=np.full_like(tabor, 9.0))
+    assert len(caught) == 1
+    with pytest.warns(ExtrapolationWarning, match=r"peak_indentation = 1000") as caught:
+        predictor.predict(times, 1000.0 * indentations / indentations.max(axis=1, keepdims=True), tabor=tabor)
+    assert len(caught) == 1
+    with pytest.warns(ExtrapolationWarning, match="rate"):
+        predictor.predict(times * 1e6, indentations, tabor=tabor)
+
+
+def test_a_history_may_begin_at_any_time(predictor, inside):
+    times, indentations, tabor = inside
+    base = predictor.predict(times, indentations, tabor=tabor)
+    for shift in (-5.0, 1e3):
+        found = predictor.predict(times + shift, indentations, tabor=tabor)
+        np.testing.assert_allclose(found, base, rtol=1e-6, atol=1e-5)
+
+
+def resampled(times, indentations, total):
+    """The first history on another number of measurement steps."""
+    counts = proportional_counts(total)
+    corners = times[0, [0, 49, 69, 119]]
+    fine = np.concatenate(
+        [
+            np.linspace(corners[0], corners[1], counts[0]),
+            np.linspace(corners[1], corners[2], counts[1] + 1)[1:],
+            np.linspace(corners[2], corners[3], counts[2] + 1)[1:],
+        ]
+    )
+    depth = np.interp(fine, corners, indentations[0, [0, 49, 69, 119]])
+    return fine[None], depth[None]
+
+
+@pytest.mark.parametrize("total", [100, 120, 140])
+def test_nearby_numbers_of_points_are_silent(predictor, inside, total):
+    times, indentations, tabor = inside
+    assert predictor.extrapolated(*resampled(times, indentations, total), tabor=tabor[:1]) == [()]
+
+
+@pytest.mark.parametrize("total", [24, 30, 90, 150, 2000])
+def test_other_numbers_of_points_are_said(predictor, inside, total):
+    times, indentations, tabor = inside
+    arguments = resampled(times, indentations, total)
+    words = (
+        rf"loading_points = {proportional_counts(total)[0]} lies outside \[42, 58\]; dwell_points = .*; unloading_po"
+    )
+    with pytest.warns(ExtrapolationWarning, match=words) as caught:
+        predictor.predict(*arguments, tabor=tabor[:1])
+    assert len(caught) == 1
+
+
+def test_other_shapes_are_said(predictor, inside):
+    times, indentations, tabor = (part[:1] for part in inside)
+    peak = indentations.max()
+
+    def said(new_times=times, new_indentations=indentations):
+        (words,) = predictor.extrapolated(new_times, new_indentations, tabor=tabor)
+        return "; ".join(words)
+
+    assert said() == ""
+    shallow = indentations + 0.5 * (peak - indentations)
+    assert "start_indentation" in said(new_indentations=shallow)
+    assert "end_indentation" in said(new_indentations=shallow)
+    bump = np.zeros_like(times)
+    bump[0, :50] = 0.05 * peak * np.sin(np.linspace(0.0, np.pi, 50))
+    assert "bend = " in said(new_indentations=indentations + bump)
+    assert "lies outside [0, 0.005]" in said(new_indentations=indentations + bump)
+    crowded = times[0, 49] * np.linspace(0.0, 1.0, 50) ** 2
+    start = indentations[0, 0]
+    assert "step_ratio = " in said(
+        np.concatenate([crowded, times[0, 50:]])[None],
+        np.concatenate([start + (peak - start) * crowded / times[0, 49], indentations[0, 50:]])[None],
+    )
+
+
+def test_other_numbers_of_points_of_a_protocol_are_said(predictor, dataset):
+    index = dataset.split().train[0]
+    values = {name: float(column[index]) for name, column in dataset.protocols.items()}
+    tabor = values.pop("tabor")
+    protocol = LoadingProtocol(**values)
+    for counts, words in (((50, 20, 50), ()), ((42, 16, 42), ()), ((10, 4, 10), ("loading", "dwell", "unloading"))):
+        (found,) = predictor.trajectories([protocol], tabor=tabor, counts=counts)
+        assert [line.split("_points = ")[0] for line in found.extrapolated] == list(words)
+
+
+def test_hysteresis_is_the_paper_s(predictor, dataset):
+    index = dataset.split().train[0]
+    values = {name: float(column[index]) for name, column in dataset.protocols.items()}
+    (found,) = predictor.trajectories(LoadingProtocol(**{k: v for k, v in values.items() if k != "tabor"}), tabor=1.0)
+    assert found.hysteresis == pytest.approx(hysteresis(found.indentation[None], found.force[None])[0], rel=1e-12)
+
+
+def test_history_without_plateau_works(predictor):
+    times = np.linspace(0.0, 4.0, 51)[None]
+    with pytest.warns(ExtrapolationWarning, match=r"dwell_time = 0 lies outside.*Advice: .*the model counts points"):
+        force = predictor.predict(times, 10.0 - 6.0 * np.abs(times - 2.0), tabor=[1.0])
+    assert np.isfinite(force).all()
+
+
+def test_bad_input(predictor, inside):
+    times, indentations, tabor = inside
+    hole = indentations.copy()
+    hole[1, 7] = np.nan
+    backwards = times.copy()
+    backwards[2, 5] = backwards[2, 4]
+    for arguments, words in (
+        ((times, hole, tabor), "finite indentations.*history 1"),
+        ((backwards, indentations, tabor), "increase strictly.*history 2"),
+        ((times, indentations[:, 1:], tabor), "one shape"),
+        ((times[0], indentations[0], tabor), "one shape"),
+        ((times, indentations, tabor[:2]), "one Tabor parameter per history"),
+        ((times, indentations, -tabor), "above zero"),
+        ((times, indentations, tabor * np.nan), "above zero"),
+        ((times, indentations, tabor + 0j), "tabor must be real numbers"),
+        ((times, indentations, 1j), "tabor must be real numbers"),
+        ((times + 0j, indentations, tabor), "times must be real numbers"),
+        ((times, (indentations + 1j).tolist(), tabor), "indentations must be real numbers"),
+        ((times, [[1.0], [2.0, 3.0]], tabor), "indentations must be real numbers"),
+        ((None, indentations, tabor), "one shape"),
+        ((times * 1e-320, indentations, tabor), "time steps within|increase strictly"),
+        ((times * 1e-16, indentations, tabor), "rates within -1e"),
+        ((times * 1e30, indentations, tabor), "times after the first within 0 and"),
+        ((times, 1e9 * indentations, tabor), "indentations within -1e"),
+        (((times - 1e18)[:, :3], indentations[:, :3], tabor), "increase strictly"),
+    ):
+        with pytest.raises(ValueError, match=words):
+            predictor.predict(*arguments[:2], tabor=arguments[2])
+    with pytest.raises(ValueError, match=r"\(batch, steps, 4\).*\(1, 5, 3\)"):
+        predictor.predict_channels(np.zeros((1, 5, 3)), np.zeros((1, 1)))
+    with pytest.raises(ValueError, match="finite channels"):
+        predictor.predict_channels(np.full((1, 5, 4), np.nan), np.zeros((1, 1)))
+
+
+@pytest.mark.parametrize("protocols", [None, 3, "M1", [None], object()])
+def test_trajectories_are_of_protocols(predictor, protocols):
+    with pytest.raises(ValueError, match=r"Expected LoadingProtocols.*Received: "):
+        predictor.trajectories(protocols, tabor=1.0)
+
+
+def test_names_of_any_length_end_in_one_short_sentence(tmp_path):
+    for name in ("x" * 10**5, "y" * 10**5 + "/z", "a\0b"):
+        with pytest.raises(ValueError, match=r"Received: .*(xxx|yyy|a)") as caught:
+            surrogate.load(name, root=tmp_path)
+        assert len(str(caught.value)) < 1500
+
+
+def test_load_by_name_and_by_path(folder):
+    by_name = surrogate.load("M1-concat", root=folder.parent)
+    assert by_name.name == surrogate.load(folder).name == "M1-concat"
+
+
+def test_unknown_and_untrained_names(folder):
+    with pytest.raises(ValueError, match=r"M1-concat, .*name='M9'"):
+        surrogate.load("M9", root=folder.parent)
+    with pytest.raises(FileNotFoundError, match=r"surrogate train M2-FiLM.*Trained there: M1-concat"):
+        surrogate.load("M2-FiLM", root=folder.parent)
+    (folder / "scaling.json").unlink()
+    with pytest.raises(FileNotFoundError, match=r"scaling\.json"):
+        surrogate.load(folder)
+
+
+def test_scaling_of_another_data_set(folder):
+    content = json.loads((folder / "scaling.json").read_text())
+    content["dataset_sha256"] = "0" * 64
+    (folder / "scaling.json").write_text(json.dumps(content))
+    with pytest.raises(ValueError, match="scaling of data set"):
+        surrogate.load(folder)
+
+
+def test_another_scaling_than_the_exported_one(folder):
+    content = json.loads((folder / "scaling.json").read_text())
+    content["force"][0] += 0.1
+    (folder / "scaling.json").write_text(json.dumps(content))
+    for backend in ("onnx", "keras"):
+        with pytest.raises(ValueError, match=r"the scaling that .*model\.onnx was exported with"):
+            surrogate.load(folder, backend=backend)
+
+
+def test_damaged_directories(folder, tmp_path):
+    (folder / "run.json").write_bytes(b"\xff\xfe{}")
+    with pytest.raises(ValueError, match=r"a run\.json that `surrogate train` wrote"):
+        surrogate.load(folder)
+    (folder / "run.json").write_text("[" * 100_000)
+    with pytest.raises(ValueError, match=r"a run\.json that `surrogate train` wrote"):
+        surrogate.load(folder)
+    (folder / "run.json").write_text(
+        json.dumps({"dataset_sha256": 5, "features": "D", "name": "a", "architecture": "b"})
+    )
+    with pytest.raises(ValueError, match=r"a run\.json that `surrogate train` wrote"):
+        surrogate.load(folder)
+    (tmp_path / "x.onnx").mkdir()
+    with pytest.raises(FileNotFoundError, match=r"x\.onnx, which is a directory"):
+        surrogate.load(tmp_path / "x.onnx")
+
+
+def test_weights_of_another_model(folder, tmp_path):
+    # Keras itself would read M2's weights into M1 without a word: the layers M1 lacks stay unread.
+    from surrogate.inference.weights import load_weights
+
+    path = tmp_path / "m2.weights.h5"
+    surrogate.build("M2-concat").save_weights(path)
+    with pytest.raises(ValueError, match=r"M1-concat with 473729 parameters.*474497"):
+        load_weights(surrogate.build("M1-concat"), path)
+    shutil.copy(path, folder / "model.weights.h5")
+    for backend in ("onnx", "keras"):
+        with pytest.raises(ValueError, match=r"the weights that .*model\.onnx was exported from; restore them"):
+            surrogate.load(folder, backend=backend)
+    (folder / "model.onnx").unlink()
+    with pytest.raises(ValueError, match="Expected weights"):
+        surrogate.load(folder, backend="keras")
+    (folder / "model.weights.h5").write_text("no")
+    with pytest.raises(ValueError, match="Expected weights"):
+        surrogate.load(folder, backend="keras")
+
+
+def test_a_loaded_model_can_be_pickled_to_where_its_files_are_not(folder, inside):
+    times, indentations, tabor = inside
+    loaded = {"onnx": surrogate.load(folder, threads=2), "keras": surrogate.load(folder, backend="keras")}
+    forces = {backend: model.predict(times, indentations, tabor=tabor) for backend, model in loaded.items()}
+    content = pickle.dumps(loaded)
+    shutil.rmtree(folder)
+    for backend, model in pickle.loads(content).items():
+        np.testing.assert_array_equal(model.predict(times, indentations, tabor=tabor), forces[backend])
+        assert (model.name, model.scaling) == ("M1-concat", loaded[backend].scaling)
+        assert model.stream(tabor=1.0).step(0.0, -2.15) == loaded[backend].stream(tabor=1.0).step(0.0, -2.15)
+    assert pickle.loads(content)["onnx"].backend.threads == 2
+
+
+@pytest.mark.slow
+def test_a_published_model_predicts_in_other_processes():
+    from joblib import Parallel, delayed
+
+    model = surrogate.load("M1-concat")
+    protocol = LoadingProtocol(peak_indentation=20.0, loading_rate=10.0, dwell_time=1.0, unloading_rate=10.0)
+    (here,) = model.trajectories([protocol], tabor=1.0)
+    for (there,) in Parallel(n_jobs=2)(delayed(model.trajectories)([protocol], tabor=1.0) for _ in range(2)):
+        np.testing.assert_array_equal(there.force, here.force)

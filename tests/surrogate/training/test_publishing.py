@@ -1,0 +1,169 @@
+"""A name from outside is one plain name, and nothing but a model is ever replaced, and that only when asked."""
+
+import json
+
+import pytest
+from typer.testing import CliRunner
+
+from bem._support.outputs import plain_name
+from experiments.common import load_surrogate
+from experiments.paper.trainings import Variant
+from surrogate.cli import app as cli
+from surrogate.data.dataset import TrajectoryDataset
+from surrogate.inference.model_files import find_model
+from surrogate.training.publishing import model_name, publish, require_place
+from surrogate.training.queue import run_queue
+from surrogate.training.recipe import Recipe
+from surrogate.training.runs import Run
+
+PATHS = ["../victim", "/tmp/victim", ".", "..", "", "a/b", "a\\b", ".hidden", "-r", "a b", "a\n", "é", "n" * 65]
+
+
+def contents(folder):
+    return {str(path.relative_to(folder)): path.is_file() and path.read_bytes() for path in folder.rglob("*")}
+
+
+def model_directory(folder, **run):
+    folder.mkdir(parents=True)
+    (folder / "run.json").write_text(json.dumps(run))
+    (folder / "model.weights.h5").write_text("weights")
+    return folder
+
+
+@pytest.mark.parametrize("name", ["M1-concat", "mine", "a.b_c-1", "7", "n" * 64])
+def test_plain_names(name):
+    assert plain_name(name, "a name") == model_name(name) == name
+
+
+@pytest.mark.parametrize("name", PATHS)
+def test_what_is_no_plain_name(name):
+    with pytest.raises(ValueError, match="Expected a name of at most 64 letters") as refused:
+        plain_name(name, "a name")
+    assert len(str(refused.value)) < 200
+
+
+@pytest.mark.parametrize("label", [*PATHS, "STOP", "stop", "mine.onnx"])
+def test_a_label_is_refused_before_anything_is_read(label, tmp_path, monkeypatch, dataset_path):
+    (tmp_path / "work").mkdir()
+    (tmp_path / "victim").mkdir()
+    (tmp_path / "victim" / "thesis.tex").write_text("precious")
+    before = contents(tmp_path)
+    monkeypatch.chdir(tmp_path / "work")
+    # Neither the recipe nor the data set is there.
+    words = ["train", "M1-concat", f"--label={label}", "--recipe", "none.toml", "--dataset", "none.h5", "--models", "."]
+    result = CliRunner().invoke(cli.app, words)
+    assert isinstance(result.exception, ValueError)
+    assert str(result.exception).startswith("Expected a --label o")
+    assert contents(tmp_path) == before
+
+
+@pytest.mark.parametrize("name", PATHS)
+def test_every_other_name_that_becomes_a_path_is_plain(name, tmp_path, dataset):
+    words = "Expected a"
+    with pytest.raises(ValueError, match=words):
+        Run("M1-concat", dataset, dataset.split(), Recipe.load("swift"), label=name or ".")
+    with pytest.raises(ValueError, match=words):
+        Variant(label=name, architecture="M1-concat", recipe="swift")
+    with pytest.raises(ValueError, match=words):
+        run_queue([name], lambda _: ["list"], folder=tmp_path, jobs=1, log=print)
+    with pytest.raises(ValueError, match=words):
+        load_surrogate(name, tmp_path)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("name", ["", ".", "..", "../models"])
+def test_a_path_is_not_looked_for_as_a_name(name, tmp_path, monkeypatch):
+    model_directory(tmp_path / "models" / "M1-concat")
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(FileNotFoundError, match="Expected a model's name or directory"):
+        find_model(name, tmp_path / "models")
+
+
+@pytest.mark.parametrize("name", ["thesis.tex", "run.json"])
+def test_a_folder_that_is_no_model_directory_is_never_removed(name, tmp_path):
+    (tmp_path / "run" / "model").mkdir(parents=True)
+    place = tmp_path / "mine"
+    if name == "run.json":
+        model_directory(place)
+        (place / "notes").mkdir()
+    else:
+        place.mkdir()
+        (place / name).write_text("precious")
+    before = contents(tmp_path)
+    for replace in (False, True):
+        with pytest.raises(ValueError, match=r"Expected a new place for the model.*mine, which holds '(thesis|notes)"):
+            publish(tmp_path / "run", place, replace=replace)
+    with pytest.raises(ValueError, match=r"which has no run\.json"):
+        require_place(tmp_path / "run" / "model")
+    with pytest.raises(ValueError, match="a file"):
+        require_place(tmp_path / "mine" / name if name == "thesis.tex" else tmp_path / "mine" / "run.json")
+    assert contents(tmp_path) == before
+
+
+def test_a_model_is_replaced_when_asked_and_whole(tmp_path):
+    model_directory(tmp_path / "run" / "model", name="new")
+    old = model_directory(tmp_path / "elsewhere" / "mine", name="old")
+    models = tmp_path / "models"
+    models.mkdir()
+    (models / "mine").symlink_to(old)
+    with pytest.raises(ValueError, match=r"Expected --replace, since .*mine is already published"):
+        publish(tmp_path / "run", models / "mine")
+    assert json.loads((models / "mine" / "run.json").read_text())["name"] == "old"
+    publish(tmp_path / "run", models / "mine", replace=True)
+    assert (models / "mine").is_symlink()
+    assert json.loads((old / "run.json").read_text())["name"] == "new"
+    publish(tmp_path / "run", models / "other.part")
+    publish(tmp_path / "run", models / "other")
+    assert sorted(path.name for path in models.iterdir()) == ["mine", "other", "other.part"]
+    assert [path.name for path in old.parent.iterdir()] == ["mine"]
+
+
+def test_a_failed_replacement_leaves_the_former_model(tmp_path, monkeypatch):
+    model_directory(tmp_path / "run" / "model", name="new")
+    place = model_directory(tmp_path / "models" / "mine", name="old")
+    rename = type(place).rename
+
+    def fail(path, target):
+        if path.name == "arriving":
+            raise OSError("disk full")
+        return rename(path, target)
+
+    monkeypatch.setattr(type(place), "rename", fail)
+    with pytest.raises(OSError, match="disk full"):
+        publish(tmp_path / "run", place, replace=True)
+    assert json.loads((place / "run.json").read_text())["name"] == "old"
+    assert [path.name for path in place.parent.iterdir()] == ["mine"]
+
+
+@pytest.mark.parametrize("label", ["M2-concat", "mine"])
+def test_a_label_takes_no_published_model_s_place_unless_asked(label, tmp_path, dataset_path, monkeypatch):
+    recipe = tmp_path / "mine.toml"
+    recipe.write_text('name = "mine"\nseed = 0\nbatch_size = 24\nepochs = 2\nlearning_rate = 1e-3\n')
+    data = TrajectoryDataset.load(dataset_path)
+    found = {"dataset_sha256": data.sha256, "features": "D", "architecture": "M1-concat", "name": label}
+    place = model_directory(tmp_path / "models" / label, **found)
+    (place / "recipe.toml").write_text(Recipe.load(recipe).to_toml())
+    data.split().save(place / "split.json")
+    before = contents(tmp_path)
+    monkeypatch.setattr(cli, "import_keras", lambda: pytest.fail("the training began"))
+    words = ["train", "M1-concat", "--label", label, "--dataset", str(dataset_path), "--recipe", str(recipe)]
+    words += ["--models", str(tmp_path / "models"), "--runs", str(tmp_path / "runs")]
+
+    again = CliRunner().invoke(cli.app, words)
+    assert (again.exit_code, again.output) == (
+        0,
+        f"{label}: already published in {place}; --replace trains it again\n",
+    )
+    for otherwise, why in (
+        (["--epochs", "1"], "another recipe"),
+        (["--features", "C"], "other features"),
+        (["--fraction", "0.5"], "other trajectories"),
+        (["--extra", str(dataset_path)], "without this extra data set"),
+    ):
+        refused = CliRunner().invoke(cli.app, [*words, *otherwise])
+        assert isinstance(refused.exception, ValueError)
+        assert "Expected another --label, or --replace, since" in str(refused.exception)
+        assert why in str(refused.exception)
+    words[1] = "M3-concat"
+    assert "there one of another architecture" in str(CliRunner().invoke(cli.app, words).exception)
+    assert contents(tmp_path) == before

@@ -1,0 +1,31 @@
+"""`surrogate` with a model of a few weights in the place of M1-concat, for tests that stop such a process.
+
+Where `WAIT_AFTER_EPOCH` is set the training waits there for the signal, however slow who sends it may be.
+"""
+
+import os
+import signal
+import time
+
+import surrogate.inference.backends
+import surrogate.training.loop
+import surrogate.training.runs
+from surrogate.cli.app import app_main
+from tests.surrogate.conftest import build_lstm
+
+
+def waiting(save):
+    def saved(path, history):
+        save(path, history)
+        if len(history) == int(os.environ.get("WAIT_AFTER_EPOCH", 0)):
+            # Who has noticed a signal lets the next one end the process.
+            while signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL:
+                time.sleep(0.01)
+
+    return saved
+
+
+if __name__ == "__main__":
+    surrogate.training.runs.build = surrogate.inference.backends.build = build_lstm
+    surrogate.training.loop.save_history = waiting(surrogate.training.loop.save_history)
+    app_main()
