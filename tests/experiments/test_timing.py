@@ -72,7 +72,7 @@ def test_what_a_busy_machine_measured_is_kept_and_not_published(clock, tmp_path,
     timing.publish(out, "times", {"seconds": np.float64(1.0)}, busy=False)
     quiet = out.read_bytes()
     found = json.loads(quiet)
-    assert (found["seconds"], found["command"]) == (1.0, "python -m experiments.times")
+    assert (found["seconds"], found["command"]) == (1.0, "python -m experiments times")
     assert found["processor_share"] == pytest.approx(1.0 / 1.05)
     timing.timed(lambda: work(clock, 1.0, 2.0), 5)
     with pytest.raises(RuntimeError, match=r"too busy .* at least 90 % of the wall's; received 61 %; they are kept in"):
