@@ -42,12 +42,12 @@ def compile_kernels() -> None:
     """Compile the solver for this processor now, so that the first simulation starts at once; `make setup` does it."""
     import numpy as np
 
-    from bem._support.interpolation import History
+    from bem._support.interpolation import ForceInterpolant
     from bem.solver.simulation import load_kernels
 
     load_kernels()
-    History(np.arange(3.0), np.arange(3.0), []).at(np.array([0.5]))
-    History(np.arange(3.0), np.arange(3.0), []).integrals()
+    ForceInterpolant(np.arange(3.0), np.arange(3.0), []).at(np.array([0.5]))
+    ForceInterpolant(np.arange(3.0), np.arange(3.0), []).integrals()
     typer.echo("bem: the solver is compiled")
 
 

@@ -13,10 +13,10 @@ from threadpoolctl import threadpool_limits
 
 from bem import LoadingProtocol, Scene, StandardLinearSolid
 from bem.accuracy import resolve_accuracy
+from bem.solver.problem import discretise  # `simulate` offers targets only, not single controls
 from bem.solver.simulation import MOST_STEPS
-from bem.solver.simulation import _discretise as discretise  # `simulate` offers targets only, not single controls
-from bem.solver.state import COUNTS
 from bem.solver.time_stepping import COMPLETED, march
+from bem.solver.work import work_by_name
 from experiments.timing import CLOCK
 
 SCENE = Scene(tabor=3.2, material=StandardLinearSolid(0.1))
@@ -34,13 +34,11 @@ def measure(repetitions: int, **factors: float) -> dict[str, Any]:
     for _ in range(repetitions):
         with threadpool_limits(limits=1, user_api="blas"), CLOCK:
             problem, mesh = discretise(SCENE, PROTOCOL.peak_indentation, controls, None)
-            *_, counts, _, outcome = march(
-                problem, mesh, np.array(history.times), np.array(history.indentations), False, MOST_STEPS
-            )
+            result = march(problem, mesh, np.array(history.times), np.array(history.indentations), False, MOST_STEPS)
         seconds.append(CLOCK.seconds)
-    if outcome != COMPLETED:
-        raise RuntimeError(f"the simulation must complete; received outcome {outcome} with {factors}")
-    found = {name: float(value) for name, value in zip(COUNTS, counts, strict=True)}
+    if result.outcome != COMPLETED:
+        raise RuntimeError(f"the simulation must complete; received outcome {result.outcome} with {factors}")
+    found = {name: float(count) for name, count in work_by_name(result.work).items()}
     return {
         **factors,
         "nodes": found["nodes"] / found["steps"],
