@@ -17,11 +17,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bem import LoadingProtocol, Scene, StandardLinearSolid, Trajectory, simulate
 from bem._support.provenance import provenance
 from bem.dataset.measurement_steps import FMS, measurement_grid
 
 if TYPE_CHECKING:
+    from bem import Trajectory
     from surrogate.inference.predictor import Surrogate
 
 CONFIGS = Path(__file__).parent / "configs"
@@ -71,6 +71,9 @@ def simulated(quantities: dict[str, float], *, modulus_ratio: float, accuracy: s
     Raises:
         RuntimeError: the simulation did not complete.
     """
+    # What simulates nothing is not to depend on the solver.
+    from bem import LoadingProtocol, Scene, StandardLinearSolid, simulate
+
     rest = {name: quantities[name] for name in QUANTITIES}
     trajectory = simulate(
         Scene(rest.pop("tabor"), StandardLinearSolid(modulus_ratio)), LoadingProtocol(**rest), accuracy

@@ -5,8 +5,6 @@ set, and with the split, recipe and backend of the reference model. What was tra
 recipe, more data, fewer epochs, a family beyond the paper's) stands beside them in a list of its own; it shares the
 held-out part. Source: the paper's section "Model-family selection" and its appendices on conditioning and learning
 curves.
-
-Usage: `python -m experiments.paper.model_comparison [--models DIR] [--dataset FILE] [--out FILE]`.
 """
 
 from __future__ import annotations
@@ -15,16 +13,12 @@ import csv
 import json
 import tomllib
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
-import typer
-
-from bem._support.command_line import run_main
 from experiments import common
 from experiments.lineage import Lineage, dataset_digest, differences, held_out_differences, read_lineage
 from surrogate.architectures.naming import CONDITIONINGS, PAPER_FAMILIES, names, paper_names
 
-OUT = common.RESULTS / "model_comparison.json"
 METRICS = ("mse", "mae", "dtw_rmse")
 REFERENCE = "M1-concat"
 """The model whose training is the measure of the others', and whose family the strongest alternative is not of."""
@@ -139,11 +133,7 @@ def comparison(found: dict[str, dict[str, Any]]) -> dict[str, Any]:
     }
 
 
-def main(
-    models: Annotated[Path, typer.Option(help="Where trained models are.")] = common.MODELS,
-    dataset: Annotated[Path, typer.Option(help="Data set file the models are trained on.")] = common.DATASET,
-    out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
-) -> None:
+def study(models: Path, dataset: Path) -> dict[str, Any]:
     """Collect what is published."""
     lineages, digest = published(models), dataset_digest(dataset)
     old = outdated(lineages, digest, models)
@@ -162,7 +152,10 @@ def main(
         name: {"architecture": lineages[name].architecture, **one} for name, one in read.items() if name not in found
     }
     missing = [name for name in paper_names() if name not in lineages]
-    content = {
+    print(f"{len(found)} of {len(paper_names())} models compared; missing: {', '.join(missing) or 'none'}")
+    for line in (*(f"beside them: {name}" for name in beside), *old.values()):
+        print(line)
+    return {
         "dataset_sha256": digest,
         "models": found,
         "beside": beside,
@@ -172,11 +165,3 @@ def main(
         "expected": len(paper_names()),
         "comparison": comparison(found),
     }
-    common.write_result(out, "model_comparison", content)
-    print(f"{len(found)} of {len(paper_names())} models compared; missing: {', '.join(missing) or 'none'}")
-    for line in (*(f"beside them: {name}" for name in beside), *old.values()):
-        print(line)
-
-
-if __name__ == "__main__":
-    run_main(main)

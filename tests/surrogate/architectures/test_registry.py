@@ -11,8 +11,9 @@ from keras import layers
 from typer.testing import CliRunner
 
 import surrogate
-from experiments.paper import architecture_graphs
-from paper_figures.figures import figure_architectures
+from experiments.paper import own_architecture_graphs
+from paper_figures.__main__ import save
+from paper_figures.figures import figure_own_architecture
 from surrogate.architectures.common import inputs, readout
 from surrogate.architectures.layers import AppendTabor, FiLM, TaborGate
 from surrogate.architectures.naming import FAMILIES
@@ -198,14 +199,14 @@ def test_a_users_file_is_trained_evaluated_exported_and_drawn(own, tmp_path, mon
     forget()
     own("predict", "Own-1-concat", *protocol, "--unloading-rate", "10")
 
-    architecture_graphs.main(tmp_path / "graphs.json", [tmp_path / "own.py"])
-    figure_architectures.main(tmp_path / "graphs.json", tmp_path, "Own-1")
+    graphs = own_architecture_graphs.study(architecture=(str(tmp_path / "own.py"),))
+    save(figure_own_architecture.compose(graphs, family="Own-1"), "", tmp_path, tmp_path)
     assert (tmp_path / "figure-architecture-Own-1.pdf").stat().st_size > 1000
-    with pytest.raises(ValueError, match=r"family must be one of Own-1 in .*'M1'"):
-        figure_architectures.main(tmp_path / "graphs.json", tmp_path, "M1")
+    with pytest.raises(ValueError, match=r"family must be one of Own-1; .*'M1'"):
+        figure_own_architecture.compose(graphs, family="M1")
     left = {path.name for path in tmp_path.iterdir()}
     drawn = {f"figure-architecture-Own-1.{kind}" for kind in ("pdf", "png")}
-    assert left == {"own.py", "fast.toml", "models", "runs", "graphs.json", *drawn}
+    assert left == {"own.py", "fast.toml", "models", "runs", *drawn}
 
 
 def test_another_version_of_the_file_neither_resumes_nor_loads(own, tmp_path):
