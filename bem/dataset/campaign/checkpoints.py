@@ -21,13 +21,14 @@ from typing import Any, Self, TextIO
 
 import h5py
 
+from bem._support.outputs import UNFINISHED, write_whole
 from bem._support.wording import shown
-from bem.dataset.file import TEMPORARY, read_tree, write_new, write_tree
+from bem.dataset.file import read_tree, write_tree
 from bem.dataset.records import FAILED, Record, Settings, tabulate, untabulate
 
 SECONDS_BETWEEN_PARTS = 2.0
 _FOLDER = re.compile(r"campaign-[0-9a-f]{16}")
-_OWN = re.compile(rf"campaign\.json|part-[0-9a-f]{{24}}\.h5|\.[0-9a-f]+{re.escape(TEMPORARY)}")
+_OWN = re.compile(rf"campaign\.json|part-[0-9a-f]{{24}}\.h5|\.[0-9a-f]+{re.escape(UNFINISHED)}")
 
 
 class CampaignError(RuntimeError):
@@ -149,7 +150,7 @@ class PartStore:
         path = self.folder / "campaign.json"
         # The folder's name says whose it is, so that a damaged description can be written again.
         if _read_json(path) != self.identity:
-            write_new(path, (json.dumps(self.identity, indent=1) + "\n").encode())
+            write_whole(path, (json.dumps(self.identity, indent=1) + "\n").encode())
 
     def _folders(self) -> list[Path]:
         return [path for path in sorted(self.place.iterdir()) if _FOLDER.fullmatch(path.name)]
@@ -176,7 +177,7 @@ class PartStore:
                 for name in self._seconds:
                     self._seconds[name] += float(file.attrs[name])
                 self._note(json.loads(file.attrs["origins"])["all"])
-        for stray in self.folder.glob(f".*{TEMPORARY}"):
+        for stray in self.folder.glob(f".*{UNFINISHED}"):
             stray.unlink()
         return records
 
@@ -211,7 +212,7 @@ class PartStore:
         content = memory.getvalue()
         path = self.folder / f"{_name(content)}.h5"
         try:
-            write_new(path, content)
+            write_whole(path, content)
         except OSError as error:
             self._unwritable = True
             raise CampaignError(

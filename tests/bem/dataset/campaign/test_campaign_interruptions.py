@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 
 import bem.dataset.campaign.checkpoints
-import bem.dataset.file
 from bem.dataset.campaign.checkpoints import CampaignError
 from bem.dataset.campaign.plan import Campaign
 from bem.dataset.campaign.run import run_campaign
@@ -111,7 +110,7 @@ def test_a_trajectory_that_always_kills_its_worker_is_recorded(tmp_path):
 def test_a_full_disk_ends_in_one_sentence_and_loses_nothing(plan, undisturbed, tmp_path, monkeypatch):
     out = tmp_path / "data.h5"
     monkeypatch.setattr(bem.dataset.campaign.checkpoints, "SECONDS_BETWEEN_PARTS", 0.0)
-    settle, left = bem.dataset.file.move_into_place, [4]  # campaign.json and three parts
+    settle, left = Path.replace, [4]  # campaign.json and three parts
 
     def until_full(temporary, path):
         if left[0] == 0:
@@ -120,7 +119,7 @@ def test_a_full_disk_ends_in_one_sentence_and_loses_nothing(plan, undisturbed, t
         return settle(temporary, path)
 
     with monkeypatch.context() as full:
-        full.setattr(bem.dataset.file, "move_into_place", until_full)
+        full.setattr(Path, "replace", until_full)
         with pytest.raises(CampaignError, match=r"No space left on device.*the same command continues"):
             run_campaign(plan, out, solver=stand_in.solve)
     assert len(parts(out)) == 3
@@ -133,15 +132,15 @@ def test_a_full_disk_ends_in_one_sentence_and_loses_nothing(plan, undisturbed, t
 def test_a_disk_full_at_the_very_end_keeps_the_parts(plan, undisturbed, tmp_path, monkeypatch):
     out = tmp_path / "data.h5"
 
-    settle = bem.dataset.file.move_into_place
+    settle = Path.replace
 
     def full(temporary, path):
         if path == out:
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-        settle(temporary, path)
+        return settle(temporary, path)
 
     with monkeypatch.context() as patch:
-        patch.setattr(bem.dataset.file, "move_into_place", full)
+        patch.setattr(Path, "replace", full)
         with pytest.raises(CampaignError, match="No space left on device"):
             run_campaign(plan, out, solver=stand_in.solve)
     assert not out.exists()
