@@ -145,7 +145,7 @@ def load_dataset(path: str | Path, *, native: bool = False) -> Dataset:
         try:
             columns = read_tree(file, native=native)
             counts = tuple(int(count) for count in file["fms"].attrs["counts"])
-            attributes = {name: _plain(value) for name, value in file.attrs.items()}
+            attributes = {name: plain_attribute(value) for name, value in file.attrs.items()}
             wrong = attribute_fault(attributes) or column_fault(columns, attributes["campaign"], counts)
         except Exception as error:  # of a damaged file the library may say anything
             wrong = f"which cannot be read ({shortened(str(error)) or type(error).__name__})"
@@ -154,7 +154,8 @@ def load_dataset(path: str | Path, *, native: bool = False) -> Dataset:
     return Dataset(columns, attributes, counts)
 
 
-def _plain(value: Any) -> Any:
+def plain_attribute(value: Any) -> Any:
+    """An attribute of a file as `write_tree` was given it."""
     if isinstance(value, str) and value.startswith(("{", "[")):
         return json.loads(value)
     return value.item() if isinstance(value, np.generic) else value
