@@ -5,10 +5,13 @@ from __future__ import annotations
 import csv
 import json
 from dataclasses import dataclass, field
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+
+from bem._support.outputs import write_whole
 
 if TYPE_CHECKING:
     import keras
@@ -69,10 +72,9 @@ def save_checkpoint(path: Path, model: keras.Model, progress: Progress, *, finge
     arrays |= {f"model_{i}": ops.convert_to_numpy(v) for i, v in enumerate(model.variables)}
     arrays |= {f"optimizer_{i}": ops.convert_to_numpy(v) for i, v in enumerate(model.optimizer.variables)}
     arrays |= {f"best_{i}": value for i, value in enumerate(progress.best_weights)}
-    unfinished = path.with_suffix(".part")
-    with unfinished.open("wb") as file:
-        np.savez(file, **arrays)
-    unfinished.replace(path)
+    content = BytesIO()
+    np.savez(content, **arrays)
+    write_whole(path, content.getbuffer())
 
 
 def load_checkpoint(path: Path, model: keras.Model, *, fingerprint: str) -> Progress:

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import bem.dataset.file
-from bem.dataset.campaign.run import root_attributes
+from bem.dataset.campaign.plan import root_attributes
 from bem.dataset.measurement_steps import measurement_grid
 from bem.dataset.records import JUMP_QUANTITIES, SCALARS
 
