@@ -258,7 +258,7 @@ def app_main() -> None:
     except ModuleNotFoundError as error:
         if error.name not in ("keras", "tensorflow", "sklearn"):
             raise
-        from surrogate.inference.backends import TRAINING_EXTRA
+        from surrogate.inference.keras_backend import TRAINING_EXTRA
 
         typer.echo(f"surrogate: {TRAINING_EXTRA}", err=True)
         sys.exit(2)

@@ -4,7 +4,7 @@ A model directory holds:
 
     model.weights.h5    the weights, readable under every backend
     model.onnx          features, scaling and network in one graph (see `surrogate.export`); missing where an
-                        architecture of one's own has a layer unknown to `surrogate.export.graph`
+                        architecture of one's own has a layer unknown to `surrogate.network.lowering`
     scaling.json        the training set's statistics and ranges
     split.json          seed, and the trajectory indices of training, validation and test
     history.csv         one row per epoch, seconds accumulated
@@ -34,9 +34,9 @@ from surrogate.backend import has_fused_lstm, versions
 from surrogate.data.dataset import Split, TrajectoryDataset
 from surrogate.data.metrics import summary
 from surrogate.data.scaling import Scaling
-from surrogate.export.graph import NotExportableError
 from surrogate.export.onnx import export_folder
-from surrogate.inference.backends import ONNX_NAME
+from surrogate.network.lowering import NotExportableError
+from surrogate.network.onnx_file import ONNX_NAME
 from surrogate.training.checkpoint import Progress
 from surrogate.training.evaluation import evaluate, physical_channels, scaled_examples, write_errors
 from surrogate.training.loop import EpochReport, Examples, train, with_fused_lstm
