@@ -21,7 +21,7 @@ SURROGATE := $(wildcard surrogate/*.py surrogate/*/*.py)
 TRAINING_ONLY := surrogate/__main__.py $(wildcard surrogate/cli/*.py surrogate/training/*.py)
 PREDICTING := $(filter-out $(TRAINING_ONLY),$(SURROGATE))
 REFERENCE := $(MODELS)/M1-concat
-LINEAGE := experiments/lineage.py surrogate/data/dataset.py
+LINEAGE := experiments/lineage.py surrogate/training/identity.py surrogate/data/dataset.py
 # What tells where a model comes from.
 ORIGIN := run.json split.json recipe.toml
 # What a study of the reference model reads; the rule below says how it comes about when it is missing.
