@@ -3,7 +3,6 @@
 Every import counts, also one inside a function. A module belongs to the room with the longest name that begins its own.
 """
 
-import ast
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -71,7 +71,7 @@ def grid(dataset):
 
 def build_by(patch, build):
     """Let trainings and predictions build this model, whatever name they ask for."""
-    for module in ("surrogate.training.runs", "surrogate.inference.backends"):
+    for module in ("surrogate.training.runs", "surrogate.inference.keras_backend"):
         patch.setattr(f"{module}.build", build)
 
 
