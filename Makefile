@@ -101,8 +101,8 @@ docs: setup  ## Build the documentation into build/site; a broken link fails
 ##@ Results (result file <- inputs)
 
 .PHONY: bench-solver
-bench-solver: setup  ## Measure accuracy against cost of the contact solver; writes docs/solver-benchmark.md
-	$(PY) -m experiments.cost.bench_solver
+bench-solver: setup  ## Accuracy against cost of the solver, into docs/solver-benchmark.md (BASELINE=REVISION compares instead)
+	$(PY) -m experiments.cost.bench_solver $(addprefix --baseline ,$(BASELINE))
 
 .PHONY: table-solver-hard-cases
 table-solver-hard-cases: setup  ## Run the solver where it is most likely to break (long); writes docs/solver-hard-cases.md

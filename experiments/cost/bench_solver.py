@@ -2,10 +2,12 @@
 
 Everything runs in one process on one core, trajectories one after the other. Errors are against the refined solutions
 of `experiments.cost.solver_sample`. Wall and processor time are both reported: they agree when the machine is quiet.
-Result: one JSON file, and the tables of `docs/solver-benchmark.md`.
+Result: one JSON file, and the tables of `docs/solver-benchmark.md`. With `--baseline REVISION` the solver of the
+working tree is compared with that of a git revision instead, as `experiments.cost.revision_comparison` does it.
 
-Usage: `python -m experiments.cost.bench_solver [--count N] [--seed N] [--reference-count N] [--out FILE] [--report
-FILE]`.
+Usage: `python -m experiments bench_solver [--count N] [--seed N] [--reference-count N] [--out FILE] [--report FILE]`,
+or `python -m experiments bench_solver --baseline REVISION [--exact REVISION] [--accuracy NAME] [--count N]
+[--seed N] [--repeats N]`.
 """
 
 from __future__ import annotations
@@ -27,9 +29,11 @@ from threadpoolctl import threadpool_limits
 from bem._support.command_line import run_main
 from bem._support.provenance import provenance
 from bem.accuracy import NAMED_TARGETS
-from experiments.cost import bench_report
+from experiments.common import write_result
+from experiments.cost import bench_report, revision_comparison
 from experiments.cost.closed_forms import closed_forms, summary
 from experiments.cost.solver_sample import RESULTS, TRUTH_TARGET, Case, relative_errors, sample_cases, truth
+from experiments.timing import plain
 
 OUT = RESULTS / "bench.json"
 REPORT = Path("docs/solver-benchmark.md")
@@ -149,10 +153,21 @@ def main(
     seed: Annotated[int, typer.Option(help="Seed of the sample.")] = 1,
     reference_count: Annotated[int | None, typer.Option(help="How many of them at reference; all by default.")] = None,
     jobs: Annotated[int, typer.Option(help="Processes for the refined solutions, which are not timed.")] = 2,
-    out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
+    out: Annotated[Path | None, typer.Option(help="Result file to write.")] = None,
     report: Annotated[Path, typer.Option(help="Markdown file to write.")] = REPORT,
+    baseline: Annotated[str, typer.Option(help="Git revision to compare with, instead of the report.")] = "",
+    exact_by: Annotated[str, typer.Option("--exact", help="Revision of the refined solutions; the baseline's.")] = "",
+    accuracy: Annotated[list[str] | None, typer.Option(help="An accuracy to compare at; repeatable.")] = None,
+    repeats: Annotated[int, typer.Option(min=1, help="Runs of each revision, of which the fastest counts.")] = 3,
 ) -> None:
     """Measure, print the tables and write them."""
+    if baseline:
+        accuracies = [revision_comparison.asked(words) for words in accuracy or ()] or revision_comparison.ACCURACIES
+        found = revision_comparison.compare(baseline, exact_by or baseline, accuracies, count, seed, repeats, jobs)
+        revision_comparison.show(found)
+        command = f"bench_solver --baseline {baseline} --count {count} --seed {seed} --repeats {repeats}"
+        write_result(out or RESULTS / "comparison.json", command, plain(found))
+        return
     exact = truth(count, seed, jobs=jobs)
     load_before = os.getloadavg()[0]
     yardstick_seconds = yardstick()
@@ -175,6 +190,7 @@ def main(
         "command_seconds": command_seconds(),
         **provenance(f"python -m experiments.cost.bench_solver --count {count} --seed {seed}"),
     }
+    out = out or OUT
     out.parent.mkdir(parents=True, exist_ok=True)
     out.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
     bench_report.show(content)

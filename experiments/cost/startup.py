@@ -8,12 +8,10 @@ Usage: `python -m experiments.cost.startup [--baseline REVISION] [--repeats N]`.
 
 from __future__ import annotations
 
-import io
 import os
 import resource
 import subprocess
 import sys
-import tarfile
 import tempfile
 from pathlib import Path
 from statistics import median
@@ -22,8 +20,8 @@ from typing import Annotated
 import typer
 
 from bem._support.command_line import run_main
+from experiments.cost.revision_comparison import ROOT, checked_out
 
-ROOT = Path(__file__).resolve().parents[2]
 COMMAND = ["-m", "bem", "simulate", "--tabor", "3.2", "--peak-indentation", "15", "--loading-rate", "1000"]
 COMMAND += ["--dwell-time", "0.008", "--unloading-rate", "1000"]
 
@@ -35,20 +33,6 @@ def processor_seconds(source: Path, cache: Path) -> float:
     subprocess.run([sys.executable, *COMMAND], cwd=source, env=environment, check=True, capture_output=True)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-
-
-def checked_out(revision: str, folder: Path) -> Path:
-    """The package `bem` of a git revision, in `folder`.
-
-    Raises:
-        ValueError: git knows no such revision.
-    """
-    done = subprocess.run(["git", "archive", "--end-of-options", revision, "bem"], cwd=ROOT, capture_output=True)
-    if done.returncode:
-        raise ValueError(f"baseline must be a git revision; received {revision!r}")
-    with tarfile.open(fileobj=io.BytesIO(done.stdout)) as archive:
-        archive.extractall(folder, filter="data")
-    return folder
 
 
 def main(
