@@ -8,7 +8,6 @@ solutions are kept in `results/solver/revisions`.
 
 from __future__ import annotations
 
-import contextlib
 import io
 import json
 import os
@@ -30,18 +29,17 @@ from bem import LoadingProtocol
 from bem.accuracy import resolve_accuracy
 from bem.dataset.designs import Design
 from bem.dataset.measurement_steps import measurement_times
-from experiments.timing import fingerprint, force_error, progress
+from experiments.timing import fingerprint, force_error, progress, spread
 
 ROOT = Path(__file__).resolve().parents[2]
 KEPT = Path("results/solver/revisions")
-ACCURACIES: tuple[str | float, ...] = ("draft", 8e-3, "standard", 2e-3, 1e-3, "reference")
+ACCURACIES: tuple[str | float, ...] = ("draft", 1e-2, "standard", 2e-3, 1e-3, 3e-4, "reference")
 EXACT_TARGET = 7e-5
 BUDGET = 60.0  # seconds of a solver at an accuracy, after which it is run no more
 MODULUS_RATIO = 0.1
 NOW = "now"
 WORK = ("steps", "rejections", "iterations", "factorisations", "nodes")
 ERRORS = {"pull_off_force": ("median", "p95"), "hysteresis": ("median", "p95", "largest"), "force": ("median", "p95")}
-PERCENTILES = {"median": 50.0, "p95": 95.0, "largest": 100.0}
 Request = dict[str, Any]
 
 
@@ -124,32 +122,26 @@ def drawn(count: int, seed: int) -> list[Request]:
     return requests
 
 
-def asked(words: str) -> str | float:
-    """The accuracy that somebody typed.
-
-    Raises:
-        ValueError: it is none.
-    """
-    accuracy: str | float = words
-    with contextlib.suppress(ValueError):
-        accuracy = float(words)
-    resolve_accuracy(accuracy)
-    return accuracy
-
-
 def results(answer: dict[str, Any], size: int) -> np.ndarray:
     """Pull-off force, hysteresis, and force at the measurement steps; NaN where not completed."""
     return np.array(answer.get("results") or np.full(size + 2, np.nan))
 
 
-def refined(requests: list[Request], revision: str, jobs: int) -> np.ndarray:
-    """Refined solutions of a revision, (count, 122); computed once and kept."""
+def refined(requests: list[Request], source: Path, known_as: str, jobs: int) -> np.ndarray:
+    """Solutions that a solver refined, (count, 122); computed once and kept.
+
+    Args:
+        requests: The protocols.
+        source: Folder of its package.
+        known_as: What tells this solver from others.
+        jobs: Its processes.
+    """
     size = len(requests[0]["times"])
-    key = fingerprint(commit=commit_of(revision), target=EXACT_TARGET, requests=requests)
+    key = fingerprint(solver=known_as, target=EXACT_TARGET, requests=requests)
     path = KEPT / f"refined-{key}.npy"
     if path.is_file():
         return np.load(path)
-    source, own, solvers = source_of(revision), threading.local(), []
+    own, solvers = threading.local(), []
 
     def start() -> None:
         own.solver = Solver(source)
@@ -188,26 +180,31 @@ def in_turn(
     return {name: (seconds[name], answers[name]) for name in names}
 
 
-def judged(seconds: np.ndarray, answers: list[dict[str, Any]], exact: np.ndarray) -> dict[str, Any]:
-    """One solver at one accuracy: cost, work, and errors of what completed in both it and the refined solutions."""
+def judged(seconds: np.ndarray, answers: list[dict[str, Any]], exact: np.ndarray, target: float) -> dict[str, Any]:
+    """One solver at one accuracy: cost, work, and errors of what completed in both it and the refined solutions.
+
+    Args:
+        seconds: Of each protocol, (count,).
+        answers: What it answered.
+        exact: Refined solutions, (count, 122).
+        target: The error that was asked for.
+    """
     table = np.array([results(answer, exact.shape[1] - 2) for answer in answers])
     errors = dict(zip(ERRORS, np.abs(table[:, :2] / exact[:, :2] - 1.0).T, strict=False))
     errors["force"] = force_error(table[:, 2:], exact[:, 2:])
     known = np.isfinite(errors["force"])
     work = {name: [answer["work"][name] for answer in answers if name in answer["work"]] for name in WORK}
     return {
-        "seconds": float(seconds.mean()),
+        "seconds": spread(seconds),
         "seconds_each": seconds.tolist(),
         "work": {name: float(np.mean(values)) for name, values in work.items() if values},
         "failures": [[i, answer["status"]] for i, answer in enumerate(answers) if "results" not in answer],
         "compared": int(known.sum()),
-        "errors": {
-            name: {of: float(np.percentile(values[known], percent)) for of, percent in PERCENTILES.items()}
-            for name, values in errors.items()
-        }
-        if known.any()
-        else {},
-        "worst": {name: int(np.nanargmax(values)) for name, values in errors.items()} if known.any() else {},
+        "errors": {name: spread(values[known]) for name, values in errors.items()},
+        "worst": {name: int(np.argmax(np.where(known, values, -1.0))) for name, values in errors.items()},
+        "met": {
+            name: float(np.mean(values[known] <= target)) if known.any() else np.nan for name, values in errors.items()
+        },
     }
 
 
@@ -235,12 +232,13 @@ def compare(
     """
     requests = drawn(count, seed)
     sources = {baseline: source_of(baseline), NOW: ROOT}
-    exact = refined(requests, exact_by, jobs)
+    exact = refined(requests, source_of(exact_by), commit_of(exact_by), jobs)
     solvers = {name: Solver(source) for name, source in sources.items()}
     levels = []
     for accuracy in accuracies:
         found = in_turn(solvers, requests, accuracy, repeats)
-        solved = {name: judged(*answers, exact) for name, answers in found.items()}
+        target = resolve_accuracy(accuracy).target
+        solved = {name: judged(*answers, exact, target) for name, answers in found.items()}
         speed = ratio(found[NOW][0], found[baseline][0])
         levels.append({"accuracy": str(accuracy), "ratio": speed, "solvers": solved})
     for solver in solvers.values():
@@ -258,7 +256,7 @@ def show(content: dict[str, Any]) -> None:
         speed, low, high = level["ratio"]
         for name, found in level["solvers"].items():
             first, last = [level["accuracy"], name[:12]], name == NOW
-            cells = [f"{1e3 * found['seconds']:.2f}"]
+            cells = [f"{1e3 * found['seconds']['mean']:.2f}"]
             cells += [f"{speed:.3f}", f"{low:.3f} to {high:.3f}"] if last else ["", ""]
             cells += [f"{found['work'][one]:.0f}" if one in found["work"] else "" for one in WORK]
             tables[0].add_row(*first, *cells, str(len(found["failures"])), end_section=last)

@@ -25,7 +25,7 @@ from experiments.paper.model_comparison import trained_otherwise
 from experiments.timing import progress, timed
 
 if TYPE_CHECKING:
-    from experiments.cost.solver_sample import Case
+    from experiments.cost.cases import Case
 
 Predict = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
 Answer = Callable[[dict[str, np.ndarray]], np.ndarray]
