@@ -12,9 +12,6 @@ or `python -m experiments bench_solver --baseline REVISION [--exact REVISION] [-
 from __future__ import annotations
 
 import contextlib
-import os
-import subprocess
-import sys
 import tempfile
 import time
 from collections.abc import Iterator
@@ -33,7 +30,7 @@ from experiments.common import write_result
 from experiments.cost import revision_comparison as solvers
 from experiments.cost.startup import command_seconds
 from experiments.robustness.known_results import known_results, summary
-from experiments.timing import plain
+from experiments.timing import in_fresh_process, plain
 
 RESULTS = Path("results/solver")
 OUT, COMPARISON = RESULTS / "bench.json", RESULTS / "comparison.json"
@@ -99,13 +96,6 @@ def yardstick(repetitions: int = 200) -> float:
             np.linalg.solve(matrix, right)
             seconds.append(time.perf_counter() - started)
     return float(np.median(seconds))
-
-
-def in_fresh_process(source: str, *arguments: object, **environment: str) -> list[float]:
-    """Numbers that a piece of Python prints in a process of its own."""
-    command = [sys.executable, "-c", source, *map(str, arguments)]
-    answer = subprocess.run(command, env=os.environ | environment, capture_output=True, text=True, check=True)
-    return [float(word) for word in answer.stdout.split()]
 
 
 def start_up(repetitions: int = 3) -> dict[str, dict[str, float]]:

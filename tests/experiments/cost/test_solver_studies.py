@@ -7,6 +7,7 @@ from bem.protocol import default_start_indentation
 from experiments.cost import bench_solver
 from experiments.cost import revision_comparison as solvers
 from experiments.robustness import hard_cases, known_results
+from experiments.timing import in_fresh_process
 from paper_figures.measurements import figure_solver_scaling
 
 
@@ -25,7 +26,7 @@ def content():
         "yardstick_seconds": bench_solver.yardstick(3),
         "levels": bench_solver.measured(requests, exact, ("standard", 1e-2), None),
         "start_up": {"compiled before": {"import": 1.0, "first call": 1.0, "second call": 1.0}},
-        "memory_bytes": bench_solver.in_fresh_process(bench_solver.MEMORY, 1, 1)[0],
+        "memory_bytes": in_fresh_process(bench_solver.MEMORY, 1, 1)[0],
         "known_results": [known_results.row("a force", 1.01, 1.0, "theory")],
         "persson_brener": {"median": 0.01, "largest": 0.02},
     }
