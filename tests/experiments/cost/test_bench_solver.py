@@ -1,14 +1,14 @@
+"""The solver's benchmark on three protocols, and its document."""
+
 import json
 
 import numpy as np
 import pytest
 
-from bem.protocol import default_start_indentation
 from experiments.cost import bench_solver
 from experiments.cost import revision_comparison as solvers
-from experiments.robustness import hard_cases, known_results
+from experiments.robustness import known_results
 from experiments.timing import in_fresh_process
-from paper_figures.measurements import figure_solver_scaling
 
 
 @pytest.fixture(scope="module")
@@ -47,32 +47,3 @@ def test_the_benchmark_becomes_a_document(content):
     assert "| 0.01 | 0.01 | 3 | 0 |" in text
     assert content["memory_bytes"] > 1e7
     json.dumps(content)
-
-
-def test_hard_cases_are_different_and_never_too_deep_for_a_large_tabor_parameter():
-    cases = hard_cases.random_combinations(400, 1)
-    assert len({tuple(case.values()) for case in cases}) == 400
-    assert max(case["peak_indentation"] for case in cases if case["tabor"] > 1.0) == 100.0
-    assert all(case["peak_indentation"] > default_start_indentation(case["tabor"]) for case in cases)
-    assert {case["peak_indentation"] for case in cases} == {
-        *hard_cases.VALUES["peak_indentation"],
-        hard_cases.SHALLOWEST,
-    }
-    assert len(hard_cases.corners()) == 32
-
-
-def test_a_hard_case_is_examined_and_summarised():
-    case = dict(zip(hard_cases.VALUES, (1.0, 0.1, 10.0, 10.0, 0.0, 0.5), strict=True))
-    row = hard_cases.examined({"kind": "random", **case})
-    assert row["status"] == row["refined_status"] == "completed"
-    assert row["change"] < 4e-3
-    text = hard_cases.markdown([row], {"command": "c", "host": "h"})
-    assert "| completed with finite numbers | 1 |" in text
-
-
-def test_the_growth_of_the_cost_is_drawn(tmp_path):
-    points = [{"nodes": n, "steps": 10.0 * n, "seconds": {"median": 1e-4 * n}} for n in (50.0, 100.0, 200.0)]
-    curve = {"points": points, "exponent": 1.0}
-    (tmp_path / "growth.json").write_text(json.dumps({"solver": {"nodes": curve, "steps": curve}}), encoding="utf-8")
-    figure_solver_scaling.main(tmp_path / "growth.json", tmp_path)
-    assert (tmp_path / "solver-scaling.pdf").is_file()
