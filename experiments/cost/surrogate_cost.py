@@ -25,7 +25,7 @@ from experiments.timing import progress, timed
 from surrogate.training.identity import read_identity
 
 if TYPE_CHECKING:
-    from experiments.cost.solver_sample import Case
+    from experiments.cost.cases import Case
 
 Predict = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
 Answer = Callable[[dict[str, np.ndarray]], np.ndarray]
@@ -121,14 +121,19 @@ def whole_call(predict: Predict) -> Answer:
     return answer
 
 
-def keras_call(trained: Any) -> Predict:
-    """`model.predict` on physical inputs, with features and scaling by hand."""
+def scaled_inputs(trained: Any, times: np.ndarray, indentations: np.ndarray, tabor: np.ndarray) -> list[np.ndarray]:
+    """What a Keras model takes for trajectories (count, 120): features and scaling by hand."""
     from surrogate.data.features import channels, edge_from_counts
 
-    def call(times: np.ndarray, indentations: np.ndarray, tabor: np.ndarray) -> np.ndarray:
-        edge = edge_from_counts(FMS, len(times))
-        sequence = trained.scaling.scale_channels(channels(times, indentations, edge, trained.scaling.features))
-        scaled = trained.model.predict([sequence, trained.scaling.scale_tabor(tabor)], verbose=0)
+    physical = channels(times, indentations, edge_from_counts(FMS, len(times)), trained.scaling.features)
+    return [trained.scaling.scale_channels(physical), trained.scaling.scale_tabor(tabor)]
+
+
+def keras_call(trained: Any) -> Predict:
+    """`model.predict` on physical inputs."""
+
+    def call(*inputs: np.ndarray) -> np.ndarray:
+        scaled = trained.model.predict(scaled_inputs(trained, *inputs), verbose=0)
         return trained.scaling.unscale_force(np.asarray(scaled)[..., 0])
 
     return call
