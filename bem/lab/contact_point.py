@@ -65,8 +65,8 @@ def find_contact(curve: ForceCurve) -> Contact:
     drift = float(np.median(halves[1]) - np.median(halves[0])) if index >= FEWEST else 0.0
     if index < FEWEST or abs(drift) > _DRIFT * largest:
         raise ValueError(
-            f"a force curve must begin with at least {FEWEST} points before contact, at one force; received {index}, over "
-            f"which the force changes by {drift:.3g} N"
+            f"a force curve must begin with at least {FEWEST} points before contact, at one force; received {index}, "
+            f"over which the force changes by {drift:.3g} N"
         )
     return Contact(float(curve.indentation[index]), offset, noise, index)
 

@@ -12,6 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.ndimage import maximum_filter1d
 from scipy.optimize import least_squares
 
 from bem._support.validation import FloatArray, instance
@@ -192,7 +193,14 @@ def _fitted(curve, setup, free, contact, duration, accuracy, report) -> FitResul
         raise FitError("the fit did not converge: the solver completes no contact near the measured curve")
     if final.status == 0 and final.cost < 0.9 * best.cost:
         raise FitError(f"the fit did not converge in {search.model.evaluations} simulations; give a closer first guess")
-    return result_of(search, final.x, final.fun, search.jacobian(final.x, central=True))
+    x, residuals = final.x, final.fun
+    jacobian = search.jacobian(x, central=True)
+    # Central differences see farther than the roughness of the solver's results, at which the search stops.
+    step = np.linalg.lstsq(jacobian, -residuals, rcond=1e-6)[0]
+    settled = search.residuals(x + step)
+    if settled @ settled < residuals @ residuals:
+        x, residuals = x + step, settled
+    return result_of(search, x, residuals, jacobian)
 
 
 def _starts(setup: Setup, contact, duration: float, free: tuple[str, ...]) -> list[dict[str, float]]:
@@ -222,11 +230,12 @@ def _starts(setup: Setup, contact, duration: float, free: tuple[str, ...]) -> li
 
 
 def _weights(curve: ForceCurve, noise: float) -> FloatArray:
-    """One over the uncertainty of each point: the noise, and at a jump half of what the force does within a sample.
+    """One over the uncertainty of each point: the noise, and around a jump what the force does between samples.
 
-    An instability falls somewhere between two samples, and a force in between says nothing about the contact.
+    An instability falls somewhere between two samples. Where exactly is not measured, so that the points beside it must
+    not decide a fit; a model that jumps elsewhere is still punished by the points between.
     """
     scale = max(noise, noise_of(curve.tension), 1e-4 * float(np.ptp(curve.tension)))
     change = np.abs(np.gradient(curve.tension))
-    steep = np.where(change > 5.0 * scale, change, 0.0)
-    return 1.0 / np.hypot(scale, 0.5 * steep)
+    steep = maximum_filter1d(np.where(change > 5.0 * scale, change, 0.0), 3)
+    return 1.0 / np.hypot(scale, 2.0 * steep)
