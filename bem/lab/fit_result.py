@@ -47,8 +47,8 @@ class FitResult:
     """In words: what is not determined, what trades off, and where the model does not describe the curve."""
     simulations: int
 
-    def needs_memory(self) -> bool:
-        """Whether the curve calls for relaxation: a modulus ratio well below 1, and a determined time."""
+    def determines_memory(self) -> bool:
+        """Whether relaxation was fitted and found: a modulus ratio well below 1, and a retardation time with an end."""
         if "modulus_ratio" not in self.values or "retardation_time" not in self.values:
             return False
         return self.intervals["modulus_ratio"][1] < 0.95 and np.isfinite(self.intervals["retardation_time"][1])

@@ -8,6 +8,7 @@ where neighbouring residuals are correlated they are widened as for that many fe
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -22,6 +23,7 @@ from bem.lab.curve import ForceCurve
 from bem.lab.fit_result import FitResult, result_of
 from bem.lab.guess import first_contact
 from bem.lab.model import Model, with_memory
+from bem.lab.model_choice import effects_called_for, sentence
 from bem.lab.parameters import PARAMETERS
 from bem.lab.setup import Setup
 from bem.materials import Elastic, StandardLinearSolid
@@ -35,6 +37,7 @@ _RATIOS = (0.5, 0.15)
 _TIME_SHARES = (0.02, 0.1, 0.5)  # of the duration in contact, at which retardation times are tried
 _SHORT, _LONG, _POLISH = 4, 14, 12  # evaluations of the Jacobian
 _KEPT = 2
+_AS_GOOD = 1.1  # noise of a simpler fit over that of the full one
 _BAD = 30.0  # residual, in standard deviations, of a contact that the solver did not complete
 
 
@@ -167,12 +170,15 @@ def fit(
     if "modulus_ratio" in chosen:
         instance("material, whose modulus_ratio is free,", setup.material, (StandardLinearSolid,))
     result = _fitted(curve, setup, chosen, contact, duration, accuracy, report)
-    if free is None and not result.needs_memory():
+    if free is not None:
+        return result
+    effects = effects_called_for(result)
+    if effects.terms == 0 or not result.determines_memory():
         elastic = result.setup.replaced(material=Elastic(), retardation_time=None)
         simpler = _fitted(curve, elastic, ELASTIC, contact, duration, accuracy, report)
-        if simpler.noise < 1.1 * result.noise:
-            return simpler
-    return result
+        if simpler.noise < _AS_GOOD * result.noise:
+            result, effects = simpler, effects_called_for(simpler)
+    return dataclasses.replace(result, sentences=(sentence(effects), *result.sentences))
 
 
 def _fitted(curve, setup, free, contact, duration, accuracy, report) -> FitResult:

@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 
 from bem import Elastic, StandardLinearSolid
+from bem.effects.scene_effects import Effects
 from bem.lab import ForceCurve, Setup, fit
 from bem.lab.fitting import ALL, ELASTIC, FitError, Search
 from bem.lab.guess import guess_setup
 from bem.lab.model import Model, straight_lines
+from bem.lab.model_choice import effects_called_for, sentence
 from bem.lab.parameters import PARAMETERS
 from tests.bem.lab.measurement import BEAD, TRUTH, measured
 
@@ -79,7 +81,16 @@ def test_an_elastic_curve_is_not_fitted_with_relaxation():
     result = fit(true, tip.replaced(relaxed_modulus=0.7e9), accuracy="draft")
     assert set(result.values) == set(ELASTIC)
     assert result.setup.material == Elastic()
+    assert result.sentences[0] == "The curve calls for these effects: elastic, adhesive."
     assert result.values["relaxed_modulus"] == pytest.approx(1e9, rel=0.2)
+
+
+def test_the_effects_a_curve_calls_for_are_named(fitted):
+    effects = effects_called_for(fitted)
+    assert str(effects) == "viscoelastic, adhesive"
+    assert sentence(effects) == "The curve calls for these effects: viscoelastic, adhesive."
+    assert "Hertz describes it" in sentence(Effects(adhesion=False, first=0, last=1, of=1))
+    assert "stays glassy" in sentence(Effects(adhesion=True, first=0, last=0, of=1))
 
 
 def test_what_the_curve_does_not_determine_is_said(curve):
