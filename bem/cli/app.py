@@ -15,6 +15,7 @@ import typer
 from bem._support.command_line import add_version, parse_accuracy, run_command
 from bem._support.outputs import IMAGES, Outputs, require_suffix
 from bem._support.wording import shown
+from bem.cli import lab
 from bem.cli.campaign import register
 
 app = typer.Typer(
@@ -35,6 +36,7 @@ STILL_ATTACHED = "still attached at the end: the pull-off force is the largest s
 
 add_version(app, "bem")
 register(app)
+lab.register(app)
 
 
 @app.command("compile")
