@@ -11,10 +11,11 @@ import numpy as np
 
 from bem._support.jit import kernel
 from bem._support.linear_algebra import copy_into, dot
-from bem.solver.equilibrium import PRESSED, force_of, pressed_gap
+from bem.solver.equilibrium import PRESSED, force_of, pressed_gaps
 from bem.tractions import PEAK_TRACTION, traction
 
-DEPTH = 3
+DEPTH = 4  # solutions kept, all of which the iteration starts from
+CONTROL = 3  # solutions whose polynomial is judged
 
 
 class Scales(NamedTuple):
@@ -68,9 +69,9 @@ def push_recent(recent: Recent, gap: np.ndarray, tractions: np.ndarray, time: fl
 
 
 @kernel
-def _lagrange_weights(recent: Recent, time: float) -> np.ndarray:
-    """Weights (DEPTH,) of the last solutions in the polynomial through them, at `time`."""
-    count = recent.count[0]
+def _lagrange_weights(recent: Recent, time: float, most: int) -> np.ndarray:
+    """Weights (DEPTH,) of the last solutions, `most` of them, in the polynomial through them, at `time`."""
+    count = min(recent.count[0], most)
     weights = np.ones(DEPTH)
     for k in range(DEPTH):
         for m in range(count):
@@ -84,30 +85,47 @@ def _lagrange_weights(recent: Recent, time: float) -> np.ndarray:
 @kernel
 def expected_force(recent: Recent, time: float) -> float:
     """The force that the last ones lead to expect at `time`."""
-    return dot(_lagrange_weights(recent, time), recent.force)
+    return dot(_lagrange_weights(recent, time, CONTROL), recent.force)
 
 
 @kernel
 def predict(
-    recent: Recent, time: float, tabor: float, nonadhesive: bool, gap: np.ndarray, tractions: np.ndarray
+    recent: Recent,
+    time: float,
+    tabor: float,
+    nonadhesive: bool,
+    gap: np.ndarray,
+    tractions: np.ndarray,
+    most: int = CONTROL,
 ) -> None:
-    """Extrapolate to `time` into `gap` and `tractions` (n,)."""
-    weights = _lagrange_weights(recent, time)
-    for j in range(gap.size):
-        last = recent.gap[0, j]
-        stress = (
-            weights[0] * recent.traction[0, j] + weights[1] * recent.traction[1, j] + weights[2] * recent.traction[2, j]
-        )
-        opening = weights[0] * last + weights[1] * recent.gap[1, j] + weights[2] * recent.gap[2, j]
-        if nonadhesive:
-            gap[j] = max(opening, 1.0)
-            tractions[j] = min(stress, 0.0)
-        elif last < PRESSED:
-            gap[j] = pressed_gap(stress / tabor, last) if stress < 0.85 * PEAK_TRACTION * tabor else 1.12
-            tractions[j] = tabor * traction(gap[j])
+    """Extrapolate to `time` into `gap` and `tractions` (n,), by the polynomial through the last `most` solutions."""
+    weights = _lagrange_weights(recent, time, most)
+    n, inside = gap.size, 0
+    for j in range(n):
+        gap[j], tractions[j] = 0.0, 0.0
+        if recent.gap[0, j] < PRESSED:
+            inside = j + 1
+    for k in range(min(recent.count[0], most)):
+        weight, openings, stresses = weights[k], recent.gap[k], recent.traction[k]
+        for j in range(n):
+            gap[j] += weight * openings[j]
+            tractions[j] += weight * stresses[j]
+    if nonadhesive:
+        for j in range(n):
+            gap[j] = max(gap[j], 1.0)
+            tractions[j] = min(tractions[j], 0.0)
+        return
+    pressed, scaled, last = np.empty(inside), np.empty(inside), recent.gap[0]
+    for j in range(inside):
+        # Where the traction is not extrapolated, what is found is not used.
+        scaled[j] = tractions[j] / tabor if last[j] < PRESSED else -1.0
+    pressed_gaps(scaled, inside, last, pressed)
+    for j in range(n):
+        if last[j] < PRESSED:
+            gap[j] = pressed[j] if scaled[j] < 0.85 * PEAK_TRACTION else 1.12
         else:
-            gap[j] = min(max(opening, 0.7 * last), 1.6 * last)
-            tractions[j] = tabor * traction(gap[j])
+            gap[j] = min(max(gap[j], 0.7 * last[j]), 1.6 * last[j])
+        tractions[j] = tabor * traction(gap[j])
 
 
 @kernel

@@ -5,6 +5,8 @@ import numpy as np
 from bem._support.jit import kernel_part
 from bem.solver.equilibrium import Factor, force_of, solve_adhesive
 from bem.solver.extrapolation import (
+    CONTROL,
+    DEPTH,
     Recent,
     bend_of_force,
     expected_force,
@@ -55,6 +57,8 @@ def try_step(
     guess_gap, guess_traction = np.empty(rhs.size), np.empty(rhs.size)
     predict(recent, time, tabor, problem.nonadhesive, guess_gap, guess_traction)
     gap, traction = guess_gap.copy(), guess_traction.copy()
+    if recent.count[0] > CONTROL and not problem.nonadhesive:
+        predict(recent, time, tabor, False, gap, traction, DEPTH)
     if problem.nonadhesive:
         solved = solve_nonadhesive(mesh.influence, rhs, response, gap, traction, work)
     else:
@@ -95,7 +99,7 @@ def _judge(
 ) -> tuple[bool, float]:
     """Whether a solution is near enough to its prediction, and the factor by which to change the step."""
     tabor, nonadhesive, weights = problem.tabor, problem.nonadhesive, state.mesh.force_weights
-    allowed, order = problem.controls.prediction, recent.count[0]
+    allowed, order = problem.controls.prediction, min(recent.count[0], CONTROL)
     expected = np.nan if problem.strengths.size > 0 or nonadhesive else expected_force(recent, time)
     error = prediction_error(
         weights, tabor, nonadhesive, guess_gap, guess_traction, gap, traction, problem.scales, expected

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from bem.solver.extrapolation import Scales, expected_force, predict, prediction_error, push_recent, start_recent
+from bem.solver.extrapolation import DEPTH, Scales, expected_force, predict, prediction_error, push_recent, start_recent
 from bem.tractions import PEAK_TRACTION, traction
 from tests.bem.solver.contacts import mesh_for, right_side
 
@@ -65,11 +65,14 @@ def test_hard_contact_never_predicts_penetration_or_tension():
     np.testing.assert_array_equal(stress, [0.0, 0.0])
 
 
-def test_only_the_last_three_solutions_are_kept():
-    gaps = [np.array([100.0]), *(np.array([2.0 + 0.1 * t]) for t in (1.0, 2.0, 3.0))]
-    recent = history(gaps, [law(g) for g in gaps], [0.0, 1.0, 2.0, 3.0])
-    assert recent.count[0] == 3
-    assert predicted(recent, 4.0)[0][0] == pytest.approx(2.4)
+def test_only_the_last_four_solutions_are_kept_and_three_are_judged_by():
+    gaps = [np.array([100.0]), *(np.array([2.0 + 0.1 * t**3]) for t in (1.0, 2.0, 3.0, 4.0))]
+    recent = history(gaps, [law(g) for g in gaps], [0.0, 1.0, 2.0, 3.0, 4.0])
+    assert recent.count[0] == DEPTH == 4
+    gap, stress = np.empty(1), np.empty(1)
+    predict(recent, 4.1, TABOR, False, gap, stress, DEPTH)
+    assert gap[0] == pytest.approx(2.0 + 0.1 * 4.1**3)
+    assert predicted(recent, 4.1)[0][0] == pytest.approx(2.0 + 0.1 * (4.1**3 - 1.1 * 2.1 * 0.1))
 
 
 def error_of(changed_node, change):
