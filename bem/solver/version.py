@@ -1,8 +1,8 @@
 """Which solver computed a number.
 
 A change of the code that moves results raises `SOLVER_VERSION`; one that does not leaves it. Trajectories kept in
-`tests/bem/golden_trajectories.json` guard it: their test fails when results move, and `make golden-trajectories` renews
-them once the version was raised. Campaigns, and studies that keep what they computed, are known by it.
+`tests/bem/solver/golden_trajectories.json` guard it: their test fails when results move, and `make golden-trajectories`
+renews them once the version was raised. Campaigns, and studies that keep what they computed, are known by it.
 
 Versions: 1, up to the data set published first (known there by a digest of the source); 2, only stable states, forces
 as exact as the step control needs, loops of elastic contacts by their energy.

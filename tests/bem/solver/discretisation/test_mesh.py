@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from bem.solver.discretisation.cohesive_zone import edge_width
-from bem.solver.discretisation.influence import influence_matrix
+from bem.solver.discretisation.influence import force_weights, influence_matrix
 from bem.solver.discretisation.mesh import (
     LARGEST_GRID,
     condense,
@@ -36,6 +36,7 @@ def test_the_condensed_influence_is_that_of_the_selected_radii(tabor, edge):
     # The last hat of a selection keeps its outer flank, one master spacing wide, where the traction has died away.
     np.testing.assert_allclose(mesh.influence[:-1], direct[:-1], rtol=3e-10)
     assert np.all(mesh.influence[-1] > direct[-1])
+    np.testing.assert_allclose(mesh.force_weights, force_weights(mesh.radii), rtol=1e-12)
 
 
 @pytest.mark.parametrize(("tabor", "edge"), CASES)
