@@ -1,6 +1,6 @@
-"""Adhesive contact of a rigid sphere with a viscoelastic half-space: what is simulated, and the one door in.
+"""Adhesive contact of a rigid sphere with a viscoelastic half-space.
 
-Names load on first use, so that `import bem` costs nothing and a scene can be described without compiling a kernel.
+Names load on first use, so that `import bem` is quick and a scene can be described without compiling a kernel.
 
 Example:
     >>> from bem import LoadingProtocol, Scene, StandardLinearSolid, simulate

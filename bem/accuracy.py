@@ -1,8 +1,8 @@
-"""How a target error becomes numbers of the discretisation.
+"""Discretisation parameters for a target error.
 
-One knob, the target relative error, sets everything: spacing at the contact edge (second order), spacing elsewhere by
-the curvature of the traction, length of a time step (third order), residual of an equilibrium, extent of the mesh. The
-named accuracies are targets too. The constants were chosen by `make bench-solver`, which measures what they give.
+One parameter, the target relative error, sets all others: spacing at the contact edge (second order), spacing elsewhere
+by the curvature of the traction, length of a time step (third order), residual of an equilibrium, extent of the mesh.
+The named accuracies are targets too. The constants were chosen by `make bench-solver`, which measures what they give.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ from bem._support.wording import shown
 NAMED_TARGETS = {"draft": 1.7e-2, "standard": 4e-3, "reference": 1.5e-4}
 LOOSEST, TIGHTEST = 5e-2, 2e-5
 _UNIT_TARGET = 2.8e-3  # at which the constants below hold
-# Edge spacings, in widths of the cohesive zone, above which a slow edge hops from node to node; without a memory that
-# resists the hop it comes a little sooner.
+# Edge spacings, in widths of the cohesive zone, above which a slow edge jumps from node to node; without a memory that
+# resists the jump the limit is a little smaller.
 _PINNED_ABOVE, _PINNED_ABOVE_ELASTIC = 0.12, 0.10
 
 
 class Controls(NamedTuple):
-    """What the kernels need to know of an accuracy."""
+    """Parameters of the discretisation, as the kernels take them."""
 
     edge_spacing: float  # spacing at the contact edge, in widths of the cohesive zone
     curvature: float  # error of linear interpolation allowed between nodes, as a fraction of the traction scale
@@ -46,7 +46,7 @@ class Accuracy:
         """Discretisation for this target; spacing and step shrink with their orders of convergence.
 
         Args:
-            elastic: whether the material remembers nothing; what its loop loses is small, and so may be the error.
+            elastic: whether the material has no memory; its loop loses little energy and needs a smaller error.
         """
         ratio = self.target / _UNIT_TARGET
         if ratio < 1.0:  # the shallowest contacts converge a little more slowly than the others
@@ -65,7 +65,7 @@ class Accuracy:
 
 
 def resolve_accuracy(accuracy: str | float) -> Accuracy:
-    """The accuracy a user asked for by name or by target relative error.
+    """Return the accuracy of a name or a target relative error.
 
     Raises:
         ValueError: for an unknown name or a target outside [2e-5, 0.05].

@@ -33,7 +33,7 @@ def _read_only(values: ArrayLike) -> FloatArray:
 
 
 class Material:
-    """What the solver asks of a material; see the module docstring for the meaning of strengths and times."""
+    """Interface of a material to the solver; the module docstring defines strengths and times."""
 
     modulus_ratio: float
     """Relaxed over instantaneous modulus, k = E0/Einf, in (0, 1]."""
@@ -97,7 +97,7 @@ class StandardLinearSolid(Material):
 
 @dataclass(frozen=True, eq=False, init=False)
 class PronySeries(Material):
-    """A broad-band solid given by its retardation spectrum.
+    """A solid with a spectrum of retardation times.
 
     Args:
         compliances: strengths c_i >= 0 as fractions of the relaxed compliance, with a sum below 1; a term of strength

@@ -1,4 +1,4 @@
-"""The picture a user wants first: the force history and the force-indentation loop of one trajectory."""
+"""Plot of one trajectory: the force history and the force-indentation loop."""
 
 from __future__ import annotations
 

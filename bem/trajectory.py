@@ -1,4 +1,4 @@
-"""What a simulation returns: the force history, how it ended, and what it cost.
+"""The result of a simulation: force history, status and cost.
 
 Units: time in retardation times, indentation in h0, force in pi R dgamma (tension positive), contact radius in beta,
 work and hysteresis in h0 pi R dgamma.
@@ -40,7 +40,7 @@ def far_field(force: ArrayLike, indentation: ArrayLike, *, doubt: float = 0.0) -
 
 @dataclass(frozen=True)
 class Jump:
-    """An instability: at one instant and indentation the contact went over to another branch of equilibria."""
+    """An instability: the contact changes to another branch of equilibria at constant time and indentation."""
 
     time: float
     indentation: float
@@ -56,7 +56,7 @@ class Jump:
 
 @dataclass(frozen=True, kw_only=True)
 class Statistics:
-    """What the solver did; nothing here is timed except `seconds`."""
+    """Numbers of steps, iterations and nodes of a simulation; only `seconds` depends on the machine."""
 
     steps: int = 0
     """Accepted time steps."""

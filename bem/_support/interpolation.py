@@ -1,4 +1,4 @@
-"""The force between the instants of a solution."""
+"""Interpolation of the force between the time steps of a solution."""
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -7,11 +7,11 @@ from bem._support.validation import FloatArray, real_array
 from bem._support.wording import shown
 
 ROUNDINGS = 4.0
-"""How many roundings of its larger bound a time may lie outside a history."""
+"""Tolerance of a time outside the range, in roundings of the larger bound."""
 
 
 class ForceInterpolant:
-    """A force history between its native instants: monotone cubics that reach across no jump and no corner.
+    """Interpolate a force history by monotone cubics, piecewise between jumps and corners of the protocol.
 
     Args:
         times: native instants, non-decreasing, shape (n,); a jump is two entries at the same instant.

@@ -1,4 +1,4 @@
-"""The one decorator of every compiled kernel, so that caching and error handling are decided in a single place.
+"""The decorators of all compiled functions, which set their caching and error handling.
 
 `error_model="numpy"` lets a division by zero give an infinity instead of raising inside a kernel; `fastmath` stays off
 because a NaN must remain visible.
@@ -40,7 +40,7 @@ def cache_directory() -> str:
 
 
 def announce_compilation() -> None:
-    """Say on standard error that kernels will be compiled now, where they are not in the cache yet."""
+    """Print a line on standard error when the kernels are not in the cache and will be compiled."""
     in_main_process = multiprocessing.parent_process() is None
     if (
         in_main_process
@@ -67,8 +67,8 @@ def kernel(function: Callable) -> Callable:
 
 
 def kernel_part(function: Callable) -> Callable:
-    """Make a function part of the kernel that calls it: for a step of an algorithm with one caller.
+    """Insert a function into the kernel that calls it; use this for parts of a kernel that have one caller.
 
-    Numba compiles a kernel again in each kernel above it, so that levels of calls multiply the time of compilation.
+    Numba compiles each kernel again inside every kernel that calls it, so compilation time grows with call depth.
     """
     return njit(inline="always", **_OPTIONS)(function)

@@ -2,7 +2,7 @@
 
 Steps follow the curvature of the history, so a polynomial through the highest step and its neighbours gives a peak
 where the highest step alone is too low. It is the cubic through two steps before, since a contact lets go faster than
-it was loaded: the steps before are the ones that resolve the peak. Where these are not to be had it is the parabola.
+it was loaded: the steps before are the ones that resolve the peak. Where these are missing, a parabola is used.
 The top is added to the records as one more entry.
 """
 

@@ -1,4 +1,4 @@
-"""What messages quote of text and values from outside, so that a message stays one sentence of bounded length."""
+"""Quoting of user input in messages, with bounded length."""
 
 import reprlib
 from typing import Any

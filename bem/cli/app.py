@@ -73,7 +73,7 @@ def simulate(
     csv: Annotated[Path | None, typer.Option(help="Write time, indentation, force, contact radius here.")] = None,
     plot: Annotated[Path | None, typer.Option(help="Draw force history and loop here (.png, .pdf, .svg).")] = None,
 ) -> None:
-    """Simulate one load-dwell-unload cycle and print what matters.
+    """Simulate one load-dwell-unload cycle and print a summary.
 
     Example: bem simulate --tabor 3.2 --peak-indentation 15 --loading-rate 1000 --dwell-time 0.008 --unloading-rate 1000
     --plot loop.png
@@ -162,7 +162,7 @@ def write_csv(trajectory: Any, path: Path) -> None:
 
 
 def to_json(trajectory: Any) -> str:
-    """Summary and arrays; what is absent is null, never NaN, which JSON does not know."""
+    """Summary and arrays as JSON; NaN, which JSON does not have, becomes null."""
 
     def clean(value: Any) -> Any:
         if isinstance(value, dict):

@@ -1,4 +1,4 @@
-"""Which effects a scene and protocol call for: the cheapest, or the fewest, whose answer stays inside a tolerance.
+"""`recommend`: the cheapest, or the fewest, effects of a scene whose result stays within a tolerance.
 
 Effects are left out one after another (`bem.effects.scene_effects`), and the error of each choice is bracketed by
 numbers that cost no contact solution:
@@ -54,7 +54,7 @@ _WORTH = 0.8  # share of the full scene's operations up to which a simpler scene
 
 @dataclass(frozen=True)
 class Recommendation:
-    """What to simulate instead of the full scene, and how wrong that is."""
+    """A simpler scene to simulate instead of the full one, and its error."""
 
     scene: Scene
     protocol: Protocol
@@ -87,7 +87,7 @@ def recommend(
     quantity: Quantity = "force",
     best: Best = "cheapest",
 ) -> Recommendation:
-    """Find the cheapest set of effects whose answer stays inside a tolerance.
+    """Find the cheapest set of effects whose result stays within a tolerance.
 
     Args:
         scene, protocol: the full problem, as for `bem.simulate`.

@@ -1,6 +1,6 @@
 """Which effects a scene has, and the same scene with some of them left out.
 
-Two kinds of effect cost anything: adhesion (a law of traction instead of impenetrability) and the terms of the
+Two kinds of effect add cost: adhesion (a law of traction instead of impenetrability) and the terms of the
 material, one memory vector each. A term can be left out in two ways. A fast one has relaxed before anything moves: it
 is part of the instantaneous compliance then. A slow one never gets to relax: it drops out of the compliance, and the
 solid of the terms left over is stiffer. With S the compliance of the slow terms its relaxed modulus is E0 / (1 - S);
@@ -26,7 +26,7 @@ Protocol = LoadingProtocol | PiecewiseLinearProtocol
 
 @dataclass(frozen=True)
 class Effects:
-    """What is kept of a scene whose material has `of` terms.
+    """The effects kept of a scene whose material has `of` terms.
 
     Args:
         adhesion: whether surfaces attract each other.

@@ -1,4 +1,4 @@
-"""What is kept of the states along a protocol: tables of records and jumps that grow as they fill."""
+"""Tables of records and jumps along a protocol; they grow as needed."""
 
 from typing import NamedTuple
 

@@ -1,4 +1,4 @@
-"""The energy an elastic contact holds, from which the work of a loop follows without subtracting large numbers.
+"""Energy stored in an elastic contact; it gives the work of a loop without subtracting large numbers.
 
 At fixed indentation an equilibrium minimises
 

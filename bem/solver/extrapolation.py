@@ -1,4 +1,4 @@
-"""Where a solution goes next, by extrapolation of the last ones, and how wrong that was, which sets the step.
+"""Prediction of the next solution by extrapolation, and its error, which sets the time step.
 
 Pressed nodes are extrapolated in traction, the others in gap (see `bem.solver.equilibrium`), by the polynomial through
 up to three solutions since the last corner or jump. The difference between prediction and solution measures how curved
@@ -19,7 +19,7 @@ CONTROL = 3  # solutions whose polynomial is judged
 
 
 class Scales(NamedTuple):
-    """What differences between prediction and solution are compared with."""
+    """Scale and weights of differences between prediction and solution."""
 
     force: float  # below this the force counts as small, in pi R dgamma
     force_weight: float = 2.0  # of relative differences in force
@@ -38,7 +38,7 @@ class Recent(NamedTuple):
 
 @kernel
 def start_recent(gap: np.ndarray, tractions: np.ndarray, time: float, force: float) -> Recent:
-    """Nothing but the present solution."""
+    """Start with the present solution only."""
     recent = Recent(
         np.zeros((DEPTH, gap.size)),
         np.zeros((DEPTH, gap.size)),
@@ -84,7 +84,7 @@ def _lagrange_weights(recent: Recent, time: float, most: int) -> np.ndarray:
 
 @kernel
 def expected_force(recent: Recent, time: float) -> float:
-    """The force that the last ones lead to expect at `time`."""
+    """Extrapolate the force to `time`."""
     return dot(_lagrange_weights(recent, time, CONTROL), recent.force)
 
 

@@ -1,4 +1,4 @@
-"""What a viscoelastic half-space remembers: one vector per retardation time, whatever the length of the history.
+"""Memory of a viscoelastic half-space: one vector per retardation time, independent of the length of the history.
 
 With q_i(t) = int exp(-(t - s)/tau_i) dsigma(s) the displacement is u = mu G (sigma - sum_i c_i q_i), sigma positive in
 tension. Over a step every rule below has the form
@@ -13,8 +13,8 @@ so the new traction enters with one factor only, `response` = 1 - sum_i c_i g_i,
   integrated exactly (third order).
 - Longer steps: backward differentiation of q' = sigma' - q/tau over three steps (third order), or two where the step
   grew fast. Where surfaces conform, the displacement is imposed and the traction relaxes with the short relaxation time
-  k tau; the other two rules, Crank-Nicolson and Adams-Moulton in disguise, would ring there, this one damps (Hairer and
-  Wanner, Solving Ordinary Differential Equations II, 1996, sections IV.3 and V.1).
+  k tau; the other two rules, equivalent to Crank-Nicolson and Adams-Moulton, oscillate there, this one damps (Hairer
+  and Wanner, Solving Ordinary Differential Equations II, 1996, sections IV.3 and V.1).
 
 The vectors live on the fine master grid (see `bem.solver.discretisation.mesh`), so a new choice of nodes loses nothing.
 An elastic scene has no terms: nothing here is then evaluated. Source: `bem.materials`; paper, Eq. (displacement), whose
@@ -30,7 +30,7 @@ from bem._support.linear_algebra import copy_into
 from bem.materials import recursion_step
 
 DEPTH = 3  # states kept
-_LONGEST_PARABOLA = 4.0  # in shortest relaxation times; the rule rings beyond about 6
+_LONGEST_PARABOLA = 4.0  # in shortest relaxation times; the rule oscillates beyond about 6
 _FASTEST_GROWTH = 1.5  # of the step, for which backward differentiation over three steps is stable
 
 
@@ -55,7 +55,7 @@ class StepFactors(NamedTuple):
 
 @kernel
 def new_memory(strengths: np.ndarray, times: np.ndarray, grid_size: int) -> Memory:
-    """A relaxed half-space that has never felt a traction."""
+    """Return the memory of a relaxed half-space without traction."""
     terms = strengths.size
     size = grid_size if terms > 0 else 0
     vectors = np.zeros((DEPTH, terms, size))
@@ -167,6 +167,6 @@ def advance(memory: Memory, factors: StepFactors, step: float, new_traction: np.
 
 @kernel
 def forget_rate(memory: Memory) -> None:
-    """At a corner of the protocol or a jump the rate changes suddenly: the next step must not look back."""
+    """Exclude earlier steps from the next one, because the rate changes suddenly at a corner or a jump."""
     for k in range(memory.steps.size):
         memory.steps[k] = 0.0

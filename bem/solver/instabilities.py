@@ -1,4 +1,4 @@
-"""When an equilibrium ends: the jump, at fixed indentation and fixed memory, to the next stable one.
+"""Jumps: the transition to the next stable equilibrium where a branch ends, at fixed indentation and memory.
 
 Along a history of indentation a branch of equilibria can fold back; beyond the fold no time step, however small, leads
 on, and the contact snaps in or off. Pseudo-transient continuation follows dh/ds = -F(h) with implicit steps in the

@@ -48,8 +48,8 @@ def solve_nonadhesive(
     rounding.
     """
     n = gap.size
-    # The prediction knows the contact but for a node or two at its edge. The overlap of the undeformed surfaces, all
-    # there is to go by when nothing touched before, is far larger.
+    # The prediction differs from the contact by a node or two at its edge. The overlap of the undeformed surfaces, used
+    # where nothing touched before, is far larger.
     closed = np.empty(n, dtype=np.bool_)
     touching = False
     for i in range(n):

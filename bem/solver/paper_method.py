@@ -1,4 +1,4 @@
-"""The paper's discretisation, kept to be measured against: equal spacing, a history sum, plain Newton-Raphson.
+"""The paper's discretisation, for comparison: equal spacing, a history sum, plain Newton-Raphson.
 
 - N_s equally spaced nodes, as many wherever the contact edge is.
 - The displacement at step q is mu G sum_m C(t_q - t_m) (sigma_m - sigma_(m-1)), summed anew over all past steps. The

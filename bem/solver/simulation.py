@@ -50,14 +50,14 @@ def simulate(
         accuracy: "draft", "standard", "reference", or the wanted relative error of pull-off force and hysteresis (2e-5
             to 0.05). Draft is for looking, standard for data sets, reference for checking; `docs/cost.md` has
             what each costs.
-        initial_state: "relaxed", as if the sphere had stood at its start for ever, or "glassy", as if it had just been
-            put there.
+        initial_state: "relaxed", as if the sphere had been at its start for ever, or "glassy", as if it had just
+            arrived there.
         mesh: radii (n,) in beta, from 0 upwards, of a fixed mesh of your own, e.g.
             `bem.solver.discretisation.mesh.uniform_mesh`; by default nodes follow the edge.
 
     Returns:
         the trajectory. Its `accuracy` is the target, or a tighter one where the coarse mesh found no way through. Its
-        `status` is "completed" or says where and why it ended; no number of an unfinished one looks finished.
+        `status` is "completed" or says where and why it ended; the scalar results of an unfinished one are NaN.
 
     Raises:
         ValueError: for input that is not a scene, a protocol, an accuracy, an initial state or a mesh, naming what is
@@ -84,7 +84,7 @@ def simulate(
         result = march(*run, initial_state == "glassy", MOST_STEPS)
         seconds += time.perf_counter() - started
         aim = wanted
-        # A mesh too coarse for its scene can lose its way at a fold: what is asked for is then worth a finer one.
+        # On a mesh too coarse for its scene the contact may find no equilibrium at a fold; a finer one is tried then.
         if result.outcome in (COMPLETED, TOO_MANY_STEPS):
             break
     return _trajectory(run.problem, _path(scene, protocol), aim, result, seconds)
@@ -164,7 +164,7 @@ def _trajectory(
 
 
 def _not_started(reason: str, target: float, terms: int) -> Trajectory:
-    """A trajectory without an entry, because the reason was known before."""
+    """An empty trajectory: the scene is known to be out of reach before the first step."""
     empty = np.zeros(0)
     return Trajectory(
         empty,

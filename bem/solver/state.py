@@ -159,7 +159,7 @@ def equilibrate(
 
 @kernel_part
 def remember_start(memory: Memory, state: State, glassy: bool) -> None:
-    """Start the memory with a state that has lasted for ever or, where `glassy`, begins at this instant."""
+    """Set the memory to a state that has lasted for ever or, if `glassy`, begins at this instant."""
     if memory.strengths.size > 0:
         prolong(state.mesh, state.traction, memory.traction[0])
         if glassy:

@@ -44,7 +44,7 @@ from bem.solver.work import FOLD_SOLVES, NODES, REJECTIONS, REMESHINGS, STEPS, U
 COMPLETED, NO_EQUILIBRIUM, TOO_MANY_STEPS, UNPHYSICAL = 0, 1, 2, 3
 
 _CHECK_MESH_EVERY = 40  # steps
-_STIFF_RESPONSE = 0.02
+_STIFF_RESPONSE = 0.02  # below, nodes are chosen anew only where the edge has left its window
 _JUMP_IN_FORCE, _JUMP_IN_WIDTHS = 0.02, 0.3
 
 
@@ -84,7 +84,7 @@ def _segment(problem: Problem, times: np.ndarray, depths: np.ndarray, index: int
         longest = duration  # nothing happens
     smallest, first = 1e-3 * relaxation, 1e-2 * relaxation
     if speed > 0.0:
-        # a stiff glass lets go over a shorter way
+        # a stiff solid detaches over a shorter distance
         smallest = min(smallest, problem.controls.fold_increment * 2.0 / (problem.scales.force_weight * speed))
         first = min(first, 0.02 / speed)
     smallest = min(max(smallest, 1e-13 * duration), longest)
@@ -96,7 +96,7 @@ def _segment(problem: Problem, times: np.ndarray, depths: np.ndarray, index: int
 
 @kernel_part
 def _within(step: float, now: float, duration: float) -> tuple[float, float]:
-    """The step shortened to meet the end of the segment without leaving a tiny one, and the time after it."""
+    """Shorten a step to meet the end of the segment without leaving a tiny one; return it and the time after it."""
     if now + 1.0000001 * step >= duration:
         return duration - now, duration
     if now + 2.0 * step > duration:
@@ -120,7 +120,7 @@ def _first_state(problem: Problem, mesh: Mesh, depth: float, glassy: bool, work:
 
 @kernel_part
 def _jumped(problem: Problem, before: State, after: State) -> bool:
-    """Whether the contact went over to another branch."""
+    """Whether the contact changed to another branch."""
     width = edge_width(before.edge, problem.tabor, problem.nonadhesive)
     force = abs(after.force - before.force) > _JUMP_IN_FORCE * max(abs(before.force), problem.scales.force)
     return force or abs(after.edge - before.edge) > _JUMP_IN_WIDTHS * width
@@ -204,7 +204,7 @@ def _follow(
         if problem.audit and not problem.nonadhesive:
             work[UNSTABLE] += is_unstable(state.mesh.influence, tabor, factors.response, state.gap)
         if another_branch or not same_nodes(state.mesh, before.mesh):
-            # Another branch, or other nodes: what came before is no guide to what comes next.
+            # Solutions on another branch or on other nodes cannot be extrapolated.
             recent = start_recent(state.gap, state.traction, now, state.force)
             forget_rate(memory)
             step = 2.0 * smallest
@@ -212,7 +212,7 @@ def _follow(
             push_recent(recent, state.gap, state.traction, now, state.force)
             step = min(max(step * min(max(shrink, 0.3), 2.5), smallest), segment.longest)
 
-        # In a glass that is stiff against what it remembers a new selection of nodes stirs up large tractions.
+        # With a stiff response a new selection of nodes perturbs the tractions strongly.
         routine = work[STEPS] - mesh_chosen >= _CHECK_MESH_EVERY and factors.response > _STIFF_RESPONSE
         if edge_left_window(state) or (routine and not problem.fixed_mesh):
             direction = 1.0 if state.edge >= before.edge else -1.0

@@ -51,6 +51,12 @@ def test_elastic_scenes_have_no_memory():
         np.testing.assert_array_equal(material.creep_compliance([0.0, 1.0]), [1.0, 1.0])
 
 
+def test_creep_compliance_of_a_series_is_the_sum_over_its_terms():
+    solid = PronySeries([0.5, 0.2], [0.1, 10.0])
+    expected = 1.0 - 0.5 * np.exp(-0.3 / 0.1) - 0.2 * np.exp(-0.3 / 10.0)
+    assert float(solid.creep_compliance(0.3)) == pytest.approx(expected, rel=1e-14)
+
+
 def test_creep_compliance_is_the_papers():
     time = np.linspace(0.0, 5.0, 11)
     expected = 1.0 + (0.1 - 1.0) * np.exp(-time)

@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 from bem import tractions
-from bem.tractions import GAP_AT_PEAK, PEAK_TRACTION, slope, tail_force, traction
+from bem.tractions import GAP_AT_PEAK, PEAK_TRACTION, potential, slope, tail_energy, tail_force, traction
 
 
 def test_equilibrium_and_peak():
@@ -31,6 +31,14 @@ def test_values_match_the_formula_and_slope_its_derivative(gap):
 def test_tail_force_is_the_integral_of_the_traction(gap):
     integral = quad(traction, gap, np.inf, epsabs=0.0, epsrel=1e-11)[0]
     assert tail_force(gap) == pytest.approx(2.0 * integral, rel=1e-8, abs=1e-9)
+
+
+@pytest.mark.parametrize("gap", [0.8, 1.0, 1.5, 10.0])
+def test_energies_are_integrals_of_the_traction_and_of_the_potential(gap):
+    attraction = quad(traction, gap, np.inf, epsabs=0.0, epsrel=1e-11)[0]
+    assert potential(gap) == pytest.approx(-attraction, rel=1e-8)
+    beyond = quad(potential, gap, np.inf, epsabs=0.0, epsrel=1e-11)[0]
+    assert tail_energy(gap) == pytest.approx(2.0 * beyond, rel=1e-8)
 
 
 def test_kernels_are_compiled_and_the_laws_are_values():

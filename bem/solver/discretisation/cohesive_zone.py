@@ -1,7 +1,7 @@
-"""How wide the zone is in which the surfaces let go of each other, and where the contact edge can be.
+"""Width of the cohesive zone at the contact edge, and bounds of the contact radius.
 
-Units: radii and widths in beta. The width sets the mesh: what a mesh does not resolve it pins (the edge sticks from
-node to node).
+Units: radii and widths in beta. The width sets the mesh: on a mesh that does not resolve it the edge sticks at
+each node.
 Sources: cohesive-zone length of a crack E* dgamma / sigma_0^2, in these units 2.48/mu^2 with its usual prefactor
 (Maugis, Contact, Adhesion and Rupture of Elastic Solids, 2000, section 3.3.5); gap outside a Hertz contact, Johnson,
 Contact Mechanics, 1985, Eq. (3.42a).

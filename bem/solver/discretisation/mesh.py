@@ -1,8 +1,8 @@
-"""Where the nodes are: a fine uniform master grid, and the few of its nodes that a moment of the history needs.
+"""The mesh: a fine uniform master grid, and a selection of its nodes that follows the contact edge.
 
 The cohesive zone at the contact edge must be resolved, and the edge travels. A mesh that is fine wherever it may go has
-several hundred nodes; one that is fine where it is has less than a hundred, but must follow. Both are had here: memory
-lives on the fine master grid, the unknowns on a selection of its nodes. A hat of the selection is a sum of hats of the
+several hundred nodes; one that is fine where it is has less than a hundred, but must follow. Both are used here: memory
+is on the fine master grid, the unknowns on a selection of its nodes. A hat of the selection is a sum of hats of the
 master grid, so the influence matrix of any selection is condensed from rows of one normalised matrix (the kernel is
 homogeneous, see `bem.solver.discretisation.influence`), without an elliptic integral, and a new selection loses no
 memory. Nodes are dense around the edge, where the traction is curved, and where the memory is; spacing grows
@@ -69,7 +69,7 @@ def master_grid(tabor: float, peak_indentation: float, nonadhesive: bool, contro
 
 
 class _LargestMatrix:
-    """The unit influence of any size: a block of the largest matrix asked for so far, which alone is kept."""
+    """Unit influence of any size: the largest matrix requested so far is kept, and smaller ones are its blocks."""
 
     def __init__(self) -> None:
         self._matrix = np.empty((0, 0))

@@ -1,6 +1,6 @@
-"""Carrying a solution from one selection of nodes to the next.
+"""Transfer of a solution from one selection of nodes to the next.
 
-Interpolated is what is smooth: the traction where surfaces press on each other, the gap elsewhere (see
+The smooth quantity is interpolated: the traction where surfaces press on each other, the gap elsewhere (see
 `bem.solver.equilibrium`), both by the cubic through four nodes. The memory needs no transfer, it lives on the master
 grid.
 """

@@ -4,7 +4,7 @@ import pytest
 from bem.solver.discretisation.cohesive_zone import contact_edge
 from bem.solver.equilibrium import PRESSED, force_of, new_factor, pressed_gap, solve_adhesive, tractions_of
 from bem.solver.work import FACTORISATIONS, ITERATIONS, UNKNOWNS, new_work
-from bem.tractions import GAP_AT_PEAK, tail_force, traction
+from bem.tractions import GAP_AT_PEAK, slope, tail_force, traction
 from tests.bem.solver.contacts import mesh_for, right_side
 
 
@@ -116,3 +116,16 @@ def test_the_force_is_as_exact_as_asked_however_stiff_the_contact(response):
     )
     difference = abs(force_of(mesh.force_weights, lifted, moved) - force_of(mesh.force_weights, exact, exact_gap))
     assert factor.stiffness[0] == pytest.approx(difference / lift, rel=0.1)
+
+
+@pytest.mark.parametrize(("stiffness", "stable"), [(0.5, True), (2.0, False)])
+def test_an_equilibrium_with_a_negative_eigenvalue_is_not_accepted(stiffness, stable):
+    gap = np.array([1.5, 3.0, 3.0, 3.0])  # of nodes that do not feel each other
+    tractions = np.array([traction(h) for h in gap])
+    rhs = gap + stiffness * tractions
+    assert (1.0 + stiffness * slope(1.5) > 0.0) == stable
+    influence, weights = stiffness * np.eye(4), np.ones(4)
+    start = gap.copy()
+    found = solve_adhesive(influence, weights, 1.0, rhs, 1.0, 1e-9, np.inf, new_factor(4), start, tractions, new_work())
+    assert found == stable
+    np.testing.assert_allclose(start, gap, rtol=1e-9)

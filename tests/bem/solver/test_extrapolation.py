@@ -1,7 +1,18 @@
 import numpy as np
 import pytest
 
-from bem.solver.extrapolation import DEPTH, Scales, expected_force, predict, prediction_error, push_recent, start_recent
+from bem.solver.equilibrium import force_of
+from bem.solver.extrapolation import (
+    DEPTH,
+    Scales,
+    bend_of_force,
+    expected_force,
+    history_error,
+    predict,
+    prediction_error,
+    push_recent,
+    start_recent,
+)
 from bem.tractions import PEAK_TRACTION, traction
 from tests.bem.solver.contacts import mesh_for, right_side
 
@@ -97,3 +108,43 @@ def test_the_expected_force_is_the_polynomial_through_the_last_ones():
     for time in (1.0, 2.0):
         push_recent(recent, gap, law(gap), time, 1.0 + time**2)
     assert expected_force(recent, 4.0) == pytest.approx(17.0)
+
+
+def test_a_force_off_the_expected_one_counts_relative_to_the_larger_of_itself_and_its_scale():
+    gap, weights = np.array([1.3, 2.0]), np.array([3.0, 1.0])
+    force = force_of(weights, law(gap), gap)
+    for scale in (0.1, 100.0):
+        off = prediction_error(weights, TABOR, False, gap, law(gap), gap, law(gap), Scales(scale, 5.0), force + 0.2)
+        assert off == pytest.approx(5.0 * 0.2 / max(force, scale))
+
+
+@pytest.mark.parametrize(("force", "expected"), [(-10.0, 2.0 * 0.1 / 10.0), (-0.5, 2.0 * 0.1 / 1.0)])
+def test_without_adhesion_the_force_alone_decides(force, expected):
+    gap, stress = np.array([1.0, 3.0]), np.array([0.5 * force, 0.0])
+    guess = stress - np.array([0.05, 0.0])
+    found = prediction_error(np.full(2, 2.0), TABOR, True, 2.0 * gap, guess, gap, stress, Scales(1.0), np.nan)
+    assert found == pytest.approx(expected)
+
+
+def test_the_bend_is_the_distance_from_the_line_through_the_last_two_forces():
+    gap = np.array([2.0])
+    recent = start_recent(gap, law(gap), 0.0, 1.0)
+    assert bend_of_force(recent, 3.0, 9.0) == 0.0
+    push_recent(recent, gap, law(gap), 2.0, 5.0)
+    assert bend_of_force(recent, 3.0, 9.0) == pytest.approx(2.0)
+    assert bend_of_force(recent, 3.0, 5.0) == pytest.approx(2.0)
+
+
+def test_the_history_errs_by_what_lies_between_the_steps():
+    weights, times = np.array([0.7, 0.4]), np.array([0.0, 1.0, 2.5])
+
+    def gap_at(time):
+        return np.array([2.0 - 0.3 * time, 3.0 - 0.2 * time])
+
+    forces = [force_of(weights, law(gap_at(time)), gap_at(time)) for time in (*times, 1.75)]
+    recent = start_recent(gap_at(0.0), law(gap_at(0.0)), 0.0, forces[0])
+    push_recent(recent, gap_at(1.0), law(gap_at(1.0)), 1.0, forces[1])
+    parabola = np.polyval(np.polyfit(times, forces[:3], 2), 1.75)
+    found = history_error(recent, weights, TABOR, False, 2.5, forces[2], Scales(1e-3, 4.0))
+    assert found == pytest.approx(4.0 * abs(forces[3] - parabola) / forces[3], rel=1e-6)
+    assert found > 1e-3

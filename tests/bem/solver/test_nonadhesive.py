@@ -46,3 +46,17 @@ def test_without_contact_there_is_no_force():
     assert not np.any(tractions)
     np.testing.assert_array_equal(gap, rhs)
     assert nonadhesive_edge(mesh.radii, tractions) == 0.0
+
+
+@pytest.mark.parametrize("missing", [1, 3])
+def test_nodes_that_would_pass_through_are_closed(missing):
+    """The contact is found from a prediction with too few closed nodes."""
+    _, mesh = mesh_for(1.0, edge=2.0, peak=5.0, nonadhesive=True)
+    rhs = right_side(mesh, 1.0, 4.0)
+    gap, tractions = np.zeros(rhs.size), np.zeros(rhs.size)
+    assert solve_nonadhesive(mesh.influence, rhs, 1.0, gap, tractions, new_work())
+    last = np.flatnonzero(tractions)[-missing]
+    other_gap, other = gap.copy(), np.where(np.arange(rhs.size) < last, tractions, 0.0)
+    assert solve_nonadhesive(mesh.influence, rhs, 1.0, other_gap, other, new_work())
+    np.testing.assert_allclose(other, tractions, atol=1e-9)
+    np.testing.assert_allclose(other_gap, gap, atol=1e-9)

@@ -4,13 +4,15 @@ import numpy as np
 import pytest
 
 from bem.solver.discretisation.cohesive_zone import edge_width
-from bem.solver.discretisation.influence import influence_matrix
+from bem.solver.discretisation.influence import force_weights, influence_matrix
 from bem.solver.discretisation.mesh import (
     LARGEST_GRID,
     condense,
     master_grid,
     pick_nodes,
     prolong,
+    refine_for_memory,
+    refine_for_traction,
     resolves,
     uniform_mesh,
 )
@@ -34,6 +36,7 @@ def test_the_condensed_influence_is_that_of_the_selected_radii(tabor, edge):
     # The last hat of a selection keeps its outer flank, one master spacing wide, where the traction has died away.
     np.testing.assert_allclose(mesh.influence[:-1], direct[:-1], rtol=3e-10)
     assert np.all(mesh.influence[-1] > direct[-1])
+    np.testing.assert_allclose(mesh.force_weights, force_weights(mesh.radii), rtol=1e-12)
 
 
 @pytest.mark.parametrize(("tabor", "edge"), CASES)
@@ -109,3 +112,28 @@ def test_the_papers_mesh_is_equally_spaced():
 def test_an_impossible_uniform_mesh_is_refused(radius, count):
     with pytest.raises(ValueError, match="uniform_mesh needs a radius > 0 and a count of at least 3; received"):
         uniform_mesh(radius, count)
+
+
+@pytest.mark.parametrize(("response", "factor"), [(1.0, 1.0), (0.2, 0.2), (0.01, 0.05)])
+def test_spacing_follows_the_curvature_of_the_remembered_traction_up_to_a_node(response, factor):
+    wanted, curvature, allowed = np.full(50, 20.0), 0.02, 2.0
+    refine_for_memory(wanted, 0.5 * curvature * np.arange(50.0) ** 2, 30, allowed, response)
+    np.testing.assert_allclose(wanted[1:31], max(np.sqrt(allowed * factor / curvature), 1.0), rtol=1e-9)
+    np.testing.assert_array_equal(wanted[[0, *range(31, 50)]], 20.0)
+
+
+def test_nothing_remembered_asks_for_nothing():
+    wanted = np.full(5, 20.0)
+    refine_for_memory(wanted, np.zeros(0), 3, 2.0, 1.0)
+    np.testing.assert_array_equal(wanted, 20.0)
+
+
+def test_spacing_follows_the_curvature_of_the_last_traction():
+    wanted, curvature, allowed, tabor = np.full(50, 20.0), 0.02, 0.8, 1.5
+    nodes = np.array([0, 10, 20, 40])
+    traction = 0.5 * curvature * nodes.astype(float) ** 2
+    refine_for_traction(wanted, nodes, traction, tabor, allowed)
+    first, second = (np.sqrt(allowed * (tabor + 0.05 * traction[j]) / curvature) for j in (1, 2))
+    np.testing.assert_allclose(wanted[5:16], first, rtol=1e-9)
+    np.testing.assert_allclose(wanted[16:31], second, rtol=1e-9)
+    np.testing.assert_array_equal(wanted[[*range(5), *range(31, 50)]], 20.0)
