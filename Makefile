@@ -328,8 +328,8 @@ bench-startup: setup  ## Processor seconds of the first and of a warm run of bem
 	$(PY) -m experiments startup $(addprefix --baseline ,$(BASELINE))
 
 .PHONY: bench-solver
-bench-solver: setup  ## Measure accuracy against cost of the contact solver; writes docs/solver-benchmark.md
-	$(PY) -m experiments bench_solver
+bench-solver: setup  ## Accuracy against cost of the solver, into docs/solver-benchmark.md (BASELINE=REVISION compares instead)
+	$(PY) -m experiments bench_solver $(addprefix --baseline ,$(BASELINE))
 
 .PHONY: table-solver-hard-cases
 table-solver-hard-cases: setup  ## Run the solver where it is most likely to break (long); writes docs/solver-hard-cases.md

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
+import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -127,6 +129,13 @@ def timed(function: Callable[[], Any], repeats: int, *, first: bool = True) -> l
             function()
         seconds.append(CLOCK.seconds)
     return seconds
+
+
+def in_fresh_process(source: str, *arguments: object, **environment: str) -> list[float]:
+    """Numbers that a piece of Python prints in a process of its own."""
+    command = [sys.executable, "-c", source, *map(str, arguments)]
+    answer = subprocess.run(command, env=os.environ | environment, capture_output=True, text=True, check=True)
+    return [float(word) for word in answer.stdout.split()]
 
 
 def publish(out: Path, study: str, content: Mapping[str, Any], *, busy: bool) -> None:

@@ -7,7 +7,6 @@ of those at `draft` and `standard`. Errors are differences from `reference` on t
 Usage: `python -m experiments.cost.accuracy_price [--count N] [--reference-count N] [--workers N]`.
 """
 
-import json
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -15,13 +14,13 @@ import numpy as np
 import typer
 
 from bem._support.command_line import run_main
-from bem._support.provenance import provenance
 from bem._support.validation import FloatArray
 from bem.cli.progress import progress_bar
 from bem.dataset.campaign.plan import Campaign, Solver
 from bem.dataset.campaign.run import run_campaign
 from bem.dataset.designs import agree, whole_number
 from bem.dataset.file import Dataset, load_dataset
+from experiments.common import write_result
 from experiments.paper.dataset_statistics import percentiles
 
 FOLDER = Path("results/accuracy_price")
@@ -99,12 +98,8 @@ def main(
 ) -> None:
     """Measure and write the price of accuracy as JSON."""
     datasets = run(count, reference_count, seed, folder, workers)
-    command = (
-        f"python -m experiments.cost.accuracy_price --count {count} --reference-count {reference_count} --seed {seed}"
-    )
-    content = {"design": "paper", "seed": seed, "levels": price(datasets), **provenance(command)}
-    out.parent.mkdir(parents=True, exist_ok=True)
-    out.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+    content = {"design": "paper", "seed": seed, "levels": price(datasets)}
+    write_result(out, f"accuracy_price --count {count} --reference-count {reference_count} --seed {seed}", content)
 
 
 if __name__ == "__main__":

@@ -1,64 +1,88 @@
-"""What accuracy costs: milliseconds and errors of the contact solver over a random sample of the paper's design.
+"""What accuracy costs: milliseconds and errors of the contact solver over a random sample of the paper's box.
 
-Everything runs in one process on one core, trajectories one after the other. Errors are against the refined solutions
-of `experiments.cost.solver_sample`. Wall and processor time are both reported: they agree when the machine is quiet.
-Result: one JSON file, and the tables of `docs/solver-benchmark.md`.
+Trajectories run one after the other on one core. Seconds are processor seconds, errors are against refined solutions,
+both as in `experiments.cost.revision_comparison`. Result: one JSON file, and the tables of `docs/solver-benchmark.md`.
+With `--baseline REVISION` the solver of the working tree is compared with that of a git revision instead.
 
-Usage: `python -m experiments.cost.bench_solver [--count N] [--seed N] [--reference-count N] [--out FILE] [--report
-FILE]`.
+Usage: `python -m experiments bench_solver [--count N] [--seed N] [--reference-count N] [--out FILE] [--report FILE]`,
+or `python -m experiments bench_solver --baseline REVISION [--exact REVISION] [--accuracy NAME] [--count N]
+[--seed N] [--repeats N]`.
 """
 
 from __future__ import annotations
 
-import json
-import os
-import subprocess
-import sys
+import contextlib
 import tempfile
 import time
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 import typer
-from rich.progress import track
 from threadpoolctl import threadpool_limits
 
 from bem._support.command_line import run_main
 from bem._support.provenance import provenance
-from bem.accuracy import NAMED_TARGETS
-from experiments.cost import bench_report
-from experiments.cost.closed_forms import closed_forms, summary
-from experiments.cost.solver_sample import RESULTS, TRUTH_TARGET, Case, relative_errors, sample_cases, truth
+from bem.accuracy import resolve_accuracy
+from bem.solver.version import SOLVER_VERSION
+from experiments.common import write_result
+from experiments.cost import revision_comparison as solvers
+from experiments.cost.startup import command_seconds
+from experiments.robustness.known_results import known_results, summary
+from experiments.timing import in_fresh_process, plain
 
-OUT = RESULTS / "bench.json"
+RESULTS = Path("results/solver")
+OUT, COMPARISON = RESULTS / "bench.json", RESULTS / "comparison.json"
 REPORT = Path("docs/solver-benchmark.md")
-LEVELS: tuple[str | float, ...] = ("draft", "standard", "reference", 1e-2, 3e-3, 1e-3, 3e-4)
-COMMAND = ("simulate", "--tabor", "3.2", "--peak-indentation", "15", "--loading-rate", "1000")
-COMMAND += ("--dwell-time", "0.008", "--unloading-rate", "1000")
+QUANTITIES = {"pull_off_force": "Pull-off force", "hysteresis": "Hysteresis", "force": "Force history"}
 FIRST_CALL = """
 import time
 started = time.perf_counter()
-from experiments.cost.solver_sample import sample_cases
-case = sample_cases(1, 1)[0]
+from bem import LoadingProtocol, Scene, StandardLinearSolid, simulate
 imported = time.perf_counter()
-case.run("standard")
+protocol = LoadingProtocol(peak_indentation=15.0, loading_rate=1000.0, dwell_time=0.008, unloading_rate=1000.0)
+case = Scene(3.2, StandardLinearSolid(0.1)), protocol
+simulate(*case)
 called = time.perf_counter()
-case.run("standard")
+simulate(*case)
 print(imported - started, called - imported, time.perf_counter() - called)
 """
 MEMORY = """
 import resource, sys
 from pathlib import Path
-from experiments.cost.solver_sample import sample_cases
-for case in sample_cases(int(sys.argv[1]), int(sys.argv[2])):
-    case.run("standard")
+from experiments.cost.revision_child import answer
+from experiments.cost.revision_comparison import drawn
+for request in drawn(int(sys.argv[1]), int(sys.argv[2])):
+    answer(request | {"accuracy": "standard"})
 status = Path("/proc/self/status")
 if status.is_file():  # the resource usage of a child begins with that of its parent on Linux
     print(1024 * next(int(line.split()[1]) for line in status.open() if line.startswith("VmHWM")))
 else:
     print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024))
 """
+
+
+class Section(NamedTuple):
+    """One table with its title and what must be said with it."""
+
+    title: str
+    note: str
+    header: list[str]
+    rows: list[list[str]]
+
+
+def asked(words: str) -> str | float:
+    """The accuracy that somebody typed.
+
+    Raises:
+        ValueError: it is none.
+    """
+    accuracy: str | float = words
+    with contextlib.suppress(ValueError):
+        accuracy = float(words)
+    resolve_accuracy(accuracy)
+    return accuracy
 
 
 def yardstick(repetitions: int = 200) -> float:
@@ -74,74 +98,114 @@ def yardstick(repetitions: int = 200) -> float:
     return float(np.median(seconds))
 
 
-def in_fresh_process(source: str, *arguments: object, **environment: str) -> list[float]:
-    """Numbers that a piece of Python prints in a process of its own."""
-    command = [sys.executable, "-c", source, *map(str, arguments)]
-    answer = subprocess.run(command, env=os.environ | environment, capture_output=True, text=True, check=True)
-    return [float(word) for word in answer.stdout.split()]
-
-
-def first_call() -> dict[str, dict[str, float]]:
-    """Seconds of import, first and second call, with the compiled kernels on disk and with nothing."""
-    names = ("import", "first_call", "second_call")
+def start_up(repetitions: int = 3) -> dict[str, dict[str, float]]:
+    """Seconds of import, first and second call, with the compiled kernels on disk and with nothing; of the command."""
+    names = ("import", "first call", "second call")
     warm = dict(zip(names, in_fresh_process(FIRST_CALL), strict=True))
     with tempfile.TemporaryDirectory() as empty:
         cold = dict(zip(names, in_fresh_process(FIRST_CALL, NUMBA_CACHE_DIR=empty), strict=True))
+    command = np.median([command_seconds(solvers.ROOT) for _ in range(repetitions)], axis=0)
+    words = ("`bem simulate ...` to its answer, wall time", "`bem simulate ...` to its answer, processor time")
+    warm |= dict(zip(words, command.tolist(), strict=True))
     return {"compiled before": warm, "nothing compiled": cold}
 
 
-def command_seconds(repetitions: int = 3) -> dict[str, float]:
-    """Median seconds, and median processor seconds, from `bem simulate` to its answer."""
-    wall, processor = [], []
-    for _ in range(repetitions):
-        before, started = os.times(), time.perf_counter()
-        subprocess.run([sys.executable, "-m", "bem", *COMMAND], capture_output=True, check=True)
-        wall.append(time.perf_counter() - started)
-        after = os.times()
-        processor.append(after.children_user - before.children_user + after.children_system - before.children_system)
-    return {"wall": float(np.median(wall)), "processor": float(np.median(processor))}
+def measured(
+    requests: list[solvers.Request], exact: np.ndarray, accuracies: tuple[str | float, ...], reference_count: int | None
+) -> list[dict[str, Any]]:
+    """Cost and errors at every accuracy; failures are counted, and left out of the errors."""
+    solver, levels = solvers.Solver(solvers.ROOT), []
+    for accuracy in accuracies:
+        target = resolve_accuracy(accuracy).target
+        few = requests[:reference_count] if accuracy == "reference" else requests
+        answers = solvers.in_turn({solvers.NOW: solver}, few, accuracy, 1)[solvers.NOW]
+        found = solvers.judged(*answers, exact[: len(few)], target)
+        levels.append({"accuracy": str(accuracy), "target": target, "trajectories": len(few), **found})
+    solver.close()
+    return levels
 
 
-def distribution(values: np.ndarray) -> dict[str, float]:
-    """Mean, median, 95th and 99th percentile and maximum."""
-    low, p95, p99 = np.percentile(values, [50.0, 95.0, 99.0])
-    found = {"mean": values.mean(), "median": low, "p95": p95, "p99": p99, "max": values.max()}
-    return {name: float(value) for name, value in found.items()}
+def percent(value: float) -> str:
+    """A relative error in percent."""
+    return f"{100.0 * value:.2g}"
 
 
-def measure(level: str | float, cases: list[Case], exact: np.ndarray) -> dict[str, Any]:
-    """Cost and errors at one accuracy; failures are counted, and left out of the errors."""
-    rows, wall, processor, statistics, failures = [], [], [], [], []
-    for case in track(cases, description=f"accuracy {level}"):
-        started = time.process_time()
-        trajectory = case.run(level)
-        processor.append(time.process_time() - started)
-        wall.append(trajectory.stats.seconds)
-        statistics.append((trajectory.stats.steps, trajectory.stats.iterations, trajectory.stats.nodes))
-        if trajectory.completed:
-            scalars = [trajectory.pull_off_force, trajectory.hysteresis, trajectory.stats.seconds]
-            rows.append(np.concatenate([scalars, case.force_history(trajectory)]))
-        else:
-            failures.append(trajectory.status)
-            rows.append(np.full(exact.shape[1], np.nan))
-    found = relative_errors(np.array(rows), exact[: len(cases)])
-    known = np.isfinite(found["force"])
-    target = NAMED_TARGETS[level] if isinstance(level, str) else level
-    steps, iterations, nodes = np.mean(statistics, axis=0)
-    return {
-        "accuracy": level if isinstance(level, str) else f"{level:g}",
-        "target": target,
-        "trajectories": len(cases),
-        "failures": failures,
-        "compared": int(np.sum(known)),
-        "seconds": distribution(np.array(wall)),
-        "processor_seconds": distribution(np.array(processor)),
-        "errors": {name: distribution(values[known]) for name, values in found.items()},
-        "met": {name: float(np.mean(values[known] <= target)) for name, values in found.items()},
-        "steps": steps,
-        "iterations": iterations,
-        "nodes": nodes,
-    }
+def sections(content: dict[str, Any]) -> Iterator[Section]:
+    """All tables of a result."""
+    levels, work = content["levels"], ("steps", "iterations", "factorisations", "nodes")
+    yield Section(
+        "Cost",
+        f"{content['count']} random protocols of the paper's box (seed {content['seed']}), one after the other on one "
+        f"core of: {content['host']}. Milliseconds of processor time. Yardstick: one `numpy.linalg.solve` of a 100 x "
+        f"100 system took {1e6 * content['yardstick_seconds']:.0f} microseconds.",
+        ["Accuracy", "Target", "Trajectories", "Failed", "Mean (ms)", "Median (ms)", "95th (ms)", "Max (ms)"]
+        + [name.capitalize() for name in work],
+        [
+            [level["accuracy"], f"{level['target']:g}", str(level["trajectories"]), str(len(level["failures"]))]
+            + [f"{1e3 * level['seconds'][of]:.3g}" for of in ("mean", "median", "p95", "largest")]
+            + [f"{level['work'][name]:.0f}" for name in work]
+            for level in levels
+        ],
+    )
+    yield Section(
+        "Errors",
+        "Relative errors in percent, median / 95th percentile / largest, against solutions refined to a target of "
+        f"{content['truth_target']:g}, which {max(level['compared'] for level in levels)} of the protocols have; that "
+        "of the force history is mean |dP| over the range of P at 120 measurement steps. `Met` is the share of the "
+        "sample whose error is at most the target: pull-off force / hysteresis / force history.",
+        ["Accuracy", "Target", *QUANTITIES.values(), "Met (%)"],
+        [
+            [level["accuracy"], f"{level['target']:g}"]
+            + [
+                " / ".join(percent(level["errors"][name][of]) for of in ("median", "p95", "largest"))
+                for name in QUANTITIES
+            ]
+            + [" / ".join(f"{100.0 * level['met'][name]:.1f}" for name in QUANTITIES)]
+            for level in levels
+        ],
+    )
+    yield Section(
+        "Start-up and memory",
+        "What the tables above leave out. Numba compiles the kernels once per machine and keeps them on disk.",
+        ["Quantity", "Value"],
+        [
+            [f"{what}, {state} (s)", f"{seconds:.3g}"]
+            for state, found in content["start_up"].items()
+            for what, seconds in found.items()
+        ]
+        + [["largest memory of one process over the sample at standard (MB)", f"{content['memory_bytes'] / 1e6:.0f}"]],
+    )
+    theory = content["persson_brener"]
+    yield Section(
+        "Known results",
+        "At accuracy standard. Persson-Brener holds for a crack at the edge of a large contact; at the crack "
+        "velocities of the paper's table the difference from it is "
+        f"{percent(theory['median'])} % in the median and at most {percent(theory['largest'])} %.",
+        ["Quantity", "Found", "Expected", "Source", "Difference (%)"],
+        [
+            [
+                one["quantity"],
+                f"{one['found']:.5g}",
+                f"{one['expected']:.5g}",
+                one["source"],
+                percent(one["difference"]),
+            ]
+            for one in content["known_results"]
+        ],
+    )
+
+
+def markdown(content: dict[str, Any]) -> str:
+    """The tables as a document."""
+    lines = ["# What the contact solver costs", "", f"Written by `{content['command']}`; do not edit.", ""]
+    for section in sections(content):
+        lines += [f"## {section.title}", "", section.note, ""]
+        lines += ["| " + " | ".join(section.header) + " |", "|" + " --- |" * len(section.header)]
+        lines += ["| " + " | ".join(cells) + " |" for cells in section.rows] + [""]
+    failures = [f"{level['accuracy']}: {status}" for level in content["levels"] for _, status in level["failures"]]
+    if failures:
+        lines += ["## Not completed", "", *(f"- {failure}" for failure in failures), ""]
+    return "\n".join(lines)
 
 
 def main(
@@ -149,36 +213,41 @@ def main(
     seed: Annotated[int, typer.Option(help="Seed of the sample.")] = 1,
     reference_count: Annotated[int | None, typer.Option(help="How many of them at reference; all by default.")] = None,
     jobs: Annotated[int, typer.Option(help="Processes for the refined solutions, which are not timed.")] = 2,
-    out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
+    out: Annotated[Path | None, typer.Option(help="Result file to write.")] = None,
     report: Annotated[Path, typer.Option(help="Markdown file to write.")] = REPORT,
+    baseline: Annotated[str, typer.Option(help="Git revision to compare with, instead of the report.")] = "",
+    exact_by: Annotated[str, typer.Option("--exact", help="Revision of the refined solutions; the baseline's.")] = "",
+    accuracy: Annotated[list[str] | None, typer.Option(help="An accuracy to run at; repeatable.")] = None,
+    repeats: Annotated[int, typer.Option(min=1, help="Runs of each revision, of which the fastest counts.")] = 3,
 ) -> None:
     """Measure, print the tables and write them."""
-    exact = truth(count, seed, jobs=jobs)
-    load_before = os.getloadavg()[0]
-    yardstick_seconds = yardstick()
-    cases = sample_cases(count, seed)
-    first = first_call()
-    cases[0].run("standard")
-    levels = [measure(level, cases[:reference_count] if level == "reference" else cases, exact) for level in LEVELS]
-    rows = closed_forms()
+    accuracies = tuple(asked(words) for words in accuracy or ()) or solvers.ACCURACIES
+    command = f"bench_solver --count {count} --seed {seed}"
+    if baseline:
+        found = solvers.compare(baseline, exact_by or baseline, accuracies, count, seed, repeats, jobs)
+        solvers.show(found)
+        write_result(out or COMPARISON, f"{command} --baseline {baseline} --repeats {repeats}", plain(found))
+        return
+    requests = solvers.drawn(count, seed)
+    rows = known_results()
     content = {
+        **provenance(f"python -m experiments {command}"),
         "count": count,
         "seed": seed,
-        "truth_target": TRUTH_TARGET,
-        "yardstick_seconds": yardstick_seconds,
-        "load_before": load_before,
-        "first_call": first,
-        "levels": levels,
+        "truth_target": solvers.EXACT_TARGET,
+        "levels": measured(
+            requests, solvers.refined(requests, solvers.ROOT, SOLVER_VERSION, jobs), accuracies, reference_count
+        ),
+        "yardstick_seconds": yardstick(),
+        "start_up": start_up(),
         "memory_bytes": in_fresh_process(MEMORY, count, seed)[0],
-        "closed_forms": rows,
+        "known_results": rows,
         "persson_brener": summary(rows),
-        "command_seconds": command_seconds(),
-        **provenance(f"python -m experiments.cost.bench_solver --count {count} --seed {seed}"),
     }
-    out.parent.mkdir(parents=True, exist_ok=True)
-    out.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
-    bench_report.show(content)
-    report.write_text(bench_report.markdown(content), encoding="utf-8")
+    write_result(out or OUT, command, plain(content))
+    text = markdown(content)
+    report.write_text(text, encoding="utf-8")
+    print(text)
 
 
 if __name__ == "__main__":

@@ -9,9 +9,6 @@ seconds stand beside the wall's for single predictions and batches.
 from __future__ import annotations
 
 import json
-import os
-import subprocess
-import sys
 import time
 import warnings
 from collections.abc import Callable
@@ -25,7 +22,8 @@ from bem._support.command_line import run_main
 from bem._support.provenance import versions
 from bem.dataset.designs import Design
 from bem.dataset.measurement_steps import FMS, measurement_grid
-from experiments.timing import CLOCK, MEASUREMENTS, Busy, publish, write_place
+from experiments.cost.surrogate_cost import scaled_inputs
+from experiments.timing import CLOCK, MEASUREMENTS, Busy, in_fresh_process, publish, write_place
 
 PREDICTIONS, STREAM = MEASUREMENTS / "surrogate_latency.json", MEASUREMENTS / "stream_latency.json"
 BATCH = 1024
@@ -44,7 +42,7 @@ def measure_predictions(name: str, models: Path | None, repeats: int) -> dict[st
     quick, keras = (surrogate.load(name, models, backend=backend) for backend in ("onnx", "keras"))
     tabor, times, indentations = _protocols(BATCH)
     one = slice(0, 1)
-    scaled = _scaled_inputs(keras, times, indentations, tabor)
+    scaled = scaled_inputs(keras, times, indentations, tabor)
 
     def ask(model: Any, rows: slice) -> Callable[[], Any]:
         return lambda: model.predict(times[rows], indentations[rows], tabor=tabor[rows])
@@ -155,13 +153,6 @@ def _protocols(count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return columns["tabor"], times, indentations
 
 
-def _scaled_inputs(model: Any, times: np.ndarray, indentations: np.ndarray, tabor: np.ndarray) -> list[np.ndarray]:
-    from surrogate.data.features import channels, edge_from_indentations
-
-    found = channels(times, indentations, edge_from_indentations(indentations), model.scaling.features)
-    return [model.scaling.scale_channels(found), model.scaling.scale_tabor(tabor)]
-
-
 def _seconds(call: Callable[[], Any], count: int, repeats: int) -> dict[str, float]:
     call()
     wall, processor = [], []
@@ -185,15 +176,7 @@ def _start_seconds(name: str, models: Path | None) -> float:
         "model.predict(times, numpy.minimum(5.0 * times, 10.0), tabor=1.0)\n"
         "print(time.perf_counter() - started)"
     )
-    environment = os.environ | {"PYTHONPATH": str(Path.cwd())}
-    return min(
-        float(
-            subprocess.run(
-                [sys.executable, "-c", code], capture_output=True, text=True, check=True, env=environment
-            ).stdout
-        )
-        for _ in range(5)
-    )
+    return min(in_fresh_process(code, PYTHONPATH=str(Path.cwd()))[0] for _ in range(5))
 
 
 def _versions() -> dict[str, str]:

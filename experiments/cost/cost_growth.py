@@ -1,6 +1,7 @@
 """How seconds grow with what is asked: nodes, steps, Tabor parameter, peak indentation, unloading rate.
 
-Nodes and steps of the solver are varied one control at a time as in `experiments.cost.solver_scaling`; those of the
+Nodes and steps of the solver are varied on a fixed scene, one control of its accuracy at a time: nodes follow from the
+spacing at the contact edge, steps from the difference of prediction and solution allowed in one of them. Those of the
 paper's discretisation are its own arguments. The three quantities are varied around one protocol, for the solver at
 standard accuracy and for the paper's discretisation with a spacing and a time step that resolve what the solver
 resolves, so that its nodes and steps grow as its accuracy demands. The data set gives exponents over the whole box:
@@ -21,22 +22,29 @@ import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any
+from unittest.mock import patch
 
 import numpy as np
 import typer
 
 from bem import LoadingProtocol, Scene, StandardLinearSolid, Trajectory, simulate
 from bem._support.command_line import run_main
-from bem.accuracy import resolve_accuracy
+from bem.accuracy import Accuracy, resolve_accuracy
 from bem.dataset.designs import PAPER_RANGES
 from bem.dataset.file import load_dataset
 from bem.solver.discretisation.cohesive_zone import edge_width, largest_contact_radius
 from bem.solver.paper_method import FAR_GAP, RESOLVED, simulate_paper_method
 from experiments.common import DATASET
-from experiments.cost import solver_scaling
 from experiments.timing import MEASUREMENTS, Busy, exponent, progress, publish, spread, timed
 
 OUT = MEASUREMENTS / "cost_growth.json"
+SCENE = Scene(tabor=3.2, material=StandardLinearSolid(0.1))
+PROTOCOL = LoadingProtocol(peak_indentation=15.0, loading_rate=10.0, dwell_time=1.0, unloading_rate=10.0)
+CONTROLS = {
+    "nodes": ("edge_spacing", np.geomspace(2.0, 0.1, 9)),
+    "steps": ("prediction", np.geomspace(4.0, 0.01, 9)),
+}
+"""What is varied for it, and by which factors; below, steps would follow the residual of an equilibrium."""
 CENTRE = {
     "tabor": 1.0,
     "peak_indentation": 10.0,
@@ -55,6 +63,21 @@ LEAST_REPEATS = 3
 LARGEST_BASELINE = (500, 4000)  # nodes, steps of one segment
 
 
+def controlled(repeats: int, **factors: float) -> dict[str, Any]:
+    """Cost of the fixed scene with some controls of accuracy standard times a factor.
+
+    Raises:
+        RuntimeError: the simulation did not complete.
+    """
+    usual = resolve_accuracy("standard").controls()
+    controls = usual._replace(**{name: factor * getattr(usual, name) for name, factor in factors.items()})
+    with patch.object(Accuracy, "controls", return_value=controls):  # `simulate` takes targets, not single controls
+        found = _timed(lambda: simulate(SCENE, PROTOCOL), repeats)
+    if not found.pop("completed"):
+        raise RuntimeError(f"the simulation must complete; it did not with {factors}")
+    return {**factors, **found}
+
+
 def solver_seconds(quantities: dict[str, float], repeats: int) -> dict[str, Any]:
     """Seconds of the solver at standard accuracy."""
     rest = dict(quantities)
@@ -68,8 +91,7 @@ def _timed(run: Callable[[], Trajectory], repeats: int) -> dict[str, Any]:
     stats = runs[0].stats
     return {
         "seconds": spread(seconds),
-        "nodes": stats.nodes,
-        "steps": stats.steps,
+        **{name: getattr(stats, name) for name in ("nodes", "grid_nodes", "steps", "iterations", "factorisations")},
         "iterations_per_step": stats.iterations / stats.steps,
         "completed": runs[0].completed,
     }
@@ -131,21 +153,12 @@ def main(
         raise ValueError(f"repeats must be at least {LEAST_REPEATS}; received {repeats}")
     over_data_set = over_the_data_set(dataset)
     solver, baseline = {}, {}
-    solver_scaling.measure(1)
+    controlled(1)
     solver_seconds(CENTRE, 1)
     baseline_seconds(CENTRE, 20, 20, 1)
-    for name, control, factors in (
-        ("nodes", "edge_spacing", solver_scaling.EDGE_FACTORS),
-        ("steps", "prediction", solver_scaling.PREDICTION_FACTORS),
-    ):
-        points = []
-        for factor in progress(factors, f"solver, {name}"):
-            point = solver_scaling.measure(repeats, **{control: float(factor)})
-            point |= {
-                "seconds": spread(point.pop("seconds")),
-                "iterations_per_step": point["iterations"] / point["steps"],
-            }
-            points.append(a_step(point) if name == "nodes" else point)
+    for name, (control, factors) in CONTROLS.items():
+        points = [controlled(repeats, **{control: float(factor)}) for factor in progress(factors, f"solver, {name}")]
+        points = [a_step(point) for point in points] if name == "nodes" else points
         solver[name] = {"points": points, **fitted(points, name)}
     counts = [n for n in BASELINE_NODES if n <= finest]
     points = [a_step(baseline_seconds(CENTRE, n, 100, LEAST_REPEATS)) for n in progress(counts, "paper's, nodes")]

@@ -8,13 +8,12 @@ Usage: `python -m experiments.cost.startup [--baseline REVISION] [--repeats N]`.
 
 from __future__ import annotations
 
-import io
 import os
 import resource
 import subprocess
 import sys
-import tarfile
 import tempfile
+import time
 from pathlib import Path
 from statistics import median
 from typing import Annotated
@@ -22,33 +21,24 @@ from typing import Annotated
 import typer
 
 from bem._support.command_line import run_main
+from experiments.cost.revision_comparison import ROOT, checked_out
 
-ROOT = Path(__file__).resolve().parents[2]
 COMMAND = ["-m", "bem", "simulate", "--tabor", "3.2", "--peak-indentation", "15", "--loading-rate", "1000"]
 COMMAND += ["--dwell-time", "0.008", "--unloading-rate", "1000"]
 
 
-def processor_seconds(source: Path, cache: Path) -> float:
-    """Processor seconds of the command by the package in `source`, with its compiled kernels in `cache`."""
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    environment = {**os.environ, "PYTHONPATH": str(source), "NUMBA_CACHE_DIR": str(cache)}
+def command_seconds(source: Path, **environment: str) -> tuple[float, float]:
+    """Wall and processor seconds of the command by the package in `source`, under these variables too."""
+    before, started = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
+    environment = {**os.environ, "PYTHONPATH": str(source), **environment}
     subprocess.run([sys.executable, *COMMAND], cwd=source, env=environment, check=True, capture_output=True)
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    wall, after = time.perf_counter() - started, resource.getrusage(resource.RUSAGE_CHILDREN)
+    return wall, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
 
-def checked_out(revision: str, folder: Path) -> Path:
-    """The package `bem` of a git revision, in `folder`.
-
-    Raises:
-        ValueError: git knows no such revision.
-    """
-    done = subprocess.run(["git", "archive", "--end-of-options", revision, "bem"], cwd=ROOT, capture_output=True)
-    if done.returncode:
-        raise ValueError(f"baseline must be a git revision; received {revision!r}")
-    with tarfile.open(fileobj=io.BytesIO(done.stdout)) as archive:
-        archive.extractall(folder, filter="data")
-    return folder
+def processor_seconds(source: Path, cache: Path) -> float:
+    """Processor seconds of the command, with its compiled kernels in `cache`."""
+    return command_seconds(source, NUMBA_CACHE_DIR=str(cache))[1]
 
 
 def main(

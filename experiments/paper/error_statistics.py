@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 from scipy.stats import spearmanr
 
-from experiments.lineage import read_lineage, require_dataset
+from experiments.lineage import require_dataset
+from surrogate.training.identity import read_identity
 
 KEYS = ("model",)
 QUARTILES = ("Q1", "Q2", "Q3", "Q4")
@@ -92,7 +93,7 @@ def held_out_errors(folder: Path, dataset: Path) -> dict[str, np.ndarray]:
     """
     errors = read_errors(folder / "test_errors.csv")
     require_dataset(folder, dataset)
-    held_out = read_lineage(folder).parts["test"]
+    held_out = read_identity(folder).parts["test"]
     if tuple(errors["trajectory"].astype(int)) != held_out:
         raise ValueError(
             f"{str(folder / 'test_errors.csv')!r} must hold the {len(held_out)} trajectories that split.json holds "

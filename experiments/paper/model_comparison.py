@@ -16,8 +16,9 @@ from pathlib import Path
 from typing import Any
 
 from experiments import common
-from experiments.lineage import Lineage, dataset_digest, differences, held_out_differences, read_lineage
+from experiments.lineage import dataset_digest
 from surrogate.architectures.naming import CONDITIONINGS, PAPER_FAMILIES, names, paper_names
+from surrogate.training.identity import ALIKE, HELD_OUT, TrainingIdentity, differences, read_identity
 
 METRICS = ("mse", "mae", "dtw_rmse")
 REFERENCE = "M1-concat"
@@ -67,14 +68,14 @@ def read_model(folder: Path) -> dict[str, Any]:
     }
 
 
-def published(models: Path) -> dict[str, Lineage]:
+def published(models: Path) -> dict[str, TrainingIdentity]:
     """Where every published model comes from, by name: the eighteen in their order, then the others."""
     folders = {path.parent.name: path.parent for path in sorted(models.glob("*/run.json"))}
     first = [name for name in paper_names() if name in folders]
-    return {name: read_lineage(folders[name]) for name in dict.fromkeys([*first, *folders])}
+    return {name: read_identity(folders[name]) for name in dict.fromkeys([*first, *folders])}
 
 
-def trained_otherwise(found: dict[str, Lineage], dataset: str) -> dict[str, list[str]]:
+def trained_otherwise(found: dict[str, TrainingIdentity], dataset: str) -> dict[str, list[str]]:
     """Words for what differs in each model that may not stand beside the others: its recipe, its data set and so on.
 
     Args:
@@ -88,11 +89,11 @@ def trained_otherwise(found: dict[str, Lineage], dataset: str) -> dict[str, list
         if one.dataset != dataset:
             words[name] = ["data set"]
         elif measure is not None:
-            words[name] = (differences if name in paper_names() else held_out_differences)(one, measure)
+            words[name] = differences(one, measure, ALIKE if name in paper_names() else HELD_OUT)
     return {name: other for name, other in words.items() if other}
 
 
-def outdated(found: dict[str, Lineage], dataset: str, models: Path) -> dict[str, str]:
+def outdated(found: dict[str, TrainingIdentity], dataset: str, models: Path) -> dict[str, str]:
     """One sentence for each model that may not stand beside the others, with what to do about it.
 
     Args:

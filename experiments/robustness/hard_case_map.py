@@ -3,9 +3,8 @@
 Every case is simulated at standard accuracy and again with a quarter of the target error. Reported: how it ended,
 steps, jumps, seconds, how far pull-off force and work moved under refinement, and the energy balance: the work of the
 closed loop over the integral of |P d(delta)|, never negative in a solid that cannot create energy. The extremes are run
-at coarser accuracies too, where a solver fails first. Beyond the box means
-ten times lower and higher rates and dwells and more, see `BEYOND`; modulus ratios there are random. The random
-combinations of `experiments.robustness.hard_cases` are another, coarser net over the same sea.
+at coarser accuracies too, where a solver fails first. Random protocols are drawn as in `experiments.robustness.soak`,
+inside the box and beyond it.
 
 Usage: `python -m experiments.robustness.hard_case_map [--count N] [--jobs N] [--out FILE]`.
 """
@@ -26,30 +25,18 @@ from bem import (
     PiecewiseLinearProtocol,
     Scene,
     StandardLinearSolid,
-    Trajectory,
     simulate,
 )
 from bem._support.command_line import run_main
-from bem.accuracy import resolve_accuracy
-from bem.dataset.designs import Design
 from bem.protocol import default_start_indentation
 from experiments.common import write_result
-from experiments.robustness.hard_cases import REFINEMENT, corners, run
+from experiments.robustness.hard_cases import ACCURACY, REFINEMENT, Protocol, compared, energy, pair, scene_of
+from experiments.robustness.soak import points_of, protocols
 from experiments.timing import MEASUREMENTS, plain, progress
 
 OUT = MEASUREMENTS / "hard_case_map.json"
-ACCURACY = "standard"
 COARSER = ("draft", 0.05)
-BEYOND = {
-    "tabor": (0.02, 6.4),
-    "peak_indentation": (0.2, 1000.0),
-    "loading_rate": (1e-3, 1e5),
-    "dwell_time": (1e-6, 1e3),
-    "unloading_rate": (1e-3, 1e5),
-}
-DEEPEST = 200.0  # times the Tabor parameter^-1.5 at most, beyond the box: the nodes of the master grid are limited
 CYCLES = 50
-Protocol = LoadingProtocol | PiecewiseLinearProtocol
 
 
 def ramp(depth: float, loading: float, dwell: float, unloading: float, **more: Any) -> LoadingProtocol:
@@ -108,32 +95,6 @@ def extremes() -> dict[str, tuple[Scene, Protocol]]:
     }
 
 
-def pair(scene: Scene, protocol: Protocol) -> dict[str, Any]:
-    """One case at both accuracies."""
-    run(corners()[0], "draft")  # so that the first call of a process is not timed
-    coarse = simulate(scene, protocol, ACCURACY)
-    fine = simulate(scene, protocol, resolve_accuracy(ACCURACY).target / REFINEMENT)
-    both = coarse.completed and fine.completed
-    return {
-        "status": coarse.status,
-        "refined_status": fine.status,
-        "finite": bool(np.all(np.isfinite(coarse.force))),
-        "pull_off_force": coarse.pull_off_force,
-        "refined_pull_off_force": fine.pull_off_force,
-        "change": abs(coarse.pull_off_force / fine.pull_off_force - 1.0) if both else np.nan,
-        "work_change": abs(coarse.work() - fine.work()) / fine.turnover() if both else np.nan,
-        "energy": energy(coarse),
-        "refined_energy": energy(fine),
-        "end_over_pull_off": coarse.end_force / coarse.pull_off_force if coarse.completed else np.nan,
-        "jumps": len(coarse.jumps),
-        "refined_jumps": len(fine.jumps),
-        "steps": coarse.stats.steps,
-        "nodes": coarse.stats.nodes,
-        "seconds": coarse.stats.seconds,
-        "refined_seconds": fine.stats.seconds,
-    }
-
-
 def coarsely(scene: Scene, protocol: Protocol, pull_off_force: float) -> dict[str, dict[str, Any]]:
     """One case at the coarser accuracies, its pull-off force set against a finer one."""
     found = {}
@@ -150,34 +111,18 @@ def coarsely(scene: Scene, protocol: Protocol, pull_off_force: float) -> dict[st
 
 def extreme(name: str, scene: Scene, protocol: Protocol) -> dict[str, Any]:
     """One case that has a name."""
-    found = {"name": name, "tabor": scene.tabor, "modulus_ratio": scene.material.modulus_ratio, **pair(scene, protocol)}
+    found = {
+        "name": name,
+        "tabor": scene.tabor,
+        "modulus_ratio": scene.material.modulus_ratio,
+        **compared(*pair(scene, protocol)),
+    }
     return {**found, "coarse": coarsely(scene, protocol, found["refined_pull_off_force"])}
-
-
-def energy(trajectory: Trajectory) -> float:
-    """Work of the history over its turnover; NaN when unfinished."""
-    return trajectory.work() / trajectory.turnover() if trajectory.completed else np.nan
-
-
-def drawn(where: str, count: int, seed: int) -> list[dict[str, Any]]:
-    """Random protocols 'inside' the box or 'beyond' it, with their modulus ratio."""
-    columns = Design("sobol", BEYOND if where == "beyond" else {}).protocols(count, seed)
-    generator = np.random.default_rng(seed)
-    points = []
-    for i in range(count):
-        point: dict[str, Any] = {name: float(values[i]) for name, values in columns.items()}
-        point["modulus_ratio"] = 0.1 if where == "inside" else float(10.0 ** generator.uniform(-3.0, 0.0))
-        if where == "beyond":
-            point["peak_indentation"] = min(point["peak_indentation"], DEEPEST * point["tabor"] ** -1.5)
-        points.append({"where": where, **point})
-    return points
 
 
 def mapped(point: dict[str, Any]) -> dict[str, Any]:
     """One point of the map."""
-    scene = Scene(point["tabor"], StandardLinearSolid(point["modulus_ratio"]))
-    protocol = ramp(point["peak_indentation"], point["loading_rate"], point["dwell_time"], point["unloading_rate"])
-    return {**point, **pair(scene, protocol)}
+    return {**point, **compared(*pair(*scene_of(point)))}
 
 
 def main(
@@ -187,7 +132,11 @@ def main(
     out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
 ) -> None:
     """Simulate the map and the extremes."""
-    points = drawn("inside", count, seed) + drawn("beyond", count, seed)
+    points = [
+        {"where": where, **point}
+        for where in ("inside", "beyond")
+        for point in points_of(protocols(where, count, seed, "sobol"))
+    ]
     points.sort(key=lambda point: -point["tabor"] * point["peak_indentation"])
     results = Parallel(n_jobs=jobs, return_as="generator_unordered")(delayed(mapped)(point) for point in points)
     rows = list(progress(results, "map", len(points)))

@@ -18,18 +18,19 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 from joblib import Parallel, delayed
-from rich.progress import track
 
-from bem import Elastic, LoadingProtocol, Scene, StandardLinearSolid, Trajectory, simulate
+from bem import Elastic, LoadingProtocol, PiecewiseLinearProtocol, Scene, StandardLinearSolid, Trajectory, simulate
 from bem._support.command_line import run_main
 from bem._support.provenance import provenance
 from bem.accuracy import resolve_accuracy
 from bem.dataset.designs import PAPER_RANGES
 from bem.protocol import default_start_indentation
+from experiments.timing import progress
 
 OUT = Path("results/solver/hard_cases.csv")
 REPORT = Path("docs/solver-hard-cases.md")
 ACCURACY = "standard"
+TARGET = resolve_accuracy(ACCURACY).target
 REFINEMENT = 4.0
 RATES = (1e-3, 1e-1, 1e1, 1e3, 1e5)
 VALUES = {
@@ -46,6 +47,7 @@ DEEPEST_FOR_LARGE_TABOR = 100.0  # where the Tabor parameter exceeds 1
 ENERGY_TOLERANCE = 1e-3
 
 Case = dict[str, Any]
+Protocol = LoadingProtocol | PiecewiseLinearProtocol
 
 
 def random_combinations(count: int, seed: int) -> list[Case]:
@@ -69,36 +71,41 @@ def corners() -> list[Case]:
     ]
 
 
-def run(case: Case, accuracy: str | float) -> Trajectory:
-    """Simulate a case."""
+def scene_of(case: Case) -> tuple[Scene, LoadingProtocol]:
+    """Scene and protocol of a case."""
     ratio = case["modulus_ratio"]
     scene = Scene(tabor=case["tabor"], material=StandardLinearSolid(ratio) if ratio < 1.0 else Elastic())
     names = ("peak_indentation", "loading_rate", "dwell_time", "unloading_rate")
-    return simulate(scene, LoadingProtocol(**{name: case[name] for name in names}), accuracy)
+    return scene, LoadingProtocol(**{name: case[name] for name in names})
 
 
-def examined(case: Case) -> Case:
-    """The case with everything that is reported about it."""
-    run(corners()[0], "draft")  # a few milliseconds, so that the first call of a process is not timed
-    target = resolve_accuracy(ACCURACY).target
-    coarse, fine = run(case, ACCURACY), run(case, target / REFINEMENT)
+def pair(scene: Scene, protocol: Protocol) -> tuple[Trajectory, Trajectory]:
+    """One case at both accuracies."""
+    simulate(*scene_of(corners()[0]), "draft")  # a few milliseconds, so that the first call of a process is not timed
+    return simulate(scene, protocol, ACCURACY), simulate(scene, protocol, TARGET / REFINEMENT)
+
+
+def energy(trajectory: Trajectory) -> float:
+    """Work of the history over its turnover; NaN when unfinished."""
+    return trajectory.work() / trajectory.turnover() if trajectory.completed else np.nan
+
+
+def compared(coarse: Trajectory, fine: Trajectory) -> dict[str, Any]:
+    """How both ended, what they cost, and how far the results moved."""
     both = coarse.completed and fine.completed
-    eigenvalues = [(jump.eigenvalue_before, jump.eigenvalue_after) for jump in coarse.jumps]
     return {
-        **case,
         "status": coarse.status,
         "refined_status": fine.status,
+        "finite": bool(np.all(np.isfinite(coarse.force))),
         "pull_off_force": coarse.pull_off_force,
         "refined_pull_off_force": fine.pull_off_force,
         "change": abs(coarse.pull_off_force / fine.pull_off_force - 1.0) if both else np.nan,
-        "hysteresis_change": abs(coarse.work() - fine.work()) / fine.turnover() if both else np.nan,
-        "work_over_turnover": coarse.work() / coarse.turnover() if coarse.completed else np.nan,
-        "refined_work_over_turnover": fine.work() / fine.turnover() if fine.completed else np.nan,
-        "finite": bool(np.all(np.isfinite(coarse.force)) and np.isfinite(coarse.pull_off_force)),
+        "work_change": abs(coarse.work() - fine.work()) / fine.turnover() if both else np.nan,
+        "energy": energy(coarse),
+        "refined_energy": energy(fine),
+        "end_over_pull_off": coarse.end_force / coarse.pull_off_force if coarse.completed else np.nan,
         "jumps": len(coarse.jumps),
         "refined_jumps": len(fine.jumps),
-        "largest_eigenvalue_before": max((abs(before) for before, _ in eigenvalues), default=np.nan),
-        "smallest_eigenvalue_after": min((after for _, after in eigenvalues), default=np.nan),
         "steps": coarse.stats.steps,
         "nodes": coarse.stats.nodes,
         "seconds": coarse.stats.seconds,
@@ -106,19 +113,31 @@ def examined(case: Case) -> Case:
     }
 
 
+def examined(case: Case) -> Case:
+    """The case with everything that is reported about it."""
+    coarse, fine = pair(*scene_of(case))
+    before, after = ([getattr(jump, f"eigenvalue_{side}") for jump in coarse.jumps] for side in ("before", "after"))
+    eigenvalues = {
+        "largest_eigenvalue_before": max(map(abs, before), default=np.nan),
+        "smallest_eigenvalue_after": min(after, default=np.nan),
+    }
+    return {**case, **compared(coarse, fine), **eigenvalues}
+
+
 def markdown(rows: list[Case], origin: dict[str, Any]) -> str:
     """What the table says, as a document."""
-    target = resolve_accuracy(ACCURACY).target
     lines = [
         "# Hard cases",
         "",
-        f"Written by `{origin['command']}`; do not edit. Each line of the table it summarises, ",
+        f"Written by `{origin['command']}`; do not edit. Each line of the table it summarises, `{OUT}`, is one case at "
+        f"accuracy {ACCURACY} (target {TARGET:g}) and at a quarter of that target.",
+        "",
+        f"Machine: {origin['host']}, all cores shared by the cases.",
+        "",
     ]
-    lines[-1] += f"`{OUT}`, is one case at accuracy {ACCURACY} (target {target:g}) and at a quarter of that target."
-    lines += ["", f"Machine: {origin['host']}, all cores shared by the cases.", ""]
     titles = {"random": "Random combinations", "corner": "Corners of the paper's box"}
     kinds = {title: [row for row in rows if row["kind"] == kind] for kind, title in titles.items()}
-    columns = {title: _summary(group, target) for title, group in kinds.items() if group}
+    columns = {title: _summary(group) for title, group in kinds.items() if group}
     header = ["Quantity", *columns]
     lines += ["| " + " | ".join(header) + " |", "|" + " --- |" * len(header)]
     for name in next(iter(columns.values())):
@@ -126,19 +145,19 @@ def markdown(rows: list[Case], origin: dict[str, Any]) -> str:
     unfinished = Counter(row["status"].split(" (at")[0] for row in rows if row["status"] != "completed")
     if unfinished:
         lines += ["", "## Not completed", "", *(f"- {times} x {status}" for status, times in unfinished.most_common())]
-    moved = sorted((row for row in rows if row["change"] > target), key=lambda row: -row["change"])
+    moved = sorted((row for row in rows if row["change"] > TARGET), key=lambda row: -row["change"])
     if moved:
         names = [*VALUES, "pull_off_force", "refined_pull_off_force", "change", "jumps", "refined_jumps"]
-        lines += ["", f"## Pull-off force moves by more than {target:g} when refined", ""]
+        lines += ["", f"## Pull-off force moves by more than {TARGET:g} when refined", ""]
         lines += ["| " + " | ".join(name.replace("_", " ") for name in names) + " |", "|" + " --- |" * len(names)]
         lines += ["| " + " | ".join(f"{row[name]:.5g}" for name in names) + " |" for row in moved]
     return "\n".join([*lines, ""])
 
 
-def _summary(rows: list[Case], target: float) -> dict[str, str]:
+def _summary(rows: list[Case]) -> dict[str, str]:
     change = np.array([row["change"] for row in rows])
     known = change[np.isfinite(change)]
-    work = np.array([row["work_over_turnover"] for row in rows])
+    work = np.array([row["energy"] for row in rows])
     seconds = np.array([row["seconds"] for row in rows])
     with_jumps = [row for row in rows if row["jumps"]]
     before = [row["largest_eigenvalue_before"] for row in with_jumps]
@@ -150,7 +169,7 @@ def _summary(rows: list[Case], target: float) -> dict[str, str]:
         "refined and completed as well": str(len(known)),
         "change of the pull-off force, median / 95th / largest (%)": f"{100 * middle:.2g} / {100 * high:.2g} / "
         f"{100 * highest:.2g}",
-        "move by more than the target": str(int(np.sum(known > target))),
+        "move by more than the target": str(int(np.sum(known > TARGET))),
         "loops that create energy (work below -0.1 % of the turnover)": str(int(np.sum(work < -ENERGY_TOLERANCE))),
         "smallest work over turnover": f"{np.nanmin(work):.2g}",
         "cases with jumps": str(len(with_jumps)),
@@ -174,14 +193,14 @@ def main(
     # The most expensive cases first, so that no core waits for the last one.
     order = sorted(cases, key=lambda case: -case["tabor"] * max(case["peak_indentation"], 0.0))
     results = Parallel(n_jobs=jobs, return_as="generator_unordered")(delayed(examined)(case) for case in order)
-    rows = list(track(results, description="hard cases", total=len(order)))
+    rows = list(progress(results, "hard cases", len(order)))
     rows.sort(key=lambda row: tuple(row[name] for name in ("kind", *VALUES)))
     out.parent.mkdir(parents=True, exist_ok=True)
     with out.open("w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, fieldnames=list(rows[0]), lineterminator="\n")
         writer.writeheader()
         writer.writerows(rows)
-    summary = markdown(rows, provenance(f"python -m experiments.robustness.hard_cases --count {count} --seed {seed}"))
+    summary = markdown(rows, provenance(f"python -m experiments hard_cases --count {count} --seed {seed}"))
     report.write_text(summary, encoding="utf-8")
     print(summary)
 

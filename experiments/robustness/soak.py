@@ -26,10 +26,10 @@ from joblib import Parallel, delayed
 
 from bem import HardContact, LennardJones, LoadingProtocol, Scene, StandardLinearSolid, simulate
 from bem._support.command_line import run_main
+from bem._support.outputs import write_whole
 from bem.dataset.designs import Design
 from bem.solver.version import SOLVER_VERSION
 from experiments.common import write_result
-from experiments.robustness.hard_case_map import BEYOND, DEEPEST
 from experiments.timing import MEASUREMENTS, fingerprint, plain, progress, spread
 
 OUT = MEASUREMENTS / "soak.json"
@@ -38,6 +38,14 @@ CHUNK = 250
 CHUNKS_FOR_MEMORY = 8
 ACCURACY = "standard"
 PLACES = {"inside": "inside the box", "beyond": "beyond the box", "stiff": "stiff contacts"}
+BEYOND = {
+    "tabor": (0.02, 6.4),
+    "peak_indentation": (0.2, 1000.0),
+    "loading_rate": (1e-3, 1e5),
+    "dwell_time": (1e-6, 1e3),
+    "unloading_rate": (1e-3, 1e5),
+}
+DEEPEST = 200.0  # times the Tabor parameter^-1.5 at most, beyond the box: the nodes of the master grid are limited
 STIFF = {
     "tabor": (0.01, 0.5),
     "peak_indentation": (0.05, 30.0),
@@ -49,13 +57,12 @@ RECORDED = ("status", "raised", "silent", "spikes", "spike_share", "seconds")
 """What is kept of a protocol."""
 
 
-def protocols(where: str, count: int, seed: int) -> dict[str, np.ndarray]:
+def protocols(where: str, count: int, seed: int, design: str = "log-uniform") -> dict[str, np.ndarray]:
     """Random quantities (count,) 'inside' the box, 'beyond' it or 'stiff', with modulus ratios.
 
     Stiff contacts are nearly rigid or of a stiff glass, half of them without adhesion.
     """
-    columns = Design("log-uniform", {"beyond": BEYOND, "stiff": STIFF}.get(where, {})).protocols(count, seed)
-    columns = {name: values.copy() for name, values in columns.items()}
+    columns = Design(design, {"beyond": BEYOND, "stiff": STIFF}.get(where, {})).protocols(count, seed)
     columns["modulus_ratio"] = np.full(count, 0.1)
     if where == "beyond":
         columns["modulus_ratio"] = 10.0 ** np.random.default_rng([seed, 1]).uniform(-3.0, 0.0, count)
@@ -66,6 +73,11 @@ def protocols(where: str, count: int, seed: int) -> dict[str, np.ndarray]:
         columns["modulus_ratio"] = 10.0 ** rng.uniform(-3.0, np.log10(0.3), count)
         columns["adhesion"] = rng.integers(0, 2, count).astype(float)
     return columns
+
+
+def points_of(columns: dict[str, np.ndarray]) -> list[dict[str, float]]:
+    """The same, one dictionary for each protocol."""
+    return [dict(zip(columns, row, strict=True)) for row in np.column_stack(list(columns.values())).tolist()]
 
 
 def soaked(point: dict[str, float]) -> dict[str, Any]:
@@ -118,10 +130,7 @@ def memory_bytes() -> int:
 
 def chunk(where: str, first: int, count: int, seed: int, folder: Path) -> dict[str, Any]:
     """Protocols `first` to `first` + CHUNK of `count`; read where already done."""
-    columns = protocols(where, count, seed)
-    points = [
-        {name: float(values[i]) for name, values in columns.items()} for i in range(first, min(first + CHUNK, count))
-    ]
+    points = points_of(protocols(where, count, seed))[first : first + CHUNK]
     key = fingerprint(solver=SOLVER_VERSION, accuracy=ACCURACY, protocols=points, recorded=RECORDED)
     path = folder / f"{where}-{first}-{key}.json"
     if path.is_file():
@@ -147,9 +156,7 @@ def chunk(where: str, first: int, count: int, seed: int, folder: Path) -> dict[s
         "wall_seconds": time.perf_counter() - started,
     }
     folder.mkdir(parents=True, exist_ok=True)
-    unfinished = path.with_suffix(".part")
-    unfinished.write_text(json.dumps(plain(content)), encoding="utf-8")
-    unfinished.replace(path)
+    write_whole(path, json.dumps(plain(content)))
     return content
 
 

@@ -28,7 +28,7 @@ from bem.dataset.designs import PAPER_RANGES, Design
 from bem.dataset.file import Dataset, load_dataset
 from bem.dataset.measurement_steps import FIRST_UNLOADING, measurement_grid
 from experiments.common import DATASET, MODELS, load_surrogate, simulated, write_result
-from experiments.cost.solver_sample import MODULUS_RATIO
+from experiments.cost.cases import MODULUS_RATIO
 from experiments.cost.surrogate_cost import left_out
 from experiments.paper.dataset_statistics import resolution_floor
 from experiments.timing import FORCE_ERROR, MEASUREMENTS, force_error, plain, progress, spread

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from experiments.cost import accuracy_cost, solver_sample
+from experiments.cost import accuracy_cost, cases
 from experiments.timing import Clock
 
 
@@ -40,11 +40,11 @@ def spend(monkeypatch):
     return spend
 
 
-def test_seconds_are_those_of_the_whole_call(spend, monkeypatch):
+def test_seconds_are_those_of_the_whole_call(spend, dataset, monkeypatch):
     """A tool that says it took no time is timed all the same."""
-    case = solver_sample.sample_cases(1, 0)[0]
+    (case,) = cases.held_out(1, dataset)
     quick = case.run(0.05)
-    monkeypatch.setattr(solver_sample, "simulate", lambda *_: spend(3.0) or quick)
+    monkeypatch.setattr(cases, "simulate", lambda *_: spend(3.0) or quick)
     table, seconds = accuracy_cost.run([case], accuracy_cost.solver_at(0.05), 3, "slow")
     assert table.shape == (1, 122)
     assert seconds.tolist() == [[3.0]] * 3
@@ -57,10 +57,10 @@ def test_a_dear_tool_is_repeated_within_its_budget_only(each, runs, spend):
     assert (len(seconds), len(calls)) == (runs, runs + 1)
 
 
-def test_kept_solutions_belong_to_their_solver_accuracy_and_protocols(tmp_path, monkeypatch):
+def test_kept_solutions_belong_to_their_solver_accuracy_and_protocols(tmp_path, dataset, monkeypatch):
     monkeypatch.setattr(accuracy_cost, "TRUTHS", tmp_path)
-    monkeypatch.setattr(accuracy_cost, "measured", lambda _, target: np.full(123, target))
-    first, second = solver_sample.sample_cases(2, 0)
+    monkeypatch.setattr(accuracy_cost, "refine", lambda _, target: np.full(122, target))
+    first, second = cases.held_out(2, dataset)
     accuracy_cost.refined([first], 1)
     accuracy_cost.refined([first], 1)
     assert len(list(tmp_path.iterdir())) == 1

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from bem import LoadingProtocol, Scene, StandardLinearSolid
-from experiments.cost import closed_form_tools, solver_sample
+from experiments.cost import cases, closed_form_tools
 from experiments.timing import force_error
 
 
 def made_case(tabor, depth, rate, dwell=0.1):
     ramps = {"peak_indentation": depth, "loading_rate": rate, "dwell_time": dwell, "unloading_rate": rate}
-    return solver_sample.Case(Scene(tabor, StandardLinearSolid(0.1)), LoadingProtocol(**ramps))
+    return cases.Case(Scene(tabor, StandardLinearSolid(0.1)), LoadingProtocol(**ramps))
 
 
 @pytest.mark.parametrize(

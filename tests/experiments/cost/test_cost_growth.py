@@ -21,6 +21,13 @@ def test_growth_of_both_solvers():
         cost_growth.main(1)
 
 
+def test_one_control_moves_its_own_number():
+    usual = cost_growth.controlled(1)
+    assert cost_growth.controlled(1, edge_spacing=2.0)["nodes"] < usual["nodes"]
+    assert cost_growth.controlled(1, prediction=4.0)["steps"] < usual["steps"]
+    assert usual["iterations_per_step"] == usual["iterations"] / usual["steps"]
+
+
 def test_exponents_over_the_data_set(dataset):
     found = cost_growth.over_the_data_set(dataset)
     assert set(found["exponents"]) == {"tabor", "peak_indentation", "loading_rate", "dwell_time", "unloading_rate"}

@@ -2,6 +2,7 @@
 
 from bem import LoadingProtocol
 from experiments.robustness import hard_case_map
+from experiments.robustness.soak import points_of, protocols
 
 
 def test_extremes_and_map():
@@ -10,16 +11,15 @@ def test_extremes_and_map():
     for scene, protocol in named.values():
         if isinstance(protocol, LoadingProtocol):
             assert protocol.peak_indentation > protocol.start(scene.tabor)
-    found = hard_case_map.pair(*named["snap-in and snap-off, elastic"])
+    found = hard_case_map.extreme("jumps", *named["snap-in and snap-off, elastic"])
     assert (found["status"], found["jumps"], found["refined_jumps"]) == ("completed", 2, 2)
     assert found["energy"] > 0.0
     assert found["change"] < 4e-3
-    points = hard_case_map.drawn("beyond", 4, 1)
-    assert all(point["peak_indentation"] <= 200.0 * point["tabor"] ** -1.5 for point in points)
-    assert hard_case_map.mapped(hard_case_map.drawn("inside", 1, 3)[0])["finite"]
-
-
-def test_extremes_are_run_more_coarsely_too():
-    found = hard_case_map.extreme("jumps", *hard_case_map.extremes()["snap-in and snap-off, elastic"])
     assert set(found["coarse"]) == {"draft", "0.05"}
     assert all(one["status"] == "completed" and one["change"] < 0.5 for one in found["coarse"].values())
+
+
+def test_the_map_is_drawn_inside_the_box_and_beyond_it():
+    points = points_of(protocols("beyond", 4, 1, "sobol"))
+    assert all(point["peak_indentation"] <= 200.0 * point["tabor"] ** -1.5 for point in points)
+    assert hard_case_map.mapped(points_of(protocols("inside", 1, 3, "sobol"))[0])["finite"]

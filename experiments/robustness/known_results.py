@@ -95,7 +95,7 @@ def timed_protocols(accuracy: str | float, known: dict[str, Any]) -> Iterable[di
             yield row(label, getattr(trajectory, name), expected, "independent")
 
 
-def closed_forms(accuracy: str | float = "standard") -> list[dict[str, Any]]:
+def known_results(accuracy: str | float = "standard") -> list[dict[str, Any]]:
     """All lines of the table."""
     known = tomllib.loads((VALUES / "independent_solvers.toml").read_text(encoding="utf-8"))
     return [

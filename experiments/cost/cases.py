@@ -1,0 +1,56 @@
+"""The protocols on which the tools of `experiments.cost.accuracy_cost` are judged, and what a solver answers to one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from bem import LoadingProtocol, Scene, StandardLinearSolid, Trajectory, simulate
+from bem.dataset.measurement_steps import measurement_times
+
+MODULUS_RATIO = 0.1
+
+
+@dataclass(frozen=True)
+class Case:
+    """One scene and protocol."""
+
+    scene: Scene
+    protocol: LoadingProtocol
+
+    def run(self, accuracy: str | float) -> Trajectory:
+        """Simulate it."""
+        return simulate(self.scene, self.protocol, accuracy)
+
+    def force_history(self, trajectory: Trajectory) -> np.ndarray:
+        """Force at the 120 fixed measurement steps."""
+        return trajectory.at(np.minimum(measurement_times(self.protocol, self.scene.tabor), trajectory.time[-1]))
+
+
+def held_out(count: int, dataset: Path) -> list[Case]:
+    """The first protocols of the data set's test part."""
+    from surrogate.data.dataset import TrajectoryDataset
+
+    data = TrajectoryDataset.load(dataset)
+    cases = []
+    for i in data.split(0).test[:count]:
+        quantities = {name: float(values[i]) for name, values in data.protocols.items()}
+        scene = Scene(quantities.pop("tabor"), StandardLinearSolid(MODULUS_RATIO))
+        cases.append(Case(scene, LoadingProtocol(**quantities)))
+    return cases
+
+
+def answered(case: Case, solve: Callable[[Case], Trajectory]) -> np.ndarray:
+    """Pull-off force, hysteresis, and force at the measurement steps (122,); NaN where it did not complete."""
+    trajectory = solve(case)
+    if not trajectory.completed:
+        return np.full(122, np.nan)
+    return np.concatenate([[trajectory.pull_off_force, trajectory.hysteresis], case.force_history(trajectory)])
+
+
+def solver_at(target: str | float) -> Callable[[Case], np.ndarray]:
+    """The solver at one accuracy."""
+    return lambda case: answered(case, lambda asked: asked.run(target))
