@@ -46,7 +46,9 @@ class Recorder:
         """
         places = [Path.cwd(), *map(_absolute, roots)]
         modules = {getattr(module, "__file__", None) for module in list(sys.modules.values())} - {None}
-        used = {_absolute(path) for path in (self.read - self.written) | modules} - {_absolute(target)}
+        used = {_absolute(path) for path in (self.read - self.written) | modules}
+        # Whole files are written by opening their folder too; what the run changed itself is no input.
+        used -= {_absolute(target), *(_absolute(path).parent for path in (target, *self.written))}
         names = sorted({shown for path in used if (shown := _shown(path, places))})
         rule = " \\\n ".join([f"{target}:", *names])
         place = beside(target)

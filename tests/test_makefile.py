@@ -246,13 +246,14 @@ def test_a_run_notes_the_modules_and_files_that_it_used(tmp_path):
 
 
 def test_paper_values_count_among_what_a_run_used(tmp_path):
-    words = ["--depends", tmp_path / "x.json", "inconsistencies", "--out", tmp_path / "x.json"]
+    words = ["--depends", tmp_path / "x.json", "inconsistencies", "--results", tmp_path, "--out", tmp_path / "x.json"]
     subprocess.run([sys.executable, "-m", "experiments", *words], cwd=ROOT, check=True, capture_output=True)
     noted = (tmp_path / ".depends/x.d").read_text(encoding="utf-8")
     for name in ("experiments/paper_values/quartiles.csv", "bem/reference_solutions/hertz.py", "published/dataset.h5"):
         assert f" {name}" in noted
         assert f"\n{name}:" in noted
     assert "MANIFEST" not in noted
+    assert f"{tmp_path}:" not in noted
 
 
 def test_learning_curves_are_drawn_where_a_model_with_them_is_published(tmp_path):

@@ -5,7 +5,7 @@ point at 100 %. Trains up to 36 models, hours; continues where it was interrupte
 already. That file is published; without it all are trained anew. Source: the paper's section "Model-family selection"
 and its appendix on training-set size.
 
-Usage: `python -m experiments.paper.data_efficiency [--config FILE] [--dataset FILE] [--models DIR] [--work DIR]
+Usage: `python -m experiments data_efficiency [--config FILE] [--dataset FILE] [--models DIR] [--work DIR]
 [--out FILE]`.
 """
 

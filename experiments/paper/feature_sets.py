@@ -4,7 +4,7 @@ Trains up to four models; continues where it was interrupted, and takes what the
 published, so that the figure draws at once; without it all are trained anew. Source: the paper's appendix "Effects of
 training-set size and physics-guided input representation".
 
-Usage: `python -m experiments.paper.feature_sets [--config FILE] [--dataset FILE] [--models DIR] [--work DIR]
+Usage: `python -m experiments feature_sets [--config FILE] [--dataset FILE] [--models DIR] [--work DIR]
 [--out FILE]`.
 """
 

@@ -8,7 +8,6 @@ A verdict follows from the claim's rule alone:
     bound   ours at most the paper's: reproduced; otherwise differs
     least   ours at least the paper's: reproduced; otherwise differs
     text    the same word: reproduced; otherwise differs
-    adopted   a setting of the paper that we follow: adopted where ours is equal, otherwise differs; never counted
     none    not comparable
 
 Tolerances are in `paper_values/claims.toml`. Where a result is not there yet the verdict is "not yet", with the target
@@ -27,12 +26,11 @@ from typing import Any
 from paper_figures.style import drawing
 
 REPRODUCED, BETTER, DIFFERS, NOT_COMPARABLE, NOT_YET = "reproduced", "better", "differs", "not comparable", "not yet"
-ADOPTED = "adopted"
 VERDICTS = (REPRODUCED, BETTER, DIFFERS, NOT_COMPARABLE, NOT_YET)
 """Those that are counted."""
-RULES = ("count", "value", "error", "cost", "bound", "least", "text", "adopted", "none")
+RULES = ("count", "value", "error", "cost", "bound", "least", "text", "none")
 EXACT = 1e-6
-"""Relative width within which an adopted number is the paper's."""
+"""Relative width within which a setting is the paper's."""
 
 SOURCES = {
     "dataset": ("results", "studies/dataset_statistics.json", "make table-protocols-dataset"),
@@ -70,8 +68,8 @@ class Finding:
 
     @property
     def counted(self) -> bool:
-        """Whether the verdict says something about a result, not about a setting we adopted or a number of ours."""
-        return self.claim["rule"] != "adopted" and not self.claim.get("beyond")
+        """Whether the verdict says something about a result of the paper, not about a number of ours."""
+        return not self.claim.get("beyond")
 
 
 class Results:
@@ -126,9 +124,6 @@ def verdict(rule: str, theirs: Any, ours: Any, tolerance: float | None = None) -
         return REPRODUCED if ours <= theirs else DIFFERS
     if rule == "least":
         return REPRODUCED if ours >= theirs else DIFFERS
-    if rule == "adopted":
-        same = math.isclose(ours, theirs, rel_tol=EXACT) if _is_number(theirs) else str(ours) == str(theirs)
-        return ADOPTED if same else DIFFERS
     width = tolerance_of({"rule": rule, "tolerance": tolerance})
     if abs(ours - theirs) <= width * abs(theirs):
         return REPRODUCED
@@ -155,10 +150,20 @@ def judge(claim: dict[str, Any], results: Results) -> Finding:
 
 def text_claims() -> list[dict[str, Any]]:
     """Claims of the paper's text and captions, their numbers filled in from where they are transcribed."""
+    return [_with_value(claim) for claim in drawing.paper_values("claims")["claim"]]
+
+
+def settings() -> list[dict[str, Any]]:
+    """Settings of the paper that we follow, in groups, the value of each part filled in."""
     return [
-        claim | ({"value": _listed(drawing.stated(claim["stated"]))} if "stated" in claim else {})
-        for claim in drawing.paper_values("claims")["claim"]
+        group | {"parts": [_with_value(part) for part in group["parts"]]}
+        for group in drawing.paper_values("claims")["setting"]
     ]
+
+
+def followed(theirs: Any, ours: Any) -> bool:
+    """Whether a setting is carried out as the paper states it."""
+    return math.isclose(ours, theirs, rel_tol=EXACT) if _is_number(theirs) else str(ours) == str(theirs)
 
 
 def table_claims() -> list[dict[str, Any]]:
@@ -201,6 +206,10 @@ def table_claims() -> list[dict[str, Any]]:
             }
         )
     return claims
+
+
+def _with_value(claim: dict[str, Any]) -> dict[str, Any]:
+    return claim | ({"value": _listed(drawing.stated(claim["stated"]))} if "stated" in claim else {})
 
 
 def _rows(name: str) -> list[dict[str, str]]:

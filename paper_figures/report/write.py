@@ -11,12 +11,12 @@ import typer
 
 from bem._support.command_line import run_main
 from paper_figures.report.claims import (
-    ADOPTED,
-    DIFFERS,
     VERDICTS,
     Finding,
     Results,
+    followed,
     judge,
+    settings,
     table_claims,
     text_claims,
     tolerance_of,
@@ -33,9 +33,9 @@ number in it is typed in by hand but the paper's own, which are in `experiments/
 
 The rule of the verdict: counts and words must be equal, values must agree within the tolerance beside them. Of errors
 and costs, where smaller is better, those within the tolerance count as reproduced, smaller ones as better, larger ones
-as differing. Bounds must hold. "Adopted" is a setting of the paper that we follow, which shows nothing about results
-and is not counted. "Not comparable" means that the two do not measure the same thing, "not yet" that the result is
-still to be computed."""
+as differing. Bounds must hold. "Not comparable" means that the two do not measure the same thing, "not yet" that the
+result is still to be computed. Settings of the paper that we follow show nothing about results; they are in a table of
+their own."""
 
 
 def tolerances_text() -> str:
@@ -79,8 +79,6 @@ def row(finding: Finding) -> str:
     """One line of a table; without tolerance and verdict where there is nothing of the paper's to judge by."""
     claim, unit = finding.claim, finding.claim.get("unit", "")
     ours = finding.ours if not isinstance(finding.ours, float) else float(f"{finding.ours:.3g}")
-    if claim["rule"] == "adopted":
-        ours = finding.ours
     ratio = "-" if finding.ratio is None else number(finding.ratio, 2)
     cells = [claim["says"], claim["place"], value_text(claim.get("value"), unit), value_text(ours, unit), ratio]
     if not claim.get("beyond"):
@@ -100,14 +98,32 @@ def overview(findings: list[Finding]) -> str:
     """How often each verdict falls among what is counted, and what is left out of the count."""
     counts = Counter(finding.verdict for finding in findings if finding.counted)
     lines = [f"| {name} | {counts[name]} |" for name in VERDICTS if counts[name]]
-    settings = Counter(finding.verdict for finding in findings if finding.claim["rule"] == "adopted")
     ours = sum(bool(finding.claim.get("beyond")) for finding in findings)
+    count = sum(len(group["parts"]) for group in settings())
     rest = (
-        f"Not counted: {sum(settings.values())} settings of the paper, of which {settings[ADOPTED]} are adopted and "
-        f"{settings[DIFFERS]} differ, and {ours} numbers of ours beyond the paper, in a section of their own."
+        f"Not counted: {count} settings of the paper and {ours} numbers of ours beyond the paper, each in a "
+        "section of their own."
     )
     table = [f"{sum(counts.values())} numbers:\n", "| verdict | numbers |", "|---|---:|", *lines]
     return "\n".join(table) + f"\n\n{rest}"
+
+
+def settings_section(results: Results) -> str:
+    """The paper's settings in groups: its values, and those of ours that are others."""
+    lines = ["| settings | place | paper | here | why |", "|---|---|---|---|---|"]
+    for group in settings():
+        parts = [(part, results.find(part)) for part in group["parts"]]
+        theirs = "; ".join(f"{part['says']} {value_text(part['value'], part.get('unit', ''))}" for part, _ in parts)
+        others = [
+            f"{part['says']} {'not yet' if ours is None else value_text(ours, part.get('unit', ''))}"
+            for part, ours in parts
+            if ours is None or not followed(part["value"], ours)
+        ]
+        here = "; ".join(others)
+        if len(others) < len(parts):
+            here = f"the same, but for {here}" if others else "the same"
+        lines.append(f"| {group['what']} | {group['place']} | {theirs} | {here} | {group.get('why', '-')} |")
+    return "\n".join(["## Settings of the paper that we follow\n", *lines])
 
 
 def slips_section(results: Results) -> str:
@@ -138,7 +154,7 @@ def report(results: Results) -> str:
     if host:
         parts.append(f"Timings: {host}.")
     parts += [section(group, [f for f in findings if f.claim["group"] == group]) for group in groups]
-    return "\n\n".join([*parts, slips_section(results)]) + "\n"
+    return "\n\n".join([*parts, settings_section(results), slips_section(results)]) + "\n"
 
 
 def main(

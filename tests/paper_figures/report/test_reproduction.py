@@ -27,9 +27,6 @@ from surrogate.architectures.naming import PAPER_PARAMETER_COUNTS
         ("text", "M4", "M3", "differs"),
         ("least", 3.0, 3.5, "reproduced"),
         ("least", 3.0, 2.5, "differs"),
-        ("adopted", 0.1, 0.1, "adopted"),
-        ("adopted", "50, 20, 50", "50, 20, 50", "adopted"),
-        ("adopted", 5.0, 3.0, "differs"),
         ("none", 3.0, 3.0, "not comparable"),
     ],
 )
@@ -41,7 +38,7 @@ CLAIMS = [*reproduction.text_claims(), *reproduction.table_claims()]
 
 
 def test_every_claim_is_complete():
-    assert len(CLAIMS) > 180
+    assert len(CLAIMS) > 140
     for claim in CLAIMS:
         assert {"group", "place", "says", "rule", "why"} <= claim.keys(), claim
         assert "value" in claim or claim.get("beyond"), claim["says"]
@@ -65,13 +62,12 @@ def test_a_tolerance_above_a_tenth_is_justified_and_no_other_is():
 
 def test_places_are_in_the_paper():
     numbers = drawing.paper_values("structure")
-    for one in (*CLAIMS, *drawing.paper_values("slips")["slip"]):
+    for one in (*CLAIMS, *reproduction.settings(), *drawing.paper_values("slips")["slip"]):
         for kind, number in re.findall(r"(section|appendix) ([A-H1-5](?:\.\d)?)", one["place"]):
             assert number in numbers[kind], one["place"]
     placed = {claim["says"]: claim["place"] for claim in CLAIMS}
     assert placed["epochs any model needed, at most"] == "appendix D"
     assert placed["best conditioning of M4"].endswith("appendix C")
-    assert placed["held-out trajectories"] == "section 3.4"
 
 
 def test_no_number_of_a_text_claim_is_transcribed_twice():
@@ -92,10 +88,14 @@ def test_settings_and_our_own_numbers_are_not_counted(tmp_path):
     path.write_text(json.dumps({"recipe": {"batch_size": 8, "epochs": 100}}), encoding="utf-8")
     results = reproduction.Results(tmp_path, tmp_path)
     findings = {claim["says"]: reproduction.judge(claim, results) for claim in CLAIMS}
-    assert (findings["batch size"].verdict, findings["batch size"].counted) == ("adopted", False)
-    assert (findings["epochs, at most"].verdict, findings["epochs, at most"].counted) == ("differs", False)
+    assert "batch size" not in findings
     text = reproduction_report.report(results)
-    assert "| adopted |" not in text
+    (recipe,) = [line for line in text.splitlines() if line.startswith("| recipe |")]
+    paper, here = recipe.split(" | ")[2:4]
+    assert "batch size 8" in paper
+    assert "batch size" not in here
+    assert "epochs, at most 100" in here
+    assert "optimizer not yet" in here
     counted = sum(finding.counted for finding in findings.values())
     assert f"{counted} numbers:" in text
     assert text.index("## Beyond the paper") > text.index("## Crack velocities")
