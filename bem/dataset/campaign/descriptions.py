@@ -8,8 +8,10 @@ from typing import Any
 
 import numpy as np
 
-import bem
+from bem import materials, protocol, scene, tractions
 from bem._support.wording import shown
+
+_VOCABULARY = (materials, protocol, scene, tractions)
 
 
 def described(value: Any) -> Any:
@@ -42,7 +44,8 @@ def restored(description: Any) -> Any:
 
 
 def _public(name: Any, kind: type | None = None) -> type:
-    found = getattr(bem, name) if name in bem.__all__ else None
-    if not (isinstance(found, type) and is_dataclass(found)) or kind not in (None, found):
-        raise ValueError(f"scenes and protocols must be made of the public classes of bem; received {shown(name)}")
-    return found
+    for module in _VOCABULARY:
+        found = vars(module).get(name) if isinstance(name, str) else None
+        if isinstance(found, type) and is_dataclass(found) and kind in (None, found):
+            return found
+    raise ValueError(f"scenes and protocols must be made of the public classes of bem; received {shown(name)}")

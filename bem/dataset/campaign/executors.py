@@ -1,6 +1,6 @@
 """Where batches of work run: processes of this machine (loky) or the workers of a Dask scheduler.
 
-Both are used through `concurrent.futures`. Workers may die: a batch is then started again, and one on which they die
+Both give futures. Workers may die: a batch is then started again, and one on which they die
 every time is divided into its items, which run alone; an item that still kills its worker is given up.
 """
 
@@ -157,17 +157,17 @@ class ClusterExecutor(Executor):
         CampaignError: nobody answers there, or the scheduler has no workers.
     """
 
-    in_flight = 2**30  # the scheduler keeps what its workers cannot take yet
-
     def __init__(self, address: str, patience: float = 10.0) -> None:
         try:
             import distributed
         except ImportError as error:
             raise ValueError("cluster needs Dask; install the extra `cluster` of this package") from error
         # Dask retries and reports by itself; its log would bury the one sentence that matters.
-        logging.getLogger("distributed").setLevel(logging.CRITICAL)
+        for name in ("distributed", "distributed.client", "tornado.application"):
+            logging.getLogger(name).setLevel(logging.CRITICAL)
         reachable, self._place = scheduler_address(address), shown(address)
         self._died = distributed.KilledWorker  # after three workers
+        self._lost = (OSError, TimeoutError, distributed.CancelledError, CancelledError)
         nobody = f"no Dask scheduler answers at {self._place}"
         try:
             # In a thread of its own, because a notebook has a running loop in this one.
@@ -185,7 +185,7 @@ class ClusterExecutor(Executor):
         except (OSError, TimeoutError) as error:
             self._client.close()
             raise CampaignError(f"the Dask scheduler at {self._place} has no workers") from error
-        self._executor = self._client.get_executor(pure=False)
+        self.in_flight = max(4 * self.workers, 256)  # more workers may join
 
     def __exit__(self, *error: object) -> None:
         """Call off what is still running and close the connection."""
@@ -194,7 +194,7 @@ class ClusterExecutor(Executor):
 
     def submit(self, task: Task, batch: Batch) -> Future:
         """Start a batch."""
-        return self._executor.submit(task, batch)
+        return self._client.submit(task, batch, pure=False)
 
     def result(self, future: Future) -> Any:
         """What came of a batch, or `WorkerDiedError`; a `CampaignError` where the work cannot go on."""
@@ -202,7 +202,7 @@ class ClusterExecutor(Executor):
             return future.result()
         except self._died as error:
             raise WorkerDiedError from error
-        except (OSError, TimeoutError, CancelledError) as error:
+        except self._lost as error:
             raise CampaignError(
                 f"lost the Dask scheduler at {self._place}; what is saved is kept, and the same command continues"
             ) from error

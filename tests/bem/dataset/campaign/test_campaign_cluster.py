@@ -1,8 +1,10 @@
+import functools
 import os
 import signal
 import socket
 import subprocess
 import sys
+import time
 from collections import Counter
 from pathlib import Path
 
@@ -12,7 +14,7 @@ from bem.dataset.campaign.checkpoints import CampaignError
 from bem.dataset.campaign.executors import ClusterExecutor, scheduler_address
 from bem.dataset.campaign.run import run_campaign
 from tests.bem.dataset.campaign import stand_in
-from tests.bem.dataset.campaign.helpers import HANG, assert_same_numbers, command
+from tests.bem.dataset.campaign.helpers import HANG, assert_same_numbers, await_parts, command, start_command
 
 ROOT = Path(__file__).parents[4]
 
@@ -38,6 +40,36 @@ def test_cluster_gives_the_same_numbers_with_a_worker_killed(plan, undisturbed_s
     assert_same_numbers(out, undisturbed_slow)
     with pytest.raises(CampaignError, match="no Dask scheduler answers at"):
         ClusterExecutor(address, patience=1.0)
+
+
+@pytest.mark.slow
+def test_a_scheduler_lost_while_running_ends_in_one_sentence(undisturbed_slow, tmp_path):
+    pytest.importorskip("distributed")
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        address = f"tcp://127.0.0.1:{free.getsockname()[1]}"
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    where = ("--host", "127.0.0.1", "--port", address.rpartition(":")[2], "--no-dashboard")
+    begin = functools.partial(subprocess.Popen, env=environment, stderr=subprocess.DEVNULL)
+    scheduler = begin([sys.executable, "-m", "distributed.cli.dask_scheduler", *where])
+    worker = begin([sys.executable, "-m", "distributed.cli.dask_worker", address, "--nthreads", "1", "--no-dashboard"])
+    out = tmp_path / "data.h5"
+    command = ("campaign", "--count", 120, "--seed", 4, "--native", "--out", out)
+    try:
+        time.sleep(5.0)
+        process = start_command(*command, "--cluster", address)
+        await_parts(out, process, 3)
+        scheduler.kill()
+        _, errors = process.communicate(timeout=HANG)
+    finally:
+        for one in (scheduler, worker):
+            one.kill()
+            one.wait()
+    lost = f"bem: lost the Dask scheduler at {address!r}; what is saved is kept, and the same command continues\n"
+    assert (process.returncode, errors) == (1, lost)
+    process = start_command(*command)
+    printed, _ = process.communicate(timeout=HANG)
+    assert (process.returncode, " 120 of them computed now" in printed) == (0, False)
+    assert_same_numbers(out, undisturbed_slow)
 
 
 @pytest.mark.parametrize(
