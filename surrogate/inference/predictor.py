@@ -77,7 +77,7 @@ class Surrogate:
 
     @property
     def modulus_ratio(self) -> float | None:
-        """Modulus ratio of the material it was trained on, the only one it knows; `None` where nothing tells it."""
+        """Modulus ratio of the material it was trained on, the only one it is valid for; `None` if unknown."""
         return self.scaling.modulus_ratio
 
     @property
@@ -149,8 +149,8 @@ class Surrogate:
                 more are extrapolation. A protocol without dwell gets no dwell points.
 
         Returns:
-            One trajectory per protocol, in order, with the interface of `bem.Trajectory`. What lies outside the ranges
-            of the training is said in each one's `extrapolated`; no warning is issued.
+            One trajectory per protocol, in order, with the interface of `bem.Trajectory`. Each one's
+            `extrapolated` lists what lies outside the ranges of the training; no warning is issued.
 
         Raises:
             ValueError: something else than loading protocols, or Tabor parameters that do not fit.
@@ -260,7 +260,7 @@ class Surrogate:
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         times, indentations = real_array("times", times), real_array("indentations", indentations)
         check_history(times, indentations)
-        # The models' clock starts with the protocol; what is lost between close times of a late clock is lost already.
+        # The models' clock starts with the protocol; close times of a late clock have lost their last digits already.
         times = times - times[:, :1]
         edge = edge_from_indentations(indentations) if edge is None else checked_edge(edge, times.shape)
         return times, indentations, checked_tabor(tabor, len(times)), edge

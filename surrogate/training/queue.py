@@ -1,4 +1,4 @@
-"""Train many models, a few at a time, each in a process of its own; and how such work is asked to stop.
+"""Train many models, a few at a time, each in its own process, and stop them on request.
 
 The queue keeps no state of its own. A published model of the same training (`surrogate.training.identity`) is done;
 every other one starts or resumes. An interrupted queue is therefore continued by starting it again.
@@ -61,7 +61,7 @@ def run_queue(
         command: Makes the arguments after `python -m surrogate` that train one name.
         folder: Directory of the runs; each process writes its output to `NAME/log.txt` there.
         jobs: Processes at a time.
-        log: Told when a run starts, ends, and how it stands.
+        log: Called when a run starts and ends, and with its progress.
         poll_seconds: How often the processes are looked at.
         status_seconds: How often the standing is logged.
 
