@@ -21,7 +21,7 @@ CONDITIONINGS = ("concat", "FiLM", "gated")
 CONDITIONINGS_OF: dict[str, tuple[str, ...]] = {}
 """The conditionings of families that lack some of them."""
 
-# The counts the paper states; all others follow our reading of its words (docs/surrogate-models.md).
+# Stated in the paper; all others follow our reading of its description (docs/surrogate-models.md).
 PAPER_PARAMETER_COUNTS: dict[str, int] = {
     "M1-concat": 473_729,
     "M1-FiLM": 489_473,

@@ -172,13 +172,14 @@ class Surrogate:
         quantities = {name: np.array([getattr(p, name) for p in protocols], dtype=np.float64) for name in fields}
         start = np.array([p.start(mu) for p, mu in zip(protocols, tabor, strict=True)])
         unchanged = {"tabor": tabor, **quantities, "start_indentation": start}
+        loading, dwell, unloading = counts
         found: list[PredictedTrajectory | None] = [None] * len(protocols)
         for still in (False, True):
             chosen = np.flatnonzero((quantities["dwell_time"] > 0.0) == still)
             if not chosen.size:
                 continue
             clock = time.perf_counter()
-            points = counts if still else (counts[0], 0, counts[2])
+            points = (loading, dwell if still else 0, unloading)
             times, indentations = measurement_grid(
                 tabor=tabor[chosen],
                 start_indentation=start[chosen],
@@ -200,7 +201,7 @@ class Surrogate:
                     times[row],
                     indentations[row],
                     force[row],
-                    unloading_from=points[0] + points[1] - 1,
+                    unloading_from=sum(points[:2]) - 1,
                     extrapolated=of_history(outside, row),
                     model=self.name,
                     seconds=seconds,

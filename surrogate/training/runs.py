@@ -79,7 +79,7 @@ class Run:
         model_name(self.name)
         if self.extra is None:
             return
-        for name, words in (("modulus_ratio", "modulus ratio"), ("counts", "measurement steps")):
+        for name, words in (("modulus_ratio", "modulus ratio"), ("points_per_phase", "measurement steps")):
             wanted, found = getattr(self.dataset, name), getattr(self.extra, name)
             if found != wanted:
                 raise ValueError(f"Expected an extra data set of the {words} {wanted}. Received: {found}")

@@ -144,7 +144,7 @@ def test_extra_trajectories_join_training_but_held_out_protocols_do_not(tiny, da
     assert written["training_trajectories"] == 48 + 48
 
 
-@pytest.mark.parametrize(("name", "value"), [("modulus_ratio", 0.5), ("counts", (60, 20, 40))])
+@pytest.mark.parametrize(("name", "value"), [("modulus_ratio", 0.5), ("points_per_phase", (60, 20, 40))])
 def test_extra_trajectories_are_of_the_same_material_and_steps(dataset, tmp_path, name, value):
     other = dataclasses.replace(dataset, **{name: value})
     with pytest.raises(ValueError, match="Expected an extra data set of the"):
