@@ -10,7 +10,7 @@ Input, CSV with a header or JSON:
   trajectory.
 
 Output: CSV in long form, `trajectory, time, indentation, force` and, when the solver ran beside it, `solver_force`,
-empty where it did not get to; or JSON, a list of objects with scalars and arrays. Numbers in full precision.
+empty where it did not reach; or JSON, a list of objects with scalars and arrays. Numbers in full precision.
 """
 
 from __future__ import annotations

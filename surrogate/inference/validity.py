@@ -1,4 +1,4 @@
-"""How far a history is from those a model was trained on: every quantity that leaves its range, with value and range.
+"""Range of validity: the quantities of a history that lie outside those of the training, with value and range.
 
 The protocol's own quantities have the ranges of the training set. The others are what all training histories have in
 common: they begin and end at -pi^(2/3) mu, consist of a straight ramp, a dwell and a straight ramp back, and have 50,
@@ -51,7 +51,7 @@ ADVICE = {
     **dict.fromkeys((*POINTS, "step_ratio"), STEPS),
     "bend": BEND,
 }
-"""What to do about a quantity out of its range; `PROTOCOL` for those of the protocol itself."""
+"""Advice on a quantity out of its range; `PROTOCOL` for those of the protocol itself."""
 
 
 class ExtrapolationWarning(UserWarning):
@@ -104,7 +104,7 @@ def excesses(quantities: dict[str, np.ndarray], ranges: dict[str, tuple[float, f
 
 
 def worst(found: Iterable[Excess]) -> list[str]:
-    """Say for every quantity the value farthest outside."""
+    """Describe for every quantity the value farthest outside."""
     return [excess.words(int(excess.beyond.argmax())) for excess in found]
 
 
@@ -114,7 +114,7 @@ def advice(words: Iterable[str]) -> str:
 
 
 def of_history(found: Iterable[Excess], index: int) -> tuple[str, ...]:
-    """Say what of one history lies outside."""
+    """Describe what of one history lies outside."""
     return tuple(excess.words(index) for excess in found if excess.beyond[index] > 0.0)
 
 
