@@ -123,7 +123,7 @@ def main(
     head = {
         "modulus_ratio": MODULUS_RATIO,
         "accuracy": ACCURACY,
-        "counts": dataset.counts,
+        "counts": dataset.points_per_phase,
         "dataset_sha256": dataset.sha256,
         **provenance("python -m experiments.demo_curves"),
     }

@@ -1,6 +1,6 @@
 """Sequence models that imitate the contact solver: the whole force history from an indentation history.
 
-Eighteen models, six families times three ways of telling the network the Tabor parameter, named ``"M1-concat"`` to
+The 18 paper models, six families times three ways to include the Tabor parameter, are named ``"M1-concat"`` to
 ``"M6-gated"``. All quantities are dimensionless as in the paper; forces are positive in tension.
 
 Example:
@@ -30,7 +30,7 @@ __all__ = ["ExtrapolationWarning", "Surrogate", "build", "load", "names", "regis
 
 
 def build(name: str, features: str = "D") -> keras.Model:
-    """Build one of the eighteen models, or one of a registered family, untrained.
+    """Build one of the 18 paper models, or a model of a registered family, untrained.
 
     Args:
         name: One of `names()`, such as `"M1-concat"`.

@@ -1,4 +1,4 @@
-"""The backend keras runs on: how it starts, its threads, and whether the fused LSTM is taken."""
+"""The Keras backend: its start, its threads, its versions, and whether it has a fused LSTM."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from contextlib import contextmanager
 
 
 def limit_threads(threads: int) -> None:
-    """Limit the backend to so many threads; effective only before keras is imported.
+    """Limit the number of threads of the backend; effective only before keras is imported.
 
     Raises:
         ValueError: fewer than one thread.
@@ -29,7 +29,7 @@ def limit_threads(threads: int) -> None:
 
 
 def import_keras() -> None:
-    """Import Keras and its backend, silently; every way to a Keras model calls this first.
+    """Import Keras and its backend silently; call this before any other use of Keras.
 
     What they write to the standard error as they start is shown when the import fails, or where the environment sets
     `TF_CPP_MIN_LOG_LEVEL=0`.
@@ -39,7 +39,7 @@ def import_keras() -> None:
     """
     if "keras" in sys.modules:
         return
-    # TensorFlow's own variable does not reach what its libraries say before they read it.
+    # Libraries of TensorFlow write messages before they read this variable.
     if os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3") == "0":
         importlib.import_module("keras")
         return
@@ -49,7 +49,7 @@ def import_keras() -> None:
 
 @contextmanager
 def silent_stderr() -> Iterator[None]:
-    """Hold back what this process, libraries in C included, writes to its standard error; show it after an error."""
+    """Hold back the standard error of this process, libraries in C included; show it after an error."""
     try:
         shown = os.dup(2)
     except OSError:  # there is none
@@ -72,9 +72,8 @@ def silent_stderr() -> Iterator[None]:
 def has_fused_lstm() -> bool:
     """Tell whether an LSTM trains as one fused kernel here rather than step by step.
 
-    Under PyTorch it always does, see `surrogate.training.torch_lstm`. Elsewhere Keras decides that by its backend's own
-    check of arguments and device; there is no public question to ask, so this one asks the module Keras itself asks,
-    and answers no where that has moved.
+    Under PyTorch it always does, see `surrogate.training.torch_lstm`. Under other backends Keras checks arguments and
+    device in a private function. This function calls it, and returns False where it is missing.
     """
     import keras
 

@@ -1,4 +1,4 @@
-"""The eighteen architectures, one module per family, and those a user registers: all are built by name."""
+"""The 18 paper models, one module per family, and those that a user registers; all are built by name."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How a sequence is told its Tabor parameter: appended as a channel, FiLM, or a gate between two representations.
+"""How a network includes the Tabor parameter: as a channel, by FiLM, or by a gate between two representations.
 
 Every layer here and in `surrogate.architectures.blocks` is registered under the package name `surrogate`, holds its
 sublayers under readable names and defines `get_config`, so that models serialise and weight files stay addressable.
@@ -36,7 +36,7 @@ class FiLM(keras.layers.Layer):
     """Feature-wise linear modulation: scale and shift every feature by functions of the Tabor parameter.
 
     A dense layer with ReLU makes a context of the scaled Tabor parameter; two affine maps of it are the scale and the
-    shift, the same at every step. The scale's bias starts at one, so an untrained layer passes its input on.
+    shift, the same at every step. The scale's bias starts at one, so an untrained layer returns its input.
 
     Args:
         hidden: Width of the context.

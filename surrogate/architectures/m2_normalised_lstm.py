@@ -1,4 +1,4 @@
-"""M2: two LSTM layers, each followed by layer normalisation. The counts follow our reading of the paper."""
+"""M2: two LSTM layers, each followed by layer normalisation. Parameter counts follow our reading of the paper."""
 
 from __future__ import annotations
 

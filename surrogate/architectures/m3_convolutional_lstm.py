@@ -1,4 +1,4 @@
-"""M3: two causal convolutions extract local features for one LSTM layer. The counts follow our reading of the paper."""
+"""M3: two causal convolutions before one LSTM layer. Parameter counts follow our reading of the paper."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""M5: a transformer encoder. The counts follow our reading of the paper.
+"""M5: a transformer encoder. Parameter counts follow our reading of the paper.
 
 The paper calls M5 an encoder, so attention runs both ways and the model is not causal: it sees the whole protocol
 before it answers. Nothing encodes a step's position but the time channel, which grows along every history.

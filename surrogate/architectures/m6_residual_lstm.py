@@ -1,4 +1,4 @@
-"""M6: two LSTM paths added and normalised before a third LSTM layer. The counts follow our reading of the paper."""
+"""M6: the normalised sum of two LSTM layers, then a third. Parameter counts follow our reading of the paper."""
 
 from __future__ import annotations
 

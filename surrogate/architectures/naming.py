@@ -13,15 +13,15 @@ FAMILIES: dict[str, str] = {
     "M6": "residual LSTM layers",
 }
 
-# The families the paper compares; one beyond them stands beside its figures and tables.
+# The families that the paper compares; its figures and tables show no other.
 PAPER_FAMILIES = ("M1", "M2", "M3", "M4", "M5", "M6")
 
 CONDITIONINGS = ("concat", "FiLM", "gated")
 
 CONDITIONINGS_OF: dict[str, tuple[str, ...]] = {}
-"""The conditionings of families that have not all of them."""
+"""The conditionings of families that lack some of them."""
 
-# The counts the paper states; all others follow our reading of its words (docs/surrogate-models.md).
+# Stated in the paper; all others follow our reading of its description (docs/surrogate-models.md).
 PAPER_PARAMETER_COUNTS: dict[str, int] = {
     "M1-concat": 473_729,
     "M1-FiLM": 489_473,
@@ -50,7 +50,7 @@ PARAMETER_COUNTS: dict[str, int] = {
 
 
 def names() -> list[str]:
-    """Return the model names, family by family: the paper's eighteen and those of any family beyond."""
+    """Return the model names, family by family: the 18 paper models, then those of registered families."""
     return [
         f"{family}-{conditioning}"
         for family in FAMILIES
@@ -59,7 +59,7 @@ def names() -> list[str]:
 
 
 def paper_names() -> list[str]:
-    """Return the names of the eighteen models the paper compares, family by family."""
+    """Return the names of the 18 paper models, family by family."""
     return [f"{family}-{conditioning}" for family in PAPER_FAMILIES for conditioning in CONDITIONINGS]
 
 

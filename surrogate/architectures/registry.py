@@ -1,7 +1,7 @@
-"""Families of a user's own: registered by name, from Python or from a file that a command line is given.
+"""Architectures that users register by name, from Python or from a file given to a command.
 
-A run remembers the file that holds the builder by its name and SHA-256 sum, so that it is neither resumed nor loaded by
-another one. Only the sum of that one file is known, so it should hold the whole architecture.
+A run records the name and SHA-256 sum of the file that defines the builder, and is neither resumed nor loaded with
+another file. Only the sum of this one file is recorded, so it should contain the whole architecture.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class Source:
 
 @dataclass(frozen=True)
 class Registered:
-    """A builder, and the file it is from if it is from one."""
+    """A builder, and the file that defines it if there is one."""
 
     builder: Callable[..., keras.Model]
     source: Source | None
@@ -55,17 +55,17 @@ _loading: list[Source] = []
 
 
 def register(family: str, builder: Callable[..., keras.Model], *, conditionings: Sequence[str] = CONDITIONINGS) -> None:
-    """Make an architecture of your own known under the names `FAMILY-CONDITIONING`, such as `"M7-concat"`.
+    """Register an architecture of your own under the names `FAMILY-CONDITIONING`, such as `"M7-concat"`.
 
-    Wherever a model's name is expected, these then stand beside the eighteen. A later call of the same family takes the
-    place of an earlier one.
+    These names are then accepted wherever a model's name is expected. A later call for the same family replaces an
+    earlier one.
 
     Args:
         family: Its name: letters, digits, '.', '_' and '-'.
         builder: Called as `builder(conditioning=..., features=..., name=...)`, it returns an untrained functional
             `keras.Model` of that name, from the two inputs of `surrogate.architectures.common.inputs(features)` to
-            a scaled force of shape `(batch, steps, 1)`. The first line of its docstring stands in lists and figures.
-        conditionings: Which ways of telling the network the Tabor parameter it has, of `"concat"`, `"FiLM"` and
+            a scaled force of shape `(batch, steps, 1)`. Lists and figures show the first line of its docstring.
+        conditionings: The ways to include the Tabor parameter that it supports, of `"concat"`, `"FiLM"` and
             `"gated"`.
 
     Raises:
@@ -87,7 +87,7 @@ def register(family: str, builder: Callable[..., keras.Model], *, conditionings:
         ) from error
     REGISTERED[family] = Registered(builder, _loading[-1] if _loading else _source_of(builder))
     CONDITIONINGS_OF[family] = tuple(conditionings)
-    FAMILIES[family] = (inspect.getdoc(builder) or "an architecture of one's own").splitlines()[0].rstrip(".")
+    FAMILIES[family] = (inspect.getdoc(builder) or "a user's architecture").splitlines()[0].rstrip(".")
 
 
 def load_architectures(files: Iterable[Path]) -> None:

@@ -14,7 +14,7 @@ from bem._support.outputs import Outputs
 from surrogate.architectures.naming import names, split_name
 from surrogate.architectures.registry import load_architectures
 from surrogate.backend import import_keras, limit_threads
-from surrogate.cli.predict import ArchitectureOption, register
+from surrogate.cli.predict import ArchitectureOption, export, predict
 from surrogate.inference.model_files import find_model, model_roots
 from surrogate.training.publishing import model_name, require_place
 from surrogate.training.queue import STOP_FILE, STOPPED, StopRequest, run_queue
@@ -233,7 +233,8 @@ def evaluate(
         typer.echo(f"{quantity:<30} {numbers}")
 
 
-register(app)
+app.command()(predict)
+app.command()(export)
 
 
 def app_main() -> None:

@@ -1,4 +1,4 @@
-"""Predictions beside the solver: what `surrogate predict --check` reports and draws."""
+"""Predictions compared with the solver: what `surrogate predict --check` reports and draws."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ ERRORS = (
 
 
 def solver_force(predicted: Any, simulated: Any) -> np.ndarray:
-    """Return the solver's force at the predicted instants, shape `(steps,)`; NaN where it did not get to."""
+    """Return the solver's force at the predicted instants, shape `(steps,)`; NaN where it did not reach."""
     force = np.full(predicted.time.shape, np.nan)
     if simulated.time.size == 0:
         return force

@@ -11,18 +11,12 @@ from bem._support.wording import shown
 
 ArchitectureOption = Annotated[
     list[Path] | None,
-    typer.Option(help="A Python file that registers an architecture of one's own; may be repeated."),
+    typer.Option(help="A Python file that registers an architecture; may be repeated."),
 ]
 
 
 USUAL_MODULUS_RATIO = 0.1
-"""The published data set's, for a check of a model that does not tell its own."""
-
-
-def register(app: typer.Typer) -> None:
-    """Add both commands to the command line."""
-    app.command()(predict)
-    app.command()(export)
+"""The modulus ratio of the published data set, for checks of a model that does not record its own."""
 
 
 def predict(
@@ -56,6 +50,7 @@ def predict(
     from surrogate.cli.comparison import plot_predictions, simulate_same, solver_errors, solver_force
     from surrogate.cli.predict_io import PROTOCOL_COLUMNS, read_table, to_json, write_trajectories
     from surrogate.inference.histories import predict_history
+    from surrogate.inference.predictor import Surrogate
     from surrogate.inference.validity import advice
 
     require_suffix(out, (".csv", ".json"))
@@ -65,14 +60,19 @@ def predict(
     table = read_table(source) if source is not None else None
     load_architectures(architecture or ())
     with Outputs(out, plot) as outputs:
-        model = _load(name, models, backend)
+        model = Surrogate.load(name, root=models, backend=backend)
         ratio = _solver_material(model, modulus_ratio, check=check)
         if table is not None and table.is_history:
             mus = [_tabor(table, options)]
             columns = [table.columns.get(key) for key in ("time", "indentation", "edge")]
             along = predict_history(model, *columns[:2], edge=columns[2], tabor=mus[0])
             if along.unlike:
-                typer.echo(f"warning: {_unlike(model.name, table.path, along.unlike)}", err=True)
+                typer.echo(
+                    f"warning: {table.path} is not what {model.name} was trained on, and is predicted at its points as "
+                    f"they are. {along.unlike}. Cut the record to one cycle, or mark the dwell's ends in a column "
+                    "edge; and compare with the solver (--check)",
+                    err=True,
+                )
             found, written, at_points = [along.trajectory], [along], [along.at_points()]
             protocols = [along.protocol] if check else []
         else:
@@ -127,7 +127,7 @@ def export(
     load_architectures(architecture or ())
     with Outputs(written) as outputs:
         content = _exported(folder) if out is not None else None
-        if content is None:
+        if content is None:  # This takes Keras.
             from surrogate.export.onnx import folder_content
 
             content = folder_content(folder)
@@ -152,12 +152,6 @@ def _exported(folder: Path) -> bytes | None:
     return found.path.read_bytes()
 
 
-def _load(name: str, models: Path | None, backend: str) -> Any:
-    from surrogate.inference.predictor import Surrogate
-
-    return Surrogate.load(name, root=models, backend=backend)
-
-
 def _protocols(table: Any, options: dict[str, float | None]) -> tuple[list[Any], Any]:
     import numpy as np
 
@@ -166,21 +160,19 @@ def _protocols(table: Any, options: dict[str, float | None]) -> tuple[list[Any],
 
     given = {key: value for key, value in options.items() if value is not None}
     if table is None:
-        missing = [f"--{key.replace('_', '-')}" for key in options if key not in given]
-        if missing:
+        if missing := [f"--{key.replace('_', '-')}" for key in options if key not in given]:
             raise ValueError(f"Expected --in FILE, or a whole protocol. Missing: {', '.join(missing)}")
         columns = {key: np.array([value]) for key, value in given.items()}
     elif given:
         raise ValueError(f"Expected protocols from --in FILE or from options, not both. Received: {', '.join(given)}")
     else:
         columns = table.columns
-    fields = [key for key in options if key != "tabor"]
     protocols = []
     for number, row in enumerate(zip(*(columns[key] for key in options), strict=True)):
         values = dict(zip(options, map(float, row), strict=True))
         try:
-            mu = float(checked_tabor(values["tabor"], 1)[0])
-            protocols.append(LoadingProtocol(**{key: values[key] for key in fields}))
+            mu = float(checked_tabor(values.pop("tabor"), 1)[0])
+            protocols.append(LoadingProtocol(**values))
             protocols[-1].history(mu)
         except ValueError as error:
             where = "from options" if table is None else table.where(number)
@@ -207,7 +199,7 @@ def _solver_material(model: Any, asked: float | None, *, check: bool) -> float:
     if asked is None:
         if check and known is None:
             typer.echo(
-                f"warning: {model.name} does not tell the modulus ratio it was trained on; the solver takes "
+                f"warning: {model.name} does not record the modulus ratio it was trained on; the solver takes "
                 f"{USUAL_MODULUS_RATIO:g}, and --modulus-ratio another",
                 err=True,
             )
@@ -225,13 +217,6 @@ def _solver_material(model: Any, asked: float | None, *, check: bool) -> float:
         err=True,
     )
     return asked
-
-
-def _unlike(name: str, path: Path, reason: str) -> str:
-    return (
-        f"{path} is not what {name} was trained on, and is predicted at its points as they are. {reason}. Cut the "
-        "record to one cycle, or mark the dwell's ends in a column edge; and compare with the solver (--check)"
-    )
 
 
 def _readable(number: int, found: Any, check: dict[str, float] | None) -> str:

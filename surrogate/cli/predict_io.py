@@ -2,13 +2,15 @@
 
 Input, CSV with a header or JSON:
 
-- protocols: `tabor, peak_indentation, loading_rate, dwell_time, unloading_rate`, one a row, or a JSON list of objects;
-- one history: `time, indentation`, and where wanted `edge` (one at both ends of the dwell) and `tabor` (the same in
+- protocols: `tabor, peak_indentation, loading_rate, dwell_time, unloading_rate`, one per row, or a JSON
+  list of objects;
+- one history: `time, indentation`, and where known `edge` (one at both ends of the dwell) and `tabor` (the same in
   every row); as JSON an object of lists, `tabor` a number or a list. The columns `force`, `solver_force`, `phase` and
-  `trajectory` of the files this command and the demonstrator write are read over, but there must be one trajectory.
+  `trajectory` of the files that this command and the demonstrator write are ignored, but there must be only one
+  trajectory.
 
 Output: CSV in long form, `trajectory, time, indentation, force` and, when the solver ran beside it, `solver_force`,
-empty where it did not get to; or JSON, a list of objects with scalars and arrays. Numbers in full precision.
+empty where it did not reach; or JSON, a list of objects with scalars and arrays. Numbers in full precision.
 """
 
 from __future__ import annotations
@@ -19,7 +21,7 @@ import json
 import math
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -43,14 +45,14 @@ class Table:
     """Columns of numbers of equal length, by name.
 
     Args:
-        columns: The numbers.
         path: The file they are from.
+        columns: The numbers; while the file is read, its cells.
         lines: The line of every row, in a text file.
         tabor: The Tabor parameter of a history, if the file says.
     """
 
-    columns: dict[str, np.ndarray]
     path: Path
+    columns: dict[str, Any]
     lines: tuple[int, ...] = ()
     tabor: float | None = None
 
@@ -59,9 +61,18 @@ class Table:
         """Whether the rows are points of one history, not protocols."""
         return "time" in self.columns
 
+    def numbers(self, name: str) -> np.ndarray:
+        """Return a column's cells as finite numbers."""
+        numbers = np.array([_number(cell) for cell in self.columns[name]])
+        if (bad := np.flatnonzero(~np.isfinite(numbers))).size:
+            cell = shown(self.columns[name][bad[0]])
+            raise ValueError(f"Expected finite numbers. Received: {cell} as {name} {self.where(bad[0])}")
+        return numbers
+
     def where(self, row: int) -> str:
         """Say where a row is, counted from zero."""
-        return _where(row, self.lines, self.path)
+        line = f" (line {self.lines[row]})" if self.lines else ""
+        return f"in row {row + 1}{line} of {self.path}"
 
 
 def read_table(path: Path) -> Table:
@@ -83,24 +94,26 @@ def read_table(path: Path) -> Table:
         raise ValueError(f"Expected text in UTF-8. Received: {path}") from error
     except OSError as error:
         raise ValueError(f"Expected an input file that can be read. Received: {path} ({error.strerror})") from error
-    raw, lines = _csv_columns(text, path) if path.suffix == ".csv" else (_json_columns(text, path), ())
-    _check_columns(set(raw), path)
-    if not all(raw.values()):
+    read = Table(path, *_csv_columns(text, path)) if path.suffix == ".csv" else Table(path, _json_columns(text, path))
+    names = set(read.columns)
+    if names != {*PROTOCOL_COLUMNS} and not {*HISTORY_COLUMNS} <= names <= {*HISTORY_COLUMNS, EDGE, TABOR, *READ_OVER}:
+        found = shortened(", ".join(sorted(names)))
+        raise ValueError(f"Expected {WANTED} (and {EDGE} and {TABOR}, if known). Received: {found} in {path}")
+    if not all(read.columns.values()):
         raise ValueError(f"Expected at least one row of numbers. Received: {path}, which has none")
-    read_over = READ_OVER if "time" in raw else ()
-    columns = {name: _numbers(name, raw[name], lines, path) for name in raw if name not in read_over}
-    if "time" not in columns:
-        return Table(columns, path, lines)
-    if len(set(map(str, raw.get(TRAJECTORY, ())))) > 1:
+    if not read.is_history:
+        return replace(read, columns={name: read.numbers(name) for name in PROTOCOL_COLUMNS})
+    columns = {name: read.numbers(name) for name in read.columns if name not in READ_OVER}
+    if len(set(map(str, read.columns.get(TRAJECTORY, ())))) > 1:
         raise ValueError(f"Expected the history of one trajectory. Received: several in {path}")
     if EDGE in columns and (bad := np.flatnonzero(~np.isin(columns[EDGE], (0.0, 1.0)))).size:
-        where = _where(int(bad[0]), lines, path)
-        raise ValueError(f"Expected edge marks of zero or one. Received: {columns[EDGE][bad[0]]:g} {where}")
+        mark = f"{columns[EDGE][bad[0]]:g} {read.where(bad[0])}"
+        raise ValueError(f"Expected edge marks of zero or one. Received: {mark}")
     tabor = columns.pop(TABOR, None)
     if tabor is not None and (bad := np.flatnonzero(tabor != tabor[0])).size:
-        where = _where(int(bad[0]), lines, path)
-        raise ValueError(f"Expected the same Tabor parameter in every row. Received: {float(tabor[bad[0]])!r} {where}")
-    return Table(columns, path, lines, None if tabor is None else float(tabor[0]))
+        other = f"{float(tabor[bad[0]])!r} {read.where(bad[0])}"
+        raise ValueError(f"Expected the same Tabor parameter in every row. Received: {other}")
+    return replace(read, columns=columns, tabor=None if tabor is None else float(tabor[0]))
 
 
 def write_trajectories(
@@ -164,7 +177,7 @@ def _csv_columns(text: str, path: Path) -> tuple[dict[str, list[Any]], tuple[int
         raise ValueError(f"Expected every column once. Received: {shortened(', '.join(header))} in {path}")
     for number, row in enumerate(rows[1:]):
         if len(row) != len(header):
-            where = _where(number, lines[1:], path)
+            where = Table(path, {}, lines[1:]).where(number)
             raise ValueError(f"Expected {len(header)} values in every row. Received: {len(row)} {where}")
     return {name: [row[index] for row in rows[1:]] for index, name in enumerate(header)}, lines[1:]
 
@@ -178,12 +191,12 @@ def _json_columns(text: str, path: Path) -> dict[str, list[Any]]:
     if isinstance(content, list) and content and all(isinstance(entry, dict) for entry in content):
         for number, entry in enumerate(content):
             if set(entry) != set(content[0]):
-                where = _where(number, (), path)
+                where = Table(path, {}).where(number)
                 raise ValueError(f"Expected the same names in every object of the list. Received: other ones {where}")
         return {name: [entry[name] for entry in content] for name in content[0]}
     if isinstance(content, dict):
         rows = max((len(values) for values in content.values() if isinstance(values, list)), default=1)
-        # A history has one Tabor parameter, which need not be said at every point.
+        # A history has one Tabor parameter, which need not be repeated at every point.
         alike = (TABOR, TRAJECTORY) if "time" in content else ()
         columns = {
             name: values if isinstance(values, list) else [values] * (rows if name in alike else 1)
@@ -204,37 +217,14 @@ def _distinct(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     return content
 
 
-def _check_columns(names: set[str], path: Path) -> None:
-    if names == {*PROTOCOL_COLUMNS} or {*HISTORY_COLUMNS} <= names <= {*HISTORY_COLUMNS, EDGE, TABOR, *READ_OVER}:
-        return
-    found = shortened(", ".join(sorted(names)))
-    raise ValueError(f"Expected {WANTED} (and {EDGE} and {TABOR}, if known). Received: {found} in {path}")
-
-
-def _numbers(name: str, values: list[Any], lines: tuple[int, ...], path: Path) -> np.ndarray:
-    numbers = np.array([_number(value) for value in values])
-    bad = np.flatnonzero(~np.isfinite(numbers))
-    if bad.size:
-        where = _where(int(bad[0]), lines, path)
-        raise ValueError(f"Expected finite numbers. Received: {shown(values[bad[0]])} as {name} {where}")
-    return numbers
-
-
-def _number(value: Any) -> float:
-    """A number as it stands in a file; NaN for anything else."""
-    if isinstance(value, str):
-        return float(value) if NUMBER.fullmatch(value.strip()) else math.nan
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        return math.nan
+def _number(cell: Any) -> float:
+    """A cell as a number; NaN for anything else."""
+    if isinstance(cell, str):
+        return float(cell) if NUMBER.fullmatch(cell.strip()) else math.nan
     try:
-        return float(value)
+        return float(cell) if isinstance(cell, int | float) and not isinstance(cell, bool) else math.nan
     except OverflowError:
         return math.inf
-
-
-def _where(row: int, lines: tuple[int, ...], path: Path) -> str:
-    line = f" (line {lines[row]})" if lines else ""
-    return f"in row {row + 1}{line} of {path}"
 
 
 def _without_nan(value: Any) -> Any:

@@ -1,6 +1,6 @@
 """What `surrogate list` prints: the models that are published, those that are not trained, and what is installed.
 
-Nothing here imports Keras, but for the sizes of architectures of a user's own.
+Nothing here imports Keras, except for the sizes of registered architectures.
 """
 
 from __future__ import annotations

@@ -84,7 +84,7 @@ class TrajectoryDataset:
     Args:
         protocols: Protocol quantities by name, each of shape `(n,)`.
         force: Force on the fixed measurement steps, shape `(n, steps)`.
-        counts: Points of loading, dwell and unloading.
+        points_per_phase: Points of loading, dwell and unloading.
         scalars: Native pull-off force and so on, by name, each of shape `(n,)`.
         status: Zero where the simulation completed, shape `(n,)`.
         sha256: Digest of what was asked for: protocols in their order, material, accuracy, measurement steps, and which
@@ -95,7 +95,7 @@ class TrajectoryDataset:
 
     protocols: dict[str, np.ndarray]
     force: np.ndarray
-    counts: tuple[int, int, int]
+    points_per_phase: tuple[int, int, int]
     scalars: dict[str, np.ndarray]
     status: np.ndarray
     sha256: str
@@ -113,7 +113,7 @@ class TrajectoryDataset:
         return cls(
             protocols=content.protocols,
             force=content.force.astype(np.float64),
-            counts=content.counts,
+            points_per_phase=content.counts,
             scalars={name: content.scalars[name] for name in RESULTS},
             status=content.columns["status"],
             sha256=_digest(content),
@@ -136,7 +136,7 @@ class TrajectoryDataset:
         """Return times and indentations of some trajectories on the fixed measurement steps, each `(batch, steps)`."""
         from bem.dataset.measurement_steps import measurement_grid
 
-        return measurement_grid(**self.protocols_of(indices), counts=self.counts)
+        return measurement_grid(**self.protocols_of(indices), counts=self.points_per_phase)
 
     def split(self, seed: int = 0, fractions: tuple[float, float] = (0.1, 0.1)) -> Split:
         """Divide the completed trajectories at random.

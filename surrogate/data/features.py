@@ -103,18 +103,18 @@ def edge_from_indentations(indentations: np.ndarray) -> np.ndarray:
     return edge
 
 
-def edge_from_counts(counts: tuple[int, int, int], batch: int) -> np.ndarray:
+def edge_from_counts(points_per_phase: tuple[int, int, int], batch: int) -> np.ndarray:
     """Mark onset and end of the dwell on fixed measurement steps.
 
     Args:
-        counts: Points of loading, dwell and unloading, `(50, 20, 50)` in the paper. The last loading point
+        points_per_phase: Points of loading, dwell and unloading, `(50, 20, 50)` in the paper. The last loading point
             is the onset.
         batch: Number of histories.
 
     Returns:
         An array of shape `(batch, steps)`.
     """
-    loading, dwell, unloading = counts
+    loading, dwell, unloading = points_per_phase
     edge = np.zeros((batch, loading + dwell + unloading))
     edge[:, [loading - 1, loading + dwell - 1]] = 1.0
     return edge

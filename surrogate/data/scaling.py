@@ -1,4 +1,4 @@
-"""What the network sees instead of physical numbers: symmetric logarithms, then standardisation.
+"""Scaled inputs and outputs of the network: symmetric logarithms, then standardisation.
 
 Source: the paper's section on surrogate inputs and targets. With symlog(x) = sign(x) log(1 + |x|), time passes symlog
 twice, indentation, Tabor parameter and force once. The paper leaves velocity and acceleration open; both span decades,
@@ -49,7 +49,7 @@ class Scaling:
         tabor: Mean and standard deviation of the transformed Tabor parameter.
         force: Mean and standard deviation of the transformed force.
         ranges: Smallest and largest training value of each protocol quantity, and of the material's modulus ratio where
-            the data set tells it, by name.
+            the data set states it, by name.
         dataset_sha256: Digest of the data set file the statistics come from.
     """
 
@@ -96,7 +96,7 @@ class Scaling:
 
     @property
     def modulus_ratio(self) -> float | None:
-        """Modulus ratio of the one material of the training; `None` where nothing tells it."""
+        """Modulus ratio of the one material of the training; `None` if unknown."""
         low, high = self.ranges.get("modulus_ratio", [PUBLISHED_MATERIALS.get(self.dataset_sha256)] * 2)
         return low if low == high else None
 
@@ -213,7 +213,7 @@ def _transform_channels(channels: np.ndarray, features: str) -> np.ndarray:
 
 def _moments(transformed: np.ndarray, axis: tuple[int, ...] | None = None) -> tuple[np.ndarray, np.ndarray]:
     mean, scale = transformed.mean(axis=axis), transformed.std(axis=axis)
-    # What never varies but by rounding carries no information: it is shifted to zero and left at that.
+    # A channel that varies by rounding only carries no information: it is shifted to zero and not scaled.
     return mean, np.where(scale > 1e-12 * (1.0 + np.abs(mean)), scale, 1.0)
 
 

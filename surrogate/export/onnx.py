@@ -5,7 +5,7 @@ and `edge` of shape `(batch, steps)`, `tabor` of shape `(batch,)`; output: `forc
 `edge` is one at the first and last point of the dwell and zero elsewhere. Differences of large times cancel, so
 everything before the network and after it is float64; the network itself is float32, each LSTM one ONNX operator.
 
-The file's metadata say whose it is: `format`, `format_version`, `name`, `architecture`, `features`, `ranges` (JSON,
+The metadata of the file are `format`, `format_version`, `name`, `architecture`, `features`, `ranges` (JSON,
 smallest and largest training value of each protocol quantity), `scaling` (JSON), `plan` (JSON, the operations of
 `surrogate.network.graph`), `dataset_sha256`, `weights_sha256` (of `model.weights.h5`) and, last, `content_sha256` (see
 `surrogate.network.onnx_file`).
@@ -67,7 +67,7 @@ def folder_content(folder: Path) -> bytes:
 
     Raises:
         FileNotFoundError: the directory is not complete.
-        NotExportableError: an architecture of one's own has a layer that cannot be exported.
+        NotExportableError: a registered architecture has a layer that cannot be exported.
         ValueError: the weights do not fit.
     """
     run, scaling = read_run(folder)
@@ -81,7 +81,7 @@ def folder_content(folder: Path) -> bytes:
 
 
 def _require_agreement(content: bytes, model: keras.Model, scaling: Scaling) -> None:
-    """Compare with Keras on protocols inside the ranges; the eighteen's layers are compared by the tests."""
+    """Compare with Keras on protocols inside the ranges; tests compare the layers of the 18 paper models."""
     import onnxruntime
 
     protocols = {name: np.linspace(*scaling.ranges[name], 4)[1:] for name in QUANTITIES}

@@ -1,4 +1,4 @@
-"""What a user may ask of a trained model."""
+"""Checks of the inputs to a trained model."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
 LONGEST_HISTORY = LONGEST_DWELL + 4.0 * LARGEST_INDENTATION / SMALLEST_RATE
-"""What the slowest protocol takes, in retardation times."""
+"""Duration of the slowest protocol, in retardation times."""
 
 SHORTEST_STEP = 1e-24
 """Far below what any allowed motion needs, and far above where divisions by it overflow."""

@@ -1,7 +1,7 @@
 """What a trained model predicts along a measured indentation history.
 
-The models count points: they learned from 50 of loading, 20 of dwell and 50 of unloading, without noise. A history
-whose points are others is therefore fitted by a protocol (`surrogate.inference.protocol_fit`), the force is predicted
+The models learned from 50 points of loading, 20 of dwell and 50 of unloading, without noise. A history
+with other points is therefore fitted by a protocol (`surrogate.inference.protocol_fit`), the force is predicted
 on that protocol's measurement steps, and interpolated to the history's own instants.
 """
 
@@ -18,8 +18,9 @@ from bem.dataset.measurement_steps import FMS
 from bem.protocol import PiecewiseLinearProtocol, default_start_indentation
 from surrogate.data.features import edge_from_counts
 from surrogate.inference.checks import check_history
+from surrogate.inference.fitted_protocol import FittedProtocol
 from surrogate.inference.predicted import PredictedTrajectory, predicted_trajectory
-from surrogate.inference.protocol_fit import FittedProtocol, NotOneCycleError, fit_protocol
+from surrogate.inference.protocol_fit import NotOneCycleError, fit_protocol
 from surrogate.inference.validity import ExtrapolationWarning, dwell_ends, has_measurement_steps
 
 if TYPE_CHECKING:
@@ -83,7 +84,7 @@ def predict_history(
     Args:
         model: A trained model.
         times: Instants of shape `(steps,)`, strictly increasing.
-        indentations: Indentations of the same shape, noise and all.
+        indentations: Indentations of the same shape, with noise.
         tabor: The Tabor parameter.
         edge: Marks of the dwell's ends, where they are known.
 
@@ -92,7 +93,7 @@ def predict_history(
         says so.
 
     Raises:
-        ValueError: as `Surrogate.predict`; or a ramp has too few points for its rate to be told.
+        ValueError: as `Surrogate.predict`; or a ramp has too few points to determine its rate.
     """
     check_history(times[np.newaxis], indentations[np.newaxis])
     try:

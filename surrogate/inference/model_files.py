@@ -1,4 +1,4 @@
-"""Where trained models lie, and what a model directory must hold (see `surrogate.training.runs` for its files).
+"""Where trained models are stored, and what a model directory must contain (`surrogate.training.runs` lists its files).
 
 A name is looked for under `published/models` of the repository first, then under that of the working directory, then
 among the models packaged with an installation, of which `M1-concat` is one.
@@ -88,12 +88,12 @@ def read_run(folder: Path) -> tuple[dict[str, Any], Scaling]:
     scaling = Scaling.load(existing(folder / "scaling.json"))
     try:
         run = json.loads(run_path.read_text(encoding="utf-8"))
-        told = [run[name] for name in ("dataset_sha256", "features", "name", "architecture")]
-        if not all(isinstance(value, str) for value in told):
-            raise TypeError("what is told must be text")
+        texts = [run[name] for name in ("dataset_sha256", "features", "name", "architecture")]
+        if not all(isinstance(value, str) for value in texts):
+            raise TypeError("expected texts")
     except (ValueError, KeyError, TypeError, RecursionError) as error:
         raise ValueError(f"Expected a run.json that `surrogate train` wrote. Received: {run_path}") from error
-    dataset, features, *_ = told
+    dataset, features, *_ = texts
     if scaling.dataset_sha256 != dataset or scaling.features != features:
         raise ValueError(
             f"Expected the scaling of data set {dataset[:12]} with features {shown(features)}. "

@@ -1,4 +1,4 @@
-"""A predicted force history with the interface of a simulated one, so that both can stand in the same code."""
+"""A predicted force history with the interface of a simulated one, so that the same code can use both."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from bem.trajectory import Statistics, Trajectory, far_field
 
 FORCE_DOUBT = 0.05
-"""Typical error of a predicted force at the end of a protocol, in pi R dgamma: 90 % of the test set err by less."""
+"""Typical error of a predicted force at the end of a protocol, in pi R dgamma: smaller for 90 % of the test set."""
 
 
 @dataclass(frozen=True)
@@ -21,7 +21,7 @@ class PredictedTrajectory(Trajectory):
     understated (`docs/dataset.md` says by how much). The hysteresis is the paper's too, the loop area on those steps by
     the trapezoidal rule as in `surrogate.data.metrics`, not along an interpolation as a simulated trajectory's. A
     surrogate knows no contact radius (all NaN), no jumps, and no error of its own (`accuracy` is NaN); of the
-    statistics only the seconds mean anything. Whether it is `detached` is told from the force alone.
+    statistics only the seconds mean anything. `detached` is inferred from the force alone.
     """
 
     extrapolated: tuple[str, ...] = ()

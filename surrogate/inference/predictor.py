@@ -77,7 +77,7 @@ class Surrogate:
 
     @property
     def modulus_ratio(self) -> float | None:
-        """Modulus ratio of the material it was trained on, the only one it knows; `None` where nothing tells it."""
+        """Modulus ratio of the material it was trained on, the only one it is valid for; `None` if unknown."""
         return self.scaling.modulus_ratio
 
     @property
@@ -149,8 +149,8 @@ class Surrogate:
                 more are extrapolation. A protocol without dwell gets no dwell points.
 
         Returns:
-            One trajectory per protocol, in order, with the interface of `bem.Trajectory`. What lies outside the ranges
-            of the training is said in each one's `extrapolated`; no warning is issued.
+            One trajectory per protocol, in order, with the interface of `bem.Trajectory`. Each one's
+            `extrapolated` lists what lies outside the ranges of the training; no warning is issued.
 
         Raises:
             ValueError: something else than loading protocols, or Tabor parameters that do not fit.
@@ -172,13 +172,14 @@ class Surrogate:
         quantities = {name: np.array([getattr(p, name) for p in protocols], dtype=np.float64) for name in fields}
         start = np.array([p.start(mu) for p, mu in zip(protocols, tabor, strict=True)])
         unchanged = {"tabor": tabor, **quantities, "start_indentation": start}
+        loading, dwell, unloading = counts
         found: list[PredictedTrajectory | None] = [None] * len(protocols)
         for still in (False, True):
             chosen = np.flatnonzero((quantities["dwell_time"] > 0.0) == still)
             if not chosen.size:
                 continue
             clock = time.perf_counter()
-            points = counts if still else (counts[0], 0, counts[2])
+            points = (loading, dwell if still else 0, unloading)
             times, indentations = measurement_grid(
                 tabor=tabor[chosen],
                 start_indentation=start[chosen],
@@ -200,7 +201,7 @@ class Surrogate:
                     times[row],
                     indentations[row],
                     force[row],
-                    unloading_from=points[0] + points[1] - 1,
+                    unloading_from=sum(points[:2]) - 1,
                     extrapolated=of_history(outside, row),
                     model=self.name,
                     seconds=seconds,
@@ -260,7 +261,7 @@ class Surrogate:
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         times, indentations = real_array("times", times), real_array("indentations", indentations)
         check_history(times, indentations)
-        # The models' clock starts with the protocol; what is lost between close times of a late clock is lost already.
+        # The models' clock starts with the protocol; close times of a late clock have lost their last digits already.
         times = times - times[:, :1]
         edge = edge_from_indentations(indentations) if edge is None else checked_edge(edge, times.shape)
         return times, indentations, checked_tabor(tabor, len(times)), edge

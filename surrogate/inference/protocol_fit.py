@@ -2,18 +2,17 @@
 
 The path is straight from the first instant to the peak, flat over the dwell, and straight to the last instant. Its
 corners are found by least squares: the levels of start, peak and end are linear in the path, so only the two instants
-of the dwell's ends are searched for, first over the points of the history and then between them. What is likely is
-taken where the points do not contradict it: corners where the sampling rate changes, ends where they are expected.
+of the dwell's ends are searched for, first over the points of the history and then between them. Two
+assumptions are made unless the points contradict them: corners lie where the sampling rate changes, and the ends where
+they are expected.
 Units as in `bem.protocol`.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-
 import numpy as np
 
-from bem.dataset.measurement_steps import FMS, measurement_grid
+from surrogate.inference.fitted_protocol import FittedProtocol
 
 EXACT = 1e-6
 """A history lies on its protocol when no point is farther from it than this share of the travel, as rounding is."""
@@ -26,88 +25,12 @@ SAMPLING_TOLERANCE = 1e-3
 SMALLEST_RETURN = 0.1
 """How far each ramp must lead at least, as a share of the travel."""
 FEWEST_POINTS = 4
-"""In a ramp, for its rate to be told from noise."""
+"""Points in a ramp, to distinguish its rate from noise."""
 CANDIDATES, DECIMATED, BLOCKS = 32, 1000, 24
 
 
 class NotOneCycleError(ValueError):
     """A history is not one load-dwell-unload cycle."""
-
-
-@dataclass(frozen=True)
-class FittedProtocol:
-    """A load-dwell-unload path.
-
-    Args:
-        corners: Its four instants, shape `(4,)`; the middle ones coincide without a dwell.
-        start_indentation: Indentation at the first of them.
-        peak_indentation: Indentation over the dwell.
-        end_indentation: Indentation at the last.
-        residual: Root mean square distance of the history's points from the path.
-        exact: Whether they lie on it but for rounding.
-    """
-
-    corners: np.ndarray
-    start_indentation: float
-    peak_indentation: float
-    end_indentation: float
-    residual: float
-    exact: bool
-
-    @property
-    def loading_rate(self) -> float:
-        """Speed of approach."""
-        return float((self.peak_indentation - self.start_indentation) / (self.corners[1] - self.corners[0]))
-
-    @property
-    def dwell_time(self) -> float:
-        """Time at the peak."""
-        return float(self.corners[2] - self.corners[1])
-
-    @property
-    def unloading_rate(self) -> float:
-        """Speed of withdrawal."""
-        return float((self.peak_indentation - self.end_indentation) / (self.corners[3] - self.corners[2]))
-
-    @property
-    def travel(self) -> float:
-        """From the lowest indentation to the peak."""
-        return self.peak_indentation - min(self.start_indentation, self.end_indentation)
-
-    def with_dwell(self, dwell_time: float) -> FittedProtocol:
-        """Return the same path with a longer dwell, around the middle of its own."""
-        begin, first, second, end = self.corners
-        half = 0.5 * (dwell_time - self.dwell_time)
-        first, second = first - min(half, 0.1 * (first - begin)), second + min(half, 0.1 * (end - second))
-        return replace(self, corners=np.array([begin, first, second, end]))
-
-    def summary(self) -> dict[str, float]:
-        """Return the protocol's quantities and the residual, ready for JSON."""
-        names = ("start_indentation", "peak_indentation", "end_indentation", "loading_rate", "dwell_time")
-        return {name: float(getattr(self, name)) for name in (*names, "unloading_rate", "residual")}
-
-    def levels(self) -> np.ndarray:
-        """Indentations at the corners, shape `(4,)`."""
-        return np.array([self.start_indentation, *[self.peak_indentation] * 2, self.end_indentation])
-
-    def measurement_steps(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the instants and indentations of the fixed measurement steps, each of shape `(120,)`.
-
-        Raises:
-            ValueError: the path has no dwell.
-        """
-        unit = {"tabor": 1.0, "start_indentation": 0.0, "peak_indentation": 1.0}
-        rates = {"loading_rate": 1.0, "dwell_time": float(self.dwell_time > 0.0), "unloading_rate": 1.0}
-        (phase,), _ = measurement_grid(**unit, **rates, counts=FMS)
-        return np.interp(phase, range(4), self.corners), np.interp(phase, range(4), self.levels())
-
-    def words(self) -> str:
-        """The path and how well the history follows it, on one line."""
-        return (
-            f"from {self.start_indentation:.4g} to {self.peak_indentation:.4g} at {self.loading_rate:.4g}, dwell "
-            f"{self.dwell_time:.4g}, to {self.end_indentation:.4g} at {self.unloading_rate:.4g}; the points lie "
-            f"{self.residual:.2g} from it (rms), {100.0 * self.residual / self.travel:.2g} % of its travel"
-        )
 
 
 def fit_protocol(
@@ -126,7 +49,7 @@ def fit_protocol(
 
     Raises:
         NotOneCycleError: the history is something else, or noise hides it.
-        ValueError: a ramp has too few points for its rate to be told.
+        ValueError: a ramp has too few points to determine its rate.
     """
     if len(times) < 3:
         raise NotOneCycleError(f"Expected a history of at least three points. Received: {len(times)}")
@@ -262,7 +185,7 @@ def _path(times: np.ndarray, indentations: np.ndarray, place: np.ndarray, ends: 
 
 
 def _require_cycle(times: np.ndarray, indentations: np.ndarray, found: FittedProtocol) -> None:
-    """Tell noise, which averages out, from another path, which does not."""
+    """Distinguish noise, which averages out, from another path, which does not."""
     residual = indentations - np.interp(times, found.corners, found.levels())
     block = max(len(times) // BLOCKS, 1)
     means = np.convolve(residual, np.full(block, 1.0 / block), mode="valid")

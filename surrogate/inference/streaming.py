@@ -3,14 +3,14 @@
 Steps taken one by one and a whole history through `Stream.run` agree bitwise. `Surrogate.predict`, which computes the
 same in another order of float32 operations, agrees within `AGREEMENT` of the history's force range, which
 `tests/surrogate/test_agreement.py` holds the published M1-concat to. A step of M1-concat takes a few tens of
-microseconds (`make bench-stream` measures it) and allocates no array. M5 looks at the whole history and cannot stream.
+microseconds (`make bench-stream` measures it) and allocates no array. M5 needs the whole history and cannot stream.
 
 Example:
     >>> import surrogate
     >>> stream = surrogate.load("M1-concat").stream(tabor=1.0)  # doctest: +SKIP
     >>> stream.step(0.0, -2.145), stream.step(0.02, -2.0)  # doctest: +SKIP
 
-The model learned from about 120 points a history; how a plan should be divided into steps is said in `docs/control.md`.
+The models learned from about 120 points a history; `docs/control.md` explains how to divide a protocol into steps.
 """
 
 from __future__ import annotations
@@ -79,7 +79,7 @@ class Stream:
         self._owner = (name, tabor, scaling.dataset_sha256, float(self._weights.sum(dtype=np.float64)))
         usual = default_start_indentation(tabor)
         self._starts = ((1.0 + START_TOLERANCE) * usual, (1.0 - START_TOLERANCE) * usual)
-        # Kernels compile, or load, before the first step that somebody waits for.
+        # Kernels compile, or load, before the first step of a user.
         self._advance(0.0, 0.0, 0.0)
         self.reset()
 
@@ -94,7 +94,7 @@ class Stream:
         Args:
             time: Its time, after that of the step before; the first step's may be any.
             indentation: Its indentation.
-            edge: Whether it is the first or the last point of the dwell, which the caller's plan says.
+            edge: Whether it is the first or the last point of the dwell, which the caller knows.
 
         Returns:
             The force P / (pi R dgamma), tension positive.
@@ -188,7 +188,7 @@ class Stream:
         self._motion[:] = 0.0
 
     def snapshot(self) -> Snapshot:
-        """Return the state as it is now, to try what a plan would do and come back."""
+        """Return the state as it is now, so that steps can be tried and undone."""
         return Snapshot(self._state.copy(), self._motion.copy(), self._owner)
 
     def restore(self, snapshot: Snapshot) -> None:

@@ -1,10 +1,10 @@
-"""How far a history is from those a model was trained on: every quantity that leaves its range, with value and range.
+"""Range of validity: the quantities of a history that lie outside those of the training, with value and range.
 
 The protocol's own quantities have the ranges of the training set. The others are what all training histories have in
 common: they begin and end at -pi^(2/3) mu, consist of a straight ramp, a dwell and a straight ramp back, and have 50,
-20 and 50 equally spaced points there. What may stray from that unsaid was chosen so that it hardly shows in the error
-against the solver, but for the number of points: 100 to 140 of them, in proportion, are the nearby resolutions the
-paper shows (its appendix "FMS-resolution transferability"); `experiments.paper.fms_transfer` measures what they cost.
+20 and 50 equally spaced points there. Deviations below the tolerances of this module hardly change the error against
+the solver, except for the number of points: 100 to 140, in proportion, are the nearby resolutions that the paper shows
+(its appendix "FMS-resolution transferability"); `experiments.paper.fms_transfer` measures their error.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ POINTS = {
     f"{phase}_points": bounds
     for phase, bounds in zip(("loading", "dwell", "unloading"), zip(FEWEST, MOST, strict=True), strict=True)
 }
-"""Points of each phase that pass unsaid."""
+"""Points of each phase without a warning."""
 
 START_TOLERANCE = 0.03
 """How far start and end may lie from -pi^(2/3) mu, as a share of it."""
@@ -51,7 +51,7 @@ ADVICE = {
     **dict.fromkeys((*POINTS, "step_ratio"), STEPS),
     "bend": BEND,
 }
-"""What to do about a quantity out of its range; `PROTOCOL` for those of the protocol itself."""
+"""Advice on a quantity out of its range; `PROTOCOL` for those of the protocol itself."""
 
 
 class ExtrapolationWarning(UserWarning):
@@ -104,17 +104,17 @@ def excesses(quantities: dict[str, np.ndarray], ranges: dict[str, tuple[float, f
 
 
 def worst(found: Iterable[Excess]) -> list[str]:
-    """Say for every quantity the value farthest outside."""
+    """Describe for every quantity the value farthest outside."""
     return [excess.words(int(excess.beyond.argmax())) for excess in found]
 
 
 def advice(words: Iterable[str]) -> str:
-    """Say what to do about what `Excess.words` said, each thing once."""
-    return "; ".join(dict.fromkeys(ADVICE.get(said.split(" = ")[0], PROTOCOL) for said in words))
+    """Return the advice on what `Excess.words` reported, each piece once."""
+    return "; ".join(dict.fromkeys(ADVICE.get(quantity.split(" = ")[0], PROTOCOL) for quantity in words))
 
 
 def of_history(found: Iterable[Excess], index: int) -> tuple[str, ...]:
-    """Say what of one history lies outside."""
+    """Describe what of one history lies outside."""
     return tuple(excess.words(index) for excess in found if excess.beyond[index] > 0.0)
 
 
@@ -173,7 +173,7 @@ def _history(time: np.ndarray, indentation: np.ndarray, edge: np.ndarray | None)
         "start_indentation": float(indentation[0]),
         "end_indentation": float(indentation[last]),
         "loading_points": onset + 1.0,
-        # Without a dwell there is nothing to count; that its time is zero is said anyway.
+        # Without a dwell there is nothing to count; its time of zero is checked anyway.
         "dwell_points": float(end - onset) if end > onset else np.nan,
         "unloading_points": float(last - end),
         "bend": float(np.abs(indentation - straight).max() / travel) if travel else 0.0,

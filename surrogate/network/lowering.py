@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class NotExportableError(ValueError):
-    """A model has a layer that no elementary operations stand for."""
+    """A model has a layer that cannot be expressed in elementary operations."""
 
 
 def lower(model: keras.Model) -> Graph:

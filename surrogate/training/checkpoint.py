@@ -1,4 +1,4 @@
-"""Progress of a training run, on disk after every epoch, so that a killed run resumes as if nothing had happened."""
+"""Progress of a training run, on disk after every epoch, so that a killed run resumes with the same results."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ HISTORY_COLUMNS = (
 
 @dataclass
 class Progress:
-    """How far a run is.
+    """Progress of a run.
 
     Args:
         history: One row per epoch, with the columns `HISTORY_COLUMNS`; the seconds accumulate.
@@ -65,7 +65,7 @@ class Progress:
 
 
 def save_checkpoint(path: Path, model: keras.Model, progress: Progress, *, fingerprint: str) -> None:
-    """Write weights, random states, optimizer and progress to one file, replacing the former whole or not at all."""
+    """Write weights, random states, optimizer and progress to one file, completely or not at all."""
     from keras import ops
 
     state = {name: getattr(progress, name) for name in ("history", "best_mse", "best_epoch", "flat_from")}
@@ -79,7 +79,7 @@ def save_checkpoint(path: Path, model: keras.Model, progress: Progress, *, finge
 
 
 def load_checkpoint(path: Path, model: keras.Model, *, fingerprint: str) -> Progress:
-    """Put a checkpoint back into a compiled model of the same build.
+    """Restore a checkpoint into a compiled model of the same architecture.
 
     Raises:
         ValueError: the checkpoint belongs to another run.

@@ -20,7 +20,7 @@ from surrogate.training.loop import Examples
 def physical_channels(dataset: TrajectoryDataset, indices: np.ndarray, features: str) -> np.ndarray:
     """Return the unscaled channels of some trajectories, of shape `(batch, steps, channels)`."""
     times, indentations = dataset.grid(indices)
-    return channels(times, indentations, edge_from_counts(dataset.counts, len(indices)), features)
+    return channels(times, indentations, edge_from_counts(dataset.points_per_phase, len(indices)), features)
 
 
 def scaled_examples(dataset: TrajectoryDataset, indices: np.ndarray, scaling: Scaling) -> Examples:
@@ -37,6 +37,7 @@ def evaluate(
 ) -> dict[str, np.ndarray]:
     """Return the errors of every given trajectory; see `surrogate.data.metrics.trajectory_errors`."""
     times, indentations = dataset.grid(indices)
+    loading, dwell, _ = dataset.points_per_phase
     examples = scaled_examples(dataset, indices, scaling)
     predicted = predict_scaled(model, examples.sequence, examples.tabor).astype(np.float64)
     return trajectory_errors(
@@ -46,7 +47,7 @@ def evaluate(
         reference_scaled=scaling.scale_force(dataset.force[indices]),
         times=times,
         indentations=indentations,
-        unloading_from=dataset.counts[0] + dataset.counts[1] - 1,
+        unloading_from=loading + dwell - 1,
         native_pull_off_force=dataset.scalars["pull_off_force"][indices],
     )
 

@@ -45,7 +45,7 @@ class Examples:
 
 @dataclass(frozen=True)
 class EpochReport:
-    """What one epoch came to: a row of the history, and how far the run is."""
+    """Result of one epoch: a row of the history, and the progress of the run."""
 
     epochs: int
     row: dict[str, float]
@@ -71,9 +71,9 @@ def train(
         validation: Scaled validation trajectories.
         recipe: How to train.
         folder: Where `checkpoint.npz` and `history.csv` are kept.
-        fingerprint: Says which run this is; a checkpoint of another one is refused.
+        fingerprint: Identifies the run; a checkpoint of another one is refused.
         should_stop: Asked after every epoch; `True` ends the call early, resumably.
-        report: Told about every epoch.
+        report: Called after every epoch.
 
     Returns:
         The progress made. Where its `finished` is true the model holds the best weights; otherwise training was
@@ -149,7 +149,7 @@ def averaged_weights(model: keras.Model) -> Iterator[None]:
 
 
 def with_fused_lstm(model: keras.Model) -> keras.Model:
-    """Return what is trained in a model's place: under PyTorch a copy whose LSTMs are fused, elsewhere the model."""
+    """Return the model to train: under PyTorch a copy whose LSTMs are fused, elsewhere the model itself."""
     if keras.backend.backend() != "torch":
         return model
     from surrogate.training.torch_lstm import with_torch_lstm

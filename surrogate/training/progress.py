@@ -1,4 +1,4 @@
-"""How training shows itself: a bar with the time left on a terminal, a line per epoch elsewhere."""
+"""Progress of a training: a bar with the time left on a terminal, a line per epoch elsewhere."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def epoch_line(epoch: EpochReport) -> str:
-    """Say what an epoch came to, in one line."""
+    """Return the result of an epoch in one line."""
     row = epoch.row
     left = timedelta(seconds=round(epoch.seconds_left))
     return (
@@ -25,7 +25,7 @@ def epoch_line(epoch: EpochReport) -> str:
 
 @contextmanager
 def reporter(name: str) -> Iterator[Callable[[EpochReport], None]]:
-    """Give a function that shows every epoch it is told about."""
+    """Yield a function that shows an epoch."""
     if not sys.stdout.isatty():
         yield lambda epoch: print(epoch_line(epoch), flush=True)
         return

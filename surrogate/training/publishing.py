@@ -1,6 +1,6 @@
-"""The place a trained model is published at: one plain name, where nothing but another model is ever replaced.
+"""Where a trained model is published: under one plain name, where only another model is ever replaced.
 
-All of this is known before a training starts, and none of it needs Keras.
+These checks come before a training starts and need no Keras.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ MODEL_FILES = (
 
 
 def model_name(name: str, what: str = "a name to publish under") -> str:
-    """Return a name that a run and a published model can bear.
+    """Return a valid name of a run and its published model.
 
     Raises:
         ValueError: it is no plain name, asks running trainings to stop, or would be taken for an ONNX file.
@@ -40,7 +40,7 @@ def model_name(name: str, what: str = "a name to publish under") -> str:
 
 
 def require_place(destination: Path) -> None:
-    """Refuse a place where something else than a model directory is, which is never replaced.
+    """Refuse a path that holds anything but a model directory, which is never replaced.
 
     Raises:
         ValueError: a file is there, or a folder that holds anything a training does not write.
@@ -59,7 +59,7 @@ def require_place(destination: Path) -> None:
 
 
 def publish(folder: Path, destination: Path, *, replace: bool = False) -> None:
-    """Copy a finished run's model directory to where `surrogate.load` looks, whole or not at all.
+    """Copy a finished run's model directory to where `surrogate.load` finds it, completely or not at all.
 
     Args:
         folder: The run's directory.
@@ -74,7 +74,7 @@ def publish(folder: Path, destination: Path, *, replace: bool = False) -> None:
         raise ValueError(f"Expected --replace, since {destination} is already published. Received: no --replace")
     target = Path(os.path.realpath(destination))
     target.parent.mkdir(parents=True, exist_ok=True)
-    # A hidden name, which no model has.
+    # No model has a hidden name.
     with tempfile.TemporaryDirectory(prefix=".publishing-", dir=target.parent) as name:
         arriving, former = Path(name) / "arriving", Path(name) / "former"
         shutil.copytree(folder / "model", arriving)

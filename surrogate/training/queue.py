@@ -1,4 +1,4 @@
-"""Train many models, a few at a time, each in a process of its own; and how such work is asked to stop.
+"""Train many models, a few at a time, each in its own process, and stop them on request.
 
 The queue keeps no state of its own. A published model of the same training (`surrogate.training.identity`) is done;
 every other one starts or resumes. An interrupted queue is therefore continued by starting it again.
@@ -23,7 +23,7 @@ STOPPED = 75
 
 
 class StopRequest:
-    """Notices SIGTERM, SIGINT and a stop file; ask it by calling it. The same signal again ends the process at once.
+    """Whether SIGTERM, SIGINT or a stop file asked to stop; call it to know. A second signal ends the process at once.
 
     Args:
         folder: A file called `STOP` in this directory asks to stop.
@@ -61,7 +61,7 @@ def run_queue(
         command: Makes the arguments after `python -m surrogate` that train one name.
         folder: Directory of the runs; each process writes its output to `NAME/log.txt` there.
         jobs: Processes at a time.
-        log: Told when a run starts, ends, and how it stands.
+        log: Called when a run starts and ends, and with its progress.
         poll_seconds: How often the processes are looked at.
         status_seconds: How often the standing is logged.
 
@@ -93,7 +93,7 @@ def run_queue(
         time.sleep(poll_seconds)
         for name in [name for name, process in running.items() if process.poll() is not None]:
             status = running.pop(name).returncode
-            # What is told to stop before it listens is ended by the signal, and resumes as well.
+            # A process that has no handler yet is ended by the signal, and resumes as well.
             ended[name] = STOPPED if name in told and status < 0 else status
             outcome = {0: "done", STOPPED: "stopped, to be resumed"}.get(ended[name])
             log(f"{name}: {outcome or f'failed with status {ended[name]}, see {folder / name}/log.txt'}")
@@ -105,7 +105,7 @@ def run_queue(
 
 
 def standing(history: Path) -> str:
-    """Say in a few words how far a run is, from its history file."""
+    """Return the progress of a run in a few words, from its history file."""
     if not history.exists():
         return "in its first epoch"
     with history.open(encoding="utf-8") as file:

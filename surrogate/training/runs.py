@@ -3,8 +3,8 @@
 A model directory holds:
 
     model.weights.h5    the weights, readable under every backend
-    model.onnx          features, scaling and network in one graph (see `surrogate.export`); missing where an
-                        architecture of one's own has a layer unknown to `surrogate.network.lowering`
+    model.onnx          features, scaling and network in one graph (see `surrogate.export`); missing where a
+                        registered architecture has a layer unknown to `surrogate.network.lowering`
     scaling.json        the training set's statistics and ranges
     split.json          seed, and the trajectory indices of training, validation and test
     history.csv         one row per epoch, seconds accumulated
@@ -13,7 +13,7 @@ A model directory holds:
     recipe.toml         how it was trained
     run.json            versions, seconds, backend, seed, command, digest of the data set
 
-`surrogate.training.publishing` takes it to where `surrogate.load` looks.
+`surrogate.training.publishing` copies it to the place where `surrogate.load` looks.
 """
 
 from __future__ import annotations
@@ -79,7 +79,7 @@ class Run:
         model_name(self.name)
         if self.extra is None:
             return
-        for name, words in (("modulus_ratio", "modulus ratio"), ("counts", "measurement steps")):
+        for name, words in (("modulus_ratio", "modulus ratio"), ("points_per_phase", "measurement steps")):
             wanted, found = getattr(self.dataset, name), getattr(self.extra, name)
             if found != wanted:
                 raise ValueError(f"Expected an extra data set of the {words} {wanted}. Received: {found}")

@@ -5,6 +5,7 @@ import os
 os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
 os.environ.setdefault("TF_NUM_INTRAOP_THREADS", "1")
 
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -75,22 +76,16 @@ def build_by(patch, build):
         patch.setattr(f"{module}.build", build)
 
 
-@pytest.fixture
-def tiny(monkeypatch):
-    """Stand a model of a few weights, with dropout, in for the LSTM of M1-concat, to keep training tests quick."""
+def build_tiny(name, features="D"):
     import keras
 
     from surrogate.architectures import common
     from surrogate.architectures.blocks import ResidualTCNBlock
     from surrogate.architectures.layers import AppendTabor
 
-    def build(name, features="D"):
-        sequence, tabor = common.inputs(features)
-        hidden = ResidualTCNBlock(4, name="block")(AppendTabor(name="append")(sequence, tabor))
-        return keras.Model([sequence, tabor], keras.layers.Dense(1, name="force")(hidden), name=name)
-
-    build_by(monkeypatch, build)
-    return build
+    sequence, tabor = common.inputs(features)
+    hidden = ResidualTCNBlock(4, name="block")(AppendTabor(name="append")(sequence, tabor))
+    return keras.Model([sequence, tabor], keras.layers.Dense(1, name="force")(hidden), name=name)
 
 
 def build_lstm(name, features="D"):
@@ -105,18 +100,73 @@ def build_lstm(name, features="D"):
 
 
 @pytest.fixture(scope="session")
-def trained_lstm(dataset, tmp_path_factory):
-    """A directory with a model of a few weights, trained and published once, as M1-concat."""
+def stirred(dataset, grid):
+    """Make an untrained model whose weights all differ from their initial values, once.
+
+    Returns:
+        A function of a name and a feature set; it returns a Keras backend and its scaled forces on the first six
+        histories, shape `(6, steps)`.
+    """
+    import surrogate
+    from surrogate.inference.keras_backend import KerasBackend
+    from surrogate.inference.predictor import Surrogate
+    from surrogate.training.recipe import Recipe
+    from surrogate.training.runs import Run, fit_scaling
+
+    made = {}
+
+    def make(name, features="D"):
+        if (name, features) not in made:
+            model = surrogate.build(name, features=features)
+            rng = np.random.default_rng(3)
+            model.set_weights([weight + 0.05 * rng.standard_normal(weight.shape) for weight in model.get_weights()])
+            run = Run(name, dataset, dataset.split(), Recipe.load("swift"), features=features)
+            backend = KerasBackend(model, fit_scaling(run), name=name)
+            times, indentations = (part[:6] for part in grid)
+            force = Surrogate(backend).predict(times, indentations, tabor=dataset.protocols["tabor"][:6])
+            made[name, features] = backend, backend.scaling.scale_force(force)
+        return made[name, features]
+
+    return make
+
+
+@pytest.fixture
+def tiny(monkeypatch):
+    """Stand a model of a few weights, with dropout, in for the LSTM of M1-concat, to keep training tests quick."""
+    build_by(monkeypatch, build_tiny)
+    return build_tiny
+
+
+def train_once(build, dataset, folder):
+    """Train and publish, as M1-concat, the model that a function builds."""
     from surrogate.training.recipe import Recipe
     from surrogate.training.runs import Run, execute, publish
 
-    folder = tmp_path_factory.mktemp("models")
+    # The step of Adam compiles in a fraction of the time that SOAP's takes.
+    recipe = Recipe.load("swift").with_overrides(epochs=1, optimizer="adam")
     with pytest.MonkeyPatch.context() as patch:
-        build_by(patch, build_lstm)
-        run = Run("M1-concat", dataset, dataset.split(), Recipe.load("swift").with_overrides(epochs=1))
-        execute(run, folder / "run")
+        build_by(patch, build)
+        execute(Run("M1-concat", dataset, dataset.split(), recipe), folder / "run")
         publish(folder / "run", folder / "M1-concat")
     return folder
+
+
+@pytest.fixture(scope="session")
+def trained_lstm(dataset, tmp_path_factory):
+    """A directory with a model of a few weights, trained and published once, as M1-concat."""
+    return train_once(build_lstm, dataset, tmp_path_factory.mktemp("models"))
+
+
+@pytest.fixture(scope="session")
+def trained_tiny(dataset, tmp_path_factory):
+    """The same of the model that `tiny` builds."""
+    return train_once(build_tiny, dataset, tmp_path_factory.mktemp("tiny"))
+
+
+@pytest.fixture
+def folder(tiny, trained_tiny, tmp_path):
+    """A model directory of a test's own, to damage: the published M1-concat of `tiny`."""
+    return shutil.copytree(trained_tiny / "M1-concat", tmp_path / "models" / "M1-concat")
 
 
 @pytest.fixture

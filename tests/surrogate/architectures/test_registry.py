@@ -247,7 +247,7 @@ def test_a_layer_that_cannot_be_exported_leaves_the_model_for_keras(dataset, tmp
         return keras.Model([sequence, tabor], layers.Dense(1)(hidden), name=name)
 
     surrogate.register("M7", recurrent)
-    run = Run("M7-concat", dataset, dataset.split(), Recipe.load("swift").with_overrides(epochs=1))
+    run = Run("M7-concat", dataset, dataset.split(), Recipe.load("swift").with_overrides(epochs=1, optimizer="adam"))
     (tmp_path / "model").mkdir()
     (tmp_path / "model" / "model.onnx").write_text("of an earlier attempt")
     said = []

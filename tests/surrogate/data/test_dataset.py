@@ -6,6 +6,7 @@ import pytest
 
 from bem.dataset.designs import QUANTITIES
 from surrogate.data.dataset import Split, TrajectoryDataset
+from surrogate.training import evaluation
 from surrogate.training.evaluation import scaled_examples
 from surrogate.training.recipe import Recipe
 from surrogate.training.runs import Run, fit_scaling
@@ -112,6 +113,16 @@ def test_examples_have_the_models_shapes(dataset):
     assert (examples.sequence.shape, examples.tabor.shape) == ((6, 120, 4), (6, 1))
     assert examples.force.shape == (6, 120, 1)
     assert {array.dtype.name for array in vars(examples).values()} == {"float32"}
+
+
+def test_unloading_starts_at_the_last_point_of_the_dwell(dataset, monkeypatch):
+    seen = {}
+    monkeypatch.setattr(evaluation, "trajectory_errors", lambda *_, **given: seen.update(given))
+    monkeypatch.setattr(evaluation, "predict_scaled", lambda _, sequence, __: np.zeros(sequence.shape[:2]))
+    scaling = fit_scaling(Run("M1-concat", dataset, dataset.split(), Recipe.load("swift")))
+    evaluation.evaluate(None, scaling, dataset, np.arange(3))
+    assert seen["unloading_from"] == 69
+    assert seen["native_pull_off_force"].tolist() == dataset.scalars["pull_off_force"][:3].tolist()
 
 
 def test_bad_files(copy, tmp_path):

@@ -76,6 +76,7 @@ def test_constant_channel_becomes_zero(physical):
     constant[..., 3] = 0.0
     scaling = Scaling.fit(constant, tabor=np.ones(len(constant)), force=constant[..., 0])
     assert np.all(scaling.scale_channels(constant)[..., 3] == 0.0)
+    assert scaling.channel_scale[3] == scaling.tabor[1] == 1.0
     np.testing.assert_allclose(scaling.scale_tabor(np.ones(2)), 0.0, atol=1e-12)
 
 

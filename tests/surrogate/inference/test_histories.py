@@ -151,7 +151,9 @@ def test_a_model_that_does_not_tell_its_material_is_checked_with_a_word(command,
     monkeypatch.setattr("surrogate.inference.predictor.Surrogate.modulus_ratio", None)
     words = ["predict", "M1-concat", "--tabor", 1.0, *FLAGS, "--check"]
     _, _, err = command(*words)
-    assert err.startswith("warning: M1-concat does not tell the modulus ratio it was trained on; the solver takes 0.1")
+    assert err.startswith(
+        "warning: M1-concat does not record the modulus ratio it was trained on; the solver takes 0.1"
+    )
     assert command(*words, "--modulus-ratio", 0.3)[2] == ""
 
 

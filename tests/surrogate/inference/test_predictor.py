@@ -13,7 +13,7 @@ from surrogate.data.metrics import hysteresis
 from surrogate.inference.keras_backend import KerasBackend
 from surrogate.inference.predictor import ExtrapolationWarning, Surrogate
 from surrogate.training.recipe import Recipe
-from surrogate.training.runs import Run, execute, fit_scaling, publish
+from surrogate.training.runs import Run, fit_scaling
 
 
 @pytest.fixture(scope="module")
@@ -27,14 +27,6 @@ def inside(dataset):
     """Protocols of the training part, which no range excludes."""
     indices = dataset.split().train[:5]
     return *dataset.grid(indices), dataset.protocols["tabor"][indices]
-
-
-@pytest.fixture
-def folder(tiny, dataset, tmp_path):
-    run = Run("M1-concat", dataset, dataset.split(), Recipe.load("swift").with_overrides(epochs=1))
-    execute(run, tmp_path / "run")
-    publish(tmp_path / "run", tmp_path / "models" / "M1-concat")
-    return tmp_path / "models" / "M1-concat"
 
 
 def test_prediction_inside_the_ranges_is_silent(predictor, inside):

@@ -97,7 +97,7 @@ def test_what_is_not_one_cycle(indentations):
 
 
 def test_a_long_history_is_no_trouble():
-    times, indentations = history(points=(100_000, 500, 50_000), noise=1e-2)
+    times, indentations = history(points=(30_000, 500, 15_000), noise=1e-2)
     found = fit_protocol(times, indentations, ends=FAST_WITHDRAWAL.start(1.0))
     assert [getattr(found, name) for name in QUANTITIES] == pytest.approx(
         [getattr(FAST_WITHDRAWAL, name) for name in QUANTITIES], rel=1e-3
@@ -111,3 +111,36 @@ def test_measurement_steps_are_those_of_the_protocol():
     times, indentations = measurement_grid(tabor=1.0, **quantities)
     found = fit_protocol(*history(points=(7, 5, 9))).measurement_steps()
     np.testing.assert_allclose(found, [times[0], indentations[0]], rtol=1e-9, atol=1e-9)
+
+
+def test_a_longer_dwell_grows_around_its_middle():
+    found = fit_protocol(*history(points=(50, 20, 50)))
+    begin, first, second, end = found.corners
+    longer = found.with_dwell(found.dwell_time + 0.02)
+    np.testing.assert_allclose(longer.corners, [begin, first - 0.01, second + 0.01, end])
+    # At most a tenth of each ramp is given up.
+    most = found.with_dwell(1e6)
+    expected = [begin, first - 0.1 * (first - begin), second + 0.1 * (end - second), end]
+    np.testing.assert_allclose(most.corners, expected)
+
+
+@pytest.mark.parametrize(("bulge", "refused"), [(0.01, False), (0.1, True)])
+def test_a_bent_ramp_is_another_path(bulge, refused):
+    times, indentations = history()
+    loading = times < times[160]
+    indentations[loading] += bulge * np.ptp(indentations) * np.sin(np.pi * times[loading] / times[160])
+    if refused:
+        with pytest.raises(NotOneCycleError, match="from the nearest such path"):
+            fit_protocol(times, indentations)
+    else:
+        assert fit_protocol(times, indentations).peak_indentation == pytest.approx(20.0, rel=0.02)
+
+
+@pytest.mark.parametrize(("noise", "refused"), [(0.03, False), (0.08, True)])
+def test_noise_may_not_hide_the_path(noise, refused):
+    times, indentations = history(noise=noise)
+    if refused:
+        with pytest.raises(NotOneCycleError, match="Expected one cycle of"):
+            fit_protocol(times, indentations)
+    else:
+        assert fit_protocol(times, indentations).peak_indentation == pytest.approx(20.0, rel=0.02)

@@ -1,39 +1,32 @@
 import gc
 import tracemalloc
+import warnings
 
 import numpy as np
 import pytest
 
 import surrogate
-from surrogate.inference.keras_backend import KerasBackend
 from surrogate.inference.predictor import Surrogate
 from surrogate.inference.streaming import Stream
 from surrogate.inference.validity import ExtrapolationWarning
 from surrogate.network.graph import Graph
 from surrogate.network.kernels import hyperbolic_tangents
-from surrogate.training.recipe import Recipe
-from surrogate.training.runs import Run, fit_scaling
 
+HISTORY = 4
 CAUSAL = [name for name in surrogate.names() if not name.startswith("M5")]
 
 
-def make(name, dataset, features="D"):
-    run = Run(name, dataset, dataset.split(), Recipe.load("swift"), features=features)
-    model = surrogate.build(name, features=features)
-    rng = np.random.default_rng(3)
-    model.set_weights([weight + 0.05 * rng.standard_normal(weight.shape) for weight in model.get_weights()])
-    return Surrogate(KerasBackend(model, fit_scaling(run), name=name))
-
-
 @pytest.fixture(scope="module")
-def model(dataset):
-    return make("M1-concat", dataset)
+def model(stirred):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ExtrapolationWarning)
+        return Surrogate(stirred("M1-concat")[0])
 
 
 @pytest.fixture(scope="module")
 def history(dataset, grid):
-    times, indentations = (part[4] for part in grid)
-    return times, indentations, float(dataset.protocols["tabor"][4])
+    times, indentations = (part[HISTORY] for part in grid)
+    return times, indentations, float(dataset.protocols["tabor"][HISTORY])
 
 
 def steps(stream, times, indentations, edges=(49, 69)):
@@ -42,29 +35,21 @@ def steps(stream, times, indentations, edges=(49, 69)):
 
 
 @pytest.mark.filterwarnings("ignore:.*extrapolates")
-@pytest.mark.parametrize("name", CAUSAL)
-def test_steps_equal_the_whole_sequence(name, dataset, history):
-    model = make(name, dataset)
+@pytest.mark.parametrize(
+    ("name", "features"), [*((name, "D") for name in CAUSAL), *(("M3-concat", features) for features in "ABC")]
+)
+def test_steps_equal_the_whole_sequence(name, features, stirred, history):
+    backend, wholes = stirred(name, features)
     times, indentations, tabor = history
-    whole = model.scaling.scale_force(model.predict(times[None], indentations[None], tabor=tabor)[0])
-    streamed = model.scaling.scale_force(steps(model.stream(tabor=tabor), times, indentations))
-    assert np.ptp(whole) > 1e-2
-    np.testing.assert_allclose(streamed, whole, rtol=0.0, atol=1e-5)
+    streamed = backend.scaling.scale_force(steps(Surrogate(backend).stream(tabor=tabor), times, indentations))
+    assert np.ptp(wholes[HISTORY]) > 1e-2
+    np.testing.assert_allclose(streamed, wholes[HISTORY], rtol=0.0, atol=1e-5)
 
 
 @pytest.mark.filterwarnings("ignore:.*extrapolates")
-@pytest.mark.parametrize("features", "ABC")
-def test_feature_sets(features, dataset, history):
-    model = make("M1-gated", dataset, features)
-    times, indentations, tabor = history
-    whole = model.scaling.scale_force(model.predict(times[None], indentations[None], tabor=tabor)[0])
-    streamed = model.scaling.scale_force(steps(model.stream(tabor=tabor), times, indentations))
-    np.testing.assert_allclose(streamed, whole, rtol=0.0, atol=1e-5)
-
-
-def test_a_model_that_looks_ahead_cannot_stream(dataset):
+def test_a_model_that_looks_ahead_cannot_stream(stirred):
     with pytest.raises(ValueError, match=r"causal model.*M5-concat.*use `predict`"):
-        make("M5-concat", dataset).stream(tabor=1.0)
+        Surrogate(stirred("M5-concat")[0]).stream(tabor=1.0)
 
 
 def test_reset_and_snapshot(model, history):
@@ -145,9 +130,10 @@ def test_a_whole_history_is_its_steps_to_the_last_bit(model, history):
 
 
 @pytest.mark.parametrize("name", ["M1-concat", "M2-concat", "M4-gated"])
-def test_the_clock_starts_with_the_history(name, dataset, history):
+@pytest.mark.filterwarnings("ignore:.*extrapolates")
+def test_the_clock_starts_with_the_history(name, stirred, history):
     times, indentations, tabor = history
-    stream = make(name, dataset).stream(tabor=tabor)
+    stream = Surrogate(stirred(name)[0]).stream(tabor=tabor)
     base = steps(stream, times, indentations)
     stream.reset()
     late = steps(stream, times + 1024.0, indentations)
@@ -163,16 +149,17 @@ def test_a_stream_outside_the_training_warns(model):
         stream.step(0.0, 1.0)
 
 
-def test_a_damaged_network_is_refused(dataset):
-    model = make("M3-concat", dataset)
-    graph = model.backend.graph()
+@pytest.mark.filterwarnings("ignore:.*extrapolates")
+def test_a_damaged_network_is_refused(stirred):
+    backend, _ = stirred("M3-concat")
+    graph = backend.graph()
     first = next(operation for operation in graph.operations if operation.kind == "dense")
     for name, values in (("kernel", np.zeros((3, 3))), ("bias", np.zeros(1)), ("kernel", None)):
         weights = {key: array for key, array in graph.weights.items() if key != f"{first.name}/{name}"}
         if values is not None:
             weights[f"{first.name}/{name}"] = values
         with pytest.raises(ValueError, match=r"weights that fit"):
-            Stream(Graph(graph.operations, weights), model.scaling, tabor=1.0)
+            Stream(Graph(graph.operations, weights), backend.scaling, tabor=1.0)
 
 
 def test_a_step_allocates_nothing_that_stays(model):

@@ -13,7 +13,7 @@ import pytest
 from surrogate.training.queue import STOPPED
 
 ROOT = Path(__file__).resolve().parents[3]
-EPOCHS = 15
+EPOCHS = 6
 RECIPE = f"""
 name = "short"
 seed = 0
@@ -68,7 +68,10 @@ def undisturbed(dataset_path, tmp_path_factory):
     return trained(folder)
 
 
-@pytest.mark.parametrize(("number", "status"), [(signal.SIGTERM, STOPPED), (signal.SIGKILL, -signal.SIGKILL)])
+@pytest.mark.parametrize(
+    ("number", "status"),
+    [pytest.param(signal.SIGTERM, STOPPED, marks=pytest.mark.slow), (signal.SIGKILL, -signal.SIGKILL)],
+)
 def test_a_training_that_is_stopped_or_killed_resumes(undisturbed, dataset_path, tmp_path, number, status):
     process = start(tmp_path, dataset_path, WAIT_AFTER_EPOCH="2")
     while epochs_done(tmp_path) < 2 and process.poll() is None:

@@ -1,9 +1,35 @@
-"""What is published under an architecture's own name."""
+"""How a training is asked to stop, and what is published under an architecture's own name."""
+
+import signal
 
 import pytest
 from typer.testing import CliRunner
 
 from surrogate.cli import app as cli
+from surrogate.training.queue import StopRequest
+
+
+@pytest.fixture
+def handlers():
+    """The handlers of the signals, which a test may replace."""
+    numbers = (signal.SIGTERM, signal.SIGINT)
+    before = {number: signal.getsignal(number) for number in numbers}
+    yield numbers
+    for number, handler in before.items():
+        signal.signal(number, handler)
+
+
+@pytest.mark.parametrize("how", ["SIGTERM", "SIGINT", "STOP"])
+def test_a_signal_or_a_file_asks_to_stop_and_a_second_signal_ends_the_process(how, handlers, tmp_path):
+    asked = StopRequest(tmp_path)
+    assert not asked()
+    if how == "STOP":
+        (tmp_path / "STOP").touch()
+    else:
+        signal.raise_signal(getattr(signal, how))
+    assert asked()
+    defaults = [number.name for number in handlers if signal.getsignal(number) is signal.SIG_DFL]
+    assert defaults == ([] if how == "STOP" else [how])
 
 
 @pytest.mark.parametrize(

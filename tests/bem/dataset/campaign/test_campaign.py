@@ -54,7 +54,7 @@ def test_native_history_is_the_solvers_own(plan, undisturbed):
 def test_the_surrogates_reader_reads_it(undisturbed):
     dataset = TrajectoryDataset.load(undisturbed)
     assert len(dataset.completed) == 120
-    assert dataset.counts == (50, 20, 50)
+    assert dataset.points_per_phase == (50, 20, 50)
 
 
 def test_numbers_do_not_depend_on_the_number_of_workers(plan, undisturbed, tmp_path):
