@@ -38,15 +38,15 @@ REPORT = Path("docs/solver-benchmark.md")
 QUANTITIES = {"pull_off_force": "Pull-off force", "hysteresis": "Hysteresis", "force": "Force history"}
 FIRST_CALL = """
 import time
-started = time.perf_counter()
+started = time.process_time()
 from bem import LoadingProtocol, Scene, StandardLinearSolid, simulate
-imported = time.perf_counter()
+imported = time.process_time()
 protocol = LoadingProtocol(peak_indentation=15.0, loading_rate=1000.0, dwell_time=0.008, unloading_rate=1000.0)
 case = Scene(3.2, StandardLinearSolid(0.1)), protocol
 simulate(*case)
-called = time.perf_counter()
+called = time.process_time()
 simulate(*case)
-print(imported - started, called - imported, time.perf_counter() - called)
+print(imported - started, called - imported, time.process_time() - called)
 """
 MEMORY = """
 import resource, sys
@@ -99,13 +99,13 @@ def yardstick(repetitions: int = 200) -> float:
 
 
 def start_up(repetitions: int = 3) -> dict[str, dict[str, float]]:
-    """Seconds of import, first and second call, with the compiled kernels on disk and with nothing; of the command."""
+    """Processor seconds of import, first and second call, with the compiled kernels on disk and with nothing; of the command."""
     names = ("import", "first call", "second call")
     warm = dict(zip(names, in_fresh_process(FIRST_CALL), strict=True))
     with tempfile.TemporaryDirectory() as empty:
         cold = dict(zip(names, in_fresh_process(FIRST_CALL, NUMBA_CACHE_DIR=empty), strict=True))
     command = np.median([command_seconds(solvers.ROOT) for _ in range(repetitions)], axis=0)
-    words = ("`bem simulate ...` to its answer, wall time", "`bem simulate ...` to its answer, processor time")
+    words = ("`bem simulate ...` to its answer, wall time", "`bem simulate ...` to its answer")
     warm |= dict(zip(words, command.tolist(), strict=True))
     return {"compiled before": warm, "nothing compiled": cold}
 
@@ -166,7 +166,8 @@ def sections(content: dict[str, Any]) -> Iterator[Section]:
     )
     yield Section(
         "Start-up and memory",
-        "What the tables above leave out. Numba compiles the kernels once per machine and keeps them on disk.",
+        "What the tables above leave out, in processor seconds but where it says otherwise. Numba compiles the kernels "
+        "once per machine and keeps them on disk.",
         ["Quantity", "Value"],
         [
             [f"{what}, {state} (s)", f"{seconds:.3g}"]
