@@ -1,9 +1,14 @@
-# Two layers: a result file depends on its inputs, a figure depends on result files. `make help` lists the targets.
+# Two layers: a result depends on its inputs, a figure on results. What else each of them was made from, modules, settings
+# and the paper's values, its run notes in a `.depends` folder beside it, so that nothing is listed here by hand.
+#
+# A figure or table is one line here, `NAME.GROUP := RESULTS  ## CAPTION`, and one module of `paper_figures`; a study is
+# one line and one module of `experiments`. `RESULT?` may be missing. `make help` shows the captions.
 
 SHELL := /bin/bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
+.SECONDEXPANSION:
 MAKEFLAGS += --no-builtin-rules
 
 VENV := .venv
@@ -14,22 +19,20 @@ TEST_WORKERS ?= 2
 # Where results are computed and where they are published; `make smoke` and `make paper-from-scratch` choose others.
 OUT ?= results
 PUBLISHED ?= published
+CONFIGS ?= experiments/configs
 COUNT ?= 12450
 FIGURES := $(OUT)/figures
 TABLES := $(OUT)/tables
+STUDIES := $(OUT)/studies
+WORK := $(OUT)/training_studies
 DATASET := $(PUBLISHED)/dataset.h5
-ACCURACY_PRICE := $(PUBLISHED)/accuracy_price.json
+MODELS := $(PUBLISHED)/models
+REFERENCE := $(MODELS)/M1-concat
+MEASUREMENTS := $(PUBLISHED)/measurements
 MANIFEST := tools/manifest.py --root $(PUBLISHED)
-SOLVER := $(wildcard bem/*.py bem/_support/*.py bem/solver/*.py bem/solver/discretisation/*.py bem/dataset/*.py bem/reference_solutions/*.py)
-DRAWING := $(wildcard paper_figures/style/drawing.py paper_figures/style/writing.py paper_figures/style/*.mplstyle experiments/paper_values/dataset.toml)
+PLACES := --results $(OUT) --published $(PUBLISHED)
 
-##@ General
-
-.PHONY: help
-help:  ## Show this list
-	@awk 'BEGIN {FS = ":.*## "; printf "Usage: make TARGET\n"} \
-		/^##@ / {printf "\n%s\n", substr($$0, 5)} \
-		/^[a-zA-Z0-9_.-]+:.*## / {printf "  %-24s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+##@ The paper, from what is published (minutes)
 
 .PHONY: setup
 setup: $(INSTALLED)  ## Create .venv with the locked dependencies (Python 3.11 or 3.12; PYTHON=... chooses one)
@@ -53,13 +56,286 @@ $(INSTALLED): requirements.lock pyproject.toml
 	@touch $@
 	@echo "$(VENV) is ready, $$(du -sh $(VENV) | cut -f 1)"
 
-.PHONY: clean
-clean:  ## Remove caches and build leftovers; never results/, published/ or .venv
-	rm -rf build dist *.egg-info .pytest_cache .ruff_cache .hypothesis
-	find . -path ./$(VENV) -prune -o -path ./results -prune -o -path ./published -prune \
-		-o -type d -name __pycache__ -exec rm -rf {} +
+.PHONY: verify
+verify: setup  ## Compare what is published with its manifest
+	$(PY) tools/manifest.py verify
 
-##@ Checks
+.PHONY: paper
+paper: figures tables report  ## Figures, tables and the report
+
+# A figure whose every input is still untrained is left out with a word instead of failing the rest.
+.PHONY: figures
+figures: $$(filter-out table-% $$(LEFT_OUT),$$(PAPER))  ## Every figure of the paper whose inputs are published
+	@$(if $(filter figure-learning-curves,$(LEFT_OUT)),echo "figure-learning-curves is left out: no FiLM or gated model is published; \`make models\` trains them")
+	@$(if $(filter figure-features,$(LEFT_OUT)),echo "figure-features is left out: \`make feature-sets data-efficiency\` trains what it shows")
+	@echo "figures are in $(FIGURES)"
+
+.PHONY: tables
+tables: $$(filter-out $$(LEFT_OUT),$$(filter table-%,$$(PAPER)))  ## Every table of the paper
+	@echo "tables are in $(TABLES)"
+
+REPORT ?= REPRODUCTION.md
+# Its hours and minutes are of what is published.
+REPRODUCING ?= $(if $(filter published,$(PUBLISHED)),REPRODUCING.md)
+.PHONY: report
+report: $$(STUDY_RESULTS) | $(INSTALLED)  ## Write REPRODUCTION.md: each number of the paper beside ours
+	$(PY) -m paper_figures.report.write $(PLACES) --out $(REPORT)
+	$(if $(REPRODUCING),$(PY) tools/fill.py $(REPRODUCING) --published $(PUBLISHED))
+
+##@ Figures and tables of the paper
+
+figure-1.paper := dataset_examples  ## Contact, gap, protocol and a computed force response
+figure-2.paper := dataset_examples dataset  ## Six trajectories of the data set, and its histograms
+figure-3.paper := dataset_examples  ## From the solver's time steps to measurement steps
+figure-4.paper := architecture_graphs  ## Building blocks and the M1-concat model
+figure-5.paper := model_comparison persson_brener data_efficiency?  ## Models, sizes, crack velocity, data efficiency
+figure-6.paper := canonical_regimes  ## The twelve canonical protocols
+figure-7.paper := error_statistics  ## Distributions of the held-out errors
+figure-architectures.paper := architecture_graphs  ## The eighteen wirings, from the Keras models
+figure-mse-mae.paper := model_comparison  ## Held-out MSE against MAE of every trained model
+figure-learning-curves.paper := model_comparison  ## Validation curves of the FiLM and gated models
+figure-features.paper := feature_sets? data_efficiency?  ## Input representations and training-set size
+figure-fms-transfer.paper := fms_transfer  ## The same weights on other numbers of measurement steps
+graphical-abstract.paper := canonical_regimes error_statistics  ## Protocol in, force history out
+table-protocols-dataset.paper := dataset_examples dataset_statistics  ## Protocols of figure 2, and the data set beside the paper's
+table-protocols-canonical.paper := canonical_regimes  ## Canonical protocols and what they cost
+table-quartiles.paper := error_statistics  ## Held-out errors by quartile
+table-persson-brener.paper := persson_brener  ## Crack velocities and amplifications
+table-models.paper := model_comparison training_speed? more-models  ## Every trained model: size, errors, cost
+table-accuracy-price.paper := accuracy_price  ## What draft, standard and reference cost, as published
+
+##@ Cost and hard cases (figure <- measurement)
+
+.PHONY: cost-figures
+cost-figures: $$(COST)  ## All figures and tables below
+
+figure-effects.cost := effects  ## One path under seven scenes; when a simpler scene may stand in
+table-effects.cost := effects  ## What each effect costs, and where a simpler scene is a safe stand-in
+table-recommendations.cost := recommendations  ## How often `recommend` keeps its promise
+figure-accuracy-cost.cost := accuracy_cost  ## Seconds against error, every tool on one chart
+table-accuracy-cost.cost := accuracy_cost  ## The same as a table, and the fastest tool for a wanted error
+figure-cost-growth.cost := cost_growth  ## How seconds grow, with fitted powers; and its table
+figure-solver-scaling.cost := cost_growth  ## How the cost of the solver grows with nodes and steps
+figure-amortisation.cost := amortisation  ## When a surrogate pays for itself; and its table
+figure-training-cost.cost := training_cost  ## Error against time of training and number of trajectories
+figure-hard-cases.cost := hard_case_map soak?  ## Where the solver works hard, as a map and a table, and what the soak found
+figure-surrogate-map.cost := surrogate_map  ## Where MODEL=M1-concat errs, its worst twenty trajectories, and their table
+figure-broad-band.cost := broad_band  ## Pull-off of broad-band solids over the unloading rate
+
+.PHONY: table-hard-cases
+table-hard-cases: figure-hard-cases
+
+# Whose map of errors is drawn; that of any model but the first is measured where it is not there.
+MODEL ?= M1-concat
+ifneq ($(words $(MODEL))$(findstring /,$(MODEL))$(filter .% -%,$(MODEL)),1)
+$(error MODEL must be the plain name of a published model; received '$(MODEL)')
+endif
+ifneq ($(MODEL),M1-concat)
+path.surrogate_map := $(OUT)/measurements/surrogate_map-$(MODEL).json
+figure-surrogate-map.under := /$(MODEL)
+figure-surrogate-map.with := --take surrogate_map=$(path.surrogate_map) --under $(MODEL)
+$(path.surrogate_map): $(DATASET) | $(INSTALLED)
+	$(PY) -m experiments surrogate_map --model $(MODEL) --dataset $(DATASET) --models $(MODELS) --out $@
+endif
+
+##@ Studies (short; result <- data set and models)
+
+.PHONY: studies
+studies: $$(STUDY_RESULTS)  ## Every study that trains nothing
+
+dataset_examples.study := solver
+dataset_statistics.study := dataset
+canonical_regimes.study := solver canonical_times M1-concat
+persson_brener.study := solver M1-concat
+error_statistics.study := dataset M1-concat
+fms_transfer.study := solver dataset M1-concat
+model_comparison.study := dataset models M1-concat
+architecture_graphs.study := architectures
+adopted_settings.study :=
+inconsistencies.study := solver dataset
+
+##@ Data set and trainings (long; interrupted by Ctrl-C, continued by the same command)
+
+.PHONY: only-all-is-published
+only-all-is-published:
+	@if [ "$(COUNT)" != 12450 ] && [ "$$(realpath -m "$(PUBLISHED)")" = "$$(realpath -m published)" ]; then \
+		echo "only all 12450 trajectories go to published/; with COUNT=$(COUNT), give OUT=... and PUBLISHED=..." >&2; exit 1; \
+	fi
+
+.PHONY: dataset
+dataset: setup only-all-is-published  ## Simulate the 12,450 trajectories and publish them; continues after an interruption
+	@mkdir -p $(PUBLISHED) $(OUT)/dataset
+	$(VENV)/bin/bem campaign --design paper --count $(COUNT) --seed 0 --accuracy standard --replace --out $(OUT)/dataset/dataset.h5
+	cp -p $(OUT)/dataset/dataset.h5 $(DATASET).writing && mv $(DATASET).writing $(DATASET)
+	$(PY) $(MANIFEST) add $(DATASET)
+	[ $(PUBLISHED) != published ] || $(PY) tools/fill.py README.md
+
+.PHONY: accuracy-price
+accuracy-price.publishes := accuracy_price
+accuracy-price: setup  ## Measure what draft, standard and reference cost over the paper's design (long) and publish it
+	$(PY) -m experiments accuracy_price --folder $(OUT)/accuracy_price --out $(path.accuracy_price)
+	$(PY) $(MANIFEST) add $(path.accuracy_price)
+
+RECIPE ?= swift
+JOBS ?= 2
+# Models to train, all eighteen when empty, and epochs instead of the recipe's.
+ONLY ?=
+EPOCHS ?=
+# What was stopped has published what it trained until then.
+list_also_unfinished = || status=$$?; [ ! -e $(1) ] || $(PY) $(MANIFEST) add $(1); exit $${status:-0}
+
+.PHONY: models
+models: $(DATASET) | $(INSTALLED)  ## Train and publish the models that are not published yet (hours)
+	$(VENV)/bin/surrogate train-all --recipe $(RECIPE) --dataset $(DATASET) --jobs $(JOBS) --threads 1 \
+		$(addprefix --only ,$(ONLY)) $(addprefix --epochs ,$(EPOCHS)) --runs $(OUT)/training --models $(MODELS) \
+		$(call list_also_unfinished,$(MODELS))
+
+# $(call beside,LABEL,OPTIONS) trains M1-concat otherwise than the eighteen, unless it is published.
+define beside
+	[ -f $(MODELS)/$(1)/run.json ] || $(VENV)/bin/surrogate train M1-concat --label $(1) $(2) --dataset $(DATASET) \
+		--threads 1 --runs $(OUT)/training --models $(MODELS)
+	$(PY) $(MANIFEST) add $(MODELS)/$(1)
+endef
+
+.PHONY: model-paper-recipe
+model-paper-recipe: $(DATASET) | $(INSTALLED)  ## Train M1-concat by the paper's own recipe, as M1-concat-paper (hours)
+	$(call beside,M1-concat-paper,--recipe paper $(addprefix --epochs ,$(EPOCHS)))
+
+# The third input representation errs least of the four (`make feature-sets`).
+.PHONY: model-inputs-c
+model-inputs-c: $(DATASET) | $(INSTALLED)  ## Train M1-concat on the input representation C, as M1-concat-inputs-C
+	$(call beside,M1-concat-inputs-C,--recipe swift --features C $(addprefix --epochs ,$(EPOCHS)))
+
+# Nine times the trajectories more; the campaign's seed is another than the data set's. Not published.
+EXTRA ?= $(shell echo $$((9 * $(COUNT))))
+EXTRA_DATASET := $(OUT)/dataset/extra.h5
+
+.PHONY: model-large
+model-large: $(DATASET) | $(INSTALLED)  ## Train M1-concat on ten times the trajectories, from inputs C, as M1-concat-large (simulates them first)
+	[ -f $(MODELS)/M1-concat-large/run.json ] || $(MAKE) --no-print-directory $(EXTRA_DATASET)
+	$(call beside,M1-concat-large,--recipe swift --features C --extra $(EXTRA_DATASET) --epochs $(or $(EPOCHS),5))
+
+.PRECIOUS: $(EXTRA_DATASET)
+$(EXTRA_DATASET): bem/solver/version.py | $(INSTALLED)
+	$(VENV)/bin/bem campaign --design paper --seed 1 --count $(EXTRA) --accuracy standard --replace --out $@
+	@touch $@
+
+.PHONY: model-budgets
+model-budgets: $(DATASET) | $(INSTALLED)  ## Train M1-concat for 8, 15 and 60 epochs, for the error against core-minutes
+	$(call beside,M1-concat-8-epochs,--recipe swift --epochs $(or $(EPOCHS),8))
+	$(call beside,M1-concat-15-epochs,--recipe swift --epochs $(or $(EPOCHS),15))
+	$(call beside,M1-concat-60-epochs,--recipe swift --epochs $(or $(EPOCHS),60))
+
+MORE_MODELS ?= model-paper-recipe model-budgets model-inputs-c model-large
+.PHONY: more-models
+more-models: $(MORE_MODELS)  ## The four above: M1-concat by another recipe, for shorter and longer, from other inputs, and on more data
+
+feature-sets.publishes := feature_sets  ## Train the input representations A to D and publish their errors
+data-efficiency.publishes := data_efficiency  ## Train on ever smaller shares of the data and publish the errors
+.PHONY: feature-sets data-efficiency
+feature-sets data-efficiency: $(DATASET) | $(INSTALLED)
+	$(PY) -m experiments $(call value_of,$@.publishes) --config $(CONFIGS)/$(call value_of,$@.publishes).toml --dataset $(DATASET) --models $(MODELS) \
+		--work $(WORK)/$(call value_of,$@.publishes) --out $(PUBLISHED)/$(call value_of,$@.publishes).json \
+		$(call list_also_unfinished,$(PUBLISHED)/$(call value_of,$@.publishes).json)
+
+HOURS ?= --hours
+STAGES := dataset models more-models feature-sets data-efficiency
+.PHONY: from-scratch
+from-scratch:
+	+@for stage in $(STAGES) paper; do \
+		$(PY) -m experiments.stages $$stage $(HOURS); \
+		[ $$stage != paper ] || [ -f $(MEASUREMENTS)/canonical_times.json ] || \
+			$(MAKE) --no-print-directory measure-canonical-times BUSY=yes; \
+		$(MAKE) --no-print-directory $$stage; \
+	done
+
+SCRATCH := results/scratch
+.PHONY: paper-from-scratch
+paper-from-scratch: setup  ## Everything anew into results/scratch, nothing published needed; prints its hours, resumes
+	@$(PY) -m experiments.stages
+	@mkdir -p $(SCRATCH)
+	+$(MAKE) --no-print-directory from-scratch OUT=$(SCRATCH) PUBLISHED=$(SCRATCH)/published REPORT=$(SCRATCH)/REPRODUCTION.md
+
+SMOKE ?= results/smoke
+.PHONY: smoke
+smoke: setup  ## The same path on tiny data and one epoch, in minutes; its numbers mean nothing
+	@mkdir -p $(SMOKE)
+	+$(MAKE) --no-print-directory from-scratch OUT=$(SMOKE) PUBLISHED=$(SMOKE)/published REPORT=$(SMOKE)/REPRODUCTION.md \
+		HOURS=--no-hours CONFIGS=experiments/configs/smoke COUNT=120 EPOCHS=1 ONLY="M1-concat M4-FiLM" \
+		MORE_MODELS=model-large EXTRA=40
+
+##@ Measurements (long, or of one machine; on an idle one; published)
+
+PROTOCOLS ?= 200
+FINEST ?= 200
+SOAK ?= 100000
+SOAK_BEYOND ?= 20000
+# BUSY=yes publishes seconds measured on a busy machine too.
+BUSY ?=
+IDLE := $(if $(BUSY),--busy)
+SPEED := --speed $(MEASUREMENTS)/training_speed.json
+DATA := --dataset $(DATASET)
+ALL_MODELS := --models $(MODELS)
+
+.PHONY: measurements
+measurements: $$(filter-out soak,$$(MEASURING))  ## All of them but the soak
+# Two measurements at once would measure each other.
+.NOTPARALLEL: measurements
+
+# TARGET.makes := RESULT; TARGET.runs is its study where that has another name, .with its options, .needs its inputs.
+measure-effects.makes := effects  ## Seconds and errors of scenes that add one effect at a time
+measure-effects.runs := measure
+measure-effects.with := $(IDLE)
+measure-recommendations.makes := recommendations  ## How often `recommend` keeps its promise, and what it saves
+measure-recommendations.with := $(IDLE)
+measure-canonical-times.makes := canonical_times  ## Seconds of solver and surrogate on the twelve canonical protocols
+measure-canonical-times.with := --config $(CONFIGS)/canonical_times.toml $(ALL_MODELS) $(IDLE)
+measure-canonical-times.needs := M1-concat
+measure-accuracy-cost.makes := accuracy_cost  ## Seconds against errors of every tool (PROTOCOLS=200; FINEST=200 nodes of the paper's discretisation at most)
+measure-accuracy-cost.with := --count $(PROTOCOLS) --finest $(FINEST) $(DATA) $(ALL_MODELS) $(IDLE)
+measure-accuracy-cost.needs := dataset
+measure-cost-growth.makes := cost_growth  ## How seconds grow with nodes, steps and the scene
+measure-cost-growth.with := $(DATA) $(IDLE)
+measure-cost-growth.needs := dataset
+measure-amortisation.makes := amortisation  ## When a surrogate pays for itself; reads the measurement of accuracy and cost
+measure-amortisation.with := --cost $(MEASUREMENTS)/accuracy_cost.json $(DATA) $(ALL_MODELS) $(SPEED)
+measure-amortisation.needs := dataset accuracy_cost
+measure-training-cost.makes := training_cost  ## Error against time of training, from what is published
+measure-training-cost.with := $(DATA) $(ALL_MODELS) --shares $(PUBLISHED)/data_efficiency.json $(SPEED)
+measure-training-cost.needs := dataset
+measure-hard-cases.makes := hard_case_map  ## The solver over the box, beyond it, and at named extremes, refined
+measure-broad-band.makes := broad_band  ## Pull-off of broad-band solids over the unloading rate
+measure-broad-band.beside := broad_band.csv
+measure-surrogate-map.makes := surrogate_map  ## Errors of M1-concat over the box, worst trajectories, out of range
+measure-surrogate-map.with := --model M1-concat $(DATA) $(ALL_MODELS)
+measure-surrogate-map.needs := dataset
+bench-training.makes := training_speed  ## What a batch of training costs each of the eighteen
+bench-training.with := $(DATA) $(IDLE)
+bench-training.needs := dataset
+bench-surrogate.makes := surrogate_latency  ## What a prediction costs, against Keras's model.predict
+bench-surrogate.runs := bench_surrogate
+bench-surrogate.with := $(ALL_MODELS) $(IDLE)
+bench-stream.makes := stream_latency  ## The latency of a million steps of a stream
+bench-stream.runs := bench_surrogate
+bench-stream.with := --stream $(ALL_MODELS) $(IDLE)
+bench-targets.makes := target_minutes  ## What each target of REPRODUCING.md takes from published results (TARGETS="figure-1 ..." for some)
+bench-targets.with := $(addprefix --only ,$(TARGETS))
+soak.makes := soak  ## SOAK=100000 random protocols in the box, SOAK_BEYOND=20000 beyond it; continues after an interruption
+soak.with := --count $(SOAK) --beyond $(SOAK_BEYOND)
+
+.PHONY: bench-startup
+bench-startup: setup  ## Processor seconds of the first and of a warm run of bem simulate (BASELINE=REVISION beside it)
+	$(PY) -m experiments startup $(addprefix --baseline ,$(BASELINE))
+
+.PHONY: bench-solver
+bench-solver: setup  ## Accuracy against cost of the solver, into docs/solver-benchmark.md (BASELINE=REVISION compares instead)
+	$(PY) -m experiments bench_solver $(addprefix --baseline ,$(BASELINE))
+
+.PHONY: table-solver-hard-cases
+table-solver-hard-cases: setup  ## Run the solver where it is most likely to break (long); writes docs/solver-hard-cases.md
+	$(PY) -m experiments hard_cases
+
+##@ Development
 
 .PHONY: test
 test: check-lock lint  ## Everything continuous integration runs: lock, lint, format, fast tests
@@ -71,7 +347,7 @@ test-slow: setup  ## The tests too costly for every commit
 
 .PHONY: golden-trajectories
 golden-trajectories: setup  ## Renew the numbers that guard the solver's version, after it was raised
-	$(PY) -m experiments.robustness.golden_trajectories
+	$(PY) -m experiments golden_trajectories
 
 .PHONY: lint
 lint: setup  ## Report style problems
@@ -94,67 +370,17 @@ lock:  ## Resolve pyproject.toml anew into requirements.lock (needs the network)
 		--no-emit-index-url --no-header --output-file requirements.lock pyproject.toml
 	$(PY) tools/lock.py stamp
 
+.PHONY: clean
+clean:  ## Remove caches and build leftovers; never results/, published/ or .venv
+	rm -rf build dist *.egg-info .pytest_cache .ruff_cache .hypothesis
+	find . -path ./$(VENV) -prune -o -path ./results -prune -o -path ./published -prune \
+		-o -type d -name __pycache__ -exec rm -rf {} +
+
+##@ Documentation
+
 .PHONY: docs
 docs: setup  ## Build the documentation into build/site; a broken link fails
 	NO_MKDOCS_2_WARNING=1 $(PY) -m mkdocs build --strict --quiet
-
-##@ Results (result file <- inputs)
-
-.PHONY: bench-solver
-bench-solver: setup  ## Accuracy against cost of the solver, into docs/solver-benchmark.md (BASELINE=REVISION compares instead)
-	$(PY) -m experiments.cost.bench_solver $(addprefix --baseline ,$(BASELINE))
-
-.PHONY: table-solver-hard-cases
-table-solver-hard-cases: setup  ## Run the solver where it is most likely to break (long); writes docs/solver-hard-cases.md
-	$(PY) -m experiments.robustness.hard_cases
-
-.PHONY: only-all-is-published
-only-all-is-published:
-	@if [ "$(COUNT)" != 12450 ] && [ "$$(realpath -m "$(PUBLISHED)")" = "$$(realpath -m published)" ]; then \
-		echo "only all 12450 trajectories go to published/; with COUNT=$(COUNT), give OUT=... and PUBLISHED=..." >&2; exit 1; \
-	fi
-
-.PHONY: dataset
-dataset: setup only-all-is-published  ## Simulate the 12,450 trajectories and publish them; continues after an interruption
-	@mkdir -p $(PUBLISHED) $(OUT)/dataset
-	$(VENV)/bin/bem campaign --design paper --count $(COUNT) --seed 0 --accuracy standard --replace --out $(OUT)/dataset/dataset.h5
-	cp -p $(OUT)/dataset/dataset.h5 $(DATASET).writing && mv $(DATASET).writing $(DATASET)
-	$(PY) $(MANIFEST) add $(DATASET)
-	[ $(PUBLISHED) != published ] || $(PY) tools/readme_numbers.py
-
-$(DATASET):
-	@echo "$(DATASET) is missing; restore it from the repository, or run \`make dataset\`" >&2; exit 1
-
-$(OUT)/dataset/examples.json: experiments/paper/dataset_examples.py experiments/paper_values/figure_2_protocols.csv \
-		$(SOLVER) | $(INSTALLED)
-	$(PY) -m experiments.paper.dataset_examples --out $@
-
-$(OUT)/dataset/statistics.json: experiments/paper/dataset_statistics.py $(DATASET) | $(INSTALLED)
-	$(PY) -m experiments.paper.dataset_statistics --dataset $(DATASET) --out $@
-
-.PHONY: accuracy-price
-accuracy-price: setup  ## Measure what draft, standard and reference cost over the paper's design (long) and publish it
-	$(PY) -m experiments.cost.accuracy_price --folder $(OUT)/accuracy_price --out $(ACCURACY_PRICE)
-	$(PY) $(MANIFEST) add $(ACCURACY_PRICE)
-
-$(ACCURACY_PRICE):
-	@echo "$@ is missing; restore it from the repository, or run \`make accuracy-price\`" >&2; exit 1
-
-.PHONY: verify
-verify: setup  ## Compare what is published with its manifest
-	$(PY) tools/manifest.py verify
-
-##@ Figures (figure <- result file)
-
-.PHONY: figure-2
-figure-2: $(FIGURES)/figure-2.pdf  ## Six trajectories of the data set, and its histograms
-$(FIGURES)/figure-2.pdf: paper_figures/figures/figure_2.py $(OUT)/dataset/examples.json $(DATASET) $(DRAWING) | $(INSTALLED)
-	$(PY) -m paper_figures.figures.figure_2 --dataset $(DATASET) --examples $(OUT)/dataset/examples.json --folder $(FIGURES)
-
-.PHONY: figure-solver-scaling
-figure-solver-scaling: $(FIGURES)/solver-scaling.pdf  ## How the cost of the solver grows with nodes and steps
-$(FIGURES)/solver-scaling.pdf: paper_figures/measurements/figure_solver_scaling.py $(PUBLISHED)/measurements/cost_growth.json $(DRAWING) | $(INSTALLED)
-	$(PY) -m paper_figures.measurements.figure_solver_scaling --growth $(PUBLISHED)/measurements/cost_growth.json --folder $(FIGURES)
 
 .PHONY: readme-pictures
 readme-pictures: setup $(FIGURES)/figure-6.pdf  ## The pictures of the README, by the README's own commands
@@ -163,25 +389,17 @@ readme-pictures: setup $(FIGURES)/figure-6.pdf  ## The pictures of the README, b
 	done
 	cp $(FIGURES)/figure-6.png docs/images/figure-6.png
 
-.PHONY: figure-3
-figure-3: $(FIGURES)/figure-3.pdf  ## From the solver's time steps to measurement steps
-$(FIGURES)/figure-3.pdf: paper_figures/figures/figure_3.py $(OUT)/dataset/examples.json $(DRAWING) | $(INSTALLED)
-	$(PY) -m paper_figures.figures.figure_3 --examples $(OUT)/dataset/examples.json --folder $(FIGURES)
+.PHONY: docs-effects
+docs-effects: figure-effects  ## Renew the picture of docs/effects.md
+	cp $(FIGURES)/figure-effects.png docs/images/
 
-.PHONY: table-protocols-dataset
-table-protocols-dataset: $(TABLES)/protocols-dataset.md  ## Protocols of figure 2, and the data set beside the paper's
-$(TABLES)/protocols-dataset.md: paper_figures/tables/table_protocols_dataset.py $(OUT)/dataset/examples.json \
-		$(OUT)/dataset/statistics.json $(DRAWING) | $(INSTALLED)
-	$(PY) -m paper_figures.tables.table_protocols_dataset --examples $(OUT)/dataset/examples.json \
-		--statistics $(OUT)/dataset/statistics.json --folder $(TABLES)
+.PHONY: docs-cost
+docs-cost: $(MEASUREMENTS)/accuracy_cost.json | $(INSTALLED)  ## Renew the table of the fastest tools in docs/cost.md
+	$(PY) tools/fill.py docs/cost.md --published $(PUBLISHED)
 
-.PHONY: table-accuracy-price
-table-accuracy-price: $(TABLES)/accuracy-price.md  ## What draft, standard and reference cost, as published
-$(TABLES)/accuracy-price.md: paper_figures/tables/table_accuracy_price.py $(ACCURACY_PRICE) $(DRAWING) | $(INSTALLED)
-	$(PY) -m paper_figures.tables.table_accuracy_price --price $(ACCURACY_PRICE) --folder $(TABLES)
-
-include paper.mk
-include costs.mk
+.PHONY: docs-control
+docs-control: setup  ## Renew the seconds of a prediction and of a step in docs/control.md, as published
+	$(PY) -m experiments bench_surrogate --page docs/control.md
 
 ##@ Demonstrator
 
@@ -208,3 +426,76 @@ demo/node_modules/.installed: demo/package.json demo/package-lock.json demo/.npm
 	@command -v npm >/dev/null || { echo "npm not found; install Node 18 or newer with npm" >&2; exit 1; }
 	cd demo && npm ci --silent
 	@touch $@
+
+##@ More
+
+.PHONY: help help-all
+help:  ## The targets that rest on published results, and the groups of the others
+	@awk -f tools/help.awk Makefile
+help-all:  ## Every target
+	@awk -v all=1 -f tools/help.awk Makefile
+
+# From here on: what the lines above become.
+
+# A value, without the blanks before its caption.
+value_of = $(strip $($(1)))
+named = $(sort $(patsubst %.$(1),%,$(filter %.$(1),$(.VARIABLES))))
+PAPER := $(call named,paper)
+COST := $(call named,cost)
+SHOWN := $(PAPER) $(COST)
+MEASURING := $(call named,makes)
+STUDY_RESULTS := $(patsubst %,$(STUDIES)/%.json,$(call named,study))
+path.dataset := $(DATASET)
+# A folder beside what is in it: it changes when an entry goes, of which a wildcard does not tell.
+path.models = $(MODELS) $(wildcard $(MODELS)/*/run.json)
+path.M1-concat = $(addprefix $(REFERENCE)/,run.json model.weights.h5 scaling.json) $(wildcard $(REFERENCE)/model.onnx)
+path.more-models = $(path.models)
+path.solver := bem/solver/version.py
+path.architectures := surrogate/architectures/registry.py
+path.feature_sets := $(PUBLISHED)/feature_sets.json
+path.data_efficiency := $(PUBLISHED)/data_efficiency.json
+path.accuracy_price := $(PUBLISHED)/accuracy_price.json
+path = $(or $(path.$(1)),$(filter $(STUDIES)/$(1).json,$(STUDY_RESULTS)),$(MEASUREMENTS)/$(1).json)
+inputs = $(foreach one,$(1),$(if $(filter %?,$(one)),$(wildcard $(call path,$(one:?=))),$(call path,$(one))))
+LEFT_OUT := $(if $(wildcard $(addprefix $(MODELS)/M[1-6]-,FiLM/run.json gated/run.json)),,figure-learning-curves) \
+	$(if $(wildcard $(path.feature_sets) $(path.data_efficiency)),,figure-features) \
+	$(if $(wildcard $(path.accuracy_price)),,table-accuracy-price)
+
+# The file that stands for a figure or table, and the name of the one that a file stands for.
+product = $(if $(filter table-%,$(1)),$(TABLES)/$(1:table-%=%).md,$(FIGURES)$($(1).under)/$(1).pdf)
+shown = $(if $(filter %.md,$(1)),table-)$(basename $(notdir $(1)))
+depends = $(foreach one,$(1),$(dir $(one)).depends/$(basename $(notdir $(one))).d)
+FILES := $(foreach one,$(SHOWN),$(call product,$(one)))
+DEPENDS := $(call depends,$(FILES) $(STUDY_RESULTS))
+
+.PHONY: $(SHOWN) $(MEASURING)
+$(SHOWN): %: $$(call product,$$*)
+
+$(FILES): $$(call inputs,$$($$(call shown,$$@).paper) $$($$(call shown,$$@).cost)) $$(call depends,$$@) | $(INSTALLED)
+	$(PY) -m paper_figures $(call shown,$@) $(PLACES) $($(call shown,$@).with) --depends $@
+
+$(STUDY_RESULTS): $(STUDIES)/%.json: $$(call inputs,$$($$*.study)) $$(call depends,$$@) | $(INSTALLED)
+	$(PY) -m experiments --depends $@ $* $(PLACES) --configs $(CONFIGS)
+
+# Without its note a result is made anew; with it, whenever something that is noted there changes.
+$(DEPENDS): ;
+include $(wildcard $(DEPENDS))
+
+# One core: BLAS and the backends of the surrogates must not take more.
+$(MEASURING): export OMP_NUM_THREADS := 1
+$(MEASURING): %: $$(call inputs,$$($$*.needs)) | $(INSTALLED)
+	$(PY) -m experiments $(or $($*.runs),$(call value_of,$*.makes)) $($*.with) --out $(MEASUREMENTS)/$(call value_of,$*.makes).json
+	$(PY) $(MANIFEST) add $(MEASUREMENTS)/$(call value_of,$*.makes).json
+	$(if $($*.beside),$(PY) $(MANIFEST) add $(MEASUREMENTS)/$($*.beside) --command "python -m experiments $(call value_of,$*.makes)")
+
+# What is missing names the target that makes it.
+maker = $(strip $(foreach one,$(MEASURING),$(if $(filter $(1),$($(one).makes)),$(one))))
+missing = echo "$@ is missing; restore it from the repository, or run \`make $(1)\`" >&2; exit 1
+$(MEASUREMENTS)/%.json:
+	@$(call missing,$(call maker,$*))
+$(REFERENCE)/%:
+	@$(call missing,models ONLY=M1-concat)
+$(DATASET):
+	@$(call missing,dataset)
+$(path.accuracy_price):
+	@$(call missing,accuracy-price)

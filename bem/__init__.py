@@ -13,6 +13,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from bem.dataset.campaign.cases import Cases, load_cases
+    from bem.dataset.campaign.run import run_campaign
     from bem.effects.recommendation import recommend
     from bem.materials import Elastic, PronySeries, StandardLinearSolid
     from bem.protocol import LoadingProtocol, PiecewiseLinearProtocol
@@ -25,6 +27,7 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 __all__ = [
+    "Cases",
     "Elastic",
     "HardContact",
     "LennardJones",
@@ -34,12 +37,15 @@ __all__ = [
     "Scene",
     "StandardLinearSolid",
     "Trajectory",
+    "load_cases",
     "recommend",
+    "run_campaign",
     "simulate",
     "simulate_paper_method",
 ]
 
 _HOME = {
+    "Cases": "dataset.campaign.cases",
     "Elastic": "materials",
     "HardContact": "tractions",
     "LennardJones": "tractions",
@@ -49,7 +55,9 @@ _HOME = {
     "Scene": "scene",
     "StandardLinearSolid": "materials",
     "Trajectory": "trajectory",
+    "load_cases": "dataset.campaign.cases",
     "recommend": "effects.recommendation",
+    "run_campaign": "dataset.campaign.run",
     "simulate": "solver.simulation",
     "simulate_paper_method": "solver.paper_method",
 }

@@ -6,14 +6,14 @@ work and hysteresis in h0 pi R dgamma.
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bem._support.interpolation import History
+from bem._support.interpolation import ForceInterpolant
 from bem._support.validation import FloatArray
 from bem.reference_solutions import dmt
 
@@ -54,28 +54,28 @@ class Jump:
     """What an elastic contact dissipates in the jump, in h0 pi R dgamma; NaN for other materials."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Statistics:
     """What the solver did; nothing here is timed except `seconds`."""
 
-    steps: int
+    steps: int = 0
     """Accepted time steps."""
-    steps_by_phase: dict[str, int]
+    steps_by_phase: dict[str, int] = field(default_factory=dict)
     """Accepted steps in 'loading', 'dwell' and 'unloading' segments; a phase that does not occur is absent."""
-    rejections: int
-    iterations: int
-    factorisations: int
-    fold_solves: int
+    rejections: int = 0
+    iterations: int = 0
+    factorisations: int = 0
+    fold_solves: int = 0
     """Steps finished by pseudo-transient continuation instead of Newton-Raphson."""
-    remeshings: int
-    memory_vectors: int
-    nodes: float
+    remeshings: int = 0
+    memory_vectors: int = 0
+    nodes: float = 0.0
     """Mean number of nodes."""
-    unknowns_per_solve: float
+    unknowns_per_solve: float = 0.0
     """Mean size of the linear systems: nodes whose traction answers to the gap."""
-    grid_nodes: int
+    grid_nodes: int = 0
     """Size of the master grid on which memory lives."""
-    seconds: float
+    seconds: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -180,15 +180,15 @@ class Trajectory:
         if np.isfinite(self.energy_balance):
             return self.energy_balance
         total = 0.0
-        for (begin, end), integral in zip(self._history.ranges, self._history.integrals(), strict=True):
+        for (begin, end), integral in zip(self._interpolant.ranges, self._interpolant.integrals(), strict=True):
             duration = self.time[end - 1] - self.time[begin]
             if duration > 0.0:
                 total -= (self.indentation[end - 1] - self.indentation[begin]) / duration * integral
         return total
 
     @cached_property
-    def _history(self) -> History:
-        return History(self.time, self.force, [jump.time for jump in self.jumps], self.time[self._corner])
+    def _interpolant(self) -> ForceInterpolant:
+        return ForceInterpolant(self.time, self.force, [jump.time for jump in self.jumps], self.time[self._corner])
 
     @cached_property
     def _corner(self) -> np.ndarray:
@@ -206,7 +206,7 @@ class Trajectory:
         Raises:
             ValueError: for times outside the trajectory.
         """
-        return self._history.at(times)
+        return self._interpolant.at(times)
 
     def summary(self) -> dict[str, Any]:
         """The scalars of the trajectory, ready for JSON: status, pull-off, hysteresis, work, jumps, statistics."""

@@ -1,8 +1,21 @@
-"""`python -m experiments NAME ...` runs the study of that name, whichever folder it stands in."""
+"""`python -m experiments NAME ...` runs the study of that name, whichever folder it stands in.
 
-import runpy
+A module with a function `study` says what a result holds: the runner finds its arguments, as `experiments.places`
+says, and writes the result under the module's name. A module with a `main` has options of its own (`--help`).
+`--depends FILE` before the name writes, beside this result, the rule that tells make what it was made from.
+"""
+
 import sys
+from importlib import import_module
 from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from bem._support.command_line import run_main
+from experiments.common import CONFIGS, write_result
+from experiments.dependencies import Recorder
+from experiments.places import Places, keywords, replaced
 
 HERE = Path(__file__).parent
 
@@ -15,13 +28,41 @@ def modules() -> dict[str, str]:
 
 def main() -> None:
     """Run one study with the words that follow its name."""
+    words = sys.argv[1:]
+    target = Path(words[1]) if words[:1] == ["--depends"] and len(words) > 1 else None
+    name, *rest = (words[2:] if target else words) or [""]
     known = modules()
-    name = sys.argv[1] if len(sys.argv) > 1 else ""
     if name not in known:
         print(f"python -m experiments: Expected one of {', '.join(known)}; received {name!r}", file=sys.stderr)
         sys.exit(2)
-    sys.argv[:2] = [f"experiments.{name}"]
-    runpy.run_module(known[name], run_name="__main__", alter_sys=True)
+    sys.argv[:] = [f"experiments {name}", *rest]
+    recorder = Recorder() if target else None
+    module = import_module(known[name])
+    if not hasattr(module, "study"):
+        run_main(module.main)
+        return
+
+    def command(
+        context: typer.Context,
+        results: Annotated[Path, typer.Option(help="Where results are.")] = Path("results"),
+        published: Annotated[Path, typer.Option(help="Where published files are.")] = Path("published"),
+        configs: Annotated[Path, typer.Option(help="Where the studies' TOML files are.")] = CONFIGS,
+        take: Annotated[list[str] | None, typer.Option(help="NAME=FILE: read this file instead.")] = None,
+        out: Annotated[Path | None, typer.Option(help="Result file to write.")] = None,
+    ) -> None:
+        places = Places(results, published, configs, replaced(take or []))
+        arguments = places.arguments(module.study, f"make {name}")
+        content = module.study(**arguments, **keywords(context.args, module.study))
+        if content is None:
+            return
+        place = out or places.path(name)
+        write_result(place, name, content)
+        if recorder and target:
+            recorder.add(*(value for value in arguments.values() if isinstance(value, Path) and value.is_file()))
+            recorder.write(target, results, published, configs)
+
+    settings = {"allow_extra_args": True, "ignore_unknown_options": True}
+    run_main(command, f"python -m experiments {name}", help=module.__doc__, context_settings=settings)
 
 
 if __name__ == "__main__":

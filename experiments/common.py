@@ -17,11 +17,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bem import LoadingProtocol, Scene, StandardLinearSolid, Trajectory, simulate
+from bem._support.outputs import write_whole
 from bem._support.provenance import provenance
 from bem.dataset.measurement_steps import FMS, measurement_grid
 
 if TYPE_CHECKING:
+    from bem import Trajectory
     from surrogate.inference.predictor import Surrogate
 
 CONFIGS = Path(__file__).parent / "configs"
@@ -53,10 +54,8 @@ def read_config(path: Path, *keys: str) -> dict[str, Any]:
 def write_result(out: Path, study: str, content: dict[str, Any]) -> None:
     """Write a result file with where it comes from; whole or not at all."""
     out.parent.mkdir(parents=True, exist_ok=True)
-    unfinished = out.with_suffix(".part")
     complete = {**provenance(f"python -m experiments {study}"), **content}
-    unfinished.write_text(json.dumps(complete, allow_nan=False) + "\n", encoding="utf-8")
-    unfinished.replace(out)
+    write_whole(out, json.dumps(complete, allow_nan=False) + "\n")
 
 
 def paper_protocols(name: str) -> list[dict[str, Any]]:
@@ -71,6 +70,9 @@ def simulated(quantities: dict[str, float], *, modulus_ratio: float, accuracy: s
     Raises:
         RuntimeError: the simulation did not complete.
     """
+    # What simulates nothing is not to depend on the solver.
+    from bem import LoadingProtocol, Scene, StandardLinearSolid, simulate
+
     rest = {name: quantities[name] for name in QUANTITIES}
     trajectory = simulate(
         Scene(rest.pop("tabor"), StandardLinearSolid(modulus_ratio)), LoadingProtocol(**rest), accuracy

@@ -18,6 +18,7 @@ import typer
 from scipy.stats import qmc
 
 from bem._support.command_line import run_main
+from bem._support.outputs import write_whole
 from bem._support.provenance import provenance
 from bem.dataset.designs import QUANTITIES
 from bem.dataset.measurement_steps import measurement_times
@@ -128,9 +129,7 @@ def main(
     }
     lines = ",\n".join(json.dumps(curve) for curve in curves)
     out.parent.mkdir(parents=True, exist_ok=True)
-    temporary = out.with_name(out.name + ".writing")
-    temporary.write_text(f'{json.dumps(head)[:-1]}, "curves": [\n{lines}\n]}}\n', encoding="utf-8")
-    temporary.replace(out)
+    write_whole(out, f'{json.dumps(head)[:-1]}, "curves": [\n{lines}\n]}}\n')
 
 
 if __name__ == "__main__":

@@ -4,8 +4,7 @@ Hours follow from the core seconds that published results took (`run.json` of th
 `experiments.cost.training_speed` measured these on one machine; the result files of the studies that train; the data
 set); a stage of which something is not published shows its estimate, and says so.
 
-Usage: `python -m experiments.stages [NAME] [--published DIR]`; `--document REPRODUCING.md` fills in the hours there,
-and the minutes that `experiments.cost.target_minutes` measured.
+Usage: `python -m experiments.stages [NAME] [--published DIR]`.
 """
 
 from __future__ import annotations
@@ -19,23 +18,15 @@ import typer
 
 from bem._support.command_line import run_main
 from experiments import common
-from experiments.cost import target_minutes, training_speed
+from experiments.cost import training_speed
 from experiments.cost.training_cost import batch_seconds, training_seconds
 from surrogate.architectures.naming import names
 
 CONFIG = common.CONFIGS / "stages.toml"
 PUBLISHED = Path("published")
-MINUTES, SPEED = (Path("measurements") / module.OUT.name for module in (target_minutes, training_speed))
+SPEED = Path("measurements") / training_speed.OUT.name
 REFERENCE = "M1-concat"
-RESTS_ON = {
-    "dataset": ("dataset",),
-    "models": ("dataset", "models"),
-    "figure-models": ("dataset", "models", "data-efficiency"),
-    "features": ("dataset", "feature-sets", "data-efficiency"),
-    "reference": ("dataset", "reference"),
-    "models-and-more": ("dataset", "models", "more-models"),
-}
-"""Stages under what a row of REPRODUCING.md shows, by the name of its place; `reference` is M1-concat alone."""
+"""The model of the stage `reference`, which is a part of `models`."""
 
 
 def read_stages() -> dict[str, dict[str, Any]]:
@@ -99,30 +90,13 @@ def describe(name: str, stages: dict[str, dict[str, Any]], published: Path = PUB
     return f"stage {place} of {len(stages)}, {name}: {stages[name]['does']}, {expected}"
 
 
-def hour_places(published: Path) -> dict[str, str]:
-    """Hours for the places of REPRODUCING.md, by name; `e` marks those that rest on an estimate."""
-    stages = read_stages()
-    found = {}
-    for place, under in RESTS_ON.items():
-        parts = [hours_of(name, stages, published) for name in under]
-        found[place] = f"{sum(hours for hours, _ in parts):.2g}" + ("" if all(sure for _, sure in parts) else " e")
-    return found
-
-
 def main(
     name: Annotated[str | None, typer.Argument(help="A stage; all of them by default.")] = None,
     hours: Annotated[bool, typer.Option(help="Say what it does and how long that takes.")] = True,
     published: Annotated[Path, typer.Option(help="Where published files are.")] = PUBLISHED,
-    document: Annotated[Path | None, typer.Option(help="Fill in its hours and minutes instead.")] = None,
 ) -> None:
     """Say what a stage does and how long it takes."""
     stages = read_stages()
-    if document is not None:
-        from tools.readme_numbers import filled
-
-        values = hour_places(published) | target_minutes.places(document, published / MINUTES)
-        document.write_text(filled(document.read_text(encoding="utf-8"), values), encoding="utf-8")
-        return
     if name is not None and name not in stages:
         raise typer.BadParameter(f"expected one of {', '.join(stages)}; received {name!r}")
     for one in [name] if name else stages:

@@ -1,13 +1,15 @@
 """Every figure and table of the paper is a target that `make help` names, and the documents name no other."""
 
-import os
 import re
 import shutil
 import subprocess
+import sys
 import time
 from pathlib import Path
 
 import pytest
+
+from experiments.registry import entries
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -16,7 +18,7 @@ ROOT = Path(__file__).resolve().parents[1]
 def targets():
     if shutil.which("make") is None:
         pytest.skip("make is not installed")
-    listed = subprocess.run(["make", "-s", "help"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    listed = subprocess.run(["make", "-s", "help-all"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
     return set(re.findall(r"^  ([a-z0-9-]+) ", listed, flags=re.MULTILINE))
 
 
@@ -37,6 +39,14 @@ def test_figures_and_tables_of_the_paper_have_targets(targets):
         "paper-from-scratch",
     }
     assert wanted <= targets
+
+
+def test_help_shows_first_what_rests_on_published_results_and_names_the_rest(targets):
+    shown = subprocess.run(["make", "-s", "help"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    first, *others = re.split(r"^\S.*$", shown, flags=re.MULTILINE)[2:-1]
+    assert re.findall(r"^  ([a-z-]+)  ", first, flags=re.MULTILINE)[0] == "setup"
+    assert len(shown.splitlines()) < 50
+    assert {name for group in others for name in group.split()} | set(re.findall(r"^  (\S+)", first, re.M)) == targets
 
 
 @pytest.mark.parametrize("name", ["REPRODUCING.md", "REPRODUCTION.md"])
@@ -75,7 +85,9 @@ def test_latencies_are_listed_among_what_is_published(tmp_path):
     lines = commands("bench-surrogate", "bench-stream", f"PUBLISHED={tmp_path}")
     for name, option in (("surrogate_latency", ""), ("stream_latency", "--stream ")):
         path = f"{tmp_path}/measurements/{name}.json"
-        assert f"-m experiments.cost.bench_surrogate {option}--models {tmp_path}/models --out {path}" in lines
+        assert f"-m experiments bench_surrogate {option}--models {tmp_path}/models --out {path}" in " ".join(
+            lines.split()
+        )
         assert re.search(rf"tools/manifest\.py --root {tmp_path} add {path}$", lines, flags=re.MULTILINE)
 
 
@@ -89,106 +101,165 @@ def test_a_missing_measurement_names_a_target_that_makes_it(name, targets, tmp_p
     assert f"--out {path}" in commands(named, f"PUBLISHED={tmp_path}", "-o", f"{tmp_path}/dataset.h5", "-o", str(path))
 
 
-STUDIES = (
-    "canonical_regimes",
-    "persson_brener",
-    "error_statistics",
-    "fms_transfer",
-    "model_comparison",
-    "architecture_graphs",
-    "adopted_settings",
-    "paper_slips",
-)
-
-
-@pytest.mark.parametrize(
-    ("touched", "studies"),
-    [
-        ("published/models/M1-concat/test_errors.csv", {"error_statistics"}),
-        ("published/models/M1-concat/split.json", {"error_statistics", "fms_transfer", "model_comparison"}),
-        ("published/models/M1-concat/history.csv", {"model_comparison"}),
-        ("surrogate/data/metrics.py", {"canonical_regimes", "persson_brener", "fms_transfer", "architecture_graphs"}),
-        ("surrogate/cli/app.py", set()),
-        ("surrogate/training/torch_lstm.py", set()),
-        ("experiments/paper_values/canonical_protocols.csv", {"canonical_regimes", "fms_transfer", "paper_slips"}),
-        ("published/measurements/canonical_times.json", {"canonical_regimes"}),
-        ("README.md", set()),
-    ],
-)
-def test_touching_an_input_redoes_what_reads_it(touched, studies, tmp_path):
-    assert redone(tmp_path, touched) - {"architecture_graphs", "adopted_settings"} == studies - {"architecture_graphs"}
+STUDIES = [entry.name for entry in entries() if entry.kind == "study"]
 
 
 def test_what_the_report_and_the_figures_rest_on_looks_at_no_clock():
-    studies = [ROOT / "experiments" / f"{name}.py" for name in (*STUDIES, "dataset_examples", "dataset_statistics")]
-    for path in [*studies, *(ROOT / "paper_figures").glob("*.py")]:
+    studies = [ROOT / "experiments" / "paper" / f"{name}.py" for name in STUDIES]
+    for path in [*studies, *(ROOT / "paper_figures").glob("*/*.py")]:
         source = path.read_text(encoding="utf-8")
         assert not re.search(r"perf_counter|process_time|\bCLOCK\b|\btimed\(|stats\.seconds", source), path.name
 
 
-@pytest.mark.parametrize("name", ["measurement", "protocol", "reference_solutions/dmt", "reference_solutions/jkr"])
-def test_touching_what_carries_out_a_setting_reads_the_settings_anew(name, tmp_path):
-    assert "adopted_settings" in redone(tmp_path, f"bem/{name}.py")
-
-
-def redone(folder, touched):
-    """Studies that are up to date, but for an input that is touched."""
-    (folder / "studies").mkdir()
-    future = time.time() + 1e6
-    for name in STUDIES:
-        path = folder / "studies" / f"{name}.json"
-        path.touch()
-        os.utime(path, (future, future))
-    return set(re.findall(r"-m experiments\.(\w+) ", commands("studies", f"OUT={folder}", "-W", touched)))
+MODEL_FILES = (
+    "run.json",
+    "split.json",
+    "recipe.toml",
+    "metrics.json",
+    "history.csv",
+    "model.weights.h5",
+    "scaling.json",
+)
+READ = {
+    "study_a": ("bem/reference_solutions/hertz.py", "experiments/paper_values/a.csv"),
+    "model_comparison": ("surrogate/data/metrics.py", "published/models/M1-FiLM/metrics.json", "published/models"),
+}
 
 
 @pytest.fixture
 def tree(tmp_path):
-    """Results and figures that are younger than all they are made from: two models and two studies that train."""
-    folder = tmp_path / "published" / "models"
+    """The Makefile over two stand-in studies and figures; the runner stands in too and notes what READ says."""
+    lines = (ROOT / "Makefile").read_text(encoding="utf-8").splitlines(keepends=True)
+    kept = [line for line in lines if not re.match(r"[\w-]+\.(paper|cost|study|makes|publishes) :=", line)]
+    registry = """study_a.study := solver
+model_comparison.study := dataset models
+figure-a.paper := study_a data_efficiency?  ## A figure
+table-b.paper := model_comparison  ## A table
+"""
+    (tmp_path / "Makefile").write_text(registry + "".join(kept), encoding="utf-8")
     for name in ("M1-concat", "M1-FiLM"):
-        (folder / name).mkdir(parents=True)
-        for file in ("run.json", "split.json", "recipe.toml", "model.weights.h5", "scaling.json"):
-            (folder / name / file).touch()
-    for file in ("dataset.h5", "feature_sets.json", "data_efficiency.json"):
-        (tmp_path / "published" / file).touch()
-    results = [f"studies/{name}.json" for name in STUDIES]
-    for path in [*results, "figures/figure-5.pdf", "figures/figure-features.pdf"]:
-        (tmp_path / "out" / path).parent.mkdir(parents=True, exist_ok=True)
-        (tmp_path / "out" / path).touch()
+        (tmp_path / "published/models" / name).mkdir(parents=True)
+        for file in MODEL_FILES:
+            (tmp_path / "published/models" / name / file).touch()
+    others = ("published/dataset.h5", "published/data_efficiency.json", "bem/solver/version.py", "bem/cli/app.py")
+    code = ("bem/plots.py", "requirements.lock", "pyproject.toml")
+    for file in (*others, *code, *(path for paths in READ.values() for path in paths)):
+        (tmp_path / file).parent.mkdir(parents=True, exist_ok=True)
+        if not (tmp_path / file).is_dir():
+            (tmp_path / file).touch()
+    (tmp_path / "bin").mkdir()
+    (tmp_path / "bin/python").write_text(RUNNER, encoding="utf-8")
+    (tmp_path / "bin/python").chmod(0o755)
+    (tmp_path / ".installed").touch()
     return tmp_path
 
 
-def made(tree):
-    """Modules that the comparison and two figures would run, which then are made."""
-    paths = [tree / "out" / path for path in ("studies/model_comparison.json", "figures/figure-5.pdf")]
-    paths.append(tree / "out" / "figures/figure-features.pdf")
-    lines = commands(*map(str, paths), f"OUT={tree}/out", f"PUBLISHED={tree}/published")
-    for path in paths:
-        path.touch()
-    # File systems count time in steps; what happens next must be later than this.
+RUNNER = f"""#!{sys.executable}
+import os, pathlib, sys, time
+words = sys.argv[2:]
+target = pathlib.Path(words[words.index("--depends") + 1])
+name = words[1] if words[0] == "paper_figures" else words[3]
+with open("ran", "a") as file:
+    print(name, file=file)
+used = [path for path in {READ!r}.get(name, ()) if os.path.exists(path)]
+note = target.parent / ".depends" / (target.stem + ".d")
+note.parent.mkdir(parents=True, exist_ok=True)
+note.write_text("\\n".join([f"{{target}}: " + " ".join(used), *(path + ":" for path in used)]) + "\\n")
+started = time.time() - 1e-2
+os.utime(note, (started, started))
+target.touch()
+"""
+
+
+def ran(tree, *words, goal=("figure-a", "table-b")):
+    """What is run by make, once, for the figure and the table."""
+    (tree / "ran").unlink(missing_ok=True)
+    # File systems count time in steps; what happens next must be later than what was before.
     time.sleep(0.05)
-    return set(re.findall(r"-m (?:experiments|paper_figures)\.(\w+) ", lines))
+    command = ["make", "-s", "VENV=.", *words, *goal]
+    subprocess.run(command, cwd=tree, capture_output=True, text=True, check=True)
+    return set((tree / "ran").read_text(encoding="utf-8").split()) if (tree / "ran").is_file() else set()
 
 
-def test_what_shows_a_model_is_made_once_when_the_model_goes(tree):
-    assert made(tree) == set()
-    shutil.rmtree(tree / "published" / "models" / "M1-FiLM")
-    assert made(tree) == {"model_comparison", "figure_5"}
-    assert made(tree) == set()
+ALL = {"study_a", "model_comparison", "figure-a", "table-b"}
 
 
-def test_what_shows_a_study_is_made_once_when_the_study_goes(tree):
-    (tree / "published" / "data_efficiency.json").unlink()
-    assert made(tree) == {"figure_5", "figure_features"}
-    assert made(tree) == set()
+def test_nothing_is_made_twice(tree):
+    assert ran(tree) == ALL
+    assert ran(tree) == set()
+
+
+@pytest.mark.parametrize(
+    ("touched", "again"),
+    [
+        ("bem/reference_solutions/hertz.py", {"study_a", "figure-a"}),
+        ("experiments/paper_values/a.csv", {"study_a", "figure-a"}),
+        ("surrogate/data/metrics.py", {"model_comparison", "table-b"}),
+        ("published/models/M1-FiLM/metrics.json", {"model_comparison", "table-b"}),
+        ("published/data_efficiency.json", {"figure-a"}),
+        ("bem/cli/app.py", set()),
+        ("bem/plots.py", set()),
+    ],
+)
+def test_touching_an_input_makes_anew_what_was_made_from_it(touched, again, tree):
+    ran(tree)
+    time.sleep(0.05)
+    (tree / touched).touch()
+    assert ran(tree) == again
+    assert ran(tree) == set()
+
+
+@pytest.mark.parametrize("gone", ["bem/reference_solutions/hertz.py", "published/models/M1-FiLM"])
+def test_what_was_made_from_something_that_is_gone_is_made_once_more(gone, tree):
+    ran(tree)
+    time.sleep(0.05)
+    shutil.rmtree(tree / gone) if (tree / gone).is_dir() else (tree / gone).unlink()
+    assert ran(tree) == ({"study_a", "figure-a"} if gone.startswith("bem") else {"model_comparison", "table-b"})
+    assert ran(tree) == set()
+
+
+def test_a_result_without_its_note_is_made_anew(tree):
+    ran(tree)
+    (tree / "results/studies/.depends/study_a.d").unlink()
+    assert ran(tree) == {"study_a", "figure-a"}
+
+
+def test_a_run_notes_the_modules_and_files_that_it_used(tmp_path):
+    """The smallest of the real studies, and a figure of it."""
+    published = tmp_path / "published"
+    (published / "measurements").mkdir(parents=True)
+    shutil.copy(ROOT / "published/measurements/cost_growth.json", published / "measurements")
+    target = tmp_path / "out/figures/figure-solver-scaling.pdf"
+    words = ["--results", tmp_path / "out", "--published", published, "--depends", target]
+    command = [sys.executable, "-m", "paper_figures", "figure-solver-scaling", *words]
+    subprocess.run(command, cwd=ROOT, check=True, capture_output=True)
+    assert target.is_file()
+    noted = (target.parent / ".depends/figure-solver-scaling.d").read_text(encoding="utf-8")
+    rule = noted.partition(":\n")[0]
+    head, _, used = rule.partition(": ")
+    assert head == str(target)
+    names = set(used.replace("\\\n", " ").split())
+    assert {"paper_figures/measurements/figure_solver_scaling.py", "paper_figures/style/paper.mplstyle"} <= names
+    assert str(published / "measurements/cost_growth.json") in names
+    assert not any(name.startswith(("bem/solver", "bem/cli", "/usr", "published")) for name in names)
+    assert (target.parent / ".depends/figure-solver-scaling.d").stat().st_mtime < target.stat().st_mtime
+
+
+def test_paper_values_count_among_what_a_run_used(tmp_path):
+    words = ["--depends", tmp_path / "x.json", "inconsistencies", "--out", tmp_path / "x.json"]
+    subprocess.run([sys.executable, "-m", "experiments", *words], cwd=ROOT, check=True, capture_output=True)
+    noted = (tmp_path / ".depends/x.d").read_text(encoding="utf-8")
+    for name in ("experiments/paper_values/quartiles.csv", "bem/reference_solutions/hertz.py", "published/dataset.h5"):
+        assert f" {name}" in noted
+        assert f"\n{name}:" in noted
+    assert "MANIFEST" not in noted
 
 
 def test_learning_curves_are_drawn_where_a_model_with_them_is_published(tmp_path):
     def drawn(name):
         (tmp_path / "models" / name).mkdir(parents=True)
         (tmp_path / "models" / name / "run.json").touch()
-        return "-m paper_figures.figures.figure_learning_curves" in commands("figures", f"PUBLISHED={tmp_path}")
+        return "-m paper_figures figure-learning-curves" in commands("figures", f"PUBLISHED={tmp_path}")
 
     found = {name: drawn(name) for name in ("M1-concat", "M1-concat-large", "M1-concat-8-epochs", "M4-gated")}
     assert found == {"M1-concat": False, "M1-concat-large": False, "M1-concat-8-epochs": False, "M4-gated": True}

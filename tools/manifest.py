@@ -18,6 +18,7 @@ from typing import Any
 import h5py
 
 from bem._support.command_line import sentence
+from bem._support.outputs import write_whole
 from bem._support.wording import shortened, shown
 
 ROOT = Path(__file__).resolve().parent.parent / "published"
@@ -92,9 +93,7 @@ def add(root: Path, paths: list[Path], **given: Any) -> list[str]:
             entries[name] = {"sha256": digest(file), "bytes": file.stat().st_size, **made}
             entered.append(name)
     content = {"files": dict(sorted(entries.items()))}
-    temporary = root / f"{NAME}.writing"
-    temporary.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
-    temporary.replace(root / NAME)
+    write_whole(root / NAME, json.dumps(content, indent=1) + "\n")
     return entered
 
 

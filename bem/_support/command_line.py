@@ -65,7 +65,7 @@ def run_command(app: Any, name: str) -> None:
     sys.exit(status if isinstance(status, int) else 0)
 
 
-def run_main(main: Callable[..., Any]) -> None:
+def run_main(main: Callable[..., Any], name: str | None = None, **settings: Any) -> None:
     """Run a module's function as a command of its own, and leave the process with its status.
 
     A `RuntimeError`, by which a study says that something it needs did not work out, ends it with its sentence and
@@ -73,11 +73,13 @@ def run_main(main: Callable[..., Any]) -> None:
 
     Args:
         main: The function; its parameters are the command's.
+        name: What begins the sentence; the module's name by default.
+        settings: Keywords of `Typer.command`.
     """
     app = typer.Typer(add_completion=False)
-    app.command()(main)
+    app.command(**settings)(main)
     spec = main.__globals__.get("__spec__")
-    name = spec.name if spec else Path(sys.argv[0]).name
+    name = name or (spec.name if spec else Path(sys.argv[0]).name)
     try:
         run_command(app, name)
     except RuntimeError as error:

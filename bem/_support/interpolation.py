@@ -10,7 +10,7 @@ ROUNDINGS = 4.0
 """How many roundings of its larger bound a time may lie outside a history."""
 
 
-class History:
+class ForceInterpolant:
     """A force history between its native instants: monotone cubics that reach across no jump and no corner.
 
     Args:

@@ -18,6 +18,7 @@ from pathlib import Path
 
 from numba import config, njit
 
+_OPTIONS = {"error_model": "numpy", "nogil": True, "fastmath": {"contract"}}
 COMPILING_SECONDS = 40  # on one core of 2021; `make setup` does it beforehand
 
 
@@ -60,6 +61,14 @@ def kernel(function: Callable) -> Callable:
     if not before:  # else the user has chosen a place
         config.CACHE_DIR = cache_directory()
     try:
-        return njit(cache=True, error_model="numpy", nogil=True, fastmath={"contract"})(function)
+        return njit(cache=True, **_OPTIONS)(function)
     finally:
         config.CACHE_DIR = before
+
+
+def kernel_part(function: Callable) -> Callable:
+    """Make a function part of the kernel that calls it: for a step of an algorithm with one caller.
+
+    Numba compiles a kernel again in each kernel above it, so that levels of calls multiply the time of compilation.
+    """
+    return njit(inline="always", **_OPTIONS)(function)

@@ -11,11 +11,13 @@ import re
 import reprlib
 import secrets
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import TracebackType
 
 IMAGES = (".png", ".pdf", ".svg")
+UNFINISHED = ".writing"
+"""What the name of a file ends in that is not yet in its place."""
 LONGEST_NAME = 64
 _PLAIN_NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]*")
 
@@ -129,6 +131,35 @@ def whole_file(path: str | Path) -> Iterator[Path]:
     path = Path(path)
     with Outputs(path) as outputs, outputs.write(path) as part:
         yield part
+
+
+def write_whole(path: Path, content: str | bytes | memoryview, scratch: Path | None = None) -> None:
+    """Write a file beside its place and rename it, so that even a power cut leaves the former one or the new one.
+
+    Args:
+        path: The file.
+        content: All of it; text is written in UTF-8.
+        scratch: Folder to write it in first, on the same file system; that of `path` by default.
+
+    Raises:
+        OSError: nothing was written, and what was at `path` is untouched.
+    """
+    unfinished = (scratch or path.parent) / f".{secrets.token_hex(6)}{UNFINISHED}"
+    try:
+        with unfinished.open("xb") as file:
+            file.write(content.encode() if isinstance(content, str) else content)
+            file.flush()
+            os.fsync(file.fileno())
+        unfinished.replace(path)
+    finally:
+        unfinished.unlink(missing_ok=True)
+    # The new name is on the disk once its folder is; not every system opens folders.
+    with suppress(OSError):
+        folder = os.open(path.parent, os.O_RDONLY)
+        try:
+            os.fsync(folder)
+        finally:
+            os.close(folder)
 
 
 def require_output(path: str | Path) -> None:

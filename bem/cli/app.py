@@ -15,6 +15,7 @@ import typer
 from bem._support.command_line import add_version, parse_accuracy, run_command
 from bem._support.outputs import IMAGES, Outputs, require_suffix
 from bem._support.wording import shown
+from bem.cli import lab
 from bem.cli.campaign import register
 
 app = typer.Typer(
@@ -35,6 +36,7 @@ STILL_ATTACHED = "still attached at the end: the pull-off force is the largest s
 
 add_version(app, "bem")
 register(app)
+lab.register(app)
 
 
 @app.command("compile")
@@ -42,12 +44,12 @@ def compile_kernels() -> None:
     """Compile the solver for this processor now, so that the first simulation starts at once; `make setup` does it."""
     import numpy as np
 
-    from bem._support.interpolation import History
+    from bem._support.interpolation import ForceInterpolant
     from bem.solver.simulation import load_kernels
 
     load_kernels()
-    History(np.arange(3.0), np.arange(3.0), []).at(np.array([0.5]))
-    History(np.arange(3.0), np.arange(3.0), []).integrals()
+    ForceInterpolant(np.arange(3.0), np.arange(3.0), []).at(np.array([0.5]))
+    ForceInterpolant(np.arange(3.0), np.arange(3.0), []).integrals()
     typer.echo("bem: the solver is compiled")
 
 

@@ -171,7 +171,7 @@ def _end_with_failures(summary: Any) -> None:
 
 def _require_place(out: Path) -> None:
     """Refuse a file that cannot be written before hours are spent; a campaign makes directories still missing."""
-    from bem.dataset.campaign.plan import followed
+    from bem.dataset.campaign.run import followed
 
     if out.absolute().parent.is_dir() and not out.is_dir():
         require_output(followed(out))

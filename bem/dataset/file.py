@@ -4,8 +4,6 @@ The tree, with shapes, units and attributes, is written down in docs/dataset.md.
 """
 
 import json
-import os
-import secrets
 from collections.abc import Mapping
 from dataclasses import dataclass
 from io import BytesIO
@@ -16,6 +14,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
+from bem._support.outputs import write_whole
 from bem._support.validation import FloatArray
 from bem._support.wording import shortened
 from bem.dataset.checks import attribute_fault, column_fault
@@ -26,7 +25,6 @@ from bem.dataset.opening import FORMAT, FORMAT_VERSION, SEALED, DamagedFileError
 from bem.dataset.records import COMPLETED, SCALARS, Columns
 from bem.dataset.sealed_file import BLOCK, seal
 
-TEMPORARY = ".writing"
 SUFFIXES = (".h5", ".hdf5")
 """What the name of a data set file ends in."""
 SMALL = 4096
@@ -132,34 +130,7 @@ def write_dataset(
     with h5py.File(memory, "r+") as file:
         file["fms"].attrs["counts"] = np.array(counts, dtype=np.int64)
     seal(memory)
-    write_new(path, memory.getbuffer(), scratch)
-
-
-def write_new(path: Path, content: bytes | memoryview, scratch: Path | None = None) -> None:
-    """Write a file under a name nobody has, then move it into place.
-
-    Raises:
-        OSError: nothing was written, and what was at `path` is untouched.
-    """
-    temporary = (scratch or path.parent) / f".{secrets.token_hex(6)}{TEMPORARY}"
-    try:
-        with temporary.open("xb") as file:
-            file.write(content)
-        move_into_place(temporary, path)
-    finally:
-        temporary.unlink(missing_ok=True)
-
-
-def move_into_place(temporary: Path, path: Path) -> None:
-    """Rename a file that is complete, so that a power cut leaves either the old one or the new one."""
-    with temporary.open("rb+") as file:
-        os.fsync(file.fileno())
-    temporary.replace(path)
-    folder = os.open(path.parent, os.O_RDONLY)
-    try:
-        os.fsync(folder)
-    finally:
-        os.close(folder)
+    write_whole(path, memory.getbuffer(), scratch)
 
 
 def load_dataset(path: str | Path, *, native: bool = False) -> Dataset:
@@ -174,7 +145,7 @@ def load_dataset(path: str | Path, *, native: bool = False) -> Dataset:
         try:
             columns = read_tree(file, native=native)
             counts = tuple(int(count) for count in file["fms"].attrs["counts"])
-            attributes = {name: _plain(value) for name, value in file.attrs.items()}
+            attributes = {name: plain_attribute(value) for name, value in file.attrs.items()}
             wrong = attribute_fault(attributes) or column_fault(columns, attributes["campaign"], counts)
         except Exception as error:  # of a damaged file the library may say anything
             wrong = f"which cannot be read ({shortened(str(error)) or type(error).__name__})"
@@ -183,7 +154,8 @@ def load_dataset(path: str | Path, *, native: bool = False) -> Dataset:
     return Dataset(columns, attributes, counts)
 
 
-def _plain(value: Any) -> Any:
+def plain_attribute(value: Any) -> Any:
+    """An attribute of a file as `write_tree` was given it."""
     if isinstance(value, str) and value.startswith(("{", "[")):
         return json.loads(value)
     return value.item() if isinstance(value, np.generic) else value

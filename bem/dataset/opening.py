@@ -18,7 +18,7 @@ import h5py
 import numpy as np
 
 from bem._support.wording import shown
-from bem.dataset.sealed_file import is_intact, is_sealed
+from bem.dataset.sealed_file import BLOCK, is_intact, is_sealed
 
 FORMAT = "viscoelastic-contact-dataset"
 FORMAT_VERSION = 1
@@ -32,8 +32,8 @@ class DamagedFileError(ValueError):
 
 
 @contextmanager
-def open_dataset(path: str | Path) -> Iterator[h5py.File]:
-    """Open a data set for reading.
+def open_dataset(path: str | Path, form: str = FORMAT, version: int = FORMAT_VERSION) -> Iterator[h5py.File]:
+    """Open a data set, or another sealed file of this `form` and `version`, for reading.
 
     Raises:
         FileNotFoundError: no such file.
@@ -45,51 +45,47 @@ def open_dataset(path: str | Path) -> Iterator[h5py.File]:
         raise ValueError(f"expected a data set file; received the folder {str(path)!r}")
     if not path.is_file():
         raise FileNotFoundError(f"data set file not found; received {str(path)!r}")
-    received = f"expected a data set of format {FORMAT!r}, version {FORMAT_VERSION}; received {str(path)!r}"
+    received = f"expected a data set of format {form!r}, version {version}; received {str(path)!r}"
     damaged = DamagedFileError(f"{received}, which is truncated or damaged")
     try:
         with path.open("rb") as content:
-            if _is_written_to(content):
-                raise ValueError(f"{received}, which another program is writing")
             sealed = is_sealed(content)
             if not sealed and not _is_hdf5(content):
                 raise ValueError(f"{received}, which is not HDF5, or damaged at its beginning")
             intact = is_intact(content) if sealed else _may_be_opened(content, path)
+            if not intact and _is_written_to(content, BLOCK if sealed else 0):
+                raise ValueError(f"{received}, which another program is writing or has not finished")
     except PermissionError as error:
         raise ValueError(f"{received}, which may not be read") from error
     if not intact:
         raise damaged
     try:
         file = h5py.File(path, "r")
+    except BlockingIOError as error:  # another program holds the lock that the HDF5 library takes on what it writes
+        raise ValueError(f"{received}, which another program is writing") from error
     except Exception as error:  # of a damaged file the library may say anything
         raise damaged from error
     with file:
         try:
-            found, version = file.attrs.get("format"), file.attrs.get("format_version")
+            found, number = file.attrs.get("format"), file.attrs.get("format_version")
             lost = not sealed and SEALED in file.attrs
         except Exception as error:
             raise damaged from error
-        if not isinstance(found, str) or found != FORMAT:
+        if not isinstance(found, str) or found != form:
             raise ValueError(f"{received}, an HDF5 file of another kind")
-        if not isinstance(version, np.integer) or version != FORMAT_VERSION:
-            version = version.item() if isinstance(version, np.generic) else version
-            raise ValueError(f"{received}, which is of version {shown(version)}")
+        if not isinstance(number, np.integer) or number != version:
+            number = number.item() if isinstance(number, np.generic) else number
+            raise ValueError(f"{received}, which is of version {shown(number)}")
         if lost:
             raise damaged
         yield file
 
 
-def _is_written_to(content: BinaryIO) -> bool:
-    """Whether another program holds the lock that the HDF5 library takes on what it writes."""
-    try:
-        import fcntl
-
-        fcntl.flock(content, fcntl.LOCK_SH | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return True
-    except (ImportError, OSError):  # a system or a disk without such locks
-        return False
-    return False
+def _is_written_to(content: BinaryIO, first_block: int) -> bool:
+    """Whether the HDF5 library has marked a file as open for writing, in the superblock behind a free first block."""
+    content.seek(first_block)
+    superblock = content.read(24)
+    return superblock.startswith(_HDF5) and len(superblock) == 24 and superblock[20 if superblock[8] < 2 else 11] == 1
 
 
 def _is_hdf5(content: BinaryIO) -> bool:

@@ -15,10 +15,9 @@ from numpy.typing import NDArray
 
 from bem._support.validation import FloatArray
 from bem.accuracy import resolve_accuracy
-from bem.dataset.campaign.executors import LocalPool
+from bem.dataset.campaign.executors import LocalExecutor
 from bem.dataset.campaign.files import campaign_of
-from bem.dataset.campaign.plan import Solver
-from bem.dataset.campaign.work import results
+from bem.dataset.campaign.work import Solver, results
 from bem.dataset.designs import QUANTITIES, agree, whole_number
 from bem.dataset.file import load_dataset
 from bem.dataset.records import FAILED, SCALARS, Record, untabulate
@@ -104,9 +103,9 @@ def verify(
     allowed = 2.0 * resolve_accuracy(campaign.accuracy).target
     found: dict[int, tuple[dict[str, float], bool]] = {}
     disagreeing = 0
-    with LocalPool(workers) as pool:
+    with LocalExecutor(workers) as executor:
         progress(0, 0, len(chosen))
-        for arrival in results(campaign, np.array(list(chosen)), pool, solver):
+        for arrival in results(campaign, np.array(list(chosen)), executor, solver):
             for record in arrival.records:
                 theirs, path_of_it = chosen[record.index]
                 apart = differences(record, theirs, path_of_it)

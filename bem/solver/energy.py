@@ -21,7 +21,7 @@ def stored_energy(
     radii: np.ndarray,
     weights: np.ndarray,
     tabor: float,
-    hard: bool,
+    nonadhesive: bool,
     depth: float,
     gap: np.ndarray,
     tractions: np.ndarray,
@@ -30,6 +30,6 @@ def stored_energy(
     total = 0.0
     for i in range(gap.size):
         lifted = 1.0 - depth + 0.5 * tabor * radii[i] ** 2 - gap[i]
-        surface = 0.0 if hard else tabor * potential(gap[i])
+        surface = 0.0 if nonadhesive else tabor * potential(gap[i])
         total += weights[i] * (surface + 0.5 * tractions[i] * lifted)
-    return total if hard else total + tail_energy(gap[gap.size - 1])
+    return total if nonadhesive else total + tail_energy(gap[gap.size - 1])

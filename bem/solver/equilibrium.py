@@ -24,6 +24,7 @@ import numpy as np
 
 from bem._support.jit import kernel
 from bem._support.linear_algebra import add_rows, copy_into, determinant_is_negative, dot, lu_factor, lu_solve
+from bem.solver.work import FACTORISATIONS, ITERATIONS, UNKNOWNS
 from bem.tractions import GAP_AT_PEAK, PEAK_TRACTION, slope, tail_force, traction
 
 PRESSED = 1.08  # below this gap (in h0) the traction is the unknown
@@ -173,7 +174,7 @@ def solve_adhesive(
     factor: Factor,
     gap: np.ndarray,
     tractions: np.ndarray,
-    counts: np.ndarray,
+    work: np.ndarray,
 ) -> bool:
     """Newton-Raphson from the predicted `gap` (n,), overwritten with `tractions` (n,) by the solution.
 
@@ -181,7 +182,7 @@ def solve_adhesive(
         tolerance: largest residual allowed, in h0.
         force_error: largest error of the force allowed, in pi R dgamma.
         factor: kept factorisation, used first and refreshed when convergence is slow.
-        counts: iterations, factorisations and unknowns solved for are added to counts[0:3].
+        work: counts as in `bem.solver.work`; iterations, factorisations and unknowns are added to.
 
     Returns:
         whether a stable state was found within both.
@@ -203,7 +204,7 @@ def solve_adhesive(
         if known and worst < allowed:
             if factor.unstable[0]:  # of an earlier iterate, perhaps not of this state
                 _factorise(influence, weights, gap, tabor, response, factor)
-                counts[1] += 1
+                work[FACTORISATIONS] += 1
             return not factor.unstable[0]
         if iteration == _MOST_ITERATIONS:
             return False
@@ -212,7 +213,7 @@ def solve_adhesive(
                 return False
             _factorise(influence, weights, gap, tabor, response, factor)
             refreshed += 1
-            counts[1] += 1
+            work[FACTORISATIONS] += 1
             fresh = True
         else:
             fresh = False
@@ -221,6 +222,6 @@ def solve_adhesive(
         copy_into(correction, residual)
         lu_solve(factor.columns, order, factor.pivots, correction)
         _update(gap, tractions, correction, tabor, factor.by_traction)
-        counts[0] += 1
-        counts[2] += order
+        work[ITERATIONS] += 1
+        work[UNKNOWNS] += order
     return False

@@ -17,6 +17,14 @@ from bem.tractions import PEAK_TRACTION, traction
 DEPTH = 3
 
 
+class Scales(NamedTuple):
+    """What differences between prediction and solution are compared with."""
+
+    force: float  # below this the force counts as small, in pi R dgamma
+    force_weight: float = 2.0  # of relative differences in force
+    local_weight: float = 1.0  # of those in gaps and tractions
+
+
 class Recent(NamedTuple):
     """The last solutions, newest first."""
 
@@ -80,7 +88,9 @@ def expected_force(recent: Recent, time: float) -> float:
 
 
 @kernel
-def predict(recent: Recent, time: float, tabor: float, hard: bool, gap: np.ndarray, tractions: np.ndarray) -> None:
+def predict(
+    recent: Recent, time: float, tabor: float, nonadhesive: bool, gap: np.ndarray, tractions: np.ndarray
+) -> None:
     """Extrapolate to `time` into `gap` and `tractions` (n,)."""
     weights = _lagrange_weights(recent, time)
     for j in range(gap.size):
@@ -89,7 +99,7 @@ def predict(recent: Recent, time: float, tabor: float, hard: bool, gap: np.ndarr
             weights[0] * recent.traction[0, j] + weights[1] * recent.traction[1, j] + weights[2] * recent.traction[2, j]
         )
         opening = weights[0] * last + weights[1] * recent.gap[1, j] + weights[2] * recent.gap[2, j]
-        if hard:
+        if nonadhesive:
             gap[j] = max(opening, 1.0)
             tractions[j] = min(stress, 0.0)
         elif last < PRESSED:
@@ -104,15 +114,13 @@ def predict(recent: Recent, time: float, tabor: float, hard: bool, gap: np.ndarr
 def prediction_error(
     weights: np.ndarray,
     tabor: float,
-    hard: bool,
+    nonadhesive: bool,
     guess_gap: np.ndarray,
     guess_traction: np.ndarray,
     gap: np.ndarray,
     tractions: np.ndarray,
-    force_scale: float,
-    force_weight: float = 2.0,
-    local_weight: float = 1.0,
-    force_expected: float = np.nan,
+    scales: Scales,
+    force_expected: float,
 ) -> float:
     """Largest relative difference between prediction and solution, in the nodes that matter and in the force.
 
@@ -120,10 +128,10 @@ def prediction_error(
     that remembers nothing does not depend on how it was reached: there only the course of the force must be followed,
     and the predicted state need only be near enough for Newton-Raphson.
     """
-    if hard:
+    if nonadhesive:
         force = dot(weights, tractions)
         difference = abs(dot(weights, guess_traction) - force)
-        return force_weight * difference / max(abs(force), force_scale)
+        return scales.force_weight * difference / max(abs(force), scales.force)
     largest_pressure, worst = tabor, 0.0
     for j in range(gap.size):
         largest_pressure = max(largest_pressure, -tractions[j])
@@ -138,19 +146,21 @@ def prediction_error(
     force = force_of(weights, tractions, gap)
     expected = force_of(weights, guess_traction, guess_gap) if np.isnan(force_expected) else force_expected
     difference = abs(expected - force)
-    return max(local_weight * worst, force_weight * difference / max(abs(force), force_scale))
+    return max(scales.local_weight * worst, scales.force_weight * difference / max(abs(force), scales.force))
+
+
+@kernel
+def bend_of_force(recent: Recent, time: float, force: float) -> float:
+    """How far the `force` at `time` lies from the straight line through the last two; 0 where there is only one."""
+    if recent.count[0] < 2:
+        return 0.0
+    slope = (recent.force[0] - recent.force[1]) / (recent.time[0] - recent.time[1])
+    return abs(force - recent.force[0] - slope * (time - recent.time[0]))
 
 
 @kernel
 def history_error(
-    recent: Recent,
-    weights: np.ndarray,
-    tabor: float,
-    hard: bool,
-    time: float,
-    forces: tuple[float, float, float],
-    force_scale: float,
-    force_weight: float = 2.0,
+    recent: Recent, weights: np.ndarray, tabor: float, nonadhesive: bool, time: float, force: float, scales: Scales
 ) -> float:
     """How far the force history between two steps lies from the parabola through them, as `prediction_error`.
 
@@ -160,19 +170,18 @@ def history_error(
     Args:
         recent: at least two solutions before the step.
         weights: of the force on their mesh.
-        tabor, hard: Tabor parameter, and whether there is no adhesion.
+        tabor, nonadhesive: Tabor parameter, and whether there is no adhesion.
         time: at the end of the step.
-        forces: at the two solutions, newest first, and at the end of the step.
-        force_scale: below this the force counts as small.
-        force_weight: of differences in force.
+        force: there.
+        scales: by which the difference is weighed.
     """
     newest, before = recent.time[0], recent.time[1]
-    rise = (forces[2] - forces[0]) / (time - newest)
-    rise_before = (forces[0] - forces[1]) / (newest - before)
+    rise = (force - recent.force[0]) / (time - newest)
+    rise_before = (recent.force[0] - recent.force[1]) / (newest - before)
     middle = 0.5 * (newest + time)
     curvature = (rise - rise_before) / (time - before)
-    parabola = forces[0] + rise * (middle - newest) + curvature * (middle - newest) * (middle - time)
+    parabola = recent.force[0] + rise * (middle - newest) + curvature * (middle - newest) * (middle - time)
     gap, tractions = np.empty(recent.gap.shape[1]), np.empty(recent.gap.shape[1])
-    predict(recent, middle, tabor, hard, gap, tractions)
-    force = force_of(weights, tractions, gap)
-    return force_weight * abs(force - parabola) / max(abs(force), force_scale)
+    predict(recent, middle, tabor, nonadhesive, gap, tractions)
+    expected = force_of(weights, tractions, gap)
+    return scales.force_weight * abs(expected - parabola) / max(abs(expected), scales.force)

@@ -14,6 +14,7 @@ import numpy as np
 from bem._support.jit import kernel
 from bem._support.linear_algebra import copy_into, determinant_is_negative, dot, lu_factor, lu_solve
 from bem.solver.equilibrium import residual_of, tractions_of
+from bem.solver.work import FACTORISATIONS, ITERATIONS
 from bem.tractions import slope
 
 _MOST_STEPS = 800
@@ -43,11 +44,11 @@ def settle(
     tolerance: float,
     gap: np.ndarray,
     tractions: np.ndarray,
-    counts: np.ndarray,
+    work: np.ndarray,
 ) -> bool:
     """Follow the pseudo-transient from `gap` (n,) to a stable equilibrium; overwrites `gap` and `tractions`.
 
-    Iterations and factorisations are added to counts[0:2]; returns whether an equilibrium was reached.
+    Iterations and factorisations are added to `work` (`bem.solver.work`); returns whether an equilibrium was reached.
     """
     n = gap.size
     residual, correction = np.empty(n), np.empty(n)
@@ -63,7 +64,7 @@ def settle(
         for _ in range(60):
             jacobian(influence, gap, tabor, response, 1.0 / pseudo_step, matrix)
             lu_factor(matrix, n, pivots)
-            counts[1] += 1
+            work[FACTORISATIONS] += 1
             if determinant_is_negative(matrix, n, pivots):
                 pseudo_step *= 0.3
                 continue
@@ -77,7 +78,7 @@ def settle(
             pseudo_step *= max(0.1, 0.5 * _LARGEST_CHANGE / largest)
         if worst < tolerance and pseudo_step >= _SETTLED:
             return True
-        counts[0] += 1
+        work[ITERATIONS] += 1
         for i in range(n):
             gap[i] = max(gap[i] - correction[i], 0.05 * gap[i])
         pseudo_step = min(pseudo_step * min(3.0, 0.5 * _LARGEST_CHANGE / max(largest, 1e-12)), 1e6)

@@ -14,6 +14,7 @@ import numpy as np
 
 from bem._support.jit import kernel
 from bem._support.linear_algebra import add_rows, lu_factor, lu_solve
+from bem.solver.work import FACTORISATIONS, ITERATIONS, UNKNOWNS
 
 _MOST_ITERATIONS = 100
 # In h0, of what the gap is made of. Not an accuracy: a node left open although it is pressed costs force, far more of
@@ -33,17 +34,17 @@ def _list_nodes(closed: np.ndarray, inside: np.ndarray) -> int:
 
 
 @kernel
-def solve_hard(
+def solve_nonadhesive(
     influence: np.ndarray,
     rhs: np.ndarray,
     response: float,
     gap: np.ndarray,
     tractions: np.ndarray,
-    counts: np.ndarray,
+    work: np.ndarray,
 ) -> bool:
     """Solve from the nodes closed in the predicted `tractions` (n,); overwrites `gap` and `tractions` by the solution.
 
-    `counts` as in `bem.solver.equilibrium.solve_adhesive`; returns whether no node passes through or pulls, up to
+    `work` as in `bem.solver.equilibrium.solve_adhesive`; returns whether no node passes through or pulls, up to
     rounding.
     """
     n = gap.size
@@ -70,9 +71,9 @@ def solve_hard(
         if m > 0:
             lu_factor(columns, m, pivots)
             lu_solve(columns, m, pivots, pressure)
-        counts[0] += 1
-        counts[1] += 1
-        counts[2] += m
+        work[ITERATIONS] += 1
+        work[FACTORISATIONS] += 1
+        work[UNKNOWNS] += m
         for i in range(m):
             tractions[inside[i]] = pressure[i]
         add_rows(influence, tractions, gap)
@@ -91,7 +92,7 @@ def solve_hard(
 
 
 @kernel
-def hard_edge(radii: np.ndarray, tractions: np.ndarray) -> float:
+def nonadhesive_edge(radii: np.ndarray, tractions: np.ndarray) -> float:
     """Contact radius: half-way from the last node that presses to the next one; 0 where nothing touches."""
     for j in range(tractions.size - 1, -1, -1):
         if tractions[j] < 0.0:

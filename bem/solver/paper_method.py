@@ -32,6 +32,7 @@ from bem.solver.discretisation.cohesive_zone import contact_edge, largest_contac
 from bem.solver.discretisation.mesh import Mesh, fixed_mesh, uniform_mesh
 from bem.solver.equilibrium import force_of, residual_of, tractions_of
 from bem.solver.instabilities import jacobian, settle, smallest_eigenvalue
+from bem.solver.work import FACTORISATIONS, FOLD_SOLVES, ITERATIONS, REJECTIONS, STEPS, new_work, work_by_name
 from bem.tractions import LennardJones
 from bem.trajectory import Jump, Statistics, Trajectory
 
@@ -40,6 +41,7 @@ MOST_HALVINGS = 14
 MOST_ITERATIONS = 25
 RESIDUAL = 1e-5
 RESOLVED = 20.0
+_STATISTICS = ("steps", "rejections", "iterations", "factorisations", "fold_solves")
 _LEAST_JUMP = 0.02  # of the force (at least 1), by which a step over a fold counts as a jump
 
 
@@ -72,28 +74,23 @@ def simulate_paper_method(
     touching = largest_contact_radius(float(np.max(history.indentations)), tabor, False)
     mesh = fixed_mesh(tabor, uniform_mesh(math.sqrt(touching**2 + 2.0 * FAR_GAP / tabor), nodes), False)
     strengths, times = np.array(material.strengths), np.array(material.times)
-    records, jumps, counts, by_segment, solved = _march(
+    records, jumps, work, by_segment, solved = _march(
         mesh, tabor, strengths, times, np.array(history.times), np.array(history.indentations), steps
     )
     seconds = time.perf_counter() - started
     by_phase: dict[str, int] = {}
     for phase, taken in zip(history.phases, by_segment, strict=True):
         by_phase[phase] = by_phase.get(phase, 0) + int(taken)
-    iterations, factorisations, accepted, rejections, fold_solves = (int(value) for value in counts)
+    counted = work_by_name(work)
     status = "completed" if solved else f"no equilibrium found (at time {records[-1, 0]:.6g})"
     return Trajectory(
         *(np.ascontiguousarray(records[:, column]) for column in range(4)),
         status=status,
         jumps=tuple(Jump(*(float(value) for value in row)) for row in jumps),
         stats=Statistics(
-            steps=accepted,
+            **{name: counted[name] for name in _STATISTICS},
             steps_by_phase=by_phase,
-            rejections=rejections,
-            iterations=iterations,
-            factorisations=factorisations,
-            fold_solves=fold_solves,
-            remeshings=0,
-            memory_vectors=accepted if strengths.size else 0,
+            memory_vectors=counted["steps"] if strengths.size else 0,
             nodes=float(nodes),
             unknowns_per_solve=float(nodes),
             grid_nodes=nodes,
@@ -113,7 +110,7 @@ def _while_unloading(segment: np.ndarray, phases: tuple[str, ...]) -> np.ndarray
 
 @kernel
 def _newton(
-    mesh: Mesh, tabor: float, rhs: np.ndarray, response: float, gap: np.ndarray, tractions: np.ndarray, counts
+    mesh: Mesh, tabor: float, rhs: np.ndarray, response: float, gap: np.ndarray, tractions: np.ndarray, work: np.ndarray
 ) -> bool:
     """Plain Newton-Raphson in the gap (n,), overwritten with `tractions` (n,); whether the residual became small."""
     n = gap.size
@@ -132,8 +129,8 @@ def _newton(
         jacobian(mesh.influence, gap, tabor, response, 0.0, columns)
         lu_factor(columns, n, pivots)
         lu_solve(columns, n, pivots, residual)
-        counts[0] += 1
-        counts[1] += 1
+        work[ITERATIONS] += 1
+        work[FACTORISATIONS] += 1
         for i in range(n):
             # A larger change would leave the range in which the law is anything like its tangent.
             gap[i] += min(max(-residual[i], -0.3 * gap[i]), 0.5 * gap[i])
@@ -166,7 +163,7 @@ def _march(
 ) -> tuple:
     """Follow the history; records (n, 5): time, indentation, force, contact radius, segment."""
     n = mesh.radii.size
-    counts = np.zeros(5, dtype=np.int64)
+    work, of_settling = new_work(), new_work()
     by_segment = np.zeros(corners.size - 1, dtype=np.int64)
     records, jumps = np.empty((1024, 5)), np.empty((64, 6))
     recorded, jumped, past = 0, 0, 0
@@ -175,8 +172,7 @@ def _march(
     shape = 1.0 + 0.5 * tabor * mesh.radii**2
     gap = np.maximum(shape - depths[0], 0.95)
     tractions = np.zeros(n)
-    solver_counts = np.zeros(9, dtype=np.int64)
-    solved = settle(mesh.influence, tabor, shape - depths[0], 1.0, RESIDUAL, gap, tractions, solver_counts)
+    solved = settle(mesh.influence, tabor, shape - depths[0], 1.0, RESIDUAL, gap, tractions, of_settling)
     settled = tractions.copy()  # relaxed: felt through the whole compliance
     force = force_of(mesh.force_weights, tractions, gap)
     records[0] = np.array([corners[0], depths[0], force, contact_edge(mesh.radii, gap), 0.0])
@@ -199,17 +195,17 @@ def _march(
             add_rows(mesh.influence, known, displaced)
             rhs = shape - depth - displaced
             new_gap, new_traction = gap.copy(), tractions.copy()
-            converged = _newton(mesh, tabor, rhs, glassy, new_gap, new_traction, counts)
+            converged = _newton(mesh, tabor, rhs, glassy, new_gap, new_traction, work)
             if not converged and step > 1.01 * smallest:
-                counts[3] += 1
+                work[REJECTIONS] += 1
                 step *= 0.5
                 continue
             old_force, eigenvalue = force, 0.0
             if not converged:
-                counts[4] += 1
+                work[FOLD_SOLVES] += 1
                 eigenvalue = smallest_eigenvalue(mesh.influence, tabor, glassy, gap)
                 new_gap = gap.copy()
-                solved = settle(mesh.influence, tabor, rhs, glassy, RESIDUAL, new_gap, new_traction, solver_counts)
+                solved = settle(mesh.influence, tabor, rhs, glassy, RESIDUAL, new_gap, new_traction, of_settling)
                 if not solved:
                     break
             new_force = force_of(mesh.force_weights, new_traction, new_gap)
@@ -236,6 +232,6 @@ def _march(
             records[recorded] = np.array([instant, depth, force, contact_edge(mesh.radii, gap), float(segment)])
             recorded += 1
             by_segment[segment] += 1
-            counts[2] += 1
+            work[STEPS] += 1
             step = min(1.5 * step, nominal)
-    return records[:recorded], jumps[:jumped], counts, by_segment, solved
+    return records[:recorded], jumps[:jumped], work, by_segment, solved

@@ -1,10 +1,10 @@
-"""The one door in: a scene and a protocol become a trajectory."""
+"""`simulate`: compute the trajectory of a scene under a protocol."""
 
 from __future__ import annotations
 
 import functools
 import time
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,20 +15,17 @@ from bem._support.validation import instance
 from bem._support.wording import shown
 from bem.accuracy import Accuracy, resolve_accuracy
 from bem.protocol import LoadingProtocol, PiecewiseLinearProtocol
-from bem.reference_solutions import hertz
 from bem.scene import Scene
-from bem.solver.discretisation.cohesive_zone import largest_contact_radius
-from bem.solver.discretisation.influence import require_mesh
-from bem.solver.discretisation.mesh import Grid, Mesh, fixed_mesh, master_grid
-from bem.solver.state import COUNTS, Problem
-from bem.solver.time_stepping import COMPLETED, NO_EQUILIBRIUM, TOO_MANY_STEPS, UNPHYSICAL, march
+from bem.solver.discretisation.mesh import Mesh
+from bem.solver.problem import Problem, discretise
+from bem.solver.time_stepping import COMPLETED, NO_EQUILIBRIUM, TOO_MANY_STEPS, UNPHYSICAL, Marched, march
+from bem.solver.work import work_by_name
 from bem.tractions import HardContact
 from bem.trajectory import Jump, Statistics, Trajectory
 
 MOST_STEPS = 400_000
-_NOISE = 0.04
-_LOCAL_WEIGHT_ELASTIC = 0.1  # what happens at the edge matters to the next step only where it is remembered
 _MOST_REFINEMENTS = 3  # each halves the target error
+_STATISTICS = ("steps", "rejections", "iterations", "factorisations", "fold_solves", "remeshings")
 _REASONS = {
     COMPLETED: "completed",
     NO_EQUILIBRIUM: "no stable equilibrium found; try a tighter accuracy",
@@ -73,127 +70,112 @@ def simulate(
     target = resolve_accuracy(accuracy)
     if initial_state not in ("relaxed", "glassy"):
         raise ValueError(f"initial_state must be 'relaxed' or 'glassy'; received {shown(initial_state)}")
-    history = protocol.history(scene.tabor) if isinstance(protocol, LoadingProtocol) else protocol
-    deepest = float(np.max(history.indentations))
     load_kernels()
     seconds = 0.0
     for refinement in range(_MOST_REFINEMENTS + 1):
         wanted = target.target / 2.0**refinement
-        controls = Accuracy(target.name, wanted).controls(elastic=scene.material.strengths.size == 0)
         try:
-            problem, own_mesh = _discretise(scene, deepest, controls, mesh)
+            run = _prepare(scene, protocol, Accuracy(target.name, wanted), mesh)
         except MemoryError as error:
             if refinement == 0:
-                return _unfinished(str(error), wanted, len(scene.material.strengths))
+                return _not_started(str(error), wanted, len(scene.material.strengths))
             break
-        arguments = (np.array(history.times), np.array(history.indentations), initial_state == "glassy", MOST_STEPS)
         started = time.perf_counter()
-        result = march(problem, own_mesh, *arguments)
+        result = march(*run, initial_state == "glassy", MOST_STEPS)
         seconds += time.perf_counter() - started
         aim = wanted
         # A mesh too coarse for its scene can lose its way at a fold: what is asked for is then worth a finer one.
-        if result[-1] in (COMPLETED, TOO_MANY_STEPS):
+        if result.outcome in (COMPLETED, TOO_MANY_STEPS):
             break
-    return _trajectory(problem, history, aim, *result, seconds)
+    return _trajectory(run.problem, _path(scene, protocol), aim, result, seconds)
 
 
 @functools.cache
 def load_kernels() -> None:
     """Compile the solver's kernels, or load them from the cache, by following a tiny contact once."""
     announce_compilation()
-    target = resolve_accuracy("draft").controls()
-    radii = np.linspace(0.0, 2.0, 5)
-    problem, mesh = _discretise(Scene(tabor=1.0, adhesion=HardContact()), 1.0, target, radii)
-    march(problem, mesh, np.array([0.0, 1.0]), np.array([0.0, 0.1]), False, 3)
+    scene, path = Scene(tabor=1.0, adhesion=HardContact()), PiecewiseLinearProtocol([0.0, 1.0], [0.0, 0.1])
+    march(*_prepare(scene, path, resolve_accuracy("draft"), np.linspace(0.0, 2.0, 5)), False, 3)
 
 
 def count_unstable(
     scene: Scene, protocol: LoadingProtocol | PiecewiseLinearProtocol, accuracy: str | float = "standard"
 ) -> int:
-    """Number of states along a trajectory that are no stable equilibria, each looked at again; zero if all is well."""
-    target = resolve_accuracy(accuracy)
-    history = protocol.history(scene.tabor) if isinstance(protocol, LoadingProtocol) else protocol
-    controls = target.controls(elastic=scene.material.strengths.size == 0)
-    problem, own_mesh = _discretise(scene, float(np.max(history.indentations)), controls, None, audit=True)
-    counts = march(problem, own_mesh, np.array(history.times), np.array(history.indentations), False, MOST_STEPS)[2]
-    return int(counts[COUNTS.index("unstable")])
+    """Number of states along a trajectory that are no stable equilibria, each checked again; zero if all is well."""
+    run = _prepare(scene, protocol, resolve_accuracy(accuracy), audit=True)
+    return work_by_name(march(*run, False, MOST_STEPS).work)["unstable"]
 
 
-def _discretise(
-    scene: Scene, deepest: float, controls, mesh: ArrayLike | None, audit: bool = False
-) -> tuple[Problem, Mesh]:
-    """The problem in the kernels' terms, and the user's own mesh, empty where there is none."""
-    hard = isinstance(scene.adhesion, HardContact)
-    tabor, material = scene.tabor, scene.material
-    strengths, times = np.array(material.strengths), np.array(material.times)
-    glassy_hertz = float(hertz.force_from_indentation(max(deepest, 0.0), tabor)) / material.modulus_ratio
-    force_scale = max(3e-2 * abs(glassy_hertz) * material.modulus_ratio, 1e-12) if hard else 1.0
-    # The stiffer the glass, the fewer steps the gaps alone would give to a fast pull-off.
-    force_weight = min(max(2.0, 0.2 / material.modulus_ratio), 20.0)
-    # Extrapolation adds the errors of three states up to sevenfold; the step must not be chosen by them.
-    force_error = _NOISE * controls.prediction / force_weight
-    least_force = 1.05 * glassy_hertz - 4.0 / material.modulus_ratio
-    radii = np.zeros(0)
-    if mesh is not None:
-        radii = require_mesh(mesh)
-        contact = largest_contact_radius(deepest, tabor, hard)
-        if radii[-1] <= contact:
-            raise ValueError(
-                f"mesh must reach beyond the contact, whose radius can be {contact:.4g}; received one that ends at "
-                f"{radii[-1]:.4g}"
-            )
-        grid = Grid(radii.size, 0.0, np.zeros((0, 0)))
-    else:
-        grid = master_grid(tabor, deepest, hard, controls)
-    problem = Problem(
-        tabor=tabor,
-        hard=hard,
-        strengths=strengths,
-        times=times,
-        controls=controls,
-        grid=grid,
-        fixed_mesh=mesh is not None,
-        force_scale=force_scale,
-        force_weight=force_weight,
-        local_weight=1.0 if strengths.size else _LOCAL_WEIGHT_ELASTIC,
-        force_error=force_error,
-        least_force=least_force,
-        audit=audit,
-    )
-    return problem, fixed_mesh(tabor, radii, strengths.size > 0)
+class _Run(NamedTuple):
+    """What `march` is called with."""
+
+    problem: Problem
+    mesh: Mesh
+    times: np.ndarray
+    depths: np.ndarray
+
+
+def _path(scene: Scene, protocol: LoadingProtocol | PiecewiseLinearProtocol) -> PiecewiseLinearProtocol:
+    return protocol.history(scene.tabor) if isinstance(protocol, LoadingProtocol) else protocol
+
+
+def _prepare(
+    scene: Scene,
+    protocol: LoadingProtocol | PiecewiseLinearProtocol,
+    accuracy: Accuracy,
+    mesh: ArrayLike | None = None,
+    audit: bool = False,
+) -> _Run:
+    path = _path(scene, protocol)
+    controls = accuracy.controls(elastic=scene.material.strengths.size == 0)
+    problem, own_mesh = discretise(scene, float(np.max(path.indentations)), controls, mesh, audit)
+    return _Run(problem, own_mesh, np.array(path.times), np.array(path.indentations))
 
 
 def _trajectory(
-    problem, history, target, records, jumps, counts, segment_steps, energies, outcome, seconds
+    problem: Problem, path: PiecewiseLinearProtocol, target: float, result: Marched, seconds: float
 ) -> Trajectory:
-    by_name = dict(zip(COUNTS, (int(value) for value in counts), strict=True))
+    records, jumps, segment_steps = result.records, result.jumps, result.segment_steps
     steps_by_phase: dict[str, int] = {}
-    for phase, steps in zip(history.phases, segment_steps, strict=True):
+    for phase, steps in zip(path.phases, segment_steps, strict=True):
         steps_by_phase[phase] = steps_by_phase.get(phase, 0) + int(steps)
+    work = work_by_name(result.work)
     stats = Statistics(
-        steps=by_name["steps"],
+        **{name: work[name] for name in _STATISTICS},
         steps_by_phase=steps_by_phase,
-        rejections=by_name["rejections"],
-        iterations=by_name["iterations"],
-        factorisations=by_name["factorisations"],
-        fold_solves=by_name["fold_solves"],
-        remeshings=by_name["remeshings"],
         memory_vectors=problem.strengths.size,
-        nodes=by_name["nodes"] / max(by_name["steps"], 1),
-        unknowns_per_solve=by_name["unknowns"] / max(by_name["iterations"], 1),
+        nodes=work["nodes"] / max(work["steps"], 1),
+        unknowns_per_solve=work["unknowns"] / max(work["iterations"], 1),
         grid_nodes=problem.grid.size,
         seconds=seconds,
     )
-    status = _REASONS[outcome]
-    if outcome != COMPLETED and len(records):
+    status = _REASONS[result.outcome]
+    if result.outcome != COMPLETED and len(records):
         status = f"{status} (at time {records[-1, 0]:.6g}, indentation {records[-1, 1]:.6g})"
-    unloading = _in_phase(records[:, 0], history, "unloading")
+    unloading = _in_phase(records[:, 0], path, "unloading")
     records, unloading = with_peaks(records, unloading)
     found = tuple(Jump(*map(float, row)) for row in jumps)
-    balance = _energy_balance(records, energies, found, target) if problem.strengths.size == 0 else np.nan
+    elastic = problem.strengths.size == 0
+    balance = _energy_balance(records, result.energies, found, target) if elastic else np.nan
     columns = (np.ascontiguousarray(records[:, k]) for k in range(4))
     return Trajectory(
         *columns, status=status, jumps=found, stats=stats, accuracy=target, unloading=unloading, energy_balance=balance
+    )
+
+
+def _not_started(reason: str, target: float, terms: int) -> Trajectory:
+    """A trajectory without an entry, because the reason was known before."""
+    empty = np.zeros(0)
+    return Trajectory(
+        empty,
+        empty,
+        empty,
+        empty,
+        status=f"not started: {reason}",
+        jumps=(),
+        stats=Statistics(memory_vectors=terms),
+        accuracy=target,
+        unloading=np.zeros(0, bool),
     )
 
 
@@ -205,26 +187,9 @@ def _energy_balance(records: np.ndarray, energies: np.ndarray, jumps: tuple[Jump
     return float(lost if returned else lost + energies[1] - energies[0])
 
 
-def _in_phase(instants: np.ndarray, history: PiecewiseLinearProtocol, phase: str) -> np.ndarray:
+def _in_phase(instants: np.ndarray, path: PiecewiseLinearProtocol, phase: str) -> np.ndarray:
     inside = np.zeros(instants.size, dtype=bool)
-    for begin, end, name in zip(history.times[:-1], history.times[1:], history.phases, strict=True):
+    for begin, end, name in zip(path.times[:-1], path.times[1:], path.phases, strict=True):
         if name == phase:
             inside |= (instants >= begin) & (instants <= end)
     return inside
-
-
-def _unfinished(reason: str, target: float, terms: int) -> Trajectory:
-    """A trajectory that was not begun, because the reason was known before."""
-    empty = np.zeros(0)
-    stats = Statistics(0, {}, 0, 0, 0, 0, 0, terms, 0.0, 0.0, 0, 0.0)
-    return Trajectory(
-        empty,
-        empty,
-        empty,
-        empty,
-        status=f"not started: {reason}",
-        jumps=(),
-        stats=stats,
-        accuracy=target,
-        unloading=np.zeros(0, bool),
-    )

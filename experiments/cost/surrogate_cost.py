@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
-import json
 import warnings
 from collections.abc import Callable
 from functools import partial
@@ -20,9 +19,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from bem.dataset.measurement_steps import FIRST_UNLOADING, FMS, measurement_grid
-from experiments.lineage import dataset_digest, read_lineage
+from experiments.lineage import dataset_digest
 from experiments.paper.model_comparison import trained_otherwise
 from experiments.timing import progress, timed
+from surrogate.training.identity import read_identity
 
 if TYPE_CHECKING:
     from experiments.cost.cases import Case
@@ -53,8 +53,11 @@ def states(models: Path) -> dict[str, str]:
     for name in names():
         absent = [file for file in FILES if not (models / name / file).is_file()]
         found[name] = "not trained" if len(absent) == len(FILES) else ", ".join(f"no {file}" for file in absent)
-        if not absent and _trained_on(models / name) is None:
-            found[name] = "run.json names no data set"
+        if not absent:
+            try:
+                read_identity(models / name)
+            except ValueError:
+                found[name] = "does not say how it was trained"
     return found
 
 
@@ -78,8 +81,8 @@ def left_out(models: Path, dataset: Path) -> dict[str, list[str]]:
     """
     lineages = {}
     for path in sorted(models.glob("*/run.json")):
-        with contextlib.suppress(FileNotFoundError, ValueError, KeyError, TypeError):
-            lineages[path.parent.name] = read_lineage(path.parent)
+        with contextlib.suppress(FileNotFoundError, ValueError):
+            lineages[path.parent.name] = read_identity(path.parent)
     return trained_otherwise(lineages, dataset_digest(dataset))
 
 
@@ -92,13 +95,6 @@ def outdated(models: Path, dataset: Path) -> list[str]:
 def weights_digest(folder: Path) -> str:
     """Digest of a model's weights, which tells one training from the next."""
     return hashlib.sha256((folder / "model.weights.h5").read_bytes()).hexdigest()
-
-
-def _trained_on(folder: Path) -> str | None:
-    try:
-        return str(json.loads((folder / "run.json").read_text(encoding="utf-8"))["dataset_sha256"])
-    except (json.JSONDecodeError, KeyError, TypeError):
-        return None
 
 
 def protocol_columns(cases: list[Case]) -> dict[str, np.ndarray]:

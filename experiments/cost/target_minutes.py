@@ -1,16 +1,15 @@
 """Minutes that each target of REPRODUCING.md takes from published results, every one into a folder with nothing in it.
 
-The targets are those of the document's own table, so that a row added there is measured too. Set-up is done before, and
-compiled kernels are kept between targets, as on the machine of who has run one before.
+The targets are those of the Makefile's registry, so that a figure added there is measured too. Set-up is done before,
+and compiled kernels are kept between targets, as on the machine of who has run one before.
 
-Usage: `python -m experiments.cost.target_minutes [--document FILE] [--only TARGET ...] [--out FILE]`.
+Usage: `python -m experiments target_minutes [--makefile FILE] [--only TARGET ...] [--out FILE]`.
 """
 
 from __future__ import annotations
 
 import json
 import os
-import re
 import subprocess
 import tempfile
 import time
@@ -22,29 +21,21 @@ import typer
 from bem._support.command_line import run_main
 from bem._support.provenance import host
 from experiments.common import write_result
+from experiments.registry import MAKEFILE, WHOLE, entries
 from experiments.timing import MEASUREMENTS, progress
 
-DOCUMENT = Path("REPRODUCING.md")
 OUT = MEASUREMENTS / "target_minutes.json"
 EMPTY = Path("build")
 """Where folders with nothing in them are made."""
-ROW = re.compile(r"^\|[^|]*\| `make ([a-z0-9 -]+)` \|", re.MULTILINE)
 
 
-def targets(document: Path) -> list[str]:
-    """What the rows of the document's table ask make for, in their order; several targets of one row stay together.
-
-    Raises:
-        ValueError: no such row.
-    """
-    found = ROW.findall(document.read_text(encoding="utf-8"))
-    if not found:
-        raise ValueError(f"rows must name their target as `make TARGET`; received {str(document)!r} without one")
-    return found
+def targets(makefile: Path) -> list[str]:
+    """The paper's figures and tables in the Makefile's registry, and all of them together."""
+    return [*(entry.name for entry in entries(makefile) if entry.kind == "paper"), *WHOLE]
 
 
 def joined(target: str) -> str:
-    """The targets of a row as one word."""
+    """Several targets as one word."""
     return target.replace(" ", "-")
 
 
@@ -75,25 +66,15 @@ def minutes(target: str) -> float:
     return spent / 60.0
 
 
-def places(document: Path, measured: Path) -> dict[str, str]:
-    """Minutes for the places of the document, `minutes-TARGET`, and the machine; a dash where not measured."""
-    content = json.loads(measured.read_text(encoding="utf-8")) if measured.is_file() else {"minutes": {}}
-    found = {"machine": content.get("host", "a machine not said yet")}
-    for target in targets(document):
-        spent = content["minutes"].get(target)
-        found[f"minutes-{joined(target)}"] = "-" if spent is None else f"{max(spent, 0.1):.1f}"
-    return found
-
-
 def main(
-    document: Annotated[Path, typer.Option(help="Its table says what is measured.")] = DOCUMENT,
-    only: Annotated[list[str] | None, typer.Option(help="Measure this row (figures-tables), keep the others.")] = None,
+    makefile: Annotated[Path, typer.Option(help="Its registry says what is measured.")] = MAKEFILE,
+    only: Annotated[list[str] | None, typer.Option(help="Measure this one (figures-tables), keep the others.")] = None,
     out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
 ) -> None:
     """Run every target once and write what it took."""
-    known = {joined(target): target for target in targets(document)}
+    known = {joined(target): target for target in targets(makefile)}
     if unknown := [name for name in only or [] if joined(name) not in known]:
-        raise ValueError(f"only must be one of the document's rows {', '.join(known)}; received {unknown[0]!r}")
+        raise ValueError(f"only must be one of {', '.join(known)}; received {unknown[0]!r}")
     kept = json.loads(out.read_text(encoding="utf-8")) if only and out.is_file() else {"host": host(), "minutes": {}}
     if kept["host"] != host():
         raise ValueError(f"rows must be of one machine; received {str(out)!r} of {kept['host']}: measure all of them")

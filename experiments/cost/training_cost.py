@@ -26,10 +26,11 @@ from bem._support.command_line import run_main
 from bem.dataset.file import load_dataset
 from experiments.common import DATASET, MODELS, write_result
 from experiments.cost import training_speed
-from experiments.lineage import dataset_digest, read_lineage
+from experiments.lineage import dataset_digest
 from experiments.paper.model_comparison import REFERENCE, minutes_to, outdated, paper_mse, published, read_model
 from experiments.timing import MEASUREMENTS, plain
 from surrogate.architectures.naming import names
+from surrogate.training.identity import read_identity
 
 OUT = MEASUREMENTS / "training_cost.json"
 SHARES = Path("published/data_efficiency.json")
@@ -65,7 +66,7 @@ def epoch_seconds(trajectories: int, recipe: dict[str, Any], each: float) -> flo
 
 def training_seconds(folder: Path, batch: dict[tuple[str, str], float]) -> float:
     """Core seconds of a published model's training: of its batches where measured, else what its processor took."""
-    run, recipe = json.loads((folder / "run.json").read_text(encoding="utf-8")), read_lineage(folder).recipe
+    run, recipe = json.loads((folder / "run.json").read_text(encoding="utf-8")), read_identity(folder).recipe
     each = batch.get((recipe["name"], run["architecture"]))
     if each is None:
         return float(run["cpu_seconds"])

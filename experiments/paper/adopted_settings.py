@@ -2,20 +2,16 @@
 
 `REPRODUCTION.md` sets it beside the paper's words; such a row shows that we follow the paper, not that a result came
 out the same. The closed forms of the two elastic limits are here too, as the code evaluates them.
-
-Usage: `python -m experiments.paper.adopted_settings [--configs DIR] [--out FILE]`.
 """
 
 from __future__ import annotations
 
 import inspect
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
-import typer
 
-from bem._support.command_line import run_main
 from bem.dataset.designs import PAPER_RANGES
 from bem.dataset.measurement_steps import FMS
 from bem.protocol import default_start_indentation
@@ -23,8 +19,6 @@ from bem.reference_solutions import dmt, jkr
 from bem.reference_solutions import persson_brener as theory
 from experiments import common
 from surrogate.training.recipe import Recipe
-
-OUT = common.RESULTS / "adopted_settings.json"
 
 
 def recipe() -> dict[str, Any]:
@@ -63,16 +57,13 @@ def crack_protocol() -> dict[str, Any]:
     return {**found, **{name: float(defaults[name].default) for name in ("alpha", "radius_over_gap")}}
 
 
-def main(
-    configs: Annotated[Path, typer.Option(help="Where the studies' TOML files are.")] = common.CONFIGS,
-    out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
-) -> None:
-    """Write the settings."""
+def study(configs: Path) -> dict[str, Any]:
+    """Read the settings."""
     from surrogate.data.features import channel_names
 
     features = common.read_config(configs / "feature_sets.toml", "architecture", "recipe", "epochs", "sets", "jobs")
     radii = np.linspace(0.5, 3.0, 100_001)
-    content = {
+    return {
         "ranges": {name: list(bounds) for name, bounds in PAPER_RANGES.items()},
         "start_over_tabor": default_start_indentation(1.0),
         "measurement_steps": sum(FMS),
@@ -87,9 +78,3 @@ def main(
             "dmt_pull_off": float(dmt.force_from_indentation(0.0, 1.0)),
         },
     }
-    common.write_result(out, "adopted_settings", content)
-    print("settings written")
-
-
-if __name__ == "__main__":
-    run_main(main)

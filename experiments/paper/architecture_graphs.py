@@ -2,24 +2,12 @@
 
 For each model: its layers in order of computation, each with its kind, a short label, its width, its parameters and
 the layers it reads. For the components figure also what is inside one residual block.
-
-Usage: `python -m experiments.paper.architecture_graphs [--out FILE]` for the eighteen; with `--architecture FILE.py`
-for those alone which that file registers.
 """
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Annotated, Any
-
-import typer
-
-from bem._support.command_line import run_main
-from experiments import common
-from surrogate.cli.predict import ArchitectureOption
-
-OUT = common.RESULTS / "architecture_graphs.json"
-OWN = common.RESULTS / "own_architecture_graphs.json"
+from collections.abc import Iterable
+from typing import Any
 
 
 def label(layer: Any) -> str:
@@ -69,25 +57,19 @@ def reach_back(layer: Any) -> int:
     return 2 * (layer.kernel_size - 1) * layer.dilation
 
 
-def main(
-    out: Annotated[Path | None, typer.Option(help="Result file to write.")] = None,
-    architecture: ArchitectureOption = None,
-) -> None:
-    """Build the models and write their graphs."""
+def graphs(names: Iterable[str]) -> dict[str, Any]:
+    """Graphs of these models, with the words of their families."""
     import surrogate
     from surrogate.architectures.naming import FAMILIES, split_name
-    from surrogate.architectures.registry import REGISTERED, load_architectures
     from surrogate.data.features import channel_names
 
-    load_architectures(architecture or ())
-    chosen = [name for name in surrogate.names() if (split_name(name)[0] in REGISTERED) == bool(architecture)]
-    graphs = {name: graph(surrogate.build(name)) for name in chosen}
-    words = {family: FAMILIES[family] for family in dict.fromkeys(split_name(name)[0] for name in chosen)}
-    place = out or (OWN if architecture else OUT)
-    content = {"channels": list(channel_names("D")), "families": words, "models": graphs}
-    common.write_result(place, "architecture_graphs", content)
-    print(f"{len(graphs)} wirings written to {place}")
+    models = {name: graph(surrogate.build(name)) for name in names}
+    families = {family: FAMILIES[family] for family in dict.fromkeys(split_name(name)[0] for name in models)}
+    return {"channels": list(channel_names("D")), "families": families, "models": models}
 
 
-if __name__ == "__main__":
-    run_main(main)
+def study() -> dict[str, Any]:
+    """The graphs of the eighteen."""
+    from surrogate.architectures.naming import paper_names
+
+    return graphs(paper_names())

@@ -2,28 +2,22 @@
 
 The seconds are those that `experiments.paper.canonical_times` measured and published, whatever machine this runs on.
 Source: the paper's section "Canonical adhesion regimes" and its timing table.
-
-Usage: `python -m experiments.paper.canonical_regimes [--config FILE] [--models DIR] [--times FILE] [--out FILE]`.
 """
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import typer
 
-from bem._support.command_line import run_main
 from bem.dataset.measurement_steps import FMS
 from experiments import common
-from experiments.paper import canonical_times
 
 if TYPE_CHECKING:
     from surrogate.inference.predictor import Surrogate
 
-CONFIG = common.CONFIGS / "canonical_regimes.toml"
-OUT = common.RESULTS / "canonical_regimes.json"
+KEYS = ("model", "modulus_ratio", "accuracy")
 SCALARS = ("pull_off_force", "pull_off_time", "hysteresis", "max_compression", "end_force")
 
 
@@ -78,31 +72,19 @@ def summary(regimes: list[dict[str, Any]]) -> dict[str, float]:
     return found
 
 
-def main(
-    config: Annotated[Path, typer.Option(help="TOML file.")] = CONFIG,
-    models: Annotated[Path, typer.Option(help="Where trained models are.")] = common.MODELS,
-    times: Annotated[Path, typer.Option(help="Published seconds of the protocols.")] = canonical_times.OUT,
-    out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
-) -> None:
+def study(config: dict[str, Any], models: Path, canonical_times: dict[str, Any]) -> dict[str, Any]:
     """Simulate and predict the twelve protocols."""
-    settings = common.read_config(config, "model", "modulus_ratio", "accuracy")
-    measured = canonical_times.published(times)
-    trained = common.load_surrogate(settings["model"], models)
+    trained = common.load_surrogate(config["model"], models)
     regimes = [
-        regime(protocol, trained, settings, measured["seconds"][str(int(protocol["sample"]))])
+        regime(protocol, trained, config, canonical_times["seconds"][str(int(protocol["sample"]))])
         for protocol in common.paper_protocols("canonical_protocols")
     ]
     found = summary(regimes) | {"measurement_steps": sum(FMS), "steps_by_phase": ", ".join(map(str, FMS))}
-    content = {
-        "config": settings,
+    print(f"least factor {found['least_factor']:.3g}, median factor {found['median_factor']:.3g}")
+    return {
+        "config": config,
         "backend": type(trained.backend).__name__,
-        "times": {name: measured[name] for name in ("host", "config")},
+        "times": {name: canonical_times[name] for name in ("host", "config")},
         "summary": found,
         "regimes": regimes,
     }
-    common.write_result(out, "canonical_regimes", content)
-    print(f"least factor {found['least_factor']:.3g}, median factor {found['median_factor']:.3g}")
-
-
-if __name__ == "__main__":
-    run_main(main)

@@ -4,12 +4,11 @@ The surrogate is timed three ways, on one thread and warmed up: the plain Keras 
 do it), our predictor on one protocol, and our predictor on a batch, per trajectory. Our predictor is ONNX Runtime where
 the model is exported. Processor seconds, each the median of its repetitions.
 
-Usage: `python -m experiments.paper.canonical_times [--config FILE] [--models DIR] [--out FILE]`.
+Usage: `python -m experiments canonical_times [--config FILE] [--models DIR] [--out FILE]`.
 """
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -70,17 +69,6 @@ def seconds_of(
         "predictor_batch": (lambda: trained.predict(*many, tabor=tabor), BATCHES, batch),
     }
     return {way: median_seconds(call, count) / share for way, (call, count, share) in calls.items()}
-
-
-def published(path: Path) -> dict[str, Any]:
-    """What was measured, with the seconds by the number of the sample.
-
-    Raises:
-        FileNotFoundError: nothing was.
-    """
-    if not path.is_file():
-        raise FileNotFoundError(f"measurement {str(path)!r} not found; `make measure-canonical-times` makes it")
-    return json.loads(path.read_text(encoding="utf-8"))
 
 
 def main(

@@ -3,24 +3,14 @@
 Protocols (a) to (f) are the paper's, with the digits it prints. It does not say which trajectory its mapping figure
 shows; ours has three phases of similar length, so that all of them can be seen on one time axis, and is computed at the
 accuracy of the data set.
-
-Usage: `python -m experiments.paper.dataset_examples [--out FILE]`.
 """
 
-import csv
-import json
-from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
-import typer
-
-from bem._support.command_line import run_main
-from bem._support.provenance import provenance
 from bem.dataset.measurement_steps import measurement_grid
 from bem.protocol import LoadingProtocol
+from experiments.common import paper_protocols
 
-PROTOCOLS = Path("experiments/paper_values/figure_2_protocols.csv")
-OUT = Path("results/dataset/examples.json")
 MAPPING = {"tabor": 3.2, "peak_indentation": 12.0, "loading_rate": 5.0, "dwell_time": 2.0, "unloading_rate": 5.0}
 MODULUS_RATIO = 0.1
 ACCURACY = "reference"
@@ -53,21 +43,12 @@ def example(name: str, quantities: dict[str, float], accuracy: str | float = ACC
     }
 
 
-def main(out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT) -> None:
-    """Simulate the examples and write them as JSON."""
-    with PROTOCOLS.open(encoding="utf-8", newline="") as file:
-        rows = list(csv.DictReader(file))
-    protocols = {row.pop("panel"): {name: float(value) for name, value in row.items()} for row in rows}
-    content = {
+def study() -> dict[str, Any]:
+    """Simulate the examples."""
+    protocols = {row.pop("panel"): row for row in paper_protocols("figure_2_protocols")}
+    return {
         "accuracy": ACCURACY,
         "modulus_ratio": MODULUS_RATIO,
-        **provenance("python -m experiments.paper.dataset_examples"),
         "examples": [example(name, protocol) for name, protocol in protocols.items()],
         "mapping": example("mapping", MAPPING, "standard"),
     }
-    out.parent.mkdir(parents=True, exist_ok=True)
-    out.write_text(json.dumps(content) + "\n", encoding="utf-8")
-
-
-if __name__ == "__main__":
-    run_main(main)

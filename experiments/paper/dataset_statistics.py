@@ -11,26 +11,19 @@ Cost is the solver's seconds and, over these, the workers' seconds on trajectori
 the whole run, wall time times workers; the parallel efficiency is the share of the whole run that went into
 trajectories. The force ratio, pull-off force over largest compression, has no meaning for a trajectory that is never
 compressed; these are counted and left out of it.
-
-Usage: `python -m experiments.paper.dataset_statistics [--dataset FILE] [--out FILE]`.
 """
 
 import hashlib
-import json
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
-import typer
 
-from bem._support.command_line import run_main
 from bem._support.validation import FloatArray
 from bem.dataset.file import Dataset, load_dataset
 from bem.protocol import default_start_indentation
 from bem.trajectory import far_field
 
-DATASET = Path("published/dataset.h5")
-OUT = Path("results/dataset/statistics.json")
 PERCENTILES = {"median": 50.0, "p90": 90.0, "p99": 99.0, "largest": 100.0}
 
 
@@ -106,22 +99,14 @@ def statistics(dataset: Dataset) -> dict[str, Any]:
     }
 
 
-def main(
-    dataset: Annotated[Path, typer.Option(help="Data set file.")] = DATASET,
-    out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
-) -> None:
-    """Write the statistics of a data set as JSON."""
+def study(dataset: Path) -> dict[str, Any]:
+    """The statistics of a data set."""
     content = {
         "dataset": dataset.name,
         "file_sha256": hashlib.sha256(dataset.read_bytes()).hexdigest(),
         **statistics(load_dataset(dataset)),
     }
-    out.parent.mkdir(parents=True, exist_ok=True)
-    out.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
     floor = content["resolution_floor"]["pull_off_force"]
     print(f"{content['completed']} of {content['trajectories']} completed; resolution floor of the pull-off force:")
     print("  ".join(f"{name} {100 * value:.3g} %" for name, value in floor.items()))
-
-
-if __name__ == "__main__":
-    run_main(main)
+    return content

@@ -2,26 +2,21 @@
 
 Reads the `test_errors.csv` of a model directory; computes nothing anew. Source: the paper's section "Physically
 interpretable error statistics".
-
-Usage: `python -m experiments.paper.error_statistics [--config FILE] [--models DIR] [--dataset FILE] [--out FILE]`.
 """
 
 from __future__ import annotations
 
 import csv
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
-import typer
 from scipy.stats import spearmanr
 
-from bem._support.command_line import run_main
-from experiments import common
-from experiments.lineage import read_lineage, require_dataset
+from experiments.lineage import require_dataset
+from surrogate.training.identity import read_identity
 
-CONFIG = common.CONFIGS / "error_statistics.toml"
-OUT = common.RESULTS / "error_statistics.json"
+KEYS = ("model",)
 QUARTILES = ("Q1", "Q2", "Q3", "Q4")
 PERCENTS = ("pull_off_force_percent", "hysteresis_percent", "pull_off_time_percent", "nmae_percent")
 
@@ -98,7 +93,7 @@ def held_out_errors(folder: Path, dataset: Path) -> dict[str, np.ndarray]:
     """
     errors = read_errors(folder / "test_errors.csv")
     require_dataset(folder, dataset)
-    held_out = read_lineage(folder).parts["test"]
+    held_out = read_identity(folder).parts["test"]
     if tuple(errors["trajectory"].astype(int)) != held_out:
         raise ValueError(
             f"{str(folder / 'test_errors.csv')!r} must hold the {len(held_out)} trajectories that split.json holds "
@@ -107,20 +102,10 @@ def held_out_errors(folder: Path, dataset: Path) -> dict[str, np.ndarray]:
     return errors
 
 
-def main(
-    config: Annotated[Path, typer.Option(help="TOML file.")] = CONFIG,
-    models: Annotated[Path, typer.Option(help="Where trained models are.")] = common.MODELS,
-    dataset: Annotated[Path, typer.Option(help="Data set file the model was trained on.")] = common.DATASET,
-    out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
-) -> None:
+def study(config: dict[str, Any], models: Path, dataset: Path) -> dict[str, Any]:
     """Write the error statistics of one model."""
-    settings = common.read_config(config, "model")
-    content = statistics(held_out_errors(models / settings["model"], dataset))
-    common.write_result(out, "error_statistics", {"config": settings, **content})
+    content = statistics(held_out_errors(models / config["model"], dataset))
     for column in ("pull_off_force_percent", "hysteresis_percent"):
         found = content["overall"][column]
         print(f"{column}: median {found['median']:.2f}, 90th percentile {found['p90']:.2f}")
-
-
-if __name__ == "__main__":
-    run_main(main)
+    return {"config": config, **content}

@@ -2,28 +2,23 @@
 
 The paper shows one trajectory, its sample (8). Here the same is done for every held-out trajectory too, each simulated
 once and sampled on every grid. Source: the paper's appendix "FMS-resolution transferability".
-
-Usage: `python -m experiments.paper.fms_transfer [--config FILE] [--models DIR] [--dataset FILE] [--out FILE]`.
 """
 
 from __future__ import annotations
 
 import warnings
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
-import typer
 from rich.progress import track
 
 from bem import Trajectory
-from bem._support.command_line import run_main
 from bem.dataset.measurement_steps import measurement_grid, proportional_counts
 from experiments import common
 from experiments.lineage import require_dataset
 
-CONFIG = common.CONFIGS / "fms_transfer.toml"
-OUT = common.RESULTS / "fms_transfer.json"
+KEYS = ("model", "modulus_ratio", "accuracy", "steps", "sample", "trajectories")
 
 
 def sample_transfer(protocol: dict[str, Any], trained: Any, config: dict[str, Any]) -> dict[str, Any]:
@@ -101,35 +96,23 @@ def errors_on_grid(
     )
 
 
-def main(
-    config: Annotated[Path, typer.Option(help="TOML file.")] = CONFIG,
-    models: Annotated[Path, typer.Option(help="Where trained models are.")] = common.MODELS,
-    dataset: Annotated[Path, typer.Option(help="Data set file.")] = common.DATASET,
-    out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
-) -> None:
+def study(config: dict[str, Any], models: Path, dataset: Path) -> dict[str, Any]:
     """Predict on every number of steps with the same weights."""
-    keys = ("model", "modulus_ratio", "accuracy", "steps", "sample", "trajectories")
-    settings = common.read_config(config, *keys)
-    trained = common.load_surrogate(settings["model"], models)
+    trained = common.load_surrogate(config["model"], models)
     rows = {int(row["sample"]): row for row in common.paper_protocols("canonical_protocols")}
-    protocols, simulations = held_out(models, dataset, settings)
-    whole = {str(total): errors_on_grid(total, protocols, simulations, trained) for total in settings["steps"]}
-    sample = sample_transfer(rows[settings["sample"]], trained, settings)
+    protocols, simulations = held_out(models, dataset, config)
+    whole = {str(total): errors_on_grid(total, protocols, simulations, trained) for total in config["steps"]}
+    sample = sample_transfer(rows[config["sample"]], trained, config)
     best = {
         "best_for_the_sample": min(sample["predictions"], key=lambda total: sample["predictions"][total]["mse"]),
         "best_for_the_test_set": min(whole, key=lambda total: whole[total]["mse"]["mean"]),
     }
-    content = {
-        "config": settings,
+    for total, errors in whole.items():
+        mse, nmae = errors["mse"]["mean"], errors["nmae_percent"]["median"]
+        print(f"N = {total}: mean force MSE {mse:.2e}, median NMAE {nmae:.2f} %")
+    return {
+        "config": config,
         "summary": best,
         "sample": sample,
         "test_set": {"trajectories": len(simulations), "errors": whole},
     }
-    common.write_result(out, "fms_transfer", content)
-    for total, errors in whole.items():
-        mse, nmae = errors["mse"]["mean"], errors["nmae_percent"]["median"]
-        print(f"N = {total}: mean force MSE {mse:.2e}, median NMAE {nmae:.2f} %")
-
-
-if __name__ == "__main__":
-    run_main(main)

@@ -1,7 +1,7 @@
 """Places where the paper's text contradicts its own numbers, equations or physics, each shown by a small computation.
 
-Usage: `python -m experiments.paper.inconsistencies [NAME ...]` prints what the named slips come to (all of them by
-default); with `--out FILE` it also writes them. The paper's wording is in `paper_values/slips.toml`.
+`python -m experiments inconsistencies --only NAME` prints what one of these slips comes to. The paper's wording is in
+`paper_values/slips.toml`.
 """
 
 from __future__ import annotations
@@ -9,16 +9,12 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
-import typer
 
-from bem._support.command_line import run_main
 from experiments import common
 from experiments.paper.model_comparison import paper_mse
-
-OUT = common.RESULTS / "paper_slips.json"
 
 
 def start_force() -> dict[str, float]:
@@ -159,21 +155,15 @@ SLIPS: dict[str, Callable[[], dict[str, float]]] = {
 }
 
 
-def main(
-    names: Annotated[list[str] | None, typer.Argument(help=f"Some of {', '.join(SLIPS)}.")] = None,
-    dataset: Annotated[Path, typer.Option(help="Data set file.")] = common.DATASET,
-    out: Annotated[Path | None, typer.Option(help="Result file to write.")] = None,
-) -> None:
-    """Show what the slips come to."""
-    unknown = sorted(set(names or ()) - set(SLIPS))
-    if unknown:
-        raise typer.BadParameter(f"expected some of {', '.join(SLIPS)}; received {unknown[0]!r}")
-    found = {name: end_force(dataset) if name == "end-force" else SLIPS[name]() for name in names or SLIPS}
+def study(dataset: Path, *, only: tuple[str, ...] = ()) -> dict[str, Any] | None:
+    """Show what the slips come to; what some of them come to is printed alone.
+
+    Raises:
+        ValueError: no slip of that name.
+    """
+    if unknown := sorted(set(only) - set(SLIPS)):
+        raise ValueError(f"--only must be one of {', '.join(SLIPS)}; received {unknown[0]!r}")
+    found = {name: end_force(dataset) if name == "end-force" else SLIPS[name]() for name in only or SLIPS}
     for name, values in found.items():
         print(name, *(f"  {what}: {value:.6g}" for what, value in values.items()), sep="\n")
-    if out:
-        common.write_result(out, "paper_slips", {"slips": found})
-
-
-if __name__ == "__main__":
-    run_main(main)
+    return None if only else {"slips": found}

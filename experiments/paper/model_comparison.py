@@ -5,8 +5,6 @@ set, and with the split, recipe and backend of the reference model. What was tra
 recipe, more data, fewer epochs, a family beyond the paper's) stands beside them in a list of its own; it shares the
 held-out part. Source: the paper's section "Model-family selection" and its appendices on conditioning and learning
 curves.
-
-Usage: `python -m experiments.paper.model_comparison [--models DIR] [--dataset FILE] [--out FILE]`.
 """
 
 from __future__ import annotations
@@ -15,16 +13,13 @@ import csv
 import json
 import tomllib
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
-import typer
-
-from bem._support.command_line import run_main
 from experiments import common
-from experiments.lineage import Lineage, dataset_digest, differences, held_out_differences, read_lineage
+from experiments.lineage import dataset_digest
 from surrogate.architectures.naming import CONDITIONINGS, PAPER_FAMILIES, names, paper_names
+from surrogate.training.identity import ALIKE, HELD_OUT, TrainingIdentity, differences, read_identity
 
-OUT = common.RESULTS / "model_comparison.json"
 METRICS = ("mse", "mae", "dtw_rmse")
 REFERENCE = "M1-concat"
 """The model whose training is the measure of the others', and whose family the strongest alternative is not of."""
@@ -73,14 +68,14 @@ def read_model(folder: Path) -> dict[str, Any]:
     }
 
 
-def published(models: Path) -> dict[str, Lineage]:
+def published(models: Path) -> dict[str, TrainingIdentity]:
     """Where every published model comes from, by name: the eighteen in their order, then the others."""
     folders = {path.parent.name: path.parent for path in sorted(models.glob("*/run.json"))}
     first = [name for name in paper_names() if name in folders]
-    return {name: read_lineage(folders[name]) for name in dict.fromkeys([*first, *folders])}
+    return {name: read_identity(folders[name]) for name in dict.fromkeys([*first, *folders])}
 
 
-def trained_otherwise(found: dict[str, Lineage], dataset: str) -> dict[str, list[str]]:
+def trained_otherwise(found: dict[str, TrainingIdentity], dataset: str) -> dict[str, list[str]]:
     """Words for what differs in each model that may not stand beside the others: its recipe, its data set and so on.
 
     Args:
@@ -94,11 +89,11 @@ def trained_otherwise(found: dict[str, Lineage], dataset: str) -> dict[str, list
         if one.dataset != dataset:
             words[name] = ["data set"]
         elif measure is not None:
-            words[name] = (differences if name in paper_names() else held_out_differences)(one, measure)
+            words[name] = differences(one, measure, ALIKE if name in paper_names() else HELD_OUT)
     return {name: other for name, other in words.items() if other}
 
 
-def outdated(found: dict[str, Lineage], dataset: str, models: Path) -> dict[str, str]:
+def outdated(found: dict[str, TrainingIdentity], dataset: str, models: Path) -> dict[str, str]:
     """One sentence for each model that may not stand beside the others, with what to do about it.
 
     Args:
@@ -139,11 +134,7 @@ def comparison(found: dict[str, dict[str, Any]]) -> dict[str, Any]:
     }
 
 
-def main(
-    models: Annotated[Path, typer.Option(help="Where trained models are.")] = common.MODELS,
-    dataset: Annotated[Path, typer.Option(help="Data set file the models are trained on.")] = common.DATASET,
-    out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
-) -> None:
+def study(models: Path, dataset: Path) -> dict[str, Any]:
     """Collect what is published."""
     lineages, digest = published(models), dataset_digest(dataset)
     old = outdated(lineages, digest, models)
@@ -162,7 +153,10 @@ def main(
         name: {"architecture": lineages[name].architecture, **one} for name, one in read.items() if name not in found
     }
     missing = [name for name in paper_names() if name not in lineages]
-    content = {
+    print(f"{len(found)} of {len(paper_names())} models compared; missing: {', '.join(missing) or 'none'}")
+    for line in (*(f"beside them: {name}" for name in beside), *old.values()):
+        print(line)
+    return {
         "dataset_sha256": digest,
         "models": found,
         "beside": beside,
@@ -172,11 +166,3 @@ def main(
         "expected": len(paper_names()),
         "comparison": comparison(found),
     }
-    common.write_result(out, "model_comparison", content)
-    print(f"{len(found)} of {len(paper_names())} models compared; missing: {', '.join(missing) or 'none'}")
-    for line in (*(f"beside them: {name}" for name in beside), *old.values()):
-        print(line)
-
-
-if __name__ == "__main__":
-    run_main(main)

@@ -5,26 +5,21 @@ which the contact edge retreats at pull-off, a quadratic fit of `contact_radius`
 retardation time. beta / l0 = mu^2 pi alpha^2 / s^2 with s = 9 sqrt(3) / 16, independent of R / h0. The protocols lie a
 little above the Tabor parameters the model was trained on; its warning is left to this study, whose summary says by how
 much. Source: the paper's section on the relaxed short-range limit and its appendix on protocol definitions.
-
-Usage: `python -m experiments.paper.persson_brener [--config FILE] [--models DIR] [--out FILE]`.
 """
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
-import typer
 
 from bem import Trajectory
-from bem._support.command_line import run_main
 from bem.dataset.measurement_steps import FMS
 from bem.reference_solutions import persson_brener as theory
 from experiments import common
 
-CONFIG = common.CONFIGS / "persson_brener.toml"
-OUT = common.RESULTS / "persson_brener.json"
+KEYS = ("model", "modulus_ratio", "accuracy", "fit_within")
 JKR_FORCE = 1.5
 CURVE_POINTS = 200
 LARGE = 1e12
@@ -120,34 +115,24 @@ def extrapolation_percent(trained: Any, protocols: list[dict[str, float]]) -> fl
     return max(0.0, 100.0 * (highest / trained.scaling.ranges["tabor"][1] - 1.0))
 
 
-def main(
-    config: Annotated[Path, typer.Option(help="TOML file.")] = CONFIG,
-    models: Annotated[Path, typer.Option(help="Where trained models are.")] = common.MODELS,
-    out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
-) -> None:
+def study(config: dict[str, Any], models: Path) -> dict[str, Any]:
     """Simulate and predict the fourteen protocols, and evaluate the theory."""
-    settings = common.read_config(config, "model", "modulus_ratio", "accuracy", "fit_within")
-    trained = common.load_surrogate(settings["model"], models)
+    trained = common.load_surrogate(config["model"], models)
     protocols = common.paper_protocols("persson_brener_protocols")
-    points = [point(protocol, trained, settings) for protocol in protocols]
+    points = [point(protocol, trained, config) for protocol in protocols]
     velocities = np.array([one["crack_velocity"] for one in points])
     curve = np.geomspace(velocities.min() / 3.0, velocities.max() * 3.0, CURVE_POINTS)
-    found = summary(points) | {"forms_agree_to": agreement(velocities, settings["modulus_ratio"])}
+    found = summary(points) | {"forms_agree_to": agreement(velocities, config["modulus_ratio"])}
     found["extrapolation_percent"] = extrapolation_percent(trained, protocols)
     found["trained_up_to_tabor"] = trained.scaling.ranges["tabor"][1]
-    limits = theory.effective_energy(np.array([0.0, LARGE]), settings["modulus_ratio"])
+    limits = theory.effective_energy(np.array([0.0, LARGE]), config["modulus_ratio"])
     found |= dict(zip(("energy_at_rest", "energy_of_a_fast_crack"), limits.tolist(), strict=True))
     found["length_scale_over_gap"] = float(theory.length_scale(protocols[0]["tabor"]))
-    energies = theory.effective_energy(curve, settings["modulus_ratio"])
-    content = {
-        "config": settings,
+    energies = theory.effective_energy(curve, config["modulus_ratio"])
+    print("\n".join(f"{name} {value:.3g}" for name, value in found.items()))
+    return {
+        "config": config,
         "summary": found,
         "points": points,
         "theory": {"crack_velocity": curve.tolist(), "effective_energy": energies.tolist()},
     }
-    common.write_result(out, "persson_brener", content)
-    print("\n".join(f"{name} {value:.3g}" for name, value in found.items()))
-
-
-if __name__ == "__main__":
-    run_main(main)

@@ -8,18 +8,17 @@ Result files keep learning curves and held-out errors, not the weights.
 
 from __future__ import annotations
 
-import hashlib
 import json
 import time
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from datetime import timedelta
 from pathlib import Path
 from typing import Any
 
-from experiments.lineage import Lineage, differences, read_lineage
 from experiments.paper.model_comparison import read_model
 from surrogate.data.dataset import TrajectoryDataset
+from surrogate.training.identity import TrainingIdentity, differences, read_identity
 from surrogate.training.publishing import model_name
 from surrogate.training.queue import STOPPED, run_queue
 from surrogate.training.recipe import Recipe
@@ -73,23 +72,11 @@ class Variant:
         flags = [word for name, value in options.items() for word in (f"--{name}", str(value))]
         return ["train", self.architecture, *flags]
 
-    def lineage(self, data: TrajectoryDataset, backend: str) -> Lineage:
-        """What its model directory has to say about where it comes from."""
+    def identity(self, data: TrajectoryDataset) -> TrainingIdentity:
+        """What decides the training, but for the backend."""
         recipe = Recipe.load(self.recipe).with_overrides(epochs=self.epochs or None)
         split = data.split().with_fraction(self.fraction, self.fold)
-        return Lineage(
-            dataset=data.sha256,
-            parts={part: tuple(getattr(split, part).tolist()) for part in ("train", "validation", "test")},
-            recipe=recipe.as_dict(),
-            backend=backend,
-            features=self.features,
-            architecture=self.architecture,
-        )
-
-    def identity(self, data: TrajectoryDataset) -> str:
-        """Digest of what decides the training, but for the backend."""
-        decisive = asdict(self.lineage(data, backend=""))
-        return hashlib.sha256(json.dumps(decisive, sort_keys=True).encode()).hexdigest()
+        return TrainingIdentity.of(self.architecture, data, split, recipe, features=self.features)
 
 
 def is_trained(variant: Variant, data: TrajectoryDataset, folder: Path) -> bool:
@@ -145,7 +132,7 @@ def train_variants(
     earlier = {one.get("training"): one for one in published}
     done: dict[str, dict[str, Any]] = {}
     for label, variant in by_label.items():
-        if (identity := variant.identity(data)) in earlier:
+        if (identity := variant.identity(data).digest) in earlier:
             done[label] = earlier[identity]
         elif is_trained(variant, data, work / "models" / label):
             done[label] = collect(variant, data, work / "models" / label)
@@ -190,7 +177,7 @@ def collect(variant: Variant, data: TrajectoryDataset, folder: Path) -> dict[str
     found = read_model(folder)
     kept = ("mse", "mae", "dtw_rmse", "validation_mse", "epochs", "best_epoch", "hours", "training_trajectories")
     curve = {name: found["history"][name] for name in ("epoch", "validation_mse")}
-    return {**{name: found[name] for name in kept}, "training": variant.identity(data), "history": curve}
+    return {**{name: found[name] for name in kept}, "training": variant.identity(data).digest, "history": curve}
 
 
 def earlier_trainings(out: Path, entries: Callable[[dict[str, Any]], Iterable[dict[str, Any]]]) -> list[dict[str, Any]]:
@@ -205,9 +192,7 @@ def earlier_trainings(out: Path, entries: Callable[[dict[str, Any]], Iterable[di
 
 def _other(variant: Variant, data: TrajectoryDataset, folder: Path) -> list[str]:
     """Words for what a model directory differs in from what is asked for."""
-    found = read_lineage(folder)
-    wanted = variant.lineage(data, found.backend)
-    return differences(found, wanted) + (["architecture"] if found.architecture != wanted.architecture else [])
+    return differences(read_identity(folder), variant.identity(data), but=("backend",))
 
 
 def _published(variant: Variant, data: TrajectoryDataset, models: Path) -> Path | None:

@@ -26,6 +26,7 @@ from joblib import Parallel, delayed
 
 from bem import HardContact, LennardJones, LoadingProtocol, Scene, StandardLinearSolid, simulate
 from bem._support.command_line import run_main
+from bem._support.outputs import write_whole
 from bem.dataset.designs import Design
 from bem.solver.version import SOLVER_VERSION
 from experiments.common import write_result
@@ -155,9 +156,7 @@ def chunk(where: str, first: int, count: int, seed: int, folder: Path) -> dict[s
         "wall_seconds": time.perf_counter() - started,
     }
     folder.mkdir(parents=True, exist_ok=True)
-    unfinished = path.with_suffix(".part")
-    unfinished.write_text(json.dumps(plain(content)), encoding="utf-8")
-    unfinished.replace(path)
+    write_whole(path, json.dumps(plain(content)))
     return content
 
 

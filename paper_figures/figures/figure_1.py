@@ -3,16 +3,13 @@
 Panels (a) and (b) are sketches; (c) and (d) show the protocol and the solver's answer to it, the example of figure 3.
 """
 
-from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
-import typer
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon
 
-from bem._support.command_line import run_main
-from paper_figures.figures.figure_2 import EXAMPLES
 from paper_figures.style import drawing, schematics
 
 SUBSTRATE, SPHERE = "#dfeaf2", "#e9e4dc"
@@ -138,12 +135,9 @@ def draw_force(axes: Axes, example: dict[str, Any]) -> None:
     axes.set(xlabel=r"time $\hat t$", ylabel=r"force $\hat P$")
 
 
-def main(
-    examples: Annotated[Path, typer.Option(help="Result file of the examples.")] = EXAMPLES,
-    folder: Annotated[Path, typer.Option(help="Where the figure goes.")] = drawing.FIGURES,
-) -> None:
+def compose(dataset_examples: Any) -> Figure:
     """Draw figure 1."""
-    example = drawing.read_result(examples, "make figure-1")["mapping"]
+    example = dataset_examples["mapping"]
     drawn = drawing.figure(height=5.4)
     panels = drawn.subplots(2, 2, height_ratios=(1.15, 1.0))
     draw_contact(panels[0, 0])
@@ -152,8 +146,4 @@ def main(
     draw_force(panels[1, 1], example)
     for axes, name in zip(panels.flat, "abcd", strict=True):
         drawing.letter(axes, name)
-    drawing.save(drawn, "figure-1", folder)
-
-
-if __name__ == "__main__":
-    run_main(main)
+    return drawn

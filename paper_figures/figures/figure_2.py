@@ -6,21 +6,18 @@ mark its mean, that of all CPU-hours over the trajectories.
 """
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
-import typer
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator, PercentFormatter
 
-from bem._support.command_line import run_main
 from bem._support.validation import FloatArray
 from bem.dataset.file import Dataset, load_dataset
 from experiments.paper.dataset_statistics import force_ratio
 from paper_figures.style import drawing
 
-EXAMPLES = Path("results/dataset/examples.json")
-DATASET = Path("published/dataset.h5")
 BINS_PER_DECADE = 5
 
 
@@ -94,13 +91,9 @@ def draw_cost(axes: Axes, dataset: Dataset, paper: dict[str, Any]) -> None:
     mark(axes, float(seconds.mean()), ours, drawing.BLACK, height=0.98, side="left")
 
 
-def main(
-    dataset: Annotated[Path, typer.Option(help="Data set file.")] = DATASET,
-    examples: Annotated[Path, typer.Option(help="Result file of the examples.")] = EXAMPLES,
-    folder: Annotated[Path, typer.Option(help="Where the figure goes.")] = drawing.FIGURES,
-) -> None:
+def compose(dataset_examples: Any, dataset: Path) -> Figure:
     """Draw figure 2."""
-    content = drawing.read_result(examples, "make figure-2")["examples"]
+    content = dataset_examples["examples"]
     data = load_dataset(dataset)
     rows, scalars = data.completed, data.scalars
     drawn = drawing.figure(height=6.2)
@@ -115,8 +108,4 @@ def main(
     draw_cost(panels[2, 2], data, drawing.paper_values("dataset"))
     for axes, name in zip(panels[2], "ghi", strict=True):
         drawing.letter(axes, name)
-    drawing.save(drawn, "figure-2", folder)
-
-
-if __name__ == "__main__":
-    run_main(main)
+    return drawn

@@ -1,16 +1,13 @@
 """Figure 3: how a trajectory on the solver's own time steps becomes a sequence of 120 measurement steps."""
 
-from pathlib import Path
-from typing import Annotated
+from typing import Any
 
 import numpy as np
-import typer
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from bem._support.command_line import run_main
 from bem.dataset.measurement_steps import FMS
-from paper_figures.figures.figure_2 import EXAMPLES
 from paper_figures.style import drawing
 
 INDENTATION, FORCE, TIME = r"$\hat\delta$", r"$\hat P$", r"$\hat t$"
@@ -40,12 +37,9 @@ def draw_native(axes: Axes, time: np.ndarray, values: np.ndarray, phase_times: l
     )
 
 
-def main(
-    examples: Annotated[Path, typer.Option(help="Result file of the examples.")] = EXAMPLES,
-    folder: Annotated[Path, typer.Option(help="Where the figure goes.")] = drawing.FIGURES,
-) -> None:
+def compose(dataset_examples: Any) -> Figure:
     """Draw figure 3."""
-    content = drawing.read_result(examples, "make figure-3")["mapping"]
+    content = dataset_examples["mapping"]
     native = {name: np.array(values) for name, values in content["native"].items()}
     steps = {name: np.array(values) for name, values in content["steps"].items()}
     index = np.arange(1, len(steps["time"]) + 1)
@@ -72,8 +66,4 @@ def main(
     rug = f"the solver's {len(np.unique(native['time']))} instants"
     marks.append(Line2D([], [], color="0.3", marker="|", markersize=5, linestyle="", label=rug))
     upper.legend(handles=marks, loc="outside upper center", ncols=4)
-    drawing.save(drawn, "figure-3", folder)
-
-
-if __name__ == "__main__":
-    run_main(main)
+    return drawn

@@ -1,13 +1,10 @@
 """Figure 4: the building blocks, and the M1-concat model with the widths and counts of the Keras model itself."""
 
-from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
-import typer
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
-from bem._support.command_line import run_main
-from paper_figures.figures.figure_architectures import RESULT
 from paper_figures.style import drawing, schematics
 from paper_figures.style.schematics import (
     CONV_FILL,
@@ -150,25 +147,17 @@ def draw_model(axes: Axes, graph: dict[str, Any], channels: list[str]) -> None:
     axes.set_ylim(0.0, 6.4)
 
 
-def main(
-    result: Annotated[Path, typer.Option(help="Result file of the graphs.")] = RESULT,
-    folder: Annotated[Path, typer.Option(help="Where the figure goes.")] = drawing.FIGURES,
-) -> None:
+def compose(architecture_graphs: Any) -> Figure:
     """Draw figure 4."""
-    content = drawing.read_result(result, "make figure-4")
-    graph = content["models"]["M1-concat"]
+    graph = architecture_graphs["models"]["M1-concat"]
     layers = {layer["name"]: layer for layer in graph["layers"]}
     drawn = drawing.figure(height=4.9)
     panels = drawn.subplots(2, 2)
     draw_lstm(panels[0, 0])
     draw_tcn(panels[0, 1])
     draw_readout(panels[1, 0], layers)
-    draw_model(panels[1, 1], graph, content["channels"])
+    draw_model(panels[1, 1], graph, architecture_graphs["channels"])
     titles = ("LSTM cell", "residual TCN block", "dense readout", f"M1-concat, {graph['parameters']:,} parameters")
     for axes, name, title in zip(panels.flat, "abcd", titles, strict=True):
         axes.set_title(f"({name}) {title}", loc="left", fontweight="bold")
-    drawing.save(drawn, "figure-4", folder)
-
-
-if __name__ == "__main__":
-    run_main(main)
+    return drawn

@@ -5,20 +5,14 @@ measures at the retreating contact edge. The model is asked a little beyond the 
 title says by how much.
 """
 
-from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
-import typer
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
-from bem._support.command_line import run_main
 from paper_figures.figures.figure_learning_curves import draw_curves
-from paper_figures.figures.figure_mse_mae import RESULT as COMPARISON
 from paper_figures.figures.figure_mse_mae import draw_models
 from paper_figures.style import drawing, models_style
-
-PERSSON_BRENER = Path("results/studies/persson_brener.json")
-DATA_EFFICIENCY = Path("published/data_efficiency.json")
 
 
 def draw_sizes(axes: Axes, models: dict[str, Any]) -> None:
@@ -71,34 +65,22 @@ def draw_data_efficiency(axes: Axes, content: dict[str, Any] | None) -> None:
         drawing.log_labels(axis)
 
 
-def main(
-    comparison: Annotated[Path, typer.Option(help="Result file of the model comparison.")] = COMPARISON,
-    persson_brener: Annotated[Path, typer.Option(help="Result file of the crack velocities.")] = PERSSON_BRENER,
-    data_efficiency: Annotated[Path, typer.Option(help="Result file of the training shares.")] = DATA_EFFICIENCY,
-    folder: Annotated[Path, typer.Option(help="Where the figure goes.")] = drawing.FIGURES,
-) -> None:
+def compose(model_comparison: Any, persson_brener: Any, data_efficiency: Any = None) -> Figure:
     """Draw figure 5; panel (d) says so when its trainings are not published yet."""
-    models = drawing.read_result(comparison, "make figure-5")
-    cracks = drawing.read_result(persson_brener, "make figure-5")
-    shares = drawing.read_result(data_efficiency, "make data-efficiency") if data_efficiency.is_file() else None
     drawn = drawing.figure(height=5.4)
     panels = drawn.subplots(2, 2)
-    draw_curves(panels[0, 0], models["models"], "concat")
+    draw_curves(panels[0, 0], model_comparison["models"], "concat")
     if legend := panels[0, 0].get_legend():
         legend.remove()
     panels[0, 0].set_title("concatenated models", loc="right")
-    draw_sizes(panels[0, 1], models["models"])
-    draw_effective_energy(panels[1, 0], cracks)
-    draw_data_efficiency(panels[1, 1], shares)
+    draw_sizes(panels[0, 1], model_comparison["models"])
+    draw_effective_energy(panels[1, 0], persson_brener)
+    draw_data_efficiency(panels[1, 1], data_efficiency)
     for axes, name in zip(panels.flat, "abcd", strict=True):
         drawing.letter(axes, name)
     handles = models_style.handles(drawing.paper_values("reference_model")["name"])
     drawn.legend(handles=handles, loc="outside upper center", ncols=10, columnspacing=1.2, handlelength=1.4)
-    note = models_style.missing_note(models["missing"], models["differences"])
+    note = models_style.missing_note(model_comparison["missing"], model_comparison["differences"])
     if note:
         drawn.supxlabel(note, fontsize=6, color="0.4")
-    drawing.save(drawn, "figure-5", folder)
-
-
-if __name__ == "__main__":
-    run_main(main)
+    return drawn

@@ -3,16 +3,13 @@
 The surrogate has one marker throughout; the number of a sample stands at its turning point.
 """
 
-from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
-import typer
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
-from bem._support.command_line import run_main
 from paper_figures.style import drawing, models_style
 
-RESULT = Path("results/studies/canonical_regimes.json")
 PANELS = {"a": (1, 2, 3), "b": (4, 5, 6), "c": (7, 8, 9), "d": (10, 11, 12)}
 CROWDED = {7: (42, 14), 10: (42, 14)}
 """Samples whose turning point lies among the loops of others, and where their numbers go, in points from it."""
@@ -36,18 +33,14 @@ def draw_regime(axes: Axes, regime: dict[str, Any], model: str) -> None:
     axes.annotate(f"({regime['sample']})", turning, fontsize=7, arrowprops=leader, **place)
 
 
-def main(
-    result: Annotated[Path, typer.Option(help="Result file of the canonical regimes.")] = RESULT,
-    folder: Annotated[Path, typer.Option(help="Where the figure goes.")] = drawing.FIGURES,
-) -> None:
+def compose(canonical_regimes: Any) -> Figure:
     """Draw figure 6."""
-    content = drawing.read_result(result, "make figure-6")
-    regimes = {one["sample"]: one for one in content["regimes"]}
+    regimes = {one["sample"]: one for one in canonical_regimes["regimes"]}
     drawn = drawing.figure(height=5.2)
     for axes, (name, samples) in zip(drawn.subplots(2, 2).flat, PANELS.items(), strict=True):
         axes.axhline(0.0, color="0.8", linewidth=0.6, zorder=0)
         for sample in samples:
-            draw_regime(axes, regimes[sample], content["config"]["model"])
+            draw_regime(axes, regimes[sample], canonical_regimes["config"]["model"])
         axes.margins(x=0.12)
         tabor = regimes[samples[0]]["protocol"]["tabor"]
         dwell = "long" if max(regimes[sample]["protocol"]["dwell_time"] for sample in samples) > 0.1 else "short"
@@ -56,9 +49,5 @@ def main(
         axes.set(xlabel=r"indentation $\hat\delta$", ylabel=r"force $\hat P$")
         solver = axes.plot([], [], color=drawing.BLACK, linewidth=0.9)[0]
         marks = axes.get_legend_handles_labels()[0][:1]
-        axes.legend([solver, *marks], ["solver", content["config"]["model"]], loc="best")
-    drawing.save(drawn, "figure-6", folder)
-
-
-if __name__ == "__main__":
-    run_main(main)
+        axes.legend([solver, *marks], ["solver", canonical_regimes["config"]["model"]], loc="best")
+    return drawn

@@ -4,18 +4,15 @@ Bars are stacked by quartile of the force MSE and count shares of all held-out t
 bin are counted in it.
 """
 
-from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
-import typer
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from bem._support.command_line import run_main
 from paper_figures.style import drawing
 
-RESULT = Path("results/studies/error_statistics.json")
 QUARTILES = ("Q1", "Q2", "Q3", "Q4")
 COLORS = (drawing.BLUE, drawing.SKY, drawing.ORANGE, drawing.VERMILION)
 LOWEST, BINS_PER_DECADE = 1e-2, 6
@@ -72,25 +69,17 @@ def draw_relation(axes: Axes, content: dict[str, Any], x: str, y: str, correlati
         drawing.log_labels(axis)
 
 
-def main(
-    result: Annotated[Path, typer.Option(help="Result file of the error statistics.")] = RESULT,
-    folder: Annotated[Path, typer.Option(help="Where the figure goes.")] = drawing.FIGURES,
-) -> None:
+def compose(error_statistics: Any) -> Figure:
     """Draw figure 7."""
-    content = drawing.read_result(result, "make figure-7")
     drawn = drawing.figure(height=5.0)
     panels = drawn.subplots(2, 2)
     force, loop, waveform = LABELS
-    draw_distribution(panels[0, 0], content, force)
-    draw_distribution(panels[0, 1], content, loop)
-    draw_relation(panels[1, 0], content, force, loop, content["spearman"]["pull_off_and_hysteresis"])
-    draw_relation(panels[1, 1], content, force, waveform, content["spearman"]["pull_off_and_nmae"])
+    draw_distribution(panels[0, 0], error_statistics, force)
+    draw_distribution(panels[0, 1], error_statistics, loop)
+    draw_relation(panels[1, 0], error_statistics, force, loop, error_statistics["spearman"]["pull_off_and_hysteresis"])
+    draw_relation(panels[1, 1], error_statistics, force, waveform, error_statistics["spearman"]["pull_off_and_nmae"])
     for axes, name in zip(panels.flat, "abcd", strict=True):
         drawing.letter(axes, name)
     marks = [Patch(color=color, label=name) for name, color in zip(QUARTILES, COLORS, strict=True)]
     drawn.legend(handles=marks, loc="outside upper center", ncols=4, title="quartile of the force MSE")
-    drawing.save(drawn, "figure-7", folder)
-
-
-if __name__ == "__main__":
-    run_main(main)
+    return drawn

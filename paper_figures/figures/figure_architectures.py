@@ -4,20 +4,15 @@ One panel for each family, with its conditionings side by side. Solid arrows car
 the Tabor parameter; two boxes side by side are computed from the same input.
 """
 
-from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
-import typer
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from matplotlib.patches import FancyBboxPatch
 
-from bem._support.command_line import run_main
-from bem._support.outputs import plain_name
 from paper_figures.style import drawing
 from surrogate.architectures.naming import CONDITIONINGS, FAMILIES, PAPER_FAMILIES, paper_names
 
-RESULT = Path("results/studies/architecture_graphs.json")
-OWN_RESULT = Path("results/studies/own_architecture_graphs.json")
 TABOR = "tabor"
 FILL = {
     "InputLayer": "#f2f2f2",
@@ -123,39 +118,13 @@ def draw_family(axes: Axes, graphs: dict[str, Any], family: str, deepest: int) -
     axes.axis("off")
 
 
-def main(
-    result: Annotated[Path | None, typer.Option(help="Result file of the graphs.")] = None,
-    folder: Annotated[Path, typer.Option(help="Where the figure goes.")] = drawing.FIGURES,
-    family: Annotated[str | None, typer.Option(help="Draw this family of your own, alone.")] = None,
-) -> None:
-    """Draw the eighteen wirings, or those of one family."""
-    if family is not None:
-        _draw_own(plain_name(family, "a --family"), result or OWN_RESULT, folder)
-        return
-    graphs = drawing.read_result(result or RESULT, "make figure-architectures")["models"]
+def compose(architecture_graphs: Any) -> Figure:
+    """Draw the eighteen wirings."""
+    graphs = architecture_graphs["models"]
     deepest = max(row for name in paper_names() for row in ranks(graphs[name]["layers"]).values())
     drawn = drawing.figure(height=7.8)
     panels = drawn.subplots(2, 3)
     for axes, name, one in zip(panels.flat, "abcdef", PAPER_FAMILIES, strict=True):
         draw_family(axes, graphs, one, deepest)
         axes.set_title(f"({name}) {one}: {FAMILIES[one]}", loc="left", fontweight="bold", fontsize=6)
-    drawing.save(drawn, "figure-architectures", folder)
-
-
-def _draw_own(family: str, result: Path, folder: Path) -> None:
-    content = drawing.read_result(result, "python -m experiments.paper.architecture_graphs --architecture FILE")
-    words = content["families"].get(family)
-    if words is None:
-        known = ", ".join(content["families"])
-        raise ValueError(f"family must be one of {known} in {str(result)!r}; received {family!r}")
-    graphs = {name: graph for name, graph in content["models"].items() if name.rpartition("-")[0] == family}
-    deepest = max(row for graph in graphs.values() for row in ranks(graph["layers"]).values())
-    drawn = drawing.figure(width=drawing.COLUMN, height=0.34 * (deepest + 2))
-    axes = drawn.subplots()
-    draw_family(axes, graphs, family, deepest)
-    axes.set_title(f"{family}: {words}", loc="left", fontweight="bold", fontsize=6)
-    drawing.save(drawn, f"figure-architecture-{family}", folder)
-
-
-if __name__ == "__main__":
-    run_main(main)
+    return drawn

@@ -1,17 +1,13 @@
 """Input representations and training-set size: validation curves of feature sets, and of nested training shares."""
 
-from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
-import typer
 from matplotlib import colormaps
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
-from bem._support.command_line import run_main
-from paper_figures.figures.figure_5 import DATA_EFFICIENCY
 from paper_figures.style import drawing
 
-FEATURE_SETS = Path("published/feature_sets.json")
 STYLES = {"A": drawing.VERMILION, "B": drawing.ORANGE, "C": drawing.PURPLE, "D": drawing.BLUE}
 LABELS = {"A": "time, indentation", "B": "A + velocity", "C": "B + acceleration", "D": "B + edge"}
 FOLD = 0
@@ -54,28 +50,18 @@ def _absent(axes: Axes, command: str) -> None:
     axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", color="0.4")
 
 
-def main(
-    feature_sets: Annotated[Path, typer.Option(help="Result file of the feature sets.")] = FEATURE_SETS,
-    data_efficiency: Annotated[Path, typer.Option(help="Result file of the training shares.")] = DATA_EFFICIENCY,
-    folder: Annotated[Path, typer.Option(help="Where the figure goes.")] = drawing.FIGURES,
-) -> None:
+def compose(feature_sets: Any = None, data_efficiency: Any = None) -> Figure:
     """Draw what is trained of both panels."""
-    if not feature_sets.is_file() and not data_efficiency.is_file():
+    if feature_sets is None and data_efficiency is None:
         raise FileNotFoundError(
-            f"neither {str(feature_sets)!r} nor {str(data_efficiency)!r} exists; `make feature-sets data-efficiency` "
+            "neither feature_sets.json nor data_efficiency.json is published; `make feature-sets data-efficiency` "
             "makes them"
         )
-    sets = drawing.read_result(feature_sets, "make feature-sets")["sets"] if feature_sets.is_file() else None
-    shares = drawing.read_result(data_efficiency, "make data-efficiency") if data_efficiency.is_file() else None
     drawn = drawing.figure(height=2.8)
     first, second = drawn.subplots(1, 2)
     for axes, name in ((first, "a"), (second, "b")):
         axes.set(xlabel="epoch", ylabel="validation MSE", yscale="log")
         drawing.letter(axes, name)
-    draw_feature_sets(first, sets)
-    draw_shares(second, shares)
-    drawing.save(drawn, "figure-features", folder)
-
-
-if __name__ == "__main__":
-    run_main(main)
+    draw_feature_sets(first, feature_sets and feature_sets["sets"])
+    draw_shares(second, data_efficiency)
+    return drawn

@@ -3,18 +3,14 @@
 The second panel is ours; the paper shows one trajectory only.
 """
 
-from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
-import typer
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
 
-from bem._support.command_line import run_main
 from paper_figures.style import drawing, models_style
-
-RESULT = Path("results/studies/fms_transfer.json")
 
 
 def draw_sample(axes: Axes, sample: dict[str, Any], model: str) -> None:
@@ -46,21 +42,13 @@ def draw_test_set(axes: Axes, test_set: dict[str, Any], color: str) -> None:
     axes.legend(loc="upper center")
 
 
-def main(
-    result: Annotated[Path, typer.Option(help="Result file of the transfer.")] = RESULT,
-    folder: Annotated[Path, typer.Option(help="Where the figure goes.")] = drawing.FIGURES,
-) -> None:
+def compose(fms_transfer: Any) -> Figure:
     """Draw both panels."""
-    content = drawing.read_result(result, "make figure-fms-transfer")
     drawn = drawing.figure(height=2.7)
     first, second = drawn.subplots(1, 2)
-    model = content["config"]["model"]
-    draw_sample(first, content["sample"], model)
-    draw_test_set(second, content["test_set"], models_style.color(model))
+    model = fms_transfer["config"]["model"]
+    draw_sample(first, fms_transfer["sample"], model)
+    draw_test_set(second, fms_transfer["test_set"], models_style.color(model))
     for axes, name in zip((first, second), "ab", strict=True):
         drawing.letter(axes, name)
-    drawing.save(drawn, "figure-fms-transfer", folder)
-
-
-if __name__ == "__main__":
-    run_main(main)
+    return drawn

@@ -1,16 +1,13 @@
 """Validation curves of the FiLM and gated models; those of the concatenated models are in figure 5 (a)."""
 
-from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
-import typer
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
-from bem._support.command_line import run_main
 from paper_figures.style import drawing, models_style
 from surrogate.architectures.naming import PAPER_FAMILIES
 
-RESULT = Path("results/studies/model_comparison.json")
 SHOWN = ("FiLM", "gated")
 """One panel for each of these conditionings."""
 
@@ -37,15 +34,11 @@ def draw_curves(axes: Axes, models: dict[str, Any], conditioning: str) -> int:
     return drawn
 
 
-def main(
-    result: Annotated[Path, typer.Option(help="Result file of the model comparison.")] = RESULT,
-    folder: Annotated[Path, typer.Option(help="Where the figure goes.")] = drawing.FIGURES,
-) -> None:
+def compose(model_comparison: Any) -> Figure:
     """Draw both panels."""
-    content = drawing.read_result(result, "make figure-learning-curves")
-    models = content["models"]
-    missing = [name for name in content["missing"] if name.endswith(SHOWN)]
-    otherwise = {name: words for name, words in content["differences"].items() if name.endswith(SHOWN)}
+    models = model_comparison["models"]
+    missing = [name for name in model_comparison["missing"] if name.endswith(SHOWN)]
+    otherwise = {name: words for name, words in model_comparison["differences"].items() if name.endswith(SHOWN)}
     if len(missing) == len(PAPER_FAMILIES) * len(SHOWN):
         raise FileNotFoundError("no FiLM or gated model is trained yet; `make models` trains them")
     drawn = drawing.figure(height=2.7)
@@ -59,8 +52,4 @@ def main(
     note = models_style.missing_note(missing, otherwise)
     if note:
         drawn.supxlabel(note, fontsize=5.5, color="0.4")
-    drawing.save(drawn, "figure-learning-curves", folder)
-
-
-if __name__ == "__main__":
-    run_main(main)
+    return drawn

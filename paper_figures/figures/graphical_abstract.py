@@ -1,15 +1,11 @@
 """The graphical abstract: protocol in, surrogate, force history out, with what it costs and how far it is off."""
 
-from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
-import typer
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
-from bem._support.command_line import run_main
-from paper_figures.figures.figure_6 import RESULT as REGIMES
-from paper_figures.figures.figure_7 import RESULT as ERRORS
 from paper_figures.style import drawing, models_style, schematics
 from paper_figures.style.writing import number
 
@@ -55,22 +51,12 @@ def draw_force(axes: Axes, regime: dict[str, Any], name: str) -> None:
     axes.legend(loc="lower left")
 
 
-def main(
-    regimes: Annotated[Path, typer.Option(help="Result file of the canonical regimes.")] = REGIMES,
-    errors: Annotated[Path, typer.Option(help="Result file of the error statistics.")] = ERRORS,
-    folder: Annotated[Path, typer.Option(help="Where the figure goes.")] = drawing.FIGURES,
-) -> None:
+def compose(canonical_regimes: Any, error_statistics: Any) -> Figure:
     """Draw the graphical abstract."""
-    content = drawing.read_result(regimes, "make graphical-abstract")
-    statistics = drawing.read_result(errors, "make graphical-abstract")
-    regime = next(one for one in content["regimes"] if one["sample"] == SAMPLE)
+    regime = next(one for one in canonical_regimes["regimes"] if one["sample"] == SAMPLE)
     drawn = drawing.figure(height=2.5)
     first, second, third = drawn.subplots(1, 3)
     draw_protocol(first, regime["steps"])
-    draw_model(second, regime, statistics)
-    draw_force(third, regime, content["config"]["model"])
-    drawing.save(drawn, "graphical-abstract", folder)
-
-
-if __name__ == "__main__":
-    run_main(main)
+    draw_model(second, regime, error_statistics)
+    draw_force(third, regime, canonical_regimes["config"]["model"])
+    return drawn

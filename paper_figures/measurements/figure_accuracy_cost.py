@@ -6,17 +6,14 @@ with an arrow. Named are the closed forms, the solver's named accuracies, and, a
 the reference model, the best and the worst. Reads the measurement of `experiments.cost.accuracy_cost`.
 """
 
-from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
-import typer
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
-from bem._support.command_line import run_main
 from paper_figures.style import drawing
 from paper_figures.style.cost_style import FORCE_ERROR, KINDS, kind_of, mark_paper
 
-RESULT = Path("published/measurements/accuracy_cost.json")
 PANELS = {"pull_off_force": "error of the pull-off force (%)", "force": FORCE_ERROR}
 REFERENCE_MODEL = "M1-concat"
 BESIDE = ("DMT", "Maugis-Dugdale")
@@ -128,21 +125,13 @@ def _percent(tool: dict[str, Any], quantity: str) -> float | None:
     return 100.0 * value if value else None
 
 
-def main(
-    result: Annotated[Path, typer.Option(help="Measurement of accuracy and cost.")] = RESULT,
-    folder: Annotated[Path, typer.Option(help="Where the figure goes.")] = drawing.FIGURES,
-) -> None:
+def compose(accuracy_cost: Any) -> Figure:
     """Draw the figure."""
-    content = drawing.read_result(result, "make measure-accuracy-cost")
     drawn = drawing.figure(height=3.3)
     panels = drawn.subplots(1, 2)
     for axes, quantity, name in zip(panels, PANELS, "ab", strict=True):
-        draw(axes, content["tools"], quantity)
+        draw(axes, accuracy_cost["tools"], quantity)
         drawing.letter(axes, name)
     handles, labels = panels[1].get_legend_handles_labels()
     drawn.legend(handles, labels, loc="outside lower center", ncol=6, title="open: fewer protocols", title_fontsize=6)
-    drawing.save(drawn, "figure-accuracy-cost", folder)
-
-
-if __name__ == "__main__":
-    run_main(main)
+    return drawn

@@ -4,17 +4,14 @@ Amplification is the largest force over JKR's 3/2 and over that of the elastic s
 the data of `experiments.robustness.broad_band`. Full lines are the deepest preload, dotted ones the shallower.
 """
 
-from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
-import typer
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
-from bem._support.command_line import run_main
 from paper_figures.style import drawing
 
-RESULT = Path("published/measurements/broad_band.json")
 LABELS = {
     "amplification": r"amplification $\hat P_\mathrm{po}/1.5$",
     "own_amplification": r"$\hat P_\mathrm{po}$ over the elastic one",
@@ -60,13 +57,9 @@ def draw_amplification(axes: Axes, curves: list[dict[str, Any]], names: list[str
         axes.text(0.97, 0.03, text, transform=axes.transAxes, ha="right", va="bottom", fontsize="small")
 
 
-def main(
-    result: Annotated[Path, typer.Option(help="Data of the broad-band solids.")] = RESULT,
-    folder: Annotated[Path, typer.Option(help="Where the figure goes.")] = drawing.FIGURES,
-) -> None:
+def compose(broad_band: Any) -> Figure:
     """Draw the figure."""
-    content = drawing.read_result(result, "make measure-broad-band")
-    curves, ratio = content["curves"], content["modulus_ratio"]
+    curves, ratio = broad_band["curves"], broad_band["modulus_ratio"]
     names = list(dict.fromkeys(curve["name"] for curve in curves))
     drawn = drawing.figure(height=2.8)
     left, middle, right = drawn.subplots(1, 3)
@@ -75,8 +68,4 @@ def main(
         draw_amplification(axes, curves, names, ratio, over)
     for axes, name in ((left, "a"), (middle, "b"), (right, "c")):
         drawing.letter(axes, name)
-    drawing.save(drawn, "figure-broad-band", folder)
-
-
-if __name__ == "__main__":
-    run_main(main)
+    return drawn

@@ -3,19 +3,16 @@
 Reads the measurement of `experiments.cost.cost_growth`.
 """
 
-from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
-import typer
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
-from bem._support.command_line import run_main
 from paper_figures.style import drawing
 from paper_figures.style.cost_style import KINDS, sparse_ticks
-from paper_figures.style.writing import TABLES, number, write_table
+from paper_figures.style.writing import Table, number
 
-RESULT = Path("published/measurements/cost_growth.json")
 LABELS = {
     "nodes": "nodes",
     "steps": "time steps",
@@ -65,24 +62,19 @@ def _power(slope: float, error: float) -> str:
     return f"{slope:.2f} ± {error:.2f}"
 
 
-def main(
-    result: Annotated[Path, typer.Option(help="Measurement of the growth.")] = RESULT,
-    folder: Annotated[Path, typer.Option(help="Where the figure goes.")] = drawing.FIGURES,
-    tables: Annotated[Path, typer.Option(help="Where the table goes.")] = TABLES,
-) -> None:
+def compose(cost_growth: Any) -> dict[str, Figure | Table]:
     """Draw the figure and write the table."""
-    content = drawing.read_result(result, "make measure-cost-growth")
     drawn = drawing.figure(height=4.0)
     panels = drawn.subplots(2, 3)
     for axes, name, panel in zip(panels.flat, LABELS, "abcde", strict=False):
         for tool, kind in TOOLS.items():
-            draw(axes, content[tool][name], name, kind)
+            draw(axes, cost_growth[tool][name], name, kind)
         axes.set_ylabel("time of a step (s)" if name == "nodes" else "time (s)")
         sparse_ticks(axes)
         axes.legend(title="power", title_fontsize=6.5, loc="best")
         drawing.letter(axes, panel)
     last = panels[1, 2]
-    box = content["data_set"]["exponents"]
+    box = cost_growth["data_set"]["exponents"]
     last.barh(range(len(box)), list(box.values()), color=drawing.SKY)
     last.axvline(0.0, color="0.4", linewidth=0.6)
     last.set_yticks(range(len(box)), [name.replace("_", " ") for name in box])
@@ -91,9 +83,12 @@ def main(
     drawing.letter(last, "f")
     handles = [panels[0, 0].plot([], [], label=kind, **KINDS[kind])[0] for kind in TOOLS.values()]
     drawn.legend(handles=handles, loc="outside lower center", ncol=2)
-    drawing.save(drawn, "figure-cost-growth", folder)
-    write_table(
-        "cost-growth",
+    return {"figure-cost-growth": drawn, "cost-growth": exponents_table(cost_growth)}
+
+
+def exponents_table(content: dict[str, Any]) -> Table:
+    """The fitted powers beside the paper's statement."""
+    return Table(
         [
             "Quantity",
             "Solver",
@@ -113,9 +108,4 @@ def main(
         "every iteration must come to the power 3 of $N_s$ for large systems, a sum over the whole history to the "
         "power 2 of $N_t$ for long ones; in the solver, which steps memory forward and factorises the part of the "
         f"system that answers to the gap, and seldom, both powers must stay below. Measured on {content['host']}.",
-        tables,
     )
-
-
-if __name__ == "__main__":
-    run_main(main)

@@ -3,17 +3,14 @@
 Reads the measurement of `experiments.effects.measure`.
 """
 
-from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
-import typer
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
-from bem._support.command_line import run_main
 from paper_figures.style import drawing
 
-RESULT = Path("published/measurements/effects.json")
 STYLES = {
     "Hertz": ("0.5", "-"),
     "DMT-like": (drawing.SKY, "--"),
@@ -99,21 +96,13 @@ def _short(effects: str) -> str:
     return short.get(effects, effects.removeprefix("elastic ").removesuffix(", adhesive"))
 
 
-def main(
-    result: Annotated[Path, typer.Option(help="Measurement of the effects.")] = RESULT,
-    folder: Annotated[Path, typer.Option(help="Where the figure goes.")] = drawing.FIGURES,
-) -> None:
+def compose(effects: Any) -> Figure:
     """Draw the figure."""
-    content = drawing.read_result(result, "make measure-effects")
     drawn = drawing.figure(height=2.7)
     panels = drawn.subplots(1, 3)
-    draw_curves(panels[0], content["curves"])
-    draw_stand_ins(panels[1], content)
-    draw_ranges(panels[2], content)
+    draw_curves(panels[0], effects["curves"])
+    draw_stand_ins(panels[1], effects)
+    draw_ranges(panels[2], effects)
     for axes, name in zip(panels, "abc", strict=True):
         drawing.letter(axes, name)
-    drawing.save(drawn, "figure-effects", folder)
-
-
-if __name__ == "__main__":
-    run_main(main)
+    return drawn

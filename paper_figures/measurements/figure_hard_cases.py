@@ -4,23 +4,18 @@ Reads the measurement of `experiments.robustness.hard_case_map`, and of `experim
 one.
 """
 
-from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
-import typer
 from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap, LogNorm
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from bem._support.command_line import run_main
 from bem.dataset.designs import PAPER_RANGES
 from paper_figures.style import drawing
-from paper_figures.style.writing import TABLES, number, write_table
+from paper_figures.style.writing import Table, number
 
-RESULT = Path("published/measurements/hard_case_map.json")
-SOAK = Path("published/measurements/soak.json")
 COLOURED = {
     "steps": "time steps",
     "seconds": "time (s)",
@@ -143,39 +138,30 @@ def _counted(rows: list[dict[str, Any]], key: str) -> str:
     return f"{sum(row[key] == 'completed' for row in rows)} of {len(rows)} completed"
 
 
-def main(
-    result: Annotated[Path, typer.Option(help="Measurement of the map.")] = RESULT,
-    folder: Annotated[Path, typer.Option(help="Where the figure goes.")] = drawing.FIGURES,
-    tables: Annotated[Path, typer.Option(help="Where the table goes.")] = TABLES,
-    soak: Annotated[Path, typer.Option(help="Measurement of the soak; without it the table says so.")] = SOAK,
-) -> None:
+def compose(hard_case_map: Any, soak: Any = None) -> dict[str, Figure | Table]:
     """Draw the map and write the table."""
-    content = drawing.read_result(result, "make measure-hard-cases")
     drawn = drawing.figure(height=4.6)
     panels = drawn.subplots(2, 2)
     for axes, name, panel in zip(panels.flat, COLOURED, "abcd", strict=True):
-        draw(drawn, axes, content["map"], name)
+        draw(drawn, axes, hard_case_map["map"], name)
         drawing.letter(axes, panel)
-    drawing.save(drawn, "figure-hard-cases", folder)
+    return {"figure-hard-cases": drawn, "hard-cases": worst_table(hard_case_map, soak)}
+
+
+def worst_table(content: dict[str, Any], soak: dict[str, Any] | None) -> Table:
+    """The worst of the map and of the soak."""
     groups = {where: [row for row in content["map"] if row["where"] == where] for where in ("inside", "beyond")}
     rows = [row_of(f"{where} the box, worst of {len(group)}", group) for where, group in groups.items() if group]
     rows += [row_of(row["name"], [row]) for row in content["extremes"]]
     soaked = " `make soak` has not been run."
-    if soak.is_file():
-        found = drawing.read_result(soak, "make soak")
-        rows += soak_rows(found)
-        soaked = f" The soak ran at {found['accuracy']} accuracy on {found['host']}; its time is that of the slowest."
-    write_table(
-        "hard-cases",
+    if soak is not None:
+        rows += soak_rows(soak)
+        soaked = f" The soak ran at {soak['accuracy']} accuracy on {soak['host']}; its time is that of the slowest."
+    return Table(
         HEADER,
         rows,
         f"The solver at {content['accuracy']} accuracy where it has most to do, and refined by dividing the target by "
         f"{content['refinement']:g}. Work over turnover below zero would be energy created. Rows of several cases show "
         "the worst of each column. Change, draft and 0.05: of the pull-off force at those accuracies from the refined "
         f"one. Measured on {content['host']}.{soaked}",
-        tables,
     )
-
-
-if __name__ == "__main__":
-    run_main(main)

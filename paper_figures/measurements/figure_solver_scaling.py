@@ -1,17 +1,14 @@
 """How the cost of the solver grows with nodes and with steps."""
 
-from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
-import typer
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, LogLocator, NullFormatter, ScalarFormatter
 
-from bem._support.command_line import run_main
 from paper_figures.style import drawing
 
-GROWTH = Path("published/measurements/cost_growth.json")
 BOUND_IN_NODES, BOUND_IN_STEPS = 2.2, 1.0
 
 
@@ -37,12 +34,9 @@ def columns(curve: dict[str, Any], name: str) -> tuple[np.ndarray, np.ndarray]:
     return np.array([point[name] for point in points]), np.array([point["seconds"]["median"] for point in points])
 
 
-def main(
-    growth: Annotated[Path, typer.Option(help="Result file of the measurement of how the cost grows.")] = GROWTH,
-    folder: Annotated[Path, typer.Option(help="Where the figure goes.")] = drawing.FIGURES,
-) -> None:
+def compose(cost_growth: Any) -> Figure:
     """Draw the figure."""
-    solver = drawing.read_result(growth, "make measure-cost-growth")["solver"]
+    solver = cost_growth["solver"]
     drawn = drawing.figure(height=2.8)
     left, right = drawn.subplots(1, 2)
     x, seconds = columns(solver["nodes"], "nodes")
@@ -55,8 +49,4 @@ def main(
     right.set(xlabel="steps", ylabel="processor time (ms)")
     for axes, name in ((left, "a"), (right, "b")):
         drawing.letter(axes, name)
-    drawing.save(drawn, "solver-scaling", folder)
-
-
-if __name__ == "__main__":
-    run_main(main)
+    return drawn

@@ -3,22 +3,18 @@
 Reads the measurement of `experiments.robustness.surrogate_map`.
 """
 
-from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
-import typer
 from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
-from bem._support.command_line import run_main
 from bem.dataset.designs import PAPER_RANGES
 from paper_figures.style import drawing
 from paper_figures.style.cost_style import FORCE_ERROR, sparse_ticks
-from paper_figures.style.writing import TABLES, number, write_table
+from paper_figures.style.writing import Table, number
 
-RESULT = Path("published/measurements/surrogate_map.json")
 LABELS = {
     "tabor": r"$\mu$",
     "peak_indentation": r"$\hat\delta_l$",
@@ -109,22 +105,22 @@ def _pair(error: dict[str, float]) -> str:
     return f"{number(100.0 * error['median'], 2)} / {number(100.0 * error['p95'], 2)}"
 
 
-def main(
-    result: Annotated[Path, typer.Option(help="Measurement of the map.")] = RESULT,
-    folder: Annotated[Path, typer.Option(help="Where the figures go.")] = drawing.FIGURES,
-    tables: Annotated[Path, typer.Option(help="Where the table goes.")] = TABLES,
-) -> None:
+def compose(surrogate_map: Any) -> dict[str, Figure | Table]:
     """Draw both figures and write the table."""
-    content = drawing.read_result(result, "make measure-surrogate-map")
     drawn = drawing.figure(height=4.6)
     panels = drawn.subplots(2, 2)
-    draw_map(drawn, panels[0, 0], content["test"], "tabor", "unloading_rate")
-    draw_map(drawn, panels[0, 1], content["test"], "peak_indentation", "loading_rate")
-    draw_causes(panels[1, 0], content["by_cause"])
-    draw_out_of_range(panels[1, 1], content["out_of_range"])
+    draw_map(drawn, panels[0, 0], surrogate_map["test"], "tabor", "unloading_rate")
+    draw_map(drawn, panels[0, 1], surrogate_map["test"], "peak_indentation", "loading_rate")
+    draw_causes(panels[1, 0], surrogate_map["by_cause"])
+    draw_out_of_range(panels[1, 1], surrogate_map["out_of_range"])
     for axes, name in zip(panels.flat, "abcd", strict=True):
         drawing.letter(axes, name)
-    drawing.save(drawn, "figure-surrogate-map", folder)
+    figures = {"figure-surrogate-map": drawn, "figure-surrogate-worst": draw_worst_cases(surrogate_map)}
+    return {**figures, "surrogate-map": worst_table(surrogate_map)}
+
+
+def draw_worst_cases(content: dict[str, Any]) -> Figure:
+    """The worst trajectories, each in a panel."""
     cases = content["worst"]
     drawn = drawing.figure(height=6.6)
     panels = drawn.subplots(5, 4)
@@ -134,20 +130,18 @@ def main(
         draw_worst(axes, case)
     drawn.supxlabel("measurement step", fontsize=8)
     drawn.supylabel(rf"force $\hat P$: solver (black), {content['model']} (red)", fontsize=8)
-    drawing.save(drawn, "figure-surrogate-worst", folder)
+    return drawn
+
+
+def worst_table(content: dict[str, Any]) -> Table:
+    """The worst trajectories and the errors out of range."""
     other = " and ".join(content.get("outdated", []))
     old = f" The model was trained otherwise than those compared, with another {other}." if other else ""
-    write_table(
-        "surrogate-map",
+    return Table(
         HEADER,
         rows_of(content),
         f"{content['model']}: its worst test trajectories, and its errors with one quantity beyond the bounds of "
         "training while the others are random inside (median / 95th percentile; 0 % is the bound itself). Force error: "
         "mean |dP| over the range. A cause is named where at least half of the error lies within a few measurement "
         f"steps of a jump or of a peak that the steps themselves miss. Measured on {content['host']}.{old}",
-        tables,
     )
-
-
-if __name__ == "__main__":
-    run_main(main)

@@ -4,17 +4,14 @@ Curves are validation errors; held-out errors, measured once at the end of a run
 Reads the result of `experiments.cost.training_cost`; a line above names runs that are not published yet.
 """
 
-from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
-import typer
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
-from bem._support.command_line import run_main
 from paper_figures.style import drawing, models_style
 from paper_figures.style.models_style import REFERENCE
 
-RESULT = Path("published/measurements/training_cost.json")
 GREY = {"color": "0.75", "linewidth": 0.7}
 
 
@@ -85,27 +82,19 @@ def draw_shares(axes: Axes, points: list[dict[str, Any]]) -> None:
     above.set_xlabel("solver seconds to make them")
 
 
-def main(
-    result: Annotated[Path, typer.Option(help="Result file of the cost of training.")] = RESULT,
-    folder: Annotated[Path, typer.Option(help="Where the figure goes.")] = drawing.FIGURES,
-) -> None:
+def compose(training_cost: Any) -> Figure:
     """Draw the figure."""
-    content = drawing.read_result(result, "make measure-training-cost")
     drawn = drawing.figure(height=2.8)
     left, right = drawn.subplots(1, 2)
-    if content["models"]:
-        draw_time(left, content)
+    if training_cost["models"]:
+        draw_time(left, training_cost)
     else:
         left.text(0.5, 0.5, "no model published yet", transform=left.transAxes, ha="center", color="0.4")
         left.set(xticks=[], yticks=[])
-    draw_shares(right, content["shares"])
-    absent = [*content["missing"], *content["outdated"]]
+    draw_shares(right, training_cost["shares"])
+    absent = [*training_cost["missing"], *training_cost["outdated"]]
     if absent:
         drawn.suptitle(f"not published yet: {', '.join(absent)}", fontsize=6, color="0.4")
     for axes, name in ((left, "a"), (right, "b")):
         drawing.letter(axes, name)
-    drawing.save(drawn, "figure-training-cost", folder)
-
-
-if __name__ == "__main__":
-    run_main(main)
+    return drawn

@@ -35,14 +35,14 @@ EXACT = 1e-6
 """Relative width within which an adopted number is the paper's."""
 
 SOURCES = {
-    "dataset": ("results", "dataset/statistics.json", "make table-protocols-dataset"),
+    "dataset": ("results", "studies/dataset_statistics.json", "make table-protocols-dataset"),
     "canonical": ("results", "studies/canonical_regimes.json", "make table-protocols-canonical"),
     "persson_brener": ("results", "studies/persson_brener.json", "make table-persson-brener"),
     "errors": ("results", "studies/error_statistics.json", "make table-quartiles"),
     "fms": ("results", "studies/fms_transfer.json", "make figure-fms-transfer"),
     "models": ("results", "studies/model_comparison.json", "make models table-models"),
     "graphs": ("results", "studies/architecture_graphs.json", "make figure-architectures"),
-    "slips": ("results", "studies/paper_slips.json", "make report"),
+    "slips": ("results", "studies/inconsistencies.json", "make report"),
     "settings": ("results", "studies/adopted_settings.json", "make report"),
     "training": ("published", "measurements/training_cost.json", "make measure-training-cost"),
     "speed": ("published", "measurements/training_speed.json", "make bench-training"),

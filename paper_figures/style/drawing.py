@@ -1,7 +1,6 @@
-"""What all figures share: sizes, colours, panel letters, reading inputs, writing PDF and PNG."""
+"""What all figures share: sizes, colours, panel letters, the paper's values, writing PDF and PNG."""
 
 import functools
-import json
 import re
 import tomllib
 from pathlib import Path
@@ -19,7 +18,6 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 HERE = Path(__file__).parent
-FIGURES = Path("results/figures")
 PAPER_VALUES = HERE.parents[1] / "experiments" / "paper_values"
 COLUMN, DOUBLE_COLUMN = 90 / 25.4, 190 / 25.4
 """Widths of Elsevier's single and double column in inches."""
@@ -66,24 +64,12 @@ def _power(value: float) -> str:
     return rf"$10^{{{exponent}}}$" if factor < 1.001 else rf"${factor:.0f}\times10^{{{exponent}}}$"
 
 
-def save(drawn: Figure, name: str, folder: Path = FIGURES) -> None:
+def save(drawn: Figure, name: str, folder: Path) -> None:
     """Write a figure as PDF and PNG, the same bytes for the same content."""
     folder.mkdir(parents=True, exist_ok=True)
     drawn.savefig(folder / f"{name}.pdf", metadata={"CreationDate": None})
     drawn.savefig(folder / f"{name}.png", metadata={"Software": None})
     plt.close(drawn)
-
-
-def read_result(path: str | Path, made_by: str) -> Any:
-    """Read a JSON result file.
-
-    Raises:
-        FileNotFoundError: naming the command that makes it.
-    """
-    path = Path(path)
-    if not path.is_file():
-        raise FileNotFoundError(f"result file {str(path)!r} not found; `{made_by}` makes it")
-    return json.loads(path.read_text(encoding="utf-8"))
 
 
 @functools.cache

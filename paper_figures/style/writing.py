@@ -3,9 +3,8 @@
 import csv
 import re
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
-
-TABLES = Path("results/tables")
 
 
 def number(value: float, digits: int = 3) -> str:
@@ -16,42 +15,47 @@ def number(value: float, digits: int = 3) -> str:
     return f"{float(text):.0f}" if "e" in text else text
 
 
-def write_table(
-    name: str, header: Sequence[str], rows: Sequence[Sequence[str]], caption: str, folder: Path = TABLES
-) -> None:
-    """Write `NAME.md`, `NAME.csv` and `NAME.tex`.
+@dataclass(frozen=True)
+class Table:
+    """A table of text.
 
     Args:
-        name: of the files.
-        header: column heads; mathematics between dollars.
-        rows: cells as text, numbers as `number` writes them.
-        caption: what is shown and where it comes from, mathematics between dollars.
-        folder: where to.
+        header: Column heads; mathematics between dollars.
+        rows: Cells as text, numbers as `number` writes them.
+        caption: What is shown and where it comes from, mathematics between dollars.
     """
-    folder.mkdir(parents=True, exist_ok=True)
-    widths = [max(len(row[i]) for row in (header, *rows)) for i in range(len(header))]
 
-    def line(cells: Sequence[str]) -> str:
-        return "| " + " | ".join(cell.ljust(width) for cell, width in zip(cells, widths, strict=True)) + " |"
+    header: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    caption: str
 
-    rule = "| " + " | ".join("-" * width for width in widths) + " |"
-    markdown = "\n".join([line(header), rule, *(line(row) for row in rows), "", caption, ""])
-    (folder / f"{name}.md").write_text(markdown, encoding="utf-8")
-    with (folder / f"{name}.csv").open("w", newline="", encoding="utf-8") as file:
-        csv.writer(file, lineterminator="\n").writerows([header, *rows])
-    body = "".join("    " + " & ".join(map(_latex, row)) + r" \\" + "\n" for row in rows)
-    heads = " & ".join(map(_latex, header))
-    columns = "l" + "c" * (len(header) - 1)
-    (folder / f"{name}.tex").write_text(
-        "\\begin{table}[h]\n"
-        "    \\centering\n"
-        f"    \\caption{{{_latex(caption)}}}\n"
-        f"    \\label{{tab:{name}}}\n"
-        f"    \\begin{{tabular}}{{@{{}}{columns}@{{}}}}\n"
-        f"    \\toprule\n    {heads} \\\\\n    \\midrule\n{body}    \\bottomrule\n"
-        "    \\end{tabular}\n\\end{table}\n",
-        encoding="utf-8",
-    )
+    def save(self, name: str, folder: Path) -> None:
+        """Write `NAME.md`, `NAME.csv` and `NAME.tex`."""
+        folder.mkdir(parents=True, exist_ok=True)
+        header, rows = self.header, self.rows
+        widths = [max(len(row[i]) for row in (header, *rows)) for i in range(len(header))]
+
+        def line(cells: Sequence[str]) -> str:
+            return "| " + " | ".join(cell.ljust(width) for cell, width in zip(cells, widths, strict=True)) + " |"
+
+        rule = "| " + " | ".join("-" * width for width in widths) + " |"
+        markdown = "\n".join([line(header), rule, *(line(row) for row in rows), "", self.caption, ""])
+        (folder / f"{name}.md").write_text(markdown, encoding="utf-8")
+        with (folder / f"{name}.csv").open("w", newline="", encoding="utf-8") as file:
+            csv.writer(file, lineterminator="\n").writerows([header, *rows])
+        body = "".join("    " + " & ".join(map(_latex, row)) + r" \\" + "\n" for row in rows)
+        heads = " & ".join(map(_latex, header))
+        columns = "l" + "c" * (len(header) - 1)
+        (folder / f"{name}.tex").write_text(
+            "\\begin{table}[h]\n"
+            "    \\centering\n"
+            f"    \\caption{{{_latex(self.caption)}}}\n"
+            f"    \\label{{tab:{name}}}\n"
+            f"    \\begin{{tabular}}{{@{{}}{columns}@{{}}}}\n"
+            f"    \\toprule\n    {heads} \\\\\n    \\midrule\n{body}    \\bottomrule\n"
+            "    \\end{tabular}\n\\end{table}\n",
+            encoding="utf-8",
+        )
 
 
 def _latex(text: str) -> str:

@@ -4,19 +4,13 @@ The second is also written into the page on cost, between two marks. Reads the m
 `experiments.cost.accuracy_cost`.
 """
 
-from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
-import typer
 
-from bem._support.command_line import run_main
-from experiments.timing import write_place
-from paper_figures.style import drawing
 from paper_figures.style.cost_style import paper_seconds
-from paper_figures.style.writing import TABLES, number, write_table
+from paper_figures.style.writing import Table, number
 
-RESULT = Path("published/measurements/accuracy_cost.json")
 HEADER = [
     "Tool",
     "Setting",
@@ -34,7 +28,6 @@ CHOICES = [
     "Pull-off force, many at once",
 ]
 WANTED = (0.1, 0.05, 0.02, 0.01, 5e-3, 2e-3, 1e-3, 5e-4)
-PLACE = "fastest tool"
 ERRORS = {"pull_off_force": "Pull-off error (%)", "force": "Force error (%)", "hysteresis": "Hysteresis error (%)"}
 
 
@@ -89,12 +82,13 @@ def choices(tools: list[dict[str, Any]]) -> list[list[str]]:
     ]
 
 
-def write_page(page: Path, content: dict[str, Any], rows: list[list[str]]) -> None:
-    """Put the table of choices into its place on a page."""
+def page_text(content: dict[str, Any]) -> str:
+    """The table of choices as the page on cost shows it."""
+    rows = choices(content["tools"])
     table = "\n".join("| " + " | ".join(row) + " |" for row in (CHOICES, ["---"] * len(CHOICES), *rows))
     count = f"{content['protocols']} held-out protocols, {_refined(content)} of which have a refined solution"
     words = f"Measured on {count}, one core of {content['host']}.{_left_out(content)}"
-    write_place(page, PLACE, f"{table}\n\n{words}")
+    return f"{table}\n\n{words}"
 
 
 def _refined(content: dict[str, Any]) -> int:
@@ -108,16 +102,11 @@ def _left_out(content: dict[str, Any]) -> str:
     return words if content.get("complete", True) else f"{words} The surrogates were not measured to the end."
 
 
-def main(
-    result: Annotated[Path, typer.Option(help="Measurement of accuracy and cost.")] = RESULT,
-    folder: Annotated[Path, typer.Option(help="Where the tables go.")] = TABLES,
-    page: Annotated[Path | None, typer.Option(help="Page that shows the table of choices too.")] = None,
-) -> None:
+def compose(accuracy_cost: Any) -> dict[str, Table]:
     """Write the tables."""
-    content = drawing.read_result(result, "make measure-accuracy-cost")
+    content = accuracy_cost
     paper = ", ".join(f"{name} {number(seconds)} s" for name, seconds in paper_seconds().items())
-    write_table(
-        "accuracy-cost",
+    first = Table(
         [*HEADER, *ERRORS.values()],
         [row_of(tool) for tool in content["tools"]],
         f"Every tool on {content['protocols']} held-out protocols, or on as many of them as the row says (the paper's "
@@ -127,20 +116,11 @@ def main(
         f"{number(content['truth_target'])}, which {_refined(content)} of the protocols have; of the force, mean |dP| "
         "over the range. The paper's own seconds: "
         f"{paper}.{_left_out(content)}",
-        folder,
     )
-    rows = choices(content["tools"])
-    write_table(
-        "fastest-tool",
+    second = Table(
         CHOICES,
-        rows,
+        choices(content["tools"]),
         "The tool with the smallest median time of which 95 % of the protocols stay within the error, among those that "
         f"answer all {content['protocols']} of them; one core of {content['host']}.{_left_out(content)}",
-        folder,
     )
-    if page is not None:
-        write_page(page, content, rows)
-
-
-if __name__ == "__main__":
-    run_main(main)
+    return {"accuracy-cost": first, "fastest-tool": second}

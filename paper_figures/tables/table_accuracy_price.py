@@ -1,15 +1,9 @@
 """Table of what accuracy costs over the paper's design."""
 
-from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
-import typer
+from paper_figures.style.writing import Table
 
-from bem._support.command_line import run_main
-from paper_figures.style import drawing
-from paper_figures.style.writing import TABLES, write_table
-
-PRICE = Path("published/accuracy_price.json")
 ERRORS = {"pull_off_force": "Pull-off force", "hysteresis": "Hysteresis", "force": "Force history"}
 
 
@@ -36,27 +30,17 @@ def largest(levels: list[dict[str, Any]]) -> int:
     return max(level["trajectories"] for level in levels)
 
 
-def main(
-    price: Annotated[Path, typer.Option(help="Result file of the price of accuracy.")] = PRICE,
-    folder: Annotated[Path, typer.Option(help="Where the table goes.")] = TABLES,
-) -> None:
+def compose(accuracy_price: Any) -> Table:
     """Write the table."""
-    content = drawing.read_result(price, "make accuracy-price")
-    compared = content["levels"][0]["compared"]
-    whole = largest(content["levels"])
+    compared = accuracy_price["levels"][0]["compared"]
+    whole = largest(accuracy_price["levels"])
     sample = "all of them" if compared == whole else f"{compared} protocols that are a random sample of all"
     minutes = f"Core-minutes for {whole:,}"
     header = ["Accuracy", "Trajectories", "Failed", "Mean (ms)", "Median (ms)", "99th (ms)", minutes]
-    write_table(
-        "accuracy-price",
+    return Table(
         [*header, *(f"{name} error (%)" for name in ERRORS.values())],
-        rows_of(content["levels"]),
-        f"The price of accuracy over the design of the paper, seed {content['seed']}, on {content['host']}. Minutes "
-        "are in proportion where fewer trajectories were run. Errors are "
+        rows_of(accuracy_price["levels"]),
+        f"The price of accuracy over the design of the paper, seed {accuracy_price['seed']}, on "
+        f"{accuracy_price['host']}. Minutes are in proportion where fewer trajectories were run. Errors are "
         f"median / 90th / 99th percentile against reference, on {sample}.",
-        folder,
     )
-
-
-if __name__ == "__main__":
-    run_main(main)

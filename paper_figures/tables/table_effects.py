@@ -3,16 +3,10 @@
 Reads the measurement of `experiments.effects.measure`.
 """
 
-from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
-import typer
+from paper_figures.style.writing import Table, number
 
-from bem._support.command_line import run_main
-from paper_figures.style import drawing
-from paper_figures.style.writing import TABLES, number, write_table
-
-RESULT = Path("published/measurements/effects.json")
 SAFE = ["Stand-in", "Instead of", "Over", "Safe from", "Safe to"]
 OVER = {"tabor": r"$\mu$", "decades": "decades of retardation times"}
 HEADER = [
@@ -54,37 +48,26 @@ def safe_row(row: dict[str, Any]) -> list[str]:
     return [row["stand_in"], row["instead_of"], OVER[row["over"]], *limits]
 
 
-def main(
-    result: Annotated[Path, typer.Option(help="Measurement of the effects.")] = RESULT,
-    folder: Annotated[Path, typer.Option(help="Where the tables go.")] = TABLES,
-) -> None:
+def compose(effects: Any) -> dict[str, Table]:
     """Write the tables."""
-    content = drawing.read_result(result, "make measure-effects")
-    path = content["path"]
-    write_table(
-        "effects",
+    path = effects["path"]
+    first = Table(
         HEADER,
-        [row_of(row) for row in content["rows"]],
+        [row_of(row) for row in effects["rows"]],
         f"One path of the sphere (depth {path['depth']:g}, from {path['start']:g}, in units of $\\mu h_0$; "
         f"{path['rate']:g} a retardation time; dwell {path['dwell']:g}) under scenes that add one effect at a time, at "
-        f"standard accuracy, on {content['host']}. All scenes run functions of "
-        + ", ".join(f"{name}.py" for name in content["shared_files"])
+        f"standard accuracy, on {effects['host']}. All scenes run functions of "
+        + ", ".join(f"{name}.py" for name in effects["shared_files"])
         + " of bem/; files with functions that not every scene runs, and lines of other files, were found by running "
         "each. The difference is the root mean square over the range of the force; for the limits, of long and "
         "of short range, it is a difference between laws of adhesion and not an error.",
-        folder,
     )
-    write_table(
-        "stand-ins",
+    second = Table(
         SAFE,
-        [safe_row(row) for row in content["safe"]],
+        [safe_row(row) for row in effects["safe"]],
         f"Where a simpler scene stands in for the full one with an error of the force of at most "
-        f"{number(100.0 * content['tolerance'])} % (root mean square over the range): adhesion of another range on the "
+        f"{number(100.0 * effects['tolerance'])} % (root mean square over the range): adhesion of another range on the "
         "same path in units of $\\mu h_0$, over the Tabor parameter of the full scene; one relaxation process instead "
         "of ten around it, over the decades that those span. Limits are the outermost values computed that are safe.",
-        folder,
     )
-
-
-if __name__ == "__main__":
-    run_main(main)
+    return {"effects": first, "stand-ins": second}

@@ -3,15 +3,10 @@
 Models trained otherwise (another recipe, more data, fewer epochs) follow the eighteen and say how.
 """
 
-from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
-import typer
-
-from bem._support.command_line import run_main
-from paper_figures.figures.figure_mse_mae import RESULT
 from paper_figures.style import drawing, models_style
-from paper_figures.style.writing import TABLES, number, write_table
+from paper_figures.style.writing import Table, number
 
 HEADER = [
     "Model",
@@ -29,14 +24,11 @@ HEADER = [
     "Batch (ms)",
 ]
 MEDIANS = ("nmae", "pull_off_force", "hysteresis")
-SPEED = Path("published/measurements/training_speed.json")
 
 
-def batch_milliseconds(speed: Path) -> dict[str, str]:
+def batch_milliseconds(speed: dict[str, Any] | None) -> dict[str, str]:
     """Milliseconds that a batch of training takes each architecture, all on one machine; none where not measured."""
-    if not speed.is_file():
-        return {}
-    measured = drawing.read_result(speed, "make bench-training")["models"]
+    measured = speed["models"] if speed else {}
     return {name: number(1e3 * found["seconds_per_batch"]["median"], 2) for name, found in measured.items()}
 
 
@@ -66,32 +58,23 @@ def paper_row(paper: dict[str, Any]) -> list[str]:
     ]
 
 
-def main(
-    result: Annotated[Path, typer.Option(help="Result file of the model comparison.")] = RESULT,
-    folder: Annotated[Path, typer.Option(help="Where the table goes.")] = TABLES,
-    speed: Annotated[Path, typer.Option(help="Result file of `make bench-training`, where there is one.")] = SPEED,
-) -> None:
+def compose(model_comparison: Any, training_speed: Any = None) -> Table:
     """Write the table, best model first."""
-    content = drawing.read_result(result, "make table-models")
-    ranking = content["comparison"]["ranking"]
-    note = models_style.missing_note(content["missing"])
+    ranking = model_comparison["comparison"]["ranking"]
+    note = models_style.missing_note(model_comparison["missing"])
     caption = " ".join(
         [
             "Held-out errors of the scaled force, best first; the errors of pull-off and hysteresis are on the "
             "measurement steps. Models with a suffix are trained otherwise and not among the eighteen. Core seconds "
             "are those of the processor that trained the model, the milliseconds of a batch all of one machine's core.",
             *([f"{note[0].upper()}{note[1:]}."] if note else []),
-            *content["outdated"].values(),
+            *model_comparison["outdated"].values(),
         ]
     )
-    batches = batch_milliseconds(speed)
+    batches = batch_milliseconds(training_speed)
     cells = [
         paper_row(drawing.paper_values("reference_model")),
-        *(row(name, content["models"][name], batches.get(name, "-")) for name in ranking),
-        *(row(name, found) for name, found in content["beside"].items()),
+        *(row(name, model_comparison["models"][name], batches.get(name, "-")) for name in ranking),
+        *(row(name, found) for name, found in model_comparison["beside"].items()),
     ]
-    write_table("models", HEADER, cells, caption, folder)
-
-
-if __name__ == "__main__":
-    run_main(main)
+    return Table(HEADER, cells, caption)

@@ -1,14 +1,8 @@
 """Table of the fourteen protocols of the relaxed short-range limit: crack velocities and amplifications."""
 
-from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
-import typer
-
-from bem._support.command_line import run_main
-from paper_figures.figures.figure_5 import PERSSON_BRENER
-from paper_figures.style import drawing
-from paper_figures.style.writing import TABLES, number, write_table
+from paper_figures.style.writing import Table, number
 
 COLUMNS = {
     "unloading_rate": r"$\hat v_U$",
@@ -26,13 +20,9 @@ def rows(points: list[dict[str, Any]]) -> list[list[str]]:
     return [[str(point["point"]), *(number(point[name]) for name in COLUMNS)] for point in points]
 
 
-def main(
-    result: Annotated[Path, typer.Option(help="Result file of the crack velocities.")] = PERSSON_BRENER,
-    folder: Annotated[Path, typer.Option(help="Where the table goes.")] = TABLES,
-) -> None:
+def compose(persson_brener: Any) -> Table:
     """Write the table."""
-    content = drawing.read_result(result, "make table-persson-brener")
-    found = content["summary"]
+    found = persson_brener["summary"]
     deviations = ", ".join(
         f"{text} {found[f'{name}_median_percent']:.1f} % and {found[f'{name}_largest_percent']:.1f} %"
         for name, text in (
@@ -41,7 +31,7 @@ def main(
             ("surrogate_against_theory", "surrogate"),
         )
     )
-    first = content["points"][0]["protocol"]
+    first = persson_brener["points"][0]["protocol"]
     caption = (
         r"Effective surface energy $\hat\Gamma_\mathrm{eff}=|\hat P_\mathrm{po}|/1.5$ at "
         rf"$\mu={first['tabor']:g}$, $\hat\delta_l={first['peak_indentation']:g}$, "
@@ -51,8 +41,4 @@ def main(
         f"{found['extrapolation_percent']:.3g} % beyond. "
         f"Median and largest deviation from Persson-Brener theory: {deviations}."
     )
-    write_table("persson-brener", ["Point", *COLUMNS.values()], rows(content["points"]), caption, folder)
-
-
-if __name__ == "__main__":
-    run_main(main)
+    return Table(["Point", *COLUMNS.values()], rows(persson_brener["points"]), caption)

@@ -1,14 +1,8 @@
 """Table of the twelve canonical protocols: parameters, seconds of solver and surrogate, the paper's beside ours."""
 
-from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
-import typer
-
-from bem._support.command_line import run_main
-from paper_figures.figures.figure_6 import RESULT
-from paper_figures.style import drawing
-from paper_figures.style.writing import TABLES, number, write_table
+from paper_figures.style.writing import Table, number
 from paper_figures.tables.table_protocols_dataset import QUANTITIES
 
 HEADER = [
@@ -39,20 +33,12 @@ def row(regime: dict[str, Any]) -> list[str]:
     ]
 
 
-def main(
-    result: Annotated[Path, typer.Option(help="Result file of the canonical regimes.")] = RESULT,
-    folder: Annotated[Path, typer.Option(help="Where the table goes.")] = TABLES,
-) -> None:
+def compose(canonical_regimes: Any) -> Table:
     """Write the table."""
-    content = drawing.read_result(result, "make table-protocols-canonical")
-    config, times = content["config"], content["times"]
+    config, times = canonical_regimes["config"], canonical_regimes["times"]
     caption = (
         f"Protocols of figure 6 and what they cost: processor seconds of one thread, {times['host']}. Solver at "
         f"accuracy {config['accuracy']}; surrogate by the plain Keras call, by our predictor, and by our predictor per "
         f"trajectory of a batch of {times['config']['batch']}. Errors of {config['model']} on the measurement steps."
     )
-    write_table("protocols-canonical", HEADER, [row(regime) for regime in content["regimes"]], caption, folder)
-
-
-if __name__ == "__main__":
-    run_main(main)
+    return Table(HEADER, [row(regime) for regime in canonical_regimes["regimes"]], caption)

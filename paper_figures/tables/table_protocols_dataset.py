@@ -1,16 +1,10 @@
 """Tables of the data set: the protocols of figure 2 with what came of them, and the whole beside the paper's."""
 
-from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
-import typer
-
-from bem._support.command_line import run_main
-from paper_figures.figures.figure_2 import EXAMPLES
 from paper_figures.style import drawing
-from paper_figures.style.writing import TABLES, number, write_table
+from paper_figures.style.writing import Table, number
 
-STATISTICS = Path("results/dataset/statistics.json")
 QUANTITIES = {
     "loading_rate": r"$\hat v_L$",
     "dwell_time": r"$\hat t_D$",
@@ -75,34 +69,22 @@ def summary_rows(found: dict[str, Any], paper: dict[str, Any]) -> list[list[str]
     ]
 
 
-def main(
-    examples: Annotated[Path, typer.Option(help="Result file of the examples.")] = EXAMPLES,
-    statistics: Annotated[Path, typer.Option(help="Result file of the statistics.")] = STATISTICS,
-    folder: Annotated[Path, typer.Option(help="Where the tables go.")] = TABLES,
-) -> None:
+def compose(dataset_examples: Any, dataset_statistics: Any) -> dict[str, Table]:
     """Write both tables."""
-    content = drawing.read_result(examples, "make table-protocols-dataset")
-    found = drawing.read_result(statistics, "make table-protocols-dataset")
-    write_table(
-        "protocols-dataset",
+    first = Table(
         ["Panel", *QUANTITIES.values(), *RESULTS.values(), "Jumps"],
-        protocol_rows(content["examples"]),
+        protocol_rows(dataset_examples["examples"]),
         "Protocols of figure 2, as in the paper's appendix, and our results at accuracy "
-        f"{content['accuracy']}: pull-off force and time, largest compression, hysteresis, force at the end.",
-        folder,
+        f"{dataset_examples['accuracy']}: pull-off force and time, largest compression, hysteresis, force at the end.",
     )
-    write_table(
-        "dataset-summary",
+    second = Table(
         ["Quantity", "Paper", "Here"],
-        summary_rows(found, drawing.paper_values("dataset")),
-        f"The data set beside the paper's; here at accuracy {found['accuracy']} on {found['workers']} workers. The "
+        summary_rows(dataset_statistics, drawing.paper_values("dataset")),
+        f"The data set beside the paper's; here at accuracy {dataset_statistics['accuracy']} on "
+        f"{dataset_statistics['workers']} workers. The "
         "whole run is the wall time of all workers; parallel efficiency is the share of it that they spent on "
         "trajectories. A trajectory whose last force exceeds the far-field attraction there is still attached at the "
         "end, and its pull-off force is the largest so far. The resolution floor is the error of the pull-off force "
         "made by the measurement steps alone.",
-        folder,
     )
-
-
-if __name__ == "__main__":
-    run_main(main)
+    return {"protocols-dataset": first, "dataset-summary": second}

@@ -1,15 +1,11 @@
 """Table of the held-out errors by quartile of the force MSE, the paper's beside ours; and the overall statistics."""
 
 import csv
-from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
-import typer
-
-from bem._support.command_line import run_main
-from paper_figures.figures.figure_7 import QUARTILES, RESULT
+from paper_figures.figures.figure_7 import QUARTILES
 from paper_figures.style import drawing
-from paper_figures.style.writing import TABLES, number, write_table
+from paper_figures.style.writing import Table, number
 
 COLUMNS = {
     "mse": (r"Force MSE ($\times10^{-3}$)", 1e3, 3),
@@ -45,25 +41,17 @@ def rows(content: dict[str, Any]) -> list[list[str]]:
     return found
 
 
-def main(
-    result: Annotated[Path, typer.Option(help="Result file of the error statistics.")] = RESULT,
-    folder: Annotated[Path, typer.Option(help="Where the table goes.")] = TABLES,
-) -> None:
+def compose(error_statistics: Any) -> Table:
     """Write the table."""
-    content = drawing.read_result(result, "make table-quartiles")
-    overall = content["overall"]
+    overall = error_statistics["overall"]
     force, loop = (overall[f"{name}_percent"]["median"] for name in ("pull_off_force", "hysteresis"))
     floor = overall["resolution_floor_percent"]
     caption = (
-        f"Held-out errors of {content['config']['model']} by quartile of the force MSE, mean $\\pm$ standard "
-        f"deviation over {content['trajectories']} trajectories. Medians over all: pull-off force "
+        f"Held-out errors of {error_statistics['config']['model']} by quartile of the force MSE, mean $\\pm$ standard "
+        f"deviation over {error_statistics['trajectories']} trajectories. Medians over all: pull-off force "
         f"{force:.2g} %, hysteresis {loop:.2g} %. Pull-off errors are on the measurement steps; these alone are off "
         f"the solver's own pull-off force by a median of {floor['median']:.2g} % and a 90th percentile of "
         f"{floor['p90']:.2g} %."
     )
     header = ["Quartile", "Source", *(heading for heading, _, _ in COLUMNS.values())]
-    write_table("quartiles", header, rows(content), caption, folder)
-
-
-if __name__ == "__main__":
-    run_main(main)
+    return Table(header, rows(error_statistics), caption)

@@ -3,16 +3,10 @@
 Reads the measurement of `experiments.effects.recommendations`.
 """
 
-from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
-import typer
+from paper_figures.style.writing import Table, number
 
-from bem._support.command_line import run_main
-from paper_figures.style import drawing
-from paper_figures.style.writing import TABLES, number, write_table
-
-RESULT = Path("published/measurements/recommendations.json")
 HEADER = [
     "Sample",
     "Quantity",
@@ -46,23 +40,13 @@ def row_of(row: dict[str, Any]) -> list[str]:
     ]
 
 
-def main(
-    result: Annotated[Path, typer.Option(help="Measurement of the recommendations.")] = RESULT,
-    folder: Annotated[Path, typer.Option(help="Where the table goes.")] = TABLES,
-) -> None:
+def compose(recommendations: Any) -> Table:
     """Write the table."""
-    content = drawing.read_result(result, "make measure-recommendations")
-    write_table(
-        "recommendations",
+    return Table(
         HEADER,
-        [row_of(row) for row in content["results"]],
+        [row_of(row) for row in recommendations["results"]],
         "The recommended scene against the full one on random samples: the paper's box, one ten times wider with "
         "random modulus ratios, ten-term solids, contacts without adhesion, and two loads with a partial unloading "
-        f"between; both simulated to {number(content['accuracy'])}. Kept: the error stayed inside the tolerance. "
-        f"Seconds at standard accuracy. Measured on {content['host']}.",
-        folder,
+        f"between; both simulated to {number(recommendations['accuracy'])}. Kept: the error stayed "
+        f"inside the tolerance. Seconds at standard accuracy. Measured on {recommendations['host']}.",
     )
-
-
-if __name__ == "__main__":
-    run_main(main)

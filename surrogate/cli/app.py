@@ -12,12 +12,12 @@ import typer
 from bem._support.command_line import add_version, run_command
 from bem._support.outputs import Outputs
 from surrogate.architectures.naming import names, split_name
-from surrogate.architectures.registry import load_architectures, source_of
+from surrogate.architectures.registry import load_architectures
 from surrogate.backend import import_keras, limit_threads
 from surrogate.cli.predict import ArchitectureOption, register
 from surrogate.inference.model_files import find_model, model_roots
 from surrogate.training.publishing import model_name, require_place
-from surrogate.training.queue import STOP_FILE, STOPPED, StopRequest, outdated, run_queue, set_aside
+from surrogate.training.queue import STOP_FILE, STOPPED, StopRequest, run_queue
 
 app = typer.Typer(
     help="Sequence models that imitate the contact solver.", no_args_is_help=True, pretty_exceptions_enable=False
@@ -98,24 +98,17 @@ def train(
     load_architectures(architecture or ())
     split_name(name)
     from surrogate.data.dataset import TrajectoryDataset
+    from surrogate.training.identity import TrainingIdentity, trained_otherwise
 
     data = TrajectoryDataset.load(dataset)
     more = TrajectoryDataset.load(extra) if extra else None
     split = data.split(split_seed).with_fraction(fraction, fold)
     if destination.exists() and not replace:
-        why = outdated(
-            destination,
-            dataset_sha256=data.sha256,
-            recipe=chosen,
-            split=split,
-            features=features,
-            extra_sha256=more.sha256 if more else None,
-            **_identity(name),
-        )
-        if why:
-            wanted = "--label for a name of its own" if label is None else "another --label"
+        wanted = TrainingIdentity.of(name, data, split, chosen, features=features, extra=more)
+        if why := trained_otherwise(destination, wanted):
+            labelled = "--label for a name of its own" if label is None else "another --label"
             raise ValueError(
-                f"Expected {wanted}, or --replace, since {destination} is already published. "
+                f"Expected {labelled}, or --replace, since {destination} is already published. "
                 f"Received: neither, and there one {why}"
             )
         typer.echo(f"{published_as}: already published in {destination}; --replace trains it again")
@@ -169,23 +162,21 @@ def train_all(
         split_name(name)
         require_place(models / name)
     from surrogate.data.dataset import TrajectoryDataset
+    from surrogate.training.checkpoint import set_aside
+    from surrogate.training.identity import TrainingIdentity, trained_otherwise
     from surrogate.training.recipe import Recipe
 
     data = TrajectoryDataset.load(dataset)
-    asked = {
-        "dataset_sha256": data.sha256,
-        "recipe": Recipe.load(recipe).with_overrides(epochs=epochs, seed=seed),
-        "split": data.split(),
-    }
+    chosen, split = Recipe.load(recipe).with_overrides(epochs=epochs, seed=seed), data.split()
     waiting = []
     for name in wanted:
-        which = asked | _identity(name)
-        reason = outdated(models / name, **which) if (models / name).exists() else "not published"
+        identity = TrainingIdentity.of(name, data, split, chosen)
+        reason = trained_otherwise(models / name, identity) if (models / name).exists() else "not published"
         if not reason:
             continue
         if reason != "not published":
             typer.echo(f"{name}: outdated, {reason}; it is trained again")
-        if (aside := set_aside(runs / name, **which)) is not None:
+        if (aside := set_aside(runs / name, identity)) is not None:
             typer.echo(f"{name}: the work of another training is kept in {aside}")
         waiting.append(name)
 
@@ -245,12 +236,6 @@ def evaluate(
 register(app)
 
 
-def _identity(name: str) -> dict[str, str | None]:
-    """What tells an architecture from another: its name, and the sum of the file it is from, if it is a user's own."""
-    source = source_of(name)
-    return {"architecture": name, "architecture_sha256": source.sha256 if source else None}
-
-
 def app_main() -> None:
     """Run the command line; a user's mistake ends it with one line instead of a traceback."""
     try:
@@ -258,7 +243,7 @@ def app_main() -> None:
     except ModuleNotFoundError as error:
         if error.name not in ("keras", "tensorflow", "sklearn"):
             raise
-        from surrogate.inference.backends import TRAINING_EXTRA
+        from surrogate.inference.keras_backend import TRAINING_EXTRA
 
         typer.echo(f"surrogate: {TRAINING_EXTRA}", err=True)
         sys.exit(2)

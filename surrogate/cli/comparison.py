@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 MOST_DRAWN = 12
+FORCE_LABEL = r"force $P/(\pi R \Delta\gamma_0)$, tension positive"
 
 ERRORS = (
     "pull_off_percent",
@@ -85,8 +86,6 @@ def plot_predictions(path: Path, predicted: list[Any], simulated: list[Any] | No
     from matplotlib import colormaps
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
-
-    from bem.plots import FORCE_LABEL
 
     figure = Figure(figsize=(9.0, 3.8), layout="constrained")
     FigureCanvasAgg(figure)

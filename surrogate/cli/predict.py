@@ -138,8 +138,9 @@ def export(
 
 def _exported(folder: Path) -> bytes | None:
     """The directory's own ONNX file, where it belongs to the weights and the scaling; that takes no Keras."""
-    from surrogate.inference.backends import ONNX_NAME, OnnxBackend
     from surrogate.inference.model_files import read_run
+    from surrogate.inference.onnx_backend import OnnxBackend
+    from surrogate.network.onnx_file import ONNX_NAME
 
     _, scaling = read_run(folder)
     try:

@@ -1,1 +1,1 @@
-"""The network as a graph of operations: ONNX file, compiled program of a streaming step."""
+"""Export of trained models to ONNX."""

@@ -6,9 +6,9 @@ and `edge` of shape `(batch, steps)`, `tabor` of shape `(batch,)`; output: `forc
 everything before the network and after it is float64; the network itself is float32, each LSTM one ONNX operator.
 
 The file's metadata say whose it is: `format`, `format_version`, `name`, `architecture`, `features`, `ranges` (JSON,
-smallest and largest training value of each protocol quantity), `scaling` (JSON), `plan` (JSON, see
-`surrogate.export.graph`), `dataset_sha256`, `weights_sha256` (of `model.weights.h5`) and, last, `content_sha256` (see
-`surrogate.export.onnx_seal`).
+smallest and largest training value of each protocol quantity), `scaling` (JSON), `plan` (JSON, the operations of
+`surrogate.network.graph`), `dataset_sha256`, `weights_sha256` (of `model.weights.h5`) and, last, `content_sha256` (see
+`surrogate.network.onnx_file`).
 """
 
 from __future__ import annotations
@@ -29,11 +29,12 @@ from surrogate.architectures.naming import split_name
 from surrogate.architectures.registry import REGISTERED
 from surrogate.data.features import ACCELERATION_SMOOTHING, channel_names, edge_from_counts
 from surrogate.data.scaling import SYMLOG_PASSES, Scaling
-from surrogate.export.graph import SEQUENCE, TABOR, NotExportableError, Plan, lower
-from surrogate.export.onnx_graph import EMITTERS, Graph
-from surrogate.export.onnx_seal import sealed
-from surrogate.inference.backends import ONNX_FORMAT, ONNX_FORMAT_VERSION, ONNX_NAME, KerasBackend, keras_model
+from surrogate.export.onnx_graph import EMITTERS, OnnxGraph
+from surrogate.inference.keras_backend import KerasBackend, keras_model
 from surrogate.inference.model_files import read_run
+from surrogate.network.graph import SEQUENCE, TABOR, Graph
+from surrogate.network.lowering import NotExportableError, lower
+from surrogate.network.onnx_file import ONNX_FORMAT, ONNX_FORMAT_VERSION, ONNX_NAME, sealed
 
 if TYPE_CHECKING:
     import keras
@@ -113,25 +114,25 @@ def build_graph(
         The ONNX model, checked.
 
     Raises:
-        NotExportableError: the model has layers unknown to `surrogate.export.graph`.
+        NotExportableError: the model has layers unknown to `surrogate.network.lowering`.
         ValueError: the model has weights that are not finite.
     """
-    plan = lower(model)
-    for weight, values in plan.weights.items():
+    network = lower(model)
+    for weight, values in network.weights.items():
         if not np.isfinite(values).all():
             raise ValueError(f"Expected finite weights. Received: NaN or infinity in {weight} of {name}")
-    graph = Graph()
+    graph = OnnxGraph()
     sequence = _scaled_channels(graph, scaling)
     mean, deviation = scaling.tabor
     tabor = graph.standardise(graph.symlog("tabor"), np.array(mean), np.array(deviation))
     tabor = graph.add("Unsqueeze", graph.cast(tabor, TensorProto.FLOAT), graph.integers([1]))
 
     results = {SEQUENCE: sequence, TABOR: tabor}
-    graph.initializers |= plan.weights
-    for operation in plan.operations:
+    graph.initializers |= network.weights
+    for operation in network.operations:
         results[operation.name] = EMITTERS[operation.kind](graph, operation, [results[i] for i in operation.inputs])
 
-    scaled = graph.cast(graph.add("Squeeze", results[plan.output], graph.integers([2])), TensorProto.DOUBLE)
+    scaled = graph.cast(graph.add("Squeeze", results[network.output], graph.integers([2])), TensorProto.DOUBLE)
     mean, deviation = scaling.force
     scaled = graph.add("Add", graph.add("Mul", scaled, graph.number(deviation)), graph.number(mean))
     graph.symexp(scaled, "force")
@@ -140,12 +141,12 @@ def build_graph(
         graph.finish(name), opset_imports=[helper.make_opsetid("", OPSET)], producer_name="contact-trajectories"
     )
     content.ir_version = IR_VERSION
-    helper.set_model_props(content, _metadata(plan, scaling, name, architecture, weights_sha256))
+    helper.set_model_props(content, _metadata(network, scaling, name, architecture, weights_sha256))
     onnx.checker.check_model(content, full_check=True)
     return content
 
 
-def _metadata(plan: Plan, scaling: Scaling, name: str, architecture: str, weights_sha256: str) -> dict[str, str]:
+def _metadata(network: Graph, scaling: Scaling, name: str, architecture: str, weights_sha256: str) -> dict[str, str]:
     return {
         "format": ONNX_FORMAT,
         "format_version": str(ONNX_FORMAT_VERSION),
@@ -154,13 +155,13 @@ def _metadata(plan: Plan, scaling: Scaling, name: str, architecture: str, weight
         "features": scaling.features,
         "ranges": json.dumps(scaling.ranges),
         "scaling": scaling.to_json(),
-        "plan": json.dumps([operation.as_dict() for operation in plan.operations]),
+        "plan": json.dumps([operation.as_dict() for operation in network.operations]),
         "dataset_sha256": scaling.dataset_sha256,
         "weights_sha256": weights_sha256,
     }
 
 
-def _scaled_channels(graph: Graph, scaling: Scaling) -> str:
+def _scaled_channels(graph: OnnxGraph, scaling: Scaling) -> str:
     velocity = None
     columns = []
     for channel in channel_names(scaling.features):
@@ -181,7 +182,7 @@ def _scaled_channels(graph: Graph, scaling: Scaling) -> str:
     return graph.cast(graph.standardise(stacked, mean, deviation), TensorProto.FLOAT)
 
 
-def _moving_average(graph: Graph, source: str) -> str:
+def _moving_average(graph: OnnxGraph, source: str) -> str:
     """Exponential moving average along the steps, from zero, as a scan."""
     state, item, result = (
         helper.make_tensor_value_info(name, TensorProto.DOUBLE, ["batch"]) for name in ("before", "raw", "after")

@@ -1,6 +1,6 @@
 """The pieces `surrogate.export` builds ONNX files of: a growing graph, and one emitter per elementary operation.
 
-Every emitter takes the graph, an operation of `surrogate.export.graph` and the names of its inputs, and returns the
+Every emitter takes the graph, an operation of `surrogate.network.graph` and the names of its inputs, and returns the
 name of its result.
 """
 
@@ -14,10 +14,10 @@ import numpy as np
 import onnx
 from onnx import TensorProto, helper, numpy_helper
 
-from surrogate.export.graph import Operation
+from surrogate.network.graph import Operation
 
 
-class Graph:
+class OnnxGraph:
     """Nodes and constants of a growing graph; every `add` returns the name of its result."""
 
     def __init__(self) -> None:
@@ -85,7 +85,7 @@ class Graph:
         return helper.make_graph(self.nodes, name, inputs, [output], initializer=constants)
 
 
-def _emit_append(graph: Graph, _: Operation, inputs: list[str]) -> str:
+def _emit_append(graph: OnnxGraph, _: Operation, inputs: list[str]) -> str:
     sequence, tabor = inputs
     first = graph.add("Slice", sequence, graph.integers([0]), graph.integers([1]), graph.integers([2]))
     nothing = graph.add("Sub", first, first)
@@ -94,12 +94,12 @@ def _emit_append(graph: Graph, _: Operation, inputs: list[str]) -> str:
     )
 
 
-def _emit_dense(graph: Graph, operation: Operation, inputs: list[str]) -> str:
+def _emit_dense(graph: OnnxGraph, operation: Operation, inputs: list[str]) -> str:
     product = graph.add("MatMul", inputs[0], f"{operation.name}/kernel")
     return graph.add("Add", product, f"{operation.name}/bias")
 
 
-def _emit_lstm(graph: Graph, operation: Operation, inputs: list[str]) -> str:
+def _emit_lstm(graph: OnnxGraph, operation: Operation, inputs: list[str]) -> str:
     units = graph.initializers[f"{operation.name}/R"].shape[-1]
     steps_first = graph.add("Transpose", inputs[0], perm=[1, 0, 2])
     weights = [f"{operation.name}/{key}" for key in ("W", "R", "B")]
@@ -107,12 +107,12 @@ def _emit_lstm(graph: Graph, operation: Operation, inputs: list[str]) -> str:
     return graph.add("Transpose", graph.add("Squeeze", hidden, graph.integers([1])), perm=[1, 0, 2])
 
 
-def _emit_normalise(graph: Graph, operation: Operation, inputs: list[str]) -> str:
+def _emit_normalise(graph: OnnxGraph, operation: Operation, inputs: list[str]) -> str:
     weights = [f"{operation.name}/{key}" for key in ("gamma", "beta")]
     return graph.add("LayerNormalization", inputs[0], *weights, axis=-1, epsilon=operation.options["epsilon"])
 
 
-def _emit_convolve(graph: Graph, operation: Operation, inputs: list[str]) -> str:
+def _emit_convolve(graph: OnnxGraph, operation: Operation, inputs: list[str]) -> str:
     dilation = operation.options["dilation"]
     reach = (graph.initializers[f"{operation.name}/kernel"].shape[-1] - 1) * dilation
     weights = [f"{operation.name}/{key}" for key in ("kernel", "bias")]
@@ -121,12 +121,12 @@ def _emit_convolve(graph: Graph, operation: Operation, inputs: list[str]) -> str
     return graph.add("Transpose", convolved, perm=[0, 2, 1])
 
 
-def _emit_modulate(graph: Graph, _: Operation, inputs: list[str]) -> str:
+def _emit_modulate(graph: OnnxGraph, _: Operation, inputs: list[str]) -> str:
     scale, shift = (graph.add("Unsqueeze", part, graph.integers([1])) for part in inputs[1:])
     return graph.add("Add", graph.add("Mul", inputs[0], scale), shift)
 
 
-def _emit_mix(graph: Graph, _: Operation, inputs: list[str]) -> str:
+def _emit_mix(graph: OnnxGraph, _: Operation, inputs: list[str]) -> str:
     terms = []
     for index, source in enumerate(inputs[:2]):
         weight = graph.add("Gather", inputs[2], graph.integers([index]), axis=1)
@@ -134,7 +134,7 @@ def _emit_mix(graph: Graph, _: Operation, inputs: list[str]) -> str:
     return graph.add("Add", *terms)
 
 
-def _emit_attend(graph: Graph, operation: Operation, inputs: list[str]) -> str:
+def _emit_attend(graph: OnnxGraph, operation: Operation, inputs: list[str]) -> str:
     heads, key_dim = operation.options["heads"], operation.options["key_dim"]
 
     def affine(source: str, key: str) -> str:
@@ -152,7 +152,7 @@ def _emit_attend(graph: Graph, operation: Operation, inputs: list[str]) -> str:
     return affine(graph.add("Reshape", joined, graph.integers([0, 0, heads * key_dim])), "out")
 
 
-EMITTERS: dict[str, Callable[[Graph, Operation, list[str]], str]] = {
+EMITTERS: dict[str, Callable[[OnnxGraph, Operation, list[str]], str]] = {
     "add": lambda graph, _, inputs: graph.add("Add", *inputs),
     "append": _emit_append,
     "attend": _emit_attend,

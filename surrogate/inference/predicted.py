@@ -77,7 +77,7 @@ def predicted_trajectory(
         contact_radius=np.full(len(times), np.nan),
         status="completed" if np.isfinite(force).all() else "the prediction is not finite",
         jumps=(),
-        stats=Statistics(0, {}, 0, 0, 0, 0, 0, 0, 0.0, 0.0, 0, seconds),
+        stats=Statistics(seconds=seconds),
         accuracy=float("nan"),
         unloading=np.arange(len(times)) >= unloading_from,
         extrapolated=extrapolated,

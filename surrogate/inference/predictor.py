@@ -22,9 +22,10 @@ from bem._support.validation import real_array
 from bem._support.wording import shown
 from surrogate.data.features import edge_from_counts, edge_from_indentations
 from surrogate.data.scaling import Scaling
-from surrogate.inference.backends import ONNX_NAME, Backend, KerasBackend, OnnxBackend, keras_model, require_exported
+from surrogate.inference.backends import BACKENDS, Backend, load_backend
 from surrogate.inference.checks import check_history, checked_edge, checked_tabor
-from surrogate.inference.model_files import existing, find_model, read_run
+from surrogate.inference.keras_backend import KerasBackend
+from surrogate.inference.model_files import find_model
 from surrogate.inference.validity import (
     POINTS,
     Excess,
@@ -44,8 +45,6 @@ if TYPE_CHECKING:
     from surrogate.inference.predicted import PredictedTrajectory
     from surrogate.inference.streaming import Stream
 
-BACKENDS = ("onnx", "keras")
-
 
 class Surrogate:
     """A trained model.
@@ -64,24 +63,7 @@ class Surrogate:
         """Read a model directory or an ONNX file; see `surrogate.load`."""
         if backend not in BACKENDS:
             raise ValueError(f"Expected a backend of {', '.join(BACKENDS)}. Received: backend={shown(backend)}")
-        place = find_model(name, root)
-        if place.is_file():
-            if backend != "onnx":
-                raise ValueError(f"Expected a model directory for the {backend} backend. Received: {place}")
-            return cls(OnnxBackend(place, threads))
-        run, scaling = read_run(place)
-        if backend == "keras":
-            require_exported(place, scaling)
-            return cls(KerasBackend(keras_model(place, run), scaling, name=run["name"]))
-        if not (place / ONNX_NAME).is_file():
-            existing(place / "model.weights.h5")
-            raise FileNotFoundError(
-                f"No {ONNX_NAME} in {place}; make it with `surrogate export {place}`, or load with backend='keras'"
-            )
-        loaded = OnnxBackend(place / ONNX_NAME, threads)
-        loaded.require_weights_of(place)
-        loaded.require_scaling(scaling)
-        return cls(loaded)
+        return cls(load_backend(find_model(name, root), backend, threads))
 
     @property
     def name(self) -> str:
@@ -242,10 +224,10 @@ class Surrogate:
         """
         from surrogate.inference.streaming import Stream
 
-        plan = self.backend.plan()
+        graph = self.backend.graph()
         tabor = checked_tabor(tabor, 1)
         self._warn(excesses({"tabor": tabor}, self.scaling.ranges))
-        return Stream(plan, self.scaling, tabor=float(tabor[0]), name=self.name)
+        return Stream(graph, self.scaling, tabor=float(tabor[0]), name=self.name)
 
     def predict_channels(self, sequence: np.ndarray, tabor: np.ndarray) -> np.ndarray:
         """Predict the force from scaled channels of shape `(batch, steps, channels)` and scaled Tabor `(batch, 1)`.

@@ -27,11 +27,11 @@ from bem._support.wording import shown
 from bem.protocol import LARGEST_INDENTATION, LARGEST_RATE, default_start_indentation
 from surrogate.data.features import channel_names
 from surrogate.data.scaling import SYMLOG_PASSES, Scaling
-from surrogate.export.graph import Plan
-from surrogate.export.kernels import CHANNELS, INDENTATION, LATEST, MOTION_SIZE, ORIGIN, STEPS, TIME, advance
-from surrogate.export.program import Program
 from surrogate.inference.checks import LONGEST_HISTORY, SHORTEST_STEP, checked_edge, real_number
 from surrogate.inference.validity import START_TOLERANCE, ExtrapolationWarning, advice, excesses, worst
+from surrogate.network.graph import Graph
+from surrogate.network.kernels import CHANNELS, INDENTATION, LATEST, MOTION_SIZE, ORIGIN, STEPS, TIME, advance
+from surrogate.network.program import Program
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -53,7 +53,7 @@ class Stream:
     """A prediction that advances point by point; made by `Surrogate.stream`.
 
     Args:
-        plan: The network.
+        graph: The network.
         scaling: Its scaling.
         tabor: The Tabor parameter.
         name: The name shown in messages.
@@ -62,10 +62,10 @@ class Stream:
         ValueError: the model is not causal.
     """
 
-    def __init__(self, plan: Plan, scaling: Scaling, *, tabor: float, name: str = "surrogate") -> None:
+    def __init__(self, graph: Graph, scaling: Scaling, *, tabor: float, name: str = "surrogate") -> None:
         self.name = name
         self.tabor = tabor
-        program = Program(plan, scaling, tabor, name)
+        program = Program(graph, scaling, tabor, name)
         self._program = np.array(program.rows, dtype=np.int64)
         self._weights = np.concatenate(program.weights, dtype=np.float32)
         self._values = np.zeros(program.values, dtype=np.float32)

@@ -5,10 +5,14 @@ from __future__ import annotations
 import csv
 import json
 from dataclasses import dataclass, field
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+
+from bem._support.outputs import write_whole
+from surrogate.training.identity import TrainingIdentity, fingerprint_differences
 
 if TYPE_CHECKING:
     import keras
@@ -69,10 +73,9 @@ def save_checkpoint(path: Path, model: keras.Model, progress: Progress, *, finge
     arrays |= {f"model_{i}": ops.convert_to_numpy(v) for i, v in enumerate(model.variables)}
     arrays |= {f"optimizer_{i}": ops.convert_to_numpy(v) for i, v in enumerate(model.optimizer.variables)}
     arrays |= {f"best_{i}": value for i, value in enumerate(progress.best_weights)}
-    unfinished = path.with_suffix(".part")
-    with unfinished.open("wb") as file:
-        np.savez(file, **arrays)
-    unfinished.replace(path)
+    content = BytesIO()
+    np.savez(content, **arrays)
+    write_whole(path, content.getbuffer())
 
 
 def load_checkpoint(path: Path, model: keras.Model, *, fingerprint: str) -> Progress:
@@ -85,10 +88,10 @@ def load_checkpoint(path: Path, model: keras.Model, *, fingerprint: str) -> Prog
         arrays = dict(stored)
     state = json.loads(str(arrays["state"]))
     found = state.pop("fingerprint")
-    if found != fingerprint:
+    if other := fingerprint_differences(found, fingerprint):
         raise ValueError(
             f"Expected a checkpoint of this very run; remove {path.parent} to start anew, or give the training another "
-            f"name. Received: one of another {_differences(found, fingerprint)}"
+            f"name. Received: one of another {', '.join(other)}"
         )
     for prefix, variables in (("model", model.variables), ("optimizer", model.optimizer.variables)):
         for index, variable in enumerate(variables):
@@ -97,14 +100,27 @@ def load_checkpoint(path: Path, model: keras.Model, *, fingerprint: str) -> Prog
     return Progress(best_weights=best, **state)
 
 
-def _differences(found: str, wanted: str) -> str:
-    """In what two fingerprints differ, in words."""
-    try:
-        one, other = json.loads(found), json.loads(wanted)
-        names = [name for name in {**one, **other} if one.get(name) != other.get(name)]
-    except (ValueError, AttributeError, TypeError):
-        return "run"
-    return ", ".join(name.replace("_sha256", " file") for name in names)
+def set_aside(folder: Path, wanted: TrainingIdentity) -> Path | None:
+    """Rename a run's directory whose checkpoint is of another training, so that the run can start anew.
+
+    Args:
+        folder: The run's directory.
+        wanted: The training to be run there, under any backend.
+
+    Returns:
+        The new path, or `None` where there is no such checkpoint.
+    """
+    checkpoint = folder / "checkpoint.npz"
+    if not checkpoint.is_file():
+        return None
+    with np.load(checkpoint) as stored:
+        found = json.loads(str(stored["state"]))["fingerprint"]
+    if not fingerprint_differences(found, wanted.fingerprint, but=("backend",)):
+        return None
+    number = 1
+    while (aside := folder.with_name(f"{folder.name}.outdated-{number}")).exists():
+        number += 1
+    return folder.rename(aside)
 
 
 def save_history(path: Path, history: list[dict[str, float]]) -> None:

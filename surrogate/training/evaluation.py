@@ -12,8 +12,9 @@ from surrogate.data.dataset import Split, TrajectoryDataset
 from surrogate.data.features import channels, edge_from_counts
 from surrogate.data.metrics import trajectory_errors
 from surrogate.data.scaling import Scaling
+from surrogate.inference.keras_backend import predict_scaled
 from surrogate.inference.predictor import Surrogate
-from surrogate.training.loop import Examples, predict_scaled
+from surrogate.training.loop import Examples
 
 
 def physical_channels(dataset: TrajectoryDataset, indices: np.ndarray, features: str) -> np.ndarray:

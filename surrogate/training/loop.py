@@ -19,11 +19,10 @@ from typing import Any
 import keras
 import numpy as np
 
+from surrogate.inference.keras_backend import predict_scaled
 from surrogate.training.checkpoint import Progress, load_checkpoint, save_checkpoint, save_history
 from surrogate.training.recipe import Recipe
 from surrogate.training.soap import Soap
-
-EVALUATION_BATCH = 512
 
 
 @dataclass(frozen=True)
@@ -51,19 +50,6 @@ class EpochReport:
     epochs: int
     row: dict[str, float]
     seconds_left: float
-
-
-def predict_scaled(model: keras.Model, sequence: np.ndarray, tabor: np.ndarray) -> np.ndarray:
-    """Return the model's scaled force of shape `(batch, steps)`, computed in batches."""
-    chunks = [
-        np.asarray(
-            model.predict_on_batch(
-                [sequence[start : start + EVALUATION_BATCH], tabor[start : start + EVALUATION_BATCH]]
-            )
-        )
-        for start in range(0, len(sequence), EVALUATION_BATCH)
-    ]
-    return np.concatenate(chunks)[..., 0]
 
 
 def train(

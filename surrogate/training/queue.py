@@ -1,14 +1,12 @@
 """Train many models, a few at a time, each in a process of its own; and how such work is asked to stop.
 
-The queue keeps no state beside what the runs leave: a model that is published, and was trained on the same trajectories
-with the same recipe and features, is done; every other one starts or resumes. So an interrupted queue is continued by
-starting it again.
+The queue keeps no state of its own. A published model of the same training (`surrogate.training.identity`) is done;
+every other one starts or resumes. An interrupted queue is therefore continued by starting it again.
 """
 
 from __future__ import annotations
 
 import csv
-import json
 import signal
 import subprocess
 import sys
@@ -16,13 +14,8 @@ import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from types import FrameType
-from typing import TYPE_CHECKING
 
 from bem._support.outputs import plain_name
-
-if TYPE_CHECKING:
-    from surrogate.data.dataset import Split
-    from surrogate.training.recipe import Recipe
 
 STOP_FILE = "STOP"
 STOPPED = 75
@@ -109,99 +102,6 @@ def run_queue(
             for name in running:
                 log(f"{name}: {standing(folder / name / 'history.csv')}")
     return ended
-
-
-def outdated(
-    folder: Path,
-    *,
-    dataset_sha256: str,
-    recipe: Recipe,
-    split: Split | None = None,
-    features: str = "D",
-    extra_sha256: str | None = None,
-    architecture: str | None = None,
-    architecture_sha256: str | None = None,
-) -> str:
-    """Say in a few words why a published model is not the one that would be trained now; empty where it is.
-
-    The backend is no reason: under another one the same training differs by rounding.
-
-    Args:
-        folder: The model directory.
-        dataset_sha256: Digest of the data set to train on.
-        recipe: How to train.
-        split: Division of the data set; `None` takes any, as does a directory without `split.json`.
-        features: The feature set.
-        extra_sha256: Digest of the second data set, if there is one.
-        architecture: The architecture's name; `None` takes any.
-        architecture_sha256: Sum of the file an architecture of one's own is from; `None` for the package's.
-    """
-    from surrogate.data.dataset import Split
-    from surrogate.training.recipe import Recipe
-
-    extra = "trained on an extra data set" if extra_sha256 is None else "trained without this extra data set"
-    try:
-        run = json.loads((folder / "run.json").read_text(encoding="utf-8"))
-        divided = folder / "split.json"
-        reasons = {
-            "of another architecture": architecture not in (None, run.get("architecture", architecture)),
-            "of another version of its architecture's file": architecture_sha256
-            != (run.get("architecture_file") or {}).get("sha256"),
-            "trained on another data set": run["dataset_sha256"] != dataset_sha256,
-            "trained with another recipe": Recipe.load(folder / "recipe.toml") != recipe,
-            "trained with other features": run.get("features", features) != features,
-            extra: run.get("extra_dataset_sha256") != extra_sha256,
-            "trained on other trajectories of the data set": split is not None
-            and divided.is_file()
-            and Split.load(divided).sha256 != split.sha256,
-        }
-    except (ValueError, KeyError, TypeError, AttributeError, RecursionError, FileNotFoundError):
-        return "which does not say how it was trained"
-    return next((reason for reason, differs in reasons.items() if differs), "")
-
-
-def set_aside(
-    folder: Path,
-    *,
-    dataset_sha256: str,
-    recipe: Recipe,
-    split: Split | None = None,
-    features: str = "D",
-    architecture: str | None = None,
-    architecture_sha256: str | None = None,
-) -> Path | None:
-    """Rename a run's directory whose checkpoint is of another training, so that the run can start anew.
-
-    Args:
-        folder: The run's directory.
-        dataset_sha256: Digest of the data set to train on, without a second one.
-        recipe: How to train.
-        split: Division of the data set; `None` takes any.
-        features: The feature set.
-        architecture: The architecture's name; `None` takes any.
-        architecture_sha256: Sum of the file an architecture of one's own is from; `None` for the package's.
-
-    Returns:
-        Where it went, or `None` where there was nothing of the kind.
-    """
-    import numpy as np
-
-    checkpoint = folder / "checkpoint.npz"
-    if not checkpoint.is_file():
-        return None
-    with np.load(checkpoint) as stored:
-        found = json.loads(json.loads(str(stored["state"]))["fingerprint"])
-    wanted = {"dataset": dataset_sha256, "recipe": recipe.as_dict(), "features": features, "extra": None}
-    wanted |= {"architecture": architecture} if architecture else {}
-    wanted |= {"architecture_sha256": architecture_sha256} if architecture_sha256 else {}
-    if split is not None:
-        wanted["split"] = split.sha256
-    if all(found.get(name, value) == value for name, value in wanted.items()):
-        return None
-    number = 1
-    while (aside := folder.with_name(f"{folder.name}.outdated-{number}")).exists():
-        number += 1
-    return folder.rename(aside)
 
 
 def standing(history: Path) -> str:

@@ -103,11 +103,6 @@ class Recipe:
         """Return a copy with some fields replaced; `None` leaves a field as it is."""
         return replace(self, **{name: value for name, value in overrides.items() if value is not None})
 
-    @property
-    def paced_by_epochs(self) -> bool:
-        """Whether `epochs` decides how an epoch goes; elsewhere it only says when training ends."""
-        return bool(self.cosine or self.weight_average or self.dropout_until is not None)
-
     def as_dict(self) -> dict[str, Any]:
         """Return the fields that are set, tables as dictionaries."""
         return {name: value for name, value in asdict(self).items() if value is not None}

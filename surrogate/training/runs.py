@@ -4,7 +4,7 @@ A model directory holds:
 
     model.weights.h5    the weights, readable under every backend
     model.onnx          features, scaling and network in one graph (see `surrogate.export`); missing where an
-                        architecture of one's own has a layer unknown to `surrogate.export.graph`
+                        architecture of one's own has a layer unknown to `surrogate.network.lowering`
     scaling.json        the training set's statistics and ranges
     split.json          seed, and the trajectory indices of training, validation and test
     history.csv         one row per epoch, seconds accumulated
@@ -28,17 +28,17 @@ import keras
 import numpy as np
 
 from surrogate.architectures import build
-from surrogate.architectures.naming import split_name
-from surrogate.architectures.registry import REGISTERED, source_of
+from surrogate.architectures.registry import source_of
 from surrogate.backend import has_fused_lstm, versions
 from surrogate.data.dataset import Split, TrajectoryDataset
 from surrogate.data.metrics import summary
 from surrogate.data.scaling import Scaling
-from surrogate.export.graph import NotExportableError
 from surrogate.export.onnx import export_folder
-from surrogate.inference.backends import ONNX_NAME
+from surrogate.network.lowering import NotExportableError
+from surrogate.network.onnx_file import ONNX_NAME
 from surrogate.training.checkpoint import Progress
 from surrogate.training.evaluation import evaluate, physical_channels, scaled_examples, write_errors
+from surrogate.training.identity import TrainingIdentity
 from surrogate.training.loop import EpochReport, Examples, train, with_fused_lstm
 from surrogate.training.publishing import model_name, publish
 from surrogate.training.recipe import Recipe
@@ -90,28 +90,17 @@ class Run:
         return self.label or self.architecture
 
     @property
-    def fingerprint(self) -> str:
-        """Everything that decides the result of an epoch, in one line."""
-        recipe = self.recipe.as_dict()
-        if not self.recipe.paced_by_epochs:
-            del recipe["epochs"]
-        content = {
-            "architecture": self.architecture,
-            "features": self.features,
-            "dataset": self.dataset.sha256,
-            "split": self.split.sha256,
-            "extra": self.extra.sha256 if self.extra else None,
-            "recipe": recipe,
-            "backend": keras.backend.backend(),
-        }
-        if self.is_registered:
-            content["architecture_sha256"] = getattr(source_of(self.architecture), "sha256", None)
-        return json.dumps(content, sort_keys=True)
-
-    @property
-    def is_registered(self) -> bool:
-        """Whether the architecture is a user's own."""
-        return split_name(self.architecture)[0] in REGISTERED
+    def identity(self) -> TrainingIdentity:
+        """What decides its result."""
+        return TrainingIdentity.of(
+            self.architecture,
+            self.dataset,
+            self.split,
+            self.recipe,
+            features=self.features,
+            extra=self.extra,
+            backend=keras.backend.backend(),
+        )
 
 
 def fit_scaling(run: Run) -> Scaling:
@@ -175,7 +164,7 @@ def execute(
         scaled_examples(run.dataset, run.split.validation, scaling),
         recipe=run.recipe,
         folder=folder,
-        fingerprint=run.fingerprint,
+        fingerprint=run.identity.fingerprint,
         should_stop=should_stop,
         report=report,
     )

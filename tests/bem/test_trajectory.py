@@ -8,7 +8,16 @@ from bem.protocol import default_start_indentation
 from bem.reference_solutions import dmt
 from bem.trajectory import Jump, Statistics, Trajectory, far_field
 
-STATS = Statistics(3, {"loading": 3}, 0, 3, 1, 0, 0, 0, 10.0, 8.0, 100, 0.001)
+STATS = Statistics(
+    steps=3,
+    steps_by_phase={"loading": 3},
+    iterations=3,
+    factorisations=1,
+    nodes=10.0,
+    unknowns_per_solve=8.0,
+    grid_nodes=100,
+    seconds=0.001,
+)
 
 
 def trajectory_of(time, indentation, force, *, status="completed", jump_times=(), unloading=None):

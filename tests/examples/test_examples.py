@@ -9,7 +9,7 @@ import pytest
 
 import surrogate
 from surrogate.data.scaling import Scaling
-from surrogate.inference.backends import KerasBackend
+from surrogate.inference.keras_backend import KerasBackend
 from surrogate.inference.predictor import Surrogate
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"

@@ -1,17 +1,12 @@
 import json
-import re
-from pathlib import Path
 
 import h5py
 import pytest
 
 from bem.dataset.opening import FORMAT, FORMAT_VERSION
 from experiments import stages
-from experiments.cost import target_minutes
-from experiments.stages import describe, hour_places, hours_of, read_stages
+from experiments.stages import describe, hours_of, read_stages
 from surrogate.architectures.naming import names
-
-DOCUMENT = Path(__file__).parents[2] / "REPRODUCING.md"
 
 
 def publish(folder, labels, seconds):
@@ -60,23 +55,3 @@ def test_hours_of_data_set_and_studies(tmp_path):
     assert found == {"dataset": (0.025, True), "feature-sets": (0.5, True), "data-efficiency": (1.0, True)}
     (tmp_path / "feature_sets.json").write_text(json.dumps(sets | {"complete": False}), encoding="utf-8")
     assert hours_of("feature-sets", read_stages(), tmp_path)[1] is False
-
-
-def test_the_document_has_a_place_for_every_number_and_none_typed_in(tmp_path):
-    copy = tmp_path / "REPRODUCING.md"
-    copy.write_text(DOCUMENT.read_text(encoding="utf-8"), encoding="utf-8")
-    measured = {"host": "Linux, 2 cores of Some Processor", "minutes": {"figure-1": 0.34, "figures tables": 4.0}}
-    (tmp_path / "measurements").mkdir()
-    (tmp_path / "measurements" / "target_minutes.json").write_text(json.dumps(measured), encoding="utf-8")
-    stages.main(None, True, tmp_path, copy)
-    text = copy.read_text(encoding="utf-8")
-    minutes = target_minutes.places(copy, tmp_path / "measurements" / "target_minutes.json")
-    assert set(re.findall(r"<!-- ([a-z0-9-]+) -->", text)) - {"end"} == stages.RESTS_ON.keys() | minutes.keys()
-    hours = hour_places(tmp_path)
-    assert f"<!-- models -->{hours['models']}<!-- end -->" in text
-    assert hours["models"].endswith(" e")
-    for place, words in {"figure-1": "0.3", "figures-tables": "4.0", "figure-2": "-"}.items():
-        assert f"<!-- minutes-{place} -->{words}<!-- end -->" in text
-    assert "Some Processor<!-- end -->" in text
-    for row in (line for line in text.splitlines() if "| `make " in line):
-        assert not re.search(r"\d", re.sub(r"<!--.*?<!-- end -->", "", row).split("|", 4)[4])

@@ -1,19 +1,34 @@
 """A figure or table whose result file is missing names the command that makes it."""
 
+from pathlib import Path
+
 import pytest
 
-from paper_figures.figures import figure_6, figure_7
-from paper_figures.measurements import figure_accuracy_cost, figure_broad_band, figure_effects, figure_hard_cases
-from paper_figures.tables import table_quartiles
+from experiments.places import Places
+from experiments.registry import entries
+from paper_figures.__main__ import modules
+from tests.paper_figures.results import arguments_of
+
+SHOWN = [entry for entry in entries() if entry.kind in ("paper", "cost")]
 
 
-@pytest.mark.parametrize("module", [figure_effects, figure_accuracy_cost, figure_hard_cases, figure_broad_band])
-def test_a_missing_measurement_names_the_command_that_makes_it(module, tmp_path):
-    with pytest.raises(FileNotFoundError, match="`make measure-"):
-        module.main(tmp_path / "absent.json", tmp_path)
+@pytest.mark.parametrize("entry", SHOWN, ids=lambda entry: entry.name)
+def test_a_missing_result_names_the_command_that_makes_it(entry, tmp_path):
+    places = Places(tmp_path, tmp_path / "published")
+    for name in set(entry.reads) - entry.optional - {"dataset", "more-models"}:
+        with pytest.raises(FileNotFoundError, match=r"`make ([\w-]+)` makes it") as raised:
+            places.read(name, f"make {entry.name}")
+        study = "studies" in str(raised.value)
+        assert (f"`make {entry.name}`" in str(raised.value)) == study
+        assert study == (Path(places.path(name)).parent == tmp_path / "studies")
 
 
-def test_a_missing_result_names_its_target(tmp_path):
-    for module, target in ((figure_6, "figure-6"), (figure_7, "figure-7"), (table_quartiles, "table-quartiles")):
-        with pytest.raises(FileNotFoundError, match=f"`make {target}` makes it"):
-            module.main(tmp_path / "absent.json", tmp_path)
+@pytest.mark.parametrize("entry", SHOWN, ids=lambda entry: entry.name)
+def test_a_line_of_the_makefile_reads_what_its_module_asks_for(entry):
+    asked = arguments_of(modules()[entry.name])
+    assert asked.keys() == set(entry.reads) - {"more-models"}
+    assert {name for name, optional in asked.items() if optional} == entry.optional - {"more-models"}
+
+
+def test_every_figure_has_a_line():
+    assert modules().keys() - {entry.name for entry in SHOWN} == {"figure-own-architecture"}

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import bem.dataset.file
-from bem.dataset.campaign.run import root_attributes
+from bem.dataset.campaign.plan import root_attributes
 from bem.dataset.measurement_steps import measurement_grid
 from bem.dataset.records import JUMP_QUANTITIES, SCALARS
 
@@ -71,7 +71,7 @@ def grid(dataset):
 
 def build_by(patch, build):
     """Let trainings and predictions build this model, whatever name they ask for."""
-    for module in ("surrogate.training.runs", "surrogate.inference.backends"):
+    for module in ("surrogate.training.runs", "surrogate.inference.keras_backend"):
         patch.setattr(f"{module}.build", build)
 
 

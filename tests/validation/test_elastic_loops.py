@@ -50,7 +50,8 @@ def test_loading_alone_stores_the_work_that_is_put_in(scene):
     assert found.work() == pytest.approx(area, rel=5e-3)
 
 
-def test_a_tight_accuracy_near_a_fold_takes_few_fold_solves():
-    stats = simulate(Scene(3.0), DEEP, "reference").stats
+@pytest.mark.parametrize(("tabor", "protocol"), [(2.0, SHALLOW), pytest.param(3.0, DEEP, marks=pytest.mark.slow)])
+def test_a_tight_accuracy_near_a_fold_takes_few_fold_solves(tabor, protocol):
+    stats = simulate(Scene(tabor), protocol, "reference").stats
     assert stats.fold_solves < 40
     assert stats.steps < 2_500

@@ -1,33 +1,30 @@
-"""What a running campaign has done so far: parts beside the file it will become, so that nothing done is lost.
+"""What a running campaign has done so far: a file for each batch beside the data set to come, so that nothing is lost.
 
 `FILE.h5.parts/` holds a lock and, for each campaign under way there, a folder named by the digest of what it computes:
-`campaign.json` (in words) and one HDF5 file for every few seconds of work, named by the digest of its contents: a part
-that was cut short or altered does not match its name and is computed again. Files of any other name are nobody's
-business here: they are neither removed nor written over.
+`campaign.json` (in words) and the batches, named by the digest of campaign and contents. A batch that was cut short,
+altered or brought from elsewhere does not match its name and is computed again. Files of any other name are neither
+removed nor written over.
 """
 
-import fcntl
 import hashlib
 import json
-import os
 import re
 import time
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 from io import BytesIO
 from pathlib import Path
-from types import TracebackType
-from typing import Any, Self, TextIO
+from typing import Any, Self
 
-import h5py
+import numpy as np
+from filelock import FileLock, Timeout
 
+from bem._support.outputs import UNFINISHED, write_whole
 from bem._support.wording import shown
-from bem.dataset.file import TEMPORARY, read_tree, write_new, write_tree
-from bem.dataset.records import FAILED, Record, Settings, tabulate, untabulate
+from bem.dataset.records import Columns
 
-SECONDS_BETWEEN_PARTS = 2.0
 _FOLDER = re.compile(r"campaign-[0-9a-f]{16}")
-_OWN = re.compile(rf"campaign\.json|part-[0-9a-f]{{24}}\.h5|\.[0-9a-f]+{re.escape(TEMPORARY)}")
+_OWN = re.compile(rf"campaign\.json|part-[0-9a-f]{{24}}\.npz|\.[0-9a-f]+{re.escape(UNFINISHED)}")
 
 
 class CampaignError(RuntimeError):
@@ -42,35 +39,30 @@ def differences(wanted: Mapping[str, Any], found: Mapping[str, Any]) -> str:
     return ", ".join(f"{name} {shown(found.get(name))} there and {shown(wanted.get(name))} here" for name in names)
 
 
-class PartStore:
-    """The parts of one campaign, locked while in use.
+class CampaignCheckpoint:
+    """The batches of one campaign, locked while in use.
 
     Args:
         out: the data set file to come.
         identity: what is computed.
-        settings: how it is computed.
-        replace: begin beside the parts of another campaign, which go once this one is complete, instead of refusing.
+        replace: begin beside another campaign's batches, which go once this one is complete, instead of refusing.
 
     Raises:
-        ValueError: parts of another campaign are there, or files that no campaign wrote.
+        ValueError: batches of another campaign are there, or files that no campaign wrote.
         CampaignError: another process is at it, or the place cannot be written.
     """
 
-    def __init__(self, out: Path, identity: Mapping[str, Any], settings: Settings, *, replace: bool = False) -> None:
+    def __init__(self, out: Path, identity: Mapping[str, Any], *, replace: bool = False) -> None:
         self.out = out
         self.place = out.with_name(out.name + ".parts")
         self.identity = json.loads(json.dumps(identity))
         digest = hashlib.sha256(json.dumps(self.identity, sort_keys=True).encode()).hexdigest()
         self.folder = self.place / f"campaign-{digest[:16]}"
-        self.settings = settings
         self.replace = replace
         self.damaged = 0
+        self.seconds = {"wall_seconds": 0.0, "core_seconds": 0.0}
         self.origins: list[dict[str, Any]] = []
-        self._buffer: list[Record] = []
-        self._seconds = {"wall_seconds": 0.0, "core_seconds": 0.0}
-        self._pending_core = 0.0
-        self._unwritable = False
-        self._lock: TextIO | None = None
+        self._lock = FileLock(self.place / "lock", timeout=0)
 
     def __enter__(self) -> Self:
         try:
@@ -78,50 +70,41 @@ class PartStore:
             try:
                 self._claim()
             except BaseException:
-                self._release()
+                self._lock.release()
                 raise
         except OSError as error:
             raise CampaignError(f"cannot write beside {str(self.out)!r} ({error.strerror or error})") from error
-        self._clock = self._last_part = time.perf_counter()
+        self._clock = time.perf_counter()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        try:
-            if not self._unwritable:
-                self.flush()
-        finally:
-            self._release()
+    def __exit__(self, *_: object) -> None:
+        self._lock.release()
+        with suppress(OSError):  # where anything is left, the folder stays
+            self.place.rmdir()
 
     def discard(self) -> None:
-        """Remove parts that outlived the data set made of them, unless somebody is at them."""
-        if not self.folder.is_dir():
-            return
-        with suppress(CampaignError, OSError):
-            self._acquire()
-            try:
+        """Remove batches that outlived the data set made of them, unless somebody is at them."""
+        if self.folder.is_dir():
+            with suppress(CampaignError, OSError):
+                self._acquire()
                 self.remove()
-            finally:
-                self._release()
+                self.__exit__()
 
     def _acquire(self) -> None:
         while True:
             self.place.mkdir(parents=True, exist_ok=True)
-            path = self.place / "lock"
-            try:
+            # A campaign that just finished may remove folder and lock in between.
+            with suppress(FileNotFoundError):
                 self._refuse_strangers()
-                self._lock = path.open("a", encoding="utf-8")
-            except FileNotFoundError:  # the campaign that just finished removed the folder
-                continue
-            try:
-                fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError:
-                self._release()
-                raise CampaignError(f"another campaign is writing {str(self.out)!r}; wait for it or end it") from None
-            if path.exists() and os.fstat(self._lock.fileno()).st_ino == path.stat().st_ino:
-                return
-            self._release()
+                try:
+                    self._lock.acquire()
+                except Timeout:
+                    if (self.place / "lock").exists():
+                        raise CampaignError(
+                            f"another campaign is writing {str(self.out)!r}; wait for it or end it"
+                        ) from None
+                else:
+                    return
 
     def _refuse_strangers(self) -> None:
         for path in sorted(self.place.iterdir()):
@@ -133,106 +116,88 @@ class PartStore:
                     f"{str(self.out)!r}, where that folder holds {path.name!r}, which no campaign wrote"
                 )
 
-    def _release(self) -> None:
-        if self._lock is not None:
-            self._lock.close()
-            self._lock = None
-
     def _claim(self) -> None:
         others = [folder for folder in self._folders() if folder != self.folder]
         if others and not self.folder.is_dir() and not self.replace:
+            found, path = None, others[0] / "campaign.json"
+            with suppress(OSError, ValueError):
+                found = json.loads(path.read_text(encoding="utf-8"))
+            damaged = f"its description {str(path)!r} is missing or damaged"
             raise ValueError(
                 f"out must name a new file or the same campaign; received {str(self.out)!r}, where another one is "
-                f"under way and may be replaced with --replace: {self._described(others[0])}"
+                "under way and may be replaced with --replace: "
+                + (differences(self.identity, found) if isinstance(found, dict) else damaged)
             )
         self.folder.mkdir(exist_ok=True)
-        path = self.folder / "campaign.json"
-        # The folder's name says whose it is, so that a damaged description can be written again.
-        if _read_json(path) != self.identity:
-            write_new(path, (json.dumps(self.identity, indent=1) + "\n").encode())
+        write_whole(self.folder / "campaign.json", json.dumps(self.identity, indent=1) + "\n")
 
     def _folders(self) -> list[Path]:
         return [path for path in sorted(self.place.iterdir()) if _FOLDER.fullmatch(path.name)]
 
-    def _described(self, folder: Path) -> str:
-        found = _read_json(folder / "campaign.json")
-        if not isinstance(found, dict):
-            return f"its description {str(folder / 'campaign.json')!r} is missing or damaged"
-        return differences(self.identity, found)
-
-    def load(self) -> dict[int, Record]:
-        """All records of undamaged parts by index, completed ones before failed ones; counts damaged parts."""
-        records: dict[int, Record] = {}
-        for path in sorted(self.folder.glob("part-*.h5")):
+    def load(self) -> list[Columns]:
+        """The columns of all undamaged batches; counts the damaged ones, which are removed."""
+        batches = []
+        for path in sorted(self.folder.glob("part-*.npz")):
             content = path.read_bytes()
-            if path.stem != _name(content):
+            if path.stem != self._name(content):
                 path.unlink()
                 self.damaged += 1
                 continue
-            with h5py.File(BytesIO(content), "r") as file:
-                for record in untabulate(read_tree(file)):
-                    if record.index not in records or records[record.index].status == FAILED:
-                        records[record.index] = record
-                for name in self._seconds:
-                    self._seconds[name] += float(file.attrs[name])
-                self._note(json.loads(file.attrs["origins"])["all"])
-        for stray in self.folder.glob(f".*{TEMPORARY}"):
+            with np.load(BytesIO(content)) as file:
+                columns = dict(file)
+            cost = json.loads(str(columns.pop("cost")))
+            self._charge(cost["wall_seconds"], cost["core_seconds"], cost["origin"])
+            batches.append(columns)
+        for stray in self.folder.glob(f".*{UNFINISHED}"):
             stray.unlink()
-        return records
+        return batches
 
-    @property
-    def seconds(self) -> dict[str, float]:
-        """Wall and core seconds of all work saved so far."""
-        return dict(self._seconds)
+    def _name(self, content: bytes | memoryview) -> str:
+        digest = hashlib.sha256(self.folder.name.encode())
+        digest.update(content)
+        return f"part-{digest.hexdigest()[:24]}"
 
-    def add(self, records: Iterable[Record], core_seconds: float, origin: dict[str, Any] | None = None) -> None:
-        """Take results and where they come from; they are on the disk seconds later at most, or after `flush`."""
-        self._buffer.extend(records)
-        self._pending_core += core_seconds
-        self._note([origin] if origin else [])
-        if time.perf_counter() - self._last_part > SECONDS_BETWEEN_PARTS:
-            self.flush()
-
-    def _note(self, origins: Iterable[dict[str, Any]]) -> None:
-        self.origins += [origin for origin in origins if origin not in self.origins]
-
-    def flush(self) -> None:
-        """Write what is held in memory as a part.
+    def add(self, columns: Columns, core_seconds: float, origin: dict[str, Any]) -> None:
+        """Save a batch, what it took a worker, and the versions and host of that.
 
         Raises:
-            CampaignError: the part could not be written.
+            CampaignError: it could not be written.
         """
-        if not self._buffer:
-            return
         now = time.perf_counter()
-        seconds = {"wall_seconds": now - self._clock, "core_seconds": self._pending_core}
+        cost = {"wall_seconds": now - self._clock, "core_seconds": core_seconds, "origin": origin}
         memory = BytesIO()
-        write_tree(memory, tabulate(self._buffer, self.settings), {**seconds, "origins": {"all": self.origins}})
-        content = memory.getvalue()
-        path = self.folder / f"{_name(content)}.h5"
+        text = {name: values.astype("U") for name, values in columns.items() if values.dtype == object}
+        np.savez(memory, cost=np.array(json.dumps(cost)), **(columns | text))
+        path = self.folder / f"{self._name(memory.getbuffer())}.npz"
         try:
-            write_new(path, content)
+            write_whole(path, memory.getbuffer())
         except OSError as error:
-            self._unwritable = True
-            raise CampaignError(
-                f"cannot write {str(path)!r} ({error.strerror or error}); what was saved before is kept, and the same "
-                "command continues"
-            ) from error
-        self._buffer.clear()
-        self._pending_core = 0.0
-        self._clock = self._last_part = now
-        for name, value in seconds.items():
-            self._seconds[name] += value
+            kept = "what was saved before is kept, and the same command continues"
+            if not self.folder.is_dir():
+                kept = "somebody removed what was saved, and the same command begins again"
+            raise CampaignError(f"cannot write {str(path)!r} ({error.strerror or error}); {kept}") from error
+        self._clock = now
+        self._charge(cost["wall_seconds"], core_seconds, origin)
+
+    def take(self, attributes: Mapping[str, Any]) -> None:
+        """Count what an earlier file cost, and where it comes from, with what is saved here."""
+        self._charge(attributes["wall_seconds"], attributes["core_seconds"], {})
+        self.origins.append({name: attributes[name] for name in ("versions", "host")})
+
+    def _charge(self, wall_seconds: float, core_seconds: float, origin: dict[str, Any]) -> None:
+        self.seconds["wall_seconds"] += wall_seconds
+        self.seconds["core_seconds"] += core_seconds
+        if origin and origin not in self.origins:
+            self.origins.append(origin)
 
     def remove(self, *, others: bool = False) -> None:
-        """Remove the parts, once the data set is in place, and those of other campaigns where it replaces theirs."""
+        """Remove the batches, once the data set is in place, and those of other campaigns where it replaces theirs."""
         with suppress(OSError):
             for folder in self._folders():
                 if others or folder == self.folder:
                     _remove_own(folder)
             if [path.name for path in self.place.iterdir()] == ["lock"]:
                 (self.place / "lock").unlink()
-                self.place.rmdir()
 
 
 def _remove_own(folder: Path) -> None:
@@ -241,14 +206,3 @@ def _remove_own(folder: Path) -> None:
             path.unlink()
     with suppress(OSError):
         folder.rmdir()
-
-
-def _read_json(path: Path) -> Any:
-    try:
-        return json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return None
-
-
-def _name(content: bytes) -> str:
-    return f"part-{hashlib.sha256(content).hexdigest()[:24]}"

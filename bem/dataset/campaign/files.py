@@ -8,11 +8,11 @@ from bem._support.outputs import require_suffix
 from bem._support.provenance import merged, provenance
 from bem._support.wording import shown
 from bem.dataset.campaign.checkpoints import differences
-from bem.dataset.campaign.plan import Campaign, followed
-from bem.dataset.campaign.run import Summary, existing, root_attributes, summary_of, write_result
+from bem.dataset.campaign.plan import Campaign
+from bem.dataset.campaign.run import Summary, existing, followed, summary_of, write_file
 from bem.dataset.designs import Design
 from bem.dataset.file import SUFFIXES, Dataset, load_dataset
-from bem.dataset.records import Record, tabulate, untabulate
+from bem.dataset.records import Record, untabulate
 
 
 def campaign_of(attributes: dict[str, Any]) -> Campaign:
@@ -69,13 +69,13 @@ def merge(shards: Sequence[str | Path], out: str | Path, *, command: str = "", r
             f"shards must hold all {identity['count']} trajectories; received files without {len(absent)} of them, "
             f"the first being trajectory {absent[0]}"
         )
-    # A merged file of this campaign is made anew: its shards may have been completed since.
-    existing(out, identity, replace=replace)
     campaign = campaign_of({"campaign": identity})
-    columns = tabulate(records.values(), campaign.settings)
-    attributes = root_attributes(identity) | provenance(command) | _joined([found.attributes for found in datasets])
-    write_result(out, columns, campaign.protocols, attributes, campaign.counts)
-    return summary_of(out, 0)
+    # A merged file of this campaign is made anew: its shards may have been completed since.
+    existing(campaign, out, identity, replace=replace)
+    columns = campaign.columns(records.values())
+    attributes = {"campaign": identity} | provenance(command) | _joined([found.attributes for found in datasets])
+    write_file(campaign, out, columns, attributes)
+    return summary_of(out, columns, attributes)
 
 
 def _joined(shards: Sequence[dict[str, Any]]) -> dict[str, Any]:

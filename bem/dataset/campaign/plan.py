@@ -1,7 +1,7 @@
 """What a campaign computes: protocols of a design at one accuracy by one version of the solver, wherever it runs."""
 
 import functools
-from collections.abc import Callable
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 
 from bem._support.validation import FloatArray
-from bem.dataset.designs import Design, whole_number
+from bem.accuracy import resolve_accuracy
+from bem.dataset.campaign.work import Solver, expected_seconds, solver_name
+from bem.dataset.designs import QUANTITIES, Design, whole_number
+from bem.dataset.file import load_dataset, write_dataset
 from bem.dataset.measurement_steps import FMS, checked_counts
-from bem.dataset.records import Settings
-from bem.solver.version import SOLVER_VERSION
-
-Solver = Callable[..., Any]
+from bem.dataset.records import Columns, Record, Settings, failed, simulate_record, tabulate, untabulate
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,8 +43,6 @@ class Campaign:
     shard: tuple[int, int] = (1, 1)
 
     def __post_init__(self) -> None:
-        from bem.accuracy import resolve_accuracy
-
         resolve_accuracy(self.accuracy)
         count = whole_number("count", self.count, low=1, high=self.design.largest_count)
         shards = whole_number("shards", self.shard[1], low=1, high=count)
@@ -86,28 +84,65 @@ class Campaign:
             "counts": list(self.counts),
             "native": self.native,
             "shard": "/".join(map(str, self.shard)),
-            "solver": SOLVER_VERSION if solver is None else f"{solver.__module__}.{solver.__qualname__}",
+            "solver": solver_name(solver),
         }
 
-    def path(self, out: str | Path) -> Path:
-        """Where the data set goes: `out` itself or what it links to, or beside it for one of several shards.
+    def shard_path(self, out: Path) -> Path:
+        """Where the data set goes: `out` itself, or beside it for one of several shards."""
+        if self.shard == (1, 1):
+            return out
+        return out.with_name(f"{out.stem}.shard-{self.shard[0]}-of-{self.shard[1]}{out.suffix}")
+
+    def expected_seconds(self, indices: np.ndarray) -> FloatArray:
+        """What some of the trajectories may take, shape (n,)."""
+        return expected_seconds({name: values[indices] for name, values in self.protocols.items()}, self.accuracy)
+
+    def items(self, indices: np.ndarray) -> list[tuple[float, ...]]:
+        """What a worker needs to know of some of the trajectories: their protocols in the order of `QUANTITIES`."""
+        return list(map(tuple, np.stack([self.protocols[name][indices] for name in QUANTITIES], axis=1).tolist()))
+
+    @property
+    def simulator(self) -> functools.partial:
+        """What a worker makes a record with, of an index, an item and a solver."""
+        return functools.partial(_simulated, self.settings)
+
+    def failed(self, index: int, reason: str) -> Record:
+        """The record of a trajectory without a result."""
+        return failed(index, reason, self.settings)
+
+    def columns(self, records: Iterable[Record]) -> Columns:
+        """Arrays of some records."""
+        return tabulate(records, self.settings)
+
+    def records(self, columns: Columns) -> list[Record]:
+        """The records that such arrays hold."""
+        return untabulate(columns)
+
+    def read(self, path: Path) -> tuple[Columns, dict[str, Any]]:
+        """Arrays and root attributes of a complete file.
 
         Raises:
-            ValueError: a link that leads in circles.
+            DamagedFileError, ValueError: as `load_dataset`.
         """
-        out = Path(out)
-        if self.shard[1] > 1:
-            out = out.with_name(f"{out.stem}.shard-{self.shard[0]}-of-{self.shard[1]}{out.suffix}")
-        return followed(out)
+        dataset = load_dataset(path, native=True)
+        return dataset.columns, dataset.attributes
+
+    def write(self, path: Path, columns: Columns, attributes: dict[str, Any], scratch: Path | None) -> None:
+        """Write the file; `scratch` is a folder for its temporary.
+
+        Raises:
+            OSError: nothing was written.
+        """
+        protocols = {f"protocols/{name}": values[columns["index"]] for name, values in self.protocols.items()}
+        attributes = root_attributes(attributes["campaign"]) | attributes
+        write_dataset(path, protocols | columns, attributes, self.counts, scratch)
 
 
-def followed(path: Path) -> Path:
-    """The path itself, or what it links to, so that writing replaces that and not the link.
+def root_attributes(identity: dict[str, Any]) -> dict[str, Any]:
+    """Root attributes that follow from what was computed."""
+    names = ("design", "ranges", "modulus_ratio", "seed", "accuracy", "count", "shard")
+    return {name: identity[name] for name in names} | {"campaign": identity}
 
-    Raises:
-        ValueError: a link that leads in circles.
-    """
-    try:
-        return path.resolve() if path.is_symlink() else path
-    except (OSError, RuntimeError) as error:
-        raise ValueError(f"out must not be a link in circles; received {str(path)!r}") from error
+
+def _simulated(settings: Settings, index: int, protocol: tuple[float, ...], solver: Solver) -> Record:
+    return simulate_record(index, dict(zip(QUANTITIES, protocol, strict=True)), settings, solver)

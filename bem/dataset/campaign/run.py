@@ -1,10 +1,10 @@
-"""Thousands of protocols, simulated on all cores or a cluster, into one data set file.
+"""Thousands of trajectories, simulated on all cores or a cluster, into one file.
 
 Workers, interruptions and the order of arrival leave no trace in the numbers, only in the seconds.
 """
 
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,16 +13,15 @@ import numpy as np
 
 from bem._support.outputs import require_suffix
 from bem._support.provenance import merged, peak_memory, provenance
-from bem._support.validation import FloatArray
 from bem._support.wording import shown
-from bem.dataset.campaign.checkpoints import CampaignError, PartStore, differences
-from bem.dataset.campaign.executors import Cluster, LocalPool
-from bem.dataset.campaign.plan import Campaign, Solver
-from bem.dataset.campaign.work import Arrival, results
-from bem.dataset.designs import QUANTITIES
-from bem.dataset.file import SUFFIXES, load_dataset, write_dataset
+from bem.dataset.campaign.cases import Cases
+from bem.dataset.campaign.checkpoints import CampaignCheckpoint, CampaignError, differences
+from bem.dataset.campaign.executors import ClusterExecutor, LocalExecutor
+from bem.dataset.campaign.plan import Campaign
+from bem.dataset.campaign.work import Solver, results
+from bem.dataset.file import SUFFIXES
 from bem.dataset.opening import DamagedFileError
-from bem.dataset.records import COMPLETED, FAILED, Columns, Record, tabulate, untabulate
+from bem.dataset.records import COMPLETED, FAILED, Columns
 
 Progress = Callable[[int, int], None]
 """Told how many trajectories are done and how many of them failed."""
@@ -33,7 +32,7 @@ class Summary:
     """What came of a campaign.
 
     Args:
-        path: the data set file.
+        path: the file.
         count: trajectories in it.
         computed: those of them computed by this call.
         failures: how often each reason occurred.
@@ -51,53 +50,8 @@ class Summary:
     damaged: int = 0
 
 
-class _Done:
-    """The trajectories a run need not compute any more, and what they cost."""
-
-    def __init__(self, store: PartStore, retry_failed: bool) -> None:
-        self.records: dict[int, Record] = {}
-        self.failures = 0
-        self._store = store
-        self._retry_failed = retry_failed
-        self._worker_memory = 0
-        self._before = {"wall_seconds": 0.0, "core_seconds": 0.0}
-
-    @property
-    def seconds(self) -> dict[str, float]:
-        """Wall and core seconds of all calls together."""
-        return {name: self._before[name] + seconds for name, seconds in self._store.seconds.items()}
-
-    def take_file(self, path: Path) -> None:
-        """Keep what completed of a data set whose failed trajectories are computed again."""
-        dataset = load_dataset(path, native=True)
-        self._before = {name: float(dataset.attributes[name]) for name in self._before}
-        self._store.origins += [{name: dataset.attributes[name]} for name in ("versions", "host")]
-        self._keep(untabulate(dataset.columns))
-
-    def take_parts(self, wanted: np.ndarray) -> None:
-        """Keep what an interrupted call saved."""
-        saved, wanted_indices = self._store.load(), frozenset(wanted.tolist())
-        self._keep(record for index, record in saved.items() if index in wanted_indices)
-
-    def memory(self, workers: int) -> int:
-        """Bytes of this process and the workers together, each at its largest; no less than were held at once."""
-        return peak_memory() + workers * self._worker_memory
-
-    def add(self, arrival: Arrival) -> None:
-        """Keep what has just arrived."""
-        self._worker_memory = max(self._worker_memory, arrival.memory)
-        self._store.add(arrival.records, arrival.seconds, arrival.origin)
-        self.records |= {record.index: record for record in arrival.records}
-        self.failures += sum(record.status == FAILED for record in arrival.records)
-
-    def _keep(self, records: Iterable[Record]) -> None:
-        kept = [record for record in records if record.status == COMPLETED or not self._retry_failed]
-        self.records |= {record.index: record for record in kept}
-        self.failures += sum(record.status == FAILED for record in kept)
-
-
 def run_campaign(
-    campaign: Campaign,
+    campaign: Campaign | Cases,
     out: str | Path,
     *,
     workers: int | None = None,
@@ -108,14 +62,14 @@ def run_campaign(
     command: str = "",
     progress: Progress = lambda _done, _failed: None,
 ) -> Summary:
-    """Compute a campaign, or what is left of it, and write its data set file.
+    """Compute a campaign, or what is left of it, and write its file.
 
     Args:
-        campaign: what to compute.
-        out: the data set file; work in progress is kept beside it.
+        campaign: what to compute, protocols of a design or cases of any kind.
+        out: the file, whose name ends in .h5 or .hdf5; work in progress is kept beside it.
         workers: processes of this machine; as many as cores by default.
         cluster: address of a Dask scheduler to use instead.
-        replace: let the new data set take the place of another campaign's, once it is complete.
+        replace: let the new file take the place of another campaign's, once it is complete.
         retry_failed: compute trajectories that failed in an earlier call again.
         solver: a stand-in for `bem.simulate`, importable by the workers.
         command: what the user typed, for the record.
@@ -125,103 +79,116 @@ def run_campaign(
         what came of it; a complete file of the same campaign is left alone.
 
     Raises:
-        ValueError: for a file of another campaign at `out`, one that is no data set, or a name that does not end as
-            those of HDF5 files do.
+        ValueError: for a file of another campaign at `out`, one that is none, or a name that does not end as those of
+            HDF5 files do.
         CampaignError: when the work cannot go on; saved work is kept.
     """
     require_suffix(out, SUFFIXES)
-    path = campaign.path(out)
+    path = followed(campaign.shard_path(Path(out)))
     identity = campaign.identity(solver)
     if workers is not None and cluster is not None:
         raise ValueError(f"workers must not be given with cluster, which has its own; received {shown(workers)}")
-    local = LocalPool(workers) if cluster is None else None
-    complete = existing(path, identity, replace=replace)
-    store = PartStore(path, identity, campaign.settings, replace=replace)
+    local = LocalExecutor(workers) if cluster is None else None
+    complete = existing(campaign, path, identity, replace=replace)
+    checkpoint = CampaignCheckpoint(path, identity, replace=replace)
     if complete:
         # A process killed right after the file was in place could not remove its parts.
-        store.discard()
-        if not (retry_failed and complete.failures):
-            return complete
-        store = PartStore(path, identity | {"retry_failed": True}, campaign.settings, replace=replace)
-    protocols = campaign.protocols
-    with local or Cluster(cluster) as pool, store:
-        done = _Done(store, retry_failed)
-        if complete := existing(path, identity, replace=replace):
-            if not (retry_failed and complete.failures):
-                store.remove()
-                return complete
-            done.take_file(path)
-        done.take_parts(campaign.indices)
-        resumed = len(done.records)
-        progress(resumed, done.failures)
-        missing = np.array([index for index in campaign.indices.tolist() if index not in done.records], dtype=np.int64)
-        for arrival in results(campaign, missing, pool, solver):
-            done.add(arrival)
-            progress(len(done.records), done.failures)
-        store.flush()
-        attributes = root_attributes(identity) | done.seconds | {"workers": pool.workers}
-        attributes["peak_memory"] = done.memory(pool.workers)
-        attributes |= provenance(command) | merged(store.origins)
-        columns = tabulate(done.records.values(), campaign.settings)
-        write_result(path, columns, protocols, attributes, campaign.counts, scratch=store.folder)
-        store.remove(others=replace)
-    return summary_of(path, len(missing), damaged=store.damaged)
+        checkpoint.discard()
+        if not (retry_failed and _failures(complete[0])):
+            return summary_of(path, *complete)
+        checkpoint = CampaignCheckpoint(path, identity | {"retry_failed": True}, replace=replace)
+    with local or ClusterExecutor(cluster) as executor, checkpoint:
+        parts: list[Columns] = []
+        if complete := existing(campaign, path, identity, replace=replace):
+            if not (retry_failed and _failures(complete[0])):
+                checkpoint.remove()
+                return summary_of(path, *complete)
+            parts = [complete[0]]
+            checkpoint.take(complete[1])
+        wanted = frozenset(campaign.indices.tolist())
+        done: dict[int, Any] = {}
+        for columns in (*parts, *checkpoint.load()):
+            for record in campaign.records(columns):
+                kept = record.status == COMPLETED or not (retry_failed or record.index in done)
+                if kept and record.index in wanted:
+                    done[record.index] = record
+        failed = sum(record.status == FAILED for record in done.values())
+        progress(len(done), failed)
+        missing = np.array([index for index in campaign.indices.tolist() if index not in done], dtype=np.int64)
+        memory = 0
+        for arrival in results(campaign, missing, executor, solver):
+            checkpoint.add(campaign.columns(arrival.records), arrival.seconds, arrival.origin)
+            done |= {record.index: record for record in arrival.records}
+            failed += sum(record.status == FAILED for record in arrival.records)
+            memory = max(memory, arrival.memory)
+            progress(len(done), failed)
+        columns = campaign.columns(done.values())
+        attributes = {"campaign": identity, **checkpoint.seconds, "workers": executor.workers}
+        # Each process at its largest: no less than all held at once.
+        attributes["peak_memory"] = peak_memory() + executor.workers * memory
+        attributes |= provenance(command) | merged(checkpoint.origins)
+        write_file(campaign, path, columns, attributes, checkpoint.folder)
+        checkpoint.remove(others=replace)
+    return summary_of(path, columns, attributes, len(missing), checkpoint.damaged)
 
 
-def existing(path: Path, identity: dict[str, Any], *, replace: bool) -> Summary | None:
-    """The summary of a complete file of the same campaign; `None` for none, or one that may be replaced."""
+def followed(path: Path) -> Path:
+    """The path itself, or what it links to, so that writing replaces that and not the link.
+
+    Raises:
+        ValueError: a link that leads in circles.
+    """
+    try:
+        return path.resolve() if path.is_symlink() else path
+    except (OSError, RuntimeError) as error:
+        raise ValueError(f"out must not be a link in circles; received {str(path)!r}") from error
+
+
+def existing(
+    campaign: Campaign | Cases, path: Path, identity: dict[str, Any], *, replace: bool
+) -> tuple[Columns, dict[str, Any]] | None:
+    """Arrays and attributes of a complete file of the same campaign; `None` for none, or one that may be replaced."""
     if path.is_dir():
         raise ValueError(f"out must be a file; received the folder {str(path)!r}")
     if not path.exists():
         return None
     try:
-        attributes = load_dataset(path).attributes
+        columns, attributes = campaign.read(path)
     except DamagedFileError as error:
         if replace:
             return None
         raise ValueError(f"{error}, and may be replaced with --replace") from error
     difference = differences(identity, attributes["campaign"])
-    if not difference:
-        return summary_of(path, 0)
-    if not replace:
+    if difference and not replace:
         raise ValueError(
             f"out must name a new file or the same campaign; received {str(path)!r}, which holds another one "
             f"({difference}) and may be replaced with --replace"
         )
-    return None
+    return None if difference else (columns, attributes)
 
 
-def root_attributes(identity: dict[str, Any]) -> dict[str, Any]:
-    """Root attributes that follow from what was computed."""
-    plain = {name: identity[name] for name in ("design", "ranges", "modulus_ratio", "seed", "accuracy", "count")}
-    return {**plain, "shard": identity["shard"], "campaign": identity}
-
-
-def write_result(
-    path: Path,
-    columns: Columns,
-    protocols: dict[str, FloatArray],
-    attributes: dict[str, Any],
-    counts: tuple[int, int, int],
-    *,
-    scratch: Path | None = None,
+def write_file(
+    campaign: Campaign | Cases, path: Path, columns: Columns, attributes: dict[str, Any], scratch: Path | None = None
 ) -> None:
-    """Write a data set file of some of the protocols; `scratch` is where its temporary goes.
+    """Write the file of a campaign; `scratch` is where its temporary goes.
 
     Raises:
         CampaignError: it could not be written.
     """
-    columns = {f"protocols/{name}": protocols[name][columns["index"]] for name in QUANTITIES} | columns
     try:
-        write_dataset(path, columns, attributes, counts, scratch)
+        campaign.write(path, columns, attributes, scratch)
     except OSError as error:
         kept = "; what was computed is kept, and the same command continues" if scratch else ""
         raise CampaignError(f"cannot write {str(path)!r} ({error.strerror or error}){kept}") from error
 
 
-def summary_of(path: Path, computed: int, damaged: int = 0) -> Summary:
-    """Summary of a data set file of which this call computed some trajectories."""
-    dataset = load_dataset(path)
-    reasons = dataset.columns["reason"][dataset.columns["status"] != COMPLETED]
-    seconds = (float(dataset.attributes[name]) for name in ("wall_seconds", "core_seconds"))
-    return Summary(path, len(dataset), computed, Counter(reasons.tolist()), *seconds, damaged)
+def summary_of(
+    path: Path, columns: Columns, attributes: dict[str, Any], computed: int = 0, damaged: int = 0
+) -> Summary:
+    """Summary of a file with these arrays and attributes, of which this call computed some trajectories."""
+    seconds = (float(attributes[name]) for name in ("wall_seconds", "core_seconds"))
+    return Summary(path, len(columns["index"]), computed, _failures(columns), *seconds, damaged)
+
+
+def _failures(columns: Columns) -> Counter:
+    return Counter(map(str, columns["reason"][columns["status"] != COMPLETED]))

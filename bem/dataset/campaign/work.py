@@ -2,7 +2,7 @@
 
 import functools
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -12,10 +12,7 @@ from bem._support.provenance import origin, peak_memory
 from bem._support.validation import FloatArray
 from bem.accuracy import NAMED_TARGETS, resolve_accuracy
 from bem.dataset.campaign.checkpoints import CampaignError
-from bem.dataset.campaign.executors import Batch, Pool
-from bem.dataset.campaign.plan import Campaign, Solver
-from bem.dataset.designs import QUANTITIES
-from bem.dataset.records import Record, Settings, failed, simulate_record
+from bem.dataset.campaign.executors import Batch, Executor
 from bem.materials import StandardLinearSolid
 from bem.protocol import LoadingProtocol
 from bem.scene import Scene
@@ -25,6 +22,13 @@ LARGEST_BATCH = 32
 LONGEST_BATCH = 1.0
 """Seconds a batch is expected to take at most; what a worker holds is lost when it dies."""
 BATCHES_PER_WORKER = 48
+
+Solver = Callable[..., Any]
+
+
+def solver_name(solver: Solver | None) -> str:
+    """What a campaign's identity says of the solver, or of its stand-in."""
+    return SOLVER_VERSION if solver is None else f"{solver.__module__}.{solver.__qualname__}"
 
 
 def expected_seconds(protocols: dict[str, FloatArray], accuracy: str | float = "standard") -> FloatArray:
@@ -70,10 +74,10 @@ class Arrival:
         memory: largest memory of the worker so far, in bytes.
     """
 
-    records: list[Record]
+    records: list[Any]
     seconds: float = 0.0
     origin: dict[str, Any] = field(default_factory=dict)
-    solver_version: str = ""
+    solver_version: str = SOLVER_VERSION
     memory: int = 0
 
 
@@ -81,34 +85,34 @@ class Arrival:
 class Task:
     """What a worker does with a batch; it travels with every batch, so it holds no more than all of them need."""
 
-    settings: Settings
+    simulator: Callable[[int, Any, Solver], Any]
     solver: Solver | None
 
     def __call__(self, batch: Batch) -> Arrival:
         """Simulate the batch."""
         solver = _warm_solver() if self.solver is None else self.solver
         started = time.perf_counter()
-        rows = ((index, dict(zip(QUANTITIES, protocol, strict=True))) for index, protocol in batch)
-        records = [simulate_record(index, row, self.settings, solver) for index, row in rows]
+        records = [self.simulator(index, item, solver) for index, item in batch]
         return Arrival(records, time.perf_counter() - started, origin(), SOLVER_VERSION, peak_memory())
 
 
-def results(campaign: Campaign, indices: np.ndarray, pool: Pool, solver: Solver | None) -> Iterator[Arrival]:
-    """Some of a campaign's protocols simulated, as they arrive."""
+def results(campaign: Any, indices: np.ndarray, executor: Executor, solver: Solver | None) -> Iterator[Arrival]:
+    """Some of a campaign's trajectories, as they arrive.
+
+    Raises:
+        CampaignError: the work cannot go on.
+    """
     if not len(indices):
         return
-    chosen = {name: values[indices] for name, values in campaign.protocols.items()}
-    seconds = expected_seconds(chosen, campaign.accuracy)
-    rows = np.stack([campaign.protocols[name] for name in QUANTITIES], axis=1)
+    items = dict(zip(indices.tolist(), campaign.items(indices), strict=True))
     batches = [
-        tuple((index, tuple(rows[index].tolist())) for index in batch)
-        for batch in batches_of(indices, seconds, pool.workers)
+        tuple((index, items[index]) for index in batch)
+        for batch in batches_of(indices, campaign.expected_seconds(indices), executor.workers)
     ]
-    for batch, arrival in pool.run(batches, Task(campaign.settings, solver)):
+    for batch, arrival in executor.run(batches, Task(campaign.simulator, solver)):
         if arrival is None:
             reason = "the worker process died every time, perhaps for lack of memory"
-            yield Arrival([failed(index, reason, campaign.settings) for index, _ in batch])
-            continue
+            arrival = Arrival([campaign.failed(index, reason) for index, _ in batch])
         if arrival.solver_version != SOLVER_VERSION:
             raise CampaignError("the workers run another version of the solver than this machine")
         yield arrival

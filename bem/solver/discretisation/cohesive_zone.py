@@ -13,14 +13,14 @@ from bem._support.jit import kernel
 from bem.tractions import GAP_AT_PEAK
 
 CRACK_LENGTH = 2.48
-HARD_EDGE = 0.12  # without adhesion there is no such zone: resolve this fraction of the contact radius
+NONADHESIVE_EDGE = 0.12  # without adhesion there is no such zone: resolve this fraction of the contact radius
 
 
 @kernel
-def edge_width(contact_radius: float, tabor: float, hard: bool) -> float:
+def edge_width(contact_radius: float, tabor: float, nonadhesive: bool) -> float:
     """Length over which the traction changes at the edge of a contact: the shortest adhesion and geometry allow."""
-    if hard:
-        return HARD_EDGE * max(contact_radius, 1e-12)
+    if nonadhesive:
+        return NONADHESIVE_EDGE * max(contact_radius, 1e-12)
     crack = CRACK_LENGTH / (tabor * tabor)
     opening = 0.7 * math.sqrt(2.0 / tabor)  # where the gap of an undeformed sphere has grown by half of h0
     if contact_radius > 0.0:
@@ -39,10 +39,10 @@ def contact_edge(radii, gap) -> float:
     return 0.0
 
 
-def largest_contact_radius(peak_indentation: float, tabor: float, hard: bool) -> float:
+def largest_contact_radius(peak_indentation: float, tabor: float, nonadhesive: bool) -> float:
     """Upper estimate of the contact radius at the deepest indentation: Hertz, or with adhesion JKR and a margin."""
     hertz = math.sqrt(max(peak_indentation, 0.0) / tabor)
-    if hard:
+    if nonadhesive:
         return max(hertz, 1e-9)
     radius = hertz + 1.0
     for _ in range(50):  # a^2 = delta/mu + sqrt(2 pi a), JKR's indentation solved by fixed-point iteration

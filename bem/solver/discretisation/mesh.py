@@ -53,30 +53,36 @@ class Grid(NamedTuple):
     unit_influence: np.ndarray
 
 
-def master_grid(tabor: float, peak_indentation: float, hard: bool, controls: Controls) -> Grid:
+def master_grid(tabor: float, peak_indentation: float, nonadhesive: bool, controls: Controls) -> Grid:
     """Grid that resolves the contact edge wherever an indentation up to the peak can bring it.
 
     Raises:
         MemoryError: with the number of nodes it would take, when that exceeds `LARGEST_GRID`.
     """
-    radius = largest_contact_radius(peak_indentation, tabor, hard)
-    spacing = controls.edge_spacing * in_python(edge_width)(radius, tabor, hard)
-    reach = 1.15 * radius if hard else math.sqrt(radius**2 + 2.0 * controls.far_gap / tabor)
+    radius = largest_contact_radius(peak_indentation, tabor, nonadhesive)
+    spacing = controls.edge_spacing * in_python(edge_width)(radius, tabor, nonadhesive)
+    reach = 1.15 * radius if nonadhesive else math.sqrt(radius**2 + 2.0 * controls.far_gap / tabor)
     size = math.ceil(reach / spacing) + 2
     if size > LARGEST_GRID:
         raise MemoryError(f"the contact edge needs {size} grid nodes, more than {LARGEST_GRID}")
-    return Grid(size, spacing, _unit_influence(256 * math.ceil(size / 256)))
+    return Grid(size, spacing, _MATRIX.of_size(256 * math.ceil(size / 256)))
 
 
-def _unit_influence(size: int) -> np.ndarray:
-    """Influence of radii 0, 1, 2, ..., a row for each hat; one matrix is kept, the largest asked for so far."""
-    matrix = _largest[0]
-    if len(matrix) < size:
-        matrix = _largest[0] = unit_influence(size)
-    return matrix
+class _LargestMatrix:
+    """The unit influence of any size: a block of the largest matrix asked for so far, which alone is kept."""
+
+    def __init__(self) -> None:
+        self._matrix = np.empty((0, 0))
+
+    def of_size(self, size: int) -> np.ndarray:
+        """Influence of radii 0, 1, 2, ..., a row for each hat; of at least this many."""
+        matrix = self._matrix
+        if len(matrix) < size:
+            matrix = self._matrix = unit_influence(size)
+        return matrix
 
 
-_largest = [np.empty((0, 0))]
+_MATRIX = _LargestMatrix()
 
 
 def uniform_mesh(radius: float, count: int) -> np.ndarray:
@@ -100,78 +106,87 @@ def fixed_mesh(tabor: float, radii: np.ndarray, remembers: bool) -> Mesh:
 
 
 @kernel
-def wanted_spacing(
-    grid: Grid,
-    tabor: float,
-    hard: bool,
-    edge: float,
-    direction: float,
-    old_nodes: np.ndarray,
-    old_traction: np.ndarray,
-    remembered: np.ndarray,
-    response: float,
-    active_radius: float,
-    controls: Controls,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Spacing wanted at each master node for an edge moving outwards (`direction` > 0) or inwards.
-
-    Args:
-        grid: the master grid.
-        tabor, hard: Tabor parameter, and whether there is no adhesion.
-        edge: contact edge; 0 where there is no contact.
-        old_nodes, old_traction: (n,) last solution, whose curvature is resolved.
-        remembered: (N,) or (0,) the remembered traction, resolved up to `active_radius`, beyond which the gap is wide.
-        response: factor of the new traction, which must balance features of the remembered one.
-
-    Returns:
-        spacing (N,) in master spacings, at least 1, and window (2,).
-    """
-    width = edge_width(edge, tabor, hard)
-    last, spacing = grid.size - 1, grid.spacing
-    wanted = np.empty(last + 1)  # spacing wanted at each master node, in master spacings
-    for f in range(last + 1):
-        inside = f * spacing <= edge
-        wanted[f] = max(controls.widest * edge / spacing if inside else 2.0 * controls.widest * f, 1.0)
-    inner, outer = edge - width * _BEHIND, edge + width * _AHEAD
+def edge_window(edge: float, direction: float, width: float) -> np.ndarray:
+    """Radii (2,) between which the edge may travel; there is more room in its `direction`, outwards if positive."""
     margin = _TRAVEL * width
     window = np.array(
         [edge - margin * (_LEAD if direction < 0.0 else 1.0), edge + margin * (_LEAD if direction > 0.0 else 1.0)]
     )
     if edge < width:
-        inner = 0.0
         window[0] = -1.0
+    return window
+
+
+@kernel
+def spacing_at_edge(grid: Grid, controls: Controls, edge: float, width: float, window: np.ndarray) -> np.ndarray:
+    """Spacing (N,) wanted at each master node for an edge that travels in `window`, in master spacings, at least 1.
+
+    Args:
+        grid: the master grid.
+        controls: spacing at the edge and widest spacing elsewhere.
+        edge: contact edge; 0 where there is no contact.
+        width: of the cohesive zone there.
+        window: (2,) as of `edge_window`.
+    """
+    last, spacing = grid.size - 1, grid.spacing
+    wanted = np.empty(last + 1)
+    for f in range(last + 1):
+        inside = f * spacing <= edge
+        wanted[f] = max(controls.widest * edge / spacing if inside else 2.0 * controls.widest * f, 1.0)
+    inner, outer = edge - width * _BEHIND, edge + width * _AHEAD
+    if edge < width:
+        inner = 0.0
     inner, outer = min(inner, window[0] - width * _BEHIND), max(outer, window[1] + width * _AHEAD)
     edge_spacing = max(controls.edge_spacing * width / spacing, 1.0)
     for f in range(max(0, int(inner / spacing)), min(last, int(outer / spacing) + 1) + 1):
         wanted[f] = min(wanted[f], edge_spacing)
+    return wanted
 
-    allowed = 8.0 * controls.curvature
+
+@kernel
+def refine_for_memory(wanted: np.ndarray, remembered: np.ndarray, last: int, allowed: float, response: float) -> None:
+    """Reduce the spacing `wanted` (N,) up to node `last` to where the `remembered` traction (N,) is nearly linear.
+
+    Args:
+        wanted: spacing in master spacings, overwritten.
+        remembered: (N,), or (0,) where nothing is remembered.
+        last: node beyond which the gap is wide.
+        allowed: second difference of the traction allowed in one spacing.
+        response: factor of the new traction, which must balance features of the remembered one.
+    """
     sharpest = max(response, 0.05)
-    for f in range(1, min(last, remembered.size - 1)):
-        if f * spacing > active_radius:
-            break
+    for f in range(1, min(last + 1, min(wanted.size, remembered.size) - 1)):
         bend = abs(remembered[f + 1] - 2.0 * remembered[f] + remembered[f - 1]) / sharpest
         if bend > 0.0:
-            wanted[f] = min(wanted[f], max(math.sqrt(allowed * tabor / bend), 1.0))
-    for j in range(1, old_nodes.size - 1):
-        a, b, c = old_nodes[j - 1], old_nodes[j], old_nodes[j + 1]
-        rising, falling = (
-            (old_traction[j] - old_traction[j - 1]) / (b - a),
-            (old_traction[j + 1] - old_traction[j]) / (c - b),
-        )
+            wanted[f] = min(wanted[f], max(math.sqrt(allowed / bend), 1.0))
+
+
+@kernel
+def refine_for_traction(
+    wanted: np.ndarray, nodes: np.ndarray, traction: np.ndarray, tabor: float, allowed: float
+) -> None:
+    """Reduce the spacing `wanted` (N,) to where the last `traction` (n,) at `nodes` (n,) is nearly linear.
+
+    `allowed` is the second difference in one spacing as a fraction of the traction's scale.
+    """
+    for j in range(1, nodes.size - 1):
+        a, b, c = nodes[j - 1], nodes[j], nodes[j + 1]
+        rising, falling = (traction[j] - traction[j - 1]) / (b - a), (traction[j + 1] - traction[j]) / (c - b)
         bend = 2.0 * abs(falling - rising) / (c - a)
         if bend > 0.0:
-            step = max(math.sqrt(allowed * (tabor + 0.05 * abs(old_traction[j])) / bend), 1.0)
-            for f in range((a + b) // 2, min((b + c) // 2, last) + 1):
+            step = max(math.sqrt(allowed * (tabor + 0.05 * abs(traction[j])) / bend), 1.0)
+            for f in range((a + b) // 2, min((b + c) // 2, wanted.size - 1) + 1):
                 wanted[f] = min(wanted[f], step)
 
-    # neighbouring spacings differ by no more than the growth ratio
-    slope = controls.growth - 1.0
-    for f in range(1, last + 1):
+
+@kernel
+def grade(wanted: np.ndarray, growth: float) -> None:
+    """Reduce the spacing `wanted` (N,) until neighbouring panels differ by no more than the ratio `growth`."""
+    slope = growth - 1.0
+    for f in range(1, wanted.size):
         wanted[f] = min(wanted[f], wanted[f - 1] + slope)
-    for f in range(last - 1, -1, -1):
+    for f in range(wanted.size - 2, -1, -1):
         wanted[f] = min(wanted[f], wanted[f + 1] + slope)
-    return wanted, window
 
 
 @kernel

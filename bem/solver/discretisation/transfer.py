@@ -33,7 +33,7 @@ def transfer(
     tractions: np.ndarray,
     new: Mesh,
     tabor: float,
-    hard: bool,
+    nonadhesive: bool,
     new_gap: np.ndarray,
     new_traction: np.ndarray,
 ) -> None:
@@ -47,13 +47,13 @@ def transfer(
         x = new.radii[i]
         if x > old.radii[n - 1]:
             new_gap[i] = gap[n - 1] + 0.5 * tabor * (x * x - old.radii[n - 1] ** 2)
-            new_traction[i] = 0.0 if hard else tabor * traction(new_gap[i])
+            new_traction[i] = 0.0 if nonadhesive else tabor * traction(new_gap[i])
             continue
         while k < n - 2 and old.radii[k + 1] < x:
             k += 1
         part = (x - old.radii[k]) / (old.radii[k + 1] - old.radii[k])
         first = max(0, min(k - 1, n - 4))
-        if hard:
+        if nonadhesive:
             new_gap[i] = gap[k] + part * (gap[k + 1] - gap[k])
             new_traction[i] = tractions[k] + part * (tractions[k + 1] - tractions[k])
         elif gap[k] < PRESSED and gap[k + 1] < PRESSED:

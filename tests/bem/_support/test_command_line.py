@@ -65,10 +65,10 @@ def test_a_mistake_of_the_program_keeps_its_traceback(monkeypatch):
 
 
 def test_a_module_is_called_by_the_name_it_was_run_by():
-    command = [sys.executable, "-m", "paper_figures.tables.table_quartiles", "--result", "nowhere.json"]
+    command = [sys.executable, "-m", "paper_figures", "table-quartiles", "--results", "nowhere"]
     ended = subprocess.run(command, capture_output=True, text=True, check=False)
     assert ended.returncode == 2
-    assert ended.stderr.startswith("paper_figures.tables.table_quartiles: ")
+    assert ended.stderr.startswith("python -m paper_figures table-quartiles: ")
     assert ended.stderr.count("\n") == 1
 
 

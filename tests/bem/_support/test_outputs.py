@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from bem._support.command_line import sentence
-from bem._support.outputs import Outputs, require_output, whole_file
+from bem._support.outputs import Outputs, require_output, whole_file, write_whole
 
 UNWRITABLE = "Expected an output file that can be written; received "
 
@@ -142,3 +142,34 @@ def test_a_full_standard_output_is_one_sentence():
         )
     assert result.returncode != 0
     assert "Traceback" not in result.stderr
+
+
+@pytest.mark.parametrize("content", ["gr\u00fcn\n", "gr\u00fcn\n".encode(), memoryview("gr\u00fcn\n".encode())])
+def test_a_file_is_replaced_whole(content, tmp_path):
+    path = tmp_path / "a.json"
+    path.write_text("former")
+    write_whole(path, content, tmp_path)
+    assert path.read_bytes() == "gr\u00fcn\n".encode()
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize("refused", ["os.fsync", "pathlib.Path.replace"])
+def test_a_file_that_cannot_be_replaced_stays(refused, tmp_path, monkeypatch):
+    def refuse(*_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    path = tmp_path / "a.json"
+    path.write_text("former")
+    monkeypatch.setattr(refused, refuse)
+    with pytest.raises(OSError, match="No space left"):
+        write_whole(path, "new")
+    assert listing(tmp_path) == {"a.json": "former"}
+
+
+def test_a_system_that_opens_no_folders_writes_all_the_same(tmp_path, monkeypatch):
+    def refuse(*_):
+        raise PermissionError(errno.EACCES, "Permission denied")
+
+    monkeypatch.setattr("os.open", refuse)
+    write_whole(tmp_path / "a.json", "new")
+    assert (tmp_path / "a.json").read_text() == "new"

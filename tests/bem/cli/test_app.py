@@ -10,7 +10,16 @@ from bem.cli.app import app, parse_material, readable
 from bem.materials import Elastic, PronySeries, StandardLinearSolid
 from bem.trajectory import Statistics, Trajectory
 
-STATS = Statistics(3, {"unloading": 3}, 0, 3, 1, 0, 0, 0, 10.0, 8.0, 100, 0.001)
+STATS = Statistics(
+    steps=3,
+    steps_by_phase={"unloading": 3},
+    iterations=3,
+    factorisations=1,
+    nodes=10.0,
+    unknowns_per_solve=8.0,
+    grid_nodes=100,
+    seconds=0.001,
+)
 
 CASE = {
     "tabor": "0.5",

@@ -15,7 +15,7 @@ ALLOWED = 8e-3
 
 @pytest.fixture(autouse=True)
 def in_this_process(monkeypatch):
-    monkeypatch.setattr("bem.dataset.verification.LocalPool", Here)
+    monkeypatch.setattr("bem.dataset.verification.LocalExecutor", Here)
 
 
 def scaled(name, factor):

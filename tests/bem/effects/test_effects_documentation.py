@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+import bem
 from bem import Elastic, HardContact, Scene, StandardLinearSolid
 from experiments.effects.files import code_of, functions_of, lines_of, shared_files
 
@@ -27,6 +28,14 @@ def code():
     return code_of(SCENES)
 
 
+def test_the_files_the_page_names_are_there():
+    home = Path(bem.__file__).parent
+    here = {path.stem for path in home.rglob("*.py")}
+    named = set(names(PAGE.read_text(encoding="utf-8")))
+    assert len(named) > 10
+    assert named <= here
+
+
 def names(cell):
     return re.findall(r"`(\w+)\.py`", cell)
 
@@ -38,6 +47,7 @@ def test_every_example_of_the_page_holds(page, least):
     assert found.failed == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("effect", ADDED)
 def test_the_page_names_the_files_an_effect_runs(code, effect):
     with_it, without = (code[name] for name in ADDED[effect])
@@ -49,14 +59,17 @@ def test_the_page_names_the_files_an_effect_runs(code, effect):
     assert names(elsewhere) == sorted(lines)
 
 
+@pytest.mark.slow
 def test_a_relaxation_process_adds_the_same_with_and_without_adhesion(code):
     added = functions_of(code["memory"]) - functions_of(code["adhesion"])
     assert added == functions_of(code["memory, no adhesion"]) - functions_of(code["hertz"])
     # The elastic contact jumps, which the other is kept from, and only its force must be followed.
-    elastic_only = {("instabilities", "smallest_eigenvalue"), ("extrapolation", "expected_force")}
+    of_jumps = {("instabilities", "smallest_eigenvalue"), ("course", "with_jump")}
+    elastic_only = of_jumps | {("extrapolation", "expected_force")}
     assert functions_of(code["adhesion"]) - functions_of(code["memory"]) <= elastic_only
 
 
+@pytest.mark.slow
 def test_the_page_names_the_files_all_scenes_run(code):
     text = PAGE.read_text(encoding="utf-8")
     paragraph = text[text.index("All scenes\n") : text.index("Beyond that")]

@@ -3,26 +3,38 @@
 import numpy as np
 
 from bem.accuracy import resolve_accuracy
-from bem.solver.discretisation.mesh import Grid, Mesh, condense, master_grid, pick_nodes, wanted_spacing
+from bem.solver.discretisation.cohesive_zone import edge_width
+from bem.solver.discretisation.mesh import (
+    Grid,
+    Mesh,
+    condense,
+    edge_window,
+    grade,
+    master_grid,
+    pick_nodes,
+    spacing_at_edge,
+)
 
 CONTROLS = resolve_accuracy("standard").controls()
-NOTHING = np.zeros(0)
 
 
 def spacing_for(
-    grid: Grid, tabor: float, *, edge: float, hard: bool = False, direction: float = 1.0, controls=CONTROLS
+    grid: Grid, tabor: float, *, edge: float, nonadhesive: bool = False, direction: float = 1.0, controls=CONTROLS
 ):
     """Spacing wanted for an edge, without an earlier solution, and the window in which the edge may travel."""
-    nodes = np.zeros(0, np.int64)
-    return wanted_spacing(grid, tabor, hard, edge, direction, nodes, NOTHING, NOTHING, 1.0, 0.0, controls)
+    width = edge_width(edge, tabor, nonadhesive)
+    window = edge_window(edge, direction, width)
+    wanted = spacing_at_edge(grid, controls, edge, width, window)
+    grade(wanted, controls.growth)
+    return wanted, window
 
 
 def mesh_for(
-    tabor: float, *, edge: float, peak: float, hard: bool = False, remembers: bool = False
+    tabor: float, *, edge: float, peak: float, nonadhesive: bool = False, remembers: bool = False
 ) -> tuple[Grid, Mesh]:
     """A master grid and the selection of its nodes for a contact edge."""
-    grid = master_grid(tabor, peak, hard, CONTROLS)
-    wanted, window = spacing_for(grid, tabor, edge=edge, hard=hard)
+    grid = master_grid(tabor, peak, nonadhesive, CONTROLS)
+    wanted, window = spacing_for(grid, tabor, edge=edge, nonadhesive=nonadhesive)
     nodes = pick_nodes(wanted)
     return grid, condense(grid, tabor, nodes, window, remembers)
 

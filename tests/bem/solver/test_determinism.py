@@ -62,6 +62,8 @@ def test_deeper_protocols_before_do_not_change_the_answer(answers):
     same([force(case) for case in cases()], answers)
 
 
+# Interruptions of every kind are tried with a stand-in for the solver in `tests/bem/dataset/campaign`.
+@pytest.mark.slow
 def test_interrupted_campaign_ends_the_same(tmp_path):
     plan = Campaign(count=12, seed=5, accuracy="draft")
     run_campaign(plan, tmp_path / "whole.h5", workers=1)

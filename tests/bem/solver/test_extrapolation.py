@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from bem.solver.extrapolation import expected_force, predict, prediction_error, push_recent, start_recent
+from bem.solver.extrapolation import Scales, expected_force, predict, prediction_error, push_recent, start_recent
 from bem.tractions import PEAK_TRACTION, traction
 from tests.bem.solver.contacts import mesh_for, right_side
 
@@ -15,9 +15,9 @@ def history(gaps, tractions, times):
     return recent
 
 
-def predicted(recent, time, hard=False):
+def predicted(recent, time, nonadhesive=False):
     gap, stress = np.empty(recent.gap.shape[1]), np.empty(recent.gap.shape[1])
-    predict(recent, time, TABOR, hard, gap, stress)
+    predict(recent, time, TABOR, nonadhesive, gap, stress)
     return gap, stress
 
 
@@ -60,7 +60,7 @@ def test_a_wild_extrapolation_is_held_back():
 
 def test_hard_contact_never_predicts_penetration_or_tension():
     gaps, stresses = [np.array([1.5, 1.0]), np.array([1.1, 1.0])], [np.array([0.0, -2.0]), np.array([0.0, -1.0])]
-    gap, stress = predicted(history(gaps, stresses, [0.0, 1.0]), 4.0, hard=True)
+    gap, stress = predicted(history(gaps, stresses, [0.0, 1.0]), 4.0, nonadhesive=True)
     np.testing.assert_array_equal(gap, [1.0, 1.0])
     np.testing.assert_array_equal(stress, [0.0, 0.0])
 
@@ -77,7 +77,7 @@ def error_of(changed_node, change):
     gap = np.maximum(right_side(mesh, TABOR, -1.0), 1.2)
     guess = gap.copy()
     guess[changed_node] *= 1.0 + change
-    return prediction_error(mesh.force_weights, TABOR, False, guess, law(guess), gap, law(gap), 1.0)
+    return prediction_error(mesh.force_weights, TABOR, False, guess, law(guess), gap, law(gap), Scales(1.0), np.nan)
 
 
 def test_the_error_is_relative_and_forgives_the_far_field():

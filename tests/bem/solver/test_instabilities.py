@@ -5,6 +5,7 @@ from scipy.optimize import brentq
 from bem.accuracy import resolve_accuracy
 from bem.solver.discretisation.mesh import Mesh, condense, master_grid
 from bem.solver.instabilities import settle, smallest_eigenvalue
+from bem.solver.work import new_work
 from bem.tractions import slope
 from tests.bem.solver.contacts import right_side
 
@@ -15,7 +16,7 @@ JUMP_IN, JUMP_OUT = -3.228, -4.988  # indentations at which the elastic branches
 def settled(indentation, gap, mesh):
     gap, tractions = gap.copy(), np.zeros(gap.size)
     rhs = right_side(mesh, TABOR, indentation)
-    found = settle(mesh.influence, TABOR, rhs, 1.0, 1e-6, gap, tractions, np.zeros(9, dtype=np.int64))
+    found = settle(mesh.influence, TABOR, rhs, 1.0, 1e-6, gap, tractions, new_work())
     assert found
     residual = gap + mesh.influence.T @ tractions - rhs
     assert np.max(np.abs(residual)) < 1e-6

@@ -9,7 +9,7 @@ import pytest
 import surrogate
 from experiments.cost import bench_surrogate
 from surrogate.data.scaling import Scaling
-from surrogate.inference.backends import KerasBackend
+from surrogate.inference.keras_backend import KerasBackend
 from surrogate.inference.predictor import Surrogate
 from tools import manifest
 

@@ -70,7 +70,7 @@ def models(dataset, tmp_path_factory):
 
     folder = tmp_path_factory.mktemp("models")
     with pytest.MonkeyPatch.context() as patch:
-        for module in ("surrogate.training.runs", "surrogate.inference.backends"):
+        for module in ("surrogate.training.runs", "surrogate.inference.keras_backend"):
             patch.setattr(f"{module}.build", build)
         from surrogate.data.dataset import TrajectoryDataset
         from surrogate.training.recipe import Recipe

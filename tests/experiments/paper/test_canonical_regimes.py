@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 
 from experiments import common, timing
+from experiments.common import write_result
 from experiments.paper import canonical_regimes, canonical_times
-from paper_figures.style import drawing
+from experiments.places import Places
 from paper_figures.tables import table_protocols_canonical
 from surrogate.data.scaling import Scaling
+from tests.paper_figures.results import made
 
 
 class Trained:
@@ -51,7 +53,7 @@ def test_measured_seconds_are_the_processors(quick, tmp_path, monkeypatch):
     monkeypatch.setattr(timing, "CLOCK", timing.Clock(processor=lambda: next(ticks), wall=lambda: 0.0))
     out = tmp_path / "measured.json"
     canonical_times.main(quick[1], tmp_path, out)
-    found = canonical_times.published(out)
+    found = json.loads(out.read_text(encoding="utf-8"))
     one = {"solver": 1.0, "keras_call": 1.0, "predictor": 1.0, "predictor_batch": 0.5}
     assert found["seconds"] == {"1": one, "2": one}
     assert found["config"]["batch"] == 2
@@ -68,22 +70,23 @@ def test_study_and_table_are_the_same_bytes_whatever_the_clocks_say(quick, tmp_p
         with pytest.MonkeyPatch.context() as patch:
             if run:
                 slow_clocks(patch)
-            canonical_regimes.main(quick[0], tmp_path, times, folder / "regimes.json")
-        table_protocols_canonical.main(folder / "regimes.json", folder)
+            places = Places(folder, taken={"config": quick[0], "canonical_times": times})
+            arguments = places.arguments(canonical_regimes.study, "make figure-6")
+            found = canonical_regimes.study(**arguments)
+            write_result(folder / "regimes.json", "canonical_regimes", found)
+        made(table_protocols_canonical, folder / "regimes.json", folder=folder)
         written.append({path.name: path.read_bytes() for path in folder.iterdir()})
     assert len(written[0]) == 4
     assert written[0] == written[1]
-    found = drawing.read_result(tmp_path / "0" / "regimes.json", "make studies")
     assert found["summary"]["median_keras_call_seconds"] == 0.01
 
 
-def test_without_published_seconds_the_target_that_measures_them_is_named(quick, tmp_path):
+def test_without_published_seconds_the_target_that_measures_them_is_named(tmp_path):
     with pytest.raises(FileNotFoundError, match="`make measure-canonical-times` makes it"):
-        canonical_regimes.main(quick[0], tmp_path, tmp_path / "absent.json", tmp_path / "out.json")
-    assert not (tmp_path / "out.json").exists()
+        Places(tmp_path, tmp_path).arguments(canonical_regimes.study, "make figure-6")
 
 
 def test_what_is_published_covers_all_protocols():
-    found = canonical_times.published(canonical_times.OUT)
+    found = Places().read("canonical_times", "make figure-6")
     assert list(found["seconds"]) == [str(number) for number in range(1, 13)]
     assert all(set(one) == set(canonical_times.WAYS) for one in found["seconds"].values())

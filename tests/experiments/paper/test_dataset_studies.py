@@ -1,5 +1,4 @@
 import hashlib
-import json
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +10,7 @@ from bem.dataset.campaign.run import run_campaign
 from bem.dataset.file import Dataset, load_dataset
 from bem.protocol import default_start_indentation
 from bem.reference_solutions import dmt
+from experiments.common import write_result
 from experiments.cost import accuracy_price
 from experiments.paper import dataset_examples, dataset_statistics
 from paper_figures.report.claims import Results, judge, text_claims
@@ -41,10 +41,8 @@ def test_resolution_floor_is_what_the_steps_alone_cost(path):
     np.testing.assert_allclose(floor["pull_off_time"], 0.5)
 
 
-def test_statistics_are_written(path, tmp_path):
-    out = tmp_path / "statistics.json"
-    dataset_statistics.main(path, out)
-    found = json.loads(out.read_text(encoding="utf-8"))
+def test_statistics_name_the_file(path):
+    found = dataset_statistics.study(path)
     assert (found["trajectories"], found["completed"], found["distinct_protocols"]) == (60, 60, 60)
     assert found["solver_seconds"]["sum"] == pytest.approx(60 * 1e-3)
     # Elsewhere `dataset_sha256` is the digest of what was asked for, not of the file.
@@ -112,8 +110,8 @@ def test_cost_is_stated_for_all_trajectories_where_fewer_were_run(tmp_path):
 
 
 def test_the_report_is_of_the_published_data_set(tmp_path):
-    (tmp_path / "dataset").mkdir()
-    dataset_statistics.main(ROOT / "published" / "dataset.h5", tmp_path / "dataset" / "statistics.json")
+    content = dataset_statistics.study(ROOT / "published" / "dataset.h5")
+    write_result(tmp_path / "studies" / "dataset_statistics.json", "dataset_statistics", content)
     results = Results(tmp_path, ROOT / "published")
     claims = [claim for claim in text_claims() if claim.get("source", "").startswith("dataset:")]
     assert len(claims) > 10

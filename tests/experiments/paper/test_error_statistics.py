@@ -85,9 +85,7 @@ def write_errors(folder, rows):
 
 def test_errors_are_read_from_a_model_directory(tmp_path, dataset):
     write_errors(write_model(tmp_path / "M1-concat", 1.0, split=SPLIT | {"test": list(range(8))}), range(8))
-    out = tmp_path / "out.json"
-    error_statistics.main(error_statistics.CONFIG, tmp_path, dataset, out)
-    assert json.loads(out.read_text(encoding="utf-8"))["trajectories"] == 8
+    assert error_statistics.study({"model": "M1-concat"}, tmp_path, dataset)["trajectories"] == 8
 
 
 def test_errors_of_another_held_out_part_or_data_set_are_refused(tmp_path, dataset):
@@ -114,9 +112,7 @@ def test_missing_errors_name_the_command(tmp_path):
 def test_comparison_draws_no_conclusion_while_models_are_missing(tmp_path, dataset):
     write_model(tmp_path / "M1-concat", 2.0)
     write_model(tmp_path / "M1-gated", 1.0)
-    out = tmp_path / "comparison.json"
-    model_comparison.main(tmp_path, dataset, out)
-    found = json.loads(out.read_text(encoding="utf-8"))
+    found = model_comparison.study(tmp_path, dataset)
     assert len(found["missing"]) == 16
     assert found["comparison"]["ranking"] == ["M1-gated", "M1-concat"]
     assert found["comparison"]["best"] is None
@@ -128,9 +124,7 @@ def test_comparison_draws_no_conclusion_while_models_are_missing(tmp_path, datas
 def test_comparison_of_all_models(tmp_path, dataset):
     for rank, name in enumerate(names()):
         write_model(tmp_path / name, 18.0 - rank)
-    out = tmp_path / "comparison.json"
-    model_comparison.main(tmp_path, dataset, out)
-    found = json.loads(out.read_text(encoding="utf-8"))["comparison"]
+    found = model_comparison.study(tmp_path, dataset)["comparison"]
     assert (found["best"], found["second_family"]) == ("M6-gated", "M6")
     assert set(found["best_conditioning"].values()) == {"gated"}
 
@@ -138,8 +132,7 @@ def test_comparison_of_all_models(tmp_path, dataset):
 def test_the_second_family_is_the_best_of_the_others_even_when_the_first_is_not_the_references(tmp_path, dataset):
     for name in names():
         write_model(tmp_path / name, {"M4": 1.0, "M1": 2.0}.get(name[:2], 3.0))
-    model_comparison.main(tmp_path, dataset, tmp_path / "out.json")
-    found = json.loads((tmp_path / "out.json").read_text(encoding="utf-8"))["comparison"]
+    found = model_comparison.study(tmp_path, dataset)["comparison"]
     assert found["second_family"] == "M4"
 
 
@@ -149,9 +142,7 @@ def test_only_models_trained_alike_are_compared(tmp_path, dataset):
     write_model(tmp_path / "M1-gated", 0.1, split=SPLIT | {"test": [0, 1]})
     write_model(tmp_path / "M2-concat", 0.1, dataset_sha256="of others")
     write_model(tmp_path / "M2-FiLM", 0.1, backend="jax")
-    out = tmp_path / "out.json"
-    model_comparison.main(tmp_path, dataset, out)
-    found = json.loads(out.read_text(encoding="utf-8"))
+    found = model_comparison.study(tmp_path, dataset)
     assert list(found["models"]) == ["M1-concat"]
     words = {name: sentence.split("its ")[1].split(" being")[0] for name, sentence in found["outdated"].items()}
     assert words == {"M1-FiLM": "recipe", "M1-gated": "split", "M2-concat": "data set", "M2-FiLM": "backend"}
@@ -174,8 +165,7 @@ def test_a_family_beyond_the_papers_stands_beside_the_eighteen(tmp_path, dataset
     monkeypatch.setitem(FAMILIES, "M7", "one more")
     for name in names():
         write_model(tmp_path / name, 0.1 if name == "M7-concat" else 1.0)
-    model_comparison.main(tmp_path, dataset, tmp_path / "out.json")
-    found = json.loads((tmp_path / "out.json").read_text(encoding="utf-8"))
+    found = model_comparison.study(tmp_path, dataset)
     assert list(found["beside"]) == ["M7-FiLM", "M7-concat", "M7-gated"]
     assert (len(found["models"]), found["expected"], found["missing"]) == (18, 18, [])
     assert found["comparison"]["best"] != "M7-concat"
@@ -186,9 +176,7 @@ def test_what_is_trained_otherwise_on_purpose_stands_beside_the_eighteen(tmp_pat
     write_model(tmp_path / "M1-concat-large", 0.1, split=SPLIT | {"train": [0]}, extra_dataset_sha256="1")
     write_model(tmp_path / "M1-concat-paper", 0.1, recipe='name = "paper"\n')
     write_model(tmp_path / "M1-concat-8-epochs", 0.1, split=SPLIT | {"test": [1]})
-    out = tmp_path / "out.json"
-    model_comparison.main(tmp_path, dataset, out)
-    found = json.loads(out.read_text(encoding="utf-8"))
+    found = model_comparison.study(tmp_path, dataset)
     assert found["comparison"]["ranking"] == ["M1-concat"]
     assert list(found["beside"]) == ["M1-concat-large", "M1-concat-paper"]
     assert found["beside"]["M1-concat-paper"]["recipe"]["name"] == "paper"
@@ -197,7 +185,7 @@ def test_what_is_trained_otherwise_on_purpose_stands_beside_the_eighteen(tmp_pat
 
 def test_comparison_of_no_model_names_the_target(tmp_path, dataset):
     with pytest.raises(FileNotFoundError, match="make models"):
-        model_comparison.main(tmp_path, dataset, tmp_path / "out.json")
+        model_comparison.study(tmp_path, dataset)
 
 
 def test_feature_sets_differ_in_nothing_else():

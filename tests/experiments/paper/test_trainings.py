@@ -163,6 +163,6 @@ def test_a_study_goes_on_from_its_result_file_in_another_clone(tmp_path, dataset
 
 def test_the_result_of_another_training_is_not_taken(tmp_path, dataset, data, queue):
     other = Variant(**(vars(VARIANT) | {"epochs": 36}))
-    entry = {"training": other.identity(data), "mse": 0.125}
+    entry = {"training": other.identity(data).digest, "mse": 0.125}
     _, found = study(tmp_path, dataset, [VARIANT], published=[entry])
     assert found["half"]["mse"] == 0.5

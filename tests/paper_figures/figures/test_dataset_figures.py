@@ -9,22 +9,23 @@ from bem.dataset.designs import PAPER_RANGES
 from bem.dataset.file import load_dataset
 from paper_figures.figures import figure_2, figure_3
 from paper_figures.style import drawing
-from paper_figures.style.writing import number, write_table
+from paper_figures.style.writing import Table, number
 from paper_figures.tables import table_accuracy_price, table_protocols_dataset
+from tests.paper_figures.results import made
 
 
 def test_figure_2_is_drawn_from_files(dataset_path, examples_path, tmp_path):
-    figure_2.main(dataset_path, examples_path, tmp_path)
+    made(figure_2, examples_path, dataset_path, folder=tmp_path)
     written = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
     assert written.keys() == {"figure-2.pdf", "figure-2.png"}
-    figure_2.main(dataset_path, examples_path, tmp_path)
+    made(figure_2, examples_path, dataset_path, folder=tmp_path)
     assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == written
 
 
 def test_histograms_are_shares_and_mark_the_papers_cost(dataset_path, examples_path, tmp_path, monkeypatch):
     kept = []
     monkeypatch.setattr(drawing, "save", lambda drawn, *_: kept.append(drawn))
-    figure_2.main(dataset_path, examples_path, tmp_path)
+    made(figure_2, examples_path, dataset_path, folder=tmp_path)
     panels = kept[0].axes
     assert len(panels) == 9
     for axes in panels[6:]:
@@ -36,7 +37,7 @@ def test_histograms_are_shares_and_mark_the_papers_cost(dataset_path, examples_p
 
 
 def test_figure_2_plots_the_examples_and_the_data_set(dataset_path, examples_path, tmp_path, kept):
-    figure_2.main(dataset_path, examples_path, tmp_path)
+    made(figure_2, examples_path, dataset_path, folder=tmp_path)
     example = json.loads(examples_path.read_text(encoding="utf-8"))["examples"][0]
     first = kept[0].axes[0]
     histories = [line.get_xydata() for line in first.lines if len(line.get_xdata()) > 2]
@@ -59,7 +60,7 @@ def test_figure_2_plots_the_examples_and_the_data_set(dataset_path, examples_pat
 
 
 def test_figure_3_plots_the_history_and_its_measurement_steps(examples_path, tmp_path, kept):
-    figure_3.main(examples_path, tmp_path)
+    made(figure_3, examples_path, folder=tmp_path)
     mapping = json.loads(examples_path.read_text(encoding="utf-8"))["mapping"]
     by_letter = {axes.get_title(loc="left").strip("()"): axes for axes in kept[0].axes}
     for letter, quantity in (("c", "indentation"), ("d", "time"), ("e", "force")):
@@ -77,17 +78,12 @@ def test_figure_3_plots_the_history_and_its_measurement_steps(examples_path, tmp
 
 
 def test_figure_3_is_drawn_from_files(examples_path, tmp_path):
-    figure_3.main(examples_path, tmp_path)
+    made(figure_3, examples_path, folder=tmp_path)
     assert {path.name for path in tmp_path.iterdir()} == {"figure-3.pdf", "figure-3.png"}
 
 
-def test_a_missing_result_names_the_command_that_makes_it(tmp_path):
-    with pytest.raises(FileNotFoundError, match="`make figure-3` makes it"):
-        figure_3.main(tmp_path / "absent.json", tmp_path)
-
-
 def test_tables_of_the_data_set(examples_path, statistics_path, tmp_path):
-    table_protocols_dataset.main(examples_path, statistics_path, tmp_path)
+    made(table_protocols_dataset, examples_path, statistics_path, folder=tmp_path)
     assert len(list(tmp_path.iterdir())) == 6
     with (tmp_path / "protocols-dataset.csv").open(encoding="utf-8") as file:
         rows = list(csv.reader(file))
@@ -109,7 +105,7 @@ def test_table_of_the_price_of_accuracy(tmp_path):
     ]
     path = tmp_path / "price.json"
     path.write_text(json.dumps({"seed": 0, "host": "a machine", "levels": levels}), encoding="utf-8")
-    table_accuracy_price.main(path, tmp_path)
+    made(table_accuracy_price, path, folder=tmp_path)
     with (tmp_path / "accuracy-price.csv").open(encoding="utf-8") as file:
         _, draft, reference = csv.reader(file)
     assert draft == ["draft", "9", "0", "12.3", "10.0", "100.0", "1.0", *["0.1 / 0.2 / 3"] * 3]
@@ -117,7 +113,7 @@ def test_table_of_the_price_of_accuracy(tmp_path):
 
 
 def test_latex_escapes_text_and_leaves_mathematics_alone(tmp_path):
-    write_table("t", ["A_b", r"$x_1$ (%)"], [["1 & 2", "1.20e-05"]], "50 % of $y_2$", tmp_path)
+    Table(["A_b", r"$x_1$ (%)"], [["1 & 2", "1.20e-05"]], "50 % of $y_2$").save("t", tmp_path)
     text = (tmp_path / "t.tex").read_text(encoding="utf-8")
     assert r"A\_b & $x_1$ (\%) \\" in text
     assert r"1 \& 2 & $1.20\times10^{-5}$ \\" in text

@@ -7,16 +7,16 @@ from paper_figures.figures import figure_5, figure_features, figure_learning_cur
 from paper_figures.style import models_style
 from paper_figures.tables import table_models
 from surrogate.architectures.naming import FAMILIES, names
-from tests.paper_figures.results import HISTORY, comparison, efficiency, outdated, write
+from tests.paper_figures.results import HISTORY, comparison, efficiency, made, outdated, write
 
 
 def test_what_is_trained_otherwise_is_not_called_untrained(tmp_path, cracks, kept):
     found = write(tmp_path / "c.json", outdated(comparison(names()), "M2-FiLM"))
-    figure_mse_mae.main(found, tmp_path)
-    figure_learning_curves.main(found, tmp_path)
-    figure_5.main(found, cracks, tmp_path / "absent.json", tmp_path)
+    made(figure_mse_mae, found, folder=tmp_path)
+    made(figure_learning_curves, found, folder=tmp_path)
+    made(figure_5, found, cracks, tmp_path / "absent.json", folder=tmp_path)
     assert {drawn.get_supxlabel() for drawn in kept} == {"trained with another recipe: M2-FiLM"}
-    table_models.main(found, tmp_path)
+    made(table_models, found, folder=tmp_path)
     text = (tmp_path / "models.md").read_text(encoding="utf-8")
     assert "M2-FiLM is left out: `make models` trains it anew." in text
     assert "ot trained yet" not in text
@@ -24,7 +24,7 @@ def test_what_is_trained_otherwise_is_not_called_untrained(tmp_path, cracks, kep
 
 @pytest.mark.parametrize("trained", [["M1-concat"], names()], ids=["one", "all"])
 def test_figure_mse_mae_plots_the_trained_and_names_the_rest(trained, tmp_path, kept):
-    figure_mse_mae.main(write(tmp_path / "c.json", comparison(trained)), tmp_path)
+    made(figure_mse_mae, write(tmp_path / "c.json", comparison(trained)), folder=tmp_path)
     axes = kept[0].axes[0]
     plotted = {line.get_label(): line for line in axes.lines if line.get_label() in names()}
     assert list(plotted) == trained
@@ -36,7 +36,7 @@ def test_figure_mse_mae_plots_the_trained_and_names_the_rest(trained, tmp_path, 
 
 def test_figure_5_with_one_model_and_no_data_efficiency(tmp_path, cracks, kept):
     found = write(tmp_path / "c.json", comparison(["M1-concat"]))
-    figure_5.main(found, cracks, tmp_path / "absent.json", tmp_path)
+    made(figure_5, found, cracks, tmp_path / "absent.json", folder=tmp_path)
     curves, sizes, energies, shares = kept[0].axes
     assert curves.lines[0].get_ydata().tolist() == HISTORY["validation_mse"]
     assert curves.lines[1].get_xydata().tolist() == [[2.0, 0.1]]
@@ -51,7 +51,7 @@ def test_figure_5_with_one_model_and_no_data_efficiency(tmp_path, cracks, kept):
 
 def test_figure_5_data_efficiency(tmp_path, cracks, kept):
     found = write(tmp_path / "c.json", comparison(names()))
-    figure_5.main(found, cracks, write(tmp_path / "e.json", efficiency()), tmp_path)
+    made(figure_5, found, cracks, write(tmp_path / "e.json", efficiency()), folder=tmp_path)
     shares = kept[0].axes[3]
     points = shares.containers[0].lines[0].get_xydata()
     np.testing.assert_allclose(points, [[12.5, 1.0 / 12.5], [75.0, 1.0 / 75.0]])
@@ -64,8 +64,8 @@ def test_figure_5_data_efficiency(tmp_path, cracks, kept):
 def test_figure_learning_curves_needs_a_model(tmp_path, kept):
     found = write(tmp_path / "c.json", comparison(["M1-concat"]))
     with pytest.raises(FileNotFoundError, match="make models"):
-        figure_learning_curves.main(found, tmp_path)
-    figure_learning_curves.main(write(tmp_path / "c.json", comparison(names())), tmp_path)
+        made(figure_learning_curves, found, folder=tmp_path)
+    made(figure_learning_curves, write(tmp_path / "c.json", comparison(names())), folder=tmp_path)
     for axes in kept[0].axes:
         assert [line.get_label() for line in axes.lines[::2]] == list(FAMILIES)
 
@@ -74,7 +74,7 @@ def test_figure_learning_curves_says_so_where_no_model_may_be_compared(tmp_path,
     trained = ["M1-concat", "M1-FiLM", "M4-gated"]
     for old, lines in ((trained[1:], [0, 0]), (trained[1:2], [0, 2]), (trained[2:], [2, 0])):
         found = write(tmp_path / "c.json", outdated(comparison(trained), *old))
-        figure_learning_curves.main(found, tmp_path)
+        made(figure_learning_curves, found, folder=tmp_path)
         panels = kept[-1].axes
         assert [len(axes.lines) for axes in panels] == lines
         words = [" ".join(text.get_text() for text in axes.texts) for axes in panels]
@@ -87,12 +87,12 @@ def test_figure_learning_curves_says_so_where_no_model_may_be_compared(tmp_path,
 def test_figure_features_draws_what_is_there(tmp_path, kept):
     absent = tmp_path / "absent.json"
     with pytest.raises(FileNotFoundError, match="make feature-sets data-efficiency"):
-        figure_features.main(absent, absent, tmp_path)
+        made(figure_features, absent, absent, folder=tmp_path)
     sets = {name: {"validation_mse": 0.1, "history": HISTORY} for name in "ABCD"}
-    figure_features.main(write(tmp_path / "f.json", {"sets": sets}), absent, tmp_path)
+    made(figure_features, write(tmp_path / "f.json", {"sets": sets}), absent, folder=tmp_path)
     first, second = kept[0].axes
     assert len(first.lines) == 8
     assert "make data-efficiency" in second.texts[0].get_text()
-    figure_features.main(absent, write(tmp_path / "e.json", efficiency()), tmp_path)
+    made(figure_features, absent, write(tmp_path / "e.json", efficiency()), folder=tmp_path)
     labels = [line.get_label() for line in kept[1].axes[1].lines[::2]]
     assert labels == ["100 %", "75 %", "25 %", "12.5 %"]

@@ -4,7 +4,7 @@ import pytest
 
 from paper_figures.figures import figure_6, figure_7, figure_fms_transfer, graphical_abstract
 from paper_figures.style import models_style
-from tests.paper_figures.results import write
+from tests.paper_figures.results import made, write
 
 
 def is_reference(line):
@@ -14,7 +14,7 @@ def is_reference(line):
 
 
 def test_figure_6_plots_solver_and_prediction(tmp_path, regimes, kept):
-    figure_6.main(regimes, tmp_path)
+    made(figure_6, regimes, folder=tmp_path)
     assert len(kept[0].axes) == 4
     panel = kept[0].axes[1]
     assert panel.get_title(loc="right") == r"$\mu = 3.2$, long dwell"
@@ -26,7 +26,7 @@ def test_figure_6_plots_solver_and_prediction(tmp_path, regimes, kept):
 
 
 def test_figure_7_counts_every_trajectory_once(tmp_path, errors, kept):
-    figure_7.main(errors, tmp_path)
+    made(figure_7, errors, folder=tmp_path)
     for axes in kept[0].axes[:2]:
         assert sum(patch.get_height() for patch in axes.patches) == pytest.approx(100.0)
         assert sorted(line.get_xdata()[0] for line in axes.lines) == [1.5, 6.0]
@@ -42,7 +42,7 @@ def test_figure_fms_transfer(tmp_path, kept):
     errors = {n: {"nmae_percent": {"median": float(n), "p90": 2.0 * float(n)}} for n in predictions}
     config = {"model": "M1-concat"}
     content = {"config": config, "sample": sample, "test_set": {"trajectories": 3, "errors": errors}}
-    figure_fms_transfer.main(write(tmp_path / "f.json", content), tmp_path)
+    made(figure_fms_transfer, write(tmp_path / "f.json", content), folder=tmp_path)
     first, second = kept[0].axes
     assert {line.get_label(): line.get_ydata()[-1] for line in first.lines[2:]}["$N = 140$"] == 140.0
     assert all(is_reference(line) for line in first.lines[2:])
@@ -51,7 +51,7 @@ def test_figure_fms_transfer(tmp_path, kept):
 
 
 def test_graphical_abstract_states_the_medians(tmp_path, regimes, errors, kept):
-    graphical_abstract.main(regimes, errors, tmp_path)
+    made(graphical_abstract, regimes, errors, folder=tmp_path)
     text = " ".join(text.get_text() for text in kept[0].axes[1].texts)
     assert "pull-off force 1.5 %" in text
     assert "6 ms a prediction, solver 10 ms" in text

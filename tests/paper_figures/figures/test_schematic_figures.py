@@ -7,11 +7,11 @@ from experiments.paper.architecture_graphs import graph
 from paper_figures.figures import figure_1, figure_4, figure_architectures
 from paper_figures.style import models_style
 from surrogate.architectures.naming import FAMILIES, names
-from tests.paper_figures.results import write
+from tests.paper_figures.results import made, write
 
 
 def test_figure_1_shows_the_computed_force(examples_path, tmp_path, kept):
-    figure_1.main(examples_path, tmp_path)
+    made(figure_1, examples_path, folder=tmp_path)
     example = json.loads(examples_path.read_text(encoding="utf-8"))["mapping"]
     force = kept[0].axes[3]
     drawn = [value for line in force.lines[:3] for value in line.get_ydata()]
@@ -37,7 +37,7 @@ def test_graphs_and_drawings_are_those_of_the_keras_models(tmp_path, kept):
     path = tmp_path / "graphs.json"
     channels = ["time", "indentation", "velocity", "edge"]
     path.write_text(json.dumps({"channels": channels, "models": models}), encoding="utf-8")
-    figure_4.main(path, tmp_path)
+    made(figure_4, path, folder=tmp_path)
     texts = [text.get_text() for text in kept[0].axes[3].texts]
     assert "width 256\n268,288 parameters" in texts
     assert "physical features\nvelocity, edge" in texts
@@ -58,7 +58,7 @@ def test_architectures_are_drawn_from_their_graphs(tmp_path, kept):
         },
     ]
     graphs = {name: {"parameters": 10, "layers": layers} for name in names()}
-    figure_architectures.main(write(tmp_path / "g.json", {"models": graphs}), tmp_path)
+    made(figure_architectures, write(tmp_path / "g.json", {"models": graphs}), folder=tmp_path)
     assert len(kept[0].axes) == 6
     for axes in kept[0].axes:
         texts = [text.get_text() for text in axes.texts]
@@ -73,7 +73,7 @@ def test_a_family_beyond_the_papers_leaves_its_figures_as_they_are(tmp_path, kep
     assert len(models_style.family_handles()) == 6
     layers = [{"name": "sequence", "kind": "InputLayer", "label": "", "width": 4, "parameters": 0, "inputs": []}]
     graphs = {name: {"parameters": 10, "layers": layers} for name in names()}
-    figure_architectures.main(write(tmp_path / "g.json", {"models": graphs}), tmp_path)
+    made(figure_architectures, write(tmp_path / "g.json", {"models": graphs}), folder=tmp_path)
     assert [axes.get_title(loc="left")[:7] for axes in kept[0].axes] == [
         f"({letter}) M{number}:" for number, letter in enumerate("abcdef", start=1)
     ]

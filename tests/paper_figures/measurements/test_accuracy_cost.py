@@ -7,7 +7,7 @@ import pytest
 from paper_figures.measurements import figure_accuracy_cost
 from paper_figures.style.cost_style import paper_seconds
 from paper_figures.tables import table_accuracy_cost
-from tests.paper_figures.results import SPREAD, UNKNOWN, files_in, pictures, tables
+from tests.paper_figures.results import SPREAD, UNKNOWN, files_in, made, pictures, tables
 
 
 def tool(kind, setting, error=0.01, **more):
@@ -42,8 +42,8 @@ CONTENT = {"protocols": 3, "repeats": 2, "truth_target": 7e-5, "tools": TOOLS}
 
 def test_accuracy_and_cost(measured, tmp_path):
     path = measured({**CONTENT, "missing": ["M2-FiLM"], "outdated": ["M1-concat"]})
-    figure_accuracy_cost.main(path, tmp_path)
-    table_accuracy_cost.main(path, tmp_path)
+    made(figure_accuracy_cost, path, folder=tmp_path)
+    made(table_accuracy_cost, path, folder=tmp_path)
     assert files_in(tmp_path) == pictures("figure-accuracy-cost") | tables("accuracy-cost", "fastest-tool")
     text = (tmp_path / "accuracy-cost.md").read_text(encoding="utf-8")
     assert "Not published when this was measured: M2-FiLM. Trained otherwise than those compared: M1-concat." in text
@@ -91,22 +91,12 @@ def test_the_fastest_tool_is_the_quickest_that_keeps_the_error():
     assert choose(tools, "force", 0.001, batch=True) == "none"
 
 
-def test_the_table_of_choices_goes_between_the_marks_of_the_page(measured, tmp_path):
-    begin, end = (f"<!-- {mark}{table_accuracy_cost.PLACE} -->" for mark in ("", "/"))
-    page = tmp_path / "page.md"
-    page.write_text(f"before\n\n{begin}\n\nold\n\n{end}\n\nafter\n", encoding="utf-8")
-    for _ in range(2):
-        table_accuracy_cost.main(measured(CONTENT), tmp_path, page)
-    text = page.read_text(encoding="utf-8")
-    assert text.startswith("before\n\n<!--")
-    assert text.endswith("-->\n\nafter\n")
-    assert "old" not in text
+def test_the_page_on_cost_shows_the_table_of_choices():
+    text = table_accuracy_cost.page_text(CONTENT | {"host": "a machine"})
     assert text.count("| Error wanted (%) |") == 1
-    page.write_text("no marks", encoding="utf-8")
-    with pytest.raises(ValueError, match="the page must hold <!-- fastest tool -->"):
-        table_accuracy_cost.main(measured(CONTENT), tmp_path, page)
+    assert "one core of a machine" in text
     cost = (Path(__file__).parents[3] / "docs" / "cost.md").read_text(encoding="utf-8")
-    assert cost.count(begin) == cost.count(end) == 1
+    assert cost.count("<!-- fastest tool -->") == cost.count("<!-- /fastest tool -->") == 1
 
 
 def test_papers_seconds_come_from_its_own_numbers():

@@ -5,7 +5,7 @@ import pytest
 from bem.dataset.designs import PAPER_RANGES
 from paper_figures.measurements import figure_amortisation, figure_cost_growth, figure_training_cost
 from paper_figures.style import drawing
-from tests.paper_figures.results import SPREAD, files_in, pictures, tables
+from tests.paper_figures.results import SPREAD, files_in, made, pictures, tables
 
 
 def test_growth(measured, tmp_path):
@@ -17,7 +17,7 @@ def test_growth(measured, tmp_path):
     curves = {name: curve(name) for name in figure_cost_growth.LABELS}
     box = {"exponents": dict.fromkeys(PAPER_RANGES, 0.5), "explained": 0.9, "trajectories": 60}
     path = measured({"solver": curves, "baseline": curves, "data_set": box})
-    figure_cost_growth.main(path, tmp_path, tmp_path)
+    made(figure_cost_growth, path, folder=tmp_path)
     assert files_in(tmp_path) == pictures("figure-cost-growth") | tables("cost-growth")
     assert "0.25 ± 0.01" in (tmp_path / "cost-growth.md").read_text(encoding="utf-8")
 
@@ -32,11 +32,11 @@ def test_amortisation_without_and_with_a_surrogate(measured, tmp_path):
     never = {"surrogate": "paper's surrogate", "solver": "solver, standard", "queries": None}
     content = {"data_set_seconds": 100.0, "data_set_trajectories": 50, "missing": [], "unmeasured": ["M2-FiLM"]}
     content |= {"retrained": ["M2-gated"], "outdated": ["M1-concat"]}
-    figure_amortisation.main(measured({**content, "lines": lines, "break_even": [crossing, never]}), tmp_path, tmp_path)
+    made(figure_amortisation, measured({**content, "lines": lines, "break_even": [crossing, never]}), folder=tmp_path)
     text = (tmp_path / "amortisation.md").read_text(encoding="utf-8")
     assert "Published but not measured: M2-FiLM. Trained anew since they were measured: M2-gated. " in text
     assert "Trained otherwise than those compared: M1-concat." in text
-    figure_amortisation.main(measured({**content, "lines": lines[:1], "break_even": []}), tmp_path, tmp_path)
+    made(figure_amortisation, measured({**content, "lines": lines[:1], "break_even": []}), folder=tmp_path)
     assert files_in(tmp_path) == pictures("figure-amortisation") | tables("amortisation")
     assert "never" in "".join(
         cell for row in figure_amortisation.rows_of({"lines": lines, "break_even": [never]}) for cell in row
@@ -62,7 +62,7 @@ def test_cost_of_training(measured, tmp_path, published):
         for n, folds in ((10, 5), (100, 1))
     ]
     content = common | ({"models": [run], "beside": [short], "shares": points} if published else {})
-    figure_training_cost.main(measured(content), tmp_path)
+    made(figure_training_cost, measured(content), folder=tmp_path)
     assert files_in(tmp_path) == pictures("figure-training-cost")
     axes = drawing.figure(height=2.0).subplots()
     figure_training_cost.draw_time(axes, content)

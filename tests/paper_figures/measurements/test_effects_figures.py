@@ -2,7 +2,7 @@
 
 from paper_figures.measurements import figure_broad_band, figure_effects
 from paper_figures.tables import table_effects, table_recommendations
-from tests.paper_figures.results import SPREAD, UNKNOWN, files_in, pictures, tables
+from tests.paper_figures.results import SPREAD, UNKNOWN, files_in, made, pictures, tables
 
 
 def test_effects(measured, tmp_path):
@@ -38,8 +38,8 @@ def test_effects(measured, tmp_path):
             "safe": [{"stand_in": "one", "instead_of": "ten", "over": "decades", "low": 0.0, "high": 1.5}],
         }
     )
-    figure_effects.main(path, tmp_path)
-    table_effects.main(path, tmp_path)
+    made(figure_effects, path, folder=tmp_path)
+    made(table_effects, path, folder=tmp_path)
     assert files_in(tmp_path) == pictures("figure-effects") | tables("effects", "stand-ins")
     text = (tmp_path / "effects.md").read_text(encoding="utf-8")
     assert "hard_contact.py" in text
@@ -68,7 +68,7 @@ def test_recommendations(measured, tmp_path):
         "full_seconds": UNKNOWN,
         "ratio": UNKNOWN,
     }
-    table_recommendations.main(measured({"accuracy": 1.5e-3, "results": [row, none]}), tmp_path)
+    made(table_recommendations, measured({"accuracy": 1.5e-3, "results": [row, none]}), folder=tmp_path)
     text = (tmp_path / "recommendations.md").read_text(encoding="utf-8")
     assert "| 4 of 5" in text
     assert "| 0 of 0" in text
@@ -81,5 +81,5 @@ def test_broad_band(measured, tmp_path):
     solid = {"n": 0.2, "compliances": [0.9], "times": [1.0], "points": points}
     curves = [{"name": "n = 0.2", "preload": preload, **solid} for preload in (10.0, 30.0)]
     curves += [{"name": f"other {i}", "preload": 30.0, **solid, "n": None} for i in range(4)]
-    figure_broad_band.main(measured({"modulus_ratio": 0.1, "curves": curves}), tmp_path)
+    made(figure_broad_band, measured({"modulus_ratio": 0.1, "curves": curves}), folder=tmp_path)
     assert files_in(tmp_path) == pictures("figure-broad-band")

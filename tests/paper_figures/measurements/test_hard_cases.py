@@ -4,7 +4,7 @@ import numpy as np
 
 from bem.dataset.designs import PAPER_RANGES
 from paper_figures.measurements import figure_hard_cases, figure_surrogate_map
-from tests.paper_figures.results import SPREAD, UNKNOWN, files_in, pictures, tables
+from tests.paper_figures.results import SPREAD, UNKNOWN, files_in, made, pictures, tables
 
 
 def test_hard_cases(measured, tmp_path):
@@ -26,7 +26,7 @@ def test_hard_cases(measured, tmp_path):
     extreme = {"name": "zero dwell", "status": "completed", "coarse": coarse, **numbers}
     path = measured({"accuracy": "standard", "refinement": 4.0, "map": rows, "extremes": [extreme]})
     soak = tmp_path / "soak.json"
-    figure_hard_cases.main(path, tmp_path, tmp_path, soak)
+    made(figure_hard_cases, path, soak, folder=tmp_path)
     assert files_in(tmp_path) == pictures("figure-hard-cases") | tables("hard-cases")
     text = (tmp_path / "hard-cases.md").read_text(encoding="utf-8")
     assert "2 of 3 completed" in text
@@ -86,7 +86,7 @@ def test_surrogate_map(measured, tmp_path):
             "out_of_range": out,
         }
     )
-    figure_surrogate_map.main(path, tmp_path, tmp_path)
+    made(figure_surrogate_map, path, folder=tmp_path)
     wanted = pictures("figure-surrogate-map", "figure-surrogate-worst") | tables("surrogate-map")
     assert files_in(tmp_path) == wanted
     text = (tmp_path / "surrogate-map.md").read_text(encoding="utf-8")

@@ -3,7 +3,7 @@
 import csv
 
 from paper_figures.tables import table_models, table_persson_brener, table_protocols_canonical, table_quartiles
-from tests.paper_figures.results import comparison, write
+from tests.paper_figures.results import comparison, made, write
 
 
 def read_csv(path):
@@ -12,7 +12,7 @@ def read_csv(path):
 
 
 def test_tables(tmp_path, regimes, errors, cracks):
-    table_protocols_canonical.main(regimes, tmp_path)
+    made(table_protocols_canonical, regimes, folder=tmp_path)
     rows = read_csv(tmp_path / "protocols-canonical.csv")
     assert rows[1] == [
         "(1)",
@@ -30,20 +30,20 @@ def test_tables(tmp_path, regimes, errors, cracks):
         "1.5",
         "0.5",
     ]
-    table_quartiles.main(errors, tmp_path)
+    made(table_quartiles, errors, folder=tmp_path)
     rows = read_csv(tmp_path / "quartiles.csv")
     assert rows[1][:3] == ["Q1", "paper", r"0.0853 $\pm$ 0.0229"]
     assert rows[2][:3] == ["", "here", r"2 $\pm$ 1"]
-    table_persson_brener.main(cracks, tmp_path)
+    made(table_persson_brener, cracks, folder=tmp_path)
     assert read_csv(tmp_path / "persson-brener.csv")[2] == ["2", "1", "2", "2.2", "2", "2.1", "2.2", "2.3"]
     assert "1.25 % beyond" in (tmp_path / "persson-brener.md").read_text(encoding="utf-8")
     speed = write(tmp_path / "speed.json", {"models": {"M1-concat": {"seconds_per_batch": {"median": 0.361}}}})
-    table_models.main(write(tmp_path / "c.json", comparison(["M1-concat"])), tmp_path, speed)
+    made(table_models, write(tmp_path / "c.json", comparison(["M1-concat"])), speed, folder=tmp_path)
     rows = read_csv(tmp_path / "models.csv")
     assert rows[1] == ["M1-concat, paper", "473,729", "5.00e-04", "0.0092", "0.0148", "-", "2.2", "1.1", *["-"] * 5]
     errors = ["0.001", "0.01", "0.02", "0.7", "2", "2"]
     assert rows[2] == ["M1-concat", "100,000", *errors, "swift", "9,960", "3", "1800", "360"]
     assert rows[3] == ["M1-concat-large", "100,000", *errors, "swift", "120,000", "3", "1800", "-"]
-    table_models.main(tmp_path / "c.json", tmp_path, tmp_path / "unmeasured.json")
+    made(table_models, tmp_path / "c.json", tmp_path / "unmeasured.json", folder=tmp_path)
     assert read_csv(tmp_path / "models.csv")[2][-1] == "-"
     assert "17 of 18" in (tmp_path / "models.md").read_text(encoding="utf-8")

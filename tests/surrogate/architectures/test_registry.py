@@ -11,19 +11,20 @@ from keras import layers
 from typer.testing import CliRunner
 
 import surrogate
-from experiments.paper import architecture_graphs
-from paper_figures.figures import figure_architectures
+from experiments.paper import own_architecture_graphs
+from paper_figures.__main__ import save
+from paper_figures.figures import figure_own_architecture
 from surrogate.architectures.common import inputs, readout
 from surrogate.architectures.layers import AppendTabor, FiLM, TaborGate
 from surrogate.architectures.naming import FAMILIES
 from surrogate.architectures.registry import load_architectures, source_of
 from surrogate.cli import app as cli
-from surrogate.export import graph as plan
-from surrogate.export.graph import NotExportableError, lower
 from surrogate.export.onnx import build_graph
-from surrogate.export.onnx_seal import sealed
-from surrogate.inference.backends import OnnxBackend
+from surrogate.inference.onnx_backend import OnnxBackend
 from surrogate.inference.predictor import Surrogate
+from surrogate.network import lowering
+from surrogate.network.lowering import NotExportableError, lower
+from surrogate.network.onnx_file import sealed
 from surrogate.training.recipe import Recipe
 from surrogate.training.runs import Run, execute
 
@@ -188,7 +189,9 @@ def test_a_users_file_is_trained_evaluated_exported_and_drawn(own, tmp_path, mon
     with monkeypatch.context() as patch:
         # A layer that computes otherwise than it is told, as far as the comparison with Keras can tell.
         patch.setitem(
-            plan._LOWERING, "Dense", lambda found, layer, inputs: doubled(plan._dense(found, layer, inputs), found)
+            lowering._LOWERING,
+            "Dense",
+            lambda found, layer, inputs: doubled(lowering._dense(found, layer, inputs), found),
         )
         refused = own("export", "Own-1-concat", "--architecture", "own.py", fails=True)
         assert "Expected an ONNX file that agrees with Keras to 0.001 of the force's range" in refused
@@ -198,14 +201,14 @@ def test_a_users_file_is_trained_evaluated_exported_and_drawn(own, tmp_path, mon
     forget()
     own("predict", "Own-1-concat", *protocol, "--unloading-rate", "10")
 
-    architecture_graphs.main(tmp_path / "graphs.json", [tmp_path / "own.py"])
-    figure_architectures.main(tmp_path / "graphs.json", tmp_path, "Own-1")
+    graphs = own_architecture_graphs.study(architecture=(str(tmp_path / "own.py"),))
+    save(figure_own_architecture.compose(graphs, family="Own-1"), "", tmp_path, tmp_path)
     assert (tmp_path / "figure-architecture-Own-1.pdf").stat().st_size > 1000
-    with pytest.raises(ValueError, match=r"family must be one of Own-1 in .*'M1'"):
-        figure_architectures.main(tmp_path / "graphs.json", tmp_path, "M1")
+    with pytest.raises(ValueError, match=r"family must be one of Own-1; .*'M1'"):
+        figure_own_architecture.compose(graphs, family="M1")
     left = {path.name for path in tmp_path.iterdir()}
     drawn = {f"figure-architecture-Own-1.{kind}" for kind in ("pdf", "png")}
-    assert left == {"own.py", "fast.toml", "models", "runs", "graphs.json", *drawn}
+    assert left == {"own.py", "fast.toml", "models", "runs", *drawn}
 
 
 def test_another_version_of_the_file_neither_resumes_nor_loads(own, tmp_path):
@@ -222,7 +225,7 @@ def test_another_version_of_the_file_neither_resumes_nor_loads(own, tmp_path):
     (tmp_path / "own.py").write_text(OWN + "\n# Other words.\n")
     assert "Received: own.py (" in own("evaluate", "Own-1-concat", "--architecture", "own.py", fails=True)
     refused = own("train", "Own-1-concat", "--architecture", "own.py", fails=True)
-    assert "there one of another version of its architecture's file" in refused
+    assert "there one of another architecture file" in refused
 
 
 def test_the_queue_passes_the_file_on(own, monkeypatch):
@@ -313,7 +316,7 @@ def test_dropout_missing_biases_and_a_wide_context_are_exported(dataset, tmp_pat
     hidden = layers.Dropout(0.1)(readout(TaborGate()(hidden, layers.Dense(6)(hidden), tabor)))
     model = keras.Model([sequence, tabor], hidden)
     from surrogate.data.features import edge_from_counts
-    from surrogate.inference.backends import KerasBackend
+    from surrogate.inference.keras_backend import KerasBackend
     from surrogate.training.runs import fit_scaling
 
     scaling = fit_scaling(Run("M1-concat", dataset, dataset.split(), Recipe.load("swift")))

@@ -5,14 +5,13 @@ import subprocess
 import sys
 from pathlib import Path
 
-import numpy as np
 import pytest
 from typer.testing import CliRunner
 
 from surrogate.architectures.naming import names
 from surrogate.cli import app as cli
 from surrogate.data.dataset import TrajectoryDataset
-from surrogate.training.queue import STOPPED, run_queue, set_aside, standing
+from surrogate.training.queue import STOPPED, run_queue, standing
 from surrogate.training.recipe import Recipe
 
 runner = CliRunner()
@@ -132,23 +131,12 @@ def test_stop_file_ends_after_the_epoch_and_the_same_command_resumes(tiny, optio
     assert runner.invoke(cli.app, ["train", "M1-concat", *options]).exit_code == 0
 
 
-def publish_as(folder, dataset_sha256, recipe):
+def publish_as(folder, data, recipe, **run):
     folder.mkdir(parents=True)
-    (folder / "run.json").write_text(json.dumps({"dataset_sha256": dataset_sha256}))
+    content = {"dataset_sha256": data.sha256, "architecture": folder.name, "features": "D", "backend": "jax"} | run
+    (folder / "run.json").write_text(json.dumps(content))
     (folder / "recipe.toml").write_text(recipe.to_toml())
-
-
-def test_work_of_another_data_set_is_set_aside(tmp_path):
-    recipe = Recipe.load("swift")
-    asked = {"dataset_sha256": "a" * 64, "recipe": recipe}
-    folder = tmp_path / "M1-concat"
-    assert set_aside(folder, **asked) is None
-    folder.mkdir()
-    for dataset, aside in (("a", False), ("b", True)):
-        fingerprint = json.dumps({"dataset": dataset * 64, "recipe": recipe.as_dict()})
-        np.savez(folder / "checkpoint.npz", state=np.array(json.dumps({"fingerprint": fingerprint})))
-        assert (set_aside(folder, **asked) is not None) == aside
-    assert [path.name for path in tmp_path.iterdir()] == ["M1-concat.outdated-1"]
+    data.split().save(folder / "split.json")
 
 
 def test_queue_runs_what_is_missing_and_reports_failures(options, tmp_path, monkeypatch):
@@ -159,20 +147,20 @@ def test_queue_runs_what_is_missing_and_reports_failures(options, tmp_path, monk
         return dict.fromkeys(waiting, 0)
 
     monkeypatch.setattr(cli, "run_queue", fake_queue)
-    digest = TrajectoryDataset.load(tmp_path / options[3]).sha256
+    data = TrajectoryDataset.load(tmp_path / options[3])
     recipe = Recipe.load(tmp_path / "fast.toml").with_overrides(epochs=7)
-    publish_as(tmp_path / "models" / "M1-FiLM", digest, recipe)
-    publish_as(tmp_path / "models" / "M2-FiLM", "0" * 64, recipe)
-    publish_as(tmp_path / "models" / "M3-FiLM", digest, recipe.with_overrides(epochs=8))
-    publish_as(tmp_path / "models" / "M4-FiLM", digest, recipe)
+    publish_as(tmp_path / "models" / "M1-FiLM", data, recipe)
+    publish_as(tmp_path / "models" / "M2-FiLM", data, recipe, dataset_sha256="0" * 64)
+    publish_as(tmp_path / "models" / "M3-FiLM", data, recipe.with_overrides(epochs=8))
+    publish_as(tmp_path / "models" / "M4-FiLM", data, recipe)
     (tmp_path / "models" / "M4-FiLM" / "run.json").write_bytes(b"\xff")
     result = runner.invoke(cli.app, ["train-all", *options, "--epochs", "7"])
     assert result.exit_code == 0, result.output
     assert len(asked) == 17
     assert "M1-FiLM" not in asked
     for line in (
-        "M2-FiLM: outdated, trained on another data set; it is trained again",
-        "M3-FiLM: outdated, trained with another recipe; it is trained again",
+        "M2-FiLM: outdated, of another data set; it is trained again",
+        "M3-FiLM: outdated, of another recipe; it is trained again",
         "M4-FiLM: outdated, which does not say how it was trained; it is trained again",
     ):
         assert line in result.output.splitlines()

@@ -4,7 +4,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from surrogate.data.features import (
-    ACCELERATION_SMOOTHING,
     channels,
     edge_from_counts,
     edge_from_indentations,
@@ -21,7 +20,7 @@ def test_velocity_is_the_backward_difference():
 
 def test_acceleration_of_steady_motion_fades():
     times = np.linspace(0.0, 1.0, 11)[None]
-    a = ACCELERATION_SMOOTHING
+    a = 0.3
     expected = [0.0, 20.0 * a, 20.0 * a * (1 - a), 20.0 * a * (1 - a) ** 2]
     np.testing.assert_allclose(smoothed_acceleration(times, 2.0 * times)[0, :4], expected)
 

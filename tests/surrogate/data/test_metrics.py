@@ -83,4 +83,38 @@ def test_perfect_prediction_has_only_the_resolution_floor(dataset, grid):
     np.testing.assert_allclose(floor, 100 * (1 - 1 / 1.01), rtol=1e-4)
     np.testing.assert_array_equal(errors.pop("native_pull_off_force_percent"), floor)
     assert all(np.all(values == 0.0) for values in errors.values())
-    assert set(summary(errors)["mse"]) == {"mean", "median", "p90", "max"}
+
+
+def test_errors_of_one_prediction_by_hand():
+    times, indentations = np.arange(4.0)[None], np.array([[0.0, 2.0, 2.0, 0.0]])
+    reference, predicted = np.array([[-1.0, -3.0, 1.0, 4.0]]), np.array([[-1.0, -2.0, 6.0, 5.0]])
+    errors = trajectory_errors(
+        predicted,
+        reference,
+        predicted_scaled=np.array([[0.0, 0.0, 0.0, 3.0]]),
+        reference_scaled=np.zeros((1, 4)),
+        times=times,
+        indentations=indentations,
+        unloading_from=2,
+        native_pull_off_force=np.array([5.0]),
+    )
+    expected = {
+        "mse": 9.0 / 4.0,
+        "mae": 3.0 / 4.0,
+        # The aligned path stays on the first points and ends on the last.
+        "dtw_rmse": 3.0 / np.sqrt(4.0),
+        "nmae_percent": 100.0 * 7.0 / 9.0,
+        "pull_off_force_percent": 50.0,
+        "pull_off_time_percent": 100.0 / 3.0,
+        # Loops -4 + 0 - 5 and -3 + 0 - 11.
+        "hysteresis_percent": 100.0 * 5.0 / 9.0,
+        "native_pull_off_force_percent": 20.0,
+        "resolution_floor_percent": 20.0,
+    }
+    assert {name: float(values[0]) for name, values in errors.items()} == pytest.approx(expected)
+
+
+def test_a_summary_is_of_all_trajectories():
+    values = np.array([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 99.0])
+    expected = {"mean": 144.0 / 11.0, "median": 5.0, "p90": 9.0, "max": 99.0}
+    assert summary({"mse": values})["mse"] == pytest.approx(expected)

@@ -1,4 +1,5 @@
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -37,6 +38,19 @@ def test_time_is_transformed_twice(scaling, physical):
     assert scaling.channel_mean[0] == pytest.approx(twice.mean())
     expected = (twice - twice.mean()) / twice.std()
     np.testing.assert_allclose(scaling.scale_channels(physical)[..., 0], expected, atol=1e-5)
+
+
+def test_every_channel_is_transformed_as_the_paper_says():
+    # One point each, where the statistics do nothing: zero mean, unit deviation.
+    unit = Scaling("C", channel_mean=(0.0,) * 4, channel_scale=(1.0,) * 4, tabor=(0.0, 1.0), force=(0.0, 1.0))
+    log = np.log1p
+    point = np.array([[[3.0, -2.0, 5.0, -7.0]]])
+    np.testing.assert_allclose(unit.scale_channels(point)[0, 0], [log(log(3.0)), -log(2.0), log(5.0), -log(7.0)])
+    edge = replace(unit, features="D").scale_channels(np.array([[[0.0, 0.0, 0.0, 1.0]]]))
+    np.testing.assert_array_equal(edge[0, 0], [0.0, 0.0, 0.0, 1.0])
+    shifted = replace(unit, tabor=(0.5, 2.0), force=(0.5, 2.0))
+    assert shifted.scale_tabor(np.array([4.0]))[0, 0] == pytest.approx((log(4.0) - 0.5) / 2.0)
+    assert shifted.scale_force(np.array(-4.0)) == pytest.approx((-log(4.0) - 0.5) / 2.0)
 
 
 def test_scaled_training_set_is_standard(scaling, physical, dataset):

@@ -10,12 +10,13 @@ import onnx
 import pytest
 
 import surrogate
-from surrogate.export.graph import lower
 from surrogate.export.onnx import build_graph, export_folder
-from surrogate.export.onnx_seal import sealed
-from surrogate.inference.backends import KerasBackend, OnnxBackend, keras_model
+from surrogate.inference.keras_backend import KerasBackend, keras_model
 from surrogate.inference.model_files import PUBLISHED, read_run
+from surrogate.inference.onnx_backend import OnnxBackend
 from surrogate.inference.predictor import Surrogate
+from surrogate.network.lowering import lower
+from surrogate.network.onnx_file import sealed
 from surrogate.training.recipe import Recipe
 from surrogate.training.runs import Run, execute, fit_scaling, publish
 from tests.data_files import damaged
@@ -157,10 +158,10 @@ def test_files_that_are_not_ours(folder, tmp_path, dataset):
         ("scaling", None, "without scaling in its metadata"),
         ("weights_sha256", None, "without weights_sha256"),
         ("scaling", "{}", "whose scaling is damaged"),
-        ("plan", "[{}]", "whose plan is damaged"),
-        ("plan", "[]", "whose plan is damaged"),
-        ("plan", "no JSON", "whose plan is damaged"),
-        ("plan", "[" * 100_000, "whose plan is damaged"),
+        ("plan", "[{}]", "whose operations are damaged"),
+        ("plan", "[]", "whose operations are damaged"),
+        ("plan", "no JSON", "whose operations are damaged"),
+        ("plan", "[" * 100_000, "whose operations are damaged"),
     ],
 )
 def test_damaged_metadata(folder, tmp_path, key, value, words):
@@ -185,14 +186,14 @@ def test_foreign_inputs_under_our_tag(folder, tmp_path):
         surrogate.load(tmp_path / "foreign.onnx")
 
 
-def test_a_plan_that_lacks_weights_does_not_stream(folder, tmp_path):
+def test_a_graph_that_lacks_weights_does_not_stream(folder, tmp_path):
     graph = onnx.load(folder / "model.onnx")
     entry = next(entry for entry in graph.metadata_props if entry.key == "plan")
     operations = json.loads(entry.value)
     operations[-1]["name"] = "elsewhere"
     entry.value = json.dumps(operations)
     save(graph, tmp_path / "damaged.onnx")
-    with pytest.raises(ValueError, match="operations and weights fit"):
+    with pytest.raises(ValueError, match="operations and weights that fit"):
         surrogate.load(tmp_path / "damaged.onnx").stream(tabor=1.0)
 
 
@@ -256,7 +257,7 @@ def test_weights_in_another_file_are_not_fetched(folder, tmp_path):
 @pytest.mark.parametrize("folder", sorted(PUBLISHED.glob("*/")), ids=lambda folder: folder.name)
 def test_a_published_file_holds_the_numbers_of_its_weights_file(folder):
     run, _ = read_run(folder)
-    expected, found = lower(keras_model(folder, run)), surrogate.load(folder).backend.plan()
+    expected, found = lower(keras_model(folder, run)), surrogate.load(folder).backend.graph()
     assert found.operations == expected.operations
     assert found.weights.keys() == expected.weights.keys()
     for name, values in expected.weights.items():
@@ -324,7 +325,7 @@ def test_prediction_needs_no_learning_framework(folder):
 
 
 def test_without_keras_one_sentence_says_what_to_install(folder, monkeypatch):
-    monkeypatch.setattr("surrogate.inference.backends.importlib.util.find_spec", lambda _: None)
+    monkeypatch.setattr("surrogate.inference.keras_backend.importlib.util.find_spec", lambda _: None)
     with pytest.raises(ModuleNotFoundError, match=r"pip install 'contact-trajectories\[train\]'.*backend='onnx'"):
         surrogate.load(folder, backend="keras")
     assert surrogate.load(folder).name == "M1-concat"

@@ -10,7 +10,7 @@ import surrogate
 from bem import LoadingProtocol
 from bem.dataset.measurement_steps import proportional_counts
 from surrogate.data.metrics import hysteresis
-from surrogate.inference.backends import KerasBackend
+from surrogate.inference.keras_backend import KerasBackend
 from surrogate.inference.predictor import ExtrapolationWarning, Surrogate
 from surrogate.training.recipe import Recipe
 from surrogate.training.runs import Run, execute, fit_scaling, publish

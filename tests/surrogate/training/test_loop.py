@@ -291,7 +291,7 @@ from pathlib import Path
 import keras
 import numpy as np
 import surrogate
-from surrogate.training.loop import runs
+from surrogate.training import runs
 from surrogate.data.dataset import TrajectoryDataset
 from surrogate.training.recipe import Recipe
 

@@ -140,7 +140,13 @@ def test_a_label_takes_no_published_model_s_place_unless_asked(label, tmp_path, 
     recipe = tmp_path / "mine.toml"
     recipe.write_text('name = "mine"\nseed = 0\nbatch_size = 24\nepochs = 2\nlearning_rate = 1e-3\n')
     data = TrajectoryDataset.load(dataset_path)
-    found = {"dataset_sha256": data.sha256, "features": "D", "architecture": "M1-concat", "name": label}
+    found = {
+        "dataset_sha256": data.sha256,
+        "features": "D",
+        "architecture": "M1-concat",
+        "backend": "jax",
+        "name": label,
+    }
     place = model_directory(tmp_path / "models" / label, **found)
     (place / "recipe.toml").write_text(Recipe.load(recipe).to_toml())
     data.split().save(place / "split.json")
@@ -156,9 +162,9 @@ def test_a_label_takes_no_published_model_s_place_unless_asked(label, tmp_path, 
     )
     for otherwise, why in (
         (["--epochs", "1"], "another recipe"),
-        (["--features", "C"], "other features"),
-        (["--fraction", "0.5"], "other trajectories"),
-        (["--extra", str(dataset_path)], "without this extra data set"),
+        (["--features", "C"], "another feature set"),
+        (["--fraction", "0.5"], "another split"),
+        (["--extra", str(dataset_path)], "another extra data set"),
     ):
         refused = CliRunner().invoke(cli.app, [*words, *otherwise])
         assert isinstance(refused.exception, ValueError)

@@ -7,7 +7,7 @@ import os
 import signal
 import time
 
-import surrogate.inference.backends
+import surrogate.inference.keras_backend
 import surrogate.training.loop
 import surrogate.training.runs
 from surrogate.cli.app import app_main
@@ -26,6 +26,6 @@ def waiting(save):
 
 
 if __name__ == "__main__":
-    surrogate.training.runs.build = surrogate.inference.backends.build = build_lstm
+    surrogate.training.runs.build = surrogate.inference.keras_backend.build = build_lstm
     surrogate.training.loop.save_history = waiting(surrogate.training.loop.save_history)
     app_main()

@@ -38,12 +38,10 @@ def assert_same_numbers(path, other):
 
 def start_campaign(out, solver="slow", count=120):
     code = (
-        "import bem.dataset.campaign.checkpoints\n"
         "from tests.bem.dataset.campaign import stand_in\n"
         "from pathlib import Path\n"
         "from bem.dataset.campaign.run import run_campaign\n"
         "from bem.dataset.campaign.plan import Campaign\n"
-        "bem.dataset.campaign.checkpoints.SECONDS_BETWEEN_PARTS = 0.05\n"
         f"plan = Campaign(count={count}, seed=4, native=True)\n"
         f"run_campaign(plan, Path({str(out)!r}), workers=2, solver=stand_in.{solver})\n"
     )
@@ -64,7 +62,7 @@ def children(parent):
 
 
 def parts(out):
-    return list(out.with_name(out.name + ".parts").glob("campaign-*/part-*.h5"))
+    return list(out.with_name(out.name + ".parts").glob("campaign-*/part-*.npz"))
 
 
 def await_parts(out, process, at_least):
@@ -74,12 +72,12 @@ def await_parts(out, process, at_least):
         time.sleep(0.005)
 
 
-def start_command(*arguments, solver="slow", before=""):
+def start_command(*arguments, solver="slow", before="", **options):
     code = (
         "import signal, sys\n"
         # Tests that run in the background inherit an ignored SIGINT.
         "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
-        "import bem.dataset.campaign.run, bem.dataset.campaign.checkpoints, functools, typer, bem.cli.campaign\n"
+        "import bem.dataset.campaign.run, functools, typer, bem.cli.campaign\n"
         "from tests.bem.dataset.campaign import stand_in\n"
         f"solver = stand_in.{solver}\n"
         "run = bem.dataset.campaign.run\n"
@@ -91,7 +89,7 @@ def start_command(*arguments, solver="slow", before=""):
         "app()\n"
     )
     streams = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-    return subprocess.Popen([sys.executable, "-c", code], cwd=ROOT, **streams)
+    return subprocess.Popen([sys.executable, "-c", code], cwd=ROOT, **streams, **options)
 
 
 def altered(undisturbed, tmp_path, change):

@@ -122,7 +122,7 @@ def test_resuming_asks_once_which_trajectories_are_wanted(undisturbed, tmp_path,
     plan = Campaign(count=120, seed=4, native=True)
     plan.__dict__["indices"] = plan.indices.view(Counted)
     with monkeypatch.context() as patch:
-        patch.setattr("bem.dataset.campaign.run.write_dataset", lambda *_: (_ for _ in ()).throw(OSError("unplugged")))
+        patch.setattr("bem.dataset.campaign.plan.write_dataset", lambda *_: (_ for _ in ()).throw(OSError("unplugged")))
         with pytest.raises(RuntimeError, match="unplugged"):
             run_campaign(plan, tmp_path / "data.h5", solver=stand_in.solve)
     asked.clear()

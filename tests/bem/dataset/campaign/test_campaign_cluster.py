@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from bem.dataset.campaign.checkpoints import CampaignError
-from bem.dataset.campaign.executors import Cluster, scheduler_address
+from bem.dataset.campaign.executors import ClusterExecutor, scheduler_address
 from bem.dataset.campaign.run import run_campaign
 from tests.bem.dataset.campaign import stand_in
 from tests.bem.dataset.campaign.helpers import HANG, assert_same_numbers, command
@@ -37,7 +37,7 @@ def test_cluster_gives_the_same_numbers_with_a_worker_killed(plan, undisturbed_s
     assert (summary.count, summary.failures) == (120, Counter())
     assert_same_numbers(out, undisturbed_slow)
     with pytest.raises(CampaignError, match="no Dask scheduler answers at"):
-        Cluster(address, patience=1.0)
+        ClusterExecutor(address, patience=1.0)
 
 
 @pytest.mark.parametrize(
@@ -50,7 +50,7 @@ def test_cluster_gives_the_same_numbers_with_a_worker_killed(plan, undisturbed_s
 )
 def test_dead_scheduler(address, message, tmp_path, monkeypatch):
     pytest.importorskip("distributed")
-    monkeypatch.setattr(Cluster.__init__, "__defaults__", (1.0,))
+    monkeypatch.setattr(ClusterExecutor.__init__, "__defaults__", (1.0,))
     result = command("campaign", "--count", "3", "--out", tmp_path / "x.h5", "--cluster", address)
     assert (result.exit_code > 0, message in result.stderr, result.stderr.count("\n")) == (True, True, 1)
     assert not list(tmp_path.iterdir())
@@ -77,7 +77,7 @@ def test_a_server_of_another_kind_ends_in_one_sentence(tmp_path):
         address = f"tcp://127.0.0.1:{server.getsockname()[1]}"
         code = (
             "import sys, bem.cli.app, bem.dataset.campaign.executors\n"
-            "bem.dataset.campaign.executors.Cluster.__init__.__defaults__ = (1.0,)\n"
+            "bem.dataset.campaign.executors.ClusterExecutor.__init__.__defaults__ = (1.0,)\n"
             f"sys.argv = ['bem', 'campaign', '--count', '3', '--out', 'x.h5', '--cluster', {address!r}]\n"
             "bem.cli.app.app_main()\n"
         )

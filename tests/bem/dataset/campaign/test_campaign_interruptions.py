@@ -2,17 +2,16 @@ import errno
 import json
 import os
 import random
+import re
+import shutil
 import signal
 import time
 from collections import Counter
 from pathlib import Path
 
-import h5py
 import numpy as np
 import pytest
 
-import bem.dataset.campaign.checkpoints
-import bem.dataset.file
 from bem.dataset.campaign.checkpoints import CampaignError
 from bem.dataset.campaign.plan import Campaign
 from bem.dataset.campaign.run import run_campaign
@@ -24,6 +23,7 @@ from tests.bem.dataset.campaign.helpers import (
     assert_same_numbers,
     await_parts,
     children,
+    command,
     parts,
     start_campaign,
     start_command,
@@ -50,10 +50,26 @@ def test_kill_at_random_moments_loses_and_duplicates_nothing(plan, undisturbed_s
     assert summary.computed < 120
     assert_same_numbers(out, undisturbed_slow)
     assert sorted(tmp_path.iterdir()) == [out]
+    await_end(workers)
+
+
+def await_end(processes):
     limit = time.monotonic() + HANG
-    while alive := [worker for worker in workers if Path(f"/proc/{worker}").exists()]:
+    while alive := [process for process in processes if Path(f"/proc/{process}").exists()]:
         assert time.monotonic() < limit, alive
         time.sleep(0.1)
+
+
+@pytest.fixture(scope="module")
+def interrupted(tmp_path_factory):
+    """A folder with a campaign of 120 trajectories of which some are done."""
+    out = tmp_path_factory.mktemp("interrupted") / "data.h5"
+    process = start_command("campaign", "--count", 120, "--seed", 4, "--workers", 2, "--out", out)
+    await_parts(out, process, 4)
+    process.send_signal(signal.SIGTERM)
+    process.communicate(timeout=HANG)
+    assert (process.returncode, out.exists()) == (130, False)
+    return out.parent
 
 
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
@@ -70,11 +86,120 @@ def test_interrupted_campaign_saves_what_it_holds(how, tmp_path):
     assert not out.exists()
 
 
+def test_control_c_reaches_the_workers_too_and_ends_all(undisturbed_slow, tmp_path):
+    out = tmp_path / "data.h5"
+    command = ("campaign", "--count", 120, "--seed", 4, "--native", "--workers", 2, "--out", out)
+    process = start_command(*command, start_new_session=True)
+    await_parts(out, process, 2)
+    workers = children(process.pid)
+    os.killpg(process.pid, signal.SIGINT)  # as a terminal does
+    printed, errors = process.communicate(timeout=HANG)
+    assert (process.returncode, printed) == (130, "")
+    assert errors == "bem: interrupted; what was done is saved, and the same command continues\n"
+    assert len(workers) >= 2
+    await_end(workers)
+    kept = parts(out)
+    assert len(kept) >= 2
+    assert not out.exists()
+    process = start_command(*command)
+    printed, errors = process.communicate(timeout=HANG)
+    assert (process.returncode, errors) == (0, "")
+    assert " 120 of them computed now" not in printed
+    assert_same_numbers(out, undisturbed_slow)
+    assert list(tmp_path.iterdir()) == [out]
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        (("--accuracy", "draft"), "accuracy 'standard' there and 'draft' here"),
+        (("--seed", 5), "seed 4 there and 5 here"),
+        (("--count", 119), "count 120 there and 119 here"),
+        (("--modulus-ratio", 0.2), "modulus_ratio 0.1 there and 0.2 here"),
+        (("--design", "sobol"), "design 'paper' there and 'sobol' here"),
+        (("--native",), "native False there and True here"),
+    ],
+)
+def test_changed_options_on_what_was_interrupted_are_refused(changed, message, interrupted, tmp_path):
+    out = shutil.copytree(interrupted, tmp_path / "copy") / "data.h5"
+    kept = {path: path.read_bytes() for path in parts(out)}
+    result = command("campaign", "--count", 120, "--seed", 4, "--out", out, *changed)
+    assert (result.exit_code, result.stderr.count("\n")) == (2, 1)
+    assert message in result.stderr
+    assert "may be replaced with --replace" in result.stderr
+    assert {path: path.read_bytes() for path in parts(out)} == kept
+    assert not out.exists()
+
+
+@pytest.mark.parametrize("options", [("--workers", 1), ("--workers", 3), ("--retry-failed",), ("--replace",)])
+def test_options_that_change_no_number_continue_what_was_interrupted(options, interrupted, tmp_path):
+    out = shutil.copytree(interrupted, tmp_path / "copy") / "data.h5"
+    process = start_command("campaign", "--count", 120, "--seed", 4, "--out", out, *options)
+    printed, errors = process.communicate(timeout=HANG)
+    assert (process.returncode, errors) == (0, "")
+    assert int(re.search(r"(\d+) of them computed now", printed)[1]) < 120
+    assert list(out.parent.iterdir()) == [out]
+
+
+def test_damaged_parts_are_told_and_computed_again(interrupted, tmp_path):
+    out = shutil.copytree(interrupted, tmp_path / "copy") / "data.h5"
+    first, second, *_ = parts(out)
+    first.write_bytes(first.read_bytes()[1:])
+    second.write_bytes(b"")
+    # Whole, but of another campaign: it has the name it had there.
+    begun(Campaign(count=40, seed=1), tmp_path / "other.h5", pytest.MonkeyPatch())
+    for path in parts(tmp_path / "other.h5")[:1]:
+        (first.parent / path.name).write_bytes(path.read_bytes())
+    process = start_command("campaign", "--count", 120, "--seed", 4, "--out", out)
+    printed, errors = process.communicate(timeout=HANG)
+    assert (process.returncode, errors) == (0, "")
+    assert printed.startswith("3 damaged parts of an earlier run were computed again\n")
+    run_campaign(Campaign(count=120, seed=4), tmp_path / "calm.h5", solver=stand_in.slow)
+    assert_same_numbers(out, tmp_path / "calm.h5")
+
+
+def test_a_target_deleted_while_running_is_written_all_the_same(tmp_path, monkeypatch):
+    out, mended = tmp_path / "data.h5", tmp_path / "mended"
+    monkeypatch.setenv("STAND_IN_MARKER", str(mended))
+    stand_in.restart_workers()
+    plan = Campaign(count=200, seed=1)
+
+    def run(**options):
+        return run_campaign(plan, out, solver=stand_in.fails_until_mended, workers=1, **options)
+
+    def delete(done, _):
+        out.unlink(missing_ok=True)
+
+    before = load_dataset(run().path)
+    mended.touch()
+    found = run(retry_failed=True, progress=delete)
+    assert (found.count, found.failures) == (200, Counter())
+    after = load_dataset(out)
+    np.testing.assert_array_equal(after.force[before.completed], before.force[before.completed])
+    assert sorted(tmp_path.iterdir()) == [out, mended]
+
+
+@pytest.mark.parametrize("solver", ["solve", "slow"])
+def test_a_folder_deleted_while_running_ends_in_one_sentence(solver, undisturbed, plan, tmp_path):
+    out = tmp_path / "there" / "data.h5"
+
+    def delete(done, _):
+        if done > 60:
+            shutil.rmtree(out.parent)
+
+    with pytest.raises(CampaignError, match=r"cannot write '.*'.*somebody removed what was saved") as found:
+        run_campaign(plan, out, solver=getattr(stand_in, solver), progress=delete)
+    assert "\n" not in str(found.value)
+    assert list(tmp_path.iterdir()) == []
+    if solver == "solve":
+        assert run_campaign(plan, out, solver=stand_in.solve).computed == 120
+        assert_same_numbers(out, undisturbed)
+
+
 @pytest.mark.parametrize("limit", [10_000, 150_000])
 def test_real_write_errors_end_in_one_sentence(limit, tmp_path):
     # The least part is larger than the first limit, the file than the second.
     before = f"import resource; resource.setrlimit(resource.RLIMIT_FSIZE, ({limit}, {limit}))"
-    before += "; bem.dataset.campaign.checkpoints.SECONDS_BETWEEN_PARTS = 0.0"
     out = tmp_path / "data.h5"
     process = start_command("campaign", "--count", 600, "--out", out, "--native", solver="solve", before=before)
     _, errors = process.communicate(timeout=HANG)
@@ -110,8 +235,7 @@ def test_a_trajectory_that_always_kills_its_worker_is_recorded(tmp_path):
 
 def test_a_full_disk_ends_in_one_sentence_and_loses_nothing(plan, undisturbed, tmp_path, monkeypatch):
     out = tmp_path / "data.h5"
-    monkeypatch.setattr(bem.dataset.campaign.checkpoints, "SECONDS_BETWEEN_PARTS", 0.0)
-    settle, left = bem.dataset.file.move_into_place, [4]  # campaign.json and three parts
+    settle, left = Path.replace, [4]  # campaign.json and three parts
 
     def until_full(temporary, path):
         if left[0] == 0:
@@ -120,7 +244,7 @@ def test_a_full_disk_ends_in_one_sentence_and_loses_nothing(plan, undisturbed, t
         return settle(temporary, path)
 
     with monkeypatch.context() as full:
-        full.setattr(bem.dataset.file, "move_into_place", until_full)
+        full.setattr(Path, "replace", until_full)
         with pytest.raises(CampaignError, match=r"No space left on device.*the same command continues"):
             run_campaign(plan, out, solver=stand_in.solve)
     assert len(parts(out)) == 3
@@ -133,15 +257,15 @@ def test_a_full_disk_ends_in_one_sentence_and_loses_nothing(plan, undisturbed, t
 def test_a_disk_full_at_the_very_end_keeps_the_parts(plan, undisturbed, tmp_path, monkeypatch):
     out = tmp_path / "data.h5"
 
-    settle = bem.dataset.file.move_into_place
+    settle = Path.replace
 
     def full(temporary, path):
         if path == out:
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-        settle(temporary, path)
+        return settle(temporary, path)
 
     with monkeypatch.context() as patch:
-        patch.setattr(bem.dataset.file, "move_into_place", full)
+        patch.setattr(Path, "replace", full)
         with pytest.raises(CampaignError, match="No space left on device"):
             run_campaign(plan, out, solver=stand_in.solve)
     assert not out.exists()
@@ -153,14 +277,13 @@ def test_a_disk_full_at_the_very_end_keeps_the_parts(plan, undisturbed, tmp_path
 @pytest.mark.parametrize("harm", ["truncate", "flip", "empty"])
 def test_a_damaged_part_is_computed_again(harm, plan, undisturbed, tmp_path, monkeypatch):
     out = tmp_path / "data.h5"
-    monkeypatch.setattr(bem.dataset.campaign.checkpoints, "SECONDS_BETWEEN_PARTS", 0.0)
     with monkeypatch.context() as patch:
-        patch.setattr("bem.dataset.campaign.run.write_dataset", lambda *_: (_ for _ in ()).throw(OSError("unplugged")))
+        patch.setattr("bem.dataset.campaign.plan.write_dataset", lambda *_: (_ for _ in ()).throw(OSError("unplugged")))
         with pytest.raises(CampaignError, match="unplugged"):
             run_campaign(plan, out, solver=stand_in.solve)
     path = parts(out)[0]
     content = bytearray(path.read_bytes())
-    with h5py.File(path) as file:
+    with np.load(path) as file:
         size = len(file["index"])
     content[len(content) // 2] ^= 1
     path.write_bytes({"truncate": content[: len(content) // 2], "flip": content, "empty": b""}[harm])
@@ -187,7 +310,7 @@ def test_two_campaigns_on_one_file_exclude_each_other(plan, tmp_path):
 def begun(plan, out, monkeypatch, solver=stand_in.solve):
     """A campaign all of whose parts are there, but not the file."""
     with monkeypatch.context() as patch:
-        patch.setattr("bem.dataset.campaign.run.write_dataset", lambda *_: (_ for _ in ()).throw(OSError("unplugged")))
+        patch.setattr("bem.dataset.campaign.plan.write_dataset", lambda *_: (_ for _ in ()).throw(OSError("unplugged")))
         with pytest.raises(CampaignError, match="unplugged"):
             run_campaign(plan, out, solver=solver, replace=True)
     assert not out.exists()
@@ -262,7 +385,7 @@ def test_what_arrived_before_the_scheduler_was_lost_is_kept(plan, undisturbed, t
 
     out = tmp_path / "data.h5"
     with monkeypatch.context() as patch:
-        patch.setattr("bem.dataset.campaign.run.LocalPool", Lossy)
+        patch.setattr("bem.dataset.campaign.run.LocalExecutor", Lossy)
         with pytest.raises(CampaignError, match="lost the Dask scheduler"):
             run_campaign(plan, out, solver=stand_in.solve)
     assert run_campaign(plan, out, solver=stand_in.solve).computed <= 100

@@ -60,7 +60,7 @@ def test_where_the_work_was_done_is_recorded(tmp_path, monkeypatch):
     places = iter([{"host": "A", "versions": {"numpy": "1"}}, {"host": "B", "versions": {"numpy": "1"}}] * 500)
     monkeypatch.setattr(bem.dataset.campaign.work, "origin", lambda: next(places))
 
-    monkeypatch.setattr("bem.dataset.campaign.run.LocalPool", Here)
+    monkeypatch.setattr("bem.dataset.campaign.run.LocalExecutor", Here)
     run_campaign(Campaign(count=60, seed=4), tmp_path / "data.h5", solver=stand_in.solve)
     attributes = load_dataset(tmp_path / "data.h5").attributes
     assert (attributes["host"], attributes["versions"]) == (["A", "B"], {"numpy": "1"})

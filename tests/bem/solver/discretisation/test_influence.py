@@ -3,40 +3,15 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from scipy.integrate import quad
-from scipy.special import ellipe, ellipkm1
 
 from bem.reference_solutions import displacements
 from bem.solver.discretisation.influence import (
-    elliptic_integrals,
     force_weights,
     influence_matrix,
     require_mesh,
-    ring_moments,
     unit_influence,
 )
-
-INSIDE = np.linspace(0.0, 1.0, 8)[1:-1]
-
-
-def kernel_at_one(t):
-    """G(1, t), the complementary parameter formed without cancellation."""
-    ratio = min(t, 1.0 / t)
-    return 4.0 / (np.pi * max(1.0, t)) * float(ellipkm1((1.0 - ratio) * (1.0 + ratio)))
-
-
-def moment_by_quadrature(x, power):
-    """Integral over (0, x) of G(1, t) t^power dt, with panels graded towards the logarithm at t = 1."""
-    graded = 2.0 ** -np.arange(0.0, 44.0)
-    points = np.concatenate([[0.0], 1.0 - graded, [1.0], 1.0 + graded[::-1], 2.0 ** np.arange(2.0, 12.0)])
-    limits = np.unique(np.append(points[points < x], x))
-    return sum(quad(lambda t: kernel_at_one(t) * t**power, a, b, epsrel=1e-13)[0] for a, b in pairwise(limits))
-
-
-@pytest.mark.parametrize("x", [1e-3, 0.3, 0.6999, 0.7001, 0.99, 1.0, 1.01, 1.0 / 0.7, 1.43, 3.0, 500.0])
-def test_ring_moments_agree_with_quadrature(x):
-    uniform, linear = ring_moments(np.array([x]))
-    assert uniform[0] == pytest.approx(moment_by_quadrature(x, 1), rel=1e-11)
-    assert linear[0] == pytest.approx(moment_by_quadrature(x, 2), rel=1e-11)
+from tests.bem.solver.discretisation.test_ring_moments import kernel_at_one
 
 
 @pytest.mark.parametrize("radii", [np.linspace(0.0, 1.0, 50), np.concatenate([[0.0], np.geomspace(1e-3, 1.0, 60)])])
@@ -95,13 +70,6 @@ def test_force_weights_integrate_piecewise_linear_tractions_exactly():
 def test_what_is_not_a_mesh_is_refused(radii):
     with pytest.raises(ValueError, match=r"^mesh must .*; received"):
         require_mesh(np.array(radii))
-
-
-def test_elliptic_integrals_agree_with_scipy():
-    complement = np.concatenate([[1e-300, 1e-30], np.geomspace(1e-16, 1.0, 200)])
-    first, second = elliptic_integrals(complement)
-    np.testing.assert_allclose(first, ellipkm1(complement), rtol=2e-15)
-    np.testing.assert_allclose(second, ellipe(1.0 - complement), rtol=1e-14)
 
 
 def test_the_influence_at_unit_spacing_is_that_of_the_radii():

@@ -91,9 +91,9 @@ def test_the_selection_is_much_smaller_than_the_grid():
 
 
 def test_hard_contact_needs_no_far_field():
-    (_, hard), (_, adhesive) = (mesh_for(1.0, edge=3.0, peak=10.0, hard=kind) for kind in (True, False))
-    assert hard.radii.size < adhesive.radii.size
-    assert hard.radii[-1] < 1.2 * np.sqrt(10.0) < adhesive.radii[-1]
+    (_, nonadhesive), (_, adhesive) = (mesh_for(1.0, edge=3.0, peak=10.0, nonadhesive=kind) for kind in (True, False))
+    assert nonadhesive.radii.size < adhesive.radii.size
+    assert nonadhesive.radii[-1] < 1.2 * np.sqrt(10.0) < adhesive.radii[-1]
 
 
 def test_a_grid_beyond_memory_is_refused_with_the_figure():

@@ -14,9 +14,9 @@ def law(gap):
     return TABOR * np.array([traction(h) for h in gap])
 
 
-def moved(old, gap, stress, new, hard=False):
+def moved(old, gap, stress, new, nonadhesive=False):
     new_gap, new_stress = np.empty(new.radii.size), np.empty(new.radii.size)
-    transfer(old, gap, stress, new, TABOR, hard, new_gap, new_stress)
+    transfer(old, gap, stress, new, TABOR, nonadhesive, new_gap, new_stress)
     return new_gap, new_stress
 
 
@@ -66,7 +66,7 @@ def test_beyond_the_old_mesh_the_sphere_is_undeformed(grid):
 def test_hard_contact_is_interpolated_linearly_and_ends_without_traction(grid):
     old, new = selection(grid, range(0, 21, 5)), selection(grid, range(0, grid.size, 2))
     gap, stress = 1.0 + old.radii, -np.arange(5.0)[::-1]
-    new_gap, new_stress = moved(old, gap, stress, new, hard=True)
+    new_gap, new_stress = moved(old, gap, stress, new, nonadhesive=True)
     inside = new.radii <= old.radii[-1]
     np.testing.assert_allclose(new_gap[inside], 1.0 + new.radii[inside])
     np.testing.assert_allclose(new_stress, np.interp(new.radii, old.radii, stress, right=0.0), atol=1e-14)

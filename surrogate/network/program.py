@@ -1,4 +1,4 @@
-"""A plan as the compiled kernels want it: rows of numbers, with weights, results and states in flat vectors."""
+"""A graph as the compiled kernels read it: rows of numbers, with weights, results and states in flat vectors."""
 
 from __future__ import annotations
 
@@ -6,15 +6,15 @@ import numpy as np
 
 from surrogate.data.features import channel_names
 from surrogate.data.scaling import Scaling
-from surrogate.export.graph import SEQUENCE, TABOR, Operation, Plan
-from surrogate.export.kernels import COLUMNS, KINDS
+from surrogate.network.graph import SEQUENCE, TABOR, Graph, Operation
+from surrogate.network.kernels import COLUMNS, KINDS
 
 
 class Program:
-    """A plan laid out for one Tabor parameter; what depends on that alone is computed here, once.
+    """A graph laid out for one Tabor parameter; what depends on that alone is computed here, once.
 
     Args:
-        plan: The network.
+        graph: The network.
         scaling: Its scaling.
         tabor: The Tabor parameter.
         name: The name shown in messages.
@@ -26,20 +26,20 @@ class Program:
         states: Length of the vector of states.
 
     Raises:
-        ValueError: the model is not causal, or the plan is damaged.
+        ValueError: the model is not causal, or the graph is damaged.
     """
 
-    def __init__(self, plan: Plan, scaling: Scaling, tabor: float, name: str) -> None:
+    def __init__(self, graph: Graph, scaling: Scaling, tabor: float, name: str) -> None:
         self.rows: list[list[int]] = []
         self.weights: list[np.ndarray] = []
         self.states = 0
-        self._plan = plan
+        self._graph = graph
         self._used = 0
         try:
             self.values = len(channel_names(scaling.features))
             self._where = {SEQUENCE: (0, self.values)}
             self._known = {TABOR: scaling.scale_tabor(np.array([tabor]))[0]}
-            for operation in plan.operations:
+            for operation in graph.operations:
                 if all(source in self._known for source in operation.inputs):
                     self._known[operation.name] = self._evaluate(operation)
                 elif operation.kind in KINDS:
@@ -49,13 +49,13 @@ class Program:
                         f"Expected a causal model, which sees no step before it is taken. "
                         f"Received: {name}, whose {operation.name!r} looks at the whole history; use `predict`"
                     )
-            if self._where[plan.output][1] != 1:
-                raise ValueError(f"Expected a plan that ends in one force. Received: {name}, damaged")
+            if self._where[graph.output][1] != 1:
+                raise ValueError(f"Expected a network that ends in one force. Received: {name}, damaged")
         except (KeyError, IndexError, TypeError, AttributeError) as error:
-            raise ValueError(f"Expected a plan whose operations and weights fit. Received: {name}, damaged") from error
+            raise ValueError(f"Expected operations and weights that fit. Received: {name}, damaged") from error
 
     def _check_shapes(self, operation: Operation, row: dict[str, int], sizes: list[int]) -> None:
-        """Kernels trust a program; a damaged plan must not make them read beyond their arrays."""
+        """Kernels trust a program; a damaged graph must not make them read beyond their arrays."""
         into, out, points = row["width_in"], row["width"], row["points"]
         expected = {
             "add": [],
@@ -75,7 +75,7 @@ class Program:
             raise ValueError(f"Expected weights that fit operation {operation.name!r}. Received: sizes {sizes}")
 
     def _weight(self, operation: Operation, key: str) -> np.ndarray:
-        return self._plan.weights[f"{operation.name}/{key}"]
+        return self._graph.weights[f"{operation.name}/{key}"]
 
     def _evaluate(self, operation: Operation) -> np.ndarray:
         (x,) = (self._known[source] for source in operation.inputs)

@@ -1,0 +1,48 @@
+"""Scenes and protocols as JSON: `{"type": "Scene", "tabor": 1.0, "material": {"type": "Elastic"}, ...}`.
+
+Objects are described by the name of their public class and its fields. Numbers are written with all their digits.
+"""
+
+from dataclasses import fields, is_dataclass
+from typing import Any
+
+import numpy as np
+
+import bem
+from bem._support.wording import shown
+
+
+def described(value: Any) -> Any:
+    """An object of one of the public classes as JSON holds it.
+
+    Raises:
+        ValueError: an object of another class, which could not be read again.
+    """
+    if is_dataclass(value):
+        name = type(value).__name__
+        _public(name, type(value))
+        return {"type": name} | {field.name: described(getattr(value, field.name)) for field in fields(value)}
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    return list(value) if isinstance(value, tuple) else value
+
+
+def restored(description: Any) -> Any:
+    """The object that `described` made this of.
+
+    Raises:
+        ValueError: it describes none.
+    """
+    if not isinstance(description, dict):
+        return tuple(description) if isinstance(description, list) else description
+    kind = _public(description.get("type"))
+    values = {field.name: restored(description[field.name]) for field in fields(kind)}
+    # Classes with a constructor of their own take their fields in order, perhaps under other names.
+    return kind(**values) if kind.__dataclass_params__.init else kind(*values.values())
+
+
+def _public(name: Any, kind: type | None = None) -> type:
+    found = getattr(bem, name) if name in bem.__all__ else None
+    if not (isinstance(found, type) and is_dataclass(found)) or kind not in (None, found):
+        raise ValueError(f"scenes and protocols must be made of the public classes of bem; received {shown(name)}")
+    return found

@@ -1,0 +1,44 @@
+"""Contacts in SI units: set up an experiment, simulate it, read a measured force curve and fit it.
+
+Lengths in m, forces in N, moduli in Pa, works of adhesion in J/m^2, times in s. Text such as "50 um" and Pint
+quantities are understood where Pint is installed, the optional extra `lab`. `docs/units.md` has the conventions.
+
+Example:
+    >>> from bem import StandardLinearSolid
+    >>> from bem.lab import Setup
+    >>> bead = Setup(radius=50e-6, work_of_adhesion=0.05, relaxed_modulus=2e6, retardation_time=0.01,
+    ...              material=StandardLinearSolid(modulus_ratio=0.3))
+    >>> print(f"{bead.force_scale:.3g} N")
+    7.85e-06 N
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from bem.lab.curve import ForceCurve
+    from bem.lab.fit_result import FitResult
+    from bem.lab.fitting import fit
+    from bem.lab.setup import EffectiveRangeWarning, Setup
+
+__all__ = ["EffectiveRangeWarning", "FitResult", "ForceCurve", "Setup", "fit"]
+
+_HOME = {
+    "EffectiveRangeWarning": "setup",
+    "FitResult": "fit_result",
+    "ForceCurve": "curve",
+    "Setup": "setup",
+    "fit": "fitting",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module 'bem.lab' has no attribute {name!r}")
+    value = getattr(import_module(f"bem.lab.{_HOME[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -1,0 +1,247 @@
+"""Fit modulus, work of adhesion and relaxation to a measured force curve, with 95 % intervals.
+
+The solver runs inside a least-squares search, at draft accuracy from several starts and then at standard accuracy from
+the best of them. Parameters are searched as logarithms; the offset of the force, which enters linearly, is solved for
+at every step. The noise is estimated from the residuals. Intervals are those of the linearised problem at the solution;
+where neighbouring residuals are correlated they are widened as for that many fewer independent points.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import maximum_filter1d
+from scipy.optimize import least_squares
+
+from bem._support.validation import FloatArray, instance
+from bem._support.wording import shown
+from bem.lab.contact_point import noise_of
+from bem.lab.curve import ForceCurve
+from bem.lab.fit_result import FitResult, result_of
+from bem.lab.guess import first_contact
+from bem.lab.model import Model, with_memory
+from bem.lab.model_choice import effects_called_for, sentence
+from bem.lab.parameters import PARAMETERS
+from bem.lab.setup import Setup
+from bem.materials import Elastic, StandardLinearSolid
+
+ALL = tuple(PARAMETERS)
+ELASTIC = ("relaxed_modulus", "work_of_adhesion", "contact_point", "force_offset")
+MEMORY = ("retardation_time", "modulus_ratio")
+
+DIFFERENCE = 0.02  # of a logarithm, or of the adhesion length: it must stand out of the solver's own errors
+_RATIOS = (0.5, 0.15)
+_TIME_SHARES = (0.02, 0.1, 0.5)  # of the duration in contact, at which retardation times are tried
+_SHORT, _LONG, _POLISH = 4, 14, 12  # evaluations of the Jacobian
+_KEPT = 2
+_AS_GOOD = 1.1  # noise of a simpler fit over that of the full one
+_BAD = 30.0  # residual, in standard deviations, of a contact that the solver did not complete
+
+
+class FitError(RuntimeError):
+    """A fit that did not converge."""
+
+
+@dataclass
+class Search:
+    """The least-squares problem of one curve: what varies, and the residuals in standard deviations of the noise."""
+
+    model: Model
+    free: tuple[str, ...]
+    fixed: dict[str, float]
+    unit: dict[str, float]
+    """Size of one step of each inner parameter."""
+    origin: dict[str, float]
+    """Parameters in SI at which the search is zero, so that its relative tolerances mean something."""
+    weights: FloatArray
+    accuracy: str | float = "draft"
+    report: Callable[[int, float], None] | None = None
+
+    @property
+    def searched(self) -> tuple[str, ...]:
+        """The free parameters that the search moves: all but the linear offset."""
+        return tuple(name for name in self.free if name != "force_offset")
+
+    def values(self, x: FloatArray) -> dict[str, float]:
+        """Parameters in SI of a point of the search."""
+        free = {
+            name: PARAMETERS[name].outer(x[i] * self.unit[name] + PARAMETERS[name].inner(self.origin[name]))
+            for i, name in enumerate(self.searched)
+        }
+        return self.fixed | free
+
+    def point(self, values: Mapping[str, float]) -> FloatArray:
+        """The point of the search of parameters in SI."""
+        return np.array([self._inner(name, values[name]) for name in self.searched])
+
+    def _inner(self, name: str, value: float) -> float:
+        parameter = PARAMETERS[name]
+        return (parameter.inner(value) - parameter.inner(self.origin[name])) / self.unit[name]
+
+    def offset(self, tension: FloatArray) -> float:
+        """The force offset, as a tension: the best one where it is free."""
+        if "force_offset" not in self.free:
+            return self.fixed.get("force_offset", 0.0)
+        square = self.weights**2
+        return float(np.sum(square * (self.model.curve.tension - tension)) / np.sum(square))
+
+    def residuals(self, x: FloatArray) -> FloatArray:
+        """Weighted model minus measurement, shape (n,)."""
+        tension = self.model.tension(self.values(x), self.accuracy)
+        if tension is None:
+            return np.full(len(self.model.curve), _BAD)
+        found = self.weights * (tension + self.offset(tension) - self.model.curve.tension)
+        if self.report is not None:
+            self.report(self.model.evaluations, float(np.sqrt(np.mean(found**2))))
+        return found
+
+    def jacobian(self, x: FloatArray, central: bool = False) -> FloatArray:
+        """Derivative of the residuals, shape (n, searched)."""
+        here = None if central else self.residuals(x)
+        columns = []
+        for i in range(x.size):
+            step = np.zeros(x.size)
+            step[i] = 1.0
+            ahead = self.residuals(x + step)
+            columns.append(0.5 * (ahead - self.residuals(x - step)) if central else ahead - here)
+        return np.column_stack(columns)
+
+    def run(self, x: FloatArray, evaluations: int):
+        """Least squares from a point."""
+        parameters = [PARAMETERS[name] for name in self.searched]
+        bounds = [
+            [self._inner(p.name, getattr(p, side)) if p.scale != "linear" else getattr(p, side) for p in parameters]
+            for side in ("low", "high")
+        ]
+        inside = np.clip(x, np.array(bounds[0]) + 1e-9, np.array(bounds[1]) - 1e-9)
+        # Differences of the solver's results are rough at the size of its own error: no gain below that is real.
+        return least_squares(
+            self.residuals,
+            inside,
+            jac=self.jacobian,
+            bounds=bounds,
+            max_nfev=evaluations,
+            xtol=1e-4,
+            ftol=1e-5,
+            gtol=1e-8,
+        )
+
+
+def fit(
+    curve: ForceCurve,
+    setup: Setup,
+    free: Sequence[str] | None = None,
+    *,
+    accuracy: str | float = "standard",
+    report: Callable[[int, float], None] | None = None,
+) -> FitResult:
+    """Fit a setup to a measured curve.
+
+    Args:
+        curve: the measurement, from out of contact to out of contact.
+        setup: what is known, and first guesses of what is free; `bem.lab.guess.guess_setup` makes one from the curve.
+        free: the parameters to fit, of relaxed_modulus, work_of_adhesion, retardation_time, modulus_ratio,
+            contact_point and force_offset. `None` fits all of them and then leaves the relaxation out where the curve
+            does not call for it.
+        accuracy: of the final fit, as for `bem.simulate`.
+        report: called with the number of simulations so far and the misfit in standard deviations of the noise.
+
+    Returns:
+        the fit; its `sentences` say what the curve does not determine.
+
+    Raises:
+        ValueError: a parameter that is none, or a curve without contact or baseline.
+        FitError: the fit did not converge.
+    """
+    instance("curve", curve, (ForceCurve,))
+    instance("setup", setup, (Setup,))
+    chosen = ALL if free is None else tuple(free)
+    unknown = [name for name in chosen if name not in PARAMETERS]
+    if unknown or not chosen or set(chosen) == {"force_offset"}:
+        raise ValueError(f"free must be one or more of {', '.join(ALL)}; received {shown(free)}")
+    chosen = tuple(name for name in ALL if name in chosen)
+    contact = first_contact(curve)
+    duration = float(curve.time[-1] - curve.time[contact.index])
+    if set(chosen) & set(MEMORY):
+        setup = with_memory(setup, duration)
+    if "modulus_ratio" in chosen:
+        instance("material, whose modulus_ratio is free,", setup.material, (StandardLinearSolid,))
+    result = _fitted(curve, setup, chosen, contact, duration, accuracy, report)
+    if free is not None:
+        return result
+    effects = effects_called_for(result)
+    if effects.terms == 0 or not result.determines_memory():
+        elastic = result.setup.replaced(material=Elastic(), retardation_time=None)
+        simpler = _fitted(curve, elastic, ELASTIC, contact, duration, accuracy, report)
+        if simpler.noise < _AS_GOOD * result.noise:
+            result, effects = simpler, effects_called_for(simpler)
+    return dataclasses.replace(result, sentences=(sentence(effects), *result.sentences))
+
+
+def _fitted(curve, setup, free, contact, duration, accuracy, report) -> FitResult:
+    fixed = {} if "contact_point" in free else {"contact_point": 0.0}
+    if "force_offset" not in free:
+        fixed["force_offset"] = 0.0
+    unit = {name: DIFFERENCE * (1.0 if PARAMETERS[name].scale != "linear" else setup.adhesion_length) for name in free}
+    unit |= {"modulus_ratio": 2.0 * DIFFERENCE}
+    starts = _starts(setup, contact, duration, free)
+    search = Search(Model(curve, setup), free, fixed, unit, starts[0], _weights(curve, contact.noise), report=report)
+    runs = [search.run(search.point(start), _SHORT) for start in starts]
+    best = sorted(runs, key=lambda run: run.cost)[:_KEPT]
+    runs = [search.run(run.x, _LONG) for run in best]
+    best = min(runs, key=lambda run: run.cost)
+    search.accuracy = accuracy
+    final = search.run(best.x, _POLISH)
+    if not np.isfinite(final.cost) or np.all(final.fun == _BAD):
+        raise FitError("the fit did not converge: the solver completes no contact near the measured curve")
+    if final.status == 0 and final.cost < 0.9 * best.cost:
+        raise FitError(f"the fit did not converge in {search.model.evaluations} simulations; give a closer first guess")
+    x, residuals = final.x, final.fun
+    jacobian = search.jacobian(x, central=True)
+    # Central differences see farther than the roughness of the solver's results, at which the search stops.
+    step = np.linalg.lstsq(jacobian, -residuals, rcond=1e-6)[0]
+    settled = search.residuals(x + step)
+    if settled @ settled < residuals @ residuals:
+        x, residuals = x + step, settled
+    return result_of(search, x, residuals, jacobian)
+
+
+def _starts(setup: Setup, contact, duration: float, free: tuple[str, ...]) -> list[dict[str, float]]:
+    """Points to start from: the setup's own values, with several retardation times and modulus ratios."""
+    base = {
+        "relaxed_modulus": setup.relaxed_modulus,
+        "work_of_adhesion": setup.work_of_adhesion,
+        # The force leaves the baseline by attraction, before the undeformed sphere would touch.
+        "contact_point": contact.contact_point + 0.5 * setup.adhesion_length,
+        "retardation_time": setup.time_scale,
+        "modulus_ratio": setup.material.modulus_ratio,
+    }
+    if not set(free) & set(MEMORY):
+        return [base, base | {"work_of_adhesion": 0.5 * base["work_of_adhesion"]}]
+    times = [share * duration for share in _TIME_SHARES] if "retardation_time" in free else [base["retardation_time"]]
+    ratios = _RATIOS if "modulus_ratio" in free else (base["modulus_ratio"],)
+    starts = [base]
+    for time in times:
+        for ratio in ratios:
+            # A force measured at speed is that of a stiffer solid, and adheres more, than the relaxed one.
+            softer = {
+                "relaxed_modulus": base["relaxed_modulus"] * ratio**0.5,
+                "work_of_adhesion": base["work_of_adhesion"] * ratio**0.5,
+            }
+            starts.append(base | softer | {"retardation_time": time, "modulus_ratio": ratio})
+    return starts
+
+
+def _weights(curve: ForceCurve, noise: float) -> FloatArray:
+    """One over the uncertainty of each point: the noise, and around a jump what the force does between samples.
+
+    An instability falls somewhere between two samples. Where exactly is not measured, so that the points beside it must
+    not decide a fit; a model that jumps elsewhere is still punished by the points between.
+    """
+    scale = max(noise, noise_of(curve.tension), 1e-4 * float(np.ptp(curve.tension)))
+    change = np.abs(np.gradient(curve.tension))
+    steep = maximum_filter1d(np.where(change > 5.0 * scale, change, 0.0), 3)
+    return 1.0 / np.hypot(scale, 2.0 * steep)

@@ -1,0 +1,60 @@
+"""First guesses of a fit, from closed forms: pull-off force, largest compression and depth of a curve."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bem.lab.contact_point import Contact, find_contact
+from bem.lab.curve import ForceCurve
+from bem.lab.setup import Setup
+from bem.lab.units import to_si
+from bem.reference_solutions import jkr
+
+_STEPS = 60
+
+
+def guess_setup(curve: ForceCurve, *, radius: float | str, **known: object) -> Setup:
+    """A setup whose modulus and work of adhesion are read off the curve.
+
+    The work of adhesion is that of the JKR pull-off force, (3/2) pi R dgamma, and the modulus that of the JKR force at
+    the deepest point. Both are elastic: a viscoelastic contact has a smaller work of adhesion and another modulus.
+
+    Args:
+        curve: the measurement.
+        radius: of the sphere, in m.
+        known: other quantities of a `Setup`; a modulus or work of adhesion among them is kept.
+
+    Raises:
+        ValueError: the curve shows no contact.
+    """
+    contact = find_contact(curve)
+    r = to_si("radius", radius, "length")
+    offset = contact.force_offset if curve.force_sign == "tension" else -contact.force_offset
+    tension = curve.tension - offset
+    pulled = max(curve.pull_off_force - offset, 3.0 * contact.noise)
+    known.setdefault("work_of_adhesion", pulled / (jkr.PULL_OFF_FORCE * np.pi * r))
+    deepest = int(np.argmax(curve.indentation))
+    depth = float(curve.indentation[deepest]) - contact.contact_point
+    pressed = max(-float(np.min(tension)), 3.0 * contact.noise)
+    known.setdefault("relaxed_modulus", _modulus(r, float(known["work_of_adhesion"]), depth, pressed))
+    return Setup(radius=r, **known)
+
+
+def _modulus(radius: float, work: float, depth: float, pressed: float) -> float:
+    """Young's modulus, for nu = 1/2, at which the JKR force at a depth is the measured one."""
+    hertz = 0.75 * 0.75 * pressed / (np.sqrt(radius) * max(depth, 1e-12) ** 1.5)
+    best, error = hertz, np.inf
+    for modulus in hertz * np.geomspace(0.03, 30.0, _STEPS):
+        stretch = np.cbrt(radius * (work / (modulus / 0.75)) ** 2)
+        force = -float(jkr.force_from_indentation(depth, stretch)) * np.pi * radius * work
+        if abs(force - pressed) < error:
+            best, error = modulus, abs(force - pressed)
+    return float(best)
+
+
+def first_contact(curve: ForceCurve) -> Contact:
+    """The contact as `find_contact` sees it, with the offset as a tension."""
+    contact = find_contact(curve)
+    if curve.force_sign == "tension":
+        return contact
+    return Contact(contact.contact_point, -contact.force_offset, contact.noise, contact.index)

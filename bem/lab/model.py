@@ -1,0 +1,114 @@
+"""The force a setup predicts along a measured history, and the few straight lines that stand for that history."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from bem._support.validation import FloatArray
+from bem.lab.contact_point import noise_of
+from bem.lab.curve import ForceCurve
+from bem.lab.setup import Setup
+from bem.materials import Elastic, StandardLinearSolid
+from bem.protocol import PiecewiseLinearProtocol, default_start_indentation
+
+_CLOSENESS = 1e-3  # of the range of indentation, by which the lines may miss a measured point
+_FAR = 3.0  # default starts away from the surface, where nothing acts yet
+MOST_KNOTS = 400
+
+SETUP_PARAMETERS = ("relaxed_modulus", "work_of_adhesion", "retardation_time", "modulus_ratio")
+
+
+def straight_lines(curve: ForceCurve) -> tuple[FloatArray, FloatArray]:
+    """Instants from zero, in s, and indentations, in m, of few points between which the measured path is straight.
+
+    Lines are split at the point they miss most (Ramer, 1972; Douglas and Peucker, 1973) until none is missed by more
+    than a thousandth of the range, or by three standard deviations of the noise.
+    """
+    time, first = np.unique(curve.time - curve.time[0], return_index=True)
+    depth = curve.indentation[first]
+    allowed = max(_CLOSENESS * float(np.ptp(depth)), 3.0 * noise_of(depth))
+    kept, open_pieces = {0, time.size - 1}, [(0, time.size - 1)]
+    while open_pieces and len(kept) < MOST_KNOTS:
+        begin, end = open_pieces.pop()
+        line = np.interp(time[begin : end + 1], time[[begin, end]], depth[[begin, end]])
+        missed = np.abs(depth[begin : end + 1] - line)
+        worst = int(np.argmax(missed))
+        if missed[worst] > allowed:
+            kept.add(begin + worst)
+            open_pieces += [(begin, begin + worst), (begin + worst, end)]
+    knots = np.array(sorted(kept))
+    return time[knots], depth[knots]
+
+
+@dataclass
+class Model:
+    """Predicted tension at the instants of a measured curve.
+
+    Args:
+        curve: the measurement.
+        setup: what is known; parameters of `tension` replace its values.
+    """
+
+    curve: ForceCurve
+    setup: Setup
+    evaluations: int = 0
+    _lines: tuple[FloatArray, FloatArray] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self._lines = straight_lines(self.curve)
+
+    def setup_of(self, values: Mapping[str, float]) -> Setup:
+        """The setup with the values of its parameters."""
+        changes = {name: values[name] for name in SETUP_PARAMETERS if name in values}
+        return self.setup.replaced(**changes)
+
+    def protocol(self, setup: Setup, contact_point: float = 0.0) -> tuple[PiecewiseLinearProtocol, float]:
+        """The measured path in the units of a setup, and the instant, in s, at which it begins to matter.
+
+        The approach from far away is left out.
+        """
+        time, depth = self._lines
+        depth = (depth - contact_point) / setup.indentation_scale
+        near = _FAR * default_start_indentation(setup.tabor)
+        inside = np.flatnonzero(depth > near)
+        first = int(inside[0]) if inside.size else 0
+        if first > 0:
+            share = (near - depth[first - 1]) / (depth[first] - depth[first - 1])
+            start = time[first - 1] + share * (time[first] - time[first - 1])
+            if start < time[first]:
+                time, depth = np.append(start, time[first:]), np.append(near, depth[first:])
+            else:
+                time, depth = time[first:], depth[first:]
+        begin = float(time[0])
+        return PiecewiseLinearProtocol((time - begin) / setup.time_scale, depth), begin
+
+    def tension(self, values: Mapping[str, float], accuracy: str | float) -> FloatArray | None:
+        """Predicted tension in N at the curve's instants, shape (n,); `None` where the solver did not complete.
+
+        Args:
+            values: setup parameters and `contact_point`, as far as they differ from the setup and from 0.
+            accuracy: as for `bem.simulate`.
+        """
+        from bem.solver.simulation import simulate
+
+        self.evaluations += 1
+        setup = self.setup_of(values)
+        protocol, begin = self.protocol(setup, values.get("contact_point", 0.0))
+        trajectory = simulate(setup.scene(), protocol, accuracy)
+        if not trajectory.completed:
+            return None
+        instants = (self.curve.time - self.curve.time[0] - begin) / setup.time_scale
+        force = trajectory.at(np.clip(instants, 0.0, trajectory.time[-1]))
+        return setup.force_scale * np.where(instants >= 0.0, force, 0.0)
+
+
+def with_memory(setup: Setup, duration: float) -> Setup:
+    """The setup with a standard linear solid in place of an elastic one, a tenth of `duration` slow."""
+    if not isinstance(setup.material, Elastic):
+        return setup
+    return setup.replaced(
+        material=StandardLinearSolid(modulus_ratio=0.3), retardation_time=setup.retardation_time or 0.1 * duration
+    )

@@ -1,0 +1,277 @@
+"""An experiment in SI units: the sphere, the solid, their adhesion, and what they are in the solver's units.
+
+With R the radius, dgamma the work of adhesion, E0* = E0 / (1 - nu^2) and h0 the equilibrium gap, the solver measures
+
+    indentation in h0,  force in pi R dgamma,  time in retardation times,  contact radius in beta = (R^2 dgamma /
+    E0*)^(1/3),
+
+and all that is left is the Tabor parameter mu = (R dgamma^2 / (E0*^2 h0^3))^(1/3). Source: paper, Methods.
+
+Effective range. Surfaces attract over a few angstroms, so that a soft sphere of micrometres has a Tabor parameter of
+hundreds, beyond what a mesh resolves. The gap h0 is then a range to choose: the setup takes the one at which the Tabor
+parameter is `largest_tabor`. What the range stands for differs:
+
+- In an elastic contact it is a numerical choice. Newtons against metres no longer depend on it once mu is large: JKR.
+- In a viscoelastic contact it is a length of the material. The edge of the contact dissipates at the frequency at which
+  it crosses the cohesive zone, so that a longer range acts like a shorter retardation time at the edge, though not in
+  the bulk. A pull-off force that depends on speed depends on the range too, and a fitted retardation time belongs to
+  it.
+
+`range_sensitivity` measures which it is, and `simulate` warns.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import warnings
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Literal
+
+import numpy as np
+
+from bem._support.validation import finite_number, instance
+from bem._support.wording import shown
+from bem.lab.curve import ForceCurve, require_sign
+from bem.lab.units import readable, to_si
+from bem.materials import Elastic, PronySeries, StandardLinearSolid
+from bem.protocol import LoadingProtocol, PiecewiseLinearProtocol
+from bem.scene import Scene
+
+INTERATOMIC_GAP = 0.3e-9
+"""The equilibrium gap, in m, of a setup that names none: of the order of the distance of atoms."""
+
+LARGEST_TABOR = 3.0
+"""Tabor parameter above which the gap is taken longer, so that the solver resolves the contact edge."""
+
+SENSITIVE = 0.05
+"""Relative change of the pull-off force, when the effective range is 1.5 times longer, that is worth a warning."""
+
+_RANGE_TEST = 1.5
+_QUANTITIES = {
+    "radius": "length",
+    "work_of_adhesion": "energy per area",
+    "relaxed_modulus": "pressure",
+    "equilibrium_gap": "length",
+    "retardation_time": "time",
+}
+
+
+class EffectiveRangeWarning(UserWarning):
+    """A result depends on the effective range of adhesion, which stands in for one too short to resolve."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Setup:
+    """A sphere on a half-space, in SI units.
+
+    Each quantity is a plain number in SI, or text with a unit such as "50 um" (with Pint).
+
+    Args:
+        radius: of the sphere, in m.
+        work_of_adhesion: thermodynamic work of adhesion dgamma, in J/m^2.
+        relaxed_modulus: Young's modulus E0 of the half-space after all relaxation, in Pa.
+        poisson_ratio: from 0 to 0.5; soft solids are nearly incompressible.
+        equilibrium_gap: h0, the gap at which the surfaces neither attract nor repel each other, in m. The gap in use is
+            `gap`, which is longer where the Tabor parameter would exceed `largest_tabor`.
+        retardation_time: the unit of the material's times, in s. Required for a `StandardLinearSolid`, whose
+            retardation time it is. A `PronySeries` without it has its times in seconds.
+        material: `Elastic()`, `StandardLinearSolid(...)` or `PronySeries(...)`.
+        largest_tabor: see the module's words on the effective range.
+
+    Raises:
+        ValueError: naming the quantity, what is allowed and what was received.
+    """
+
+    radius: float
+    work_of_adhesion: float
+    relaxed_modulus: float
+    poisson_ratio: float = 0.5
+    equilibrium_gap: float = INTERATOMIC_GAP
+    retardation_time: float | None = None
+    material: Elastic | StandardLinearSolid | PronySeries = dataclasses.field(default_factory=Elastic)
+    largest_tabor: float = LARGEST_TABOR
+
+    def __post_init__(self) -> None:
+        instance("material", self.material, (Elastic, StandardLinearSolid, PronySeries))
+        if self.retardation_time is None and isinstance(self.material, StandardLinearSolid):
+            raise ValueError("retardation_time must be given for a StandardLinearSolid; received None")
+        for name, dimension in _QUANTITIES.items():
+            if getattr(self, name) is not None:
+                value = finite_number(name, to_si(name, getattr(self, name), dimension), above=0.0)
+                object.__setattr__(self, name, value)
+        ratio = finite_number("poisson_ratio", to_si("poisson_ratio", self.poisson_ratio, "number"), low=0.0, high=0.5)
+        object.__setattr__(self, "poisson_ratio", ratio)
+        finite_number("largest_tabor", self.largest_tabor, low=0.05, high=50.0)
+        if not self.tabor >= 1e-6:
+            raise ValueError(f"the Tabor parameter of a setup must be at least 1e-06; received {self.tabor:.3g}")
+
+    @property
+    def contact_modulus(self) -> float:
+        """E0* = E0 / (1 - nu^2), in Pa."""
+        return self.relaxed_modulus / (1.0 - self.poisson_ratio**2)
+
+    @property
+    def adhesion_length(self) -> float:
+        """(R dgamma^2 / E0*^2)^(1/3), in m: how far adhesion stretches the surface, mu times h0."""
+        return float(np.cbrt(self.radius * (self.work_of_adhesion / self.contact_modulus) ** 2))
+
+    @property
+    def physical_tabor(self) -> float:
+        """Tabor parameter with the equilibrium gap as given."""
+        return self.adhesion_length / self.equilibrium_gap
+
+    @property
+    def tabor(self) -> float:
+        """Tabor parameter simulated, at most `largest_tabor`."""
+        return min(self.physical_tabor, self.largest_tabor)
+
+    @property
+    def gap(self) -> float:
+        """The gap h0 simulated, in m: the equilibrium gap, or the effective range."""
+        return self.adhesion_length / self.tabor
+
+    @property
+    def range_is_effective(self) -> bool:
+        """Whether `gap` is longer than the equilibrium gap."""
+        return self.physical_tabor > self.largest_tabor
+
+    @property
+    def force_scale(self) -> float:
+        """The product pi R dgamma, in N."""
+        return float(np.pi * self.radius * self.work_of_adhesion)
+
+    @property
+    def indentation_scale(self) -> float:
+        """The gap h0 simulated, in m."""
+        return self.gap
+
+    @property
+    def time_scale(self) -> float:
+        """The retardation time, in s; 1 s where the material has none or its times are in seconds."""
+        return 1.0 if self.retardation_time is None else self.retardation_time
+
+    @property
+    def contact_radius_scale(self) -> float:
+        """The length beta = (R^2 dgamma / E0*)^(1/3), in m."""
+        return float(np.cbrt(self.radius**2 * self.work_of_adhesion / self.contact_modulus))
+
+    @property
+    def speed_scale(self) -> float:
+        """h0 per retardation time, in m/s."""
+        return self.indentation_scale / self.time_scale
+
+    @cached_property
+    def regime(self) -> str:
+        """The limit of elastic theory this contact is near, by the physical Tabor parameter."""
+        if self.physical_tabor >= 5.0:
+            return "JKR: short-range adhesion"
+        return "DMT: long-range adhesion" if self.physical_tabor <= 0.1 else "between DMT and JKR"
+
+    def scene(self) -> Scene:
+        """The contact in the solver's units."""
+        return Scene(tabor=self.tabor, material=self.material)
+
+    def protocol(
+        self,
+        *,
+        peak_indentation: Any,
+        loading_rate: Any,
+        dwell_time: Any = 0.0,
+        unloading_rate: Any,
+        start_indentation: Any = None,
+    ) -> LoadingProtocol:
+        """One cycle of loading, dwell and unloading in the solver's units.
+
+        Args:
+            peak_indentation: in m.
+            loading_rate, unloading_rate: speeds, in m/s.
+            dwell_time: in s.
+            start_indentation: in m; by default where the surfaces hardly feel each other, -pi^(2/3) `adhesion_length`.
+        """
+        start = None
+        if start_indentation is not None:
+            start = to_si("start_indentation", start_indentation, "length") / self.indentation_scale
+        return LoadingProtocol(
+            peak_indentation=to_si("peak_indentation", peak_indentation, "length") / self.indentation_scale,
+            loading_rate=to_si("loading_rate", loading_rate, "speed") / self.speed_scale,
+            dwell_time=to_si("dwell_time", dwell_time, "time") / self.time_scale,
+            unloading_rate=to_si("unloading_rate", unloading_rate, "speed") / self.speed_scale,
+            start_indentation=start,
+        )
+
+    def simulate(
+        self,
+        protocol: LoadingProtocol | PiecewiseLinearProtocol,
+        accuracy: str | float = "standard",
+        *,
+        force_sign: Literal["tension", "compression"] = "tension",
+        check_range: bool = True,
+    ) -> ForceCurve:
+        """Simulate a protocol of `protocol(...)` and give the force curve in SI.
+
+        Args:
+            protocol: in the solver's units.
+            accuracy: as for `bem.simulate`.
+            force_sign: which force is positive. Adhesion is tension; laboratories often count compression.
+            check_range: whether to simulate once more, at draft accuracy, to warn where the effective range matters.
+
+        Raises:
+            ValueError: for a protocol, accuracy or sign that is none.
+            RuntimeError: the simulation did not complete; the message says why.
+        """
+        from bem.solver.simulation import simulate
+
+        require_sign(force_sign)
+        trajectory = simulate(self.scene(), protocol, accuracy)
+        if not trajectory.completed:
+            raise RuntimeError(f"the simulation did not complete: {trajectory.status}")
+        if check_range and self.range_is_effective:
+            self._warn_of_range(protocol)
+        sign = 1.0 if force_sign == "tension" else -1.0
+        return ForceCurve(
+            time=trajectory.time * self.time_scale,
+            indentation=trajectory.indentation * self.indentation_scale,
+            force=sign * trajectory.force * self.force_scale,
+            contact_radius=trajectory.contact_radius * self.contact_radius_scale,
+            force_sign=force_sign,
+        )
+
+    def range_sensitivity(self, protocol: LoadingProtocol | PiecewiseLinearProtocol) -> float:
+        """Relative change of the pull-off force when the effective range is made 1.5 times longer.
+
+        Both are simulated at draft accuracy. It is zero for a range that is the equilibrium gap itself.
+        """
+        from bem.solver.simulation import simulate
+
+        if not self.range_is_effective:
+            return 0.0
+        longer = dataclasses.replace(self, largest_tabor=max(self.tabor / _RANGE_TEST, 0.05))
+        history = protocol.history(self.tabor) if isinstance(protocol, LoadingProtocol) else protocol
+        moved = PiecewiseLinearProtocol(
+            history.times, history.indentations * (self.gap / longer.gap), phases=history.phases
+        )
+        found = [simulate(setup.scene(), path, "draft") for setup, path in ((self, history), (longer, moved))]
+        forces = [trajectory.pull_off_force for trajectory in found]
+        return abs(forces[1] / forces[0] - 1.0) if all(np.isfinite(forces)) else np.inf
+
+    def _warn_of_range(self, protocol: LoadingProtocol | PiecewiseLinearProtocol) -> None:
+        change = self.range_sensitivity(protocol)
+        if change > SENSITIVE:
+            warnings.warn(
+                f"the pull-off force depends on the effective range of adhesion, {readable(self.gap, 'm')} in place of "
+                f"{readable(self.equilibrium_gap, 'm')}: it changes by {100 * change:.0f} % when the range is "
+                f"{_RANGE_TEST:g} times longer; a largest_tabor above {self.largest_tabor:g} brings the range nearer",
+                EffectiveRangeWarning,
+                stacklevel=3,
+            )
+
+    def replaced(self, **changes: Any) -> Setup:
+        """The same setup with some quantities changed; `modulus_ratio` stands for a standard linear solid of it."""
+        ratio = changes.pop("modulus_ratio", None)
+        if ratio is not None:
+            changes["material"] = StandardLinearSolid(modulus_ratio=ratio)
+        unknown = sorted(set(changes) - {entry.name for entry in dataclasses.fields(self)})
+        if unknown:
+            raise ValueError(f"Expected quantities of a setup; received {shown(unknown)}")
+        return dataclasses.replace(self, **changes)

@@ -1,0 +1,112 @@
+"""One trial of a time step: predict, solve, and judge whether the step was short enough."""
+
+import numpy as np
+
+from bem._support.jit import kernel_part
+from bem.solver.equilibrium import Factor, force_of, solve_adhesive
+from bem.solver.extrapolation import (
+    Recent,
+    bend_of_force,
+    expected_force,
+    history_error,
+    predict,
+    prediction_error,
+)
+from bem.solver.nonadhesive import solve_nonadhesive
+from bem.solver.problem import Problem
+from bem.solver.state import State, right_side
+from bem.solver.work import ITERATIONS
+
+_STALE_AFTER = 8  # iterations in one step after which the kept factorisation is dropped
+_BEND = 0.05  # change of the force's course in one step, over the force, from which its history is checked
+
+
+@kernel_part
+def try_step(
+    problem: Problem,
+    state: State,
+    recent: Recent,
+    factor: Factor,
+    time: float,
+    depth: float,
+    remembered: np.ndarray,
+    response: float,
+    can_shrink: bool,
+    work: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray, bool, float]:
+    """Solve the equilibrium at the end of a step.
+
+    Args:
+        problem: the scene, discretised.
+        state: at the beginning of the step.
+        recent: the last solutions.
+        factor: kept factorisation.
+        time: at the end of the step, counted as those of `recent`.
+        depth: indentation there.
+        remembered, response: what the material contributes, from `bem.solver.hereditary`.
+        can_shrink: whether a shorter step may be tried; otherwise every solution is accepted.
+        work: counts as in `bem.solver.work`, added to.
+
+    Returns:
+        gap and traction (n,); whether they are a solution and accepted; and the factor by which to change the step.
+    """
+    tabor, mesh = problem.tabor, state.mesh
+    rhs = right_side(tabor, mesh, depth, remembered)
+    guess_gap, guess_traction = np.empty(rhs.size), np.empty(rhs.size)
+    predict(recent, time, tabor, problem.nonadhesive, guess_gap, guess_traction)
+    gap, traction = guess_gap.copy(), guess_traction.copy()
+    if problem.nonadhesive:
+        solved = solve_nonadhesive(mesh.influence, rhs, response, gap, traction, work)
+    else:
+        before = work[ITERATIONS]
+        solved = solve_adhesive(
+            mesh.influence,
+            mesh.force_weights,
+            tabor,
+            rhs,
+            response,
+            # a stiff response turns a small residual into a large traction
+            problem.controls.residual * min(1.0, 10.0 * response),
+            problem.force_error * max(abs(state.force), problem.scales.force),
+            factor,
+            gap,
+            traction,
+            work,
+        )
+        if not solved or work[ITERATIONS] - before >= _STALE_AFTER:
+            factor.order[0] = 0
+    if not solved:
+        return gap, traction, False, 0.25
+    accepted, shrink = _judge(problem, state, recent, guess_gap, guess_traction, time, gap, traction, can_shrink)
+    return gap, traction, accepted, shrink
+
+
+@kernel_part
+def _judge(
+    problem: Problem,
+    state: State,
+    recent: Recent,
+    guess_gap: np.ndarray,
+    guess_traction: np.ndarray,
+    time: float,
+    gap: np.ndarray,
+    traction: np.ndarray,
+    can_shrink: bool,
+) -> tuple[bool, float]:
+    """Whether a solution is near enough to its prediction, and the factor by which to change the step."""
+    tabor, nonadhesive, weights = problem.tabor, problem.nonadhesive, state.mesh.force_weights
+    allowed, order = problem.controls.prediction, recent.count[0]
+    expected = np.nan if problem.strengths.size > 0 or nonadhesive else expected_force(recent, time)
+    error = prediction_error(
+        weights, tabor, nonadhesive, guess_gap, guess_traction, gap, traction, problem.scales, expected
+    )
+    shrink = 0.9 * (allowed / max(error, 1e-12)) ** (1.0 / order)
+    if can_shrink and error > 2.0 * allowed:
+        return False, max(0.2, min(0.8, shrink))
+    if can_shrink and order >= 2 and not nonadhesive:
+        force = force_of(weights, traction, gap)
+        if bend_of_force(recent, time, force) > _BEND * max(abs(force), problem.scales.force):
+            error = history_error(recent, weights, tabor, nonadhesive, time, force, problem.scales)
+            if error > 0.5 * allowed:
+                return False, 0.5
+    return True, shrink

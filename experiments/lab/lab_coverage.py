@@ -1,0 +1,144 @@
+"""How often a fit's 95 % intervals hold the truth: contacts drawn at random, simulated, given noise, and fitted.
+
+Each case draws modulus, work of adhesion, retardation time, modulus ratio, contact point and force offset of a soft
+bead, simulates a cycle of loading, dwell and unloading at a tighter accuracy than the fit's, samples it at 300 instants
+and adds 1 % of its range as noise. Six parameters are then fitted from guesses that the curve alone gives.
+
+Usage: `python -m experiments lab_coverage [--cases N] [--seed S] [--jobs N] [--out FILE]`.
+"""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from joblib import Parallel, delayed
+
+from bem import StandardLinearSolid, simulate
+from bem._support.command_line import run_main
+from bem.lab import ForceCurve, Setup, fit
+from bem.lab.fitting import ALL, FitError
+from bem.lab.guess import guess_setup
+from experiments.common import write_result
+from experiments.timing import MEASUREMENTS, progress
+
+OUT = MEASUREMENTS / "lab_coverage.json"
+RADIUS = 50e-6
+NOISE = 0.01
+POINTS = 300
+TRUE_ACCURACY = 1e-3
+LOGARITHMIC = {
+    "relaxed_modulus": (0.5e6, 5e6),
+    "work_of_adhesion": (0.02, 0.1),
+    "retardation_time": (0.03, 0.3),
+    "modulus_ratio": (0.15, 0.6),
+}
+DEEPEST, FARTHEST = 4.0, 6.0  # in adhesion lengths
+RAMP, DWELL = 0.5, 0.5  # seconds
+
+
+def drawn(rng: np.random.Generator) -> dict[str, float]:
+    """The truth of one case, in SI."""
+    truth = {name: float(np.exp(rng.uniform(*np.log(bounds)))) for name, bounds in LOGARITHMIC.items()}
+    truth["contact_point"] = float(rng.uniform(-0.5, 0.5)) * setup_of(truth).adhesion_length
+    truth["force_offset"] = float(rng.uniform(-0.5, 0.5)) * setup_of(truth).force_scale
+    return truth
+
+
+def setup_of(truth: dict[str, float]) -> Setup:
+    """The bead of a case."""
+    return Setup(
+        radius=RADIUS,
+        work_of_adhesion=truth["work_of_adhesion"],
+        relaxed_modulus=truth["relaxed_modulus"],
+        retardation_time=truth["retardation_time"],
+        material=StandardLinearSolid(modulus_ratio=truth["modulus_ratio"]),
+    )
+
+
+def measured(truth: dict[str, float], rng: np.random.Generator) -> ForceCurve:
+    """A noisy curve of a case.
+
+    Raises:
+        RuntimeError: the simulation did not complete.
+    """
+    setup = setup_of(truth)
+    length = setup.adhesion_length
+    speed = (DEEPEST + FARTHEST) * length / RAMP
+    protocol = setup.protocol(
+        peak_indentation=DEEPEST * length,
+        loading_rate=speed,
+        dwell_time=DWELL,
+        unloading_rate=speed,
+        start_indentation=-FARTHEST * length,
+    )
+    trajectory = simulate(setup.scene(), protocol, TRUE_ACCURACY)
+    if not trajectory.completed:
+        raise RuntimeError(f"a curve of the study could not be simulated: {trajectory.status}")
+    instants = np.linspace(0.0, trajectory.time[-1], POINTS)
+    force = setup.force_scale * trajectory.at(instants)
+    depth = setup.indentation_scale * protocol.history(setup.tabor).indentation_at(instants)
+    noise = NOISE * np.ptp(force) * rng.standard_normal(POINTS)
+    return ForceCurve(
+        time=setup.time_scale * instants,
+        indentation=depth + truth["contact_point"],
+        force=force + truth["force_offset"] + noise,
+    )
+
+
+def one_case(seed: int, number: int) -> dict[str, Any]:
+    """Truth, estimates and intervals of a case, and whether it was fitted at all."""
+    rng = np.random.default_rng([seed, number])
+    truth = drawn(rng)
+    curve = measured(truth, rng)
+    started = time.process_time()
+    try:
+        result = fit(curve, guess_setup(curve, radius=RADIUS), ALL)
+    except (FitError, ValueError) as error:
+        return {"truth": truth, "failure": str(error), "seconds": time.process_time() - started}
+    return {
+        "truth": truth,
+        "values": result.values,
+        "inside": {name: bool(low <= truth[name] <= high) for name, (low, high) in result.intervals.items()},
+        "simulations": result.simulations,
+        "seconds": time.process_time() - started,
+    }
+
+
+def main(
+    cases: Annotated[int, typer.Option(help="Curves drawn, simulated and fitted.")] = 100,
+    seed: Annotated[int, typer.Option(help="Seed of all draws.")] = 0,
+    jobs: Annotated[int, typer.Option(help="Processes.")] = 1,
+    out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
+) -> None:
+    """Draw, fit and count."""
+    found = Parallel(n_jobs=jobs, return_as="generator")(delayed(one_case)(seed, number) for number in range(cases))
+    results = list(progress(found, "fits", cases))
+    fitted = [result for result in results if "values" in result]
+    inside = {name: sum(result["inside"][name] for result in fitted) for name in ALL}
+    seconds = sorted(result["seconds"] for result in results)
+    write_result(
+        out,
+        f"lab_coverage --cases {cases} --seed {seed}",
+        {
+            "cases": cases,
+            "fitted": len(fitted),
+            "inside": inside,
+            "noise": NOISE,
+            "points": POINTS,
+            "median_seconds": seconds[len(seconds) // 2],
+            "longest_seconds": seconds[-1],
+            "results": results,
+        },
+    )
+    median, longest = seconds[len(seconds) // 2], seconds[-1]
+    print(f"{len(fitted)} of {cases} fitted, {median:.0f} s of processor each (longest {longest:.0f} s)")
+    for name, count in inside.items():
+        print(f"{name:17} inside its 95 % interval in {count}")
+
+
+if __name__ == "__main__":
+    run_main(main)

@@ -1,0 +1,90 @@
+"""What the Makefile's lines say of figures, tables, studies and measurements, for the messages and documents.
+
+A line reads `NAME.KIND := WORDS  ## CAPTION`. Kinds: `paper` and `cost` are figures and tables, which read results;
+`study` is a result of `experiments`; `makes` and `publishes` are targets that publish a result.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+MAKEFILE = Path(__file__).parents[1] / "Makefile"
+LINE = re.compile(r"^([\w-]+)\.(paper|cost|study|makes|publishes) :=(.*?)(?:\s*## (.*))?$", re.MULTILINE)
+WHOLE = {"figures tables": "all of them", "paper": "and the report", "smoke": "the path from nothing, tiny"}
+"""Targets that the table of a document shows besides the paper's figures and tables."""
+INPUTS = {
+    "architectures": "Keras models, untrained",
+    "solver": "solver",
+    "dataset": "data set",
+    "M1-concat": "M1-concat",
+    "models": "all models",
+    "more-models": "M1-concat otherwise trained",
+    "feature_sets": "`published/feature_sets.json`",
+    "data_efficiency": "`published/data_efficiency.json`",
+    "accuracy_price": "`published/accuracy_price.json`",
+}
+"""What is there before any study, in words; published seconds go without saying."""
+STAGES = {
+    "M1-concat": "reference",
+    "models": "models",
+    "more-models": "more-models",
+    "feature_sets": "feature-sets",
+    "data_efficiency": "data-efficiency",
+}
+"""The stage of the path from nothing that makes an input; all of these rest on the data set."""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A line of the registry; `reads` are names of results, of which those in `optional` may be missing."""
+
+    name: str
+    kind: str
+    words: tuple[str, ...]
+    caption: str
+
+    @property
+    def reads(self) -> tuple[str, ...]:
+        """Names of the results that it reads."""
+        return tuple(word.removesuffix("?") for word in self.words)
+
+    @property
+    def optional(self) -> set[str]:
+        """Those of them that may be missing."""
+        return {word.removesuffix("?") for word in self.words if word.endswith("?")}
+
+
+def entries(makefile: Path = MAKEFILE) -> list[Entry]:
+    """All lines of the registry, in their order."""
+    text = makefile.read_text(encoding="utf-8")
+    return [Entry(name, kind, tuple(words.split()), caption or "") for name, kind, words, caption in LINE.findall(text)]
+
+
+def maker(result: str) -> str | None:
+    """The command that publishes a result; `None` where no target does."""
+    made = [entry for entry in entries() if entry.kind in ("makes", "publishes") and result in entry.words]
+    return f"make {made[0].name}" if made else None
+
+
+def inputs(name: str, makefile: Path = MAKEFILE) -> list[str]:
+    """What a figure or table rests on, directly or by studies, in the order of `INPUTS`."""
+    known = entries(makefile)
+    studies = {entry.name: entry.reads for entry in known if entry.kind == "study"}
+    open_, found = [entry.reads for entry in known if entry.kind == "paper" and entry.name == name], set()
+    while open_:
+        for read in open_.pop():
+            found.add(read)
+            if read in studies:
+                open_.append(studies[read])
+    if "models" in found:
+        found.discard("M1-concat")
+    return [one for one in INPUTS if one in found]
+
+
+def stages(name: str, makefile: Path = MAKEFILE) -> list[str]:
+    """Stages of the path from nothing that a figure or table rests on."""
+    found = inputs(name, makefile)
+    made = [STAGES[one] for one in found if one in STAGES]
+    return ["dataset", *made] if made or "dataset" in found else []

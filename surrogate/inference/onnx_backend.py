@@ -1,0 +1,186 @@
+"""Predictions by ONNX Runtime, which starts quickly and needs no learning framework."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from bem._support.wording import shortened
+from surrogate.data.scaling import Scaling
+from surrogate.network.graph import Graph, Operation
+from surrogate.network.onnx_file import (
+    ONNX_FORMAT,
+    ONNX_FORMAT_VERSION,
+    ONNX_INTERFACE,
+    ONNX_METADATA,
+    ONNX_NAME,
+    is_intact,
+)
+
+if TYPE_CHECKING:
+    import onnxruntime
+
+# Larger batches leave the caches and gain nothing.
+ONNX_BATCH = 256
+
+
+class OnnxBackend:
+    """An ONNX file of `surrogate export`, run by ONNX Runtime.
+
+    Args:
+        path: The file.
+        threads: Threads ONNX Runtime may use; one is best for single trajectories.
+
+    Raises:
+        FileNotFoundError: no such file.
+        ValueError: the file is not of `surrogate export`, of another version of it or altered since, or there is no
+            thread to use.
+    """
+
+    def __init__(self, path: str | Path, threads: int = 1) -> None:
+        self.path = Path(path)
+        self.threads = threads
+        if not self.path.is_file():
+            where = "is a directory" if self.path.is_dir() else "does not exist"
+            raise FileNotFoundError(f"Expected an ONNX file. Received: {self.path}, which {where}")
+        if threads < 1:
+            raise ValueError(f"Expected at least one thread. Received: threads={threads}")
+        self._content = self.path.read_bytes()
+        if not is_intact(self._content):
+            raise self._unlike("which is another one, damaged, or of an earlier version; export it again")
+        try:
+            self.session = self._session()
+            self.metadata = dict(self.session.get_modelmeta().custom_metadata_map)
+        # ONNX Runtime's exceptions share no base class of their own.
+        except Exception as error:
+            raise self._unlike("unreadable") from error
+        found = self.metadata.get("format"), self.metadata.get("format_version")
+        if found[0] != ONNX_FORMAT:
+            raise self._unlike("which is not one")
+        if found[1] != str(ONNX_FORMAT_VERSION):
+            raise ValueError(
+                f"Expected version {ONNX_FORMAT_VERSION} of the ONNX files of `surrogate export`. "
+                f"Received: version {shortened(str(found[1]))} in {self.path}"
+            )
+        missing = [key for key in ONNX_METADATA if key not in self.metadata]
+        if missing:
+            raise self._unlike(f"without {', '.join(missing)} in its metadata")
+        interface = [
+            (item.name, item.type, len(item.shape))
+            for item in (*self.session.get_inputs(), *self.session.get_outputs())
+        ]
+        if sorted(interface) != sorted(ONNX_INTERFACE):
+            names = shortened(", ".join(name for name, _, _ in interface))
+            raise self._unlike(f"whose inputs and outputs ({names}) are other ones")
+        self.name = self.metadata["name"]
+        self._operations = self._read_operations()
+        try:
+            self.scaling = Scaling.from_json(self.metadata["scaling"], source=self.path)
+        except (ValueError, RecursionError) as error:
+            raise self._unlike("whose scaling is damaged") from error
+
+    def _session(self) -> onnxruntime.InferenceSession:
+        import onnxruntime
+
+        options = onnxruntime.SessionOptions()
+        options.intra_op_num_threads = self.threads
+        options.inter_op_num_threads = 1
+        options.log_severity_level = 4
+        return onnxruntime.InferenceSession(self._content, sess_options=options, providers=["CPUExecutionProvider"])
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what another process needs, where the file may be missing: its content, and not the session."""
+        return {name: value for name, value in vars(self).items() if name != "session"}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        vars(self).update(state)
+        self.session = self._session()
+
+    def _read_operations(self) -> list[Operation]:
+        try:
+            operations = [Operation.from_dict(entry) for entry in json.loads(self.metadata["plan"])]
+            if not operations:
+                raise ValueError("no operations")
+        except (ValueError, KeyError, TypeError, RecursionError) as error:
+            raise self._unlike("whose operations are damaged") from error
+        return operations
+
+    def _unlike(self, words: str) -> ValueError:
+        return ValueError(f"Expected an ONNX file of `surrogate export`. Received: {self.path}, {words}")
+
+    def force(self, times: np.ndarray, indentations: np.ndarray, tabor: np.ndarray, edge: np.ndarray) -> np.ndarray:
+        """Return the physical forces of shape `(batch, steps)`.
+
+        Raises:
+            ValueError: ONNX Runtime cannot compute them, as where attention over a long history exceeds the memory.
+        """
+        inputs = {"times": times, "indentations": indentations, "tabor": tabor, "edge": edge}
+        inputs = {name: np.ascontiguousarray(values, dtype=np.float64) for name, values in inputs.items()}
+        try:
+            parts = [
+                self.session.run(["force"], {name: values[at : at + ONNX_BATCH] for name, values in inputs.items()})[0]
+                for at in range(0, len(times), ONNX_BATCH)
+            ]
+        except Exception as error:
+            raise ValueError(
+                f"Expected histories that {self.name} can compute. Received: shape {np.shape(times)} "
+                f"({shortened(str(error))})"
+            ) from error
+        return parts[0] if len(parts) == 1 else np.concatenate(parts)
+
+    def graph(self) -> Graph:
+        """Return the network as elementary operations, read from the file."""
+        import onnx
+
+        content = onnx.load_model_from_string(self._content).graph
+        names = tuple(f"{operation.name}/" for operation in self._operations)
+        weights = {
+            item.name: onnx.numpy_helper.to_array(item) for item in content.initializer if item.name.startswith(names)
+        }
+        return Graph(self._operations, weights)
+
+    def require_weights_of(self, folder: Path) -> None:
+        """Check that the file was exported from the weights beside it, where there are any.
+
+        Raises:
+            ValueError: it was not.
+        """
+        weights = folder / "model.weights.h5"
+        if weights.is_file() and hashlib.sha256(weights.read_bytes()).hexdigest() != self.metadata["weights_sha256"]:
+            raise ValueError(
+                f"Expected the weights that {self.path} was exported from; restore them, or export it again with "
+                f"`surrogate export {shortened(self.name)}`. Received: other weights in {weights}"
+            )
+
+    def require_scaling(self, scaling: Scaling) -> None:
+        """Check that the file was exported with the scaling beside it.
+
+        Raises:
+            ValueError: it was not.
+        """
+        if scaling != self.scaling:
+            raise ValueError(
+                f"Expected the scaling that {self.path} was exported with; export it again with `surrogate export "
+                f"{shortened(self.name)}`, or restore scaling.json. Received: another one beside it"
+            )
+
+
+def require_exported(folder: Path, scaling: Scaling) -> None:
+    """Check a model directory's weights and scaling against its ONNX file, where there is an intact one.
+
+    Raises:
+        ValueError: they differ.
+    """
+    if not (folder / ONNX_NAME).is_file():
+        return
+    try:
+        exported = OnnxBackend(folder / ONNX_NAME)
+    except ValueError:
+        # A file that must be exported again says nothing about what is beside it.
+        return
+    exported.require_weights_of(folder)
+    exported.require_scaling(scaling)

@@ -1,0 +1,46 @@
+"""The ONNX files of `surrogate export`: name, metadata, inputs and output, and the check of their bytes.
+
+The last entry of the metadata, `content_sha256`, is the SHA-256 sum of all bytes before it. A file that loads is
+therefore the one that was exported: its features, scaling, network, and the sum of the weights file they come from. The
+sum detects damage and changes by other tools, not forgery. An ONNX file is a protocol buffer, to which an entry may be
+appended; other programs read it as one more entry.
+"""
+
+from __future__ import annotations
+
+import hashlib
+
+ONNX_FORMAT = "viscoelastic-contact-surrogate-onnx"
+ONNX_FORMAT_VERSION = 1
+ONNX_NAME = "model.onnx"
+
+ONNX_METADATA = ("name", "architecture", "features", "ranges", "scaling", "plan", "dataset_sha256", "weights_sha256")
+ONNX_INTERFACE = [
+    ("times", "tensor(double)", 2),
+    ("indentations", "tensor(double)", 2),
+    ("tabor", "tensor(double)", 1),
+    ("edge", "tensor(double)", 2),
+    ("force", "tensor(double)", 2),
+]
+"""Inputs and the output: name, type and number of axes."""
+
+KEY = b"content_sha256"
+_METADATA_ENTRY, _KEY, _VALUE = b"\x72", b"\x0a", b"\x12"
+"""Tags of the fields in `onnx.proto`: `ModelProto.metadata_props`, and key and value of a `StringStringEntryProto`."""
+
+
+def sealed(content: bytes) -> bytes:
+    """Return a serialised model with its sum."""
+    return content + _entry(content)
+
+
+def is_intact(content: bytes) -> bool:
+    """Whether a file ends in the sum of its other bytes."""
+    end = len(content) - len(_entry(b""))
+    return end > 0 and content[end:] == _entry(content[:end])
+
+
+def _entry(content: bytes) -> bytes:
+    value = hashlib.sha256(content).hexdigest().encode()
+    pair = b"".join(tag + bytes([len(text)]) + text for tag, text in ((_KEY, KEY), (_VALUE, value)))
+    return _METADATA_ENTRY + bytes([len(pair)]) + pair

@@ -1,0 +1,116 @@
+"""The commands in SI units write what they promise, or one sentence and nothing."""
+
+import json
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from bem._support.command_line import run_command
+from bem.cli.app import app
+from bem.lab import ForceCurve
+from tests.bem.lab.measurement import TRUTH, measured
+
+CONTACT = {
+    "radius": "50e-6",
+    "work-of-adhesion": "0.05",
+    "modulus": "2e6",
+    "peak-indentation": "3e-7",
+    "loading-rate": "2e-6",
+    "unloading-rate": "2e-6",
+    "retardation-time": "0.1",
+    "material": "sls:0.3",
+    "accuracy": "draft",
+}
+
+
+def options(*extra, **changes):
+    named = CONTACT | {name.replace("_", "-"): value for name, value in changes.items()}
+    return [word for name, value in named.items() for word in (f"--{name}", value)] + list(extra)
+
+
+def test_simulate_with_a_radius_is_in_si(tmp_path):
+    path = tmp_path / "a.csv"
+    result = CliRunner().invoke(app, ["simulate", *options(csv=str(path))])
+    assert result.exit_code == 0, result.output
+    assert "pull-off force" in result.output
+    assert "the pull-off force depends on the effective range" in result.output
+    curve = ForceCurve.read(path)
+    assert 5e-6 < curve.pull_off_force < 4e-5
+    assert curve.indentation.max() == pytest.approx(3e-7)
+
+
+def test_units_are_understood_in_the_command():
+    pytest.importorskip("pint")
+    plain = CliRunner().invoke(app, ["simulate-si", *options()])
+    units = {"radius": "50um", "work_of_adhesion": "50mJ/m2", "modulus": "2MPa", "peak_indentation": "300 nm"}
+    named = CliRunner().invoke(app, ["simulate", *options(loading_rate="2um/s", retardation_time="100ms", **units)])
+    assert named.exit_code == 0, named.output
+    assert plain.output == named.output
+
+
+def failed(arguments, monkeypatch, capsys):
+    monkeypatch.setattr("sys.argv", ["bem", *arguments])
+    with pytest.raises(SystemExit) as left:
+        run_command(app, "bem")
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert said.err.startswith("bem: ")
+    assert said.err.count("\n") == 1
+    return left.value.code, said.err
+
+
+@pytest.mark.parametrize(
+    ("changes", "status", "message"),
+    [
+        ({"radius": "-1"}, 2, "radius must be a finite number greater than 0"),
+        ({"radius": "many"}, 2, "radius must be a length, such as '50 um'; received 'many'"),
+        ({"force_sign": "up"}, 2, "force_sign must be 'tension' or 'compression'"),
+        ({"largest_tabor": "50"}, 1, "the simulation did not complete: not started"),
+    ],
+)
+def test_a_contact_that_is_none_is_one_sentence_and_writes_nothing(
+    tmp_path, monkeypatch, capsys, changes, status, message
+):
+    path = tmp_path / "a.csv"
+    code, said = failed(["simulate", *options(csv=str(path), **changes)], monkeypatch, capsys)
+    assert code == status
+    assert message in said
+    assert not list(tmp_path.iterdir())
+
+
+def test_fit_writes_its_json_and_its_picture(tmp_path):
+    measured().shifted(contact_point=TRUTH["contact_point"]).write(tmp_path / "curve.csv")
+    out, plot = tmp_path / "fit.json", tmp_path / "fit.png"
+    words = ["fit", str(tmp_path / "curve.csv"), "--radius", "50e-6", "--free", "work_of_adhesion,force_offset"]
+    words += ["--modulus", "2e6", "--material", "sls:0.3", "--retardation-time", "0.1", "--accuracy", "draft"]
+    result = CliRunner().invoke(app, [*words, "--out", str(out), "--plot", str(plot)])
+    assert result.exit_code == 0, result.output
+    found = json.loads(out.read_text())
+    assert found["values"]["work_of_adhesion"] == pytest.approx(0.05, rel=0.05)
+    assert f"{1e3 * found['values']['work_of_adhesion']:.4g} mJ/m^2" in result.output
+    assert plot.stat().st_size > 1000
+
+
+@pytest.mark.parametrize(
+    ("header", "options", "message"),
+    [
+        ("time (s),indentation (m)", [], "Expected a column force"),
+        ("time (s),indentation (m),force (N)", [], "the curve shows no contact"),
+        ("time (s),indentation (m),force (N)", ["--free", "colour"], "the curve shows no contact"),
+        ("time (s),indentation (m),force (N)", ["--plot", "a.txt"], "Expected an output file called .png"),
+        ("time (s),indentation (m),force (N)", ["--out", "a.txt"], "Expected an output file called .json"),
+    ],
+)
+def test_a_measurement_that_is_none_is_one_sentence_and_writes_nothing(
+    tmp_path, monkeypatch, capsys, header, options, message
+):
+    path = tmp_path / "curve.csv"
+    time = np.linspace(0.0, 1.0, 60)
+    columns = [time, np.minimum(time, 1.0 - time), 1e-9 * np.random.default_rng(0).standard_normal(60)]
+    np.savetxt(path, np.column_stack(columns[: header.count(",") + 1]), delimiter=",", header=header, comments="")
+    outputs = ["--out", str(tmp_path / "fit.json"), "--plot", str(tmp_path / "fit.png")]
+    code, said = failed(["fit", str(path), "--radius", "50e-6", *outputs, *options], monkeypatch, capsys)
+    assert code == 2
+    assert message in said
+    assert list(tmp_path.iterdir()) == [path]

@@ -1,0 +1,203 @@
+"""Campaigns of any scenes and protocols: what is computed, kept, resumed and read again."""
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+import bem
+from bem import (
+    Cases,
+    Elastic,
+    HardContact,
+    LoadingProtocol,
+    PiecewiseLinearProtocol,
+    PronySeries,
+    Scene,
+    StandardLinearSolid,
+    load_cases,
+    run_campaign,
+)
+from bem.dataset.campaign.checkpoints import CampaignError
+from bem.dataset.file import load_dataset
+from bem.dataset.opening import DamagedFileError
+from tests.bem.dataset.campaign import stand_in
+from tests.bem.dataset.campaign.helpers import parts
+from tests.data_files import editing
+
+RAMP = LoadingProtocol(peak_indentation=2.0, loading_rate=1.0, dwell_time=0.5, unloading_rate=3.0)
+CYCLES = PiecewiseLinearProtocol([0.0, 1.0, 1.5, 2.25, 3.0], [-1.0, 2.0, 0.1, 2.0, -1.0])
+MATERIALS = (Elastic(), StandardLinearSolid(0.3), PronySeries([0.3, 0.1], [1.0, 1e-3 / 3.0]))
+PAIRS = [
+    (Scene(0.1 + mu / 3.0, material, adhesion), protocol)
+    for mu in range(5)
+    for material in MATERIALS
+    for adhesion in (bem.LennardJones(), HardContact())
+    for protocol in (RAMP, CYCLES)
+]
+
+
+def same(one, other):
+    """Whether two trajectories are the same to the last bit, NaN included."""
+    assert type(one) is type(other)
+    if one is None:
+        return
+    for name in ("time", "indentation", "force", "contact_radius", "unloading"):
+        found, expected = getattr(one, name), getattr(other, name)
+        assert found.dtype == expected.dtype
+        np.testing.assert_array_equal(found, expected, err_msg=name)
+    np.testing.assert_equal(
+        [one.status, one.accuracy, one.energy_balance, asdict(one.stats), list(map(asdict, one.jumps))],
+        [other.status, other.accuracy, other.energy_balance, asdict(other.stats), list(map(asdict, other.jumps))],
+    )
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    path = tmp_path_factory.mktemp("cases") / "cases.h5"
+    summary = run_campaign(Cases(PAIRS), path, solver=stand_in.follow, command="made by hand")
+    assert (summary.count, summary.computed, sum(summary.failures.values())) == (60, 60, 0)
+    assert list(path.parent.iterdir()) == [path]
+    return path
+
+
+def test_what_is_read_is_what_the_solver_returned(whole):
+    cases = load_cases(whole)
+    assert [(case.scene, case.protocol) for case in cases] == PAIRS
+    for case in cases:
+        same(case.trajectory, stand_in.follow(case.scene, case.protocol))
+        assert case.reason == ""
+    assert any(np.isnan(jump.energy_lost) for case in cases for jump in case.trajectory.jumps)
+
+
+def test_scalars_and_histories_are_read_by_any_hdf5_program(whole):
+    cases = load_cases(whole)
+    with h5py.File(whole) as file:
+        offsets = file["native/offsets"][:]
+        for row in (0, 59):
+            piece = slice(offsets[row], offsets[row + 1])
+            np.testing.assert_array_equal(file["native/force"][piece], cases[row].trajectory.force)
+            assert file["scalars/hysteresis"][row] == cases[row].trajectory.hysteresis
+            assert json.loads(file["scene"].asstr()[row])["tabor"] == cases[row].scene.tabor
+            assert "NaN" not in file["outcome"].asstr()[row]
+        assert file.attrs["command"] == "made by hand"
+
+
+def test_an_interrupted_one_continues(whole, tmp_path):
+    out = tmp_path / "cases.h5"
+
+    def stop(done, _):
+        if done > 20:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        run_campaign(Cases(PAIRS), out, solver=stand_in.follow, workers=2, progress=stop)
+    assert parts(out)
+    damaged = parts(out)[0]
+    damaged.write_bytes(damaged.read_bytes()[:-100])
+    with pytest.raises(ValueError, match="accuracy 'standard' there and 'draft' here"):
+        run_campaign(Cases(PAIRS, "draft"), out, solver=stand_in.follow)
+    with pytest.raises(ValueError, match=r"cases '[0-9a-f]{64}' there and '[0-9a-f]{64}' here"):
+        run_campaign(Cases(PAIRS[::-1]), out, solver=stand_in.follow)
+    summary = run_campaign(Cases(PAIRS), out, solver=stand_in.follow, workers=1)
+    assert summary.damaged == 1
+    assert 0 < summary.computed < 60
+    for one, other in zip(load_cases(out), load_cases(whole), strict=True):
+        same(one.trajectory, other.trajectory)
+    assert list(tmp_path.iterdir()) == [out]
+    assert run_campaign(Cases(PAIRS), out, solver=stand_in.follow).computed == 0
+
+
+def test_failures_are_kept_and_computed_again_when_asked(tmp_path, monkeypatch):
+    out, mended = tmp_path / "cases.h5", tmp_path / "mended"
+    monkeypatch.setenv("STAND_IN_MARKER", str(mended))
+    stand_in.restart_workers()
+
+    def run(**options):
+        return run_campaign(Cases(PAIRS), out, solver=stand_in.stops_early_until_mended, workers=1, **options)
+
+    assert dict(run().failures) == {"ArithmeticError: too elastic": 20, "stopped": 20}
+    for case in load_cases(out):
+        elastic = isinstance(case.scene.material, Elastic)
+        assert (case.trajectory is None) == elastic
+        if not elastic and isinstance(case.scene.material, PronySeries):
+            assert (case.reason, case.trajectory.completed) == ("stopped", False)
+            assert case.trajectory.time[-1] < case.protocol.history(1.0).times[-1] if case.protocol is RAMP else True
+    mended.touch()
+    again = run(retry_failed=True)
+    assert (again.computed, dict(again.failures)) == (40, {})
+
+
+def test_neither_file_is_taken_for_the_other(whole, undisturbed):
+    with pytest.raises(ValueError, match="an HDF5 file of another kind"):
+        load_dataset(whole)
+    with pytest.raises(ValueError, match="an HDF5 file of another kind"):
+        load_cases(undisturbed)
+    content = undisturbed.read_bytes()
+    with pytest.raises(ValueError, match="an HDF5 file of another kind"):
+        run_campaign(Cases(PAIRS), undisturbed, replace=True)
+    assert undisturbed.read_bytes() == content
+
+
+@pytest.mark.parametrize(
+    "harm",
+    [
+        lambda file: file.__delitem__("outcome"),
+        lambda file: file["outcome"].__setitem__(0, "{"),
+        lambda file: file["outcome"].__setitem__(0, '{"status": "completed"}'),
+        lambda file: file["scene"].__setitem__(0, '{"type": "Path"}'),
+        lambda file: file["protocol"].__setitem__(0, '{"type": "__name__"}'),
+        lambda file: file["scene"].__setitem__(0, "[" * 10**5),
+        lambda file: file.attrs.__delitem__("campaign"),
+        lambda file: file.attrs.__setitem__("wall_seconds", "long"),
+    ],
+)
+def test_files_that_do_not_fit_together_are_refused_in_one_sentence(harm, whole, tmp_path):
+    path = tmp_path / "cases.h5"
+    path.write_bytes(whole.read_bytes())
+    with editing(path) as file:
+        harm(file)
+    with pytest.raises(DamagedFileError, match="expected a complete file of cases") as found:
+        load_cases(path)
+    assert "\n" not in str(found.value)
+    assert len(str(found.value)) < 1000
+
+
+def test_a_truncated_file_is_refused(whole, tmp_path):
+    (tmp_path / "cases.h5").write_bytes(whole.read_bytes()[:-1])
+    with pytest.raises(DamagedFileError, match="truncated or damaged"):
+        load_cases(tmp_path / "cases.h5")
+    with pytest.raises(FileNotFoundError):
+        load_cases(tmp_path / "absent.h5")
+
+
+class Own(Elastic):
+    """A material that a file could not name."""
+
+
+@pytest.mark.parametrize(
+    ("pairs", "message"),
+    [
+        ([], "cases must hold at least one pair"),
+        ([3], "case 0 must be a Scene and a protocol; received 3"),
+        ([PAIRS[0], (RAMP, PAIRS[0][0])], "case 1 must be a Scene and a protocol"),
+        ([(Scene(1.0), LoadingProtocol(peak_indentation=-5.0, loading_rate=1.0, dwell_time=0.0, unloading_rate=1.0))],
+         "case 0: peak_indentation must lie above the start"),
+        ([(Scene(1.0, Own()), RAMP)], "must be made of the public classes of bem; received 'Own'"),
+    ],
+)  # fmt: skip
+def test_cases_that_cannot_be_simulated_are_refused(pairs, message):
+    with pytest.raises(ValueError, match=message):
+        Cases(pairs)
+    with pytest.raises(ValueError, match="accuracy must be"):
+        Cases(PAIRS, "superb")
+
+
+def test_a_file_that_cannot_be_written_ends_in_one_sentence(tmp_path):
+    with pytest.raises(ValueError, match=r"Expected an output file called \.h5 or \.hdf5"):
+        run_campaign(Cases(PAIRS), tmp_path / "cases.txt")
+    with pytest.raises(CampaignError, match=r"cannot write beside '/proc/nowhere/cases.h5'"):
+        run_campaign(Cases(PAIRS), Path("/proc/nowhere/cases.h5"))

@@ -1,0 +1,44 @@
+"""A measured curve that is made up: the solver's, with a contact point, an offset of the force and noise."""
+
+import numpy as np
+
+from bem import StandardLinearSolid, simulate
+from bem.lab import ForceCurve, Setup
+
+TRUTH = {
+    "relaxed_modulus": 2e6,
+    "work_of_adhesion": 0.05,
+    "retardation_time": 0.1,
+    "modulus_ratio": 0.3,
+    "contact_point": 0.13e-6,
+    "force_offset": 2e-6,
+}
+BEAD = Setup(
+    radius=50e-6,
+    work_of_adhesion=0.05,
+    relaxed_modulus=2e6,
+    retardation_time=0.1,
+    material=StandardLinearSolid(modulus_ratio=0.3),
+)
+
+
+def measured(setup=BEAD, seed=0, noise=0.01, points=300, **changes):
+    """A curve of 1 % noise of its range."""
+    path = {
+        "peak_indentation": 1e-6,
+        "loading_rate": 2e-6,
+        "dwell_time": 0.5,
+        "unloading_rate": 2e-6,
+        "start_indentation": -1.5e-6,
+    }
+    protocol = setup.protocol(**(path | changes))
+    trajectory = simulate(setup.scene(), protocol, "standard")
+    time = np.linspace(0.0, trajectory.time[-1], points)
+    force = trajectory.at(time) * setup.force_scale
+    depth = protocol.history(setup.tabor).indentation_at(time) * setup.indentation_scale
+    scatter = noise * np.ptp(force) * np.random.default_rng(seed).standard_normal(points)
+    return ForceCurve(
+        time=time * setup.time_scale,
+        indentation=depth + TRUTH["contact_point"],
+        force=force + TRUTH["force_offset"] + scatter,
+    )

@@ -1,0 +1,118 @@
+"""A setup in SI is the dimensionless contact, seen through its scales."""
+
+import warnings
+
+import numpy as np
+import pytest
+
+from bem import Elastic, PronySeries, StandardLinearSolid, simulate
+from bem.lab import EffectiveRangeWarning, ForceCurve, Setup
+from bem.reference_solutions import jkr
+from tests.bem.lab.measurement import BEAD
+
+AFM = {"radius": 20e-9, "work_of_adhesion": 0.05, "relaxed_modulus": 1e9, "poisson_ratio": 0.3}
+
+
+def test_the_scales_are_those_of_the_paper():
+    tip = Setup(**AFM)
+    modulus = 1e9 / (1 - 0.3**2)
+    assert tip.tabor == pytest.approx((20e-9 * 0.05**2 / (modulus**2 * 0.3e-9**3)) ** (1 / 3), rel=1e-12)
+    assert tip.force_scale == pytest.approx(np.pi * 20e-9 * 0.05)
+    assert tip.indentation_scale == 0.3e-9 == tip.gap
+    assert tip.contact_radius_scale == pytest.approx((20e-9**2 * 0.05 / modulus) ** (1 / 3))
+    assert tip.contact_radius_scale**2 / (tip.radius * tip.gap) == pytest.approx(tip.tabor)
+    assert not tip.range_is_effective
+
+
+def test_a_simulation_in_si_is_the_dimensionless_one_times_its_scales():
+    setup = Setup(**AFM, retardation_time=0.5, material=StandardLinearSolid(0.2))
+    protocol = setup.protocol(peak_indentation=2e-9, loading_rate=1e-8, dwell_time=0.1, unloading_rate=1e-8)
+    assert protocol.dwell_time == pytest.approx(0.2)
+    assert protocol.loading_rate == pytest.approx(1e-8 * 0.5 / 0.3e-9)
+    curve, trajectory = setup.simulate(protocol), simulate(setup.scene(), protocol)
+    for name, scale in (("time", 0.5), ("indentation", 0.3e-9), ("force", setup.force_scale)):
+        np.testing.assert_allclose(getattr(curve, name), getattr(trajectory, name) * scale, rtol=1e-12)
+    np.testing.assert_allclose(curve.contact_radius, trajectory.contact_radius * setup.contact_radius_scale)
+    assert curve.pull_off_force == pytest.approx(trajectory.pull_off_force * setup.force_scale)
+    compression = setup.simulate(protocol, force_sign="compression")
+    np.testing.assert_array_equal(compression.force, -curve.force)
+    np.testing.assert_array_equal(compression.tension, curve.tension)
+    np.testing.assert_array_equal(compression.with_sign("tension").force, curve.force)
+
+
+def test_times_of_a_prony_series_are_seconds_unless_a_unit_is_given():
+    series = PronySeries([0.4, 0.2], [0.01, 1.0])
+    assert Setup(**AFM, material=series).time_scale == 1.0
+    assert Setup(**AFM, material=series, retardation_time=3.0).time_scale == 3.0
+    with pytest.raises(ValueError, match="retardation_time must be given for a StandardLinearSolid; received None"):
+        Setup(**AFM, material=StandardLinearSolid(0.2))
+
+
+def test_an_elastic_soft_sphere_is_that_of_jkr_whatever_its_effective_range():
+    forces = {}
+    for largest in (2.0, 3.0):
+        setup = Setup(radius=50e-6, work_of_adhesion=0.05, relaxed_modulus=2e6, largest_tabor=largest)
+        assert setup.range_is_effective
+        assert setup.tabor == pytest.approx(largest)
+        assert setup.physical_tabor > 800.0
+        protocol = setup.protocol(peak_indentation=0.3e-6, loading_rate=1e-6, unloading_rate=1e-6)
+        forces[largest] = setup.simulate(protocol, check_range=False).pull_off_force / setup.force_scale
+    assert jkr.PULL_OFF_FORCE < forces[3.0] < forces[2.0] < 1.06 * jkr.PULL_OFF_FORCE
+    assert forces[3.0] == pytest.approx(jkr.PULL_OFF_FORCE, rel=0.04)
+
+
+def test_a_pull_off_force_that_depends_on_the_effective_range_is_warned_of():
+    protocol = BEAD.protocol(peak_indentation=0.3e-6, loading_rate=2e-6, unloading_rate=2e-6)
+    with pytest.warns(
+        EffectiveRangeWarning, match="depends on the effective range of adhesion, 86.67 nm in place of 300 pm"
+    ):
+        BEAD.simulate(protocol, "draft")
+    slow = BEAD.protocol(peak_indentation=0.1e-6, loading_rate=2e-10, unloading_rate=2e-10)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        BEAD.simulate(slow, "draft")
+        tip = Setup(**AFM)
+        tip.simulate(tip.protocol(peak_indentation=1e-9, loading_rate=1e-8, unloading_rate=1e-8), "draft")
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"radius": -1.0}, "radius must be a finite number greater than 0; received -1.0"),
+        ({"poisson_ratio": 0.6}, "poisson_ratio must be a finite number at least 0 and at most 0.5; received 0.6"),
+        ({"material": "rubber"}, "material must be one of Elastic"),
+        ({"relaxed_modulus": np.nan}, "relaxed_modulus must be a finite number greater than 0; received nan"),
+        ({"largest_tabor": 1e3}, "largest_tabor must be a finite number"),
+        ({"equilibrium_gap": 1.0}, "the Tabor parameter of a setup must be at least 1e-06"),
+    ],
+)
+def test_what_is_no_setup_is_one_sentence(changes, message):
+    with pytest.raises(ValueError, match=message):
+        Setup(**(AFM | changes))
+
+
+def test_a_simulation_that_does_not_complete_gives_no_curve():
+    setup = Setup(radius=50e-6, work_of_adhesion=0.05, relaxed_modulus=2e6, largest_tabor=50.0)
+    protocol = setup.protocol(peak_indentation=1e-6, loading_rate=1e-6, unloading_rate=1e-6)
+    with pytest.raises(RuntimeError, match="the simulation did not complete: not started"):
+        setup.simulate(protocol)
+
+
+def test_quantities_can_be_replaced():
+    assert BEAD.replaced(modulus_ratio=0.5, radius=1e-5).material == StandardLinearSolid(0.5)
+    assert BEAD.replaced(material=Elastic()).material == Elastic()
+    with pytest.raises(ValueError, match=r"Expected quantities of a setup; received \['size'\]"):
+        BEAD.replaced(size=1.0)
+
+
+def test_a_curve_checks_its_columns():
+    good = {"time": [0.0, 1.0], "indentation": [0.0, 1.0], "force": [0.0, 1.0]}
+    assert len(ForceCurve(**good)) == 2
+    for changes, message in (
+        ({"force": [0.0]}, "force must be a one-dimensional sequence of at least 2"),
+        ({"force": [0.0, 1.0, 2.0]}, "must have the same length"),
+        ({"time": [1.0, 0.0]}, "time must not decrease"),
+        ({"force_sign": "up"}, "force_sign must be 'tension' or 'compression'; received 'up'"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            ForceCurve(**(good | changes))

@@ -1,0 +1,117 @@
+"""Moduli, spectra, fits and shifts of linear viscoelasticity, against closed forms and each other."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as some
+from scipy.integrate import quad
+
+from bem import Elastic, PronySeries, StandardLinearSolid
+from bem.materials_library import (
+    complex_modulus,
+    fit_prony,
+    loss_modulus,
+    relaxation_spectrum,
+    shifted,
+    storage_modulus,
+    wlf_shift,
+)
+
+
+def test_moduli_of_a_standard_linear_solid_are_those_of_the_textbook():
+    solid = StandardLinearSolid(0.1)
+    omega = np.geomspace(1e-3, 1e4, 20)
+    g, t = 1.0 / 0.1 - 1.0, 0.1  # relaxation strength and time: t = k tau
+    phase = omega * t
+    np.testing.assert_allclose(storage_modulus(solid, omega), 1.0 + g * phase**2 / (1.0 + phase**2), rtol=1e-12)
+    np.testing.assert_allclose(loss_modulus(solid, omega), g * phase / (1.0 + phase**2), rtol=1e-12)
+    assert storage_modulus(solid, 0.0, 3e6) == 3e6
+    assert storage_modulus(solid, 1e12, 3e6) == pytest.approx(3e7)
+    assert storage_modulus(Elastic(), 5.0) == 1.0
+    assert loss_modulus(Elastic(), 5.0) == 0.0
+
+
+def test_the_complex_modulus_is_the_transform_of_the_creep_compliance():
+    series = PronySeries([0.3, 0.4], [0.2, 3.0])
+    omega = 1.7
+    # i omega times the transform of C: C(0) plus that of its rate.
+    parts = [
+        quad(
+            lambda t, f=f: (
+                sum(c / tau * np.exp(-t / tau) for c, tau in zip([0.3, 0.4], [0.2, 3.0], strict=True)) * f(omega * t)
+            ),
+            0,
+            100,
+        )[0]
+        for f in (np.cos, np.sin)
+    ]
+    compliance = series.modulus_ratio + parts[0] - 1j * parts[1]
+    assert complex_modulus(series, omega) == pytest.approx(1.0 / compliance, rel=1e-6)
+
+
+def test_relaxation_of_a_standard_linear_solid():
+    moduli, times = relaxation_spectrum(StandardLinearSolid(0.1))
+    assert moduli == pytest.approx([9.0], rel=1e-12)
+    assert times == pytest.approx([0.1], rel=1e-12)
+    assert relaxation_spectrum(Elastic())[0].size == 0
+
+
+@settings(max_examples=60)
+@given(
+    some.lists(some.floats(1e-3, 1e3), min_size=1, max_size=8),
+    some.lists(some.floats(0.01, 1.0), min_size=8, max_size=8),
+    some.floats(1e-2, 1e2),
+)
+def test_retardation_and_relaxation_are_each_others_inverse(moduli, gaps, first):
+    times = first * np.cumprod(1.0 + 10.0 * np.array(gaps))[: len(moduli)]
+    series = PronySeries.from_moduli(moduli, times)
+    found, roots = relaxation_spectrum(series)
+    np.testing.assert_allclose(roots, times, rtol=1e-8)
+    np.testing.assert_allclose(found, moduli, rtol=1e-6)
+
+
+def test_the_two_series_have_the_same_complex_modulus():
+    moduli, times = np.array([5.0, 3.0, 0.5]), np.array([1e-6, 1e-2, 1e3])
+    series = PronySeries.from_moduli(moduli, times)
+    omega = np.geomspace(1e-5, 1e8, 50)[:, np.newaxis]
+    expected = 1.0 + np.sum(moduli * 1j * omega * times / (1.0 + 1j * omega * times), axis=1)
+    np.testing.assert_allclose(complex_modulus(series, omega[:, 0]), expected, rtol=1e-10)
+
+
+def test_a_series_is_found_again_from_its_moduli():
+    true = PronySeries.from_moduli([2.0, 4.0, 1.0], [1e-3, 1e-1, 1e1])
+    omega = np.geomspace(1e-3, 1e5, 80)
+    found = fit_prony(omega, storage_modulus(true, omega, 2e6), loss_modulus(true, omega, 2e6), terms=40)
+    assert found.relaxed_modulus == pytest.approx(2e6, rel=0.01)
+    assert found.relative_error < 0.05
+    np.testing.assert_allclose(
+        storage_modulus(found.material, omega, found.relaxed_modulus), storage_modulus(true, omega, 2e6), rtol=0.05
+    )
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"frequency": [1.0, 0.5, 2.0]}, "frequency must be strictly increasing"),
+        ({"storage": [1.0, -1.0, 2.0]}, "storage must be greater than 0; received -1.0"),
+        ({"loss": [1.0, 1.0, 1.0, 1.0]}, "loss must have as many values as frequency; received 4 and 3"),
+        ({"terms": 0}, "terms must be a whole number from 1 to 100; received 0"),
+        ({"storage": [1e-9, 1e-7, 1e-5], "loss": [1.0, 10.0, 100.0]}, "the moduli are those of a fluid"),
+    ],
+)
+def test_what_is_no_measurement_is_one_sentence(changes, message):
+    good = {"frequency": [1.0, 10.0, 100.0], "storage": [1.0, 1.5, 2.0], "loss": [0.1, 0.2, 0.1]}
+    with pytest.raises(ValueError, match=message):
+        fit_prony(**(good | changes))
+
+
+def test_the_shift_of_williams_landel_and_ferry():
+    universal = {"reference": 0.0, "c1": 17.44, "c2": 51.6}
+    assert wlf_shift(0.0, **universal) == 1.0
+    assert wlf_shift(50.0, **universal) == pytest.approx(10 ** (-17.44 * 50 / 101.6))
+    with pytest.raises(ValueError, match=r"temperature must be a finite number greater than -51.6"):
+        wlf_shift(-60.0, **universal)
+    cold = shifted(StandardLinearSolid(0.2), 1e3)
+    assert cold == PronySeries([0.8], [1e3])
+    assert shifted(Elastic(), 5.0) == Elastic()
+    np.testing.assert_allclose(complex_modulus(cold, 2.0), complex_modulus(StandardLinearSolid(0.2), 2e3), rtol=1e-12)

@@ -1,0 +1,145 @@
+"""Which training a model comes from, and in what two of them differ."""
+
+import hashlib
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from surrogate.data.dataset import Split
+from surrogate.training.checkpoint import set_aside
+from surrogate.training.identity import (
+    ALIKE,
+    EVERYTHING,
+    HELD_OUT,
+    TrainingIdentity,
+    differences,
+    fingerprint_differences,
+    read_identity,
+    trained_otherwise,
+)
+from surrogate.training.recipe import Recipe
+
+RECIPE = Recipe.load("swift")
+RUN = {"features": "D", "backend": "tensorflow", "architecture": "M1-concat", "extra_dataset_sha256": None}
+
+
+@pytest.fixture
+def wanted(dataset):
+    return TrainingIdentity.of("M1-concat", dataset, dataset.split(), RECIPE)
+
+
+def publish(folder, dataset, *, split=None, recipe=RECIPE, **run):
+    folder.mkdir()
+    (folder / "run.json").write_text(json.dumps(RUN | {"dataset_sha256": dataset.sha256} | run), encoding="utf-8")
+    (folder / "recipe.toml").write_text(recipe.to_toml(), encoding="utf-8")
+    (split or dataset.split()).save(folder / "split.json")
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("published", "reason"),
+    [
+        ({}, ""),
+        ({"backend": "jax"}, ""),
+        ({"dataset_sha256": "b" * 64}, "of another data set"),
+        ({"recipe": RECIPE.with_overrides(epochs=8)}, "of another recipe"),
+        ({"features": "A"}, "of another feature set"),
+        ({"extra_dataset_sha256": "b" * 64}, "of another extra data set"),
+        ({"architecture": "M2-concat", "features": "A"}, "of another feature set, architecture"),
+        ({"architecture_file": {"name": "own.py", "sha256": "c" * 64}}, "of another architecture file"),
+    ],
+)
+def test_a_model_is_trained_otherwise_unless_it_would_be_trained_so_now(published, reason, wanted, dataset, tmp_path):
+    assert trained_otherwise(publish(tmp_path / "model", dataset, **published), wanted) == reason
+
+
+def test_a_share_of_the_training_part_or_another_division_is_another_split(wanted, dataset, tmp_path):
+    others = {"share": dataset.split().with_fraction(0.5), "division": dataset.split(seed=1)}
+    for name, split in others.items():
+        folder = publish(tmp_path / name, dataset, split=split)
+        assert trained_otherwise(folder, wanted) == "of another split"
+    share, division = (read_identity(tmp_path / name) for name in others)
+    assert differences(share, wanted, HELD_OUT) == []
+    assert differences(division, wanted, HELD_OUT) == ["validation part", "test part"]
+
+
+@pytest.mark.parametrize(
+    "file", [("split.json", "{}"), ("run.json", "[]"), ("run.json", "{}"), ("recipe.toml", "="), ("recipe.toml", None)]
+)
+def test_a_damaged_directory_does_not_say_how_it_was_trained(file, wanted, dataset, tmp_path):
+    folder = publish(tmp_path / "model", dataset)
+    if file[1] is None:
+        (folder / file[0]).unlink()
+    else:
+        (folder / file[0]).write_text(file[1], encoding="utf-8")
+    assert trained_otherwise(folder, wanted) == "which does not say how it was trained"
+    with pytest.raises((ValueError, FileNotFoundError), match="Expected a model directory "):
+        read_identity(folder)
+
+
+OTHER = {
+    "dataset": "b" * 64,
+    "parts": {"train": (0,), "validation": (1,), "test": (2,)},
+    "recipe": {"name": "other"},
+    "backend": "jax",
+    "features": "A",
+    "extra": "b" * 64,
+    "architecture": "M2-concat",
+    "architecture_sha256": "b" * 64,
+}
+
+
+@pytest.mark.parametrize("name", OTHER)
+def test_every_quantity_tells_two_trainings_apart(name, wanted):
+    other = replace(wanted, **{name: OTHER[name]})
+    assert len(differences(other, wanted)) == 1
+    assert len(fingerprint_differences(other.fingerprint, wanted.fingerprint)) == 1
+    assert (differences(other, wanted, ALIKE) == []) == name.startswith("architecture")
+    assert (other.digest == wanted.digest) == (name == "backend")
+    assert len(EVERYTHING) == len(OTHER)
+
+
+def test_the_digest_is_the_one_that_published_results_hold(wanted):
+    content = {"dataset": wanted.dataset, "parts": wanted.parts, "recipe": RECIPE.as_dict(), "backend": ""}
+    content |= {"features": "D", "architecture": "M1-concat", "extra": None}
+    assert wanted.digest == hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+
+
+def test_a_division_has_one_digest(dataset, tmp_path):
+    split = dataset.split()
+    split.save(tmp_path / "split.json")
+    assert Split.load(tmp_path / "split.json").sha256 == split.sha256
+    assert split.with_fraction(0.5).sha256 != split.sha256
+
+
+def write_checkpoint(folder, identity):
+    folder.mkdir(exist_ok=True)
+    np.savez(folder / "checkpoint.npz", state=np.array(json.dumps({"fingerprint": identity.fingerprint})))
+
+
+@pytest.mark.parametrize("name", OTHER)
+def test_work_of_another_training_is_set_aside(name, wanted, tmp_path):
+    folder = tmp_path / "run"
+    assert set_aside(folder, wanted) is None
+    write_checkpoint(folder, wanted)
+    assert set_aside(folder, wanted) is None
+    write_checkpoint(folder, replace(wanted, **{name: OTHER[name]}))
+    # Another backend is refused when the training resumes.
+    aside = None if name == "backend" else tmp_path / "run.outdated-1"
+    assert set_aside(folder, wanted) == aside
+    assert folder.exists() == (aside is None)
+
+
+@pytest.mark.parametrize(("recipe", "aside"), [("paper", False), ("swift", True)])
+def test_more_epochs_continue_a_recipe_that_is_not_paced_by_them(recipe, aside, dataset, tmp_path):
+    fewer, more = (
+        TrainingIdentity.of(
+            "M1-concat", dataset, dataset.split(), Recipe.load(recipe).with_overrides(epochs=epochs), backend="jax"
+        )
+        for epochs in (3, 5)
+    )
+    write_checkpoint(tmp_path / "run", fewer)
+    assert (set_aside(tmp_path / "run", more) is not None) == aside
+    assert differences(fewer, more) == ["recipe"]

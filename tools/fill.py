@@ -1,0 +1,138 @@
+"""Fill documents with what results say, so that no number in them is typed by hand.
+
+A place reads `<!-- NAME -->...<!-- end -->`, or `<!-- NAME -->` and `<!-- /NAME -->` around a block. Numbers come from
+the published data set, measurements and trainings, and from `experiments/paper_values/`; the table of targets in
+REPRODUCING.md also from the registry in the Makefile.
+
+Usage: `python tools/fill.py DOCUMENT ... [--published DIR]`; `--check` only tells whether they are up to date.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import sys
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT))
+
+from bem._support.command_line import run_main  # noqa: E402
+from experiments import registry  # noqa: E402
+
+PLACE = re.compile(r"<!-- ([a-z0-9 -]+) -->(.*?)<!-- (?:end|/\1) -->", re.DOTALL)
+FILES = {"minutes": "measurements/target_minutes.json", "cost": "measurements/accuracy_cost.json"}
+
+
+def of_dataset(published: Path) -> dict[str, str]:
+    """Size and cost of the data set, ours and the paper's."""
+    from bem.dataset.file import load_dataset
+
+    dataset = load_dataset(published / "dataset.h5")
+    attributes, seconds = dataset.attributes, dataset.scalars["solver_seconds"]
+    paper = tomllib.loads((ROOT / "experiments/paper_values/dataset.toml").read_text(encoding="utf-8"))
+    return {
+        "trajectories": f"{int(attributes['count']):,}",
+        "core-minutes": f"{seconds.sum() / 60.0:.2g}",
+        "milliseconds": f"{1e3 * seconds.mean():.0f}",
+        "paper-cpu-hours": str(paper["cpu_hours"]),
+    }
+
+
+def of_targets(published: Path) -> dict[str, str]:
+    """The table of the paper's targets with their minutes and hours, and the machine that took the minutes."""
+    from experiments.stages import hours_of, read_stages
+
+    known, measured = read_stages(), _read(published / FILES["minutes"])
+    spent = {target: f"{max(minutes, 0.1):.1f}" for target, minutes in measured.get("minutes", {}).items()}
+
+    def hours(name: str) -> str:
+        parts = [hours_of(stage, known, published) for stage in registry.stages(name)]
+        total = sum(value for value, _ in parts)
+        return (f"{total:.2g}" + ("" if all(sure for _, sure in parts) else " e")) if parts else "-"
+
+    def row(target: str, caption: str, inputs: str, hours: str) -> str:
+        return f"| `make {target}` | {caption} | {inputs} | {spent.get(target, '-')} | {hours} |"
+
+    def words(name: str) -> str:
+        return ", ".join(registry.INPUTS[one] for one in registry.inputs(name))
+
+    shown = [entry for entry in registry.entries() if entry.kind == "paper"]
+    rows = [row(entry.name, entry.caption, words(entry.name), hours(entry.name)) for entry in shown]
+    rows += [row(target, caption, "", "") for target, caption in registry.WHOLE.items()]
+    head = "| Target | Shows | Inputs | Minutes | Hours from scratch |\n|---|---|---|---:|---:|"
+    return {"targets": "\n".join([head, *rows]), "machine": measured.get("host", "a machine not said yet")}
+
+
+def of_cost(published: Path) -> dict[str, str]:
+    """The table of the fastest tools."""
+    from paper_figures.tables.table_accuracy_cost import page_text
+
+    return {"fastest tool": page_text(_read(published / FILES["cost"], "make measure-accuracy-cost"))}
+
+
+SOURCES: dict[tuple[str, ...], Callable[[Path], dict[str, str]]] = {
+    ("trajectories", "core-minutes", "milliseconds", "paper-cpu-hours"): of_dataset,
+    ("targets", "machine"): of_targets,
+    ("fastest tool",): of_cost,
+}
+"""Who knows what belongs in the places of these names."""
+
+
+def values_for(text: str, published: Path) -> dict[str, str]:
+    """What belongs in the places of a text, by name."""
+    asked, found = {match[1] for match in PLACE.finditer(text)}, {}
+    for names, source in SOURCES.items():
+        if asked & set(names):
+            found |= source(published)
+    return found
+
+
+def filled(text: str, values: dict[str, str]) -> str:
+    """The text with every place filled.
+
+    Raises:
+        ValueError: a place asks for what is not known.
+    """
+
+    def fill(match: re.Match) -> str:
+        name = match[1]
+        if name not in values:
+            known = ", ".join(name for names in SOURCES for name in names)
+            raise ValueError(f"places must be named one of {known}; received {name!r}")
+        if match[0].endswith("<!-- end -->"):
+            return f"<!-- {name} -->{values[name]}<!-- end -->"
+        return f"<!-- {name} -->\n\n{values[name]}\n\n<!-- /{name} -->"
+
+    return PLACE.sub(fill, text)
+
+
+def main(
+    documents: Annotated[list[Path], typer.Argument(help="Markdown files.")],
+    published: Annotated[Path, typer.Option(help="Where published files are.")] = ROOT / "published",
+    check: Annotated[bool, typer.Option("--check", help="Change nothing; fail when one is out of date.")] = False,
+) -> None:
+    """Fill the places of documents."""
+    for document in documents:
+        text = document.read_text(encoding="utf-8")
+        whole = filled(text, values_for(text, published))
+        if check and whole != text:
+            print(f"fill: {document} is out of date; run `python tools/fill.py {document}`", file=sys.stderr)
+            raise typer.Exit(1)
+        if not check:
+            document.write_text(whole, encoding="utf-8")
+
+
+def _read(path: Path, made_by: str | None = None) -> Any:
+    if made_by and not path.is_file():
+        raise FileNotFoundError(f"measurement {str(path)!r} not found; `{made_by}` makes it")
+    return json.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
+
+
+if __name__ == "__main__":
+    run_main(main, "fill")
