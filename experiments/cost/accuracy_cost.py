@@ -22,7 +22,6 @@ from typing import Annotated, Any
 
 import numpy as np
 import typer
-from joblib import Parallel, delayed
 from threadpoolctl import threadpool_limits
 
 from bem import simulate_paper_method
@@ -30,41 +29,19 @@ from bem._support.command_line import run_main
 from bem.accuracy import NAMED_TARGETS
 from bem.solver.version import SOLVER_VERSION
 from experiments.common import DATASET, MODELS
+from experiments.cost import solver_processes
 from experiments.cost.cases import Case, answered, held_out, solver_at
 from experiments.cost.closed_form_tools import FORMS, depths_of
 from experiments.cost.surrogate_cost import from_steps, missing, outdated, surrogate_tools
-from experiments.timing import CLOCK, MEASUREMENTS, Busy, fingerprint, force_error, progress, publish, spread
+from experiments.timing import CLOCK, MEASUREMENTS, Busy, force_error, progress, publish, spread
 
 OUT = MEASUREMENTS / "accuracy_cost.json"
-TRUTHS = Path("results/accuracy_cost")
-TRUTH_TARGET = 7e-5
 TARGETS = (5e-2, 1.7e-2, 8e-3, 4e-3, 2e-3, 1e-3, 5e-4, 2.5e-4, 1.5e-4)
 BASELINE = {50: 1.0, 100: 0.5, 200: 0.1}
 """Nodes, and steps of each segment at least, of the paper's discretisation; the share of the protocols it gets."""
 BUDGET = 240.0  # seconds after which no tool is run once more
 NAMES = {target: name for name, target in NAMED_TARGETS.items()}
 Answers = tuple[np.ndarray, np.ndarray]
-
-
-def refine(case: Case, target: float) -> np.ndarray:
-    """One refined solution."""
-    return solver_at(target)(case)
-
-
-def refined(cases: list[Case], jobs: int) -> np.ndarray:
-    """Refined solutions (count, 122) as `cases.answered`; kept, since they take a second each.
-
-    They are converged, not exact: all discretisation errors lie several times below those of `reference`.
-    """
-    key = fingerprint(holds=122, solver=SOLVER_VERSION, accuracy=TRUTH_TARGET, cases=[repr(case) for case in cases])
-    path = TRUTHS / f"truth-{key}.npy"
-    if path.is_file():
-        return np.load(path)
-    rows = Parallel(n_jobs=jobs, return_as="generator")(delayed(refine)(case, TRUTH_TARGET) for case in cases)
-    table = np.array(list(progress(rows, "refined solutions", len(cases))))
-    path.parent.mkdir(parents=True, exist_ok=True)
-    np.save(path, table)
-    return table
 
 
 def paper_method_at(size: int) -> Callable[[Case], np.ndarray]:
@@ -149,7 +126,8 @@ def main(
 ) -> None:
     """Measure all tools and write the result: once before the surrogates, once with them."""
     cases = held_out(count, dataset)
-    exact = refined(cases, jobs)
+    requests = [solver_processes.request(case.scene.tabor, case.protocol) for case in cases]
+    exact = solver_processes.refined(requests, solver_processes.ROOT, SOLVER_VERSION, jobs)
     depths = np.array([depths_of(case) for case in cases])
     old = outdated(models, dataset)
     unknown = np.full((1, len(cases)), np.nan)
@@ -159,7 +137,7 @@ def main(
         content = {
             "protocols": len(cases),
             "repeats": repeats,
-            "truth_target": TRUTH_TARGET,
+            "truth_target": solver_processes.EXACT_TARGET,
             "solver": SOLVER_VERSION,
             "tools": tools,
             "missing": absent,

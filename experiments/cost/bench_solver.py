@@ -1,7 +1,7 @@
 """What accuracy costs: milliseconds and errors of the contact solver over a random sample of the paper's box.
 
 Trajectories run one after the other on one core. Seconds are processor seconds, errors are against refined solutions,
-both as in `experiments.cost.revision_comparison`. Result: one JSON file, and the tables of `docs/solver-benchmark.md`.
+both as in `experiments.cost.solver_processes`. Result: one JSON file, and the tables of `docs/solver-benchmark.md`.
 With `--baseline REVISION` the solver of the working tree is compared with that of a git revision instead.
 
 Usage: `python -m experiments bench_solver [--count N] [--seed N] [--reference-count N] [--out FILE] [--report FILE]`,
@@ -27,7 +27,7 @@ from bem._support.provenance import provenance
 from bem.accuracy import resolve_accuracy
 from bem.solver.version import SOLVER_VERSION
 from experiments.common import write_result
-from experiments.cost import revision_comparison as solvers
+from experiments.cost import revision_comparison, solver_processes
 from experiments.cost.startup import command_seconds
 from experiments.robustness.known_results import known_results, summary
 from experiments.timing import in_fresh_process, plain
@@ -38,21 +38,21 @@ REPORT = Path("docs/solver-benchmark.md")
 QUANTITIES = {"pull_off_force": "Pull-off force", "hysteresis": "Hysteresis", "force": "Force history"}
 FIRST_CALL = """
 import time
-started = time.perf_counter()
+started = time.process_time()
 from bem import LoadingProtocol, Scene, StandardLinearSolid, simulate
-imported = time.perf_counter()
+imported = time.process_time()
 protocol = LoadingProtocol(peak_indentation=15.0, loading_rate=1000.0, dwell_time=0.008, unloading_rate=1000.0)
 case = Scene(3.2, StandardLinearSolid(0.1)), protocol
 simulate(*case)
-called = time.perf_counter()
+called = time.process_time()
 simulate(*case)
-print(imported - started, called - imported, time.perf_counter() - called)
+print(imported - started, called - imported, time.process_time() - called)
 """
 MEMORY = """
 import resource, sys
 from pathlib import Path
-from experiments.cost.revision_child import answer
-from experiments.cost.revision_comparison import drawn
+from experiments.cost.solver_child import answer
+from experiments.cost.solver_processes import drawn
 for request in drawn(int(sys.argv[1]), int(sys.argv[2])):
     answer(request | {"accuracy": "standard"})
 status = Path("/proc/self/status")
@@ -104,22 +104,25 @@ def start_up(repetitions: int = 3) -> dict[str, dict[str, float]]:
     warm = dict(zip(names, in_fresh_process(FIRST_CALL), strict=True))
     with tempfile.TemporaryDirectory() as empty:
         cold = dict(zip(names, in_fresh_process(FIRST_CALL, NUMBA_CACHE_DIR=empty), strict=True))
-    command = np.median([command_seconds(solvers.ROOT) for _ in range(repetitions)], axis=0)
-    words = ("`bem simulate ...` to its answer, wall time", "`bem simulate ...` to its answer, processor time")
+    command = np.median([command_seconds(solver_processes.ROOT) for _ in range(repetitions)], axis=0)
+    words = ("`bem simulate ...` to its answer, wall time", "`bem simulate ...` to its answer")
     warm |= dict(zip(words, command.tolist(), strict=True))
     return {"compiled before": warm, "nothing compiled": cold}
 
 
 def measured(
-    requests: list[solvers.Request], exact: np.ndarray, accuracies: tuple[str | float, ...], reference_count: int | None
+    requests: list[solver_processes.Request],
+    exact: np.ndarray,
+    accuracies: tuple[str | float, ...],
+    reference_count: int | None,
 ) -> list[dict[str, Any]]:
     """Cost and errors at every accuracy; failures are counted, and left out of the errors."""
-    solver, levels = solvers.Solver(solvers.ROOT), []
+    solver, levels = solver_processes.Solver(solver_processes.ROOT), []
     for accuracy in accuracies:
         target = resolve_accuracy(accuracy).target
         few = requests[:reference_count] if accuracy == "reference" else requests
-        answers = solvers.in_turn({solvers.NOW: solver}, few, accuracy, 1)[solvers.NOW]
-        found = solvers.judged(*answers, exact[: len(few)], target)
+        answers = solver_processes.in_turn({revision_comparison.NOW: solver}, few, accuracy, 1)[revision_comparison.NOW]
+        found = solver_processes.judged(*answers, exact[: len(few)], target)
         levels.append({"accuracy": str(accuracy), "target": target, "trajectories": len(few), **found})
     solver.close()
     return levels
@@ -166,7 +169,8 @@ def sections(content: dict[str, Any]) -> Iterator[Section]:
     )
     yield Section(
         "Start-up and memory",
-        "What the tables above leave out. Numba compiles the kernels once per machine and keeps them on disk.",
+        "What the tables above leave out, in processor seconds but where it says otherwise. Numba compiles the kernels "
+        "once per machine and keeps them on disk.",
         ["Quantity", "Value"],
         [
             [f"{what}, {state} (s)", f"{seconds:.3g}"]
@@ -221,22 +225,25 @@ def main(
     repeats: Annotated[int, typer.Option(min=1, help="Runs of each revision, of which the fastest counts.")] = 3,
 ) -> None:
     """Measure, print the tables and write them."""
-    accuracies = tuple(asked(words) for words in accuracy or ()) or solvers.ACCURACIES
+    accuracies = tuple(asked(words) for words in accuracy or ()) or revision_comparison.ACCURACIES
     command = f"bench_solver --count {count} --seed {seed}"
     if baseline:
-        found = solvers.compare(baseline, exact_by or baseline, accuracies, count, seed, repeats, jobs)
-        solvers.show(found)
+        found = revision_comparison.compare(baseline, exact_by or baseline, accuracies, count, seed, repeats, jobs)
+        revision_comparison.show(found)
         write_result(out or COMPARISON, f"{command} --baseline {baseline} --repeats {repeats}", plain(found))
         return
-    requests = solvers.drawn(count, seed)
+    requests = solver_processes.drawn(count, seed)
     rows = known_results()
     content = {
         **provenance(f"python -m experiments {command}"),
         "count": count,
         "seed": seed,
-        "truth_target": solvers.EXACT_TARGET,
+        "truth_target": solver_processes.EXACT_TARGET,
         "levels": measured(
-            requests, solvers.refined(requests, solvers.ROOT, SOLVER_VERSION, jobs), accuracies, reference_count
+            requests,
+            solver_processes.refined(requests, solver_processes.ROOT, SOLVER_VERSION, jobs),
+            accuracies,
+            reference_count,
         ),
         "yardstick_seconds": yardstick(),
         "start_up": start_up(),

@@ -55,18 +55,3 @@ def test_a_dear_tool_is_repeated_within_its_budget_only(each, runs, spend):
     calls = []
     _, seconds = accuracy_cost.run([0], lambda case: calls.append(case) or spend(each) or np.zeros(122), 5, "dear")
     assert (len(seconds), len(calls)) == (runs, runs + 1)
-
-
-def test_kept_solutions_belong_to_their_solver_accuracy_and_protocols(tmp_path, dataset, monkeypatch):
-    monkeypatch.setattr(accuracy_cost, "TRUTHS", tmp_path)
-    monkeypatch.setattr(accuracy_cost, "refine", lambda _, target: np.full(122, target))
-    first, second = cases.held_out(2, dataset)
-    accuracy_cost.refined([first], 1)
-    accuracy_cost.refined([first], 1)
-    assert len(list(tmp_path.iterdir())) == 1
-    accuracy_cost.refined([second], 1)
-    monkeypatch.setattr(accuracy_cost, "TRUTH_TARGET", 1e-2)
-    accuracy_cost.refined([first], 1)
-    monkeypatch.setattr(accuracy_cost, "SOLVER_VERSION", "another")
-    accuracy_cost.refined([first], 1)
-    assert len(list(tmp_path.iterdir())) == 4

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from experiments.cost import bench_solver
-from experiments.cost import revision_comparison as solvers
+from experiments.cost import solver_processes as solvers
 from experiments.robustness import known_results
 from experiments.timing import in_fresh_process
 

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from experiments.cost import bench_solver, revision_comparison
-from experiments.cost.revision_comparison import NOW, ROOT, Solver
+from experiments.cost import bench_solver, revision_comparison, solver_processes
+from experiments.cost.revision_comparison import NOW
+from experiments.cost.solver_processes import ROOT, WORK
 
 
 def test_an_unknown_baseline_is_refused(tmp_path):
@@ -29,33 +30,24 @@ def test_the_package_of_a_revision_is_checked_out_once(tmp_path, monkeypatch):
 
 
 def test_a_solver_beside_itself_does_and_errs_the_same(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(revision_comparison, "KEPT", tmp_path)
+    monkeypatch.setattr(solver_processes, "KEPT", tmp_path)
+    monkeypatch.setattr(solver_processes, "EXACT_TARGET", 4e-3)
     monkeypatch.setattr(revision_comparison, "source_of", lambda _: ROOT)
-    monkeypatch.setattr(revision_comparison, "EXACT_TARGET", 4e-3)
     found = revision_comparison.compare("HEAD", "HEAD", ["standard", 1.7e-2], 2, 1, 1, 1)
     same, other = found["levels"]
     for level in (same, other):
         old, new = level["solvers"]["HEAD"], level["solvers"][NOW]
         assert old["errors"] == new["errors"]
         assert old["work"] == new["work"]
-        assert set(new["work"]) == set(revision_comparison.WORK)
+        assert set(new["work"]) == set(WORK)
         assert old["compared"] == 2
     assert same["solvers"][NOW]["errors"]["force"]["largest"] == 0.0
     assert other["solvers"][NOW]["errors"]["force"]["largest"] > 0.0
-    assert len(list(tmp_path.glob("refined-*.npy"))) == 1
+    assert len(list(tmp_path.glob("*.npy"))) == 1
     revision_comparison.show(found)
     said = capsys.readouterr().out
     assert "standard" in said
     assert said.count(NOW) == 4
-
-
-def test_what_a_solver_raises_is_its_status():
-    solver = Solver(ROOT)
-    (request,) = revision_comparison.drawn(1, 0)
-    found = solver(request | {"tabor": -1.0}, "draft")
-    solver.close()
-    assert found["status"].startswith("ValueError: tabor must be")
-    assert np.all(np.isnan(revision_comparison.results(found, 120)))
 
 
 def test_the_interval_of_the_ratio_holds_it():

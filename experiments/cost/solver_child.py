@@ -1,4 +1,4 @@
-"""The solver of one git revision at work: a program that answers one simulation a line, for `revision_comparison`.
+"""The solver of one git revision at work: a program that answers one simulation a line, for `solver_processes`.
 
 It runs in a process whose path begins with that revision's `bem`, so that it may use what the public interface has had
 in all of them, and nothing else of this repository. Each line of input is a JSON object: `tabor`, `modulus_ratio`, the
