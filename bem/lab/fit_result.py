@@ -104,14 +104,13 @@ def result_of(search: Search, x: FloatArray, residuals: FloatArray, jacobian: Fl
         search: the problem.
         x: the solution as the search sees it.
         residuals: weighted, at the solution.
-        jacobian: of them, without the linear offset.
+        jacobian: of them, by all free parameters, the offset last.
     """
     names = search.free
     values = search.values(x)
     tension = search.model.tension(values, search.accuracy)
     offset = search.offset(tension)
     if "force_offset" in names:
-        jacobian = np.column_stack([jacobian, search.weights])
         search.unit["force_offset"] = 1.0
     values["force_offset"] = offset
     degrees = max(residuals.size - len(names), 1)

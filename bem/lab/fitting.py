@@ -18,6 +18,7 @@ from scipy.optimize import least_squares
 
 from bem._support.validation import FloatArray, instance
 from bem._support.wording import shown
+from bem.accuracy import TIGHTEST, resolve_accuracy
 from bem.lab.contact_point import noise_of
 from bem.lab.curve import ForceCurve
 from bem.lab.fit_result import FitResult, result_of
@@ -37,6 +38,7 @@ _RATIOS = (0.5, 0.15)
 _TIME_SHARES = (0.02, 0.1, 0.5)  # of the duration in contact, at which retardation times are tried
 _SHORT, _LONG, _POLISH = 4, 14, 12  # evaluations of the Jacobian
 _KEPT = 2
+_CORRECTIONS, _TIGHTER = 2, 4.0
 _AS_GOOD = 1.1  # noise of a simpler fit over that of the full one
 _BAD = 30.0  # residual, in standard deviations, of a contact that the solver did not complete
 
@@ -88,26 +90,26 @@ class Search:
         square = self.weights**2
         return float(np.sum(square * (self.model.curve.tension - tension)) / np.sum(square))
 
-    def residuals(self, x: FloatArray) -> FloatArray:
-        """Weighted model minus measurement, shape (n,)."""
+    def residuals(self, x: FloatArray, offset: float | None = None) -> FloatArray:
+        """Weighted model minus measurement, shape (n,); with the best force offset unless one is given."""
         tension = self.model.tension(self.values(x), self.accuracy)
         if tension is None:
             return np.full(len(self.model.curve), _BAD)
-        found = self.weights * (tension + self.offset(tension) - self.model.curve.tension)
+        added = self.offset(tension) if offset is None else offset
+        found = self.weights * (tension + added - self.model.curve.tension)
         if self.report is not None:
             self.report(self.model.evaluations, float(np.sqrt(np.mean(found**2))))
         return found
 
-    def jacobian(self, x: FloatArray, central: bool = False) -> FloatArray:
-        """Derivative of the residuals, shape (n, searched)."""
-        here = None if central else self.residuals(x)
-        columns = []
-        for i in range(x.size):
-            step = np.zeros(x.size)
-            step[i] = 1.0
-            ahead = self.residuals(x + step)
-            columns.append(0.5 * (ahead - self.residuals(x - step)) if central else ahead - here)
-        return np.column_stack(columns)
+    def jacobian(self, x: FloatArray) -> FloatArray:
+        """Derivative of the residuals with the best offset at each point, shape (n, searched)."""
+        here = self.residuals(x)
+        return np.column_stack([self.residuals(x + step) - here for step in np.eye(x.size)])
+
+    def full_jacobian(self, x: FloatArray) -> FloatArray:
+        """Derivative by all free parameters, the offset last and in N, shape (n, free), by central differences."""
+        columns = [0.5 * (self.residuals(x + step, 0.0) - self.residuals(x - step, 0.0)) for step in np.eye(x.size)]
+        return np.column_stack(columns + [self.weights] * ("force_offset" in self.free))
 
     def run(self, x: FloatArray, evaluations: int):
         """Least squares from a point."""
@@ -199,14 +201,27 @@ def _fitted(curve, setup, free, contact, duration, accuracy, report) -> FitResul
         raise FitError("the fit did not converge: the solver completes no contact near the measured curve")
     if final.status == 0 and final.cost < 0.9 * best.cost:
         raise FitError(f"the fit did not converge in {search.model.evaluations} simulations; give a closer first guess")
-    x, residuals = final.x, final.fun
-    jacobian = search.jacobian(x, central=True)
-    # Central differences see farther than the roughness of the solver's results, at which the search stops.
-    step = np.linalg.lstsq(jacobian, -residuals, rcond=1e-6)[0]
-    settled = search.residuals(x + step)
-    if settled @ settled < residuals @ residuals:
-        x, residuals = x + step, settled
-    return result_of(search, x, residuals, jacobian)
+    return result_of(search, *_settled(search, final.x))
+
+
+def _settled(search: Search, x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """The solution after a few Gauss-Newton steps with a tighter solver; its residuals and its Jacobian.
+
+    Central differences see farther than the roughness of the solver's results, at which the search stops, and with many
+    points the noise averages out to less than the solver's error at the accuracy of the search.
+    """
+    jacobian = search.full_jacobian(x)
+    search.accuracy = max(resolve_accuracy(search.accuracy).target / _TIGHTER, TIGHTEST)
+    residuals = search.residuals(x)
+    # A jump of the model that passes a point makes a difference there that is no derivative.
+    smooth = search.model.away_from_jumps()
+    for _ in range(_CORRECTIONS):
+        step = np.linalg.lstsq(jacobian[smooth], -residuals[smooth], rcond=1e-6)[0][: x.size]
+        ahead = search.residuals(x + step)
+        if not ahead @ ahead < residuals @ residuals:
+            break
+        x, residuals = x + step, ahead
+    return x, residuals[smooth], jacobian[smooth]
 
 
 def _starts(setup: Setup, contact, duration: float, free: tuple[str, ...]) -> list[dict[str, float]]:

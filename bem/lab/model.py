@@ -16,6 +16,7 @@ from bem.protocol import PiecewiseLinearProtocol, default_start_indentation
 
 _CLOSENESS = 1e-3  # of the range of indentation, by which the lines may miss a measured point
 _FAR = 3.0  # default starts away from the surface, where nothing acts yet
+_BESIDE = 2.0
 MOST_KNOTS = 400
 
 SETUP_PARAMETERS = ("relaxed_modulus", "work_of_adhesion", "retardation_time", "modulus_ratio")
@@ -55,6 +56,8 @@ class Model:
     curve: ForceCurve
     setup: Setup
     evaluations: int = 0
+    jumps: tuple[float, ...] = ()
+    """Instants of the curve at which the last prediction jumped, in s."""
     _lines: tuple[FloatArray, FloatArray] = field(init=False)
 
     def __post_init__(self) -> None:
@@ -100,9 +103,17 @@ class Model:
         trajectory = simulate(setup.scene(), protocol, accuracy)
         if not trajectory.completed:
             return None
-        instants = (self.curve.time - self.curve.time[0] - begin) / setup.time_scale
+        origin = self.curve.time[0] + begin
+        self.jumps = tuple(origin + setup.time_scale * jump.time for jump in trajectory.jumps)
+        instants = (self.curve.time - origin) / setup.time_scale
         force = trajectory.at(np.clip(instants, 0.0, trajectory.time[-1]))
         return setup.force_scale * np.where(instants >= 0.0, force, 0.0)
+
+    def away_from_jumps(self) -> np.ndarray:
+        """Which points of the curve, (n,) bool, lie more than two samples from every jump of the last prediction."""
+        sample = float(np.median(np.diff(self.curve.time)))
+        far = [np.abs(self.curve.time - jump) > _BESIDE * sample for jump in self.jumps]
+        return np.logical_and.reduce([np.ones(len(self.curve), dtype=bool), *far])
 
 
 def with_memory(setup: Setup, duration: float) -> Setup:

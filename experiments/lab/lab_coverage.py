@@ -29,7 +29,7 @@ OUT = MEASUREMENTS / "lab_coverage.json"
 RADIUS = 50e-6
 NOISE = 0.01
 POINTS = 300
-TRUE_ACCURACY = 1e-3
+TRUE_ACCURACY = 3e-4
 LOGARITHMIC = {
     "relaxed_modulus": (0.5e6, 5e6),
     "work_of_adhesion": (0.02, 0.1),

@@ -107,7 +107,7 @@ def test_what_the_curve_does_not_determine_is_said(curve):
     from bem.lab.fit_result import result_of
 
     x = search.point({"relaxed_modulus": 2e6})
-    result = result_of(search, x, search.residuals(x) + 1e-8, np.zeros((60, 1)))
+    result = result_of(search, x, search.residuals(x) + 1e-8, np.column_stack([np.zeros(60), search.weights]))
     assert result.intervals["relaxed_modulus"] == (0.0, np.inf)
     assert (
         "The curve does not determine relaxed_modulus: a deeper indentation or a longer dwell would."

@@ -1,0 +1,70 @@
+"""Three real contacts in the solver's units, as the table of `docs/units.md`; and when an effective range is harmless.
+
+Usage: `python -m experiments lab_units`, which prints both tables.
+"""
+
+from __future__ import annotations
+
+from bem import Elastic, StandardLinearSolid
+from bem._support.command_line import run_main
+from bem.lab import Setup
+from bem.lab.units import readable
+from bem.materials_library import load
+from bem.reference_solutions.jkr import PULL_OFF_FORCE
+
+PDMS = load("sylgard_184_cured_at_100c")
+CONTACTS = {
+    "AFM tip on a polymer": Setup(radius=20e-9, work_of_adhesion=0.05, relaxed_modulus=1e9, poisson_ratio=0.35),
+    "colloid probe on PDMS": Setup(radius=5e-6, work_of_adhesion=0.05, relaxed_modulus=PDMS.relaxed_modulus),
+    "glass lens on PDMS": Setup(radius=5e-3, work_of_adhesion=0.05, relaxed_modulus=PDMS.relaxed_modulus),
+}
+RANGES = (1.0, 2.0, 3.0, 5.0)
+BEAD = {"radius": 50e-6, "work_of_adhesion": 0.05, "relaxed_modulus": 2e6}
+RATIO, TIME, SPEED, DEPTH, DWELL = 0.3, 0.1, 2e-6, 1e-6, 0.5
+
+
+def contacts_table() -> str:
+    """Scales of the three contacts, in rows."""
+    rows = {
+        "radius R": [readable(c.radius, "m") for c in CONTACTS.values()],
+        "work of adhesion": [readable(c.work_of_adhesion, "J/m^2") for c in CONTACTS.values()],
+        "modulus E0, Poisson's ratio": [
+            f"{readable(c.relaxed_modulus, 'Pa')}, {c.poisson_ratio:g}" for c in CONTACTS.values()
+        ],
+        "force scale pi R dgamma": [readable(c.force_scale, "N") for c in CONTACTS.values()],
+        "contact radius scale beta": [readable(c.contact_radius_scale, "m") for c in CONTACTS.values()],
+        "adhesion length mu h0": [readable(c.adhesion_length, "m") for c in CONTACTS.values()],
+        "Tabor parameter, h0 = 0.3 nm": [f"{c.physical_tabor:.3g}" for c in CONTACTS.values()],
+        "limit": [c.regime for c in CONTACTS.values()],
+        "gap h0 simulated": [readable(c.gap, "m") for c in CONTACTS.values()],
+        "JKR pull-off force": [readable(PULL_OFF_FORCE * c.force_scale, "N") for c in CONTACTS.values()],
+    }
+    lines = [f"| | {' | '.join(CONTACTS)} |", f"|---|{'---|' * len(CONTACTS)}"]
+    return "\n".join(lines + [f"| {name} | {' | '.join(cells)} |" for name, cells in rows.items()])
+
+
+def ranges_table() -> str:
+    """Pull-off forces over pi R dgamma of one bead at several effective ranges, elastic and viscoelastic."""
+    lines = ["| largest_tabor | effective range | elastic | viscoelastic |", "|---|---|---|---|"]
+    for largest in RANGES:
+        forces = []
+        for material, time in ((Elastic(), None), (StandardLinearSolid(RATIO), TIME)):
+            setup = Setup(**BEAD, material=material, retardation_time=time, largest_tabor=largest)
+            protocol = setup.protocol(
+                peak_indentation=DEPTH, loading_rate=SPEED, dwell_time=DWELL, unloading_rate=SPEED
+            )
+            curve = setup.simulate(protocol, "draft", check_range=False)
+            forces.append(curve.pull_off_force / setup.force_scale)
+        lines.append(f"| {largest:g} | {readable(setup.gap, 'm')} | {forces[0]:.2f} | {forces[1]:.2f} |")
+    return "\n".join(lines)
+
+
+def main() -> None:
+    """Print the tables."""
+    print(contacts_table())
+    print()
+    print(ranges_table())
+
+
+if __name__ == "__main__":
+    run_main(main)
