@@ -10,24 +10,24 @@ from typing import Annotated, Any
 
 import typer
 
-from bem import __version__
 from bem._support.wording import shortened
 
 LONGEST = 2000
 """Characters of a sentence at most, whatever a user's file or option holds; paths fit whole."""
 
 
-def add_version(app: Any, name: str) -> None:
+def add_version(app: Any, name: str, number: str) -> None:
     """Give a Typer application of several commands the option `--version`.
 
     Args:
         app: The application.
         name: The command's name, which stands before the version.
+        number: Its version.
     """
 
     def show(wanted: bool) -> None:
         if wanted:
-            typer.echo(f"{name} {__version__}")
+            typer.echo(f"{name} {number}")
             raise typer.Exit
 
     @app.callback()

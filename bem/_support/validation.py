@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from bem._support.wording import shown
 
 FloatArray = NDArray[np.float64]
+_LARGEST_WHOLE_NUMBER = 2**63 - 1
 
 
 def _bounds(low: float | None, high: float | None, above: float | None, below: float | None) -> str:
@@ -114,3 +115,14 @@ def strictly_increasing(name: str, values: FloatArray) -> FloatArray:
             f"{name} must be strictly increasing; received {float(values[i])!r} followed by {float(values[i + 1])!r}"
         )
     return values
+
+
+def whole_number(name: str, value: Any, *, low: int, high: int = _LARGEST_WHOLE_NUMBER) -> int:
+    """Return `value` as an int when it is a whole number within bounds.
+
+    Raises:
+        ValueError: naming the quantity, the allowed range and the value received.
+    """
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or not low <= value <= high:
+        raise ValueError(f"{name} must be a whole number from {low} to {high}; received {shown(value)}")
+    return int(value)

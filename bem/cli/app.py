@@ -12,6 +12,7 @@ from typing import Annotated, Any
 
 import typer
 
+from bem import __version__
 from bem._support.command_line import add_version, parse_accuracy, run_command
 from bem._support.outputs import IMAGES, Outputs, require_suffix
 from bem._support.wording import shown
@@ -34,7 +35,7 @@ MATERIAL_HELP = (
 
 STILL_ATTACHED = "still attached at the end: the pull-off force is the largest so far"
 
-add_version(app, "bem")
+add_version(app, "bem", __version__)
 register(app)
 lab.register(app)
 

@@ -111,7 +111,7 @@ def verify(
     may err by that; how many trajectories are identical to the last bit is said beside it. The exit status is 1 when
     any does not agree.
     """
-    from bem.cli.progress import progress_bar
+    from bem._support.progress import progress_bar
     from bem.dataset.verification import verify as compare
 
     with progress_bar(sample, "differ") as progress:
@@ -136,7 +136,7 @@ def _run(
     shard: tuple[int, int],
     how: dict[str, Any],
 ) -> None:
-    from bem.cli.progress import progress_bar
+    from bem._support.progress import progress_bar
     from bem.dataset.campaign.plan import Campaign
     from bem.dataset.campaign.run import run_campaign
     from bem.dataset.designs import Design

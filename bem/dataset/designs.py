@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from bem._support.validation import FloatArray, finite_number
+from bem._support.validation import FloatArray, finite_number, whole_number
 from bem._support.wording import shown
 from bem.dataset.measurement_steps import FMS, measurement_grid
 from bem.protocol import LARGEST_INDENTATION, LARGEST_RATE, LONGEST_DWELL, SMALLEST_RATE
@@ -39,19 +39,7 @@ _LIMITS = {
     "dwell_time": (1e-12, LONGEST_DWELL),
     "unloading_rate": (SMALLEST_RATE, LARGEST_RATE),
 }
-_LARGEST_SEED = 2**63 - 1
 _CHECKED_AT_ONCE = 10_000  # protocols whose measurement steps are in memory at a time
-
-
-def whole_number(name: str, value: Any, *, low: int, high: int = _LARGEST_SEED) -> int:
-    """Return `value` as an int when it is a whole number within bounds.
-
-    Raises:
-        ValueError: naming the quantity, the allowed range and the value received.
-    """
-    if isinstance(value, bool) or not isinstance(value, int | np.integer) or not low <= value <= high:
-        raise ValueError(f"{name} must be a whole number from {low} to {high}; received {shown(value)}")
-    return int(value)
 
 
 def agree(some: FloatArray, others: FloatArray) -> bool:

@@ -13,12 +13,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from bem._support.validation import FloatArray
+from bem._support.validation import FloatArray, whole_number
 from bem.accuracy import resolve_accuracy
 from bem.dataset.campaign.executors import LocalExecutor
 from bem.dataset.campaign.files import campaign_of
 from bem.dataset.campaign.work import Solver, results
-from bem.dataset.designs import QUANTITIES, agree, whole_number
+from bem.dataset.designs import QUANTITIES, agree
 from bem.dataset.file import load_dataset
 from bem.dataset.records import FAILED, SCALARS, Record, untabulate
 

@@ -24,8 +24,7 @@ import numpy as np
 
 from bem._support.jit import kernel
 from bem._support.linear_algebra import add_rows, lu_factor, lu_solve
-from bem._support.validation import instance
-from bem.dataset.designs import whole_number
+from bem._support.validation import instance, whole_number
 from bem.protocol import LoadingProtocol, PiecewiseLinearProtocol
 from bem.scene import Scene
 from bem.solver.discretisation.cohesive_zone import contact_edge, largest_contact_radius

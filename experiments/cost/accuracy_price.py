@@ -14,11 +14,11 @@ import numpy as np
 import typer
 
 from bem._support.command_line import run_main
-from bem._support.validation import FloatArray
-from bem.cli.progress import progress_bar
+from bem._support.progress import progress_bar
+from bem._support.validation import FloatArray, whole_number
 from bem.dataset.campaign.plan import Campaign, Solver
 from bem.dataset.campaign.run import run_campaign
-from bem.dataset.designs import agree, whole_number
+from bem.dataset.designs import agree
 from bem.dataset.file import Dataset, load_dataset
 from experiments.common import write_result
 from experiments.paper.dataset_statistics import percentiles

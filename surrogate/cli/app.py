@@ -9,6 +9,7 @@ from typing import Annotated
 
 import typer
 
+from bem import __version__
 from bem._support.command_line import add_version, run_command
 from bem._support.outputs import Outputs
 from surrogate.architectures.naming import names, split_name
@@ -23,7 +24,7 @@ app = typer.Typer(
     help="Sequence models that imitate the contact solver.", no_args_is_help=True, pretty_exceptions_enable=False
 )
 
-add_version(app, "surrogate")
+add_version(app, "surrogate", __version__)
 
 DatasetOption = Annotated[Path, typer.Option(help="Data set file.")]
 RecipeOption = Annotated[str, typer.Option(help="A recipe's name (paper, swift) or a TOML file.")]

@@ -22,9 +22,9 @@ from urllib.parse import urlsplit
 import joblib
 from joblib.externals.loky import get_reusable_executor
 
+from bem._support.validation import whole_number
 from bem._support.wording import shown
 from bem.dataset.campaign.checkpoints import CampaignError
-from bem.dataset.designs import whole_number
 
 Batch = tuple[tuple[int, Any], ...]
 """Trajectories of a campaign, each with its index and all that a worker needs to know of it."""

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from bem._support.validation import FloatArray
+from bem._support.validation import FloatArray, whole_number
 from bem.accuracy import resolve_accuracy
 from bem.dataset.campaign.work import Solver, expected_seconds, solver_name
-from bem.dataset.designs import QUANTITIES, Design, whole_number
+from bem.dataset.designs import QUANTITIES, Design
 from bem.dataset.file import load_dataset, write_dataset
 from bem.dataset.measurement_steps import FMS, checked_counts
 from bem.dataset.records import Columns, Record, Settings, failed, simulate_record, tabulate, untabulate

@@ -3,8 +3,8 @@ from pathlib import Path
 import h5py
 import pytest
 
+from bem._support.progress import rate_line
 from bem._support.provenance import command_line
-from bem.cli.progress import rate_line
 from bem.dataset.file import load_dataset
 from tests.bem.dataset.campaign.helpers import HANG, command, start_command
 from tests.data_files import editing
