@@ -238,6 +238,12 @@ feature-sets data-efficiency: $(DATASET) | $(INSTALLED)
 		--work $(WORK)/$(call value_of,$@.publishes) --out $(PUBLISHED)/$(call value_of,$@.publishes).json \
 		$(call list_also_unfinished,$(PUBLISHED)/$(call value_of,$@.publishes).json)
 
+ranking.publishes := ranking  ## Rank the models by every published seed, with intervals, and publish it (seconds)
+.PHONY: ranking
+ranking: $(DATASET) | $(INSTALLED)
+	$(PY) -m experiments ranking $(PLACES)
+	$(PY) $(MANIFEST) add $(path.ranking)
+
 HOURS ?= --hours
 STAGES := dataset models more-models feature-sets data-efficiency
 .PHONY: from-scratch
@@ -455,11 +461,12 @@ path.architectures := surrogate/architectures/registry.py
 path.feature_sets := $(PUBLISHED)/feature_sets.json
 path.data_efficiency := $(PUBLISHED)/data_efficiency.json
 path.accuracy_price := $(PUBLISHED)/accuracy_price.json
+path.ranking := $(PUBLISHED)/ranking.json
 path = $(or $(path.$(1)),$(filter $(STUDIES)/$(1).json,$(STUDY_RESULTS)),$(MEASUREMENTS)/$(1).json)
 inputs = $(foreach one,$(1),$(if $(filter %?,$(one)),$(wildcard $(call path,$(one:?=))),$(call path,$(one))))
 LEFT_OUT := $(if $(wildcard $(addprefix $(MODELS)/M[1-6]-,FiLM/run.json gated/run.json)),,figure-learning-curves) \
 	$(if $(wildcard $(path.feature_sets) $(path.data_efficiency)),,figure-features) \
-	$(if $(wildcard $(path.accuracy_price)),,table-accuracy-price)
+	$(if $(wildcard $(path.accuracy_price)),,table-accuracy-price) $(if $(wildcard $(path.ranking)),,figure-ranking table-ranking)
 
 # The file that stands for a figure or table, and the name of the one that a file stands for.
 product = $(if $(filter table-%,$(1)),$(TABLES)/$(1:table-%=%).md,$(FIGURES)$($(1).under)/$(1).pdf)
