@@ -93,6 +93,7 @@ figure-6.paper := canonical_regimes  ## The twelve canonical protocols
 figure-7.paper := error_statistics  ## Distributions of the held-out errors
 figure-architectures.paper := architecture_graphs  ## The eighteen wirings, from the Keras models
 figure-mse-mae.paper := model_comparison  ## Held-out MSE against MAE of every trained model
+figure-ranking.paper := ranking  ## Held-out errors of every seed, with bootstrap intervals
 figure-learning-curves.paper := model_comparison  ## Validation curves of the FiLM and gated models
 figure-features.paper := feature_sets? data_efficiency?  ## Input representations and training-set size
 figure-fms-transfer.paper := fms_transfer  ## The same weights on other numbers of measurement steps
@@ -102,6 +103,7 @@ table-protocols-canonical.paper := canonical_regimes  ## Canonical protocols and
 table-quartiles.paper := error_statistics  ## Held-out errors by quartile
 table-persson-brener.paper := persson_brener  ## Crack velocities and amplifications
 table-models.paper := model_comparison training_speed? more-models  ## Every trained model: size, errors, cost
+table-ranking.paper := ranking  ## Spread over seeds, intervals, and which of the paper's rankings hold
 table-accuracy-price.paper := accuracy_price  ## What draft, standard and reference cost, as published
 
 ##@ Cost and hard cases (figure <- measurement)
