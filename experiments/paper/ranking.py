@@ -19,8 +19,8 @@ from typing import Any
 import numpy as np
 
 from experiments import common
+from experiments import ranking_statistics as statistics
 from experiments.lineage import dataset_digest
-from experiments.paper import ranking_statistics as statistics
 from experiments.paper.model_comparison import REFERENCE, read_history
 from surrogate.architectures.naming import CONDITIONINGS, PAPER_FAMILIES, paper_names
 

@@ -6,8 +6,8 @@ import json
 import numpy as np
 import pytest
 
+from experiments import ranking_statistics as statistics
 from experiments.paper import ranking
-from experiments.paper import ranking_statistics as statistics
 from surrogate.architectures.naming import paper_names
 
 TRAJECTORIES = 200
