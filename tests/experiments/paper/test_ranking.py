@@ -153,12 +153,18 @@ def test_the_study_ranks_what_is_published(tmp_path, studied):
 
 
 def test_another_model_moves_no_number(tmp_path, studied):
+    def numbers():
+        content = studied()
+        chances = [pair["probability"] for pair in content["pairs"] if pair["worse"] == "M1-FiLM"]
+        return content["spread"]["M1-concat"], chances
+
     for seed in range(2):
         publish(tmp_path, "M1-concat", seed, 1.0 + seed)
-    before = studied()["spread"]["M1-concat"]
-    for seed in range(2):
-        publish(tmp_path, "M1-FiLM", seed, 1.0)
-    assert studied()["spread"]["M1-concat"] == before
+        publish(tmp_path, "M1-FiLM", seed, 1.3 + 0.1 * seed)
+    before = numbers()
+    assert 0.1 < before[1][0]["test_mse"] < 0.9
+    publish(tmp_path, "M1-gated", 0, 1.0)
+    assert numbers() == before
 
 
 def test_few_seeds_are_said_and_none_is_no_error(tmp_path, studied, capsys):
