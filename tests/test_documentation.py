@@ -65,7 +65,7 @@ def test_the_make_targets_and_files_it_names_exist():
     for page in PAGES:
         text = page.read_text(encoding="utf-8")
         for target in (word for words in re.findall(r"`make ([a-z0-9 -]+)", text) for word in words.split()):
-            assert re.search(rf"^{target}:", makefile, flags=re.MULTILINE), f"{page.name}: make {target}"
+            assert re.search(rf"^{target}(:|\.\w+ :=)", makefile, flags=re.MULTILINE), f"{page.name}: make {target}"
         for path in re.findall(r"python (examples/\w+\.py)", text):
             assert (ROOT / path).is_file(), f"{page.name}: {path}"
 
