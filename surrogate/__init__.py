@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     import keras
 
     from surrogate.inference.predictor import Surrogate
+    from surrogate.inference.validity import ExtrapolationWarning
 
 __all__ = ["ExtrapolationWarning", "Surrogate", "build", "load", "names", "register"]
 
