@@ -15,7 +15,7 @@ import warnings
 
 import numpy as np
 
-import bem
+import bem.lab
 import surrogate
 from bem import Elastic, LoadingProtocol, PronySeries, Scene, Trajectory, simulate
 from bem.lab import ForceCurve, Setup, fit
@@ -36,6 +36,9 @@ detached: bool = model.trajectories([protocol], tabor=1.0)[0].detached
 simulate(1, 2)  # refused
 simulate(broad, protocol, initial_state="cold")  # refused
 trajectory.pull_of_force  # refused
+bem.simulat  # refused
+surrogate.lod  # refused
+bem.lab.Fit  # refused
 Scene(tabor="soft")  # refused
 LoadingProtocol(peak_indentation=20)  # refused
 bead.simulate(path, force_sign="upwards")  # refused
