@@ -24,7 +24,8 @@ protocol = LoadingProtocol(peak_indentation=20, loading_rate=10.0, dwell_time=1,
 trajectory: Trajectory = simulate(Scene(tabor=1.0, material=Elastic()), protocol, 1e-3)
 pull_off: float = trajectory.pull_off_force
 broad = Scene(0.5, PronySeries([0.5, 0.2], times=[1.0, 10.0]))
-bead = Setup(radius=50e-6, work_of_adhesion=0.05, relaxed_modulus=2e6)
+bead = Setup(radius="50 um", work_of_adhesion=0.05, relaxed_modulus="2 MPa")
+radius: float = bead.radius
 path = bead.protocol(peak_indentation="1 um", loading_rate=1e-6, unloading_rate=1e-6)
 curve: ForceCurve = bead.simulate(path, force_sign="compression")
 sentences: tuple[str, ...] = fit(curve, bead).sentences
@@ -41,6 +42,7 @@ surrogate.lod  # refused
 bem.lab.Fit  # refused
 Scene(tabor="soft")  # refused
 LoadingProtocol(peak_indentation=20)  # refused
+Setup(radius=[50e-6], work_of_adhesion=0.05, relaxed_modulus=2e6)  # refused
 bead.simulate(path, force_sign="upwards")  # refused
 fit(trajectory, bead)  # refused
 model.trajectories(3.0, tabor=1.0)  # refused

@@ -17,14 +17,15 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from bem.lab.curve import ForceCurve
+    from bem.lab.effective_range import EffectiveRangeWarning
     from bem.lab.fit_result import FitResult
     from bem.lab.fitting import fit
-    from bem.lab.setup import EffectiveRangeWarning, Setup
+    from bem.lab.setup import Setup
 
 __all__ = ["EffectiveRangeWarning", "FitResult", "ForceCurve", "Setup", "fit"]
 
 _HOME = {
-    "EffectiveRangeWarning": "setup",
+    "EffectiveRangeWarning": "effective_range",
     "FitResult": "fit_result",
     "ForceCurve": "curve",
     "Setup": "setup",

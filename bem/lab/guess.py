@@ -9,13 +9,13 @@ import numpy as np
 from bem.lab.contact_point import Contact, find_contact
 from bem.lab.curve import ForceCurve
 from bem.lab.setup import Setup
-from bem.lab.units import to_si
+from bem.lab.units import Quantity, to_si
 from bem.reference_solutions import jkr
 
 _STEPS = 60
 
 
-def guess_setup(curve: ForceCurve, *, radius: float | str, **known: Any) -> Setup:
+def guess_setup(curve: ForceCurve, *, radius: Quantity, **known: Any) -> Setup:
     """A setup whose modulus and work of adhesion are read off the curve.
 
     The work of adhesion is that of the JKR pull-off force, (3/2) pi R dgamma, and the modulus that of the JKR force at
