@@ -1,5 +1,5 @@
-# Two layers: a result depends on its inputs, a figure on results. What else each of them was made from, modules, settings
-# and the paper's values, its run notes in a `.depends` folder beside it, so that nothing is listed here by hand.
+# Two layers: a result depends on its inputs, a figure on results. Each run notes the modules, settings and values of the
+# paper that it used in a folder `.depends` beside its result, so that they are not listed here.
 #
 # A figure or table is one line here, `NAME.GROUP := RESULTS  ## CAPTION`, and one module of `paper_figures`; a study is
 # one line and one module of `experiments`. `RESULT?` may be missing. `make help` shows the captions.
@@ -16,7 +16,7 @@ PY := $(VENV)/bin/python
 INSTALLED := $(VENV)/.installed
 TEST_WORKERS ?= 2
 
-# Where results are computed and where they are published; `make smoke` and `make paper-from-scratch` choose others.
+# Folders of results and of published files; `make smoke` and `make paper-from-scratch` choose others.
 OUT ?= results
 PUBLISHED ?= published
 CONFIGS ?= experiments/configs
@@ -63,7 +63,7 @@ verify: setup  ## Compare what is published with its manifest
 .PHONY: paper
 paper: figures tables report  ## Figures, tables and the report
 
-# A figure whose every input is still untrained is left out with a word instead of failing the rest.
+# A figure none of whose inputs is trained yet is left out with a message, so that the others are drawn.
 .PHONY: figures
 figures: $$(filter-out table-% $$(LEFT_OUT),$$(PAPER))  ## Every figure of the paper whose inputs are published
 	@$(if $(filter figure-learning-curves,$(LEFT_OUT)),echo "figure-learning-curves is left out: no FiLM or gated model is published; \`make models\` trains them")
@@ -75,7 +75,7 @@ tables: $$(filter-out $$(LEFT_OUT),$$(filter table-%,$$(PAPER)))  ## Every table
 	@echo "tables are in $(TABLES)"
 
 REPORT ?= REPRODUCTION.md
-# Its hours and minutes are of what is published.
+# Its hours and minutes are those of the published files.
 REPRODUCING ?= $(if $(filter published,$(PUBLISHED)),REPRODUCING.md)
 .PHONY: report
 report: $$(STUDY_RESULTS) | $(INSTALLED)  ## Write REPRODUCTION.md: each number of the paper beside ours
@@ -91,7 +91,7 @@ figure-4.paper := architecture_graphs  ## Building blocks and the M1-concat mode
 figure-5.paper := model_comparison persson_brener data_efficiency?  ## Models, sizes, crack velocity, data efficiency
 figure-6.paper := canonical_regimes  ## The twelve canonical protocols
 figure-7.paper := error_statistics  ## Distributions of the held-out errors
-figure-architectures.paper := architecture_graphs  ## The eighteen wirings, from the Keras models
+figure-architectures.paper := architecture_graphs  ## Diagrams of the 18 paper models, from the Keras models
 figure-mse-mae.paper := model_comparison  ## Held-out MSE against MAE of every trained model
 figure-ranking.paper := ranking  ## Held-out errors of every seed, with bootstrap intervals
 figure-learning-curves.paper := model_comparison  ## Validation curves of the FiLM and gated models
@@ -120,7 +120,7 @@ figure-cost-growth.cost := cost_growth  ## How seconds grow, with fitted powers;
 figure-solver-scaling.cost := cost_growth  ## How the cost of the solver grows with nodes and steps
 figure-amortisation.cost := amortisation  ## When a surrogate pays for itself; and its table
 figure-training-cost.cost := training_cost  ## Error against time of training and number of trajectories
-figure-hard-cases.cost := hard_case_map soak?  ## Where the solver works hard, as a map and a table, and what the soak found
+figure-hard-cases.cost := hard_case_map soak?  ## Difficult cases of the solver, as a map and a table, and the result of the soak
 figure-surrogate-map.cost := surrogate_map  ## Where MODEL=M1-concat errs, its worst twenty trajectories, and their table
 figure-broad-band.cost := broad_band  ## Pull-off of broad-band solids over the unloading rate
 
@@ -158,14 +158,14 @@ inconsistencies.study := solver dataset
 
 ##@ Data set and trainings (long; interrupted by Ctrl-C, continued by the same command)
 
-.PHONY: only-all-is-published
-only-all-is-published:
+.PHONY: require-full-dataset
+require-full-dataset:
 	@if [ "$(COUNT)" != 12450 ] && [ "$$(realpath -m "$(PUBLISHED)")" = "$$(realpath -m published)" ]; then \
 		echo "only all 12450 trajectories go to published/; with COUNT=$(COUNT), give OUT=... and PUBLISHED=..." >&2; exit 1; \
 	fi
 
 .PHONY: dataset
-dataset: setup only-all-is-published  ## Simulate the 12,450 trajectories and publish them; continues after an interruption
+dataset: setup require-full-dataset  ## Simulate the 12,450 trajectories and publish them; continues after an interruption
 	@mkdir -p $(PUBLISHED) $(OUT)/dataset
 	$(VENV)/bin/bem campaign --design paper --count $(COUNT) --seed 0 --accuracy standard --replace --out $(OUT)/dataset/dataset.h5
 	cp -p $(OUT)/dataset/dataset.h5 $(DATASET).writing && mv $(DATASET).writing $(DATASET)
@@ -180,10 +180,10 @@ accuracy-price: setup  ## Measure what draft, standard and reference cost over t
 
 RECIPE ?= swift
 JOBS ?= 2
-# Models to train, all eighteen when empty, and epochs instead of the recipe's.
+# Models to train, all 18 paper models when empty, and epochs instead of the recipe's.
 ONLY ?=
 EPOCHS ?=
-# What was stopped has published what it trained until then.
+# A stopped training has published the models that it finished.
 list_also_unfinished = || status=$$?; [ ! -e $(1) ] || $(PY) $(MANIFEST) add $(1); exit $${status:-0}
 
 .PHONY: models
@@ -192,7 +192,7 @@ models: $(DATASET) | $(INSTALLED)  ## Train and publish the models that are not 
 		$(addprefix --only ,$(ONLY)) $(addprefix --epochs ,$(EPOCHS)) --runs $(OUT)/training --models $(MODELS) \
 		$(call list_also_unfinished,$(MODELS))
 
-# $(call beside,LABEL,OPTIONS) trains M1-concat otherwise than the eighteen, unless it is published.
+# $(call beside,LABEL,OPTIONS) trains M1-concat differently from the 18 paper models, unless it is published.
 define beside
 	[ -f $(MODELS)/$(1)/run.json ] || $(VENV)/bin/surrogate train M1-concat --label $(1) $(2) --dataset $(DATASET) \
 		--threads 1 --runs $(OUT)/training --models $(MODELS)
@@ -208,7 +208,7 @@ model-paper-recipe: $(DATASET) | $(INSTALLED)  ## Train M1-concat by the paper's
 model-inputs-c: $(DATASET) | $(INSTALLED)  ## Train M1-concat on the input representation C, as M1-concat-inputs-C
 	$(call beside,M1-concat-inputs-C,--recipe swift --features C $(addprefix --epochs ,$(EPOCHS)))
 
-# Nine times the trajectories more; the campaign's seed is another than the data set's. Not published.
+# Nine times as many trajectories, from another seed than the data set's, in addition to it. Not published.
 EXTRA ?= $(shell echo $$((9 * $(COUNT))))
 EXTRA_DATASET := $(OUT)/dataset/extra.h5
 
@@ -230,10 +230,10 @@ model-budgets: $(DATASET) | $(INSTALLED)  ## Train M1-concat for 8, 15 and 60 ep
 
 MORE_MODELS ?= model-paper-recipe model-budgets model-inputs-c model-large
 .PHONY: more-models
-more-models: $(MORE_MODELS)  ## The four above: M1-concat by another recipe, for shorter and longer, from other inputs, and on more data
+more-models: $(MORE_MODELS)  ## Train M1-concat by the four targets above: another recipe, fewer and more epochs, other inputs, more data
 
 feature-sets.publishes := feature_sets  ## Train the input representations A to D and publish their errors
-data-efficiency.publishes := data_efficiency  ## Train on ever smaller shares of the data and publish the errors
+data-efficiency.publishes := data_efficiency  ## Train on smaller and smaller shares of the data and publish the errors
 .PHONY: feature-sets data-efficiency
 feature-sets data-efficiency: $(DATASET) | $(INSTALLED)
 	$(PY) -m experiments $(call value_of,$@.publishes) --config $(CONFIGS)/$(call value_of,$@.publishes).toml --dataset $(DATASET) --models $(MODELS) \
@@ -259,14 +259,14 @@ from-scratch:
 
 SCRATCH := results/scratch
 .PHONY: paper-from-scratch
-paper-from-scratch: setup  ## Everything anew into results/scratch, nothing published needed; prints its hours, resumes
+paper-from-scratch: setup  ## Compute everything into results/scratch without published files; prints its hours, resumes
 	@$(PY) -m experiments.stages
 	@mkdir -p $(SCRATCH)
 	+$(MAKE) --no-print-directory from-scratch OUT=$(SCRATCH) PUBLISHED=$(SCRATCH)/published REPORT=$(SCRATCH)/REPRODUCTION.md
 
 SMOKE ?= results/smoke
 .PHONY: smoke
-smoke: setup  ## The same path on tiny data and one epoch, in minutes; its numbers mean nothing
+smoke: setup  ## The same path on tiny data and one epoch, in minutes; the numbers have no meaning
 	@mkdir -p $(SMOKE)
 	+$(MAKE) --no-print-directory from-scratch OUT=$(SMOKE) PUBLISHED=$(SMOKE)/published REPORT=$(SMOKE)/REPRODUCTION.md \
 		HOURS=--no-hours CONFIGS=experiments/configs/smoke COUNT=120 EPOCHS=1 ONLY="M1-concat M4-FiLM" \
@@ -286,7 +286,7 @@ DATA := --dataset $(DATASET)
 ALL_MODELS := --models $(MODELS)
 
 .PHONY: measurements
-measurements: $$(filter-out soak,$$(MEASURING))  ## All of them but the soak
+measurements: $$(filter-out soak,$$(MEASURING))  ## All measurements except the soak
 # Two measurements at once would measure each other.
 .NOTPARALLEL: measurements
 
@@ -317,7 +317,7 @@ measure-broad-band.beside := broad_band.csv
 measure-surrogate-map.makes := surrogate_map  ## Errors of M1-concat over the box, worst trajectories, out of range
 measure-surrogate-map.with := --model M1-concat $(DATA) $(ALL_MODELS)
 measure-surrogate-map.needs := dataset
-bench-training.makes := training_speed  ## What a batch of training costs each of the eighteen
+bench-training.makes := training_speed  ## What a batch of training costs for each of the 18 paper models
 bench-training.with := $(DATA) $(IDLE)
 bench-training.needs := dataset
 bench-surrogate.makes := surrogate_latency  ## What a prediction costs, against Keras's model.predict
@@ -340,13 +340,13 @@ bench-solver: setup  ## Accuracy against cost of the solver, into docs/solver-be
 	$(PY) -m experiments bench_solver $(addprefix --baseline ,$(BASELINE))
 
 .PHONY: table-solver-hard-cases
-table-solver-hard-cases: setup  ## Run the solver where it is most likely to break (long); writes docs/solver-hard-cases.md
+table-solver-hard-cases: setup  ## Run the solver in the most difficult cases (long); writes docs/solver-hard-cases.md
 	$(PY) -m experiments hard_cases
 
 ##@ Development
 
 .PHONY: test
-test: check-lock lint  ## Everything continuous integration runs: lock, lint, format, fast tests
+test: check-lock lint  ## Everything continuous integration runs: lock, lint, format, types, fast tests
 	$(PY) -m pytest -n $(TEST_WORKERS)
 
 .PHONY: test-slow
@@ -358,9 +358,10 @@ golden-trajectories: setup  ## Renew the numbers that guard the solver's version
 	$(PY) -m experiments golden_trajectories
 
 .PHONY: lint
-lint: setup  ## Report style problems
+lint: setup  ## Report style problems, and wrong types of the public face
 	$(PY) -m ruff check .
 	$(PY) -m ruff format --check .
+	$(PY) -m mypy
 
 .PHONY: format
 format: setup  ## Rewrite the code in the house format
@@ -372,15 +373,15 @@ check-lock: setup  ## Fail when requirements.lock does not match pyproject.toml
 	$(PY) tools/lock.py check
 
 .PHONY: lock
-lock:  ## Resolve pyproject.toml anew into requirements.lock (needs the network)
+lock:  ## Resolve pyproject.toml again into requirements.lock (needs the network)
 	@[ -x $(VENV)/bin/uv ] || { echo "uv not found in $(VENV); run \`make setup\` first" >&2; exit 1; }
 	$(VENV)/bin/uv pip compile --quiet --universal --python-version 3.11 --all-extras --generate-hashes \
 		--no-emit-index-url --no-header --output-file requirements.lock pyproject.toml
 	$(PY) tools/lock.py stamp
 
 .PHONY: clean
-clean:  ## Remove caches and build leftovers; never results/, published/ or .venv
-	rm -rf build dist *.egg-info .pytest_cache .ruff_cache .hypothesis
+clean:  ## Remove caches and build files; never results/, published/ or .venv
+	rm -rf build dist *.egg-info .mypy_cache .pytest_cache .ruff_cache .hypothesis
 	find . -path ./$(VENV) -prune -o -path ./results -prune -o -path ./published -prune \
 		-o -type d -name __pycache__ -exec rm -rf {} +
 
@@ -443,7 +444,7 @@ help:  ## The targets that rest on published results, and the groups of the othe
 help-all:  ## Every target
 	@awk -v all=1 -f tools/help.awk Makefile
 
-# From here on: what the lines above become.
+# The rules for the lines above.
 
 # A value, without the blanks before its caption.
 value_of = $(strip $($(1)))
@@ -454,7 +455,7 @@ SHOWN := $(PAPER) $(COST)
 MEASURING := $(call named,makes)
 STUDY_RESULTS := $(patsubst %,$(STUDIES)/%.json,$(call named,study))
 path.dataset := $(DATASET)
-# A folder beside what is in it: it changes when an entry goes, of which a wildcard does not tell.
+# The folder as well as its files: it changes when an entry is removed, which a wildcard does not show.
 path.models = $(MODELS) $(wildcard $(MODELS)/*/run.json)
 path.M1-concat = $(addprefix $(REFERENCE)/,run.json model.weights.h5 scaling.json) $(wildcard $(REFERENCE)/model.onnx)
 path.more-models = $(path.models)
@@ -486,18 +487,18 @@ $(FILES): $$(call inputs,$$($$(call shown,$$@).paper) $$($$(call shown,$$@).cost
 $(STUDY_RESULTS): $(STUDIES)/%.json: $$(call inputs,$$($$*.study)) $$(call depends,$$@) | $(INSTALLED)
 	$(PY) -m experiments --depends $@ $* $(PLACES) --configs $(CONFIGS)
 
-# Without its note a result is made anew; with it, whenever something that is noted there changes.
+# A result without a note is made again; with one, it is made again when a noted file changes.
 $(DEPENDS): ;
 include $(wildcard $(DEPENDS))
 
-# One core: BLAS and the backends of the surrogates must not take more.
+# One core: BLAS and the backends of the surrogates must not use more.
 $(MEASURING): export OMP_NUM_THREADS := 1
 $(MEASURING): %: $$(call inputs,$$($$*.needs)) | $(INSTALLED)
 	$(PY) -m experiments $(or $($*.runs),$(call value_of,$*.makes)) $($*.with) --out $(MEASUREMENTS)/$(call value_of,$*.makes).json
 	$(PY) $(MANIFEST) add $(MEASUREMENTS)/$(call value_of,$*.makes).json
 	$(if $($*.beside),$(PY) $(MANIFEST) add $(MEASUREMENTS)/$($*.beside) --command "python -m experiments $(call value_of,$*.makes)")
 
-# What is missing names the target that makes it.
+# The message for a missing file names the target that makes it.
 maker = $(strip $(foreach one,$(MEASURING),$(if $(filter $(1),$($(one).makes)),$(one))))
 missing = echo "$@ is missing; restore it from the repository, or run \`make $(1)\`" >&2; exit 1
 $(MEASUREMENTS)/%.json:

@@ -1,1 +1,1 @@
-"""The studies the paper reports and those behind the solver's design, each run by `python -m experiments.NAME`."""
+"""The studies of the paper and of the solver's design, each run by `python -m experiments NAME`."""

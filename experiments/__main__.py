@@ -1,8 +1,8 @@
-"""`python -m experiments NAME ...` runs the study of that name, whichever folder it stands in.
+"""`python -m experiments NAME ...` runs the study of that name, in whichever folder it is.
 
-A module with a function `study` says what a result holds: the runner finds its arguments, as `experiments.places`
-says, and writes the result under the module's name. A module with a `main` has options of its own (`--help`).
-`--depends FILE` before the name writes, beside this result, the rule that tells make what it was made from.
+The function `study` of a module returns the content of a result: the runner finds its arguments, as
+`experiments.places` describes, and writes the result under the module's name. A module with a `main` has options of its
+own (`--help`). `--depends FILE` before the name also writes the rule that tells make what the result was made from.
 """
 
 import sys

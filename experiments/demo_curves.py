@@ -1,4 +1,4 @@
-"""Solver curves for the browser demonstrator, to lay over what the surrogate predicts.
+"""Solver curves that the browser demonstrator draws over the predictions of the surrogate.
 
 Two kinds: the paper's twelve representative samples (its table of figure-9 protocols), simulated at the accuracy of the
 data set, and trajectories of the published data set that no model was trained on. The latter are the held-out protocols

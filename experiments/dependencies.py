@@ -1,8 +1,8 @@
-"""Files that make a result what it is, for make: the modules that were imported and the files that were read.
+"""The files on which a result depends, for make: the modules that were imported and the files that were read.
 
-As `gcc -MD -MP` does for a compiled file: the rule names what was used, so that nothing need be listed by hand, and a
-rule without commands for each of these lets one that is gone cause a new run instead of an error. Modules and files
-count that lie under the folder the program runs in or under one of the given folders, but not the environment's own.
+It works as `gcc -MD -MP` does for a compiled file. The rule names what was used, so that nothing is listed by hand. A
+rule without commands for each of these makes a removed file cause a new run instead of an error. Only modules and files
+under the working directory or one of the given folders are named, without those of the environment.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""Whether a model and a data set belong together: trajectory indices mean something in one data set only.
+"""Whether a model and a data set belong together: trajectory indices are valid in one data set only.
 
-Which training a model comes from, and how two of them differ, is told by `surrogate.training.identity`.
+`surrogate.training.identity` says from which training a model comes, and how two trainings differ.
 """
 
 from __future__ import annotations

@@ -8,7 +8,8 @@ Source: Efron and Tibshirani, An Introduction to the Bootstrap, sections 6.2, 8.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -16,7 +17,7 @@ CONFIDENCE = 0.95
 LEAST_SEEDS = 2
 """Seeds that both sides of an order need for it to be decided."""
 HOLDS, TIE, FAILS, NOT_DECIDED = "holds", "tie", "fails", "not decided"
-STATISTICS = {
+STATISTICS: dict[str, Callable[..., Any]] = {
     "test_mse": np.mean,
     "test_mae": np.mean,
     "test_dtw_rmse": np.mean,
@@ -90,7 +91,7 @@ def duels(
     contenders: Mapping[str, Sequence[str]],
     drawn: Mapping[str, Mapping[str, np.ndarray]],
     seeds: Mapping[str, int],
-) -> list[dict[str, object]]:
+) -> list[dict[str, Any]]:
     """The order of the champion and each other contender, with its probability by every metric.
 
     Args:

@@ -1,4 +1,4 @@
-"""What the Makefile's lines say of figures, tables, studies and measurements, for the messages and documents.
+"""The figures, tables, studies and measurements of the Makefile, for messages and documents.
 
 A line reads `NAME.KIND := WORDS  ## CAPTION`. Kinds: `paper` and `cost` are figures and tables, which read results;
 `study` is a result of `experiments`; `makes` and `publishes` are targets that publish a result.
@@ -26,7 +26,7 @@ INPUTS = {
     "accuracy_price": "`published/accuracy_price.json`",
     "ranking": "`published/ranking.json`",
 }
-"""What is there before any study, in words; published seconds go without saying."""
+"""What is there before any study, in words; published seconds are not listed."""
 STAGES = {
     "M1-concat": "reference",
     "models": "models",

@@ -1,4 +1,4 @@
-"""The stages of the paper from nothing, and the hours to expect of each: printed up front and as each begins.
+"""The stages of the paper from scratch, and the expected hours of each, printed before the first and as each begins.
 
 Hours follow from the core seconds that published results took (`run.json` of the models, or their batches where
 `experiments.cost.training_speed` measured these on one machine; the result files of the studies that train; the data

@@ -1,8 +1,8 @@
-"""What measurements share: seconds with their spread, progress, values that JSON can hold, places in the guide.
+"""What measurements share: seconds with their spread, progress, values for JSON, places in the guide.
 
 Seconds are processor seconds of whole calls on one thread. A first call, which loads compiled kernels, is never
-counted. Where other programs compete for the core, processor seconds fall behind the wall's, and they too are longer
-than on an idle machine: a measurement during which they were too small a share of the wall's is not published.
+counted. Where other programs compete for the core, processor seconds are fewer than wall seconds, and also longer than
+on an idle machine: a measurement is not published when they were too small a share of the wall seconds.
 """
 
 from __future__ import annotations

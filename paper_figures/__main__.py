@@ -1,8 +1,8 @@
 """`python -m paper_figures NAME` draws the figure, or writes the table, of a make target's name.
 
 A module has one function, `compose`, whose parameters are the results it shows (`experiments.places`) and which returns
-a figure, a table, or several by the names of their files. `--depends FILE` writes, beside this file, the rule that
-tells make what it was made from.
+a figure, a table, or several by the names of their files. `--depends FILE` also writes the rule that tells make what
+the file was made from.
 """
 
 import inspect

@@ -290,7 +290,7 @@ def test_what_was_published_until_then_is_listed_when_training_ends_otherwise(st
 
 def test_a_part_of_the_data_set_is_not_published(tmp_path):
     def refused(*words):
-        command = ["make", "-s", "only-all-is-published", *words]
+        command = ["make", "-s", "require-full-dataset", *words]
         return "only all 12450" in subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False).stderr
 
     assert not refused()

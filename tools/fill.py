@@ -1,10 +1,10 @@
-"""Fill documents with what results say, so that no number in them is typed by hand.
+"""Fill documents with numbers from results, so that none is typed by hand.
 
 A place reads `<!-- NAME -->...<!-- end -->`, or `<!-- NAME -->` and `<!-- /NAME -->` around a block. Numbers come from
 the published data set, measurements and trainings, and from `experiments/paper_values/`; the table of targets in
 REPRODUCING.md also from the registry in the Makefile.
 
-Usage: `python tools/fill.py DOCUMENT ... [--published DIR]`; `--check` only tells whether they are up to date.
+Usage: `python tools/fill.py DOCUMENT ... [--published DIR]`; `--check` only reports whether they are up to date.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ def of_targets(published: Path) -> dict[str, str]:
     rows = [row(entry.name, entry.caption, words(entry.name), hours(entry.name)) for entry in shown]
     rows += [row(target, caption, "", "") for target, caption in registry.WHOLE.items()]
     head = "| Target | Shows | Inputs | Minutes | Hours from scratch |\n|---|---|---|---:|---:|"
-    return {"targets": "\n".join([head, *rows]), "machine": measured.get("host", "a machine not said yet")}
+    return {"targets": "\n".join([head, *rows]), "machine": measured.get("host", "a machine not named yet")}
 
 
 def of_cost(published: Path) -> dict[str, str]:

@@ -1,7 +1,7 @@
 """Keep `published/MANIFEST.json`: for each published file its SHA-256 sum, size, and how it was made.
 
 How a file was made is read from the file itself (root attributes of HDF5, keys of JSON) or, for the files of a model
-directory, from the `run.json` beside them; options fill in what is not there.
+directory, from the `run.json` beside them; options add what is missing.
 
 Usage: `python tools/manifest.py add PATH ... [--command C] [--seed N] [--seconds S]`, where a folder stands for all
 files in it; `python tools/manifest.py verify` compares every published file with the manifest; nothing else may

@@ -4,14 +4,14 @@ Tools: the solver at nine accuracies, the paper's discretisation (`bem.solver.pa
 published surrogate by plain Keras call, by ONNX Runtime one at a time and in a batch, and closed forms. Errors are
 against a solution refined beyond `reference`: of the pull-off force relative to itself, of the force as
 `timing.force_error` at the measurement steps. Surrogates and closed forms know the measurement steps only; the row
-"measurement steps" is what those alone cost. The paper's discretisation gets the first protocols only where it is fine
-(`BASELINE`), closed forms those of their regime; each row says how many.
+"measurement steps" is the error of the steps alone. A fine discretisation of the paper (`BASELINE`) is measured on the
+first protocols only, a closed form on those of its regime; each row says on how many.
 
 Seconds are processor seconds of a whole call, from the protocol to pull-off force, hysteresis and forces at the
 measurement steps, on one thread: for each protocol the median of the repeats. A tool is repeated while `BUDGET` lasts,
 at least once.
 
-Usage: `python -m experiments.cost.accuracy_cost [--count N] [--repeats N] [--finest N] [--out FILE]`.
+Usage: `python -m experiments accuracy_cost [--count N] [--repeats N] [--finest N] [--out FILE]`.
 """
 
 from __future__ import annotations

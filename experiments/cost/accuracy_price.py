@@ -4,7 +4,7 @@ Protocols are the first of one random draw without repetition, so that fewer of 
 of those at `draft` and `standard`. Errors are differences from `reference` on that sample. Campaigns are kept in
 `results/accuracy_price/`, and an interrupted run continues.
 
-Usage: `python -m experiments.cost.accuracy_price [--count N] [--reference-count N] [--workers N]`.
+Usage: `python -m experiments accuracy_price [--count N] [--reference-count N] [--workers N]`.
 """
 
 from pathlib import Path

@@ -1,12 +1,12 @@
 """When a surrogate pays for itself: core seconds of data set, training and queries against the number of queries.
 
-Only reads: the data set's core seconds, the core seconds of each published model's training (of its batches on one
+It reads only: the data set's core seconds, the core seconds of each published model's training (of its batches on one
 machine where `experiments.cost.training_speed` has measured them), and the seconds of one query in the measurement of
-`experiments.cost.accuracy_cost`. Every surrogate, by every way of calling it, is set against the solver at its named
-accuracies; the paper's line has its own numbers. A model that was published, or trained anew, after the measurement is
-named, not guessed at.
+`experiments.cost.accuracy_cost`. Every surrogate, in every way of calling it, is compared with the solver at its named
+accuracies; the paper's line has its own numbers. A model that was published or trained again after the measurement is
+named, and its seconds are not estimated.
 
-Usage: `python -m experiments.cost.amortisation [--cost FILE] [--models DIR] [--speed FILE] [--out FILE]`.
+Usage: `python -m experiments amortisation [--cost FILE] [--models DIR] [--speed FILE] [--out FILE]`.
 """
 
 from __future__ import annotations

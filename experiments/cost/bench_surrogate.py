@@ -1,9 +1,9 @@
-"""What a prediction costs on one core: every way to ask a model, against Keras's own `model.predict`.
+"""What a prediction costs on one core: every way to call a model, against Keras's own `model.predict`.
 
-`python -m experiments.cost.bench_surrogate` measures start, single predictions and batches; with `--stream` the steps
-of a stream, a million of them; with `--page docs/control.md` it measures nothing and shows there what is published.
-Wall seconds of one thread; where other programs share the core the worst steps are theirs, so the processor's own
-seconds stand beside the wall's for single predictions and batches.
+`python -m experiments bench_surrogate` measures start, single predictions and batches; with `--stream` the steps
+of a stream, a million of them; with `--page docs/control.md` it measures nothing and writes the published numbers into
+that page. Wall seconds of one thread. Other programs on the same core cause the slowest steps, so processor seconds are
+given beside wall seconds for single predictions and batches.
 """
 
 from __future__ import annotations

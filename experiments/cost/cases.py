@@ -1,4 +1,4 @@
-"""The protocols on which the tools of `experiments.cost.accuracy_cost` are judged, and what a solver answers to one."""
+"""The protocols on which the tools of `experiments.cost.accuracy_cost` are judged, and the solver's results for one."""
 
 from __future__ import annotations
 

@@ -1,10 +1,10 @@
-"""Closed forms as tools: what each answers, for which protocols it is meant, and how to ask it.
+"""Closed forms as tools: what each computes, for which protocols it is meant, and how to call it.
 
-A form is asked only inside its regime, by Tabor parameter and rate: one that leaves memory out where both ramps last
+A form is used only inside its regime, by Tabor parameter and rate: one that leaves memory out where both ramps last
 `SLOW` retardation times, or everything at most `FAST`; one that leaves adhesion out where adhesion is at most
 `NEGLIGIBLE` of the largest force; DMT and JKR at long and short range. Persson and Brener's energy is integrated along
-the retreat of a JKR edge from the relaxed contact, and answers for the pull-off force alone. Forces are at the
-measurement steps, NaN where a form says nothing.
+the retreat of a JKR edge from the relaxed contact, and gives the pull-off force alone. Forces are at the
+measurement steps, NaN where a form gives none.
 
 Sources: the modules of `bem.reference_solutions`. Units as there.
 """

@@ -1,4 +1,4 @@
-"""How seconds grow with what is asked: nodes, steps, Tabor parameter, peak indentation, unloading rate.
+"""How seconds grow with the size of the problem: nodes, steps, Tabor parameter, peak indentation, unloading rate.
 
 Nodes and steps of the solver are varied on a fixed scene, one control of its accuracy at a time: nodes follow from the
 spacing at the contact edge, steps from the difference of prediction and solution allowed in one of them. Those of the
@@ -13,7 +13,7 @@ With a fresh factorisation in every iteration the paper's method costs N_s^3 onc
 the history costs N_t^2 once histories are long; the solver, which remembers by recursion and factorises seldom, has
 neither.
 
-Usage: `python -m experiments.cost.cost_growth [--repeats N] [--out FILE]`.
+Usage: `python -m experiments cost_growth [--repeats N] [--out FILE]`.
 """
 
 from __future__ import annotations

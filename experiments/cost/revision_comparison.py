@@ -1,8 +1,8 @@
 """The solver of this working tree beside that of another git revision: cost and delivered errors in one run.
 
-Both solve the same protocols, which fill the paper's box off the grid of the data set, in two processes that take
-turns, so that the ratio of their processor seconds holds on a machine of any speed and load. Errors are against one
-solution refined beyond `reference` by a revision that is not being worked on. Checked-out revisions are kept in
+Both solve the same protocols, which fill the paper's box off the grid of the data set, in two processes in turn, so
+that the ratio of their processor seconds holds on a machine of any speed and load. Errors are against one solution
+refined beyond `reference` by a revision that is not being worked on. Checked-out revisions are kept in
 `results/solver/revisions`.
 """
 

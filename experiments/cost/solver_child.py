@@ -1,7 +1,7 @@
-"""The solver of one git revision at work: a program that answers one simulation a line, for `solver_processes`.
+"""The solver of one git revision as a program that runs one simulation per line of input, for `solver_processes`.
 
-It runs in a process whose path begins with that revision's `bem`, so that it may use what the public interface has had
-in all of them, and nothing else of this repository. Each line of input is a JSON object: `tabor`, `modulus_ratio`, the
+It runs in a process whose path begins with that revision's `bem`, so that it may use only what the public interface has
+in all of them. Each line of input is a JSON object: `tabor`, `modulus_ratio`, the
 arguments of `LoadingProtocol` as `protocol`, `accuracy`, and instants `times`. Each line of output is one too: seconds
 of this process, `status`, the statistics that this revision has, and, where completed, the results.
 """

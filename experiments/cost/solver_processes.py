@@ -1,4 +1,4 @@
-"""Solvers in processes of their own, of this working tree or another: asked in turn, and judged by refined solutions.
+"""Solvers in separate processes, of this working tree or another: called in turn and compared with refined solutions.
 
 Protocols are those of the paper's solid. Seconds are processor seconds of `simulate`. Refined solutions are kept in
 `results/solver/refined`.

@@ -3,7 +3,7 @@
 The plain call is `model.predict` on one trajectory, as most scripts do it, features included; the others are
 `surrogate.load(...).predict`. Timed is the way from the protocol to pull-off force, hysteresis and forces, as for the
 solver. One thread. Single calls are timed on the first `SINGLE_CALLS` protocols: every trajectory has as many steps, so
-that a call takes as long for one as for another. What is not published is named, not replaced.
+that a call takes as long for one as for another. Models that are not published are named, not replaced.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""Minutes that each target of REPRODUCING.md takes from published results, every one into a folder with nothing in it.
+"""Minutes that each target of REPRODUCING.md takes from published results, each into an empty folder.
 
-The targets are those of the Makefile's registry, so that a figure added there is measured too. Set-up is done before,
-and compiled kernels are kept between targets, as on the machine of who has run one before.
+The targets are those of the Makefile's registry, so that a figure added there is measured too. Set-up is not counted,
+and compiled kernels are kept between targets, as on a machine where one target has already run.
 
 Usage: `python -m experiments target_minutes [--makefile FILE] [--only TARGET ...] [--out FILE]`.
 """

@@ -1,16 +1,16 @@
-"""What training buys: error against core minutes of training, and against the solver seconds of the trajectories.
+"""What training achieves: error against core minutes of training, and against the solver seconds of the trajectories.
 
-A history knows validation errors alone; the held-out error is measured once, at the end of a run. So the curve of a run
-is its validation error, and the test error over core minutes is one point for each run of the reference architecture:
-the published model, and those trained for shorter and longer, by the paper's recipe, or on more data. Only reads:
-`history.csv`, `metrics.json` and `run.json` of every published model; for the number of trajectories, the published
-study of data efficiency (models trained on shares of the data set), where there is one.
+The history of a run holds validation errors alone; the held-out error is measured once, at its end. So the curve of a
+run is its validation error, and the test error over core minutes is one point for each run of the reference
+architecture: the published model, and those trained for shorter and longer, by the paper's recipe, or on more data. It
+reads only `history.csv`, `metrics.json` and `run.json` of every published model; for the number of trajectories, the
+published study of data efficiency (models trained on shares of the data set), where there is one.
 
 Models were trained on processors of different speed. Where `experiments.cost.training_speed` has measured what a batch
 of a recipe costs an architecture, minutes are those of the batches on that one machine, without validation; else those
 that the training took.
 
-Usage: `python -m experiments.cost.training_cost [--models DIR] [--shares FILE] [--speed FILE] [--out FILE]`.
+Usage: `python -m experiments training_cost [--models DIR] [--shares FILE] [--speed FILE] [--out FILE]`.
 """
 
 from __future__ import annotations

@@ -1,11 +1,11 @@
-"""What training costs: the eighteen architectures by one recipe, batch after batch on one core of one machine.
+"""What training costs: the 18 architectures by one recipe, batch after batch on one core of one machine.
 
-A published model says what its training took on the processor that trained it, and these differ. Here all eighteen take
+A published model says what its training took on the processor that trained it, and these differ. Here all 18 take
 batches of the data set's size one after another; a training's hours are those of its batches, without the validation
 after every epoch. A block holds as many batches as lie between two refinements of the optimizer's bases, which cost
 more than the batches between them.
 
-Usage: `python -m experiments.cost.training_speed [--recipe NAME] [--only MODEL] [--repeats N] [--out FILE]`, under
+Usage: `python -m experiments training_speed [--recipe NAME] [--only MODEL] [--repeats N] [--out FILE]`, under
 another backend where `KERAS_BACKEND` names one.
 """
 

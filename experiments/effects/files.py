@@ -1,7 +1,7 @@
 """Which code of `bem` a scene runs: its files, functions and lines, found by running it.
 
-A simulation on a tiny protocol runs in a process of its own with compilation off and every line noted, so that what a
-page or a table says about files is what happened. LAPACK is called through SciPy there, because its linker symbols
+A simulation on a tiny protocol runs in a process of its own with compilation off and every line noted, so that a
+page or a table names the files that really ran. LAPACK is called through SciPy there, because its linker symbols
 exist in compiled code only.
 """
 
@@ -13,7 +13,7 @@ from pathlib import Path
 from types import FrameType
 from typing import Any
 
-from joblib.externals.loky import ProcessPoolExecutor
+from loky import ProcessPoolExecutor
 
 import bem
 

@@ -1,17 +1,17 @@
 """What each effect costs: scenes from plain Hertz to a ten-term solid with adhesion, each adding one effect.
 
 All scenes belong to one sphere, one work of adhesion and one relaxed modulus, pressed to the same depth at the same
-speed: lengths along the axis in units of mu h0 (= R^(1/3) (dgamma/E0*)^(2/3), whatever the range of adhesion), so that
+speed: lengths along the axis in units of mu h0 (= R^(1/3) (dgamma/E0*)^(2/3), for any range of adhesion), so that
 a scene of Tabor parameter mu is given mu times the depth in h0. Per scene: unknowns, memory vectors, steps, seconds,
 the difference from a closed form where one exists, and the files whose code runs, as `experiments.effects.files` finds
 them.
 
-The second part answers when a simpler scene is a safe stand-in: the error of its force history, as `bem.recommend`
-measures it, over the rate at which the sphere moves (without a dwell), and what `recommend` says; the error of a short
-or long range of adhesion instead of the true one, over the Tabor parameter; and of one relaxation process instead of
-ten, over the decades that those span.
+The second part shows when a simpler scene may replace the full one: the error of its force history, as `bem.recommend`
+measures it, over the rate at which the sphere moves (without a dwell), and the choice of `recommend`; the error of a
+short or long range of adhesion instead of the true one, over the Tabor parameter; and of one relaxation process instead
+of ten, over the decades that these span.
 
-Usage: `python -m experiments.effects.measure [--repeats N] [--out FILE]`.
+Usage: `python -m experiments measure [--repeats N] [--out FILE]`.
 """
 
 from __future__ import annotations

@@ -3,10 +3,10 @@
 Random samples: the paper's box with its solid; a box ten times wider in every direction, with random modulus ratios;
 ten-term solids of random spectra in the paper's box; the paper's box without adhesion and with random modulus ratios;
 histories of two loads with a partial unloading between. For each protocol, tolerance and quantity the recommended scene
-and the full one are simulated at `ACCURACY`, and the difference is set against the tolerance. What a recommendation
-saves is the ratio of seconds at standard accuracy, of the scenes that were simplified.
+and the full one are simulated at `ACCURACY`, and the difference is compared with the tolerance. The saving of a
+recommendation is the ratio of seconds at standard accuracy, over the scenes that were simplified.
 
-Usage: `python -m experiments.effects.recommendations [--count N] [--out FILE]`.
+Usage: `python -m experiments recommendations [--count N] [--out FILE]`.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""How often a fit's 95 % intervals hold the truth: contacts drawn at random, simulated, given noise, and fitted.
+"""How often a fit's 95 % intervals contain the true value: random contacts, simulated, given noise, and fitted.
 
 Each case draws modulus, work of adhesion, retardation time, modulus ratio, contact point and force offset of a soft
 bead, simulates a cycle of loading, dwell and unloading at a tighter accuracy than the fit's, samples it at 300 instants

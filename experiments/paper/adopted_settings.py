@@ -1,7 +1,7 @@
-"""What the paper prescribes and we adopted, read off the code that carries it out: ranges, recipe, layers, protocols.
+"""What the paper prescribes and we adopted, read from the code that does it: ranges, recipe, layers, protocols.
 
-`REPRODUCTION.md` sets it beside the paper's words; such a row shows that we follow the paper, not that a result came
-out the same. The closed forms of the two elastic limits are here too, as the code evaluates them.
+`REPRODUCTION.md` compares it with the paper's words; such a row shows that we follow the paper, not that a result is
+the same. The closed forms of the two elastic limits are here too, as the code evaluates them.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The wirings of the models as graphs, read off the Keras models themselves so that they cannot drift.
+"""The models as graphs of layers, read from the Keras models themselves, so that both always agree.
 
 For each model: its layers in order of computation, each with its kind, a short label, its width, its parameters and
 the layers it reads. For the components figure also what is inside one residual block.
@@ -69,7 +69,7 @@ def graphs(names: Iterable[str]) -> dict[str, Any]:
 
 
 def study() -> dict[str, Any]:
-    """The graphs of the eighteen."""
+    """The graphs of the 18 paper models."""
     from surrogate.architectures.naming import paper_names
 
     return graphs(paper_names())

@@ -1,6 +1,6 @@
 """The twelve canonical protocols: solver against surrogate, with the seconds both need.
 
-The seconds are those that `experiments.paper.canonical_times` measured and published, whatever machine this runs on.
+The seconds are those that `experiments.paper.canonical_times` measured and published, on any machine.
 Source: the paper's section "Canonical adhesion regimes" and its timing table.
 """
 

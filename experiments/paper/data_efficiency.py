@@ -1,9 +1,9 @@
-"""How the held-out error grows as training trajectories are taken away, in five nested families of subsets.
+"""How the held-out error grows with fewer training trajectories, in five nested families of subsets.
 
-Scaling statistics come from each subset alone; validation and test stay what they are for the whole training part, the
-point at 100 %. Trains up to 36 models, hours; continues where it was interrupted, and takes what the result file holds
-already. That file is published; without it all are trained anew. Source: the paper's section "Model-family selection"
-and its appendix on training-set size.
+Scaling statistics come from each subset alone; validation and test parts are those of the whole training part, the
+point at 100 %. It trains up to 36 models in hours, continues after an interruption, and keeps what the result file
+already holds. That file is published; without it, all models are trained again. Source: the paper's section
+"Model-family selection" and its appendix on training-set size.
 
 Usage: `python -m experiments data_efficiency [--config FILE] [--dataset FILE] [--models DIR] [--work DIR]
 [--out FILE]`.

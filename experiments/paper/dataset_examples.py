@@ -1,8 +1,8 @@
 """The six example trajectories of the data set figure and the one that shows the mapping to measurement steps.
 
-Protocols (a) to (f) are the paper's, with the digits it prints. It does not say which trajectory its mapping figure
-shows; ours has three phases of similar length, so that all of them can be seen on one time axis, and is computed at the
-accuracy of the data set.
+Protocols (a) to (f) are the paper's, with the digits it prints. The paper does not say which trajectory its mapping
+figure shows; ours has three phases of similar length, so that all of them can be seen on one time axis, and is computed
+at the accuracy of the data set.
 """
 
 from typing import Any

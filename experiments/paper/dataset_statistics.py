@@ -1,10 +1,10 @@
 """What the data set holds, in numbers: cost, failures, jumps, and the resolution floor of the measurement steps.
 
 The resolution floor is the error of the pull-off force made by the fixed measurement steps alone: the largest force on
-the steps of the unloading phase against the largest of the solver's own history. No surrogate that predicts the steps
-can be told from the solver below it.
+the steps of the unloading phase against the largest of the solver's own history. Below it, a surrogate that predicts
+the steps cannot be distinguished from the solver.
 
-Still attached at its end is a trajectory whose end force exceeds the far-field attraction there
+A trajectory is still attached at its end where its end force exceeds the far-field attraction there
 (`bem.trajectory.far_field`): its pull-off force is the largest so far.
 
 Cost is the solver's seconds and, over these, the workers' seconds on trajectories (measuring and keeping included) and

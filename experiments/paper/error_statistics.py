@@ -1,6 +1,6 @@
 """Statistics of a model's errors on the held-out trajectories: quartiles by force MSE, distributions, correlations.
 
-Reads the `test_errors.csv` of a model directory; computes nothing anew. Source: the paper's section "Physically
+Reads the `test_errors.csv` of a model directory; computes nothing itself. Source: the paper's section "Physically
 interpretable error statistics".
 """
 

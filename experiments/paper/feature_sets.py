@@ -1,8 +1,8 @@
-"""The input representations A to D on the reference architecture, trained alike.
+"""The input representations A to D on the reference architecture, trained in the same way.
 
-Trains up to four models; continues where it was interrupted, and takes what the result file holds already. That file is
-published, so that the figure draws at once; without it all are trained anew. Source: the paper's appendix "Effects of
-training-set size and physics-guided input representation".
+It trains up to four models, continues after an interruption, and keeps what the result file already holds. That file is
+published, so that the figure is drawn at once; without it, all models are trained again. Source: the paper's appendix
+"Effects of training-set size and physics-guided input representation".
 
 Usage: `python -m experiments feature_sets [--config FILE] [--dataset FILE] [--models DIR] [--work DIR]
 [--out FILE]`.

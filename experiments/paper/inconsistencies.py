@@ -1,6 +1,6 @@
 """Places where the paper's text contradicts its own numbers, equations or physics, each shown by a small computation.
 
-`python -m experiments inconsistencies --only NAME` prints what one of these slips comes to. The paper's wording is in
+`python -m experiments inconsistencies --only NAME` prints the computation of one of them. The paper's wording is in
 `paper_values/slips.toml`.
 """
 

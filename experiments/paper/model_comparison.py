@@ -1,8 +1,8 @@
-"""The trained models side by side: errors, sizes, learning curves, costs, and which of the eighteen are missing.
+"""The trained models side by side: errors, sizes, learning curves, costs, and which of the 18 are missing.
 
-Reads the published model directories; trains and evaluates nothing. Only models trained alike are compared: on the data
-set, and with the split, recipe and backend of the reference model. What was trained otherwise on purpose (another
-recipe, more data, fewer epochs, a family beyond the paper's) stands beside them in a list of its own; it shares the
+Reads the published model directories; trains and evaluates nothing. Only models that were trained in the same way are
+compared: on the data set, and with the split, recipe and backend of the reference model. Models trained otherwise on
+purpose (another recipe, more data, fewer epochs, a family beyond the paper's) are in a separate list; they share the
 held-out part. Source: the paper's section "Model-family selection" and its appendices on conditioning and learning
 curves.
 """
@@ -69,7 +69,7 @@ def read_model(folder: Path) -> dict[str, Any]:
 
 
 def published(models: Path) -> dict[str, TrainingIdentity]:
-    """Where every published model comes from, by name: the eighteen in their order, then the others."""
+    """Where every published model comes from, by name: the 18 paper models in their order, then the others."""
     folders = {path.parent.name: path.parent for path in sorted(models.glob("*/run.json"))}
     first = [name for name in paper_names() if name in folders]
     return {name: read_identity(folders[name]) for name in dict.fromkeys([*first, *folders])}
@@ -145,7 +145,7 @@ def study(models: Path, dataset: Path) -> dict[str, Any]:
         raise FileNotFoundError(
             " ".join(
                 [
-                    f"no model trained on {str(dataset)!r} in {str(models)!r}; `make models` trains the eighteen.",
+                    f"no model trained on {str(dataset)!r} in {str(models)!r}; `make models` trains the 18.",
                     *old.values(),
                 ]
             )

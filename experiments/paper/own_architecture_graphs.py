@@ -1,4 +1,4 @@
-"""The wirings of architectures of your own, as graphs: those that the files given by `--architecture` register."""
+"""The graphs of your own architectures: those that the files given by `--architecture` register."""
 
 from __future__ import annotations
 

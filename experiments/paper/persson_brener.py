@@ -1,10 +1,10 @@
 """Pull-off amplification against crack velocity in the relaxed short-range limit: solver, surrogate and theory.
 
-The paper assigns each protocol the crack velocity of another study's table. The solver knows its own: the speed at
+The paper assigns each protocol the crack velocity of another study's table. The solver measures its own: the speed at
 which the contact edge retreats at pull-off, a quadratic fit of `contact_radius` over time around it, in l0 over the
 retardation time. beta / l0 = mu^2 pi alpha^2 / s^2 with s = 9 sqrt(3) / 16, independent of R / h0. The protocols lie a
-little above the Tabor parameters the model was trained on; its warning is left to this study, whose summary says by how
-much. Source: the paper's section on the relaxed short-range limit and its appendix on protocol definitions.
+little above the Tabor parameters the model was trained on; this study does not show its warning; its summary says by
+how much. Source: the paper's section on the relaxed short-range limit and its appendix on protocol definitions.
 """
 
 from __future__ import annotations

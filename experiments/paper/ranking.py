@@ -169,7 +169,7 @@ def rankings(errors: dict[str, dict[str, np.ndarray]], rows: dict[str, list[dict
             "paper": champion,
             "first": min(medians, key=medians.__getitem__) if np.isfinite(min(medians.values())) else None,
             "level": [champion, *(pair["worse"] for pair in found if pair["decision"] == statistics.TIE)],
-            "decision": statistics.verdict([str(pair["decision"]) for pair in found]),
+            "decision": statistics.verdict([pair["decision"] for pair in found]),
         }
     return {"spread": spread, "pairs": pairs, "claims": claims}
 

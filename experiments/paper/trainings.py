@@ -1,6 +1,6 @@
 """What the studies that train share: many variants of one model in a queue that resumes, and their collection.
 
-A variant is trained by `surrogate train` in a process of its own under a label. It is done when the study's published
+A variant is trained by `surrogate train` in a separate process under a label. It is done when the study's published
 result file, its own model directory or that of a published model holds one of the same data set, split, recipe,
 features and architecture, so that a study goes on where it was interrupted, also in another clone of what is published.
 Result files keep learning curves and held-out errors, not the weights.
@@ -32,7 +32,7 @@ class Variant:
 
     Args:
         label: Name of its directory, one plain name.
-        architecture: One of the eighteen names.
+        architecture: One of the 18 paper models' names.
         recipe: Name or file of the recipe.
         epochs: Number of epochs; the recipe's where 0.
         features: Feature set.

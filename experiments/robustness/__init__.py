@@ -1,1 +1,1 @@
-"""Where the solver and the models work hard: extremes, random scenes, maps of errors."""
+"""Difficult cases of the solver and the models: extremes, random scenes, maps of errors."""

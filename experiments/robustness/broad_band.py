@@ -8,10 +8,10 @@ every such solid has a continuous, positive retardation spectrum; it is taken at
 non-negative least squares, the sum of strengths exact. Unloading starts from the fully relaxed contact at a deep
 preload, so that the contact is long for the crack to reach its speed; the amplification is the largest force over JKR's
 3/2, and over the largest force of the elastic solid of the same Tabor parameter, which adhesion of finite range makes a
-little larger. A standard linear solid of the same modulus ratio is the last curve. Ready to be laid beside published
-boundary-element data for the same solids. mu = 3.24, k = 0.1; rates in h0 per retardation time.
+little larger. A standard linear solid of the same modulus ratio is the last curve. The result can be compared with
+published boundary-element data for the same solids. mu = 3.24, k = 0.1; rates in h0 per retardation time.
 
-Usage: `python -m experiments.robustness.broad_band [--rates N] [--accuracy A] [--jobs N] [--out FILE]`.
+Usage: `python -m experiments broad_band [--rates N] [--accuracy A] [--jobs N] [--out FILE]`.
 """
 
 from __future__ import annotations

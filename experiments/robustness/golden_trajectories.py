@@ -1,6 +1,6 @@
-"""Trajectories whose numbers stand for the solver's: one for each thing that a change may touch.
+"""Trajectories that guard the solver's results: one for each part that a change may affect.
 
-Usage: `python -m experiments.robustness.golden_trajectories`, after a change that was meant to move results, and after
+Usage: `python -m experiments golden_trajectories`, after a change that was meant to change results, and after
 `bem.solver.version.SOLVER_VERSION` was raised.
 """
 

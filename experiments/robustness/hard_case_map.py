@@ -1,4 +1,4 @@
-"""A map of where the solver works hard: the paper's box, well beyond it, and extremes by name.
+"""A map of the solver's difficult cases: the paper's box, far beyond it, and named extremes.
 
 Every case is simulated at standard accuracy and again with a quarter of the target error. Reported: how it ended,
 steps, jumps, seconds, how far pull-off force and work moved under refinement, and the energy balance: the work of the
@@ -6,7 +6,7 @@ closed loop over the integral of |P d(delta)|, never negative in a solid that ca
 at coarser accuracies too, where a solver fails first. Random protocols are drawn as in `experiments.robustness.soak`,
 inside the box and beyond it.
 
-Usage: `python -m experiments.robustness.hard_case_map [--count N] [--jobs N] [--out FILE]`.
+Usage: `python -m experiments hard_case_map [--count N] [--jobs N] [--out FILE]`.
 """
 
 from __future__ import annotations

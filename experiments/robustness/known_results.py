@@ -1,4 +1,4 @@
-"""The solver beside what is known: Hertz, elastic folds, Persson and Brener, two independent solvers.
+"""The solver compared with known results: Hertz, elastic folds, Persson and Brener, two independent solvers.
 
 Units as in `bem.trajectory`. Independent values: elastic pull-off forces and fold points after Greenwood, Proc. R. Soc.
 A 453 (1997) 1277, amplifications and the paper's timing protocols from two other implementations, in

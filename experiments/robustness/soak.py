@@ -1,13 +1,13 @@
-"""A soak of the solver: very many random protocols inside the paper's box, beyond it, and of stiff contacts.
+"""A soak test of the solver: very many random protocols inside the paper's box, beyond it, and of stiff contacts.
 
 Counted for every protocol: exceptions, numbers that are not finite and lone spikes of the force in a trajectory that
-says it completed, trajectories that say they did not, and what they say. Memory is read after every chunk; the growth
+says it completed, trajectories that did not, and their status. Memory is read after every chunk; the growth
 reported is that of the second half over the first, in which kernels and caches have settled, and none is reported of
 fewer than `CHUNKS_FOR_MEMORY` chunks. Protocol i depends on the seed and i only. Chunks are kept, so that an
 interrupted soak continues with the same command; they are known by the solver's version, its accuracy and their
 protocols.
 
-Usage: `python -m experiments.robustness.soak [--count N] [--beyond N] [--stiff N] [--jobs N] [--out FILE]`.
+Usage: `python -m experiments soak [--count N] [--beyond N] [--stiff N] [--jobs N] [--out FILE]`.
 """
 
 from __future__ import annotations

@@ -6,11 +6,11 @@ Three parts, all for one published model:
 - The worst trajectories, drawn later, each with a cause where one can be shown: a jump of the contact, or a peak so
   narrow that the measurement steps themselves miss it, when at least half of the error lies within a few steps of it.
   Where the protocol lies in a corner of the box, at least two of the five quantities in the outermost twentieth of
-  their logarithmic range, is said beside, which is a place and no cause.
+  their logarithmic range, is stated too, as a place and not a cause.
 - Errors outside the range of training: one quantity at a time is moved beyond either bound by 5, 20 and 100 % while the
   others are random inside the box, and the truth is simulated.
 
-Usage: `python -m experiments.robustness.surrogate_map [--model NAME] [--count N] [--out FILE]`.
+Usage: `python -m experiments surrogate_map [--model NAME] [--count N] [--out FILE]`.
 """
 
 from __future__ import annotations

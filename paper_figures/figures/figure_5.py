@@ -1,7 +1,7 @@
 """Figure 5: validation curves, size against shape error, surface energy against crack velocity, data efficiency.
 
 The filled squares of panel (c) stand at the crack velocities of the paper's table, the open ones at those our solver
-measures at the retreating contact edge. The model is asked a little beyond the Tabor parameters it was trained on; the
+measures at the retreating contact edge. The model is used a little beyond the Tabor parameters it was trained on; the
 title says by how much.
 """
 

@@ -1,4 +1,4 @@
-"""The eighteen wirings, drawn from the Keras models' own graphs; or those of one family of a user's own.
+"""Diagrams of the 18 paper models, or of one registered family, drawn from the Keras models' graphs.
 
 One panel for each family, with its conditionings side by side. Solid arrows carry sequences, dotted ones
 the Tabor parameter; two boxes side by side are computed from the same input.
@@ -119,7 +119,7 @@ def draw_family(axes: Axes, graphs: dict[str, Any], family: str, deepest: int) -
 
 
 def compose(architecture_graphs: Any) -> Figure:
-    """Draw the eighteen wirings."""
+    """Draw the 18 paper models."""
     graphs = architecture_graphs["models"]
     deepest = max(row for name in paper_names() for row in ranks(graphs[name]["layers"]).values())
     drawn = drawing.figure(height=7.8)

@@ -1,4 +1,4 @@
-"""The wirings of one family of your own, read off the Keras models by `python -m experiments architecture_graphs`."""
+"""The models of one family of your own, read from the Keras models by `python -m experiments architecture_graphs`."""
 
 from typing import Any
 

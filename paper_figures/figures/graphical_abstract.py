@@ -1,4 +1,4 @@
-"""The graphical abstract: protocol in, surrogate, force history out, with what it costs and how far it is off."""
+"""The graphical abstract: protocol in, surrogate, force history out, with its cost and its error."""
 
 from typing import Any
 

@@ -2,8 +2,8 @@
 
 Markers are medians over the protocols, thin lines reach to the 95th percentile of the error and over the quartiles of
 the seconds. Open markers: measured on fewer protocols than the others. Errors beyond the axis lie on its upper edge,
-with an arrow. Named are the closed forms, the solver's named accuracies, and, among the surrogates called in batches,
-the reference model, the best and the worst. Reads the measurement of `experiments.cost.accuracy_cost`.
+with an arrow. Labels name the closed forms, the solver's named accuracies, and, of the surrogates called in
+batches, the reference model, the best and the worst. Reads the measurement of `experiments.cost.accuracy_cost`.
 """
 
 from typing import Any

@@ -1,4 +1,4 @@
-"""Figure and table: the solver over the paper's box and well beyond it, and extremes by name.
+"""Figure and table: the solver over the paper's box, far beyond it, and at named extremes.
 
 Reads the measurement of `experiments.robustness.hard_case_map`, and of `experiments.robustness.soak` where there is
 one.

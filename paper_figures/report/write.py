@@ -1,4 +1,4 @@
-"""REPRODUCTION.md: every number of the paper beside ours, with a verdict by a stated rule, and the paper's slips.
+"""REPRODUCTION.md: every number of the paper beside ours, a verdict by a stated rule, and the paper's inconsistencies.
 
 Usage: `python -m paper_figures.report.write [--results DIR] [--published DIR] [--out FILE]`.
 """

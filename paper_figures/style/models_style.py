@@ -102,8 +102,8 @@ def missing_note(missing: Sequence[str], differences: Mapping[str, Sequence[str]
 
     Args:
         missing: Those that are not trained yet.
-        differences: For those that are trained otherwise, words for what differs; others than the eighteen are not
-            drawn in any case, and not named.
+        differences: For those that are trained otherwise, words for what differs. Models other than the 18 paper models
+            are never drawn, and not named.
     """
     parts = [f"not trained yet, {len(missing)} of {len(paper_names())}: {listed(missing)}"] if missing else []
     alike: dict[str, list[str]] = {}

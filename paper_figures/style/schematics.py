@@ -1,4 +1,4 @@
-"""Boxes and arrows for the drawings that show how things are built."""
+"""Boxes and arrows for diagrams."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tables: what each effect costs, from plain Hertz to a ten-term solid with adhesion; when a simpler scene will do.
+"""Tables: what each effect costs, from plain Hertz to a ten-term solid with adhesion; where a simpler scene suffices.
 
 Reads the measurement of `experiments.effects.measure`.
 """

@@ -1,6 +1,6 @@
 """Table of the trained models: parameters, held-out errors, epochs and cost; those missing are named.
 
-Models trained otherwise (another recipe, more data, fewer epochs) follow the eighteen and say how.
+Models trained otherwise (another recipe, more data, fewer epochs) follow the 18 paper models and say how.
 """
 
 from typing import Any
@@ -65,7 +65,7 @@ def compose(model_comparison: Any, training_speed: Any = None) -> Table:
     caption = " ".join(
         [
             "Held-out errors of the scaled force, best first; the errors of pull-off and hysteresis are on the "
-            "measurement steps. Models with a suffix are trained otherwise and not among the eighteen. Core seconds "
+            "measurement steps. Models with a suffix are trained otherwise and not among the 18. Core seconds "
             "are those of the processor that trained the model, the milliseconds of a batch all of one machine's core.",
             *([f"{note[0].upper()}{note[1:]}."] if note else []),
             *model_comparison["outdated"].values(),

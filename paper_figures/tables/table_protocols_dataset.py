@@ -1,4 +1,4 @@
-"""Tables of the data set: the protocols of figure 2 with what came of them, and the whole beside the paper's."""
+"""Tables of the data set: the protocols of figure 2 with their results, and the whole data set beside the paper's."""
 
 from typing import Any
 

@@ -19,7 +19,7 @@ def test_a_stage_of_which_nothing_is_published_shows_an_estimate(tmp_path):
     known = read_stages()
     assert list(known) == ["dataset", "models", "more-models", "feature-sets", "data-efficiency", "paper"]
     line = describe("models", known, tmp_path)
-    assert line.startswith("stage 2 of 6, models: train the eighteen models")
+    assert line.startswith("stage 2 of 6, models: train the 18 paper models")
     assert line.endswith("by estimate")
     assert describe("paper", known, tmp_path, hours=False) == "stage 6 of 6, paper"
 
