@@ -93,6 +93,7 @@ figure-6.paper := canonical_regimes  ## The twelve canonical protocols
 figure-7.paper := error_statistics  ## Distributions of the held-out errors
 figure-architectures.paper := architecture_graphs  ## Diagrams of the 18 paper models, from the Keras models
 figure-mse-mae.paper := model_comparison  ## Held-out MSE against MAE of every trained model
+figure-ranking.paper := ranking  ## Held-out errors of every seed, with bootstrap intervals
 figure-learning-curves.paper := model_comparison  ## Validation curves of the FiLM and gated models
 figure-features.paper := feature_sets? data_efficiency?  ## Input representations and training-set size
 figure-fms-transfer.paper := fms_transfer  ## The same weights on other numbers of measurement steps
@@ -102,6 +103,7 @@ table-protocols-canonical.paper := canonical_regimes  ## Canonical protocols and
 table-quartiles.paper := error_statistics  ## Held-out errors by quartile
 table-persson-brener.paper := persson_brener  ## Crack velocities and amplifications
 table-models.paper := model_comparison training_speed? more-models  ## Every trained model: size, errors, cost
+table-ranking.paper := ranking  ## Spread over seeds, intervals, and which of the paper's rankings hold
 table-accuracy-price.paper := accuracy_price  ## What draft, standard and reference cost, as published
 
 ##@ Cost and hard cases (figure <- measurement)
@@ -237,6 +239,12 @@ feature-sets data-efficiency: $(DATASET) | $(INSTALLED)
 	$(PY) -m experiments $(call value_of,$@.publishes) --config $(CONFIGS)/$(call value_of,$@.publishes).toml --dataset $(DATASET) --models $(MODELS) \
 		--work $(WORK)/$(call value_of,$@.publishes) --out $(PUBLISHED)/$(call value_of,$@.publishes).json \
 		$(call list_also_unfinished,$(PUBLISHED)/$(call value_of,$@.publishes).json)
+
+ranking.publishes := ranking  ## Rank the models by every published seed, with intervals, and publish it (seconds)
+.PHONY: ranking
+ranking: $(DATASET) | $(INSTALLED)
+	$(PY) -m experiments ranking $(PLACES)
+	$(PY) $(MANIFEST) add $(path.ranking)
 
 HOURS ?= --hours
 STAGES := dataset models more-models feature-sets data-efficiency
@@ -456,11 +464,12 @@ path.architectures := surrogate/architectures/registry.py
 path.feature_sets := $(PUBLISHED)/feature_sets.json
 path.data_efficiency := $(PUBLISHED)/data_efficiency.json
 path.accuracy_price := $(PUBLISHED)/accuracy_price.json
+path.ranking := $(PUBLISHED)/ranking.json
 path = $(or $(path.$(1)),$(filter $(STUDIES)/$(1).json,$(STUDY_RESULTS)),$(MEASUREMENTS)/$(1).json)
 inputs = $(foreach one,$(1),$(if $(filter %?,$(one)),$(wildcard $(call path,$(one:?=))),$(call path,$(one))))
 LEFT_OUT := $(if $(wildcard $(addprefix $(MODELS)/M[1-6]-,FiLM/run.json gated/run.json)),,figure-learning-curves) \
 	$(if $(wildcard $(path.feature_sets) $(path.data_efficiency)),,figure-features) \
-	$(if $(wildcard $(path.accuracy_price)),,table-accuracy-price)
+	$(if $(wildcard $(path.accuracy_price)),,table-accuracy-price) $(if $(wildcard $(path.ranking)),,figure-ranking table-ranking)
 
 # The file that stands for a figure or table, and the name of the one that a file stands for.
 product = $(if $(filter table-%,$(1)),$(TABLES)/$(1:table-%=%).md,$(FIGURES)$($(1).under)/$(1).pdf)

@@ -1,8 +1,8 @@
 """Where results and published files are, and what the parameters of a study, a figure or a table stand for.
 
-A parameter `config` is the module's own TOML file, `dataset`, `models` and `configs` are paths, and any other is the
-content of the result of that name, `None` where it defaults to that and nothing is there. Results of the studies in
-`experiments/paper/` are in `RESULTS/studies`; those that take hours, and measurements, are published.
+A parameter `config` is the module's own TOML file, `dataset`, `models`, `seeds` and `configs` are paths, and any other
+is the content of the result of that name, `None` where it defaults to that and nothing is there. Results of the studies
+in `experiments/paper/` are in `RESULTS/studies`; those that take hours, and measurements, are published.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from experiments.registry import maker
 
 HERE = Path(__file__).parent
 CONFIGS = HERE / "configs"
-PUBLISHED_STUDIES = ("feature_sets", "data_efficiency", "accuracy_price")
+PUBLISHED_STUDIES = ("feature_sets", "data_efficiency", "accuracy_price", "ranking")
 """Results published beside the data set."""
 
 
@@ -33,10 +33,10 @@ class Places:
     taken: Mapping[str, Path] = field(default_factory=dict)
 
     def path(self, name: str) -> Path:
-        """The place of the data set, the models or a result."""
+        """The place of the data set, the models, their seeds or a result."""
         if name in self.taken:
             return self.taken[name]
-        if name in ("dataset", "models"):
+        if name in ("dataset", "models", "seeds"):
             return self.published / {"dataset": "dataset.h5"}.get(name, name)
         if name in PUBLISHED_STUDIES:
             return self.published / f"{name}.json"
@@ -69,7 +69,7 @@ class Places:
         if name == "config":
             module = inspect.getmodule(function)
             return self._config(module)
-        if name in ("dataset", "models", "configs"):
+        if name in ("dataset", "models", "seeds", "configs"):
             return self.configs if name == "configs" else self.path(name)
         if parameter.default is None and not self.path(name).is_file():
             return None

@@ -24,6 +24,7 @@ INPUTS = {
     "feature_sets": "`published/feature_sets.json`",
     "data_efficiency": "`published/data_efficiency.json`",
     "accuracy_price": "`published/accuracy_price.json`",
+    "ranking": "`published/ranking.json`",
 }
 """What is there before any study, in words; published seconds are not listed."""
 STAGES = {

@@ -127,6 +127,7 @@ def comparison(found: dict[str, dict[str, Any]]) -> dict[str, Any]:
     return {
         "ranking": ranking,
         "best": ranking[0] if complete else None,
+        "concatenation_suffices": ranking[0].endswith("-concat") if complete else None,
         "second_family": others[0] if complete else None,
         "best_conditioning": best,
         "training_hours": sum(one["hours"] for one in found.values()),

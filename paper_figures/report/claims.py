@@ -7,7 +7,7 @@ A verdict follows from the claim's rule alone:
     error, cost   smaller is better: within the tolerance: reproduced; smaller: better; larger: differs
     bound   ours at most the paper's: reproduced; otherwise differs
     least   ours at least the paper's: reproduced; otherwise differs
-    text    the same word: reproduced; otherwise differs
+    text    the same word: reproduced; otherwise differs; of a ranking that the seeds do not decide: tie
     none    not comparable
 
 Tolerances are in `paper_values/claims.toml`. Where a result is not there yet the verdict is "not yet", with the target
@@ -25,9 +25,18 @@ from typing import Any
 
 from paper_figures.style import drawing
 
-REPRODUCED, BETTER, DIFFERS, NOT_COMPARABLE, NOT_YET = "reproduced", "better", "differs", "not comparable", "not yet"
-VERDICTS = (REPRODUCED, BETTER, DIFFERS, NOT_COMPARABLE, NOT_YET)
+REPRODUCED, BETTER, TIE, DIFFERS, NOT_COMPARABLE, NOT_YET = (
+    "reproduced",
+    "better",
+    "tie",
+    "differs",
+    "not comparable",
+    "not yet",
+)
+VERDICTS = (REPRODUCED, BETTER, TIE, DIFFERS, NOT_COMPARABLE, NOT_YET)
 """Those that are counted."""
+BY_SEEDS = {"holds": REPRODUCED, "tie": TIE, "fails": DIFFERS}
+"""Verdicts on rankings that several seeds decide."""
 RULES = ("count", "value", "error", "cost", "bound", "least", "text", "none")
 EXACT = 1e-6
 """Relative width within which a setting is the paper's."""
@@ -45,6 +54,7 @@ SOURCES = {
     "training": ("published", "measurements/training_cost.json", "make measure-training-cost"),
     "speed": ("published", "measurements/training_speed.json", "make bench-training"),
     "features": ("published", "feature_sets.json", "make feature-sets"),
+    "ranking": ("published", "ranking.json", "make ranking"),
     "efficiency": ("published", "data_efficiency.json", "make data-efficiency"),
 }
 
@@ -137,7 +147,9 @@ def tolerance_of(claim: dict[str, Any]) -> float | None:
 
 
 def judge(claim: dict[str, Any], results: Results) -> Finding:
-    """Find our number for a claim and compare."""
+    """Find our number for a claim and compare; a ranking by all seeds where these decide it."""
+    if "ranking" in claim and (ranked := by_seeds(claim, results)):
+        return ranked
     ours = results.find(claim) if claim.get("source") else None
     if ours is None and (claim["rule"] != "none" or claim.get("beyond")):
         places = [claim[key] for key in ("source", "than", "over") if key in claim]
@@ -145,7 +157,19 @@ def judge(claim: dict[str, Any], results: Results) -> Finding:
         target = claim.get("made_by", SOURCES[lacking.partition(":")[0]][2])
         return Finding(claim, None, NOT_YET, f"`{target}` makes it.")
     found = verdict(claim["rule"], claim.get("value"), ours, claim.get("tolerance"))
-    return Finding(claim, ours, found, claim["why"])
+    return Finding(claim, ours, found, f"{claim['why']} One training each." if "ranking" in claim else claim["why"])
+
+
+def by_seeds(claim: dict[str, Any], results: Results) -> Finding | None:
+    """What several seeds of each model say to a ranking; `None` where there are too few to decide."""
+    found = (results.content("ranking") or {"claims": {}})["claims"].get(claim["ranking"])
+    if not found or found["decision"] not in BY_SEEDS:
+        return None
+    word = BY_SEEDS[found["decision"]]
+    whole = claim["value"] == "true"
+    ours = {REPRODUCED: claim["value"], TIE: " = ".join(found["level"]), DIFFERS: "false" if whole else found["first"]}
+    why = "By held-out MSE, seeds and test trajectories resampled: `make table-ranking` shows each order."
+    return Finding(claim, ours[word], word, why)
 
 
 def text_claims() -> list[dict[str, Any]]:

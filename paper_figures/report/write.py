@@ -33,9 +33,11 @@ number in it is typed in by hand but the paper's own, which are in `experiments/
 
 The rule of the verdict: counts and words must be equal, values must agree within the tolerance beside them. Of errors
 and costs, where smaller is better, those within the tolerance count as reproduced, smaller ones as better, larger ones
-as differing. Bounds must hold. "Not comparable" means that the two do not measure the same thing, "not yet" that the
-result is still to be computed. Settings of the paper that we follow show nothing about results; they are in a table of
-their own."""
+as differing. Bounds must hold. A ranking of models is judged by all published seeds: it is a tie where resampling
+seeds and test trajectories gives its order less than 95 % and more than 5 %; with fewer than two seeds of a model it
+rests on one training each, and says so. "Not comparable" means that the two do not measure the same thing, "not yet"
+that the result is still to be computed. Settings of the paper that we follow show nothing about results; they are in a
+table of their own."""
 
 
 def tolerances_text() -> str:

@@ -105,16 +105,16 @@ def missing_note(missing: Sequence[str], differences: Mapping[str, Sequence[str]
         differences: For those that are trained otherwise, words for what differs. Models other than the 18 paper models
             are never drawn, and not named.
     """
-    parts = [f"not trained yet, {len(missing)} of {len(paper_names())}: {_listed(missing)}"] if missing else []
+    parts = [f"not trained yet, {len(missing)} of {len(paper_names())}: {listed(missing)}"] if missing else []
     alike: dict[str, list[str]] = {}
     for name, words in (differences or {}).items():
         if name in paper_names():
             alike.setdefault(" and ".join(words), []).append(name)
-    parts += [f"trained with another {words}: {_listed(names)}" for words, names in alike.items()]
+    parts += [f"trained with another {words}: {listed(names)}" for words, names in alike.items()]
     return "; ".join(parts)
 
 
-def _listed(names: Sequence[str]) -> str:
+def listed(names: Sequence[str]) -> str:
     """Models by name, whole families by theirs."""
     whole = [family for family in PAPER_FAMILIES if all(f"{family}-{c}" in names for c in CONDITIONINGS)]
     single = [name for name in names if split_name(name)[0] not in whole]

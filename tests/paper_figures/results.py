@@ -89,3 +89,38 @@ def efficiency():
     shares.insert(1, {"percent": 25.0, "mse_mean": 0.04, "mse_sd": 0.0, "folds": folds[:1]})
     full = {"mse": 5e-3, "epochs": 15, "history": HISTORY}
     return {"config": {"architecture": "M1-concat"}, "full": full, "shares": shares}
+
+
+def ranking(seeds):
+    """A ranking with so many seeds of each model, by name; each errs more than the one before."""
+    metrics = ("test_mse", "test_mae", "test_dtw_rmse", "pull_off_percent", "hysteresis_percent", "validation_mse")
+    models, spread = {}, {}
+    for place, (name, count) in enumerate(seeds.items()):
+        least = 5e-5 * (1.0 + place)
+        values = [least * (1.0 + 0.2 * seed) for seed in range(count)]
+        models[name] = [{"seed": seed, **dict.fromkeys(metrics, value)} for seed, value in enumerate(values)]
+        middle = sorted(values)[count // 2]
+        ends = {"min": values[0], "median": middle, "max": values[-1], "low": 0.8 * middle, "high": 1.3 * middle}
+        spread[name] = dict.fromkeys(metrics, ends)
+    missing = {name: list(range(seeds.get(name, 0), 3)) for name in names() if seeds.get(name, 0) < 3}
+    orders = (("M2-concat", 0.5, "tie"), ("M3-concat", 1.0, "holds"), ("M4-concat", None, "not decided"))
+    pairs = [
+        {
+            "claim": "best_model",
+            "better": "M1-concat",
+            "worse": worse,
+            "seeds": [3, 3 if chance else 1],
+            "probability": dict.fromkeys(metrics[:5], chance),
+            "decision": decision,
+        }
+        for worse, chance, decision in orders
+    ]
+    claim = {"paper": "M1-concat", "first": "M1-concat", "level": ["M1-concat", "M2-concat"], "decision": "not decided"}
+    common = {"confidence": 0.95, "resamples": 4000, "seeds_expected": 3, "left_out": {}}
+    return common | {
+        "models": models,
+        "spread": spread,
+        "missing": missing,
+        "pairs": pairs,
+        "claims": {"best_model": claim},
+    }

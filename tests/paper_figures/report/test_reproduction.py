@@ -3,6 +3,7 @@ import re
 
 import pytest
 
+from experiments.paper.ranking import contenders
 from paper_figures.report import claims as reproduction
 from paper_figures.report import write as reproduction_report
 from paper_figures.style import drawing
@@ -169,3 +170,50 @@ def test_a_model_beside_the_eighteen_is_named_as_it_is_published():
     ]
     assert {"M1-concat-large", "M1-concat-paper"} <= {name for _, name in beside}
     assert all(says.startswith(f"{name}, ") for says, name in beside), beside
+
+
+RANKED = [claim for claim in CLAIMS if "ranking" in claim]
+
+
+def test_every_ranking_of_the_report_is_one_of_the_study():
+    assert {claim["ranking"].partition("/")[0] for claim in RANKED} == {
+        "best_model",
+        "second_family",
+        "best_conditioning",
+        "concatenation_suffices",
+        "best_input",
+        "d_better_than_c",
+    }
+    for claim in RANKED:
+        first, known = contenders(claim)
+        assert first in known
+
+
+@pytest.mark.parametrize(
+    ("decision", "verdict", "ours"),
+    [
+        ("holds", "reproduced", "M1-concat"),
+        ("tie", "tie", "M1-concat = M1-FiLM"),
+        ("fails", "differs", "M6-concat"),
+        ("not decided", "differs", "M1-FiLM"),
+        (None, "differs", "M1-FiLM"),
+    ],
+)
+def test_a_ranking_is_judged_by_all_seeds_where_they_decide(decision, verdict, ours, tmp_path):
+    (claim,) = (claim for claim in RANKED if claim["ranking"] == "best_model")
+    results = reproduction.Results(tmp_path, tmp_path)
+    ranked = {"paper": "M1-concat", "first": "M6-concat", "level": ["M1-concat", "M1-FiLM"], "decision": decision}
+    content = {"claims": {"best_model": ranked}} if decision else None
+    results.read = {"models": {"comparison": {"best": "M1-FiLM"}}, "ranking": content}
+    finding = reproduction.judge(claim, results)
+    assert (finding.verdict, finding.ours) == (verdict, ours)
+    assert ("One training each" in finding.why) == (decision in (None, "not decided"))
+
+
+@pytest.mark.parametrize(("decision", "ours"), [("holds", "true"), ("tie", "D = C"), ("fails", "false")])
+def test_a_statement_is_true_or_false(decision, ours, tmp_path):
+    (claim,) = (claim for claim in RANKED if claim["ranking"] == "d_better_than_c")
+    results = reproduction.Results(tmp_path, tmp_path)
+    ranked = {"paper": "D", "first": "C", "level": ["D", "C"], "decision": decision}
+    results.read = {"ranking": {"claims": {"d_better_than_c": ranked}}}
+    assert reproduction.judge(claim, results).ours == ours

@@ -1,0 +1,108 @@
+"""Tables of the ranking: errors of each model over its seeds, and the paper's rankings with how sure each is."""
+
+from typing import Any
+
+from paper_figures.style import models_style
+from paper_figures.style.writing import Table, number
+
+METRICS = {
+    "test_mse": "MSE",
+    "test_mae": "MAE",
+    "test_dtw_rmse": "DTW-RMSE",
+    "pull_off_percent": "Pull-off, median (%)",
+    "hysteresis_percent": "Hysteresis, median (%)",
+}
+SAYS = {
+    "best_model": "best model",
+    "second_family": "strongest other family",
+    "concatenation_suffices": "concatenation suffices",
+    "best_input": "best input representation",
+    "d_better_than_c": "D better than C",
+}
+
+
+def says(claim: str) -> str:
+    """A ranking in words."""
+    kind, _, family = claim.partition("/")
+    return f"best conditioning of {family}" if family else SAYS[kind]
+
+
+def error_text(spread: dict[str, float], seeds: int) -> str:
+    """Median over seeds, its interval in brackets, and the extremes where there are several."""
+    text = f"{number(spread['median'])} [{number(spread['low'])}, {number(spread['high'])}]"
+    return text if seeds == 1 else f"{text}, seeds {number(spread['min'])} to {number(spread['max'])}"
+
+
+def chance_text(chance: float, resamples: int) -> str:
+    """A probability, no surer than the number of resamples allows."""
+    least = max(1e-3, 1.0 / resamples)
+    if least < chance < 1.0 - least:
+        return f"{chance:.3f}"
+    return f"> {1.0 - least:.3f}" if chance > 0.5 else f"< {least:.3f}"
+
+
+def seeds_note(ranking: Any) -> str:
+    """Which models lack seeds, as sentences; empty where none does."""
+    expected, absent = ranking["seeds_expected"], ranking["missing"]
+    none = [name for name, seeds in absent.items() if len(seeds) == expected]
+    some = [f"{name} {', '.join(map(str, seeds))}" for name, seeds in absent.items() if 0 < len(seeds) < expected]
+    parts = [f"Still without any seed: {models_style.listed(none)}."] if none else []
+    parts += [f"Missing seeds: {'; '.join(some)}."] if some else []
+    return " ".join([*parts, *(f"{label} is {sentence}." for label, sentence in ranking["left_out"].items())])
+
+
+def errors_table(ranking: Any) -> Table:
+    """One line for each model, best first; those without a seed follow."""
+    found, spread, expected = ranking["models"], ranking["spread"], ranking["seeds_expected"]
+    order = sorted(found, key=lambda name: spread[name]["test_mse"]["median"])
+    rows = [
+        [
+            name,
+            f"{len(found[name])} of {expected}",
+            *(error_text(spread[name][metric], len(found[name])) for metric in METRICS),
+            number(spread[name]["validation_mse"]["median"]),
+        ]
+        for name in order
+    ]
+    rows += [
+        [name, f"0 of {expected}", *["-"] * (len(METRICS) + 1)] for name in ranking["missing"] if name not in found
+    ]
+    caption = (
+        "Held-out errors of the scaled force, best first: median over seeds, in brackets its "
+        f"{100 * ranking['confidence']:g} % interval over the test set ({ranking['resamples']:,} paired resamples of "
+        f"its trajectories), then the least and largest of the seeds. {seeds_note(ranking)}"
+    )
+    return Table(["Model", "Seeds", *METRICS.values(), "Validation MSE"], rows, caption.strip())
+
+
+def orders_table(ranking: Any) -> Table:
+    """One line for each order the paper states, where the seeds decide it, and one for each whole ranking."""
+    rows = []
+    for name, claim in ranking["claims"].items():
+        pairs = [pair for pair in ranking["pairs"] if pair["claim"] == name]
+        decided = [pair for pair in pairs if pair["probability"]["test_mse"] is not None]
+        rows.append([says(name), f"{claim['paper']} first", f"{len(decided)} of {len(pairs)}", "-", claim["decision"]])
+        rows += [
+            [
+                "",
+                f"{pair['better']} before {pair['worse']}",
+                " and ".join(map(str, pair["seeds"])),
+                chance_text(pair["probability"]["test_mse"], ranking["resamples"]),
+                pair["decision"],
+            ]
+            for pair in decided
+        ]
+    tail = 1.0 - ranking["confidence"]
+    caption = (
+        "The paper's rankings by held-out MSE, and the orders of which each consists, as far as both sides have two "
+        "seeds; of a family or conditioning the best model counts. P is the probability that the order holds when test "
+        f"trajectories and seeds are resampled together ({ranking['resamples']:,} times). An order holds from "
+        f"P = {ranking['confidence']:g}, fails up to {tail:.2g}, and is a tie between. A ranking holds when all its "
+        "orders do, and fails with one of them."
+    )
+    return Table(["Ranking", "Order", "Seeds, or orders decided", "P", "Decision"], rows, caption)
+
+
+def compose(ranking: Any) -> dict[str, Table]:
+    """Write both tables."""
+    return {"ranking": errors_table(ranking), "ranking-orders": orders_table(ranking)}
