@@ -338,7 +338,7 @@ table-solver-hard-cases: setup  ## Run the solver in the most difficult cases (l
 ##@ Development
 
 .PHONY: test
-test: check-lock lint  ## Everything continuous integration runs: lock, lint, format, fast tests
+test: check-lock lint  ## Everything continuous integration runs: lock, lint, format, types, fast tests
 	$(PY) -m pytest -n $(TEST_WORKERS)
 
 .PHONY: test-slow
@@ -350,9 +350,10 @@ golden-trajectories: setup  ## Renew the numbers that guard the solver's version
 	$(PY) -m experiments golden_trajectories
 
 .PHONY: lint
-lint: setup  ## Report style problems
+lint: setup  ## Report style problems, and wrong types of the public face
 	$(PY) -m ruff check .
 	$(PY) -m ruff format --check .
+	$(PY) -m mypy
 
 .PHONY: format
 format: setup  ## Rewrite the code in the house format
@@ -372,7 +373,7 @@ lock:  ## Resolve pyproject.toml again into requirements.lock (needs the network
 
 .PHONY: clean
 clean:  ## Remove caches and build files; never results/, published/ or .venv
-	rm -rf build dist *.egg-info .pytest_cache .ruff_cache .hypothesis
+	rm -rf build dist *.egg-info .mypy_cache .pytest_cache .ruff_cache .hypothesis
 	find . -path ./$(VENV) -prune -o -path ./results -prune -o -path ./published -prune \
 		-o -type d -name __pycache__ -exec rm -rf {} +
 

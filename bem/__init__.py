@@ -63,12 +63,15 @@ _HOME = {
 }
 
 
-def __getattr__(name: str) -> Any:
-    if name not in _HOME:
-        raise AttributeError(f"module 'bem' has no attribute {name!r}")
-    value = getattr(import_module(f"bem.{_HOME[name]}"), name)
-    globals()[name] = value
-    return value
+# A type checker reads the imports above instead, and then refuses a name that is none.
+if not TYPE_CHECKING:
+
+    def __getattr__(name: str) -> Any:
+        if name not in _HOME:
+            raise AttributeError(f"module 'bem' has no attribute {name!r}")
+        value = getattr(import_module(f"bem.{_HOME[name]}"), name)
+        globals()[name] = value
+        return value
 
 
 def __dir__() -> list[str]:

@@ -33,10 +33,10 @@ def _read_only(values: ArrayLike) -> FloatArray:
 
 
 class Material:
-    """Interface of a material to the solver; the module docstring defines strengths and times."""
+    """Interface of a material to the solver; the module docstring defines strengths and times.
 
-    modulus_ratio: float
-    """Relaxed over instantaneous modulus, k = E0/Einf, in (0, 1]."""
+    Each material has its `modulus_ratio` too, relaxed over instantaneous modulus, k = E0/Einf, in (0, 1].
+    """
 
     @property
     def strengths(self) -> FloatArray:

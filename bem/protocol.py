@@ -6,7 +6,7 @@ definitions).
 """
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -22,8 +22,12 @@ SMALLEST_RATE = 1e-12
 LONGEST_DWELL = 1e12
 
 
-def default_start_indentation(tabor: float) -> float:
-    """The paper's initial indentation -pi^(2/3) mu."""
+@overload
+def default_start_indentation(tabor: float) -> float: ...
+@overload
+def default_start_indentation(tabor: FloatArray) -> FloatArray: ...
+def default_start_indentation(tabor: float | FloatArray) -> float | FloatArray:
+    """The paper's initial indentation -pi^(2/3) mu, of one Tabor parameter or of an array of them."""
     return -(np.pi ** (2.0 / 3.0)) * tabor
 
 
@@ -79,7 +83,7 @@ class PiecewiseLinearProtocol:
 
     def indentation_at(self, time: ArrayLike) -> FloatArray:
         """Indentation at `time` (any shape); constant before the first and after the last instant."""
-        return np.interp(time, self.times, self.indentations)
+        return np.interp(np.asarray(time, dtype=np.float64), self.times, self.indentations)
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, PiecewiseLinearProtocol):

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     import keras
 
     from surrogate.inference.predictor import Surrogate
+    from surrogate.inference.validity import ExtrapolationWarning
 
 __all__ = ["ExtrapolationWarning", "Surrogate", "build", "load", "names", "register"]
 
@@ -74,9 +75,12 @@ def load(name: str | Path, root: str | Path | None = None, *, backend: str = "on
     return Surrogate.load(name, root=root, backend=backend, threads=threads)
 
 
-def __getattr__(attribute: str) -> object:
-    if attribute in ("Surrogate", "ExtrapolationWarning"):
-        from surrogate.inference import predictor
+# A type checker reads the imports above instead, and then refuses a name that is none.
+if not TYPE_CHECKING:
 
-        return getattr(predictor, attribute)
-    raise AttributeError(f"module 'surrogate' has no attribute {attribute!r}")
+    def __getattr__(attribute: str) -> object:
+        if attribute in ("Surrogate", "ExtrapolationWarning"):
+            from surrogate.inference import predictor
+
+            return getattr(predictor, attribute)
+        raise AttributeError(f"module 'surrogate' has no attribute {attribute!r}")

@@ -55,8 +55,10 @@ def test_the_wheel_holds_the_packages_and_the_published_model(wheel):
     packaged = {name.rpartition("/")[2] for name in names if name.startswith("surrogate/models/M1-concat/")}
     assert packaged == MODEL
     assert {
+        "bem/py.typed",
         "bem/solver/simulation.py",
         "bem/_support/outputs.py",
+        "surrogate/py.typed",
         "surrogate/inference/predictor.py",
         "surrogate/training/recipes/swift.toml",
     } <= names

@@ -6,6 +6,8 @@ it was loaded: the steps before are the ones that resolve the peak. Where these 
 The top is added to the records as one more entry.
 """
 
+import math
+
 import numpy as np
 
 _UNEVEN = 10.0  # ratio of neighbouring steps from which no curve is drawn through them
@@ -29,7 +31,7 @@ def with_peaks(records: np.ndarray, unloading: np.ndarray) -> tuple[np.ndarray, 
     positions, rows = [], []
     for i in tops:
         first = i - 2 if i >= 2 and smooth[i - 2] else i - 1
-        found = _top(time[first : i + 2] - time[i], force[first : i + 2] - force[i])
+        found = _top((time[first : i + 2] - time[i]).tolist(), (force[first : i + 2] - force[i]).tolist())
         if found is None:
             continue
         after, rise = found
@@ -58,12 +60,10 @@ def _smooth(records: np.ndarray) -> np.ndarray:
     return even & (np.abs(np.diff(rate)) <= 1e-4 * np.maximum(np.abs(rate[1:]), np.abs(rate[:-1])))
 
 
-def _top(time: np.ndarray, force: np.ndarray) -> tuple[float, float] | None:
+def _top(time: list[float], force: list[float]) -> tuple[float, float] | None:
     """Time and force of a maximum between the neighbours of the last entry but one, both counted from there."""
     left, right = time[-3], time[-1]
-    others = np.array([*time[:-2], right])
-    values = np.array([*force[:-2], force[-1]])
-    slope, curvature, third = np.append(np.linalg.solve(np.vander(others, len(others) + 1)[:, -2::-1], values), 0.0)[:3]
+    slope, curvature, third = _polynomial([*time[:-2], right], [*force[:-2], force[-1]])
     if third == 0.0:
         after = -slope / (2.0 * curvature)
     else:
@@ -71,9 +71,23 @@ def _top(time: np.ndarray, force: np.ndarray) -> tuple[float, float] | None:
         if discriminant < 0.0:
             return None
         # of the two, where the curve is highest; in the form that does not cancel
-        after = -slope / (curvature - np.sqrt(discriminant))
+        after = -slope / (curvature - math.sqrt(discriminant))
     rise = after * (slope + after * (curvature + after * third))
     # What rises further above the highest step than its neighbours lie below is not resolved by the steps.
     if not left < after < right or not 0.0 < rise <= 2.0 * max(-force[-3], -force[-1]):
         return None
-    return float(after), float(rise)
+    return after, rise
+
+
+def _polynomial(times: list[float], values: list[float]) -> tuple[float, float, float]:
+    """Coefficients of t, t^2 and t^3 of the polynomial through two or three points and the origin, by its differences.
+
+    Written here because a general solver takes longer for three unknowns than all else that follows a simulation.
+    """
+    quotients = [value / time for time, value in zip(times, values, strict=True)]
+    first = (quotients[1] - quotients[0]) / (times[1] - times[0])
+    if len(times) == 2:
+        return quotients[0] - first * times[0], first, 0.0
+    second = ((quotients[2] - quotients[1]) / (times[2] - times[1]) - first) / (times[2] - times[0])
+    slope = quotients[0] - times[0] * (first - times[1] * second)
+    return slope, first - second * (times[0] + times[1]), second

@@ -182,7 +182,7 @@ def _progress() -> Iterator[Callable[[int, float], None] | None]:
 @contextmanager
 def _warnings_are_sentences() -> Iterator[None]:
     """Print warnings of a setup as the command's own sentences."""
-    from bem.lab.setup import EffectiveRangeWarning
+    from bem.lab.effective_range import EffectiveRangeWarning
 
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", EffectiveRangeWarning)

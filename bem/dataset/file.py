@@ -151,7 +151,8 @@ def load_dataset(path: str | Path, *, native: bool = False) -> Dataset:
             wrong = f"which cannot be read ({shortened(str(error)) or type(error).__name__})"
     if wrong:
         raise DamagedFileError(f"expected a complete data set; received {str(path)!r}, {wrong}")
-    return Dataset(columns, attributes, counts)
+    loading, dwell, unloading = counts
+    return Dataset(columns, attributes, (loading, dwell, unloading))
 
 
 def plain_attribute(value: Any) -> Any:

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from bem.materials import Elastic, Material, PronySeries, StandardLinearSolid
+from bem.materials import Elastic, PronySeries, StandardLinearSolid
 from bem.protocol import LoadingProtocol, PiecewiseLinearProtocol
 from bem.scene import SMALLEST_TABOR, Scene
 from bem.tractions import HardContact
@@ -88,7 +88,7 @@ def reduced(scene: Scene, protocol: Protocol, effects: Effects) -> tuple[Scene, 
     strengths, times = scene.material.strengths, scene.material.times
     kept = strengths[effects.first : effects.last] / _left(scene, effects)
     if effects.everything:
-        material: Material = scene.material
+        material: Elastic | StandardLinearSolid | PronySeries = scene.material
     elif effects.terms == 0:
         material = Elastic()
     elif effects.terms == 1 and times[effects.first] == 1.0:

@@ -17,14 +17,15 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from bem.lab.curve import ForceCurve
+    from bem.lab.effective_range import EffectiveRangeWarning
     from bem.lab.fit_result import FitResult
     from bem.lab.fitting import fit
-    from bem.lab.setup import EffectiveRangeWarning, Setup
+    from bem.lab.setup import Setup
 
 __all__ = ["EffectiveRangeWarning", "FitResult", "ForceCurve", "Setup", "fit"]
 
 _HOME = {
-    "EffectiveRangeWarning": "setup",
+    "EffectiveRangeWarning": "effective_range",
     "FitResult": "fit_result",
     "ForceCurve": "curve",
     "Setup": "setup",
@@ -32,12 +33,15 @@ _HOME = {
 }
 
 
-def __getattr__(name: str) -> Any:
-    if name not in _HOME:
-        raise AttributeError(f"module 'bem.lab' has no attribute {name!r}")
-    value = getattr(import_module(f"bem.lab.{_HOME[name]}"), name)
-    globals()[name] = value
-    return value
+# A type checker reads the imports above instead, and then refuses a name that is none.
+if not TYPE_CHECKING:
+
+    def __getattr__(name: str) -> Any:
+        if name not in _HOME:
+            raise AttributeError(f"module 'bem.lab' has no attribute {name!r}")
+        value = getattr(import_module(f"bem.lab.{_HOME[name]}"), name)
+        globals()[name] = value
+        return value
 
 
 def __dir__() -> list[str]:

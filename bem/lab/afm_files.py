@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -56,5 +57,5 @@ def read_afm(path: Path, stiffness: float | None) -> tuple[dict[str, FloatArray]
     return quantities, spring if "indentation" not in quantities else None, "compression"
 
 
-def _floats(curve, name: str) -> FloatArray:
+def _floats(curve: Any, name: str) -> FloatArray:
     return np.asarray(curve[name], dtype=np.float64)

@@ -10,7 +10,7 @@ import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from bem._support.wording import shown
 
 if TYPE_CHECKING:
     from bem.lab.contact_point import Contact
+    from bem.lab.units import Quantity
 
 ForceSign = Literal["tension", "compression"]
 SIGNS = ("tension", "compression")
@@ -70,10 +71,10 @@ class ForceCurve:
         cls,
         path: str | Path,
         *,
-        stiffness: Any = None,
+        stiffness: Quantity | None = None,
         force_sign: ForceSign = "tension",
         columns: Mapping[str, str] | None = None,
-        speed: Any = None,
+        speed: Quantity | None = None,
     ) -> ForceCurve:
         """Read a measured curve; see `bem.lab.reading.read`."""
         from bem.lab.reading import read

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,6 +23,10 @@ CONFIDENCE = 0.95
 _LOOSE = {"logarithm": np.log(2.0), "logit": 2.0}
 _TIED = 0.98  # correlation from which two parameters are said to trade off
 _UNLIKE = 1.5  # residuals over noise from which the model is said not to describe the curve
+
+
+class FitError(RuntimeError):
+    """A fit that did not converge."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,10 +110,15 @@ def result_of(search: Search, x: FloatArray, residuals: FloatArray, jacobian: Fl
         x: the solution as the search sees it.
         residuals: weighted, at the solution.
         jacobian: of them, by all free parameters, the offset last.
+
+    Raises:
+        FitError: the solver does not complete the contact at the solution.
     """
     names = search.free
     values = search.values(x)
     tension = search.model.tension(values, search.accuracy)
+    if tension is None:
+        raise FitError("the fit did not converge: the solver does not complete the contact at its end")
     offset = search.offset(tension)
     if "force_offset" in names:
         search.unit["force_offset"] = 1.0
@@ -176,7 +186,14 @@ def _fewer_points(residuals: FloatArray) -> float:
     return (1.0 + min(r, 0.98)) / (1.0 - min(r, 0.98)) if r > 2.0 / np.sqrt(residuals.size) else 1.0
 
 
-def _sentences(names, values, spreads, correlations, residuals, setup: Setup) -> tuple[str, ...]:
+def _sentences(
+    names: Sequence[str],
+    values: Mapping[str, float],
+    spreads: Mapping[str, float],
+    correlations: Mapping[str, Mapping[str, float]],
+    residuals: FloatArray,
+    setup: Setup,
+) -> tuple[str, ...]:
     found = []
     for name in names:
         parameter = PARAMETERS[name]

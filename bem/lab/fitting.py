@@ -14,14 +14,14 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.ndimage import maximum_filter1d
-from scipy.optimize import least_squares
+from scipy.optimize import OptimizeResult, least_squares
 
 from bem._support.validation import FloatArray, instance
 from bem._support.wording import shown
 from bem.accuracy import TIGHTEST, resolve_accuracy
-from bem.lab.contact_point import noise_of
+from bem.lab.contact_point import Contact, noise_of
 from bem.lab.curve import ForceCurve
-from bem.lab.fit_result import FitResult, result_of
+from bem.lab.fit_result import FitError, FitResult, result_of
 from bem.lab.guess import first_contact
 from bem.lab.model import Model, with_memory
 from bem.lab.model_choice import effects_called_for, sentence
@@ -41,10 +41,6 @@ _KEPT = 2
 _CORRECTIONS, _TIGHTER = 2, 4.0
 _AS_GOOD = 1.1  # noise of a simpler fit over that of the full one
 _BAD = 30.0  # residual, in standard deviations, of a contact that the solver did not complete
-
-
-class FitError(RuntimeError):
-    """A fit that did not converge."""
 
 
 @dataclass
@@ -111,7 +107,7 @@ class Search:
         columns = [0.5 * (self.residuals(x + step, 0.0) - self.residuals(x - step, 0.0)) for step in np.eye(x.size)]
         return np.column_stack(columns + [self.weights] * ("force_offset" in self.free))
 
-    def run(self, x: FloatArray, evaluations: int):
+    def run(self, x: FloatArray, evaluations: int) -> OptimizeResult:
         """Least squares from a point."""
         parameters = [PARAMETERS[name] for name in self.searched]
         bounds = [
@@ -183,7 +179,15 @@ def fit(
     return dataclasses.replace(result, sentences=(sentence(effects), *result.sentences))
 
 
-def _fitted(curve, setup, free, contact, duration, accuracy, report) -> FitResult:
+def _fitted(
+    curve: ForceCurve,
+    setup: Setup,
+    free: tuple[str, ...],
+    contact: Contact,
+    duration: float,
+    accuracy: str | float,
+    report: Callable[[int, float], None] | None,
+) -> FitResult:
     fixed = {} if "contact_point" in free else {"contact_point": 0.0}
     if "force_offset" not in free:
         fixed["force_offset"] = 0.0
@@ -192,8 +196,8 @@ def _fitted(curve, setup, free, contact, duration, accuracy, report) -> FitResul
     starts = _starts(setup, contact, duration, free)
     search = Search(Model(curve, setup), free, fixed, unit, starts[0], _weights(curve, contact.noise), report=report)
     runs = [search.run(search.point(start), _SHORT) for start in starts]
-    best = sorted(runs, key=lambda run: run.cost)[:_KEPT]
-    runs = [search.run(run.x, _LONG) for run in best]
+    kept = sorted(runs, key=lambda run: run.cost)[:_KEPT]
+    runs = [search.run(run.x, _LONG) for run in kept]
     best = min(runs, key=lambda run: run.cost)
     search.accuracy = accuracy
     final = search.run(best.x, _POLISH)
@@ -224,7 +228,7 @@ def _settled(search: Search, x: FloatArray) -> tuple[FloatArray, FloatArray, Flo
     return x, residuals[smooth], jacobian[smooth]
 
 
-def _starts(setup: Setup, contact, duration: float, free: tuple[str, ...]) -> list[dict[str, float]]:
+def _starts(setup: Setup, contact: Contact, duration: float, free: tuple[str, ...]) -> list[dict[str, float]]:
     """Points to start from: the setup's own values, with several retardation times and modulus ratios."""
     base = {
         "relaxed_modulus": setup.relaxed_modulus,

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from bem.lab.contact_point import Contact, find_contact
 from bem.lab.curve import ForceCurve
 from bem.lab.setup import Setup
-from bem.lab.units import to_si
+from bem.lab.units import Quantity, to_si
 from bem.reference_solutions import jkr
 
 _STEPS = 60
 
 
-def guess_setup(curve: ForceCurve, *, radius: float | str, **known: object) -> Setup:
+def guess_setup(curve: ForceCurve, *, radius: Quantity, **known: Any) -> Setup:
     """A setup whose modulus and work of adhesion are read off the curve.
 
     The work of adhesion is that of the JKR pull-off force, (3/2) pi R dgamma, and the modulus that of the JKR force at
@@ -36,7 +38,8 @@ def guess_setup(curve: ForceCurve, *, radius: float | str, **known: object) -> S
     deepest = int(np.argmax(curve.indentation))
     depth = float(curve.indentation[deepest]) - contact.contact_point
     pressed = max(-float(np.min(tension)), 3.0 * contact.noise)
-    known.setdefault("relaxed_modulus", _modulus(r, float(known["work_of_adhesion"]), depth, pressed))
+    work = to_si("work_of_adhesion", known["work_of_adhesion"], "energy per area")
+    known.setdefault("relaxed_modulus", _modulus(r, work, depth, pressed))
     return Setup(radius=r, **known)
 
 

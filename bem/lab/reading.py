@@ -12,14 +12,13 @@ import csv
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from bem._support.validation import FloatArray, finite_number
 from bem._support.wording import shown
 from bem.lab.curve import ForceCurve, ForceSign, require_sign
-from bem.lab.units import factor, to_si
+from bem.lab.units import Quantity, factor, to_si
 
 TEXT_FILES = (".csv", ".txt", ".tsv", ".dat")
 
@@ -38,10 +37,10 @@ _COLUMN = re.compile(r"\s*([A-Za-z][A-Za-z _]*?)\s*(?:\(([^)]*)\)|\[([^\]]*)\]|/
 def read(
     path: str | Path | Sequence[str | Path],
     *,
-    stiffness: Any = None,
+    stiffness: Quantity | None = None,
     force_sign: ForceSign = "tension",
     columns: Mapping[str, str] | None = None,
-    speed: Any = None,
+    speed: Quantity | None = None,
 ) -> ForceCurve:
     """Read a force curve.
 

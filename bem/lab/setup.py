@@ -23,17 +23,17 @@ parameter is `largest_tabor`. What the range stands for differs:
 from __future__ import annotations
 
 import dataclasses
-import warnings
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from bem._support.validation import finite_number, instance
 from bem._support.wording import shown
 from bem.lab.curve import ForceCurve, require_sign
-from bem.lab.units import readable, to_si
+from bem.lab.effective_range import range_sensitivity, warn_of_range
+from bem.lab.units import Quantity, to_si
 from bem.materials import Elastic, PronySeries, StandardLinearSolid
 from bem.protocol import LoadingProtocol, PiecewiseLinearProtocol
 from bem.scene import Scene
@@ -44,10 +44,6 @@ INTERATOMIC_GAP = 0.3e-9
 LARGEST_TABOR = 3.0
 """Tabor parameter above which the gap is taken longer, so that the solver resolves the contact edge."""
 
-SENSITIVE = 0.05
-"""Relative change of the pull-off force, when the effective range is 1.5 times longer, that is worth a warning."""
-
-_RANGE_TEST = 1.5
 _QUANTITIES = {
     "radius": "length",
     "work_of_adhesion": "energy per area",
@@ -55,10 +51,6 @@ _QUANTITIES = {
     "equilibrium_gap": "length",
     "retardation_time": "time",
 }
-
-
-class EffectiveRangeWarning(UserWarning):
-    """A result depends on the effective range of adhesion, which stands in for one too short to resolve."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,6 +83,21 @@ class Setup:
     retardation_time: float | None = None
     material: Elastic | StandardLinearSolid | PronySeries = dataclasses.field(default_factory=Elastic)
     largest_tabor: float = LARGEST_TABOR
+
+    if TYPE_CHECKING:
+        # Text and Pint quantities go in, plain numbers come out.
+        def __init__(
+            self,
+            *,
+            radius: Quantity,
+            work_of_adhesion: Quantity,
+            relaxed_modulus: Quantity,
+            poisson_ratio: Quantity = 0.5,
+            equilibrium_gap: Quantity = INTERATOMIC_GAP,
+            retardation_time: Quantity | None = None,
+            material: Elastic | StandardLinearSolid | PronySeries = ...,
+            largest_tabor: float = LARGEST_TABOR,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         instance("material", self.material, (Elastic, StandardLinearSolid, PronySeries))
@@ -175,11 +182,11 @@ class Setup:
     def protocol(
         self,
         *,
-        peak_indentation: Any,
-        loading_rate: Any,
-        dwell_time: Any = 0.0,
-        unloading_rate: Any,
-        start_indentation: Any = None,
+        peak_indentation: Quantity,
+        loading_rate: Quantity,
+        dwell_time: Quantity = 0.0,
+        unloading_rate: Quantity,
+        start_indentation: Quantity | None = None,
     ) -> LoadingProtocol:
         """One cycle of loading, dwell and unloading in the solver's units.
 
@@ -227,7 +234,7 @@ class Setup:
         if not trajectory.completed:
             raise RuntimeError(f"the simulation did not complete: {trajectory.status}")
         if check_range and self.range_is_effective:
-            self._warn_of_range(protocol)
+            warn_of_range(self, protocol)
         sign = 1.0 if force_sign == "tension" else -1.0
         return ForceCurve(
             time=trajectory.time * self.time_scale,
@@ -242,29 +249,7 @@ class Setup:
 
         Both are simulated at draft accuracy. It is zero for a range that is the equilibrium gap itself.
         """
-        from bem.solver.simulation import simulate
-
-        if not self.range_is_effective:
-            return 0.0
-        longer = dataclasses.replace(self, largest_tabor=max(self.tabor / _RANGE_TEST, 0.05))
-        history = protocol.history(self.tabor) if isinstance(protocol, LoadingProtocol) else protocol
-        moved = PiecewiseLinearProtocol(
-            history.times, history.indentations * (self.gap / longer.gap), phases=history.phases
-        )
-        found = [simulate(setup.scene(), path, "draft") for setup, path in ((self, history), (longer, moved))]
-        forces = [trajectory.pull_off_force for trajectory in found]
-        return abs(forces[1] / forces[0] - 1.0) if all(np.isfinite(forces)) else np.inf
-
-    def _warn_of_range(self, protocol: LoadingProtocol | PiecewiseLinearProtocol) -> None:
-        change = self.range_sensitivity(protocol)
-        if change > SENSITIVE:
-            warnings.warn(
-                f"the pull-off force depends on the effective range of adhesion, {readable(self.gap, 'm')} in place of "
-                f"{readable(self.equilibrium_gap, 'm')}: it changes by {100 * change:.0f} % when the range is "
-                f"{_RANGE_TEST:g} times longer; a largest_tabor above {self.largest_tabor:g} brings the range nearer",
-                EffectiveRangeWarning,
-                stacklevel=3,
-            )
+        return range_sensitivity(self, protocol)
 
     def replaced(self, **changes: Any) -> Setup:
         """The same setup with some quantities changed; `modulus_ratio` stands for a standard linear solid of it."""

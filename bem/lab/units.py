@@ -10,9 +10,24 @@ import functools
 import math
 import re
 from numbers import Real
-from typing import Any
+from typing import Any, Protocol
 
 from bem._support.wording import shown
+
+
+class WithUnit(Protocol):
+    """A quantity of Pint, of any registry."""
+
+    @property
+    def units(self) -> Any:
+        """Its unit."""
+
+    def to(self, unit: Any, /) -> Any:
+        """The same in another unit."""
+
+
+Quantity = float | str | WithUnit
+"""What a user may give: a plain number in SI, text of a number and a unit, or a quantity of Pint."""
 
 INSTALL = "pip install 'contact-trajectories[lab]'"
 

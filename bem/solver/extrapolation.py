@@ -11,7 +11,8 @@ import numpy as np
 
 from bem._support.jit import kernel
 from bem._support.linear_algebra import copy_into, dot
-from bem.solver.equilibrium import PRESSED, force_of, pressed_gaps
+from bem.solver.equilibrium import PRESSED, force_of
+from bem.solver.pressed import pressed_gaps
 from bem.tractions import PEAK_TRACTION, traction
 
 DEPTH = 4  # solutions kept, all of which the iteration starts from

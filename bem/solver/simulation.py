@@ -157,9 +157,18 @@ def _trajectory(
     found = tuple(Jump(*map(float, row)) for row in jumps)
     elastic = problem.strengths.size == 0
     balance = _energy_balance(records, result.energies, found, target) if elastic else np.nan
-    columns = (np.ascontiguousarray(records[:, k]) for k in range(4))
+    instants, depths, force, radii = (np.ascontiguousarray(records[:, k]) for k in range(4))
     return Trajectory(
-        *columns, status=status, jumps=found, stats=stats, accuracy=target, unloading=unloading, energy_balance=balance
+        instants,
+        depths,
+        force,
+        radii,
+        status=status,
+        jumps=found,
+        stats=stats,
+        accuracy=target,
+        unloading=unloading,
+        energy_balance=balance,
     )
 
 

@@ -53,7 +53,7 @@ def ranges_table() -> str:
             protocol = setup.protocol(
                 peak_indentation=DEPTH, loading_rate=SPEED, dwell_time=DWELL, unloading_rate=SPEED
             )
-            curve = setup.simulate(protocol, "draft", check_range=False)
+            curve = setup.simulate(protocol, "standard", check_range=False)
             forces.append(curve.pull_off_force / setup.force_scale)
         lines.append(f"| {largest:g} | {readable(setup.gap, 'm')} | {forces[0]:.2f} | {forces[1]:.2f} |")
     return "\n".join(lines)

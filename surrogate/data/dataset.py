@@ -162,7 +162,7 @@ class TrajectoryDataset:
 
 
 def _digest(content: Dataset) -> str:
-    asked = {name: str(content.attributes.get(name)) for name in ("modulus_ratio", "accuracy")}
+    asked: dict[str, object] = {name: str(content.attributes.get(name)) for name in ("modulus_ratio", "accuracy")}
     asked["counts"] = list(content.counts)
     digest = hashlib.sha256(json.dumps(asked, sort_keys=True).encode())
     for values in content.protocols.values():

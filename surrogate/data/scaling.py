@@ -143,9 +143,9 @@ class Scaling:
                 features=_text(content["features"]),
                 channel_mean=_finite(content["channel_mean"]),
                 channel_scale=_finite(content["channel_scale"]),
-                tabor=_finite(content["tabor"], count=2),
-                force=_finite(content["force"], count=2),
-                ranges={name: _finite(bounds, count=2) for name, bounds in content["ranges"].items()},
+                tabor=_pair(content["tabor"]),
+                force=_pair(content["force"]),
+                ranges={name: _pair(bounds) for name, bounds in content["ranges"].items()},
                 dataset_sha256=_text(content["dataset_sha256"]),
             )
             if min(*scaling.channel_scale, scaling.tabor[1], scaling.force[1]) <= 0.0:
@@ -187,12 +187,17 @@ def _text(value: Any) -> str:
     return value
 
 
-def _finite(values: Any, count: int | None = None) -> tuple[float, ...]:
-    if not isinstance(values, list) or count not in (None, len(values)):
-        raise TypeError("no list of that length")
+def _finite(values: Any) -> tuple[float, ...]:
+    if not isinstance(values, list):
+        raise TypeError("no list")
     if not all(type(value) in (int, float) and math.isfinite(value) for value in values):
         raise ValueError("no finite numbers")
     return tuple(values)
+
+
+def _pair(values: Any) -> tuple[float, float]:
+    first, second = _finite(values)
+    return first, second
 
 
 def _transform_channels(channels: np.ndarray, features: str) -> np.ndarray:

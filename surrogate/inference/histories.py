@@ -118,12 +118,12 @@ def _predicted(
     model: Surrogate, times: np.ndarray, indentations: np.ndarray, tabor: float, edge: np.ndarray | None
 ) -> PredictedTrajectory:
     history = (times[np.newaxis], indentations[np.newaxis])
-    marks = {"tabor": tabor, "edge": None if edge is None else edge[np.newaxis]}
-    (words,) = model.extrapolated(*history, **marks)
+    marks = None if edge is None else edge[np.newaxis]
+    (words,) = model.extrapolated(*history, tabor=tabor, edge=marks)
     clock = time.perf_counter()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ExtrapolationWarning)
-        (force,) = model.predict(*history, **marks)
+        (force,) = model.predict(*history, tabor=tabor, edge=marks)
     return predicted_trajectory(
         times,
         indentations,

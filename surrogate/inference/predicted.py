@@ -40,7 +40,8 @@ class PredictedTrajectory(Trajectory):
 
     def work(self) -> float:
         """Integral of -P d(delta) over the measurement steps by the trapezoidal rule."""
-        return -float(np.trapezoid(self.force, self.indentation))
+        # NumPy 2.0 has it, and the stubs of 2.0 do not.
+        return -float(np.trapezoid(self.force, self.indentation))  # type: ignore[attr-defined, unused-ignore]
 
     def summary(self) -> dict[str, Any]:
         """Return the scalars, ready for JSON."""

@@ -173,7 +173,7 @@ class Surrogate:
         start = np.array([p.start(mu) for p, mu in zip(protocols, tabor, strict=True)])
         unchanged = {"tabor": tabor, **quantities, "start_indentation": start}
         loading, dwell, unloading = counts
-        found: list[PredictedTrajectory | None] = [None] * len(protocols)
+        found: dict[int, PredictedTrajectory] = {}
         for still in (False, True):
             chosen = np.flatnonzero((quantities["dwell_time"] > 0.0) == still)
             if not chosen.size:
@@ -197,7 +197,7 @@ class Surrogate:
             )
             seconds = (time.perf_counter() - clock) / len(chosen)
             for row, index in enumerate(chosen):
-                found[index] = predicted_trajectory(
+                found[int(index)] = predicted_trajectory(
                     times[row],
                     indentations[row],
                     force[row],
@@ -206,7 +206,7 @@ class Surrogate:
                     model=self.name,
                     seconds=seconds,
                 )
-        return found
+        return [found[index] for index in range(len(protocols))]
 
     def stream(self, *, tabor: float) -> Stream:
         """Start a step-by-step prediction of one history, for control loops.
@@ -226,9 +226,9 @@ class Surrogate:
         from surrogate.inference.streaming import Stream
 
         graph = self.backend.graph()
-        tabor = checked_tabor(tabor, 1)
-        self._warn(excesses({"tabor": tabor}, self.scaling.ranges))
-        return Stream(graph, self.scaling, tabor=float(tabor[0]), name=self.name)
+        checked = checked_tabor(tabor, 1)
+        self._warn(excesses({"tabor": checked}, self.scaling.ranges))
+        return Stream(graph, self.scaling, tabor=float(checked[0]), name=self.name)
 
     def predict_channels(self, sequence: np.ndarray, tabor: np.ndarray) -> np.ndarray:
         """Predict the force from scaled channels of shape `(batch, steps, channels)` and scaled Tabor `(batch, 1)`.

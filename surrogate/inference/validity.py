@@ -81,7 +81,12 @@ def excesses(quantities: dict[str, np.ndarray], ranges: dict[str, tuple[float, f
         quantities: Values by name, each of shape `(batch,)`; NaN where a history has no such thing.
         ranges: Smallest and largest training value by name. The others' ranges are this module's.
     """
-    bounds = ranges | POINTS | {"bend": (0.0, BEND_TOLERANCE), "step_ratio": (1.0, LARGEST_STEP_RATIO)}
+    bounds: dict[str, tuple[float | np.ndarray, float | np.ndarray]] = {
+        **ranges,
+        **POINTS,
+        "bend": (0.0, BEND_TOLERANCE),
+        "step_ratio": (1.0, LARGEST_STEP_RATIO),
+    }
     if "tabor" in quantities:
         usual = default_start_indentation(quantities["tabor"])
         around = ((1.0 + START_TOLERANCE) * usual, (1.0 - START_TOLERANCE) * usual)

@@ -97,7 +97,7 @@ class TrainingIdentity:
 
     def facts(self) -> dict[str, Any]:
         """Return the quantities that `differences` compares, by name; a checkpoint holds the same but the parts."""
-        split = Split(*(np.array(self.parts[part], dtype=np.int64) for part in PARTS), seed=0)
+        split = Split(**{part: np.array(self.parts[part], dtype=np.int64) for part in PARTS}, seed=0)
         return asdict(self) | {"split": split.sha256} | {part: self.parts[part] for part in ("validation", "test")}
 
     @property

@@ -269,7 +269,7 @@ def _trajectory(columns: Columns, bounds: Sequence[int], outcome: str) -> Trajec
     found = json.loads(str(outcome))
     if found is None:
         return None
-    arrays = {name: columns[f"native/{name}"][slice(*bounds)] for name in ARRAYS}
+    arrays: dict[str, Any] = {name: columns[f"native/{name}"][slice(*bounds)] for name in ARRAYS}
     arrays["unloading"] = arrays["unloading"].astype(bool)
     found["jumps"] = tuple(Jump(**_with_nan(Jump, jump)) for jump in found["jumps"])
     found["stats"] = Statistics(**_with_nan(Statistics, found["stats"]))

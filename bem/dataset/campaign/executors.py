@@ -14,13 +14,12 @@ from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from queue import SimpleQueue
 from typing import Any, Self
 from urllib.parse import urlsplit
 
-import joblib
-from joblib.externals.loky import get_reusable_executor
+from loky import cpu_count, get_reusable_executor
 
 from bem._support.validation import whole_number
 from bem._support.wording import shown
@@ -108,7 +107,7 @@ class LocalExecutor(Executor):
     patience = 3
 
     def __init__(self, workers: int | None = None) -> None:
-        self.workers = joblib.cpu_count() if workers is None else whole_number("workers", workers, low=1, high=4096)
+        self.workers = cpu_count() if workers is None else whole_number("workers", workers, low=1, high=4096)
         self.in_flight = 2 * self.workers if self.workers > 1 else 1
         self._processes: Any = None
 
@@ -130,7 +129,19 @@ class LocalExecutor(Executor):
     def __exit__(self, *error: object) -> None:
         """Leave the workers to the next campaign; end them at once after an error."""
         if error[0] is not None and self._processes is not None:
-            self._processes.shutdown(kill_workers=True)
+            with _unheard("ExecutorManagerThread"):  # which may look for a batch that was just called off
+                self._processes.shutdown(wait=True, kill_workers=True)
+
+
+@contextmanager
+def _unheard(thread: str) -> Iterator[None]:
+    """Drop what a thread of that name fails with; others are reported as before."""
+    former = threading.excepthook
+    threading.excepthook = lambda failure: None if failure.thread and failure.thread.name == thread else former(failure)
+    try:
+        yield
+    finally:
+        threading.excepthook = former
 
 
 def _begin_worker(parent: int) -> None:

@@ -9,7 +9,8 @@ import numpy as np
 
 from bem._support.jit import kernel
 from bem.solver.discretisation.mesh import Mesh
-from bem.solver.equilibrium import PRESSED, pressed_gap
+from bem.solver.equilibrium import PRESSED
+from bem.solver.pressed import pressed_gap
 from bem.tractions import traction
 
 

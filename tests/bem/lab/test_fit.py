@@ -8,6 +8,7 @@ import pytest
 from bem import Elastic, StandardLinearSolid
 from bem.effects.scene_effects import Effects
 from bem.lab import ForceCurve, Setup, fit
+from bem.lab.fit_result import result_of
 from bem.lab.fitting import ALL, ELASTIC, FitError, Search
 from bem.lab.guess import guess_setup
 from bem.lab.model import Model, straight_lines
@@ -93,7 +94,7 @@ def test_the_effects_a_curve_calls_for_are_named(fitted):
     assert "stays glassy" in sentence(Effects(adhesion=True, first=0, last=0, of=1))
 
 
-def test_what_the_curve_does_not_determine_is_said(curve):
+def test_what_the_curve_does_not_determine_is_said(curve, monkeypatch):
     """Without a contact there is no modulus in a curve; a search that sees it nowhere says so."""
     far = ForceCurve(time=curve.time[:60], indentation=curve.indentation[:60], force=curve.force[:60])
     search = Search(
@@ -104,8 +105,6 @@ def test_what_the_curve_does_not_determine_is_said(curve):
         {"relaxed_modulus": 1e6},
         np.ones(60),
     )
-    from bem.lab.fit_result import result_of
-
     x = search.point({"relaxed_modulus": 2e6})
     result = result_of(search, x, search.residuals(x) + 1e-8, np.column_stack([np.zeros(60), search.weights]))
     assert result.intervals["relaxed_modulus"] == (0.0, np.inf)
@@ -114,6 +113,9 @@ def test_what_the_curve_does_not_determine_is_said(curve):
         in result.sentences
     )
     assert result.to_dict()["intervals"]["relaxed_modulus"] == [0.0, None]
+    monkeypatch.setattr(search.model, "tension", lambda *_: None)
+    with pytest.raises(FitError, match="does not complete the contact at its end"):
+        result_of(search, x, np.ones(60), np.ones((60, 2)))
 
 
 @pytest.mark.parametrize(
@@ -162,3 +164,11 @@ def test_guesses_are_near(curve):
     assert 0.3 < guess.work_of_adhesion / 0.05 < 5.0
     assert guess_setup(curve, radius=50e-6, relaxed_modulus=1e6).relaxed_modulus == 1e6
     assert StandardLinearSolid(0.3) == BEAD.material
+
+
+def test_what_is_known_may_have_a_unit(curve):
+    pytest.importorskip("pint")
+    guess = guess_setup(curve, radius="50 um", work_of_adhesion="50 mJ/m^2")
+    plain = guess_setup(curve, radius=50e-6, work_of_adhesion=0.05)
+    assert guess.work_of_adhesion == pytest.approx(0.05)
+    assert guess.relaxed_modulus == pytest.approx(plain.relaxed_modulus)

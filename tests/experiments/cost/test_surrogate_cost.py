@@ -5,7 +5,7 @@ import shutil
 
 import pytest
 
-from experiments.cost import accuracy_cost, amortisation, surrogate_cost
+from experiments.cost import accuracy_cost, amortisation, solver_processes, surrogate_cost
 from experiments.lineage import dataset_digest
 
 
@@ -102,10 +102,10 @@ def test_surrogates_are_measured_and_what_does_not_work_is_named(models, dataset
     assert surrogate_cost.missing(models)[:1] == ["M1-FiLM (no model.weights.h5)"]
     assert surrogate_cost.outdated(models, dataset) == ["M2-concat"]
     monkeypatch.setattr(accuracy_cost, "TARGETS", (1.7e-2,))
-    monkeypatch.setattr(accuracy_cost, "TRUTH_TARGET", 5e-2)
+    monkeypatch.setattr(solver_processes, "EXACT_TARGET", 5e-2)
     monkeypatch.setattr(accuracy_cost, "BASELINE", {})
     monkeypatch.setattr(accuracy_cost, "FORMS", ())
-    monkeypatch.setattr(accuracy_cost, "TRUTHS", tmp_path)
+    monkeypatch.setattr(solver_processes, "KEPT", tmp_path)
     monkeypatch.setattr(surrogate_cost, "SINGLE_CALLS", 2)
     written, write = [], accuracy_cost.publish
 

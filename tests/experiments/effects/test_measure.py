@@ -9,16 +9,29 @@ from experiments.effects import measure as effects
 KINDS = [f"{name}, {kind}" for name in ("DMT-like", "JKR-like") for kind in ("elastic", "one relaxation")]
 
 
-def test_an_absent_effect_costs_no_vector_and_no_file():
-    scenes = {
-        "Hertz": Scene(1.0, Elastic(), HardContact()),
-        "adhesion": Scene(1.0),
-        "full": Scene(1.0, StandardLinearSolid(0.1)),
-    }
-    rows = {name: effects.row(name, scene, 1) for name, scene in scenes.items()}
+SCENES = {
+    "Hertz": Scene(1.0, Elastic(), HardContact()),
+    "adhesion": Scene(1.0),
+    "full": Scene(1.0, StandardLinearSolid(0.1)),
+}
+
+
+def test_an_absent_effect_costs_no_vector():
+    rows = {name: effects.row(name, scene, 1) for name, scene in SCENES.items()}
     assert [row["memory_vectors"] for row in rows.values()] == [0, 0, 1]
     assert rows["Hertz"]["error"] < 1e-4
-    code = effect_files.code_of(scenes)
+
+
+def test_files_of_a_scene_are_those_that_not_all_run():
+    code = {"one": {("a", "f", 1), ("a", "f", 2), ("b", "g", 3)}, "other": {("a", "f", 1)}}
+    assert effect_files.own_files(code) == {"one": ["b"], "other": []}
+    assert effect_files.shared_files(code) == ["a"]
+
+
+# With compilation off, which is slow.
+@pytest.mark.slow
+def test_an_absent_effect_costs_no_file():
+    code = effect_files.code_of(SCENES)
     own = effect_files.own_files(code)
     assert own["Hertz"] == ["nonadhesive"]
     assert {"equilibrium", "tractions", "instabilities"} <= set(own["adhesion"])
@@ -27,6 +40,7 @@ def test_an_absent_effect_costs_no_vector_and_no_file():
     assert "time_stepping" in effect_files.branches(code)["adhesion"]
 
 
+@pytest.mark.slow
 def test_what_runs_is_noted_whatever_a_scene_is_called():
     code = effect_files.code_of({"Hertz": Scene(1.0), "rubber": Scene(1.0, adhesion=HardContact())})
     assert "equilibrium" in effect_files.own_files(code)["Hertz"]

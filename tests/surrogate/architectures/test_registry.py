@@ -323,6 +323,6 @@ def test_dropout_missing_biases_and_a_wide_context_are_exported(dataset, tmp_pat
     graph = build_graph(model, scaling, name="m", architecture="m")
     (tmp_path / "m.onnx").write_bytes(sealed(graph.SerializeToString()))
     rows = np.arange(5)
-    arguments = (*dataset.grid(rows), dataset.protocols["tabor"][rows], edge_from_counts(dataset.counts, 5))
+    arguments = (*dataset.grid(rows), dataset.protocols["tabor"][rows], edge_from_counts(dataset.points_per_phase, 5))
     expected = KerasBackend(model, scaling).force(*arguments)
     np.testing.assert_allclose(OnnxBackend(tmp_path / "m.onnx").force(*arguments), expected, rtol=1e-4, atol=1e-4)

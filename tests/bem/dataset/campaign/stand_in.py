@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 
 import numpy as np
-from joblib.externals.loky import get_reusable_executor
+from loky import get_reusable_executor
 
 from bem.accuracy import resolve_accuracy
 from bem.materials import Elastic, StandardLinearSolid

@@ -131,7 +131,16 @@ def test_changed_options_on_what_was_interrupted_are_refused(changed, message, i
     assert not out.exists()
 
 
-@pytest.mark.parametrize("options", [("--workers", 1), ("--workers", 3), ("--retry-failed",), ("--replace",)])
+@pytest.mark.parametrize(
+    "options",
+    [
+        ("--workers", 3),
+        *(
+            pytest.param(words, marks=pytest.mark.slow)
+            for words in (("--workers", 1), ("--retry-failed",), ("--replace",))
+        ),
+    ],
+)
 def test_options_that_change_no_number_continue_what_was_interrupted(options, interrupted, tmp_path):
     out = shutil.copytree(interrupted, tmp_path / "copy") / "data.h5"
     process = start_command("campaign", "--count", 120, "--seed", 4, "--out", out, *options)

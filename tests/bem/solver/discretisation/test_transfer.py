@@ -3,7 +3,7 @@ import pytest
 
 from bem.solver.discretisation.mesh import condense
 from bem.solver.discretisation.transfer import transfer
-from bem.solver.equilibrium import pressed_gap
+from bem.solver.pressed import pressed_gap
 from bem.tractions import traction
 from tests.bem.solver.contacts import mesh_for
 

@@ -1,0 +1,50 @@
+"""The gap where surfaces press on each other, from the traction: the Lennard-Jones law inverted on its steep branch."""
+
+import numpy as np
+
+from bem._support.jit import kernel
+from bem.tractions import PEAK_TRACTION
+
+LARGEST_TENSION = 0.9 * PEAK_TRACTION  # of a node whose unknown is the traction
+
+
+@kernel
+def pressed_gap(scaled_traction: float, guess: float) -> float:
+    """Gap on the steep branch h < 3^(1/6) with Lennard-Jones traction `scaled_traction` (in dgamma/h0).
+
+    Newton's method from a nearby `guess`.
+    """
+    c = 0.375 * scaled_traction
+    z = max(1.0 / (guess * guess * guess), 0.65)
+    if c < -1.0:
+        z = max(z, np.cbrt(-c))
+    for _ in range(40):
+        change = (z - z * z * z - c) / (3.0 * z * z - 1.0)
+        z = max(z + change, 0.6)
+        if abs(change) <= 1e-8 * z:  # quadratic convergence: the next change would be below rounding
+            break
+    return 1.0 / np.cbrt(z)
+
+
+@kernel
+def pressed_gaps(scaled: np.ndarray, count: int, guess: np.ndarray, out: np.ndarray) -> None:
+    """`pressed_gap` of the first `count` nodes at once, from `guess` (n,) near the answer, into `out` (n,).
+
+    Two steps of Newton's method for z = 1/h^3 and three for its cube root, without a branch, so that the compiler
+    vectorises them; a node that they do not settle is solved by itself. Tension counts up to `LARGEST_TENSION`.
+    """
+    for j in range(count):
+        near = guess[j]
+        c = 0.375 * scaled[j]
+        z = max(1.0 / (near * near * near), 0.65)
+        z = max(z + (z - z * z * z - c) / (3.0 * z * z - 1.0), 0.6)
+        change = (z - z * z * z - c) / (3.0 * z * z - 1.0)
+        z = max(z + change, 0.6)
+        h = near * (4.0 - z * near * near * near) * (1.0 / 3.0)
+        h = h * (4.0 - z * h * h * h) * (1.0 / 3.0)
+        miss = 1.0 - z * h * h * h
+        h = h * (1.0 + miss * (1.0 / 3.0))
+        out[j] = h if abs(change) + abs(miss) < 1e-4 else -1.0
+    for j in range(count):
+        if not out[j] > 0.0:
+            out[j] = pressed_gap(min(scaled[j], LARGEST_TENSION), guess[j])
