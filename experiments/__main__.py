@@ -38,8 +38,9 @@ def main() -> None:
     sys.argv[:] = [f"experiments {name}", *rest]
     recorder = Recorder() if target else None
     module = import_module(known[name])
+    called = f"python -m experiments {name}"
     if not hasattr(module, "study"):
-        run_main(module.main)
+        run_main(module.main, program=called)
         return
 
     def command(
@@ -62,7 +63,7 @@ def main() -> None:
             recorder.write(target, results, published, configs)
 
     settings = {"allow_extra_args": True, "ignore_unknown_options": True}
-    run_main(command, f"python -m experiments {name}", help=module.__doc__, context_settings=settings)
+    run_main(command, called, program=called, help=module.__doc__, context_settings=settings)
 
 
 if __name__ == "__main__":

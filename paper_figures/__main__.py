@@ -70,4 +70,5 @@ def main(
 if __name__ == "__main__":
     settings = {"allow_extra_args": True, "ignore_unknown_options": True}
     named = next((f" {word}" for word in sys.argv[1:] if word in modules()), "")
-    run_main(main, f"python -m paper_figures{named}", help=inspect.getdoc(main), context_settings=settings)
+    called = f"python -m paper_figures{named}"
+    run_main(main, called, program=called, help=inspect.getdoc(main), context_settings=settings)

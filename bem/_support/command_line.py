@@ -39,15 +39,16 @@ def add_version(app: Any, name: str, number: str) -> None:
         pass
 
 
-def run_command(app: Any, name: str) -> None:
+def run_command(app: Any, name: str, program: str | None = None) -> None:
     """Run a Typer application and leave the process with its status.
 
     Args:
         app: The application.
         name: The command's name, which begins the sentence.
+        program: How the command is called, for its help; found out by default.
     """
     try:
-        status = app(standalone_mode=False)
+        status = app(standalone_mode=False, prog_name=program)
     except (ValueError, OSError) as error:
         typer.echo(f"{name}: {sentence(error)}", err=True)
         sys.exit(2)
@@ -65,7 +66,7 @@ def run_command(app: Any, name: str) -> None:
     sys.exit(status if isinstance(status, int) else 0)
 
 
-def run_main(main: Callable[..., Any], name: str | None = None, **settings: Any) -> None:
+def run_main(main: Callable[..., Any], name: str | None = None, *, program: str | None = None, **settings: Any) -> None:
     """Run a module's function as a command of its own, and leave the process with its status.
 
     A `RuntimeError`, by which a study says that something it needs did not work out, ends it with its sentence and
@@ -74,6 +75,7 @@ def run_main(main: Callable[..., Any], name: str | None = None, **settings: Any)
     Args:
         main: The function; its parameters are the command's.
         name: What begins the sentence; the module's name by default.
+        program: How the command is called, for its help; found out by default.
         settings: Keywords of `Typer.command`.
     """
     app = typer.Typer(add_completion=False)
@@ -81,7 +83,7 @@ def run_main(main: Callable[..., Any], name: str | None = None, **settings: Any)
     spec = main.__globals__.get("__spec__")
     name = name or (spec.name if spec else Path(sys.argv[0]).name)
     try:
-        run_command(app, name)
+        run_command(app, name, program)
     except RuntimeError as error:
         # Python's own kinds, such as endless recursion, are mistakes of the program: they keep their traceback.
         if type(error) is not RuntimeError:

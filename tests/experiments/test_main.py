@@ -1,0 +1,28 @@
+"""The runner of the studies."""
+
+import sys
+
+import pytest
+
+from experiments.__main__ import main
+
+
+def run(monkeypatch, capsys, *words):
+    monkeypatch.setattr(sys, "argv", ["python", *words])
+    with pytest.raises(SystemExit) as end:
+        main()
+    return end.value.code, capsys.readouterr()
+
+
+@pytest.mark.parametrize("name", ["startup", "persson_brener"])
+def test_the_help_of_a_study_says_how_it_is_called(name, monkeypatch, capsys):
+    code, said = run(monkeypatch, capsys, name, "--help")
+    assert code == 0
+    assert f"Usage: python -m experiments {name} " in said.out
+
+
+def test_an_unknown_study_is_one_sentence(monkeypatch, capsys):
+    code, said = run(monkeypatch, capsys, "no_study")
+    assert (code, said.err.count("\n")) == (2, 1)
+    assert "persson_brener" in said.err
+    assert "received 'no_study'" in said.err
