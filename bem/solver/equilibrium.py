@@ -35,7 +35,9 @@ _MOST_ITERATIONS = 14
 _MOST_FACTORISATIONS = 8
 _SLOW = 0.8  # refactorise when the residual falls by less; that costs as much as several iterations
 _NEGLIGIBLE_SLOPE = 0.01
-_MOST_EXTRAPOLATION = 2.0  # of the last change; further, a state of another sign could be reached
+# Shares of the last change, for errors that shrink by -2/3 to 2/3 each time; further, a state of another sign could be
+# reached.
+_SMALLEST_SHARE, _LARGEST_SHARE = -2.0, 0.4
 _SMALLEST_RESIDUAL = 1e-10  # in h0; rounding leaves less
 
 
@@ -156,14 +158,14 @@ def _update(
 
 
 @kernel
-def _share(residual: np.ndarray, last: np.ndarray) -> float:
+def anderson_share(residual: np.ndarray, last: np.ndarray) -> float:
     """Share of the last change that Anderson's method takes back, so that the residual, were it linear, is smallest."""
     along, square = 0.0, 0.0
     for i in range(residual.size):
         change = residual[i] - last[i]
         along += residual[i] * change
         square += change * change
-    return min(max(along / square, -_MOST_EXTRAPOLATION), 0.4) if square > 0.0 else 0.0
+    return min(max(along / square, _SMALLEST_SHARE), _LARGEST_SHARE) if square > 0.0 else 0.0
 
 
 @kernel
@@ -227,7 +229,7 @@ def solve_adhesive(
         order = factor.order[0]
         copy_into(correction, residual)
         lu_solve(factor.columns, order, factor.pivots, correction)
-        share = _share(residual, last_residual) if can_extrapolate else 0.0
+        share = anderson_share(residual, last_residual) if can_extrapolate else 0.0
         for i in range(n):
             change = move[i] + correction[i] - last_correction[i] if can_extrapolate else 0.0
             move[i] = correction[i] - share * change

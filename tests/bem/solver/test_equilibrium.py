@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from bem.solver.discretisation.cohesive_zone import contact_edge
-from bem.solver.equilibrium import PRESSED, force_of, new_factor, solve_adhesive, tractions_of
+from bem.solver.equilibrium import PRESSED, anderson_share, force_of, new_factor, solve_adhesive, tractions_of
 from bem.solver.work import FACTORISATIONS, ITERATIONS, UNKNOWNS, new_work
 from bem.tractions import GAP_AT_PEAK, slope, tail_force, traction
 from tests.bem.solver.contacts import mesh_for, right_side
@@ -123,3 +123,17 @@ def test_an_equilibrium_with_a_negative_eigenvalue_is_not_accepted(stiffness, st
     found = solve_adhesive(influence, weights, 1.0, rhs, 1.0, 1e-9, np.inf, new_factor(4), start, tractions, new_work())
     assert found == stable
     np.testing.assert_allclose(start, gap, rtol=1e-9)
+
+
+@pytest.mark.parametrize(("shrinks_by", "share"), [(0.5, -1.0), (0.3, -3.0 / 7.0), (-0.5, 1.0 / 3.0)])
+def test_errors_that_shrink_by_one_factor_are_summed_up(shrinks_by, share):
+    residual = np.array([0.3, -0.2, 0.1])
+    found = anderson_share(shrinks_by * residual, residual)
+    assert found == pytest.approx(share)
+    # Taken back from the change, it leaves the sum of the geometric series.
+    assert 1.0 - found == pytest.approx(1.0 / (1.0 - shrinks_by))
+
+
+def test_no_extrapolation_reaches_where_the_iteration_alone_would_not():
+    residual = np.array([0.3, -0.2, 0.1])
+    assert [anderson_share(factor * residual, residual) for factor in (0.9, 1.0, 1.5)] == [-2.0, 0.0, 0.4]
