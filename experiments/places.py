@@ -101,7 +101,7 @@ def keywords(words: list[str], function: Callable[..., Any]) -> dict[str, Any]:
         if name not in known or not option.startswith("--") or value is None:
             allowed = ", ".join(f"--{one} VALUE" for one in known) or "no other options"
             raise ValueError(f"options must be {allowed}; received {' '.join(words)!r}")
-        repeated = isinstance(known[name].default, tuple)
+        repeated = str(known[name].annotation).startswith("tuple[")  # a text, or what prints as one
         found[name] = (*found.get(name, ()), value) if repeated else value
     absent = [name for name, parameter in known.items() if parameter.default is parameter.empty and name not in found]
     if absent:

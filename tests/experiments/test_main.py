@@ -5,6 +5,8 @@ import sys
 import pytest
 
 from experiments.__main__ import main
+from experiments.paper import own_architecture_graphs
+from experiments.places import keywords
 
 
 def run(monkeypatch, capsys, *words):
@@ -26,3 +28,11 @@ def test_an_unknown_study_is_one_sentence(monkeypatch, capsys):
     assert (code, said.err.count("\n")) == (2, 1)
     assert "persson_brener" in said.err
     assert "received 'no_study'" in said.err
+
+
+def test_an_option_that_may_be_repeated_is_collected_and_one_that_must_be_given_is_asked_for():
+    study = own_architecture_graphs.study
+    assert keywords(["--architecture", "one.py"], study) == {"architecture": ("one.py",)}
+    assert keywords(["--architecture", "a.py", "--architecture", "b.py"], study) == {"architecture": ("a.py", "b.py")}
+    with pytest.raises(ValueError, match="--architecture VALUE must be given"):
+        keywords([], study)
