@@ -12,8 +12,9 @@ Example:
     7.85e-06 N
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from bem._support.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from bem.lab.curve import ForceCurve
@@ -35,14 +36,4 @@ _HOME = {
 
 # A type checker reads the imports above instead, and then refuses a name that is none.
 if not TYPE_CHECKING:
-
-    def __getattr__(name: str) -> Any:
-        if name not in _HOME:
-            raise AttributeError(f"module 'bem.lab' has no attribute {name!r}")
-        value = getattr(import_module(f"bem.lab.{_HOME[name]}"), name)
-        globals()[name] = value
-        return value
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+    __getattr__, __dir__ = lazy_names(__name__, _HOME, globals())

@@ -1,8 +1,9 @@
 """Prediction of the next solution by extrapolation, and its error, which sets the time step.
 
-Pressed nodes are extrapolated in traction, the others in gap (see `bem.solver.equilibrium`), by the polynomial through
-up to three solutions since the last corner or jump. The difference between prediction and solution measures how curved
-the history is at this step length.
+Pressed nodes are extrapolated in traction, the others in gap (see `bem.solver.equilibrium`), by the polynomial
+through the last solutions since the last corner or jump. The iteration starts from the cubic through four. The step is
+judged by the parabola through three: its difference from the solution measures how curved the history is at this step
+length.
 """
 
 from typing import NamedTuple

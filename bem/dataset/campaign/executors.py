@@ -10,6 +10,7 @@ import os
 import signal
 import threading
 import time
+from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
@@ -39,7 +40,7 @@ class WorkerDiedError(Exception):
     """The worker of a batch died."""
 
 
-class Executor:
+class Executor(ABC):
     """Workers that take batches, as a context around their work."""
 
     workers: int
@@ -51,16 +52,17 @@ class Executor:
     def __enter__(self) -> Self:
         return self
 
+    @abstractmethod
     def __exit__(self, *error: object) -> None:
-        """Let go of the workers."""
+        """Release the workers."""
 
+    @abstractmethod
     def submit(self, task: Task, batch: Batch) -> Future:
         """Start a batch."""
-        raise NotImplementedError
 
+    @abstractmethod
     def result(self, future: Future) -> Any:
         """What came of a batch, or `WorkerDiedError`."""
-        raise NotImplementedError
 
     def run(self, batches: Sequence[Batch], task: Task) -> Iterator[Outcome]:
         """Outcomes in the order they arrive; batches are started in the order given."""
