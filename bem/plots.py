@@ -3,10 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
 
 from bem.trajectory import Trajectory
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 FORCE_LABEL = r"force $P/(\pi R \Delta\gamma_0)$, tension positive"
+POINTS_BETWEEN = 7
+"""Points drawn between two records."""
 
 
 def plot_trajectory(trajectory: Trajectory, path: str | Path, title: str = "") -> None:
@@ -14,6 +22,15 @@ def plot_trajectory(trajectory: Trajectory, path: str | Path, title: str = "") -
 
     Raises:
         ValueError: when the trajectory is empty or the format is unknown.
+    """
+    draw_trajectory(trajectory, title).savefig(path, dpi=150)
+
+
+def draw_trajectory(trajectory: Trajectory, title: str = "") -> Figure:
+    """Draw force against time and against indentation into a new figure.
+
+    Raises:
+        ValueError: when the trajectory is empty.
     """
     if trajectory.time.size == 0:
         raise ValueError(f"a plot needs a trajectory that was started; received status {trajectory.status!r}")
@@ -24,12 +41,14 @@ def plot_trajectory(trajectory: Trajectory, path: str | Path, title: str = "") -
     figure = Figure(figsize=(9.0, 3.8), layout="constrained")
     FigureCanvasAgg(figure)
     history, loop = figure.subplots(1, 2, sharey=True)
+    time, indentation, force = _smooth(trajectory)
     for axes, values, label in (
-        (history, trajectory.time, r"time $t/\tau$"),
-        (loop, trajectory.indentation, r"indentation $\delta/h_0$"),
+        (history, time, r"time $t/\tau$"),
+        (loop, indentation, r"indentation $\delta/h_0$"),
     ):
         axes.axhline(0.0, color="0.8", linewidth=0.8)
-        axes.plot(values, trajectory.force, color="#0072B2", linewidth=1.4)
+        axes.plot(values, force, color="#0072B2", linewidth=1.4)
+        axes.margins(y=0.1)
         axes.set_xlabel(label)
         axes.spines[["top", "right"]].set_visible(False)
     history.set_ylabel(FORCE_LABEL)
@@ -59,4 +78,20 @@ def plot_trajectory(trajectory: Trajectory, path: str | Path, title: str = "") -
         loop.legend(frameon=False)
     if title:
         figure.suptitle(title, fontsize=10)
-    figure.savefig(path, dpi=150)
+    return figure
+
+
+def _smooth(trajectory: Trajectory) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Time, indentation and force with points between the records, by the interpolation of `Trajectory.at`."""
+    time, share = trajectory.time, np.arange(1, POINTS_BETWEEN + 1) / (POINTS_BETWEEN + 1)
+    between = (time[:-1, None] + share * np.diff(time)[:, None]).ravel()
+    place = np.repeat(np.arange(1, len(time)), POINTS_BETWEEN)
+    indentation = (trajectory.indentation[:-1, None] + share * np.diff(trajectory.indentation)[:, None]).ravel()
+    # Between the two records of a jump the line breaks.
+    jumped = np.repeat(np.diff(time) == 0.0, POINTS_BETWEEN)
+    force = np.where(jumped, np.nan, trajectory.at(between))
+    return (
+        np.insert(time, place, between),
+        np.insert(trajectory.indentation, place, indentation),
+        np.insert(trajectory.force, place, force),
+    )

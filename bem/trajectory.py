@@ -8,13 +8,39 @@ from __future__ import annotations
 
 from dataclasses import asdict, dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from bem._support.interpolation import ForceInterpolant
+from bem._support.tabular import Column, Tabular
 from bem._support.validation import FloatArray
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+TIME, LENGTH, FORCE = "retardation time", "h0", "pi R dgamma"
+UNITS = {
+    "tabor": "",
+    "time": TIME,
+    "dwell_time": TIME,
+    "pull_off_time": TIME,
+    "indentation": LENGTH,
+    "peak_indentation": LENGTH,
+    "loading_rate": f"{LENGTH} / {TIME}",
+    "unloading_rate": f"{LENGTH} / {TIME}",
+    "force": FORCE,
+    "force_before": FORCE,
+    "force_after": FORCE,
+    "pull_off_force": FORCE,
+    "max_compression": FORCE,
+    "end_force": FORCE,
+    "hysteresis": f"{LENGTH} {FORCE}",
+    "contact_radius": "beta",
+    "solver_seconds": "s",
+}
+"""The unit of each quantity, as text for tables and files; "" is a pure number."""
 
 FAR_FIELD_FACTOR = 4.0
 """How many times the attraction of undeformed surfaces still counts as far field; see `far_field`."""
@@ -78,8 +104,8 @@ class Statistics:
     seconds: float = 0.0
 
 
-@dataclass(frozen=True)
-class Trajectory:
+@dataclass(frozen=True, repr=False)
+class Trajectory(Tabular):
     """A force history, in arrays of equal length; at a jump two entries share one time, before and after.
 
     When `status` is not "completed" it says why, and the arrays end where the solution does.
@@ -183,7 +209,7 @@ class Trajectory:
         for (begin, end), integral in zip(self._interpolant.ranges, self._interpolant.integrals(), strict=True):
             duration = self.time[end - 1] - self.time[begin]
             if duration > 0.0:
-                total -= (self.indentation[end - 1] - self.indentation[begin]) / duration * integral
+                total -= float((self.indentation[end - 1] - self.indentation[begin]) / duration * integral)
         return total
 
     @cached_property
@@ -207,6 +233,36 @@ class Trajectory:
             ValueError: for times outside the trajectory.
         """
         return self._interpolant.at(times)
+
+    def columns(self) -> dict[str, Column]:
+        """The columns of `to_dataframe` and `to_xarray`, with their units."""
+        names = ("time", "indentation", "force", "contact_radius", "unloading")
+        return {name: Column(getattr(self, name), UNITS.get(name, "")) for name in names}
+
+    def facts(self) -> dict[str, str]:
+        """Status, number of records and results, as texts."""
+        facts = {"status": self.status, "records": str(len(self.time))}
+        if np.isfinite(self.pull_off_force):
+            facts |= {"pull-off force": f"{self.pull_off_force:.4g} {FORCE}"}
+            facts |= {"hysteresis": f"{self.hysteresis:.4g} {UNITS['hysteresis']}"}
+            facts |= {"detached": "yes" if self.detached else "no"}
+        return facts | ({"jumps": str(len(self.jumps))} if self.jumps else {})
+
+    def attributes(self) -> dict[str, Any]:
+        """The scalars of `summary`, without those of jumps and steps."""
+        scalars = {name: value for name, value in self.summary().items() if isinstance(value, str | float | bool)}
+        # The files of xarray know no truth value.
+        return {name: int(value) if isinstance(value, bool) else value for name, value in scalars.items()}
+
+    def plot(self, *, title: str = "") -> Figure:
+        """Draw force against time and against indentation into a new figure; see `bem.plots.draw_trajectory`.
+
+        Raises:
+            ValueError: the trajectory was not started.
+        """
+        from bem.plots import draw_trajectory
+
+        return draw_trajectory(self, title)
 
     def summary(self) -> dict[str, Any]:
         """The scalars of the trajectory, ready for JSON: status, pull-off, hysteresis, work, jumps, statistics."""

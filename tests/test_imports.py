@@ -10,7 +10,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGES = ("bem", "surrogate", "experiments", "paper_figures")
-VOCABULARY = ("scene", "materials", "tractions", "protocol", "accuracy", "trajectory")
+VOCABULARY = ("scene", "materials", "tractions", "protocol", "accuracy", "trajectory", "plots")
 
 SUPPORT = {"bem._support"}
 WORDS = {"bem vocabulary", *SUPPORT}
@@ -28,15 +28,14 @@ SURROGATE = {"surrogate", "surrogate.training", "surrogate.export", *PREDICTING}
 ALLOWED = {
     "bem._support": set(),
     "bem vocabulary": SUPPORT,
-    "bem.plots": WORDS,
     "bem.materials_library": WORDS,
     "bem.reference_solutions": WORDS,
     "bem.solver": WORDS | {"bem.reference_solutions"},
     "bem.effects": SOLVING,
     "bem.dataset": SOLVING,
-    "bem.lab": SOLVING | {"bem", "bem.effects", "bem.plots", "bem.materials_library"},
+    "bem.lab": SOLVING | {"bem", "bem.effects", "bem.materials_library"},
     "bem": SOLVING | {"bem.effects", "bem.dataset"},
-    "bem.cli": BEM | {"bem.lab", "bem.plots", "bem.materials_library"},
+    "bem.cli": BEM | {"bem.lab", "bem.materials_library"},
     # `surrogate` knows of `bem` the words, the data set file and the public calls.
     "surrogate.backend": set(),
     "surrogate.data": WORDS | {"bem.dataset"},

@@ -104,7 +104,7 @@ def simulate(
             from bem.plots import plot_trajectory
 
             with outputs.write(plot) as part:
-                plot_trajectory(trajectory, part, title=f"mu = {tabor:g}, {material}, {protocol_words(protocol)}")
+                plot_trajectory(trajectory, part, title=title(scene, protocol))
     typer.echo(to_json(trajectory) if as_json else readable(trajectory))
     if not trajectory.completed:
         raise typer.Exit(1)
@@ -139,11 +139,14 @@ def parse_adhesion(text: str) -> Any:
     return laws[text]()
 
 
-def protocol_words(protocol: Any) -> str:
-    """One line for a title."""
+def title(scene: Any, protocol: Any) -> str:
+    """Scene and protocol in one line."""
+    material = type(scene.material).__name__.replace("StandardLinearSolid", "standard linear solid")
+    if hasattr(scene.material, "modulus_ratio"):
+        material += f" of modulus ratio {scene.material.modulus_ratio:g}"
     return (
-        f"to {protocol.peak_indentation:g} at {protocol.loading_rate:g}, dwell {protocol.dwell_time:g}, "
-        f"off at {protocol.unloading_rate:g}"
+        f"Tabor parameter {scene.tabor:g}, {material}; indented to {protocol.peak_indentation:g} at rate "
+        f"{protocol.loading_rate:g}, held for {protocol.dwell_time:g}, unloaded at rate {protocol.unloading_rate:g}"
     )
 
 

@@ -24,6 +24,7 @@ from bem.dataset.measurement_steps import measurement_grid
 from bem.dataset.opening import FORMAT, FORMAT_VERSION, SEALED, DamagedFileError, open_dataset
 from bem.dataset.records import COMPLETED, SCALARS, Columns
 from bem.dataset.sealed_file import BLOCK, seal
+from bem.trajectory import UNITS
 
 SUFFIXES = (".h5", ".hdf5")
 """What the name of a data set file ends in."""
@@ -74,7 +75,10 @@ class Dataset:
 
 
 def write_tree(target: BytesIO, columns: Columns, attributes: Mapping[str, Any], *, first_block: int = 0) -> None:
-    """Write columns and root attributes as HDF5 behind a free first block; dictionaries and lists become JSON."""
+    """Write columns, with their units, and root attributes as HDF5; dictionaries and lists become JSON.
+
+    The first block stays free.
+    """
     with h5py.File(target, "w", userblock_size=first_block) as file:
         for name, value in attributes.items():
             file.attrs[name] = json.dumps(value) if isinstance(value, dict | list) else value
@@ -86,6 +90,7 @@ def write_tree(target: BytesIO, columns: Columns, attributes: Mapping[str, Any],
                 file.create_dataset(path, data=values, **options)
             else:
                 file.create_dataset(path, data=values)
+            file[path].attrs["units"] = UNITS.get(path.rpartition("/")[2], "")
 
 
 def read_tree(file: h5py.File, *, native: bool = True) -> Columns:

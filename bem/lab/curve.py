@@ -10,14 +10,17 @@ import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from bem._support.tabular import Column, Tabular
 from bem._support.validation import FloatArray, finite_vector
 from bem._support.wording import shown
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from bem.lab.contact_point import Contact
     from bem.lab.units import Quantity
 
@@ -31,8 +34,8 @@ def require_sign(force_sign: str) -> None:
         raise ValueError(f"force_sign must be 'tension' or 'compression'; received {shown(force_sign)}")
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class ForceCurve:
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class ForceCurve(Tabular):
     """Force against time and indentation, in arrays of equal length.
 
     Args:
@@ -111,6 +114,51 @@ class ForceCurve:
 
         return find_contact(self)
 
+    def columns(self) -> dict[str, Column]:
+        """The columns of `write`, `to_dataframe` and `to_xarray`, with their units."""
+        columns = {
+            "time": Column(self.time, "s"),
+            "indentation": Column(self.indentation, "m"),
+            "force": Column(self.force, "N"),
+        }
+        return columns | ({} if self.contact_radius is None else {"contact_radius": Column(self.contact_radius, "m")})
+
+    def facts(self) -> dict[str, str]:
+        """Number of points, duration, deepest indentation, pull-off force and sign, as texts."""
+        from matplotlib.ticker import EngFormatter
+
+        values = {
+            "duration": (self.time[-1] - self.time[0], "s"),
+            "deepest indentation": (self.indentation.max(), "m"),
+            "pull-off force": (self.pull_off_force, "N"),
+        }
+        shown = {name: EngFormatter(unit, places=2)(float(value)) for name, (value, unit) in values.items()}
+        return {"points": str(len(self)), **shown, "positive": self.force_sign}
+
+    def attributes(self) -> dict[str, Any]:
+        """Pull-off force in N, and which force is positive."""
+        return {"pull_off_force": self.pull_off_force, "force_sign": self.force_sign}
+
+    def plot(self) -> Figure:
+        """Draw the force against time and against indentation, in SI units, into a new figure."""
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.figure import Figure
+        from matplotlib.ticker import EngFormatter
+
+        figure = Figure(figsize=(9.0, 3.8), layout="constrained")
+        FigureCanvasAgg(figure)
+        panels = figure.subplots(1, 2, sharey=True)
+        for axes, name in zip(panels, ("time", "indentation"), strict=True):
+            values, unit = self.columns()[name]
+            axes.axhline(0.0, color="0.8", linewidth=0.8)
+            axes.plot(values, self.force, color="#0072B2", linewidth=1.2)
+            axes.xaxis.set_major_formatter(EngFormatter(unit))
+            axes.set_xlabel(name)
+            axes.spines[["top", "right"]].set_visible(False)
+        panels[0].yaxis.set_major_formatter(EngFormatter("N"))
+        panels[0].set_ylabel(f"force, {self.force_sign} positive")
+        return figure
+
     def write(self, path: str | Path) -> None:
         """Write a CSV that `read` understands: columns `time (s)`, `indentation (m)`, `force (N)`.
 
@@ -119,9 +167,7 @@ class ForceCurve:
         """
         from bem._support.outputs import whole_file
 
-        columns = {"time (s)": self.time, "indentation (m)": self.indentation, "force (N)": self.force}
-        if self.contact_radius is not None:
-            columns["contact_radius (m)"] = self.contact_radius
+        columns = {f"{name} ({column.unit})": column.values for name, column in self.columns().items()}
         with whole_file(path) as part:
             np.savetxt(
                 part,

@@ -7,13 +7,14 @@ from typing import Any
 
 import numpy as np
 
+from bem._support.tabular import Column
 from bem.trajectory import Statistics, Trajectory, far_field
 
 FORCE_DOUBT = 0.05
 """Typical error of a predicted force at the end of a protocol, in pi R dgamma: smaller for 90 % of the test set."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class PredictedTrajectory(Trajectory):
     """A `bem.Trajectory` that a surrogate predicted on measurement steps.
 
@@ -42,6 +43,15 @@ class PredictedTrajectory(Trajectory):
         """Integral of -P d(delta) over the measurement steps by the trapezoidal rule."""
         # NumPy 2.0 has it, and the stubs of 2.0 do not.
         return -float(np.trapezoid(self.force, self.indentation))  # type: ignore[attr-defined, unused-ignore]
+
+    def columns(self) -> dict[str, Column]:
+        """The columns of `to_dataframe` and `to_xarray`, with their units; without a contact radius."""
+        return {name: column for name, column in super().columns().items() if name != "contact_radius"}
+
+    def facts(self) -> dict[str, str]:
+        """Model, status, number of points and results, as texts."""
+        outside = {"outside the training": ", ".join(self.extrapolated)} if self.extrapolated else {}
+        return {"model": self.model} | super().facts() | outside
 
     def summary(self) -> dict[str, Any]:
         """Return the scalars, ready for JSON."""

@@ -1,0 +1,96 @@
+"""Records that show themselves: as one line, in a notebook, as a table of pandas and as a data set of xarray."""
+
+from __future__ import annotations
+
+import html
+from io import StringIO
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from bem._support.validation import FloatArray
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+INSTALL = "install it with `pip install 'contact-trajectories[tables]'`"
+
+
+class Column(NamedTuple):
+    """Values of one quantity, of shape (n,), with its unit as text; "" is a pure number."""
+
+    values: FloatArray
+    unit: str
+
+
+class Tabular:
+    """Base of records in columns of equal length.
+
+    A subclass gives `columns`, `facts`, `attributes` and `plot`.
+    """
+
+    def columns(self) -> dict[str, Column]:
+        """The columns by name."""
+        raise NotImplementedError
+
+    def facts(self) -> dict[str, str]:
+        """What identifies the record at a glance, as texts by name."""
+        raise NotImplementedError
+
+    def attributes(self) -> dict[str, Any]:
+        """Scalars that describe the whole record: numbers and texts."""
+        raise NotImplementedError
+
+    def plot(self) -> Figure:
+        """Draw the record into a new figure."""
+        raise NotImplementedError
+
+    def __repr__(self) -> str:
+        facts = ", ".join(f"{name} {value}" for name, value in self.facts().items())
+        return f"<{type(self).__name__}: {facts}>"
+
+    def _repr_html_(self) -> str:
+        rows = "".join(
+            f"<tr><th style='text-align:left'>{html.escape(name)}</th><td>{html.escape(value)}</td></tr>"
+            for name, value in self.facts().items()
+        )
+        text = f"<b>{type(self).__name__}</b><table>{rows}</table>"
+        if any(len(column.values) for column in self.columns().values()):
+            drawn = StringIO()
+            self.plot().savefig(drawn, format="svg")
+            picture = drawn.getvalue()
+            text += picture[picture.index("<svg") :]
+        return text
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """The columns as a `pandas.DataFrame`; `attrs` holds the scalars and, under "units", the unit of each column.
+
+        Raises:
+            ImportError: pandas is not installed.
+        """
+        try:
+            import pandas as pd
+        except ImportError as error:
+            raise ImportError(f"a data frame needs pandas; {INSTALL}") from error
+        table = pd.DataFrame({name: column.values for name, column in self.columns().items()})
+        table.attrs = self.attributes() | {"units": {name: column.unit for name, column in self.columns().items()}}
+        return table
+
+    def to_xarray(self) -> xr.Dataset:
+        """The columns as an `xarray.Dataset` along `record`.
+
+        Each has the attribute `units`; the scalars are attributes of the whole.
+        Time is a coordinate, not the index: at a jump two records share one time.
+
+        Raises:
+            ImportError: xarray is not installed.
+        """
+        try:
+            import xarray as xr
+        except ImportError as error:
+            raise ImportError(f"a labelled data set needs xarray; {INSTALL}") from error
+        variables: dict[str, Any] = {
+            name: ("record", column.values, {"units": column.unit}) for name, column in self.columns().items()
+        }
+        time = variables.pop("time")
+        return xr.Dataset(variables, coords={"time": time}, attrs=self.attributes())

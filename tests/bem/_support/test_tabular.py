@@ -1,0 +1,65 @@
+"""Records that show themselves: in a line, in a notebook, as tables."""
+
+import sys
+
+import numpy as np
+import pytest
+
+from bem.lab import ForceCurve
+from surrogate.inference.predicted import predicted_trajectory
+from tests.bem.test_trajectory import elliptic_loop, trajectory_of
+
+CURVE = ForceCurve(time=[0, 1, 2], indentation=[-1e-9, 5e-9, -2e-9], force=[0.0, -3e-9, 1e-9])
+
+
+def prediction(**options):
+    time = np.linspace(0.0, 2.0, 5)
+    kept = {"unloading_from": 2, "extrapolated": (), "model": "M1-concat", "seconds": 0.1} | options
+    return predicted_trajectory(time, 1.0 - abs(time - 1.0), np.sin(time), **kept)
+
+
+def test_one_line_names_the_result_and_not_its_arrays():
+    assert repr(trajectory_of([0, 1], [0, 1], [0, 1])) == "<Trajectory: status completed, records 2>"
+    loop = elliptic_loop(60, unloading=np.arange(119) >= 60)
+    assert f"pull-off force {loop.pull_off_force:.4g} pi R dgamma" in repr(loop)
+    assert repr(CURVE) == (
+        "<ForceCurve: points 3, duration 2.00 s, deepest indentation 5.00 nm, pull-off force 1.00 nN, positive tension>"
+    )
+    assert repr(prediction(extrapolated=("mu above 3.2",))).endswith("outside the training mu above 3.2>")
+
+
+@pytest.mark.parametrize("record", [elliptic_loop(20), CURVE, prediction()], ids=lambda one: type(one).__name__)
+def test_a_notebook_shows_the_facts_and_one_picture(record):
+    text = record._repr_html_()
+    assert text.count("<svg") == text.count("</svg>") == 1
+    assert "<?xml" not in text
+    assert all(f"<td>{value}</td>" in text for value in record.facts().values())
+
+
+def test_a_notebook_shows_a_trajectory_that_was_not_started():
+    text = trajectory_of([], [], [], status="a <b> c")._repr_html_()
+    assert "a &lt;b&gt; c" in text
+    assert "<svg" not in text
+
+
+@pytest.mark.parametrize("record", [elliptic_loop(20), CURVE, prediction()], ids=lambda one: type(one).__name__)
+def test_tables_hold_every_column_with_its_unit(record, tmp_path):
+    table, labelled = record.to_dataframe(), record.to_xarray()
+    assert list(table) == list(record.columns())
+    for name, (values, unit) in record.columns().items():
+        np.testing.assert_array_equal(table[name], values)
+        np.testing.assert_array_equal(labelled[name], values)
+        assert table.attrs["units"][name] == labelled[name].attrs["units"] == unit
+    assert labelled.attrs["pull_off_force"] == pytest.approx(record.pull_off_force, nan_ok=True)
+    labelled.to_netcdf(tmp_path / "history.nc", engine="scipy")
+
+
+def test_a_prediction_has_no_column_of_the_radius_that_it_does_not_know():
+    assert "contact_radius" not in prediction().to_dataframe()
+
+
+def test_a_missing_library_is_named(monkeypatch):
+    for name, make in {"pandas": CURVE.to_dataframe, "xarray": CURVE.to_xarray}.items():
+        monkeypatch.setitem(sys.modules, name, None)
+        with pytest.raises(ImportError, match=rf"needs {name}; install it with `pip install"):
+            make()

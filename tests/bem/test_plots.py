@@ -1,0 +1,34 @@
+import numpy as np
+import pytest
+
+from bem.plots import draw_trajectory
+from tests.bem.test_trajectory import trajectory_of
+
+
+def drawn(trajectory):
+    history, loop = draw_trajectory(trajectory).axes
+    return [axes.lines[1].get_xydata() for axes in (history, loop)]
+
+
+def test_the_curve_goes_through_every_record_and_follows_the_interpolation_between():
+    time = np.linspace(0.0, 1.0, 9)
+    trajectory = trajectory_of(time, 2.0 * time, np.sin(3.0 * time))
+    history, loop = drawn(trajectory)
+    assert np.isin(time, history[:, 0]).all()
+    np.testing.assert_allclose(history[:, 1], trajectory.at(history[:, 0]))
+    np.testing.assert_allclose(loop[:, 0], 2.0 * history[:, 0])
+
+
+def test_the_curve_breaks_at_a_jump():
+    trajectory = trajectory_of([0, 1, 1, 2], [0, 1, 1, 2], [0.0, 1.0, 5.0, 6.0], jump_times=(1.0,))
+    history, _ = drawn(trajectory)
+    at_jump = history[history[:, 0] == 1.0, 1]
+    assert at_jump[0] == 1.0
+    assert at_jump[-1] == 5.0
+    assert np.isnan(at_jump[1:-1]).all()
+    assert np.isfinite(history[history[:, 0] != 1.0, 1]).all()
+
+
+def test_nothing_is_drawn_of_a_trajectory_that_was_not_started():
+    with pytest.raises(ValueError, match="received status 'refused'"):
+        draw_trajectory(trajectory_of([], [], [], status="refused"))
