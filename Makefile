@@ -82,6 +82,11 @@ report: $$(STUDY_RESULTS) | $(INSTALLED)  ## Write REPRODUCTION.md: each number 
 	$(PY) -m paper_figures.report.write $(PLACES) --out $(REPORT)
 	$(if $(REPRODUCING),$(PY) tools/fill.py $(REPRODUCING) --published $(PUBLISHED))
 
+.PHONY: cards
+cards: setup  ## Write the card of each published model, and the metadata of the data set
+	$(PY) -m paper_figures.report.cards --published $(PUBLISHED)
+	$(PY) $(MANIFEST) add $(PUBLISHED)/dataset.croissant.json $(PUBLISHED)/models
+
 ##@ Figures and tables of the paper
 
 figure-1.paper := dataset_examples  ## Contact, gap, protocol and a computed force response
