@@ -1,4 +1,4 @@
-"""What measurements share: seconds with their spread, progress, values for JSON, places in the guide.
+"""What measurements share: seconds with their spread, progress, values for JSON.
 
 Seconds are processor seconds of whole calls on one thread. A first call, which loads compiled kernels, is never
 counted. Where other programs compete for the core, processor seconds are fewer than wall seconds, and also longer than
@@ -182,20 +182,6 @@ def plain(value: Any) -> Any:
     if isinstance(value, float) and not np.isfinite(value):
         return None
     return value
-
-
-def write_place(page: Path, name: str, words: str) -> None:
-    """Put words into the place of a page between the marks `<!-- NAME -->` and `<!-- /NAME -->`.
-
-    Raises:
-        ValueError: the page has no such marks.
-    """
-    begin, end = f"<!-- {name} -->", f"<!-- /{name} -->"
-    text = page.read_text(encoding="utf-8")
-    if text.count(begin) != 1 or text.count(end) != 1:
-        raise ValueError(f"the page must hold {begin} and {end} once each; received {str(page)!r}")
-    before, after = text.split(begin)[0], text.split(end)[1]
-    page.write_text(f"{before}{begin}\n\n{words}\n\n{end}{after}", encoding="utf-8")
 
 
 def exponent(x: Sequence[float], y: Sequence[float]) -> tuple[float, float]:

@@ -25,7 +25,6 @@ import typer
 from threadpoolctl import threadpool_limits
 
 from bem import simulate_paper_method
-from bem._support.command_line import run_main
 from bem.accuracy import NAMED_TARGETS
 from bem.solver.version import SOLVER_VERSION
 from experiments.common import DATASET, MODELS
@@ -164,7 +163,3 @@ def main(
         tools.append(report("surrogate", more.pop("setting"), answers, exact, **more))
     write(absent, complete=True)
     print(f"missing: {', '.join(absent) or 'nothing'}; trained otherwise: {', '.join(old) or 'none'}")
-
-
-if __name__ == "__main__":
-    run_main(main)

@@ -13,7 +13,6 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from bem._support.command_line import run_main
 from bem._support.progress import progress_bar
 from bem._support.validation import FloatArray, whole_number
 from bem.dataset.campaign.plan import Campaign, Solver
@@ -100,7 +99,3 @@ def main(
     datasets = run(count, reference_count, seed, folder, workers)
     content = {"design": "paper", "seed": seed, "levels": price(datasets)}
     write_result(out, f"accuracy_price --count {count} --reference-count {reference_count} --seed {seed}", content)
-
-
-if __name__ == "__main__":
-    run_main(main)

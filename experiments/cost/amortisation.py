@@ -12,18 +12,17 @@ Usage: `python -m experiments amortisation [--cost FILE] [--models DIR] [--speed
 from __future__ import annotations
 
 import json
-import tomllib
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from bem._support.command_line import run_main
 from bem.dataset.file import load_dataset
-from experiments.common import DATASET, MODELS, PAPER_VALUES, write_result
+from experiments.common import DATASET, MODELS, write_result
 from experiments.cost import training_speed
 from experiments.cost.surrogate_cost import missing, outdated, published, weights_digest
 from experiments.cost.training_cost import batch_seconds, training_seconds
+from experiments.paper_numbers import paper_values
 from experiments.timing import MEASUREMENTS, plain
 
 OUT = MEASUREMENTS / "amortisation.json"
@@ -43,9 +42,7 @@ def break_even(dear: dict[str, Any], cheap: dict[str, Any]) -> float | None:
 
 def paper_lines() -> list[dict[str, Any]]:
     """The paper's solver and surrogate."""
-    dataset, cost = (
-        tomllib.loads((PAPER_VALUES / f"{name}.toml").read_text(encoding="utf-8")) for name in ("dataset", "cost")
-    )
+    dataset, cost = paper_values("dataset"), paper_values("cost")
     total = 3600.0 * dataset["cpu_hours"]
     return [
         line("paper's solver", "paper", 0.0, total / dataset["trajectories"]),
@@ -102,7 +99,3 @@ def main(
     write_result(out, "amortisation", plain(content))
     said = {"missing": "missing", "unmeasured": "not measured", "retrained": "trained anew since the measurement"}
     print("; ".join(f"{words}: {', '.join(content[key]) or 'nothing'}" for key, words in said.items()))
-
-
-if __name__ == "__main__":
-    run_main(main)

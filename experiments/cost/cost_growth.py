@@ -28,13 +28,12 @@ import numpy as np
 import typer
 
 from bem import LoadingProtocol, Scene, StandardLinearSolid, Trajectory, simulate
-from bem._support.command_line import run_main
 from bem.accuracy import Accuracy, resolve_accuracy
 from bem.dataset.designs import PAPER_RANGES
 from bem.dataset.file import load_dataset
 from bem.solver.discretisation.cohesive_zone import edge_width, largest_contact_radius
 from bem.solver.paper_method import FAR_GAP, RESOLVED, simulate_paper_method
-from experiments.common import DATASET
+from experiments.common import DATASET, problem
 from experiments.timing import MEASUREMENTS, Busy, exponent, progress, publish, spread, timed
 
 OUT = MEASUREMENTS / "cost_growth.json"
@@ -80,9 +79,8 @@ def controlled(repeats: int, **factors: float) -> dict[str, Any]:
 
 def solver_seconds(quantities: dict[str, float], repeats: int) -> dict[str, Any]:
     """Seconds of the solver at standard accuracy."""
-    rest = dict(quantities)
-    scene = Scene(rest.pop("tabor"), StandardLinearSolid(0.1))
-    return _timed(lambda: simulate(scene, LoadingProtocol(**rest)), repeats)
+    case = problem(quantities)
+    return _timed(lambda: simulate(*case), repeats)
 
 
 def _timed(run: Callable[[], Trajectory], repeats: int) -> dict[str, Any]:
@@ -109,9 +107,8 @@ def resolution(quantities: dict[str, float]) -> tuple[int, int]:
 
 def baseline_seconds(quantities: dict[str, float], nodes: int, steps: int, repeats: int) -> dict[str, Any]:
     """Seconds of the paper's discretisation at one resolution."""
-    rest = dict(quantities)
-    scene = Scene(rest.pop("tabor"), StandardLinearSolid(0.1))
-    return _timed(lambda: simulate_paper_method(scene, LoadingProtocol(**rest), nodes=nodes, steps=steps), repeats)
+    case = problem(quantities)
+    return _timed(lambda: simulate_paper_method(*case, nodes=nodes, steps=steps), repeats)
 
 
 def a_step(point: dict[str, Any]) -> dict[str, Any]:
@@ -180,7 +177,3 @@ def main(
     publish(out, f"cost_growth --repeats {repeats}", content, busy=busy)
     for tool, curves in (("solver", solver), ("paper's discretisation", baseline)):
         print(tool, {name: round(curve["exponent"], 2) for name, curve in curves.items()})
-
-
-if __name__ == "__main__":
-    run_main(main)

@@ -18,7 +18,6 @@ from typing import Annotated
 
 import typer
 
-from bem._support.command_line import run_main
 from bem._support.provenance import host
 from experiments.common import write_result
 from experiments.registry import MAKEFILE, WHOLE, entries
@@ -82,7 +81,3 @@ def main(
     taken = kept["minutes"] | {target: minutes(target) for target in progress(chosen, "targets")}
     found = {target: taken[target] for target in known.values() if target in taken}
     write_result(out, "target_minutes", {"minutes": found})
-
-
-if __name__ == "__main__":
-    run_main(main)

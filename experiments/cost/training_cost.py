@@ -22,7 +22,6 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from bem._support.command_line import run_main
 from bem.dataset.file import load_dataset
 from experiments.common import DATASET, MODELS, write_result
 from experiments.cost import training_speed
@@ -147,7 +146,3 @@ def main(
     print(f"missing: {', '.join(absent) or 'nothing'}")
     for sentence in old.values():
         print(sentence)
-
-
-if __name__ == "__main__":
-    run_main(main)

@@ -17,7 +17,6 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from bem._support.command_line import run_main
 from bem.dataset.measurement_steps import FMS
 from experiments.common import DATASET
 from experiments.timing import MEASUREMENTS, Busy, progress, publish, spread, timed
@@ -96,7 +95,3 @@ def main(
         "backend": versions(),
     }
     publish(out, f"training_speed --recipe {recipe} --repeats {repeats}", content, busy=busy)
-
-
-if __name__ == "__main__":
-    run_main(main)

@@ -34,7 +34,6 @@ from bem import (
     recommend,
     simulate,
 )
-from bem._support.command_line import run_main
 from bem.effects.recommendation import difference
 from bem.effects.scene_effects import Effects, reduced
 from bem.materials import Material
@@ -255,7 +254,3 @@ def main(
         "safe": safe(ranges, bands),
     }
     publish(out, f"effects --repeats {repeats}", content, busy=busy)
-
-
-if __name__ == "__main__":
-    run_main(main)

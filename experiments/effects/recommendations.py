@@ -29,7 +29,6 @@ from bem import (
     recommend,
     simulate,
 )
-from bem._support.command_line import run_main
 from bem.dataset.designs import PAPER_RANGES, Design
 from bem.effects.recommendation import difference
 from bem.effects.scene_effects import Protocol
@@ -140,7 +139,3 @@ def main(
                 print(f"{label}: kept in {found['kept']} of {found['simplified']} simplified", flush=True)
     content = {"accuracy": ACCURACY, "results": results}
     publish(out, f"recommendations --count {count}", content, busy=busy)
-
-
-if __name__ == "__main__":
-    run_main(main)

@@ -18,7 +18,6 @@ import typer
 from joblib import Parallel, delayed
 
 from bem import StandardLinearSolid, simulate
-from bem._support.command_line import run_main
 from bem.lab import ForceCurve, Setup, fit
 from bem.lab.fitting import ALL, FitError
 from bem.lab.guess import guess_setup
@@ -138,7 +137,3 @@ def main(
     print(f"{len(fitted)} of {cases} fitted, {median:.0f} s of processor each (longest {longest:.0f} s)")
     for name, count in inside.items():
         print(f"{name:17} inside its 95 % interval in {count}")
-
-
-if __name__ == "__main__":
-    run_main(main)

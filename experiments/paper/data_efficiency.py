@@ -17,7 +17,6 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from bem._support.command_line import run_main
 from experiments import common
 from experiments.paper.trainings import WORK, Variant, earlier_trainings, train_variants
 from surrogate.training.queue import STOPPED
@@ -113,7 +112,3 @@ def main(
     if not complete:
         print("stopped; the same command resumes")
         raise typer.Exit(STOPPED)
-
-
-if __name__ == "__main__":
-    run_main(main)

@@ -15,7 +15,6 @@ from typing import Annotated, Any
 
 import typer
 
-from bem._support.command_line import run_main
 from experiments import common
 from experiments.paper.trainings import WORK, Variant, earlier_trainings, train_variants
 from surrogate.training.queue import STOPPED
@@ -82,7 +81,3 @@ def main(
     if not complete:
         print("stopped; the same command resumes")
         raise typer.Exit(STOPPED)
-
-
-if __name__ == "__main__":
-    run_main(main)

@@ -26,7 +26,6 @@ from joblib import Parallel, delayed
 from scipy.optimize import nnls
 
 from bem import Elastic, PiecewiseLinearProtocol, PronySeries, Scene, StandardLinearSolid, simulate
-from bem._support.command_line import run_main
 from bem.materials import Material
 from bem.reference_solutions.jkr import PULL_OFF_FORCE
 from experiments.common import write_result
@@ -128,7 +127,3 @@ def main(
                 writer.writerow([*own, *numbers, point["jumps"], point["status"]])
     unfinished = [point for point in points if point["status"] != "completed"]
     print(f"{len(points)} simulations, {len(unfinished)} not completed")
-
-
-if __name__ == "__main__":
-    run_main(main)

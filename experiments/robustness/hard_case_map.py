@@ -27,7 +27,6 @@ from bem import (
     StandardLinearSolid,
     simulate,
 )
-from bem._support.command_line import run_main
 from bem.protocol import default_start_indentation
 from experiments.common import write_result
 from experiments.robustness.hard_cases import ACCURACY, REFINEMENT, Protocol, compared, energy, pair, scene_of
@@ -146,7 +145,3 @@ def main(
     write_result(out, f"hard_case_map --count {count} --seed {seed}", plain(content))
     unfinished = [row for row in rows + named if row["status"] != "completed"]
     print(f"{len(rows) + len(named)} cases, {len(unfinished)} not completed")
-
-
-if __name__ == "__main__":
-    run_main(main)

@@ -20,10 +20,10 @@ import typer
 from joblib import Parallel, delayed
 
 from bem import Elastic, LoadingProtocol, PiecewiseLinearProtocol, Scene, StandardLinearSolid, Trajectory, simulate
-from bem._support.command_line import run_main
 from bem._support.provenance import provenance
+from bem._support.wording import markdown_table
 from bem.accuracy import resolve_accuracy
-from bem.dataset.designs import PAPER_RANGES
+from bem.dataset.designs import PAPER_RANGES, QUANTITIES
 from bem.protocol import default_start_indentation
 from experiments.timing import progress
 
@@ -75,8 +75,7 @@ def scene_of(case: Case) -> tuple[Scene, LoadingProtocol]:
     """Scene and protocol of a case."""
     ratio = case["modulus_ratio"]
     scene = Scene(tabor=case["tabor"], material=StandardLinearSolid(ratio) if ratio < 1.0 else Elastic())
-    names = ("peak_indentation", "loading_rate", "dwell_time", "unloading_rate")
-    return scene, LoadingProtocol(**{name: case[name] for name in names})
+    return scene, LoadingProtocol(**{name: case[name] for name in QUANTITIES[1:]})
 
 
 def pair(scene: Scene, protocol: Protocol) -> tuple[Trajectory, Trajectory]:
@@ -138,10 +137,10 @@ def markdown(rows: list[Case], origin: dict[str, Any]) -> str:
     titles = {"random": "Random combinations", "corner": "Corners of the paper's box"}
     kinds = {title: [row for row in rows if row["kind"] == kind] for kind, title in titles.items()}
     columns = {title: _summary(group) for title, group in kinds.items() if group}
-    header = ["Quantity", *columns]
-    lines += ["| " + " | ".join(header) + " |", "|" + " --- |" * len(header)]
-    for name in next(iter(columns.values())):
-        lines.append("| " + " | ".join([name, *(column[name] for column in columns.values())]) + " |")
+    names = next(iter(columns.values()))
+    lines.append(
+        markdown_table(["Quantity", *columns], [[name, *(one[name] for one in columns.values())] for name in names])
+    )
     unfinished = Counter(row["status"].split(" (at")[0] for row in rows if row["status"] != "completed")
     if unfinished:
         lines += ["", "## Not completed", "", *(f"- {times} x {status}" for status, times in unfinished.most_common())]
@@ -149,8 +148,8 @@ def markdown(rows: list[Case], origin: dict[str, Any]) -> str:
     if moved:
         names = [*VALUES, "pull_off_force", "refined_pull_off_force", "change", "jumps", "refined_jumps"]
         lines += ["", f"## Pull-off force moves by more than {TARGET:g} when refined", ""]
-        lines += ["| " + " | ".join(name.replace("_", " ") for name in names) + " |", "|" + " --- |" * len(names)]
-        lines += ["| " + " | ".join(f"{row[name]:.5g}" for name in names) + " |" for row in moved]
+        cells = [[f"{row[name]:.5g}" for name in names] for row in moved]
+        lines.append(markdown_table([name.replace("_", " ") for name in names], cells))
     return "\n".join([*lines, ""])
 
 
@@ -203,7 +202,3 @@ def main(
     summary = markdown(rows, provenance(f"python -m experiments hard_cases --count {count} --seed {seed}"))
     report.write_text(summary, encoding="utf-8")
     print(summary)
-
-
-if __name__ == "__main__":
-    run_main(main)

@@ -25,7 +25,6 @@ import typer
 from joblib import Parallel, delayed
 
 from bem import HardContact, LennardJones, LoadingProtocol, Scene, StandardLinearSolid, simulate
-from bem._support.command_line import run_main
 from bem._support.outputs import write_whole
 from bem.dataset.designs import Design
 from bem.solver.version import SOLVER_VERSION
@@ -207,7 +206,3 @@ def main(
             counted = ", ".join(f"{found[name]} {name}" for name in ("raised", "silent", "spikes"))
             print(f"{where}: {found['protocols']} protocols; {counted}")
     write_result(out, f"soak --count {count} --beyond {beyond} --stiff {stiff} --seed {seed}", plain(content))
-
-
-if __name__ == "__main__":
-    run_main(main)

@@ -1,10 +1,6 @@
 """What all figures share: sizes, colours, panel letters, the paper's values, writing PDF and PNG."""
 
-import functools
-import re
-import tomllib
 from pathlib import Path
-from typing import Any
 
 import matplotlib as mpl
 
@@ -17,8 +13,9 @@ from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
+from experiments.paper_numbers import paper_values as paper_values
+
 HERE = Path(__file__).parent
-PAPER_VALUES = HERE.parents[1] / "experiments" / "paper_values"
 COLUMN, DOUBLE_COLUMN = 90 / 25.4, 190 / 25.4
 """Widths of Elsevier's single and double column in inches."""
 
@@ -70,30 +67,3 @@ def save(drawn: Figure, name: str, folder: Path) -> None:
     drawn.savefig(folder / f"{name}.pdf", metadata={"CreationDate": None})
     drawn.savefig(folder / f"{name}.png", metadata={"Software": None})
     plt.close(drawn)
-
-
-@functools.cache
-def paper_values(name: str) -> dict[str, Any]:
-    """The paper's own numbers from `paper_values/NAME.toml`."""
-    return tomllib.loads((PAPER_VALUES / f"{name}.toml").read_text(encoding="utf-8"))
-
-
-def stated(place: str) -> Any:
-    """A number of the paper by its place, as `dataset:ranges/tabor/0`, so that each is transcribed once.
-
-    Raises:
-        ValueError: there is none at that place.
-    """
-    name, _, path = place.partition(":")
-    found: Any = paper_values(name)
-    for key in path.split("/"):
-        try:
-            found = found[int(key)] if isinstance(found, list) else found[key]
-        except (KeyError, IndexError, ValueError, TypeError) as error:
-            raise ValueError(f"a place must be FILE:KEY/... in paper_values; received {place!r}") from error
-    return found
-
-
-def with_stated(text: str) -> str:
-    """A text whose `{FILE:KEY}` are filled with the paper's numbers."""
-    return re.sub(r"\{(\w+:[\w/]+)\}", lambda match: f"{stated(match[1]):g}", text)

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from bem._support.wording import markdown_table
 from paper_figures.style.cost_style import paper_seconds
 from paper_figures.style.writing import Table, number
 
@@ -84,11 +85,9 @@ def choices(tools: list[dict[str, Any]]) -> list[list[str]]:
 
 def page_text(content: dict[str, Any]) -> str:
     """The table of choices as the page on cost shows it."""
-    rows = choices(content["tools"])
-    table = "\n".join("| " + " | ".join(row) + " |" for row in (CHOICES, ["---"] * len(CHOICES), *rows))
     count = f"{content['protocols']} held-out protocols, {_refined(content)} of which have a refined solution"
     words = f"Measured on {count}, one core of {content['host']}.{_left_out(content)}"
-    return f"{table}\n\n{words}"
+    return f"{markdown_table(CHOICES, choices(content['tools']))}\n\n{words}"
 
 
 def _refined(content: dict[str, Any]) -> int:
