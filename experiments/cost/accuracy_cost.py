@@ -17,7 +17,6 @@ Usage: `python -m experiments accuracy_cost [--count N] [--repeats N] [--finest 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
@@ -32,7 +31,18 @@ from experiments.cost import solver_processes
 from experiments.cost.cases import Case, answered, held_out, solver_at
 from experiments.cost.closed_form_tools import FORMS, depths_of
 from experiments.cost.surrogate_cost import from_steps, missing, outdated, surrogate_tools
-from experiments.timing import CLOCK, MEASUREMENTS, Busy, force_error, progress, publish, spread
+from experiments.timing import (
+    CLOCK,
+    MEASUREMENTS,
+    Busy,
+    DatasetFile,
+    Models,
+    Out,
+    force_error,
+    progress,
+    publish,
+    spread,
+)
 
 OUT = MEASUREMENTS / "accuracy_cost.json"
 TARGETS = (5e-2, 1.7e-2, 8e-3, 4e-3, 2e-3, 1e-3, 5e-4, 2.5e-4, 1.5e-4)
@@ -118,9 +128,9 @@ def main(
     repeats: Annotated[int, typer.Option(help="Runs of each tool, where its budget of time allows.")] = 3,
     finest: Annotated[int, typer.Option(help="Finest resolution of the paper's discretisation.")] = max(BASELINE),
     jobs: Annotated[int, typer.Option(help="Processes for the refined solutions, which are not timed.")] = 2,
-    dataset: Annotated[Path, typer.Option(help="Data set file.")] = DATASET,
-    models: Annotated[Path, typer.Option(help="Where trained models are.")] = MODELS,
-    out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
+    dataset: DatasetFile = DATASET,
+    models: Models = MODELS,
+    out: Out = OUT,
     busy: Busy = False,
 ) -> None:
     """Measure all tools and write the result: once before the surrogates, once with them."""

@@ -21,6 +21,7 @@ from bem.dataset.designs import agree
 from bem.dataset.file import Dataset, load_dataset
 from experiments.common import write_result
 from experiments.paper.dataset_statistics import percentiles
+from experiments.timing import Out
 
 FOLDER = Path("results/accuracy_price")
 OUT = Path("published/accuracy_price.json")
@@ -93,7 +94,7 @@ def main(
     seed: Annotated[int, typer.Option(help="Seed of the design.")] = 0,
     workers: Annotated[int | None, typer.Option(help="Processes; as many as cores by default.")] = None,
     folder: Annotated[Path, typer.Option(help="Where the campaigns are kept.")] = FOLDER,
-    out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
+    out: Out = OUT,
 ) -> None:
     """Measure and write the price of accuracy as JSON."""
     datasets = run(count, reference_count, seed, folder, workers)

@@ -23,7 +23,7 @@ from experiments.cost import training_speed
 from experiments.cost.surrogate_cost import missing, outdated, published, weights_digest
 from experiments.cost.training_cost import batch_seconds, training_seconds
 from experiments.paper_numbers import paper_values
-from experiments.timing import MEASUREMENTS, plain
+from experiments.timing import MEASUREMENTS, DatasetFile, Models, Out, plain
 
 OUT = MEASUREMENTS / "amortisation.json"
 COST = MEASUREMENTS / "accuracy_cost.json"
@@ -52,10 +52,10 @@ def paper_lines() -> list[dict[str, Any]]:
 
 def main(
     cost: Annotated[Path, typer.Option(help="Measurement of accuracy and cost.")] = COST,
-    dataset: Annotated[Path, typer.Option(help="Data set file.")] = DATASET,
-    models: Annotated[Path, typer.Option(help="Where trained models are.")] = MODELS,
+    dataset: DatasetFile = DATASET,
+    models: Models = MODELS,
     speed: Annotated[Path, typer.Option(help="Measured seconds of a batch.")] = training_speed.OUT,
-    out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
+    out: Out = OUT,
 ) -> None:
     """Collect the lines and where they cross."""
     if not cost.is_file():

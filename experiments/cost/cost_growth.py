@@ -34,7 +34,7 @@ from bem.dataset.file import load_dataset
 from bem.solver.discretisation.cohesive_zone import edge_width, largest_contact_radius
 from bem.solver.paper_method import FAR_GAP, RESOLVED, simulate_paper_method
 from experiments.common import DATASET, problem
-from experiments.timing import MEASUREMENTS, Busy, exponent, progress, publish, spread, timed
+from experiments.timing import MEASUREMENTS, Busy, DatasetFile, Out, exponent, progress, publish, spread, timed
 
 OUT = MEASUREMENTS / "cost_growth.json"
 SCENE = Scene(tabor=3.2, material=StandardLinearSolid(0.1))
@@ -141,8 +141,8 @@ def over_the_data_set(path: Path) -> dict[str, Any]:
 def main(
     repeats: Annotated[int, typer.Option(help="Runs of each point; the median counts.")] = 7,
     finest: Annotated[int, typer.Option(help="Most nodes of the paper's discretisation.")] = LARGEST_BASELINE[0],
-    dataset: Annotated[Path, typer.Option(help="Data set file.")] = DATASET,
-    out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
+    dataset: DatasetFile = DATASET,
+    out: Out = OUT,
     busy: Busy = False,
 ) -> None:
     """Measure all growth curves."""

@@ -21,7 +21,7 @@ import typer
 from bem._support.provenance import host
 from experiments.common import write_result
 from experiments.registry import MAKEFILE, WHOLE, entries
-from experiments.timing import MEASUREMENTS, progress
+from experiments.timing import MEASUREMENTS, Out, progress
 
 OUT = MEASUREMENTS / "target_minutes.json"
 EMPTY = Path("build")
@@ -68,7 +68,7 @@ def minutes(target: str) -> float:
 def main(
     makefile: Annotated[Path, typer.Option(help="Its registry says what is measured.")] = MAKEFILE,
     only: Annotated[list[str] | None, typer.Option(help="Measure this one (figures-tables), keep the others.")] = None,
-    out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
+    out: Out = OUT,
 ) -> None:
     """Run every target once and write what it took."""
     known = {joined(target): target for target in targets(makefile)}

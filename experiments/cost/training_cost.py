@@ -27,7 +27,7 @@ from experiments.common import DATASET, MODELS, write_result
 from experiments.cost import training_speed
 from experiments.lineage import dataset_digest
 from experiments.paper.model_comparison import REFERENCE, minutes_to, outdated, paper_mse, published, read_model
-from experiments.timing import MEASUREMENTS, plain
+from experiments.timing import MEASUREMENTS, DatasetFile, Models, Out, plain
 from surrogate.architectures.naming import names
 from surrogate.training.identity import read_identity
 
@@ -110,11 +110,11 @@ def shares(path: Path, seconds_each: float) -> list[dict[str, Any]]:
 
 
 def main(
-    models: Annotated[Path, typer.Option(help="Where trained models are.")] = MODELS,
-    dataset: Annotated[Path, typer.Option(help="Data set file.")] = DATASET,
+    models: Models = MODELS,
+    dataset: DatasetFile = DATASET,
     share_file: Annotated[Path, typer.Option("--shares", help="Published study of data efficiency.")] = SHARES,
     speed: Annotated[Path, typer.Option(help="Measured seconds of a batch.")] = training_speed.OUT,
-    out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
+    out: Out = OUT,
 ) -> None:
     """Collect what is published; name what is missing."""
     data = load_dataset(dataset)

@@ -19,7 +19,7 @@ import typer
 
 from bem.dataset.measurement_steps import FMS
 from experiments.common import DATASET
-from experiments.timing import MEASUREMENTS, Busy, progress, publish, spread, timed
+from experiments.timing import MEASUREMENTS, Busy, Out, progress, publish, spread, timed
 from surrogate.backend import import_keras, limit_threads, versions
 
 OUT = MEASUREMENTS / "training_speed.json"
@@ -62,7 +62,7 @@ def main(
     only: Annotated[list[str] | None, typer.Option(help="A model to time, and nothing is written; repeatable.")] = None,
     repeats: Annotated[int, typer.Option(min=1, help="Blocks of batches that are timed.")] = 3,
     dataset: Annotated[Path, typer.Option(help="Data set file, which sets the batches of an epoch.")] = DATASET,
-    out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
+    out: Out = OUT,
     busy: Busy = False,
 ) -> None:
     """Measure every architecture and write the result."""

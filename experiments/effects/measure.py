@@ -16,7 +16,6 @@ Usage: `python -m experiments measure [--repeats N] [--out FILE]`.
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
@@ -39,7 +38,7 @@ from bem.effects.scene_effects import Effects, reduced
 from bem.materials import Material
 from bem.reference_solutions import dmt, hereditary_hertz, hertz, jkr
 from experiments.effects.files import branches, code_of, own_files, shared_files
-from experiments.timing import MEASUREMENTS, Busy, progress, publish, spread, timed
+from experiments.timing import MEASUREMENTS, Busy, Out, progress, publish, spread, timed
 
 OUT = MEASUREMENTS / "effects.json"
 TABOR, DMT_TABOR, JKR_TABOR = 1.0, 0.2, 3.2
@@ -219,7 +218,7 @@ def _last_within(points: list[dict[str, Any]], place: str, error: str) -> float 
 
 def main(
     repeats: Annotated[int, typer.Option(help="Timed runs of each scene.")] = 15,
-    out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
+    out: Out = OUT,
     busy: Busy = False,
 ) -> None:
     """Measure the table and the curves of effects."""

@@ -12,7 +12,6 @@ Usage: `python -m experiments recommendations [--count N] [--out FILE]`.
 from __future__ import annotations
 
 from collections import Counter
-from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
@@ -32,7 +31,7 @@ from bem import (
 from bem.dataset.designs import PAPER_RANGES, Design
 from bem.effects.recommendation import difference
 from bem.effects.scene_effects import Protocol
-from experiments.timing import CLOCK, MEASUREMENTS, Busy, progress, publish, spread, timed
+from experiments.timing import CLOCK, MEASUREMENTS, Busy, Out, progress, publish, spread, timed
 
 OUT = MEASUREMENTS / "recommendations.json"
 ASKED = {"force": (0.1, 0.03, 0.01), "pull_off_force": (0.1,), "hysteresis": (0.1,)}
@@ -121,7 +120,7 @@ def summary(rows: list[dict[str, Any]]) -> dict[str, Any]:
 
 def main(
     count: Annotated[int, typer.Option(help="Protocols of each sample.")] = 100,
-    out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
+    out: Out = OUT,
     busy: Busy = False,
 ) -> None:
     """Check `recommend` against the full solution."""

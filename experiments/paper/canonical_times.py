@@ -19,7 +19,7 @@ from bem.dataset.measurement_steps import FMS, measurement_grid
 from experiments import common
 from experiments.cost.surrogate_cost import scaled_inputs
 from experiments.paper_numbers import paper_rows
-from experiments.timing import MEASUREMENTS, Busy, progress, publish, timed
+from experiments.timing import MEASUREMENTS, Busy, Models, Out, progress, publish, timed
 
 if TYPE_CHECKING:
     import keras
@@ -59,8 +59,8 @@ def seconds_of(
 
 def main(
     config: Annotated[Path, typer.Option(help="TOML file.")] = CONFIG,
-    models: Annotated[Path, typer.Option(help="Where trained models are.")] = common.MODELS,
-    out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
+    models: Models = common.MODELS,
+    out: Out = OUT,
     busy: Busy = False,
 ) -> None:
     """Time the twelve protocols."""

@@ -19,7 +19,7 @@ import typer
 
 from experiments import common
 from experiments.paper.trainings import WORK, Variant, earlier_trainings, train_variants
-from surrogate.training.queue import STOPPED
+from experiments.timing import DatasetFile, Out
 
 CONFIG = common.CONFIGS / "data_efficiency.toml"
 OUT = Path("published/data_efficiency.json")
@@ -84,10 +84,10 @@ def result(config: dict[str, Any], trained: dict[tuple[float, int], dict[str, An
 
 def main(
     config: Annotated[Path, typer.Option(help="TOML file.")] = CONFIG,
-    dataset: Annotated[Path, typer.Option(help="Data set file.")] = common.DATASET,
+    dataset: DatasetFile = common.DATASET,
     models: Annotated[Path, typer.Option(help="Published models, taken where trained alike.")] = common.MODELS,
     work: Annotated[Path, typer.Option(help="Where the trainings are kept.")] = WORK / "data_efficiency",
-    out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
+    out: Out = OUT,
 ) -> None:
     """Train the subsets, or go on; the result file holds what is trained."""
     settings = common.read_config(config, *KEYS)
@@ -98,7 +98,7 @@ def main(
         if WHOLE in trained and len(trained) > 1:
             common.write_result(out, "data_efficiency", result(settings, trained))
 
-    complete = train_variants(
+    train_variants(
         list(wanted.values()),
         dataset=dataset,
         work=work,
@@ -109,6 +109,3 @@ def main(
         jobs=settings["jobs"],
         publish=publish,
     )
-    if not complete:
-        print("stopped; the same command resumes")
-        raise typer.Exit(STOPPED)

@@ -17,7 +17,7 @@ import typer
 
 from experiments import common
 from experiments.paper.trainings import WORK, Variant, earlier_trainings, train_variants
-from surrogate.training.queue import STOPPED
+from experiments.timing import DatasetFile, Out
 
 CONFIG = common.CONFIGS / "feature_sets.toml"
 OUT = Path("published/feature_sets.json")
@@ -52,10 +52,10 @@ def summary(sets: dict[str, dict[str, Any]]) -> dict[str, Any]:
 
 def main(
     config: Annotated[Path, typer.Option(help="TOML file.")] = CONFIG,
-    dataset: Annotated[Path, typer.Option(help="Data set file.")] = common.DATASET,
+    dataset: DatasetFile = common.DATASET,
     models: Annotated[Path, typer.Option(help="Published models, taken where trained alike.")] = common.MODELS,
     work: Annotated[Path, typer.Option(help="Where the trainings are kept.")] = WORK / "feature_sets",
-    out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
+    out: Out = OUT,
 ) -> None:
     """Train the feature sets, or go on; the result file holds what is trained."""
     settings = common.read_config(config, "architecture", "recipe", "epochs", "sets", "jobs")
@@ -69,7 +69,7 @@ def main(
             content = {"config": settings, "complete": complete, "summary": found, "sets": sets}
             common.write_result(out, "feature_sets", content)
 
-    complete = train_variants(
+    train_variants(
         list(wanted.values()),
         dataset=dataset,
         work=work,
@@ -78,6 +78,3 @@ def main(
         jobs=settings["jobs"],
         publish=publish,
     )
-    if not complete:
-        print("stopped; the same command resumes")
-        raise typer.Exit(STOPPED)

@@ -22,14 +22,13 @@ from typing import Annotated, Any
 
 import numpy as np
 import typer
-from joblib import Parallel, delayed
 from scipy.optimize import nnls
 
 from bem import Elastic, PiecewiseLinearProtocol, PronySeries, Scene, StandardLinearSolid, simulate
 from bem.materials import Material
 from bem.reference_solutions.jkr import PULL_OFF_FORCE
 from experiments.common import write_result
-from experiments.timing import MEASUREMENTS, plain, progress
+from experiments.timing import MEASUREMENTS, Jobs, in_parallel, plain
 
 OUT = MEASUREMENTS / "broad_band.json"
 TABOR, RATIO = 3.24, 0.1
@@ -78,7 +77,7 @@ def pulled(material: Material, preload: float, rate: float, accuracy: str) -> di
 def main(
     rates: Annotated[int, typer.Option(help="Unloading rates of each curve.")] = 49,
     accuracy: Annotated[str, typer.Option(help="Accuracy of the solver.")] = "standard",
-    jobs: Annotated[int, typer.Option(help="Processes.")] = 2,
+    jobs: Jobs = 2,
     out: Annotated[Path, typer.Option(help="Result file to write; a CSV of the curves goes beside it.")] = OUT,
 ) -> None:
     """Compute all curves."""
@@ -89,10 +88,8 @@ def main(
         solids.append((f"n = {n:g}", n, material, error))
     solids.append(("standard linear solid", None, StandardLinearSolid(RATIO), 0.0))
     tasks = [(solid, preload, float(rate)) for solid in solids for preload in PRELOADS for rate in speeds]
-    results = Parallel(n_jobs=jobs, return_as="generator")(
-        delayed(pulled)(solid[2], preload, rate, accuracy) for solid, preload, rate in tasks
-    )
-    points = list(progress(results, "broad band", len(tasks)))
+    arguments = [(solid[2], preload, rate, accuracy) for solid, preload, rate in tasks]
+    points = in_parallel(pulled, arguments, jobs=jobs, label="broad band")
     elastic = pulled(Elastic(), PRELOADS[0], 1.0, accuracy)["amplification"] * PULL_OFF_FORCE
     for point in points:
         point["own_amplification"] = point["amplification"] * PULL_OFF_FORCE / elastic

@@ -17,7 +17,6 @@ from typing import Annotated, Any
 
 import numpy as np
 import typer
-from joblib import Parallel, delayed
 
 from bem import Elastic, LoadingProtocol, PiecewiseLinearProtocol, Scene, StandardLinearSolid, Trajectory, simulate
 from bem._support.provenance import provenance
@@ -25,7 +24,7 @@ from bem._support.wording import markdown_table
 from bem.accuracy import resolve_accuracy
 from bem.dataset.designs import PAPER_RANGES, QUANTITIES
 from bem.protocol import default_start_indentation
-from experiments.timing import progress
+from experiments.timing import Jobs, in_parallel
 
 OUT = Path("results/solver/hard_cases.csv")
 REPORT = Path("docs/solver-hard-cases.md")
@@ -183,7 +182,7 @@ def _summary(rows: list[Case]) -> dict[str, str]:
 def main(
     count: Annotated[int, typer.Option(help="Random combinations.")] = 400,
     seed: Annotated[int, typer.Option(help="Seed of the combinations.")] = 1,
-    jobs: Annotated[int, typer.Option(help="Processes.")] = 2,
+    jobs: Jobs = 2,
     out: Annotated[Path, typer.Option(help="Table to write.")] = OUT,
     report: Annotated[Path, typer.Option(help="Summary to write.")] = REPORT,
 ) -> None:
@@ -191,8 +190,7 @@ def main(
     cases = corners() + random_combinations(count, seed)
     # The most expensive cases first, so that no core waits for the last one.
     order = sorted(cases, key=lambda case: -case["tabor"] * max(case["peak_indentation"], 0.0))
-    results = Parallel(n_jobs=jobs, return_as="generator_unordered")(delayed(examined)(case) for case in order)
-    rows = list(progress(results, "hard cases", len(order)))
+    rows = in_parallel(examined, [(case,) for case in order], jobs=jobs, label="hard cases", ordered=False)
     rows.sort(key=lambda row: tuple(row[name] for name in ("kind", *VALUES)))
     out.parent.mkdir(parents=True, exist_ok=True)
     with out.open("w", newline="", encoding="utf-8") as file:

@@ -16,7 +16,6 @@ Usage: `python -m experiments surrogate_map [--model NAME] [--count N] [--out FI
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
@@ -35,7 +34,7 @@ from experiments.common import (
 )
 from experiments.cost.surrogate_cost import left_out
 from experiments.paper.dataset_statistics import resolution_floor
-from experiments.timing import FORCE_ERROR, MEASUREMENTS, force_error, plain, progress, spread
+from experiments.timing import FORCE_ERROR, MEASUREMENTS, DatasetFile, Models, Out, force_error, plain, progress, spread
 
 OUT = MEASUREMENTS / "surrogate_map.json"
 WORST = 20
@@ -164,9 +163,9 @@ def main(
     model: Annotated[str, typer.Option(help="Published model.")] = "M1-concat",
     count: Annotated[int, typer.Option(help="Protocols of each point out of range.")] = 100,
     seed: Annotated[int, typer.Option(help="Seed of the protocols out of range.")] = 8,
-    dataset: Annotated[Path, typer.Option(help="Data set file.")] = DATASET,
-    models: Annotated[Path, typer.Option(help="Where trained models are.")] = MODELS,
-    out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
+    dataset: DatasetFile = DATASET,
+    models: Models = MODELS,
+    out: Out = OUT,
 ) -> None:
     """Map the errors of one model."""
     from surrogate.data.dataset import Split

@@ -19,17 +19,13 @@ def draw_curves(axes: Axes, models: dict[str, Any], conditioning: str) -> int:
         name = f"{family}-{conditioning}"
         if name not in models:
             continue
-        history = models[name]["history"]
-        least = min(range(len(history["epoch"])), key=history["validation_mse"].__getitem__)
-        color = models_style.color(name)
-        axes.plot(history["epoch"], history["validation_mse"], color=color, linewidth=1.0, label=family)
-        axes.plot(history["epoch"][least], history["validation_mse"][least], **models_style.marker(name))
+        models_style.draw_validation(axes, models[name]["history"], family, models_style.marker(name))
         drawn += 1
     axes.set(xlabel="epoch", ylabel="validation MSE", yscale="log")
     if drawn:
         axes.legend(loc="upper right", ncols=2)
     else:
-        axes.text(0.5, 0.5, f"no {conditioning} model to compare", transform=axes.transAxes, ha="center", color="0.4")
+        drawing.absent(axes, f"no {conditioning} model to compare")
         axes.set(xlim=(0.0, 1.0), ylim=(1e-4, 1.0), xticks=[])
     return drawn
 

@@ -14,7 +14,7 @@ from matplotlib.patches import Rectangle
 
 from bem.dataset.designs import PAPER_RANGES
 from paper_figures.style import drawing
-from paper_figures.style.writing import Table, number
+from paper_figures.style.writing import Table, number, percent
 
 COLOURED = {
     "steps": "time steps",
@@ -75,9 +75,9 @@ def row_of(name: str, rows: list[dict[str, Any]]) -> list[str]:
         _counted(rows, "status"),
         _counted(rows, "refined_status"),
         number(worst["jumps"]),
-        number(100.0 * worst["change"], 2),
+        percent(worst["change"]),
         *(_coarse(rows, accuracy) for accuracy in COARSER),
-        number(100.0 * worst["work_change"], 2),
+        percent(worst["work_change"]),
         number(worst["energy"], 2),
         number(worst["end_over_pull_off"], 2),
         number(worst["steps"], 5),
@@ -105,7 +105,7 @@ def soak_rows(soak: dict[str, Any]) -> list[list[str]]:
             continue
         found = soak[where]
         growth = found["memory_growth"]
-        memory = "not measured" if growth is None else f"{number(100.0 * growth, 2)} %"
+        memory = "not measured" if growth is None else f"{percent(growth)} %"
         spikes = f"{found['spikes']} with a lone spike"
         if found["spikes"]:
             spikes += f" ({number(found['largest_spike_share'], 1)} of the range of the force at most)"
@@ -122,9 +122,7 @@ def _coarse(rows: list[dict[str, Any]], accuracy: str) -> str:
     if len(rows) > 1 or "coarse" not in rows[0]:
         return "-"
     found = rows[0]["coarse"][accuracy]
-    if found["status"] != "completed":
-        return found["status"]
-    return "-" if found["change"] is None else number(100.0 * found["change"], 2)
+    return percent(found["change"]) if found["status"] == "completed" else found["status"]
 
 
 def _extreme(rows: list[dict[str, Any]], key: str, largest: bool) -> float:

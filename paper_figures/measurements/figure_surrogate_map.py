@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from bem.dataset.designs import PAPER_RANGES
 from paper_figures.style import drawing
 from paper_figures.style.cost_style import FORCE_ERROR, sparse_ticks
-from paper_figures.style.writing import Table, number
+from paper_figures.style.writing import Table, median_and_p95, percent
 
 LABELS = {
     "tabor": r"$\mu$",
@@ -91,18 +91,14 @@ def rows_of(content: dict[str, Any]) -> list[list[str]]:
     """The worst trajectories, then each quantity beyond its bounds."""
     rows = []
     for place, case in enumerate(content["worst"], start=1):
-        errors = [number(100.0 * case["errors"][name], 2) for name in ("force", "pull_off_force")]
+        errors = [percent(case["errors"][name]) for name in ("force", "pull_off_force")]
         words = [", ".join(case["causes"]) or "not local", "yes" if case["corner"] else "no"]
         rows.append([f"worst {place} (no. {case['index']})", "1", *errors, *words])
     for row in content["out_of_range"]:
-        errors = [_pair(row["errors"][name]) for name in ("force", "pull_off_force")]
+        errors = [median_and_p95(row["errors"][name]) for name in ("force", "pull_off_force")]
         name = f"{row['quantity'].replace('_', ' ')} {row['side']} by {100.0 * row['beyond']:g} %"
         rows.append([name, str(row["errors"]["force"]["count"]), *errors, "-", "-"])
     return rows
-
-
-def _pair(error: dict[str, float]) -> str:
-    return f"{number(100.0 * error['median'], 2)} / {number(100.0 * error['p95'], 2)}"
 
 
 def compose(surrogate_map: Any) -> dict[str, Figure | Table]:
@@ -113,8 +109,7 @@ def compose(surrogate_map: Any) -> dict[str, Figure | Table]:
     draw_map(drawn, panels[0, 1], surrogate_map["test"], "peak_indentation", "loading_rate")
     draw_causes(panels[1, 0], surrogate_map["by_cause"])
     draw_out_of_range(panels[1, 1], surrogate_map["out_of_range"])
-    for axes, name in zip(panels.flat, "abcd", strict=True):
-        drawing.letter(axes, name)
+    drawing.letters(panels.flat)
     figures = {"figure-surrogate-map": drawn, "figure-surrogate-worst": draw_worst_cases(surrogate_map)}
     return {**figures, "surrogate-map": worst_table(surrogate_map)}
 

@@ -1,6 +1,9 @@
 """What all figures share: sizes, colours, panel letters, the paper's values, writing PDF and PNG."""
 
+from collections.abc import Iterable, Sequence
 from pathlib import Path
+from string import ascii_lowercase
+from typing import Any
 
 import matplotlib as mpl
 
@@ -42,6 +45,35 @@ def figure(*, width: float = DOUBLE_COLUMN, height: float) -> Figure:
 def letter(axes: Axes, name: str) -> None:
     """Put the panel letter above the left corner of a panel."""
     axes.set_title(f"({name})", loc="left", fontweight="bold")
+
+
+def letters(panels: Iterable[Axes]) -> None:
+    """Put the letters a, b, c, ... above panels, in their order."""
+    for axes, name in zip(panels, ascii_lowercase, strict=False):
+        letter(axes, name)
+
+
+def zero_line(axes: Axes) -> None:
+    """A faint line at zero, behind everything."""
+    axes.axhline(0.0, color="0.8", linewidth=0.6, zorder=0)
+
+
+def by_phase(axes: Axes, time: np.ndarray, values: np.ndarray, phase_times: Sequence[float]) -> None:
+    """Values over time as a line in the colours of the phases, which end at `phase_times` (4,)."""
+    for begin, end, color in zip(phase_times[:-1], phase_times[1:], PHASES.values(), strict=True):
+        inside = (time >= begin * (1.0 - 1e-9)) & (time <= end * (1.0 + 1e-9))
+        axes.plot(time[inside], values[inside], color=color)
+
+
+def absent(axes: Axes, text: str) -> None:
+    """Say in the middle of a panel why it shows nothing."""
+    axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", color="0.4")
+
+
+def beside(axes: Axes, x: float, text: str, *, height: float, shift: float, **style: Any) -> None:
+    """Words beside a vertical line at `x`, so many points to its right, at a share of the panel's height."""
+    place = {"xycoords": ("data", "axes fraction"), "xytext": (shift, 0), "textcoords": "offset points"}
+    axes.annotate(text, (x, height), ha="right" if shift < 0 else "left", va="top", **place, **style)
 
 
 def log_labels(axis: Axis) -> None:
