@@ -1,6 +1,6 @@
-"""What all command lines share: `--version`, and how they end.
+"""Shared by all command lines: the option `--version`, error messages and exit status.
 
-A user's mistake becomes one sentence on standard error, and exit status 2.
+A user's mistake becomes one sentence on standard error and exit status 2.
 """
 
 import sys
@@ -69,8 +69,7 @@ def run_command(app: Any, name: str, program: str | None = None) -> None:
 def run_main(main: Callable[..., Any], name: str | None = None, *, program: str | None = None, **settings: Any) -> None:
     """Run a module's function as a command of its own, and leave the process with its status.
 
-    A `RuntimeError`, by which a study says that something it needs did not work out, ends it with its sentence and
-    status 1.
+    A `RuntimeError`, by which a study reports that a step failed, ends it with one sentence and status 1.
 
     Args:
         main: The function; its parameters are the command's.
@@ -93,7 +92,7 @@ def run_main(main: Callable[..., Any], name: str | None = None, *, program: str 
 
 
 def sentence(error: Exception) -> str:
-    """An error in words, on one line of bounded length; what the operating system says, with the file it is about."""
+    """An error in words, on one line of bounded length; an error of the operating system with the file concerned."""
     if isinstance(error, OSError) and error.strerror:
         return shortened(f"{error.strerror}: {error.filename}" if error.filename else error.strerror, LONGEST)
     return shortened(str(error), LONGEST)

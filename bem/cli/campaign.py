@@ -1,4 +1,4 @@
-"""The commands `bem campaign`, `bem merge` and `bem verify`: options become a campaign, its outcome a few lines."""
+"""The commands `bem campaign`, `bem merge` and `bem verify`: they read the options and print the outcome."""
 
 import functools
 import signal
@@ -45,7 +45,7 @@ def campaign(
     count: Annotated[int | None, typer.Option(help="How many protocols; 12450 by default, as in the paper.")] = None,
     seed: Annotated[int | None, typer.Option(help="Seed of the design; 0 by default.")] = None,
     accuracy: Annotated[str | None, typer.Option(help="As in `bem simulate`; standard by default.")] = None,
-    modulus_ratio: Annotated[float | None, typer.Option(help="Relaxed over instantaneous modulus; 0.1.")] = None,
+    modulus_ratio: Annotated[float | None, typer.Option(help="Modulus ratio E0/Einf; 0.1 by default.")] = None,
     ranges: Annotated[list[str] | None, typer.Option("--range", help=RANGE_HELP)] = None,
     design_file: Annotated[
         Path | None, typer.Option(help="TOML file of design, count, seed, accuracy, modulus_ratio and a table ranges.")
@@ -108,8 +108,8 @@ def verify(
     """Compute a sample of a data set again and compare, on any processor.
 
     Pull-off force, hysteresis and force history may differ by twice the accuracy the file was made with, as either
-    may err by that; how many trajectories are identical to the last bit is said beside it. The exit status is 1 when
-    any does not agree.
+    may err by that; the number of trajectories that are identical to the last bit is printed too. The exit status is 1
+    when any does not agree.
     """
     from bem._support.progress import progress_bar
     from bem.dataset.verification import verify as compare

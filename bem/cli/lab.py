@@ -46,9 +46,9 @@ def simulate_si(
     unloading_rate: Annotated[str, typer.Option(help="Speed of withdrawal, e.g. 2um/s.")],
     dwell_time: Annotated[str, typer.Option(help="Time at the peak, e.g. 0.5s.")] = "0",
     start_indentation: Annotated[
-        str | None, typer.Option(help="Where it starts and ends; by default just off.")
+        str | None, typer.Option(help="Indentation at the start and the end; by default just out of contact.")
     ] = None,
-    poisson_ratio: Annotated[float, typer.Option(help="Of the half-space.")] = 0.5,
+    poisson_ratio: Annotated[float, typer.Option(help="Poisson's ratio of the half-space.")] = 0.5,
     gap: Annotated[str | None, typer.Option(help="Equilibrium gap; 0.3nm by default.")] = None,
     retardation_time: Annotated[str | None, typer.Option(help="Unit of the material's times, e.g. 100ms.")] = None,
     material: Annotated[str, typer.Option(help="elastic, sls:K or prony:C1@T1,...; as in `bem simulate`.")] = "elastic",
@@ -107,18 +107,16 @@ def simulate_si(
 def fit_curve(
     curve: Annotated[list[Path], typer.Argument(help="The measured curve; approach and retract may be two files.")],
     radius: Annotated[str, typer.Option(help=RADIUS)],
-    stiffness: Annotated[str | None, typer.Option(help="Of cantilever or machine, e.g. 0.2N/m.")] = None,
+    stiffness: Annotated[str | None, typer.Option(help="Stiffness of the cantilever or machine, e.g. 0.2N/m.")] = None,
     force_sign: Annotated[str, typer.Option(help=SIGN_HELP)] = "tension",
-    speed: Annotated[str | None, typer.Option(help="Of the stage, for files without time.")] = None,
+    speed: Annotated[str | None, typer.Option(help="Speed of the stage, e.g. 2um/s, for files without time.")] = None,
     free: Annotated[
         str | None,
-        typer.Option(
-            help="Parameters to fit, separated by commas; by default all, less those the curve does not call for."
-        ),
+        typer.Option(help="Parameters to fit, separated by commas; by default all that the curve calls for."),
     ] = None,
     modulus: Annotated[str | None, typer.Option(help="Relaxed Young's modulus: a first guess, or fixed.")] = None,
     work_of_adhesion: Annotated[str | None, typer.Option(help="A first guess, or fixed.")] = None,
-    poisson_ratio: Annotated[float, typer.Option(help="Of the half-space.")] = 0.5,
+    poisson_ratio: Annotated[float, typer.Option(help="Poisson's ratio of the half-space.")] = 0.5,
     gap: Annotated[str | None, typer.Option(help="Equilibrium gap; 0.3nm by default.")] = None,
     retardation_time: Annotated[str | None, typer.Option(help="A first guess, or fixed.")] = None,
     material: Annotated[str, typer.Option(help="elastic or sls:K: a first guess, or fixed.")] = "elastic",
@@ -193,7 +191,7 @@ def _warnings_are_sentences() -> Iterator[None]:
 
 @contextmanager
 def _unfinished_is_one_sentence() -> Iterator[None]:
-    """End a command whose simulation or fit did not work out with its sentence and status 1."""
+    """End a command whose simulation or fit did not complete with one sentence and status 1."""
     try:
         yield
     except RuntimeError as error:

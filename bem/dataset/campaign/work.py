@@ -54,7 +54,7 @@ def batches_of(indices: np.ndarray, seconds: FloatArray, workers: int) -> list[t
 
 @functools.cache
 def _warm_solver() -> Solver:
-    """The solver with its kernels loaded, so that no trajectory is charged for that."""
+    """The solver with its kernels loaded, so that loading counts for no trajectory."""
     from bem.solver.simulation import simulate
 
     protocol = LoadingProtocol(peak_indentation=2.0, loading_rate=10.0, dwell_time=0.1, unloading_rate=10.0)
@@ -64,7 +64,7 @@ def _warm_solver() -> Solver:
 
 @dataclass(frozen=True)
 class Arrival:
-    """What comes back for a batch.
+    """The results of a batch.
 
     Args:
         records: one for each trajectory.
@@ -100,7 +100,7 @@ def results(campaign: Any, indices: np.ndarray, executor: Executor, solver: Solv
     """Some of a campaign's trajectories, as they arrive.
 
     Raises:
-        CampaignError: the work cannot go on.
+        CampaignError: the work cannot continue.
     """
     if not len(indices):
         return
