@@ -2,7 +2,8 @@
 
 The function `study` of a module returns the content of a result: the runner finds its arguments, as
 `experiments.places` describes, and writes the result under the module's name. A module with a `main` has options of its
-own (`--help`). `--depends FILE` before the name also writes the rule that tells make what the result was made from.
+own, which `--help` shows. `--depends FILE` before the name also writes the rule that tells make what the result was
+made from.
 """
 
 import re
@@ -42,7 +43,7 @@ def main() -> None:
     module = import_module(known[name])
     called = f"python -m experiments {name}"
     if not hasattr(module, "study"):
-        run_main(module.main, program=called)
+        run_main(module.main, program=called, help=module.__doc__)
         return
 
     def command(

@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from surrogate.inference.predictor import Surrogate
 
 CONFIGS = Path(__file__).parent / "configs"
-RESULTS = Path("results/studies")
 DATASET = Path("published/dataset.h5")
 MODELS = Path("published/models")
 MODULUS_RATIO = 0.1

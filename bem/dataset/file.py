@@ -74,7 +74,7 @@ class Dataset:
 
 
 def write_tree(target: BytesIO, columns: Columns, attributes: Mapping[str, Any], *, first_block: int = 0) -> None:
-    """Write columns and root attributes as HDF5 after `first_block` free bytes; dictionaries and lists become JSON."""
+    """Write columns and root attributes as HDF5 behind a free first block; dictionaries and lists become JSON."""
     with h5py.File(target, "w", userblock_size=first_block) as file:
         for name, value in attributes.items():
             file.attrs[name] = json.dumps(value) if isinstance(value, dict | list) else value

@@ -10,8 +10,6 @@ first protocols only, a closed form on those of its regime; each row says on how
 Seconds are processor seconds of a whole call, from the protocol to pull-off force, hysteresis and forces at the
 measurement steps, on one thread: for each protocol the median of the repeats. A tool is repeated while `BUDGET` lasts,
 at least once.
-
-Usage: `python -m experiments accuracy_cost [--count N] [--repeats N] [--finest N] [--out FILE]`.
 """
 
 from __future__ import annotations

@@ -3,8 +3,6 @@
 Protocols are the first of one random draw without repetition, so that fewer of them at `reference` are a random sample
 of those at `draft` and `standard`. Errors are differences from `reference` on that sample. Campaigns are kept in
 `results/accuracy_price/`, and an interrupted run continues.
-
-Usage: `python -m experiments accuracy_price [--count N] [--reference-count N] [--workers N]`.
 """
 
 from pathlib import Path

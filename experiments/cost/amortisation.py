@@ -5,8 +5,6 @@ machine where `experiments.cost.training_speed` has measured them), and the seco
 `experiments.cost.accuracy_cost`. Every surrogate, in every way of calling it, is compared with the solver at its named
 accuracies; the paper's line has its own numbers. A model that was published or trained again after the measurement is
 named, and its seconds are not estimated.
-
-Usage: `python -m experiments amortisation [--cost FILE] [--models DIR] [--speed FILE] [--out FILE]`.
 """
 
 from __future__ import annotations

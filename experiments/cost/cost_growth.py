@@ -12,8 +12,6 @@ the whole call elsewhere. Iterations per step are fitted beside them, the N_iter
 With a fresh factorisation in every iteration the paper's method costs N_s^3 once systems are large, and its sum over
 the history costs N_t^2 once histories are long; the solver, which remembers by recursion and factorises seldom, has
 neither.
-
-Usage: `python -m experiments cost_growth [--repeats N] [--out FILE]`.
 """
 
 from __future__ import annotations

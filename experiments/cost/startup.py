@@ -2,8 +2,6 @@
 
 The first run compiles the kernels into an empty cache; a warm run finds them there. The same is measured of another
 revision, one run after the other in turn, so that the ratio holds on a machine of any speed and load.
-
-Usage: `python -m experiments startup [--baseline REVISION] [--repeats N]`.
 """
 
 from __future__ import annotations

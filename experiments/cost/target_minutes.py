@@ -2,8 +2,6 @@
 
 The targets are those of the Makefile's registry, so that a figure added there is measured too. Set-up is not counted,
 and compiled kernels are kept between targets, as on a machine where one target has already run.
-
-Usage: `python -m experiments target_minutes [--makefile FILE] [--only TARGET ...] [--out FILE]`.
 """
 
 from __future__ import annotations

@@ -9,8 +9,6 @@ published study of data efficiency (models trained on shares of the data set), w
 Models were trained on processors of different speed. Where `experiments.cost.training_speed` has measured what a batch
 of a recipe costs an architecture, minutes are those of the batches on that one machine, without validation; else those
 that the training took.
-
-Usage: `python -m experiments training_cost [--models DIR] [--shares FILE] [--speed FILE] [--out FILE]`.
 """
 
 from __future__ import annotations

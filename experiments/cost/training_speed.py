@@ -5,8 +5,7 @@ batches of the data set's size one after another; a training's hours are those o
 after every epoch. A block holds as many batches as lie between two refinements of the optimizer's bases, which cost
 more than the batches between them.
 
-Usage: `python -m experiments training_speed [--recipe NAME] [--only MODEL] [--repeats N] [--out FILE]`, under
-another backend where `KERAS_BACKEND` names one.
+`KERAS_BACKEND` chooses another backend.
 """
 
 from __future__ import annotations

@@ -10,8 +10,6 @@ The second part shows when a simpler scene may replace the full one: the error o
 measures it, over the rate at which the sphere moves (without a dwell), and the choice of `recommend`; the error of a
 short or long range of adhesion instead of the true one, over the Tabor parameter; and of one relaxation process instead
 of ten, over the decades that these span.
-
-Usage: `python -m experiments measure [--repeats N] [--out FILE]`.
 """
 
 from __future__ import annotations

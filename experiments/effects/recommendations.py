@@ -5,8 +5,6 @@ ten-term solids of random spectra in the paper's box; the paper's box without ad
 histories of two loads with a partial unloading between. For each protocol, tolerance and quantity the recommended scene
 and the full one are simulated at `ACCURACY`, and the difference is compared with the tolerance. The saving of a
 recommendation is the ratio of seconds at standard accuracy, over the scenes that were simplified.
-
-Usage: `python -m experiments recommendations [--count N] [--out FILE]`.
 """
 
 from __future__ import annotations

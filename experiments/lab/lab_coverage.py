@@ -3,8 +3,6 @@
 Each case draws modulus, work of adhesion, retardation time, modulus ratio, contact point and force offset of a soft
 bead, simulates a cycle of loading, dwell and unloading at a tighter accuracy than the fit's, samples it at 300 instants
 and adds 1 % of its range as noise. Six parameters are then fitted from guesses that the curve alone gives.
-
-Usage: `python -m experiments lab_coverage [--cases N] [--seed S] [--jobs N] [--out FILE]`.
 """
 
 from __future__ import annotations

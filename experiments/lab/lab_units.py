@@ -1,6 +1,6 @@
 """Three real contacts in the solver's units, as the table of `docs/units.md`; and when an effective range is harmless.
 
-Usage: `python -m experiments lab_units`, which prints both tables.
+It prints both tables.
 """
 
 from __future__ import annotations

@@ -3,8 +3,6 @@
 The surrogate is timed three ways, on one thread and warmed up: the plain Keras call (`model.predict`, as most scripts
 do it), our predictor on one protocol, and our predictor on a batch, per trajectory. Our predictor is ONNX Runtime where
 the model is exported. Processor seconds, each the median of its repetitions.
-
-Usage: `python -m experiments canonical_times [--config FILE] [--models DIR] [--out FILE]`.
 """
 
 from __future__ import annotations

@@ -4,9 +4,6 @@ Scaling statistics come from each subset alone; validation and test parts are th
 point at 100 %. It trains up to 36 models in hours, continues after an interruption, and keeps what the result file
 already holds. That file is published; without it, all models are trained again. Source: the paper's section
 "Model-family selection" and its appendix on training-set size.
-
-Usage: `python -m experiments data_efficiency [--config FILE] [--dataset FILE] [--models DIR] [--work DIR]
-[--out FILE]`.
 """
 
 from __future__ import annotations

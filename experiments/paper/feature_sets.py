@@ -3,9 +3,6 @@
 It trains up to four models, continues after an interruption, and keeps what the result file already holds. That file is
 published, so that the figure is drawn at once; without it, all models are trained again. Source: the paper's appendix
 "Effects of training-set size and physics-guided input representation".
-
-Usage: `python -m experiments feature_sets [--config FILE] [--dataset FILE] [--models DIR] [--work DIR]
-[--out FILE]`.
 """
 
 from __future__ import annotations

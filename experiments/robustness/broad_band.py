@@ -10,8 +10,6 @@ preload, so that the contact is long for the crack to reach its speed; the ampli
 3/2, and over the largest force of the elastic solid of the same Tabor parameter, which adhesion of finite range makes a
 little larger. A standard linear solid of the same modulus ratio is the last curve. The result can be compared with
 published boundary-element data for the same solids. mu = 3.24, k = 0.1; rates in h0 per retardation time.
-
-Usage: `python -m experiments broad_band [--rates N] [--accuracy A] [--jobs N] [--out FILE]`.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Trajectories that guard the solver's results: one for each part that a change may affect.
 
-Usage: `python -m experiments golden_trajectories`, after a change that was meant to change results, and after
+`make golden-trajectories` renews them after a change that was meant to change results, and after
 `bem.solver.version.SOLVER_VERSION` was raised.
 """
 

@@ -5,8 +5,6 @@ steps, jumps, seconds, how far pull-off force and work moved under refinement, a
 closed loop over the integral of |P d(delta)|, never negative in a solid that cannot create energy. The extremes are run
 at coarser accuracies too, where a solver fails first. Random protocols are drawn as in `experiments.robustness.soak`,
 inside the box and beyond it.
-
-Usage: `python -m experiments hard_case_map [--count N] [--jobs N] [--out FILE]`.
 """
 
 from __future__ import annotations

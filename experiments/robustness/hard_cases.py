@@ -3,8 +3,6 @@
 Each case is simulated at one accuracy and again with the target error divided by four, which halves the spacing at the
 contact edge and shortens the steps. Reported: how it ended, how far the pull-off force moved, whether the loop created
 energy (its work against the integral of |P d(delta)|), the smallest eigenvalue of the Jacobian at jumps, and seconds.
-
-Usage: `python -m experiments hard_cases [--count N] [--seed N] [--jobs N] [--out FILE] [--report FILE]`.
 """
 
 from __future__ import annotations

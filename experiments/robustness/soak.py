@@ -6,8 +6,6 @@ reported is that of the second half over the first, in which kernels and caches 
 fewer than `CHUNKS_FOR_MEMORY` chunks. Protocol i depends on the seed and i only. Chunks are kept, so that an
 interrupted soak continues with the same command; they are known by the solver's version, its accuracy and their
 protocols.
-
-Usage: `python -m experiments soak [--count N] [--beyond N] [--stiff N] [--jobs N] [--out FILE]`.
 """
 
 from __future__ import annotations

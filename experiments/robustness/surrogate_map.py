@@ -9,8 +9,6 @@ Three parts, all for one published model:
   their logarithmic range, is stated too, as a place and not a cause.
 - Errors outside the range of training: one quantity at a time is moved beyond either bound by 5, 20 and 100 % while the
   others are random inside the box, and the truth is simulated.
-
-Usage: `python -m experiments surrogate_map [--model NAME] [--count N] [--out FILE]`.
 """
 
 from __future__ import annotations

@@ -7,11 +7,17 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from paper_figures.style import drawing
-from paper_figures.style.models_style import draw_validation
 
 STYLES = {"A": drawing.VERMILION, "B": drawing.ORANGE, "C": drawing.PURPLE, "D": drawing.BLUE}
 LABELS = {"A": "time, indentation", "B": "A + velocity", "C": "B + acceleration", "D": "B + edge"}
 FOLD = 0
+
+
+def draw_curve(axes: Axes, history: dict[str, list[float]], color: Any, label: str) -> None:
+    """A validation curve, its least value marked."""
+    least = min(range(len(history["epoch"])), key=history["validation_mse"].__getitem__)
+    axes.plot(history["epoch"], history["validation_mse"], color=color, linewidth=1.0, label=label)
+    axes.plot(history["epoch"][least], history["validation_mse"][least], "o", color=color)
 
 
 def draw_feature_sets(axes: Axes, sets: dict[str, Any] | None) -> None:
@@ -20,8 +26,7 @@ def draw_feature_sets(axes: Axes, sets: dict[str, Any] | None) -> None:
         _absent(axes, "make feature-sets")
         return
     for name, found in sets.items():
-        label = f"{name}: {LABELS[name]} ({found['validation_mse']:.1e})"
-        draw_validation(axes, found["history"], label, {"color": STYLES[name], "marker": "o"})
+        draw_curve(axes, found["history"], STYLES[name], f"{name}: {LABELS[name]} ({found['validation_mse']:.1e})")
     axes.legend(loc="upper right")
 
 
@@ -32,11 +37,10 @@ def draw_shares(axes: Axes, content: dict[str, Any] | None) -> None:
         return
     shares = content["shares"]
     shades = colormaps["viridis"]
-    draw_validation(axes, content["full"]["history"], "100 %", {"color": drawing.BLACK, "marker": "o"})
+    draw_curve(axes, content["full"]["history"], drawing.BLACK, "100 %")
     for index, one in enumerate(shares):
         color = shades(0.9 * (index + 1) / len(shares))
-        look = {"color": color, "marker": "o"}
-        draw_validation(axes, one["folds"][FOLD]["history"], f"{one['percent']:g} %", look)
+        draw_curve(axes, one["folds"][FOLD]["history"], color, f"{one['percent']:g} %")
     axes.legend(loc="upper right", ncols=2)
 
 

@@ -19,7 +19,11 @@ def draw_curves(axes: Axes, models: dict[str, Any], conditioning: str) -> int:
         name = f"{family}-{conditioning}"
         if name not in models:
             continue
-        models_style.draw_validation(axes, models[name]["history"], family, models_style.marker(name))
+        history = models[name]["history"]
+        least = min(range(len(history["epoch"])), key=history["validation_mse"].__getitem__)
+        color = models_style.color(name)
+        axes.plot(history["epoch"], history["validation_mse"], color=color, linewidth=1.0, label=family)
+        axes.plot(history["epoch"][least], history["validation_mse"][least], **models_style.marker(name))
         drawn += 1
     axes.set(xlabel="epoch", ylabel="validation MSE", yscale="log")
     if drawn:

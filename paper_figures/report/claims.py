@@ -23,7 +23,6 @@ from pathlib import Path
 from typing import Any
 
 from experiments.paper_numbers import paper_rows, paper_values, stated
-from experiments.places import Places
 
 REPRODUCED, BETTER, TIE, DIFFERS, NOT_COMPARABLE, NOT_YET = (
     "reproduced",
@@ -42,22 +41,21 @@ EXACT = 1e-6
 """Relative width within which a setting is the paper's."""
 
 SOURCES = {
-    "dataset": ("dataset_statistics", "make table-protocols-dataset"),
-    "canonical": ("canonical_regimes", "make table-protocols-canonical"),
-    "persson_brener": ("persson_brener", "make table-persson-brener"),
-    "errors": ("error_statistics", "make table-quartiles"),
-    "fms": ("fms_transfer", "make figure-fms-transfer"),
-    "models": ("model_comparison", "make models table-models"),
-    "graphs": ("architecture_graphs", "make figure-architectures"),
-    "slips": ("inconsistencies", "make report"),
-    "settings": ("adopted_settings", "make report"),
-    "training": ("training_cost", "make measure-training-cost"),
-    "speed": ("training_speed", "make bench-training"),
-    "features": ("feature_sets", "make feature-sets"),
-    "ranking": ("ranking", "make ranking"),
-    "efficiency": ("data_efficiency", "make data-efficiency"),
+    "dataset": ("results", "studies/dataset_statistics.json", "make table-protocols-dataset"),
+    "canonical": ("results", "studies/canonical_regimes.json", "make table-protocols-canonical"),
+    "persson_brener": ("results", "studies/persson_brener.json", "make table-persson-brener"),
+    "errors": ("results", "studies/error_statistics.json", "make table-quartiles"),
+    "fms": ("results", "studies/fms_transfer.json", "make figure-fms-transfer"),
+    "models": ("results", "studies/model_comparison.json", "make models table-models"),
+    "graphs": ("results", "studies/architecture_graphs.json", "make figure-architectures"),
+    "slips": ("results", "studies/inconsistencies.json", "make report"),
+    "settings": ("results", "studies/adopted_settings.json", "make report"),
+    "training": ("published", "measurements/training_cost.json", "make measure-training-cost"),
+    "speed": ("published", "measurements/training_speed.json", "make bench-training"),
+    "features": ("published", "feature_sets.json", "make feature-sets"),
+    "ranking": ("published", "ranking.json", "make ranking"),
+    "efficiency": ("published", "data_efficiency.json", "make data-efficiency"),
 }
-"""Where claims find our numbers: the result's name, and the target that makes it."""
 
 
 @dataclass(frozen=True)
@@ -87,13 +85,14 @@ class Results:
     """The result files, read when first asked for."""
 
     def __init__(self, results: Path, published: Path) -> None:
-        self.places = Places(results, published)
+        self.roots = {"results": results, "published": published}
         self.read: dict[str, Any] = {}
 
     def content(self, name: str) -> Any:
         """Content of a source, or `None` where its file does not exist."""
         if name not in self.read:
-            path = self.places.path(SOURCES[name][0])
+            root, file, _ = SOURCES[name]
+            path = self.roots[root] / file
             self.read[name] = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else None
         return self.read[name]
 
@@ -154,7 +153,7 @@ def judge(claim: dict[str, Any], results: Results) -> Finding:
     if ours is None and (claim["rule"] != "none" or claim.get("beyond")):
         places = [claim[key] for key in ("source", "than", "over") if key in claim]
         lacking = next(place for place in places if results.at(place) is None)
-        target = claim.get("made_by", SOURCES[lacking.partition(":")[0]][1])
+        target = claim.get("made_by", SOURCES[lacking.partition(":")[0]][2])
         return Finding(claim, None, NOT_YET, f"`{target}` makes it.")
     found = verdict(claim["rule"], claim.get("value"), ours, claim.get("tolerance"))
     return Finding(claim, ours, found, f"{claim['why']} One training each." if "ranking" in claim else claim["why"])

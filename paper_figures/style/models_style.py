@@ -50,13 +50,6 @@ def step_marker(name: str) -> dict[str, Any]:
     return marker(name) | small
 
 
-def draw_validation(axes: Axes, history: Mapping[str, Any], label: str, look: Mapping[str, Any]) -> None:
-    """A validation curve over epochs, its least value marked; `look` are keywords of `Axes.plot` of the mark."""
-    least = min(range(len(history["epoch"])), key=history["validation_mse"].__getitem__)
-    axes.plot(history["epoch"], history["validation_mse"], color=look["color"], linewidth=1.0, label=label)
-    axes.plot(history["epoch"][least], history["validation_mse"][least], **look)
-
-
 def draw_folds(
     axes: Axes,
     x: Sequence[float],

@@ -28,7 +28,7 @@ _OWN = re.compile(rf"campaign\.json|part-[0-9a-f]{{24}}\.npz|\.[0-9a-f]+{re.esca
 
 
 class CampaignError(RuntimeError):
-    """A campaign could not continue; what it has saved is kept, and the same command resumes it."""
+    """A campaign could not go on; what it has saved is kept, and the same command continues."""
 
 
 def differences(wanted: Mapping[str, Any], found: Mapping[str, Any]) -> str:

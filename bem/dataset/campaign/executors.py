@@ -147,7 +147,7 @@ def _unheard(thread: str) -> Iterator[None]:
 
 
 def _begin_worker(parent: int) -> None:
-    """Leave Ctrl-C, which reaches all processes, to the main process; end soon after that one was killed."""
+    """Leave Ctrl-C, which reaches all processes, to the main one, and end soon after a main process that was killed."""
 
     def watch() -> None:
         while os.getppid() == parent:
@@ -175,7 +175,7 @@ class ClusterExecutor(Executor):
             import distributed
         except ImportError as error:
             raise ValueError("cluster needs Dask; install the extra `cluster` of this package") from error
-        # Dask retries and reports by itself; its log would hide the one sentence that matters.
+        # Dask retries and reports by itself; its log would bury the one sentence that matters.
         for name in ("distributed", "distributed.client", "tornado.application"):
             logging.getLogger(name).setLevel(logging.CRITICAL)
         reachable, self._place = scheduler_address(address), shown(address)
@@ -240,7 +240,7 @@ def scheduler_address(address: str) -> str:
 
 
 async def _kind_of_server(distributed: Any, address: str, patience: float) -> str:
-    """Return the type that a Dask server reports; `Client` itself would wait for ever for a server of another kind."""
+    """What a Dask server says it is; `Client` itself would wait for ever for a server of another kind."""
     arguments = distributed.Security().get_connection_args("client")
     async with asyncio.timeout(patience), distributed.rpc(address, timeout=patience, connection_args=arguments) as one:
         return str((await one.identity())["type"])

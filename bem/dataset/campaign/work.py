@@ -54,7 +54,7 @@ def batches_of(indices: np.ndarray, seconds: FloatArray, workers: int) -> list[t
 
 @functools.cache
 def _warm_solver() -> Solver:
-    """The solver with its kernels loaded, so that loading counts for no trajectory."""
+    """The solver with its kernels loaded, so that no trajectory is charged for that."""
     from bem.solver.simulation import simulate
 
     protocol = LoadingProtocol(peak_indentation=2.0, loading_rate=10.0, dwell_time=0.1, unloading_rate=10.0)
