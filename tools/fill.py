@@ -44,6 +44,22 @@ def of_dataset(published: Path) -> dict[str, str]:
     }
 
 
+def of_latency(published: Path) -> dict[str, str]:
+    """Seconds of a prediction, and of a step of a stream, or that they are not measured yet."""
+    from experiments.cost.bench_surrogate import PREDICTIONS, STREAM, prediction_table, stream_table
+
+    measurements = {
+        "seconds of a prediction": (PREDICTIONS, prediction_table, "bench-surrogate"),
+        "seconds of a step": (STREAM, stream_table, "bench-stream"),
+    }
+    words = {}
+    for place, (path, table, target) in measurements.items():
+        content = _read(published / "measurements" / path.name)
+        measured = content and f"{table(content)}\n\nMeasured on one core of {content['host']}."
+        words[place] = measured or f"Not measured yet: `make {target} docs-control`."
+    return words
+
+
 def of_targets(published: Path) -> dict[str, str]:
     """The table of the paper's targets with their minutes and hours, and the machine that took the minutes."""
     from experiments.stages import hours_of, read_stages
@@ -79,27 +95,11 @@ def of_cost(published: Path) -> dict[str, str]:
     return {"fastest tool": page_text(_read(published / FILES["cost"], "make measure-accuracy-cost"))}
 
 
-def of_latency(published: Path) -> dict[str, str]:
-    """Seconds of a prediction, and of a step of a stream, or that they are not measured yet."""
-    from experiments.cost.bench_surrogate import PREDICTIONS, STREAM, prediction_table, stream_table
-
-    measurements = {
-        "seconds of a prediction": (PREDICTIONS, prediction_table, "bench-surrogate"),
-        "seconds of a step": (STREAM, stream_table, "bench-stream"),
-    }
-    words = {}
-    for place, (path, table, target) in measurements.items():
-        content = _read(published / "measurements" / path.name)
-        measured = content and f"{table(content)}\n\nMeasured on one core of {content['host']}."
-        words[place] = measured or f"Not measured yet: `make {target} docs-control`."
-    return words
-
-
 SOURCES: dict[tuple[str, ...], Callable[[Path], dict[str, str]]] = {
     ("trajectories", "core-minutes", "milliseconds", "paper-cpu-hours"): of_dataset,
+    ("seconds of a prediction", "seconds of a step"): of_latency,
     ("targets", "machine"): of_targets,
     ("fastest tool",): of_cost,
-    ("seconds of a prediction", "seconds of a step"): of_latency,
 }
 """Who knows what belongs in the places of these names."""
 

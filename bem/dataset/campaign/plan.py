@@ -94,7 +94,7 @@ class Campaign:
         return out.with_name(f"{out.stem}.shard-{self.shard[0]}-of-{self.shard[1]}{out.suffix}")
 
     def expected_seconds(self, indices: np.ndarray) -> FloatArray:
-        """What some of the trajectories may take, shape (n,)."""
+        """Seconds that some of the trajectories may take, shape (n,)."""
         return expected_seconds({name: values[indices] for name, values in self.protocols.items()}, self.accuracy)
 
     def items(self, indices: np.ndarray) -> list[tuple[float, ...]]:
