@@ -9,17 +9,17 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from paper_figures.style import drawing
+from paper_figures.style.models_style import REFERENCE
 from paper_figures.style.writing import Table, left_out, number, percent
 
-REFERENCE_MODEL = "M1-concat"
 QUERIES = np.geomspace(1.0, 1e8, 400)
 STYLES = {
     "solver, draft": (drawing.SKY, "-"),
     "solver, standard": (drawing.BLUE, "-"),
     "solver, reference": (drawing.BLACK, "-"),
-    f"{REFERENCE_MODEL}, Keras call": (drawing.PURPLE, "--"),
-    f"{REFERENCE_MODEL}, ONNX single": (drawing.GREEN, "--"),
-    f"{REFERENCE_MODEL}, ONNX batch": (drawing.ORANGE, "--"),
+    f"{REFERENCE}, Keras call": (drawing.PURPLE, "--"),
+    f"{REFERENCE}, ONNX single": (drawing.GREEN, "--"),
+    f"{REFERENCE}, ONNX batch": (drawing.ORANGE, "--"),
     "paper's solver": (drawing.PAPER, "-"),
     "paper's surrogate": (drawing.PAPER, "--"),
 }
@@ -72,10 +72,10 @@ def compose(amortisation: Any) -> dict[str, Figure | Table]:
     axes.set(xlabel="queries", ylabel="core time in all (h)", xlim=(1, 1e8))
     axes.set_ylim(bottom=1e-5)
     drawn.legend(loc="outside right upper", fontsize=6)
-    if f"{REFERENCE_MODEL}, Keras call" not in lines:
-        known = REFERENCE_MODEL in [*amortisation["unmeasured"], *amortisation["retrained"]]
+    if f"{REFERENCE}, Keras call" not in lines:
+        known = REFERENCE in [*amortisation["unmeasured"], *amortisation["retrained"]]
         words = "published but not measured" if known else "not published yet"
-        axes.set_title(f"{REFERENCE_MODEL} is {words}", loc="right", color="0.4")
+        axes.set_title(f"{REFERENCE} is {words}", loc="right", color="0.4")
     return {"figure-amortisation": drawn, "amortisation": break_even_table(amortisation)}
 
 

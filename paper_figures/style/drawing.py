@@ -32,6 +32,14 @@ BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK = (
     "#000000",
 )
 PHASES = {"loading": BLUE, "dwell": ORANGE, "unloading": GREEN}
+SYMBOLS = {
+    "tabor": r"$\mu$",
+    "peak_indentation": r"$\hat\delta_l$",
+    "loading_rate": r"$\hat v_L$",
+    "dwell_time": r"$\hat t_D$",
+    "unloading_rate": r"$\hat v_U$",
+}
+"""The quantities of a protocol as the paper writes them."""
 PAPER = "#882255"
 """The colour of everything that is the paper's, and of nothing else."""
 
