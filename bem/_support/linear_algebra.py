@@ -18,7 +18,7 @@ _PANEL = 4  # rows eliminated together, so that the rest of the matrix is read a
 
 @kernel
 def copy_into(target: np.ndarray, source: np.ndarray) -> None:
-    """Copy a vector; Numba's own assignment of slices also compiles the formatting of its errors, for seconds."""
+    """Copy a vector; Numba's own assignment of slices takes seconds to compile, for the formatting of its errors."""
     for i in range(target.size):
         target[i] = source[i]
 

@@ -191,7 +191,7 @@ def _warnings_are_sentences() -> Iterator[None]:
 
 @contextmanager
 def _unfinished_is_one_sentence() -> Iterator[None]:
-    """End a command whose simulation or fit did not complete with one sentence and status 1."""
+    """End a command with one sentence and status 1 where its simulation or fit did not complete."""
     try:
         yield
     except RuntimeError as error:

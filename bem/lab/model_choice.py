@@ -1,4 +1,4 @@
-"""Which effects a fitted curve calls for: the fewest that change the force by less than the noise."""
+"""Which effects a fitted curve calls for: the fewest that give its force to within the noise."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The finished batches of a running campaign, one file each beside the future data set, so that nothing is lost.
+"""The finished batches of a running campaign, one file each beside the future data set: an interruption loses none.
 
 `FILE.h5.parts/` holds a lock and, for each campaign that is under way there, a folder named by the digest of what it
 computes. The folder holds `campaign.json`, a description, and the batches, named by the digest of campaign and
