@@ -13,7 +13,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from bem._support.command_line import parse_accuracy, sentence
+from bem._support.command_line import one_sentence, parse_accuracy
 from bem._support.outputs import IMAGES, Outputs, require_suffix
 
 RADIUS = "Radius of the sphere, e.g. 50um; a plain number is in m."
@@ -87,7 +87,7 @@ def simulate_si(
         unloading_rate=unloading_rate,
         start_indentation=start_indentation,
     )
-    with _unfinished_is_one_sentence(), Outputs(csv) as outputs, _warnings_are_sentences():
+    with one_sentence("bem"), Outputs(csv) as outputs, _warnings_are_sentences():
         curve = setup.simulate(protocol, parse_accuracy(accuracy), force_sign=force_sign)
         if csv is not None:
             with outputs.write(csv) as part:
@@ -144,7 +144,7 @@ def fit_curve(
     }
     known = {name: value for name, value in given.items() if value is not None}
     names = None if free is None else tuple(name.strip() for name in free.split(","))
-    with _unfinished_is_one_sentence(), Outputs(out, plot) as outputs:
+    with one_sentence("bem"), Outputs(out, plot) as outputs:
         measured = read(curve, stiffness=stiffness, force_sign=force_sign, speed=speed)
         start = guess_setup(
             measured,
@@ -187,16 +187,3 @@ def _warnings_are_sentences() -> Iterator[None]:
         yield
     for warning in caught:
         typer.echo(f"bem: {warning.message}", err=True)
-
-
-@contextmanager
-def _unfinished_is_one_sentence() -> Iterator[None]:
-    """End a command with one sentence and status 1 where its simulation or fit did not complete."""
-    try:
-        yield
-    except RuntimeError as error:
-        # Python's own kinds, such as endless recursion, are mistakes of the program: they keep their traceback.
-        if type(error).__name__ not in ("RuntimeError", "FitError"):
-            raise
-        typer.echo(f"bem: {sentence(error)}", err=True)
-        raise typer.Exit(1) from error
