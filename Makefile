@@ -413,7 +413,7 @@ docs-cost: $(MEASUREMENTS)/accuracy_cost.json | $(INSTALLED)  ## Renew the table
 
 .PHONY: docs-control
 docs-control: setup  ## Renew the seconds of a prediction and of a step in docs/control.md, as published
-	$(PY) -m experiments bench_surrogate --page docs/control.md
+	$(PY) tools/fill.py docs/control.md --published $(PUBLISHED)
 
 ##@ Demonstrator
 

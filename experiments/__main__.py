@@ -2,9 +2,11 @@
 
 The function `study` of a module returns the content of a result: the runner finds its arguments, as
 `experiments.places` describes, and writes the result under the module's name. A module with a `main` has options of its
-own (`--help`). `--depends FILE` before the name also writes the rule that tells make what the result was made from.
+own, which `--help` shows. `--depends FILE` before the name also writes the rule that tells make what the result was
+made from.
 """
 
+import re
 import sys
 from importlib import import_module
 from pathlib import Path
@@ -18,11 +20,12 @@ from experiments.dependencies import Recorder
 from experiments.places import Places, keywords, replaced
 
 HERE = Path(__file__).parent
+RUNS = re.compile(r"^def (?:main|study)\(", re.MULTILINE)
 
 
 def modules() -> dict[str, str]:
-    """Every study's name and its module."""
-    files = sorted(path for path in HERE.glob("*/*.py") if path.stem != "__init__")
+    """Every study's name and its module; the other modules of the folders are what studies share."""
+    files = sorted(path for path in HERE.glob("*/*.py") if RUNS.search(path.read_text(encoding="utf-8")))
     return {path.stem: f"experiments.{path.parent.name}.{path.stem}" for path in files}
 
 
@@ -40,7 +43,7 @@ def main() -> None:
     module = import_module(known[name])
     called = f"python -m experiments {name}"
     if not hasattr(module, "study"):
-        run_main(module.main, program=called)
+        run_main(module.main, program=called, help=module.__doc__)
         return
 
     def command(

@@ -7,11 +7,11 @@ Each study reads `experiments/configs/NAME.toml` (another file with `--config`) 
 from __future__ import annotations
 
 import contextlib
-import csv
 import json
 import os
 import tomllib
 import warnings
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,18 +19,19 @@ import numpy as np
 
 from bem._support.outputs import write_whole
 from bem._support.provenance import provenance
+from bem.dataset.designs import QUANTITIES
 from bem.dataset.measurement_steps import FMS, measurement_grid
+from experiments.paper_numbers import PAPER_VALUES as PAPER_VALUES
 
 if TYPE_CHECKING:
-    from bem import Trajectory
+    from bem import LoadingProtocol, Scene, Trajectory
     from surrogate.inference.predictor import Surrogate
 
 CONFIGS = Path(__file__).parent / "configs"
-PAPER_VALUES = Path(__file__).parent / "paper_values"
-RESULTS = Path("results/studies")
 DATASET = Path("published/dataset.h5")
 MODELS = Path("published/models")
-QUANTITIES = ("tabor", "peak_indentation", "loading_rate", "dwell_time", "unloading_rate")
+MODULUS_RATIO = 0.1
+"""Relaxed over instantaneous modulus of the paper's solid."""
 
 
 def read_config(path: Path, *keys: str) -> dict[str, Any]:
@@ -58,25 +59,26 @@ def write_result(out: Path, study: str, content: dict[str, Any]) -> None:
     write_whole(out, json.dumps(complete, allow_nan=False) + "\n")
 
 
-def paper_protocols(name: str) -> list[dict[str, Any]]:
-    """The rows of `paper_values/NAME.csv`, every cell a number that can be one."""
-    with (PAPER_VALUES / f"{name}.csv").open(encoding="utf-8", newline="") as file:
-        return [{key: _number(value) for key, value in row.items()} for row in csv.DictReader(file)]
+def problem(quantities: Mapping[str, float], modulus_ratio: float = MODULUS_RATIO) -> tuple[Scene, LoadingProtocol]:
+    """Scene and protocol of `QUANTITIES`, of which others are left out, in a standard linear solid."""
+    # What simulates nothing is not to depend on the solver.
+    from bem import LoadingProtocol, Scene, StandardLinearSolid
+
+    values = {name: float(quantities[name]) for name in QUANTITIES}
+    return Scene(values.pop("tabor"), StandardLinearSolid(modulus_ratio)), LoadingProtocol(**values)
 
 
-def simulated(quantities: dict[str, float], *, modulus_ratio: float, accuracy: str | float) -> Trajectory:
+def simulated(
+    quantities: Mapping[str, float], *, accuracy: str | float, modulus_ratio: float = MODULUS_RATIO
+) -> Trajectory:
     """Simulate one protocol of `QUANTITIES`.
 
     Raises:
         RuntimeError: the simulation did not complete.
     """
-    # What simulates nothing is not to depend on the solver.
-    from bem import LoadingProtocol, Scene, StandardLinearSolid, simulate
+    from bem import simulate
 
-    rest = {name: quantities[name] for name in QUANTITIES}
-    trajectory = simulate(
-        Scene(rest.pop("tabor"), StandardLinearSolid(modulus_ratio)), LoadingProtocol(**rest), accuracy
-    )
+    trajectory = simulate(*problem(quantities, modulus_ratio), accuracy)
     if not trajectory.completed:
         raise RuntimeError(f"protocol {quantities} did not complete: {trajectory.status}")
     return trajectory
@@ -110,15 +112,23 @@ def load_surrogate(model: str, models: Path, backend: str | None = None) -> Surr
     return Surrogate.load(model, root=models, backend=backend or ("onnx" if exported else "keras"))
 
 
+@contextlib.contextmanager
+def without_extrapolation_warnings() -> Iterator[None]:
+    """Let surrogates predict beyond their range in silence, where the study itself speaks of it."""
+    from surrogate.inference.predictor import ExtrapolationWarning
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ExtrapolationWarning)
+        yield
+
+
 def predicted(
     trained: Surrogate, steps: dict[str, np.ndarray], counts: tuple[int, int, int], tabor: float
 ) -> np.ndarray:
     """Force a surrogate predicts on measurement steps, shape (steps,); extrapolation is the study's to mention."""
     from surrogate.data.features import edge_from_counts
-    from surrogate.inference.predictor import ExtrapolationWarning
 
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ExtrapolationWarning)
+    with without_extrapolation_warnings():
         force = trained.predict(
             steps["time"][np.newaxis],
             steps["indentation"][np.newaxis],
@@ -136,10 +146,3 @@ def percent(value: float, reference: float) -> float:
 def lists(arrays: dict[str, np.ndarray]) -> dict[str, list[float]]:
     """Arrays as lists, ready for JSON."""
     return {name: np.asarray(values, dtype=float).tolist() for name, values in arrays.items()}
-
-
-def _number(text: str) -> float | str:
-    try:
-        return float(text)
-    except ValueError:
-        return text

@@ -8,7 +8,6 @@ box.
 Usage: `python -m experiments.demo_curves [--count N] [--out FILE]`.
 """
 
-import csv
 import json
 from pathlib import Path
 from typing import Annotated, Any
@@ -21,15 +20,12 @@ from bem._support.command_line import run_main
 from bem._support.outputs import write_whole
 from bem._support.provenance import provenance
 from bem.dataset.designs import QUANTITIES
-from bem.dataset.measurement_steps import measurement_times
-from bem.protocol import LoadingProtocol
+from experiments.common import DATASET, MODELS, MODULUS_RATIO, on_steps, simulated
+from experiments.paper_numbers import paper_rows
 from surrogate.data.dataset import Split, TrajectoryDataset
 
-DATASET = Path("published/dataset.h5")
-SPLIT = Path("published/models/M1-concat/split.json")
-PROTOCOLS = Path("experiments/paper_values/canonical_protocols.csv")
+SPLIT = MODELS / "M1-concat" / "split.json"
 OUT = Path("demo/public/curves.json")
-MODULUS_RATIO = 0.1
 ACCURACY = "standard"
 COUNT = 36
 RESULTS = ("pull_off_force", "pull_off_time", "hysteresis")
@@ -70,28 +66,19 @@ def spread(protocols: dict[str, np.ndarray], count: int, seed: int = 0) -> np.nd
     return np.array(chosen)
 
 
-def paper_curve(row: dict[str, str]) -> dict[str, Any]:
+def paper_curve(row: dict[str, Any]) -> dict[str, Any]:
     """Simulate one of the paper's samples.
 
     Raises:
         RuntimeError: the simulation did not complete.
     """
-    from bem import Scene, StandardLinearSolid, simulate
-
-    quantities = {name: float(row[name]) for name in QUANTITIES}
-    rest = dict(quantities)
-    tabor = rest.pop("tabor")
-    protocol = LoadingProtocol(**rest)
-    trajectory = simulate(Scene(tabor, StandardLinearSolid(MODULUS_RATIO)), protocol, ACCURACY)
-    if not trajectory.completed:
-        raise RuntimeError(f"sample {row['sample']} did not complete: {trajectory.status}")
-    times = measurement_times(protocol, tabor)
+    trajectory = simulated(row, accuracy=ACCURACY)
     return {
-        "name": f"paper-{row['sample']}",
+        "name": f"paper-{row['sample']:g}",
         "kind": "paper",
-        "protocol": quantities,
+        "protocol": {name: row[name] for name in QUANTITIES},
         "results": dict(zip(RESULTS, rounded([getattr(trajectory, name) for name in RESULTS]), strict=True)),
-        "force": rounded(trajectory.at(times.clip(max=trajectory.time[-1]))),
+        "force": rounded(on_steps(row, trajectory)["force"]),
     }
 
 
@@ -117,8 +104,7 @@ def main(
     """Write the curves as JSON, one line each."""
     dataset = TrajectoryDataset.load(DATASET)
     split = Split.load(SPLIT) if SPLIT.is_file() else dataset.split()
-    with PROTOCOLS.open(encoding="utf-8", newline="") as file:
-        curves = [paper_curve(row) for row in csv.DictReader(file)]
+    curves = [paper_curve(row) for row in paper_rows("canonical_protocols")]
     curves += held_out_curves(dataset, split, count)
     head = {
         "modulus_ratio": MODULUS_RATIO,

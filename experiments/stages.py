@@ -20,13 +20,12 @@ from bem._support.command_line import run_main
 from experiments import common
 from experiments.cost import training_speed
 from experiments.cost.training_cost import batch_seconds, training_seconds
+from experiments.paper.model_comparison import REFERENCE
 from surrogate.architectures.naming import names
 
 CONFIG = common.CONFIGS / "stages.toml"
 PUBLISHED = Path("published")
 SPEED = Path("measurements") / training_speed.OUT.name
-REFERENCE = "M1-concat"
-"""The model of the stage `reference`, which is a part of `models`."""
 
 
 def read_stages() -> dict[str, dict[str, Any]]:
@@ -65,7 +64,7 @@ def core_seconds(stage: str, published: Path, labels: tuple[str, ...] = ()) -> f
 
 def hours_of(name: str, stages: dict[str, dict[str, Any]], published: Path) -> tuple[float, bool]:
     """Hours a stage takes, and whether that follows from published results."""
-    if name == "reference":
+    if name == "reference":  # a part of `models`
         stage = {"labels": [REFERENCE], "jobs": 1, "estimate": stages["models"]["estimate"] / len(names())}
     else:
         stage = stages[name]

@@ -1,4 +1,4 @@
-"""What measurements share: seconds with their spread, progress, values for JSON, places in the guide.
+"""What measurements share: options, seconds with their spread, progress, many processes.
 
 Seconds are processor seconds of whole calls on one thread. A first call, which loads compiled kernels, is never
 counted. Where other programs compete for the core, processor seconds are fewer than wall seconds, and also longer than
@@ -21,6 +21,8 @@ from typing import Annotated, Any, Self, TypeVar
 import numpy as np
 import typer
 
+from bem._support.plain_json import plain
+
 MEASUREMENTS = Path("published/measurements")
 """Where measurements go that take long or belong to one machine."""
 FORCE_ERROR = "mean |P - P*| / range of P*"
@@ -32,7 +34,11 @@ LEAST_SHARE = 0.9
 SAID_EVERY = 20.0  # seconds between lines of progress where nobody has a terminal
 Item = TypeVar("Item")
 Busy = Annotated[bool, typer.Option("--busy", help="Publish it even if the machine was busy.")]
-"""An option of every measurement of seconds."""
+Out = Annotated[Path, typer.Option(help="Result file to write.")]
+DatasetFile = Annotated[Path, typer.Option(help="Data set file.")]
+Models = Annotated[Path, typer.Option(help="Where trained models are.")]
+Jobs = Annotated[int, typer.Option(help="Processes.")]
+"""Options of several measurements; every measurement of seconds has `Busy`."""
 
 
 class Clock:
@@ -108,6 +114,17 @@ def progress(items: Iterable[Item], label: str, total: int | None = None) -> Ite
             said = now
 
 
+def in_parallel(
+    function: Callable[..., Item], arguments: Sequence[Sequence[Any]], *, jobs: int, label: str, ordered: bool = True
+) -> list[Item]:
+    """What a function returns for each of many arguments, computed in `jobs` processes; as they arrive, or in order."""
+    from joblib import Parallel, delayed
+
+    order = "generator" if ordered else "generator_unordered"
+    results = Parallel(n_jobs=jobs, return_as=order)(delayed(function)(*some) for some in arguments)
+    return list(progress(results, label, len(arguments)))
+
+
 def spread(values: Sequence[float] | np.ndarray) -> dict[str, float]:
     """Median, quartiles, 95th percentile, largest and mean of finite values; NaN throughout when there are none."""
     array = np.asarray(values, dtype=np.float64)
@@ -169,40 +186,9 @@ def publish(out: Path, study: str, content: Mapping[str, Any], *, busy: bool) ->
     print(f"{doubt}; published all the same, as asked", file=sys.stderr)
 
 
-def plain(value: Any) -> Any:
-    """The same value in what JSON holds: NaN and infinity as None, arrays as lists."""
-    if isinstance(value, Mapping):
-        return {str(key): plain(part) for key, part in value.items()}
-    if isinstance(value, np.ndarray):
-        return plain(value.tolist())
-    if isinstance(value, list | tuple):
-        return [plain(part) for part in value]
-    if isinstance(value, np.generic):
-        return plain(value.item())
-    if isinstance(value, float) and not np.isfinite(value):
-        return None
-    return value
-
-
-def write_place(page: Path, name: str, words: str) -> None:
-    """Put words into the place of a page between the marks `<!-- NAME -->` and `<!-- /NAME -->`.
-
-    Raises:
-        ValueError: the page has no such marks.
-    """
-    begin, end = f"<!-- {name} -->", f"<!-- /{name} -->"
-    text = page.read_text(encoding="utf-8")
-    if text.count(begin) != 1 or text.count(end) != 1:
-        raise ValueError(f"the page must hold {begin} and {end} once each; received {str(page)!r}")
-    before, after = text.split(begin)[0], text.split(end)[1]
-    page.write_text(f"{before}{begin}\n\n{words}\n\n{end}{after}", encoding="utf-8")
-
-
 def exponent(x: Sequence[float], y: Sequence[float]) -> tuple[float, float]:
     """Slope of log y over log x by least squares, and its standard error."""
-    a, b = np.log(np.asarray(x, dtype=np.float64)), np.log(np.asarray(y, dtype=np.float64))
-    centred = a - a.mean()
-    slope = float(centred @ b / (centred @ centred))
-    residual = b - b.mean() - slope * centred
-    error = np.sqrt(residual @ residual / max(a.size - 2, 1) / (centred @ centred))
-    return slope, float(error)
+    from scipy.stats import linregress  # half a second to import
+
+    found = linregress(np.log(x), np.log(y))
+    return float(found.slope), float(found.stderr)

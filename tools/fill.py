@@ -12,7 +12,6 @@ from __future__ import annotations
 import json
 import re
 import sys
-import tomllib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any
@@ -23,7 +22,9 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
 from bem._support.command_line import run_main  # noqa: E402
+from bem._support.wording import markdown_table  # noqa: E402
 from experiments import registry  # noqa: E402
+from experiments.paper_numbers import paper_values  # noqa: E402
 
 PLACE = re.compile(r"<!-- ([a-z0-9 -]+) -->(.*?)<!-- (?:end|/\1) -->", re.DOTALL)
 FILES = {"minutes": "measurements/target_minutes.json", "cost": "measurements/accuracy_cost.json"}
@@ -35,13 +36,28 @@ def of_dataset(published: Path) -> dict[str, str]:
 
     dataset = load_dataset(published / "dataset.h5")
     attributes, seconds = dataset.attributes, dataset.scalars["solver_seconds"]
-    paper = tomllib.loads((ROOT / "experiments/paper_values/dataset.toml").read_text(encoding="utf-8"))
     return {
         "trajectories": f"{int(attributes['count']):,}",
         "core-minutes": f"{seconds.sum() / 60.0:.2g}",
         "milliseconds": f"{1e3 * seconds.mean():.0f}",
-        "paper-cpu-hours": str(paper["cpu_hours"]),
+        "paper-cpu-hours": str(paper_values("dataset")["cpu_hours"]),
     }
+
+
+def of_latency(published: Path) -> dict[str, str]:
+    """Seconds of a prediction, and of a step of a stream, or that they are not measured yet."""
+    from experiments.cost.bench_surrogate import PREDICTIONS, STREAM, prediction_table, stream_table
+
+    measurements = {
+        "seconds of a prediction": (PREDICTIONS, prediction_table, "bench-surrogate"),
+        "seconds of a step": (STREAM, stream_table, "bench-stream"),
+    }
+    words = {}
+    for place, (path, table, target) in measurements.items():
+        content = _read(published / "measurements" / path.name)
+        measured = content and f"{table(content)}\n\nMeasured on one core of {content['host']}."
+        words[place] = measured or f"Not measured yet: `make {target} docs-control`."
+    return words
 
 
 def of_targets(published: Path) -> dict[str, str]:
@@ -56,8 +72,8 @@ def of_targets(published: Path) -> dict[str, str]:
         total = sum(value for value, _ in parts)
         return (f"{total:.2g}" + ("" if all(sure for _, sure in parts) else " e")) if parts else "-"
 
-    def row(target: str, caption: str, inputs: str, hours: str) -> str:
-        return f"| `make {target}` | {caption} | {inputs} | {spent.get(target, '-')} | {hours} |"
+    def row(target: str, caption: str, inputs: str, hours: str) -> list[str]:
+        return [f"`make {target}`", caption, inputs, spent.get(target, "-"), hours]
 
     def words(name: str) -> str:
         return ", ".join(registry.INPUTS[one] for one in registry.inputs(name))
@@ -65,8 +81,11 @@ def of_targets(published: Path) -> dict[str, str]:
     shown = [entry for entry in registry.entries() if entry.kind == "paper"]
     rows = [row(entry.name, entry.caption, words(entry.name), hours(entry.name)) for entry in shown]
     rows += [row(target, caption, "", "") for target, caption in registry.WHOLE.items()]
-    head = "| Target | Shows | Inputs | Minutes | Hours from scratch |\n|---|---|---|---:|---:|"
-    return {"targets": "\n".join([head, *rows]), "machine": measured.get("host", "a machine not named yet")}
+    header = ["Target", "Shows", "Inputs", "Minutes", "Hours from scratch"]
+    return {
+        "targets": markdown_table(header, rows, "lllrr"),
+        "machine": measured.get("host", "a machine not named yet"),
+    }
 
 
 def of_cost(published: Path) -> dict[str, str]:
@@ -78,6 +97,7 @@ def of_cost(published: Path) -> dict[str, str]:
 
 SOURCES: dict[tuple[str, ...], Callable[[Path], dict[str, str]]] = {
     ("trajectories", "core-minutes", "milliseconds", "paper-cpu-hours"): of_dataset,
+    ("seconds of a prediction", "seconds of a step"): of_latency,
     ("targets", "machine"): of_targets,
     ("fastest tool",): of_cost,
 }

@@ -1,1 +1,1 @@
-"""What every part of the package leans on: validation, wording, compilation, small linear algebra, whole files."""
+"""Shared by all parts of the package: validation, wording, compilation, small linear algebra, whole files."""

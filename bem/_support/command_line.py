@@ -1,10 +1,11 @@
-"""What all command lines share: `--version`, and how they end.
+"""Shared by all command lines: the option `--version`, error messages and exit status.
 
-A user's mistake becomes one sentence on standard error, and exit status 2.
+A user's mistake becomes one sentence on standard error and exit status 2.
 """
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -12,6 +13,8 @@ import typer
 
 from bem._support.wording import shortened
 
+FAILURES = ("RuntimeError", "CampaignError", "FitError")
+"""Errors by which a study, a campaign or a fit says that it did not complete; by name, since they load libraries."""
 LONGEST = 2000
 """Characters of a sentence at most, whatever a user's file or option holds; paths fit whole."""
 
@@ -39,19 +42,40 @@ def add_version(app: Any, name: str, number: str) -> None:
         pass
 
 
-def run_command(app: Any, name: str, program: str | None = None) -> None:
+@contextmanager
+def one_sentence(name: str, *, failures: bool = True) -> Iterator[None]:
+    """Leave the process with one sentence instead of a traceback: status 2 for a mistake, 1 for a failure.
+
+    A mistake of the user is a `ValueError` or an error of the operating system, a failure one of `FAILURES`. It serves
+    as a decorator of a command too.
+
+    Args:
+        name: The command's name, which begins the sentence.
+        failures: Whether failures end so too.
+    """
+    try:
+        yield
+    except (ValueError, OSError, RuntimeError) as error:
+        mistake = isinstance(error, ValueError | OSError)
+        # Other kinds, such as endless recursion, are mistakes of the program: they keep their traceback.
+        if not mistake and not (failures and type(error).__name__ in FAILURES):
+            raise
+        typer.echo(f"{name}: {sentence(error)}", err=True)
+        sys.exit(2 if mistake else 1)
+
+
+def run_command(app: Any, name: str, program: str | None = None, *, failures: bool = False) -> None:
     """Run a Typer application and leave the process with its status.
 
     Args:
         app: The application.
         name: The command's name, which begins the sentence.
         program: How the command is called, for its help; found out by default.
+        failures: Whether failures end in one sentence too, as `one_sentence` says.
     """
     try:
-        status = app(standalone_mode=False, prog_name=program)
-    except (ValueError, OSError) as error:
-        typer.echo(f"{name}: {sentence(error)}", err=True)
-        sys.exit(2)
+        with one_sentence(name, failures=failures):
+            status = app(standalone_mode=False, prog_name=program)
     except typer.Abort:
         sys.exit(1)
     except Exception as error:
@@ -69,8 +93,7 @@ def run_command(app: Any, name: str, program: str | None = None) -> None:
 def run_main(main: Callable[..., Any], name: str | None = None, *, program: str | None = None, **settings: Any) -> None:
     """Run a module's function as a command of its own, and leave the process with its status.
 
-    A `RuntimeError`, by which a study says that something it needs did not work out, ends it with its sentence and
-    status 1.
+    A `RuntimeError`, by which a study reports that a step failed, ends it with one sentence and status 1.
 
     Args:
         main: The function; its parameters are the command's.
@@ -82,18 +105,11 @@ def run_main(main: Callable[..., Any], name: str | None = None, *, program: str 
     app.command(**settings)(main)
     spec = main.__globals__.get("__spec__")
     name = name or (spec.name if spec else Path(sys.argv[0]).name)
-    try:
-        run_command(app, name, program)
-    except RuntimeError as error:
-        # Python's own kinds, such as endless recursion, are mistakes of the program: they keep their traceback.
-        if type(error) is not RuntimeError:
-            raise
-        typer.echo(f"{name}: {sentence(error)}", err=True)
-        sys.exit(1)
+    run_command(app, name, program, failures=True)
 
 
 def sentence(error: Exception) -> str:
-    """An error in words, on one line of bounded length; what the operating system says, with the file it is about."""
+    """An error in words, on one line of bounded length; an error of the operating system with the file concerned."""
     if isinstance(error, OSError) and error.strerror:
         return shortened(f"{error.strerror}: {error.filename}" if error.filename else error.strerror, LONGEST)
     return shortened(str(error), LONGEST)

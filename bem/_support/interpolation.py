@@ -7,7 +7,7 @@ from bem._support.validation import FloatArray, real_array
 from bem._support.wording import shown
 
 ROUNDINGS = 4.0
-"""Tolerance of a time outside the range, in roundings of the larger bound."""
+"""Tolerance of a time outside the range, in spacings of floating-point numbers at the larger bound."""
 
 
 class ForceInterpolant:

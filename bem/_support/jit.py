@@ -4,7 +4,7 @@
 because a NaN must remain visible.
 
 Compiled code is kept on disk under a digest of all sources with kernels or the tuples they take: Numba by itself looks
-only at the file of a kernel, so after a change it would go on using stale copies of the kernels that this one calls.
+only at the file of a kernel, so after a change it would still use stale copies of the kernels that this one calls.
 """
 
 import functools

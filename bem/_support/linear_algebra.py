@@ -1,6 +1,6 @@
 """Small dense systems inside compiled kernels: products, LU factorisation, and the sign of a determinant.
 
-Every matrix is handed over by the rows of its transpose, which are the columns of the matrix. Each inner loop then adds
+Every matrix is passed as its transpose, whose rows are the columns of the matrix. Each inner loop then adds
 multiples of contiguous rows: the compiler vectorises it without changing the order of any sum, so results do not
 depend on the width of a processor's vector registers.
 
@@ -18,7 +18,7 @@ _PANEL = 4  # rows eliminated together, so that the rest of the matrix is read a
 
 @kernel
 def copy_into(target: np.ndarray, source: np.ndarray) -> None:
-    """Copy a vector; Numba's own assignment of slices brings the formatting of its errors, seconds to compile."""
+    """Copy a vector; Numba's own assignment of slices takes seconds to compile, for the formatting of its errors."""
     for i in range(target.size):
         target[i] = source[i]
 

@@ -1,7 +1,7 @@
 """Monotone cubics through given points: their slopes, values and integral.
 
 After F. N. Fritsch and J. Butland, SIAM J. Sci. Stat. Comput. 5 (1984) 300, as SciPy's `PchipInterpolator`, against
-which they are tested; that takes longer to set up than a short trajectory to solve.
+which they are tested; setting that up takes longer than solving a short trajectory.
 """
 
 import numpy as np

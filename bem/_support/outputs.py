@@ -1,7 +1,7 @@
-"""Files a command writes: reserved before the work, there together and whole after it, or not at all.
+"""Output files of a command: reserved before the work, and after it all complete or all unchanged.
 
-A place that cannot be written is refused before anything is computed, and every failure names the path the user gave.
-A name that becomes a file's or a folder's is a plain name, which leads nowhere else.
+A place that cannot be written is refused before anything is computed, and every error names the path the user gave. A
+name that becomes the name of a file or a folder must be plain, so that it cannot lead to another folder.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from types import TracebackType
 
 IMAGES = (".png", ".pdf", ".svg")
 UNFINISHED = ".writing"
-"""What the name of a file ends in that is not yet in its place."""
+"""Suffix of a file that is still being written."""
 LONGEST_NAME = 64
 _PLAIN_NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]*")
 
@@ -206,7 +206,7 @@ def plain_name(name: str, what: str) -> str:
 
 
 def _try_name(target: Path) -> None:
-    """Let the operating system refuse a name it will not take."""
+    """Raise the error of the operating system for a name that it does not accept."""
     try:
         target.lstat()
     except FileNotFoundError:

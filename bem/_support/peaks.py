@@ -1,8 +1,8 @@
 """The top of a narrow force peak, between two steps.
 
 Steps follow the curvature of the history, so a polynomial through the highest step and its neighbours gives a peak
-where the highest step alone is too low. It is the cubic through two steps before, since a contact lets go faster than
-it was loaded: the steps before are the ones that resolve the peak. Where these are missing, a parabola is used.
+where the highest step alone is too low. It is the cubic through two steps before, because a contact detaches faster
+than it was loaded, so the steps before the peak are those that resolve it. Where these are missing, a parabola is used.
 The top is added to the records as one more entry.
 """
 

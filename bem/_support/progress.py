@@ -1,4 +1,4 @@
-"""How a running campaign or verification shows itself on a terminal: rate, failures and time left; silent elsewhere."""
+"""Progress of a campaign or verification on a terminal: rate, failures and time left; nothing elsewhere."""
 
 import sys
 import time
@@ -9,9 +9,9 @@ from datetime import timedelta
 
 @contextmanager
 def progress_bar(total: int, counted: str = "failed") -> Iterator[Callable[..., None]]:
-    """Give a function that shows how many trajectories are done and of how many something is `counted`.
+    """Give a function of the number of trajectories done and of those `counted`, such as failed; it shows both.
 
-    A third argument of it is another total, where that was not known before.
+    Its third argument is another total, where that was not known before.
     """
     if not sys.stderr.isatty():
         yield lambda *_: None
@@ -35,7 +35,7 @@ def progress_bar(total: int, counted: str = "failed") -> Iterator[Callable[..., 
 
 
 def rate_line(done: int, left: int, bad: int, seconds: float, counted: str = "failed") -> str:
-    """Rate, what is `counted` and time left in words; `done` trajectories took `seconds`."""
+    """Rate, number of those `counted` and time left, in words; `done` trajectories took `seconds`."""
     failures = f"{bad or 'none'} {counted}"
     if not done or seconds <= 0.0:
         return failures

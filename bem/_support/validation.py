@@ -13,15 +13,8 @@ _LARGEST_WHOLE_NUMBER = 2**63 - 1
 
 
 def _bounds(low: float | None, high: float | None, above: float | None, below: float | None) -> str:
-    parts = []
-    if above is not None:
-        parts.append(f"greater than {above:g}")
-    if low is not None:
-        parts.append(f"at least {low:g}")
-    if below is not None:
-        parts.append(f"less than {below:g}")
-    if high is not None:
-        parts.append(f"at most {high:g}")
+    limits = {"greater than": above, "at least": low, "less than": below, "at most": high}
+    parts = [f"{words} {limit:g}" for words, limit in limits.items() if limit is not None]
     return " " + " and ".join(parts) if parts else ""
 
 
@@ -107,7 +100,7 @@ def finite_vector(name: str, values: ArrayLike, *, at_least: int = 0) -> FloatAr
 
 
 def strictly_increasing(name: str, values: FloatArray) -> FloatArray:
-    """Return `values` when each is larger than the one before, else raise a `ValueError` showing the first offence."""
+    """Return `values` when each is larger than the one before, else raise a `ValueError` that shows where it is not."""
     offences = np.flatnonzero(np.diff(values) <= 0.0)
     if offences.size:
         i = int(offences[0])

@@ -1,6 +1,7 @@
-"""Quoting of user input in messages, with bounded length."""
+"""Words for people: quotes of user input in messages, with bounded length, and tables in Markdown."""
 
 import reprlib
+from collections.abc import Sequence
 from typing import Any
 
 _REPR = reprlib.Repr()
@@ -20,3 +21,10 @@ def shown(value: Any) -> str:
         return shortened(_REPR.repr(value))
     except Exception:  # the repr of a foreign object may raise anything
         return f"an object of type {type(value).__name__}, which cannot be shown"
+
+
+def markdown_table(header: Sequence[str], rows: Sequence[Sequence[str]], align: str = "") -> str:
+    """A table in Markdown. `align` has a letter for each column: r for numbers, to the right; others to the left."""
+    rule = ["---:" if letter == "r" else "---" for letter in align.ljust(len(header))]
+    lines = [f"| {' | '.join(cells)} |" for cells in (header, *rows)]
+    return "\n".join([lines[0], f"|{'|'.join(rule)}|", *lines[1:]])

@@ -6,7 +6,6 @@ A user's mistake prints one sentence and exits with code 2; an unfinished simula
 from __future__ import annotations
 
 import json
-import math
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -62,7 +61,7 @@ def simulate(
     unloading_rate: Annotated[float, typer.Option(help="Speed of withdrawal, in h0 per retardation time.")],
     dwell_time: Annotated[float, typer.Option(help="Time at the peak, in retardation times.")] = 0.0,
     start_indentation: Annotated[
-        float | None, typer.Option(help="Where it starts and ends; by default -pi^(2/3) mu.")
+        float | None, typer.Option(help="Indentation at the start and the end, in h0; by default -pi^(2/3) mu.")
     ] = None,
     material: Annotated[str, typer.Option(help=MATERIAL_HELP)] = "sls:0.1",
     adhesion: Annotated[str, typer.Option(help="lennard-jones, or none for impenetrable surfaces.")] = "lennard-jones",
@@ -99,7 +98,7 @@ def simulate(
                 write_csv(trajectory, part)
         if plot is not None and trajectory.time.size == 0:
             outputs.forgo(plot)
-            typer.echo(f"bem: {plot} is not written, there is nothing to draw", err=True)
+            typer.echo(f"bem: {plot} is not written, because there is nothing to draw", err=True)
         elif plot is not None:
             from bem.plots import plot_trajectory
 
@@ -167,16 +166,10 @@ def write_csv(trajectory: Any, path: Path) -> None:
 
 def to_json(trajectory: Any) -> str:
     """Summary and arrays as JSON; NaN, which JSON does not have, becomes null."""
-
-    def clean(value: Any) -> Any:
-        if isinstance(value, dict):
-            return {key: clean(item) for key, item in value.items()}
-        if isinstance(value, list):
-            return [clean(item) for item in value]
-        return None if isinstance(value, float) and not math.isfinite(value) else value
+    from bem._support.plain_json import plain
 
     arrays = ("time", "indentation", "force", "contact_radius")
-    return json.dumps(clean(trajectory.summary() | {name: getattr(trajectory, name).tolist() for name in arrays}))
+    return json.dumps(plain(trajectory.summary() | {name: getattr(trajectory, name) for name in arrays}))
 
 
 def readable(trajectory: Any) -> str:
@@ -206,7 +199,7 @@ def readable(trajectory: Any) -> str:
 
 
 def work_words(trajectory: Any) -> str:
-    """The signed work, and in words what a negative one means."""
+    """The signed work, and what a negative one means."""
     work = trajectory.work()
     if work >= 0.0:
         return f"{work:.5g}"

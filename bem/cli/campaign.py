@@ -1,15 +1,13 @@
-"""The commands `bem campaign`, `bem merge` and `bem verify`: options become a campaign, its outcome a few lines."""
+"""The commands `bem campaign`, `bem merge` and `bem verify`: they read the options and print the outcome."""
 
-import functools
 import signal
 import sys
-from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from bem._support.command_line import parse_accuracy, sentence
+from bem._support.command_line import one_sentence, parse_accuracy
 from bem._support.outputs import require_output
 from bem._support.wording import shown
 
@@ -19,33 +17,14 @@ RANGE_HELP = "NAME=LOW:HIGH or NAME=VALUE for a quantity of the design; may be r
 CLUSTER_HELP = "Use the workers of this Dask scheduler, e.g. tcp://127.0.0.1:8786, instead of this machine's cores."
 
 
-def _one_sentence(command: Callable[..., None]) -> Callable[..., None]:
-    """End a command that cannot do what was asked with one sentence instead of a traceback."""
-
-    @functools.wraps(command)
-    def run(*arguments: Any, **options: Any) -> None:
-        from bem.dataset.campaign.checkpoints import CampaignError
-
-        try:
-            command(*arguments, **options)
-        except (ValueError, OSError) as error:
-            typer.echo(f"bem: {sentence(error)}", err=True)
-            raise typer.Exit(2) from error
-        except CampaignError as error:
-            typer.echo(f"bem: {sentence(error)}", err=True)
-            raise typer.Exit(1) from error
-
-    return run
-
-
-@_one_sentence
+@one_sentence("bem")
 def campaign(
     out: Annotated[Path | None, typer.Option(help="The data set file to write.")] = None,
     design: Annotated[str | None, typer.Option(help=DESIGN_HELP)] = None,
     count: Annotated[int | None, typer.Option(help="How many protocols; 12450 by default, as in the paper.")] = None,
     seed: Annotated[int | None, typer.Option(help="Seed of the design; 0 by default.")] = None,
     accuracy: Annotated[str | None, typer.Option(help="As in `bem simulate`; standard by default.")] = None,
-    modulus_ratio: Annotated[float | None, typer.Option(help="Relaxed over instantaneous modulus; 0.1.")] = None,
+    modulus_ratio: Annotated[float | None, typer.Option(help="Modulus ratio E0/Einf; 0.1 by default.")] = None,
     ranges: Annotated[list[str] | None, typer.Option("--range", help=RANGE_HELP)] = None,
     design_file: Annotated[
         Path | None, typer.Option(help="TOML file of design, count, seed, accuracy, modulus_ratio and a table ranges.")
@@ -83,7 +62,7 @@ def campaign(
     _run(settings, out, native=native, shard=_shard(shard), how=how)
 
 
-@_one_sentence
+@one_sentence("bem")
 def merge(
     shards: Annotated[list[Path], typer.Argument(help="The data set files of all shards.")],
     out: Annotated[Path, typer.Option(help="The data set file to write.")],
@@ -99,7 +78,7 @@ def merge(
     _end_with_failures(summary)
 
 
-@_one_sentence
+@one_sentence("bem")
 def verify(
     file: Annotated[Path, typer.Argument(help="The data set file.")],
     sample: Annotated[int, typer.Option(help="How many trajectories, drawn at random, to compute again.")] = 20,
@@ -108,8 +87,8 @@ def verify(
     """Compute a sample of a data set again and compare, on any processor.
 
     Pull-off force, hysteresis and force history may differ by twice the accuracy the file was made with, as either
-    may err by that; how many trajectories are identical to the last bit is said beside it. The exit status is 1 when
-    any does not agree.
+    may err by that; the number of trajectories that are identical to the last bit is printed too. The exit status is 1
+    when any does not agree.
     """
     from bem._support.progress import progress_bar
     from bem.dataset.verification import verify as compare

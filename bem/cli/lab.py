@@ -13,7 +13,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from bem._support.command_line import parse_accuracy, sentence
+from bem._support.command_line import one_sentence, parse_accuracy
 from bem._support.outputs import IMAGES, Outputs, require_suffix
 
 RADIUS = "Radius of the sphere, e.g. 50um; a plain number is in m."
@@ -46,9 +46,9 @@ def simulate_si(
     unloading_rate: Annotated[str, typer.Option(help="Speed of withdrawal, e.g. 2um/s.")],
     dwell_time: Annotated[str, typer.Option(help="Time at the peak, e.g. 0.5s.")] = "0",
     start_indentation: Annotated[
-        str | None, typer.Option(help="Where it starts and ends; by default just off.")
+        str | None, typer.Option(help="Indentation at the start and the end; by default just out of contact.")
     ] = None,
-    poisson_ratio: Annotated[float, typer.Option(help="Of the half-space.")] = 0.5,
+    poisson_ratio: Annotated[float, typer.Option(help="Poisson's ratio of the half-space.")] = 0.5,
     gap: Annotated[str | None, typer.Option(help="Equilibrium gap; 0.3nm by default.")] = None,
     retardation_time: Annotated[str | None, typer.Option(help="Unit of the material's times, e.g. 100ms.")] = None,
     material: Annotated[str, typer.Option(help="elastic, sls:K or prony:C1@T1,...; as in `bem simulate`.")] = "elastic",
@@ -87,7 +87,7 @@ def simulate_si(
         unloading_rate=unloading_rate,
         start_indentation=start_indentation,
     )
-    with _unfinished_is_one_sentence(), Outputs(csv) as outputs, _warnings_are_sentences():
+    with one_sentence("bem"), Outputs(csv) as outputs, _warnings_are_sentences():
         curve = setup.simulate(protocol, parse_accuracy(accuracy), force_sign=force_sign)
         if csv is not None:
             with outputs.write(csv) as part:
@@ -107,18 +107,16 @@ def simulate_si(
 def fit_curve(
     curve: Annotated[list[Path], typer.Argument(help="The measured curve; approach and retract may be two files.")],
     radius: Annotated[str, typer.Option(help=RADIUS)],
-    stiffness: Annotated[str | None, typer.Option(help="Of cantilever or machine, e.g. 0.2N/m.")] = None,
+    stiffness: Annotated[str | None, typer.Option(help="Stiffness of the cantilever or machine, e.g. 0.2N/m.")] = None,
     force_sign: Annotated[str, typer.Option(help=SIGN_HELP)] = "tension",
-    speed: Annotated[str | None, typer.Option(help="Of the stage, for files without time.")] = None,
+    speed: Annotated[str | None, typer.Option(help="Speed of the stage, e.g. 2um/s, for files without time.")] = None,
     free: Annotated[
         str | None,
-        typer.Option(
-            help="Parameters to fit, separated by commas; by default all, less those the curve does not call for."
-        ),
+        typer.Option(help="Parameters to fit, separated by commas; by default all that the curve calls for."),
     ] = None,
     modulus: Annotated[str | None, typer.Option(help="Relaxed Young's modulus: a first guess, or fixed.")] = None,
     work_of_adhesion: Annotated[str | None, typer.Option(help="A first guess, or fixed.")] = None,
-    poisson_ratio: Annotated[float, typer.Option(help="Of the half-space.")] = 0.5,
+    poisson_ratio: Annotated[float, typer.Option(help="Poisson's ratio of the half-space.")] = 0.5,
     gap: Annotated[str | None, typer.Option(help="Equilibrium gap; 0.3nm by default.")] = None,
     retardation_time: Annotated[str | None, typer.Option(help="A first guess, or fixed.")] = None,
     material: Annotated[str, typer.Option(help="elastic or sls:K: a first guess, or fixed.")] = "elastic",
@@ -146,7 +144,7 @@ def fit_curve(
     }
     known = {name: value for name, value in given.items() if value is not None}
     names = None if free is None else tuple(name.strip() for name in free.split(","))
-    with _unfinished_is_one_sentence(), Outputs(out, plot) as outputs:
+    with one_sentence("bem"), Outputs(out, plot) as outputs:
         measured = read(curve, stiffness=stiffness, force_sign=force_sign, speed=speed)
         start = guess_setup(
             measured,
@@ -189,16 +187,3 @@ def _warnings_are_sentences() -> Iterator[None]:
         yield
     for warning in caught:
         typer.echo(f"bem: {warning.message}", err=True)
-
-
-@contextmanager
-def _unfinished_is_one_sentence() -> Iterator[None]:
-    """End a command whose simulation or fit did not work out with its sentence and status 1."""
-    try:
-        yield
-    except RuntimeError as error:
-        # Python's own kinds, such as endless recursion, are mistakes of the program: they keep their traceback.
-        if type(error).__name__ not in ("RuntimeError", "FitError"):
-            raise
-        typer.echo(f"bem: {sentence(error)}", err=True)
-        raise typer.Exit(1) from error

@@ -1,6 +1,6 @@
-"""Whether what is read from a data set file fits together: what a reader may rely on, in one place.
+"""Checks of what is read from a data set file: that nothing is missing, and that its parts are consistent.
 
-The tree, with shapes, units and attributes, is written down in docs/dataset.md.
+docs/dataset.md describes the groups of the file with their shapes, units and attributes.
 """
 
 from collections.abc import Iterator, Mapping
@@ -31,7 +31,7 @@ POSITIVE = ("tabor", "loading_rate", "unloading_rate")
 
 
 def attribute_fault(attributes: Mapping[str, Any]) -> str:
-    """In words, what is wrong with the root attributes of a data set; empty when nothing is."""
+    """Say what is wrong with the root attributes of a data set; empty when nothing is."""
     for name, kind in ATTRIBUTES.items():
         if name not in attributes:
             return f"without the attribute {name!r}"
@@ -48,9 +48,9 @@ def attribute_fault(attributes: Mapping[str, Any]) -> str:
 
 
 def column_fault(columns: Columns, identity: Mapping[str, Any], counts: tuple[int, ...]) -> str:
-    """In words, what is wrong with the arrays of a data set of this campaign; empty when nothing is.
+    """Say what is wrong with the arrays of a data set of this campaign; empty when nothing is.
 
-    Native histories are checked where they were read.
+    Native histories are checked only where they were read.
     """
     if len(counts) != 3 or list(counts) != list(identity["counts"]):
         return f"whose measurement points are {shown(list(counts))} instead of {shown(identity['counts'])}"
@@ -96,7 +96,7 @@ def _number_fault(columns: Columns) -> str:
 
 
 def _expected(columns: Columns, points: int) -> Iterator[tuple[str, str, tuple[int, ...]]]:
-    """Names, kinds of dtype and shapes, those that others follow from first."""
+    """Name, allowed kinds of dtype and shape of each array; those that fix the shapes of others come first."""
     whole, real = "iu", "iuf"
     size = len(columns["index"]) if "index" in columns else 0
     yield "index", whole, (size,)

@@ -43,7 +43,7 @@ _CHECKED_AT_ONCE = 10_000  # protocols whose measurement steps are in memory at 
 
 
 def agree(some: FloatArray, others: FloatArray) -> bool:
-    """Whether two draws of a quantity are one; their last digits differ from one processor to another."""
+    """Whether two draws of a quantity are the same but for the last digits, which depend on the processor."""
     return np.allclose(some, others, rtol=1e-12, atol=0.0)
 
 
@@ -82,7 +82,7 @@ class Design:
 
     @property
     def largest_count(self) -> int:
-        """How many different protocols the design has to offer."""
+        """Number of different protocols that the design can draw."""
         if self.name == "paper":
             return int(np.prod([len(grid) for grid in self._grids()]))
         return 2**30
@@ -147,7 +147,7 @@ def parse_range(text: str) -> tuple[str, tuple[float, float]]:
     """Read `tabor=0.2:3.2`, as given on the command line; a single number fixes the quantity.
 
     Raises:
-        ValueError: when it does not read so.
+        ValueError: the text has another form.
     """
     name, _, bounds = text.partition("=")
     low, colon, high = bounds.partition(":")

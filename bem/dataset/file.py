@@ -1,6 +1,6 @@
-"""The HDF5 file of a data set: written in one piece or not at all, read only when it fits together.
+"""The HDF5 file of a data set: written completely or not at all, and read only when its parts are consistent.
 
-The tree, with shapes, units and attributes, is written down in docs/dataset.md.
+docs/dataset.md describes the groups of the file with their shapes, units and attributes.
 """
 
 import json
@@ -27,18 +27,18 @@ from bem.dataset.sealed_file import BLOCK, seal
 from bem.trajectory import UNITS
 
 SUFFIXES = (".h5", ".hdf5")
-"""What the name of a data set file ends in."""
+"""Suffixes of a data set file."""
 SMALL = 4096
-"""Bytes up to which an array is stored as it is; larger ones are compressed."""
+"""Size in bytes above which an array is compressed."""
 
 
 @dataclass(frozen=True, eq=False)
 class Dataset:
-    """The contents of a data set file but for native histories.
+    """The contents of a data set file; native histories only where they were asked for.
 
     Args:
         columns: arrays by their path in the file.
-        attributes: the root attributes, those that are JSON in the file as objects.
+        attributes: the root attributes; those that the file stores as JSON text are objects here.
         counts: measurement points of loading, dwell and unloading.
     """
 
@@ -94,7 +94,7 @@ def write_tree(target: BytesIO, columns: Columns, attributes: Mapping[str, Any],
 
 
 def read_tree(file: h5py.File, *, native: bool = True) -> Columns:
-    """All arrays of an open file by their path; without the native histories where they are not wanted.
+    """Read all arrays of an open file by their path, with or without the native histories.
 
     Raises:
         ValueError: an array that holds neither numbers nor text, or that is not in the file itself.
@@ -123,7 +123,7 @@ def write_dataset(
         columns: arrays by their path in the file.
         attributes: root attributes.
         counts: measurement points of loading, dwell and unloading.
-        scratch: folder for the temporary, on the same file system; that of `path` by default.
+        scratch: folder of the temporary file, on the same file system; that of `path` by default.
 
     Raises:
         OSError: nothing was written, and what was at `path` is untouched.
@@ -139,11 +139,11 @@ def write_dataset(
 
 
 def load_dataset(path: str | Path, *, native: bool = False) -> Dataset:
-    """Read a data set, by default but for native histories.
+    """Read a data set, by default without native histories.
 
     Raises:
         FileNotFoundError: no such file.
-        DamagedFileError: a `ValueError`; damaged, or what is in the file does not fit together.
+        DamagedFileError: a `ValueError`; the file is damaged, or its parts are inconsistent.
         ValueError: as `open_dataset`.
     """
     with open_dataset(path) as file:
@@ -152,7 +152,7 @@ def load_dataset(path: str | Path, *, native: bool = False) -> Dataset:
             counts = tuple(int(count) for count in file["fms"].attrs["counts"])
             attributes = {name: plain_attribute(value) for name, value in file.attrs.items()}
             wrong = attribute_fault(attributes) or column_fault(columns, attributes["campaign"], counts)
-        except Exception as error:  # of a damaged file the library may say anything
+        except Exception as error:  # on a damaged file the library may raise any error
             wrong = f"which cannot be read ({shortened(str(error)) or type(error).__name__})"
     if wrong:
         raise DamagedFileError(f"expected a complete data set; received {str(path)!r}, {wrong}")
@@ -161,7 +161,7 @@ def load_dataset(path: str | Path, *, native: bool = False) -> Dataset:
 
 
 def plain_attribute(value: Any) -> Any:
-    """An attribute of a file as `write_tree` was given it."""
+    """An attribute of a file in the form in which `write_tree` received it."""
     if isinstance(value, str) and value.startswith(("{", "[")):
         return json.loads(value)
     return value.item() if isinstance(value, np.generic) else value

@@ -1,7 +1,7 @@
 """The arrays of an HDF5 file, all of which must lie in the file itself.
 
-HDF5 can fetch arrays from other files: by links, as external storage, as virtual data sets. A file from elsewhere would
-then show what lies on this machine, so that all of these are refused.
+HDF5 can fetch arrays from other files: by links, as external storage, as virtual data sets. A file of unknown
+origin could then expose other files of this machine, so all of these are refused.
 """
 
 from collections.abc import Iterator
@@ -12,14 +12,14 @@ import h5py
 from bem._support.wording import shortened
 
 LARGEST_RATIO = 1100
-"""The best compression that HDF5's gzip filter reaches; an array said to be larger is not in the file."""
+"""Largest compression ratio of HDF5's gzip filter; an array that claims more bytes cannot be in the file."""
 
 
 def arrays(file: h5py.File) -> Iterator[tuple[str, h5py.Dataset]]:
-    """Yield path and data set of each array of an open file, unread.
+    """Yield path and HDF5 data set of each array of an open file, without reading it.
 
     Raises:
-        ValueError: something in the file leads elsewhere, or claims to be more than the file can hold.
+        ValueError: an array lies outside the file, or claims more bytes than the file can hold.
     """
     links: list[tuple[str, Any]] = []
     file.visititems_links(lambda path, link: links.append((path, link)))

@@ -1,7 +1,7 @@
-"""Which files are opened as data sets: those whose bytes are the ones that were written.
+"""Open data set files, after a check that their bytes are those that were written.
 
-Files are sealed, see `bem.dataset.sealed_file`. Those of the first writers are not: they have HDF5's own checksums, and
-that beside a manifest its sum of the file.
+Files carry a seal (`bem.dataset.sealed_file`). The earliest files do not: they have HDF5's own checksums, and a
+manifest beside such a file states its SHA-256 sum.
 """
 
 import json
@@ -23,7 +23,7 @@ from bem.dataset.sealed_file import BLOCK, is_intact, is_sealed
 FORMAT = "viscoelastic-contact-dataset"
 FORMAT_VERSION = 1
 SEALED = "sealed"
-"""Root attribute of sealed files, which makes a file that has lost its first block known."""
+"""Root attribute of sealed files; it reveals a file that has lost its first block."""
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 
 
@@ -63,7 +63,7 @@ def open_dataset(path: str | Path, form: str = FORMAT, version: int = FORMAT_VER
         file = h5py.File(path, "r")
     except BlockingIOError as error:  # another program holds the lock that the HDF5 library takes on what it writes
         raise ValueError(f"{received}, which another program is writing") from error
-    except Exception as error:  # of a damaged file the library may say anything
+    except Exception as error:  # on a damaged file the library may raise any error
         raise damaged from error
     with file:
         try:
@@ -89,13 +89,13 @@ def _is_written_to(content: BinaryIO, first_block: int) -> bool:
 
 
 def _is_hdf5(content: BinaryIO) -> bool:
-    """Whether a file begins as HDF5 does; one cut within its first bytes does too."""
+    """Whether a file begins with the signature of HDF5; a file cut within the signature counts too."""
     content.seek(0)
     return _HDF5.startswith(content.read(len(_HDF5)))
 
 
 def _may_be_opened(content: BinaryIO, path: Path) -> bool:
-    """Whether a file without a seal is the published one where it should be, and does not hang the HDF5 library."""
+    """Whether a file without a seal has the sum of its manifest or, without one, does not hang the HDF5 library."""
     published = _published_sum(path)
     if published is not None:
         content.seek(0)
@@ -104,7 +104,7 @@ def _may_be_opened(content: BinaryIO, path: Path) -> bool:
 
 
 def _published_sum(path: Path) -> str | None:
-    """The SHA-256 sum that a manifest beside a file says it has; `None` where none does."""
+    """The SHA-256 sum that a manifest beside a file states for it; `None` where there is none."""
     try:
         entries = json.loads(path.with_name("MANIFEST.json").read_text(encoding="utf-8"))["files"]
         return entries[path.name]["sha256"]
@@ -113,7 +113,7 @@ def _published_sum(path: Path) -> str | None:
 
 
 def _hangs(content: BinaryIO) -> bool:
-    """Whether a heap, where HDF5 keeps texts, holds a piece of no size, at which the library reads on for ever."""
+    """Whether a global heap, where HDF5 keeps text, has an object of size zero, at which the library loops for ever."""
     with mmap.mmap(content.fileno(), 0, access=mmap.ACCESS_READ) as image:
         for heap in re.finditer(rb"GCOL\x01\0\0\0", image):
             at, end = heap.start() + 16, heap.start() + int.from_bytes(image[heap.end() : heap.end() + 8], "little")

@@ -1,4 +1,4 @@
-"""What a campaign keeps of each trajectory, and its form as columns of arrays.
+"""What a campaign stores of each trajectory, as a record and as columns of arrays.
 
 Units as in `bem.protocol`; forces in pi R dgamma, tension positive.
 """
@@ -76,7 +76,7 @@ class Record:
 
 
 def failed(index: int, reason: str, settings: Settings, **scalars: float) -> Record:
-    """The record of a trajectory without a result, whatever the solver got to."""
+    """The record of a trajectory without a result, however far the solver came."""
     return Record(
         index=index,
         status=FAILED,
@@ -99,7 +99,7 @@ def simulate_record(index: int, quantities: Mapping[str, float], settings: Setti
     """
     rest = {name: float(value) for name, value in quantities.items()}
     tabor = rest.pop("tabor")
-    # A batch never dies of one bad case, whatever is raised.
+    # One failing case must not end the batch, whatever error it raises.
     try:
         material = StandardLinearSolid(settings.modulus_ratio) if settings.modulus_ratio < 1.0 else Elastic()
         protocol = LoadingProtocol(**rest)
@@ -159,7 +159,7 @@ def tabulate(records: Iterable[Record], settings: Settings) -> Columns:
 
 
 def untabulate(columns: Columns) -> list[Record]:
-    """The records that `tabulate` made columns of."""
+    """The records of such columns, the inverse of `tabulate`."""
     jumps = np.stack([columns[f"jumps/{name}"] for name in JUMP_QUANTITIES], axis=1)
     owners = columns["jumps/trajectory"]
     offsets = columns.get("native/offsets")

@@ -1,6 +1,6 @@
-"""A file that tells, in its first block, the SHA-256 sum of all its other bytes, so that any damage is noticed.
+"""A file whose first block states the SHA-256 sum of all its other bytes, so that any damage is detected.
 
-HDF5 leaves a block in front of a file to its users. A sealed HDF5 file is read by every HDF5 program as it is; a
+HDF5 leaves the first block of a file to its users (the user block). Every HDF5 program reads a sealed file as it is; a
 reader that knows the seal compares the sum first, so that the HDF5 library, which may hang or crash on damaged bytes,
 never sees them. The block is text, filled up with zero bytes:
 
@@ -18,21 +18,21 @@ _AT_ONCE = 2**20
 
 
 def seal(file: BinaryIO) -> None:
-    """Write the first block of a file that is complete otherwise."""
+    """Write the first block of a file that is otherwise complete."""
     block = _block(file)
     file.seek(0)
     file.write(block)
 
 
 def is_sealed(file: BinaryIO) -> bool:
-    """Whether a file begins as a sealed one does; one cut within its first line does too."""
+    """Whether a file begins with the first line of a seal; a file cut within that line counts too."""
     file.seek(0)
     begin = file.read(len(TITLE))
     return TITLE.startswith(begin)
 
 
 def is_intact(file: BinaryIO) -> bool:
-    """Whether the first block of a sealed file is the one that belongs to its other bytes."""
+    """Whether the first block of a sealed file states the sum of its other bytes."""
     file.seek(0)
     return file.read(BLOCK) == _block(file)
 

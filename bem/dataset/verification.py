@@ -1,9 +1,9 @@
-"""Whether a data set agrees with its trajectories computed again, on whatever processor.
+"""Compare a data set with its trajectories computed again, on any processor.
 
-Another processor rounds otherwise; where the step control decides on a last bit, the steps after it are others, and two
-right solutions differ by about the error of both. Agreement is therefore judged by the accuracy the data set was made
-with: each solution may err by the target, so that two may differ by twice the target. Identity to the last bit is
-counted beside it. Steps, iterations and jumps are not judged.
+Another processor rounds differently. Where the step control depends on a last bit, all later steps change, and two
+correct solutions differ by about the sum of their errors. Agreement is therefore judged by the accuracy of the data
+set: each solution may err by the target, so two may differ by twice the target. Identity to the last bit is counted
+separately. Steps, iterations and jumps are not judged.
 """
 
 from collections.abc import Callable
@@ -83,10 +83,10 @@ def verify(
     Args:
         path: the data set file.
         sample: how many trajectories; all of them where there are fewer.
-        seed: of the choice; by default another one each time.
+        seed: of the random choice; another one at each call by default.
         workers: processes of this machine.
         solver: a stand-in for `bem.simulate`.
-        progress: told how many trajectories are done, how many of them do not agree, and how many there are.
+        progress: called with the number of trajectories done, of those that do not agree, and of all.
 
     Raises:
         FileNotFoundError, ValueError: not a data set, or its protocols are not those of its design.
@@ -123,16 +123,16 @@ def verify(
 def differences(ours: Record, theirs: Record, indentation: FloatArray) -> dict[str, float]:
     """How far two records of one trajectory, of `indentation` (N,) at the steps, are apart, by the names of `JUDGED`.
 
-    The pull-off force is taken relative to itself, the hysteresis to itself or, for a loop that is nearly closed, to a
-    hundredth of the energy exchanged, the force history to its range. Its mean is over all steps. A single step may
-    stand on either side of a jump or a steep fall, and so is compared with all that the other record takes from the
-    step before it to the step after it.
+    The difference of the pull-off force is relative to itself; that of the hysteresis to itself or, for a loop that is
+    nearly closed, to a hundredth of the energy exchanged; that of the force history to its range. Its mean is over all
+    steps. A single step may lie on either side of a jump or a steep fall. It is therefore compared with the range of
+    the other record from the step before it to the step after it.
     """
     if (ours.status, theirs.status) == (FAILED, FAILED):
         return dict.fromkeys(JUDGED, 0.0)
     force, other = ours.force.astype(np.float64), theirs.force.astype(np.float64)
     results = np.array([[one.scalars[name] for name in ("pull_off_force", "hysteresis")] for one in (ours, theirs)])
-    # What failed once, or is not a number, agrees with nothing.
+    # A trajectory that failed once, or is not finite, agrees with nothing.
     if not all(np.all(np.isfinite(values)) for values in (force, other, results)):
         return dict.fromkeys(JUDGED, np.inf)
     exchanged = np.sum(0.5 * np.abs(other[1:] + other[:-1]) * np.abs(np.diff(indentation)))
@@ -154,6 +154,6 @@ def identical(ours: Record, theirs: Record) -> bool:
 
 
 def _outside(force: FloatArray, other: FloatArray) -> float:
-    """How far a force is at most outside what another takes at the same and the neighbouring steps, each (N,)."""
+    """Largest distance of a force (N,) from the range of another one at the same step and its two neighbours."""
     around = np.lib.stride_tricks.sliding_window_view(np.pad(other, 1, mode="edge"), 3)
     return float(np.max(np.maximum(around.min(axis=1) - force, force - around.max(axis=1))))

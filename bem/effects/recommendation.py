@@ -10,12 +10,12 @@ numbers that cost no contact solution:
 - Adhesion: at one indentation it changes the force by about 2 pi R dgamma (DMT), by up to 2/k where the crack runs fast
   (k the modulus ratio), to be set against the range of the force.
 
-Where the bracket holds the tolerance inside, both scenes are simulated, at an accuracy three times better than the
+Where the tolerance lies inside the bracket, both scenes are simulated, at an accuracy three times better than the
 tolerance, and compared.
 
 A simpler scene is not always the faster one: a contact that snaps, or whose edge moves at once with the load, takes
-more steps without the memory that slows it down. What a choice costs is therefore counted on runs of it and of the full
-scene, drafts first: operations, not seconds, so that the same question always has the same answer.
+more steps without the memory that slows it down. The cost of a choice is therefore counted in runs of it and of the
+full scene, at draft accuracy first. Operations are counted, not seconds, so that the answer is reproducible.
 
 Sources: Lee and Radok, J. Appl. Mech. 27 (1960) 438, for the growing contact; Persson and Brener, Phys. Rev. E 71
 (2005) 036123, for the factor 1/k.

@@ -5,9 +5,9 @@ material, one memory vector each. A term can be left out in two ways. A fast one
 is part of the instantaneous compliance then. A slow one never gets to relax: it drops out of the compliance, and the
 solid of the terms left over is stiffer. With S the compliance of the slow terms its relaxed modulus is E0 / (1 - S);
 force and indentation keep their units, so the stiffer solid is the scene of Tabor parameter mu (1 - S)^(2/3) with
-strengths c_i / (1 - S). All terms fast leaves the rubbery elastic solid, all slow the glassy one, mu k^(2/3). What the
-relaxed start has already pulled up with the slow terms is left out with them: about a percent where the protocol starts
-close.
+strengths c_i / (1 - S). All terms fast leaves the rubbery elastic solid, all slow the glassy one, mu k^(2/3). The
+deformation that the slow terms contribute to the relaxed start is left out with them; this is about one percent where
+the protocol starts close to the surface.
 
 Units as in `bem.scene` and `bem.protocol`.
 """

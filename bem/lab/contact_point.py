@@ -1,7 +1,7 @@
 """Baseline, noise and contact point of a measured force curve, from its approach.
 
 Before contact the force is a constant. Its mean over the first part of the approach is the baseline, and the scatter
-there the noise. The contact begins where the force leaves the baseline for good, by attraction or by compression.
+there the noise. The contact begins where the force leaves the baseline permanently, by attraction or by compression.
 """
 
 from __future__ import annotations
@@ -85,9 +85,9 @@ def _level(force: FloatArray) -> tuple[float, float]:
 
 
 def _leaves(force: FloatArray, offset: float, noise: float) -> int:
-    """First point after the last one that lies on the baseline with its neighbours, up to the deepest point."""
+    """Index of the first point after the baseline, by a mean over neighbours, up to the deepest point."""
     away = force - offset
-    # A mean over a few points sees a departure sooner than one point, and is not fooled by a single one.
+    # A mean over a few points detects a departure earlier than one point does, and a single outlier does not move it.
     width = min(5, force.size)
     mean = np.convolve(away, np.full(width, 1.0 / width), mode="valid")
     threshold = max(_LEAVES * noise / np.sqrt(width), 1e-3 * float(np.max(np.abs(away))))

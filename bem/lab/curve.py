@@ -29,7 +29,7 @@ SIGNS = ("tension", "compression")
 
 
 def require_sign(force_sign: str) -> None:
-    """Refuse what is no sign convention."""
+    """Raise a `ValueError` unless the sign is 'tension' or 'compression'."""
     if force_sign not in SIGNS:
         raise ValueError(f"force_sign must be 'tension' or 'compression'; received {shown(force_sign)}")
 

@@ -1,6 +1,6 @@
 """How much a result depends on the effective range of adhesion, which stands in for one too short to resolve.
 
-See the words of `bem.lab.setup` on what the range stands for.
+The docstring of `bem.lab.setup` explains this range.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from bem.lab.setup import Setup
 
 SENSITIVE = 0.05
-"""Relative change of the pull-off force, when the effective range is 1.5 times longer, that is worth a warning."""
+"""Relative change of the pull-off force, for an effective range 1.5 times longer, above which a warning is given."""
 
 _RANGE_TEST = 1.5
 
@@ -47,7 +47,7 @@ def range_sensitivity(setup: Setup, protocol: LoadingProtocol | PiecewiseLinearP
 
 
 def warn_of_range(setup: Setup, protocol: LoadingProtocol | PiecewiseLinearProtocol) -> None:
-    """Warn the caller's caller where the pull-off force under a protocol depends on the range."""
+    """Warn, at the caller's caller, where the pull-off force under a protocol depends on the range."""
     change = range_sensitivity(setup, protocol)
     if change > SENSITIVE:
         warnings.warn(

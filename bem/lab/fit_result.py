@@ -36,7 +36,7 @@ class FitResult:
     values: dict[str, float]
     """Each free parameter."""
     intervals: dict[str, tuple[float, float]]
-    """Its 95 % interval; infinite where the curve says nothing."""
+    """Its 95 % interval; infinite where the curve does not determine it."""
     correlations: dict[str, dict[str, float]]
     """Between each pair, of the parameters as they are searched (logarithms of positive ones)."""
     residuals: FloatArray
@@ -53,7 +53,7 @@ class FitResult:
     simulations: int
 
     def determines_memory(self) -> bool:
-        """Whether relaxation was fitted and found: a modulus ratio well below 1, and a retardation time with an end."""
+        """Whether relaxation was fitted and found: a modulus ratio well below 1, and a bounded retardation time."""
         if "modulus_ratio" not in self.values or "retardation_time" not in self.values:
             return False
         return self.intervals["modulus_ratio"][1] < 0.95 and np.isfinite(self.intervals["retardation_time"][1])
@@ -107,9 +107,9 @@ def result_of(search: Search, x: FloatArray, residuals: FloatArray, jacobian: Fl
 
     Args:
         search: the problem.
-        x: the solution as the search sees it.
+        x: the solution in the variables of the search.
         residuals: weighted, at the solution.
-        jacobian: of them, by all free parameters, the offset last.
+        jacobian: derivative of the residuals by all free parameters, the offset last.
 
     Raises:
         FitError: the solver does not complete the contact at the solution.
@@ -161,7 +161,7 @@ def result_of(search: Search, x: FloatArray, residuals: FloatArray, jacobian: Fl
 
 
 def _deviations(jacobian: FloatArray, variance: float) -> tuple[FloatArray, FloatArray]:
-    """Standard deviations and correlations of the linearised problem; infinite for directions the data do not see."""
+    """Standard deviations and correlations of the linearised problem; infinite for what the data do not constrain."""
     scale = np.linalg.norm(jacobian, axis=0)
     seen = scale > 1e-12 * max(float(scale.max()), 1e-300)
     normal = jacobian[:, seen] / scale[seen]
@@ -177,7 +177,7 @@ def _deviations(jacobian: FloatArray, variance: float) -> tuple[FloatArray, Floa
 
 
 def _fewer_points(residuals: FloatArray) -> float:
-    """Inflation of the variance by correlated residuals, (1 + r) / (1 - r) with r of neighbours."""
+    """Factor of the variance by correlated residuals, (1 + r) / (1 - r) with r the correlation of neighbours."""
     r = (
         float(np.corrcoef(residuals[1:], residuals[:-1])[0, 1])
         if residuals.size > 3 and np.ptp(residuals) > 0.0

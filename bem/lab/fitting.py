@@ -33,7 +33,7 @@ ALL = tuple(PARAMETERS)
 ELASTIC = ("relaxed_modulus", "work_of_adhesion", "contact_point", "force_offset")
 MEMORY = ("retardation_time", "modulus_ratio")
 
-DIFFERENCE = 0.02  # of a logarithm, or of the adhesion length: it must stand out of the solver's own errors
+DIFFERENCE = 0.02  # of a logarithm, or of the adhesion length; large enough that the solver's own errors do not matter
 _RATIOS = (0.5, 0.15)
 _TIME_SHARES = (0.02, 0.1, 0.5)  # of the duration in contact, at which retardation times are tried
 _SHORT, _LONG, _POLISH = 4, 14, 12  # evaluations of the Jacobian
@@ -51,7 +51,7 @@ class Search:
     free: tuple[str, ...]
     fixed: dict[str, float]
     unit: dict[str, float]
-    """Size of one step of each inner parameter."""
+    """Change of each transformed parameter that counts as one in the search."""
     origin: dict[str, float]
     """Parameters in SI at which the search is zero, so that its relative tolerances mean something."""
     weights: FloatArray
@@ -72,7 +72,7 @@ class Search:
         return self.fixed | free
 
     def point(self, values: Mapping[str, float]) -> FloatArray:
-        """The point of the search of parameters in SI."""
+        """The point of the search that belongs to parameters in SI."""
         return np.array([self._inner(name, values[name]) for name in self.searched])
 
     def _inner(self, name: str, value: float) -> float:
@@ -115,7 +115,7 @@ class Search:
             for side in ("low", "high")
         ]
         inside = np.clip(x, np.array(bounds[0]) + 1e-9, np.array(bounds[1]) - 1e-9)
-        # Differences of the solver's results are rough at the size of its own error: no gain below that is real.
+        # The solver's results scatter by its own error: an improvement below that is not real.
         return least_squares(
             self.residuals,
             inside,
@@ -151,7 +151,7 @@ def fit(
         the fit; its `sentences` say what the curve does not determine.
 
     Raises:
-        ValueError: a parameter that is none, or a curve without contact or baseline.
+        ValueError: an unknown parameter, or a curve without contact or baseline.
         FitError: the fit did not converge.
     """
     instance("curve", curve, (ForceCurve,))
@@ -211,8 +211,8 @@ def _fitted(
 def _settled(search: Search, x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """The solution after a few Gauss-Newton steps with a tighter solver; its residuals and its Jacobian.
 
-    Central differences see farther than the roughness of the solver's results, at which the search stops, and with many
-    points the noise averages out to less than the solver's error at the accuracy of the search.
+    Central differences are less sensitive to the scatter of the solver's results, at which the search stops; and with
+    many points the noise averages out to less than the solver's error at the accuracy of the search.
     """
     jacobian = search.full_jacobian(x)
     search.accuracy = max(resolve_accuracy(search.accuracy).target / _TIGHTER, TIGHTEST)
@@ -257,8 +257,8 @@ def _starts(setup: Setup, contact: Contact, duration: float, free: tuple[str, ..
 def _weights(curve: ForceCurve, noise: float) -> FloatArray:
     """One over the uncertainty of each point: the noise, and around a jump what the force does between samples.
 
-    An instability falls somewhere between two samples. Where exactly is not measured, so that the points beside it must
-    not decide a fit; a model that jumps elsewhere is still punished by the points between.
+    An instability falls somewhere between two samples. Where exactly is not measured, so the points beside it must
+    not determine the fit; a model that jumps elsewhere still misses the points between.
     """
     scale = max(noise, noise_of(curve.tension), 1e-4 * float(np.ptp(curve.tension)))
     change = np.abs(np.gradient(curve.tension))

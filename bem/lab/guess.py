@@ -16,7 +16,7 @@ _STEPS = 60
 
 
 def guess_setup(curve: ForceCurve, *, radius: Quantity, **known: Any) -> Setup:
-    """A setup whose modulus and work of adhesion are read off the curve.
+    """A setup whose modulus and work of adhesion are estimated from the curve.
 
     The work of adhesion is that of the JKR pull-off force, (3/2) pi R dgamma, and the modulus that of the JKR force at
     the deepest point. Both are elastic: a viscoelastic contact has a smaller work of adhesion and another modulus.

@@ -1,4 +1,4 @@
-"""The force a setup predicts along a measured history, and the few straight lines that stand for that history."""
+"""The force that a setup predicts along a measured history, which a few straight lines approximate."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from bem.materials import Elastic, StandardLinearSolid
 from bem.protocol import PiecewiseLinearProtocol, default_start_indentation
 
 _CLOSENESS = 1e-3  # of the range of indentation, by which the lines may miss a measured point
-_FAR = 3.0  # default starts away from the surface, where nothing acts yet
-_BESIDE = 2.0
+_FAR = 3.0  # in default start indentations: farther away nothing acts, and the approach is left out
+_BESIDE = 2.0  # samples on either side of a jump that do not count
 MOST_KNOTS = 400
 
 SETUP_PARAMETERS = ("relaxed_modulus", "work_of_adhesion", "retardation_time", "modulus_ratio")
@@ -69,7 +69,7 @@ class Model:
         return self.setup.replaced(**changes)
 
     def protocol(self, setup: Setup, contact_point: float = 0.0) -> tuple[PiecewiseLinearProtocol, float]:
-        """The measured path in the units of a setup, and the instant, in s, at which it begins to matter.
+        """The measured path in the units of a setup, and the instant, in s, at which it begins.
 
         The approach from far away is left out.
         """
@@ -117,7 +117,7 @@ class Model:
 
 
 def with_memory(setup: Setup, duration: float) -> Setup:
-    """The setup with a standard linear solid in place of an elastic one, a tenth of `duration` slow."""
+    """The setup with a standard linear solid in place of an elastic one; its retardation time is `duration` / 10."""
     if not isinstance(setup.material, Elastic):
         return setup
     return setup.replaced(

@@ -1,4 +1,4 @@
-"""Which effects a fitted curve calls for: the fewest whose force stays inside what the noise lets through."""
+"""Which effects a fitted curve calls for: the fewest that give its force to within the noise."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def effects_called_for(result: FitResult) -> Effects:
 
 
 def sentence(effects: Effects) -> str:
-    """What they mean for the fitted parameters."""
+    """What these effects mean for the fitted parameters, in words."""
     words = f"The curve calls for these effects: {effects}."
     if not effects.adhesion:
         words += " Adhesion stays below the noise, so that Hertz describes it and the work of adhesion is a bound."

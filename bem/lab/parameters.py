@@ -1,4 +1,4 @@
-"""The parameters of a fit: their units, how they are searched, and what a poor determination of each means."""
+"""The parameters of a fit: their units, how they are searched, and what would determine each."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ class Parameter:
     """What would determine it."""
 
     def inner(self, value: float) -> float:
-        """The value as the search sees it."""
+        """The transformed value, in which the search works."""
         if self.scale == "logarithm":
             return math.log(value)
         return math.log(value / (1.0 - value)) if self.scale == "logit" else value
 
     def outer(self, inner: float) -> float:
-        """The value of what the search sees."""
+        """The value that belongs to a transformed one."""
         if self.scale == "logarithm":
             return math.exp(inner) if inner < 700.0 else math.inf
         return 1.0 / (1.0 + math.exp(-max(min(inner, 700.0), -700.0))) if self.scale == "logit" else inner

@@ -5,19 +5,20 @@ With R the radius, dgamma the work of adhesion, E0* = E0 / (1 - nu^2) and h0 the
     indentation in h0,  force in pi R dgamma,  time in retardation times,  contact radius in beta = (R^2 dgamma /
     E0*)^(1/3),
 
-and all that is left is the Tabor parameter mu = (R dgamma^2 / (E0*^2 h0^3))^(1/3). Source: paper, Methods.
+and the only remaining parameter is the Tabor parameter mu = (R dgamma^2 / (E0*^2 h0^3))^(1/3). Source: paper, Methods.
 
 Effective range. Surfaces attract over a few angstroms, so that a soft sphere of micrometres has a Tabor parameter of
-hundreds, beyond what a mesh resolves. The gap h0 is then a range to choose: the setup takes the one at which the Tabor
-parameter is `largest_tabor`. What the range stands for differs:
+hundreds, beyond what a mesh resolves. The gap h0 is then an effective range: the setup chooses it so that the Tabor
+parameter is `largest_tabor`. Its meaning depends on the material:
 
-- In an elastic contact it is a numerical choice. Newtons against metres no longer depend on it once mu is large: JKR.
+- In an elastic contact it is a numerical choice. The force curve in newtons and metres no longer depends on it once mu
+  is large, in the JKR limit.
 - In a viscoelastic contact it is a length of the material. The edge of the contact dissipates at the frequency at which
   it crosses the cohesive zone, so that a longer range acts like a shorter retardation time at the edge, though not in
   the bulk. A pull-off force that depends on speed depends on the range too, and a fitted retardation time belongs to
   it.
 
-`range_sensitivity` measures which it is, and `simulate` warns.
+`range_sensitivity` measures how much the pull-off force depends on it, and `simulate` warns.
 """
 
 from __future__ import annotations
@@ -39,10 +40,10 @@ from bem.protocol import LoadingProtocol, PiecewiseLinearProtocol
 from bem.scene import Scene
 
 INTERATOMIC_GAP = 0.3e-9
-"""The equilibrium gap, in m, of a setup that names none: of the order of the distance of atoms."""
+"""The equilibrium gap, in m, of a setup that names none: of the order of interatomic distances."""
 
 LARGEST_TABOR = 3.0
-"""Tabor parameter above which the gap is taken longer, so that the solver resolves the contact edge."""
+"""Tabor parameter above which a longer gap is simulated, so that the solver resolves the contact edge."""
 
 _QUANTITIES = {
     "radius": "length",
@@ -69,7 +70,7 @@ class Setup:
         retardation_time: the unit of the material's times, in s. Required for a `StandardLinearSolid`, whose
             retardation time it is. A `PronySeries` without it has its times in seconds.
         material: `Elastic()`, `StandardLinearSolid(...)` or `PronySeries(...)`.
-        largest_tabor: see the module's words on the effective range.
+        largest_tabor: Tabor parameter above which an effective range is used, as the module's docstring explains.
 
     Raises:
         ValueError: naming the quantity, what is allowed and what was received.
@@ -194,7 +195,7 @@ class Setup:
             peak_indentation: in m.
             loading_rate, unloading_rate: speeds, in m/s.
             dwell_time: in s.
-            start_indentation: in m; by default where the surfaces hardly feel each other, -pi^(2/3) `adhesion_length`.
+            start_indentation: in m; by default -pi^(2/3) `adhesion_length`, where adhesion is still weak.
         """
         start = None
         if start_indentation is not None:
@@ -224,7 +225,7 @@ class Setup:
             check_range: whether to simulate once more, at draft accuracy, to warn where the effective range matters.
 
         Raises:
-            ValueError: for a protocol, accuracy or sign that is none.
+            ValueError: for an invalid protocol, accuracy or sign.
             RuntimeError: the simulation did not complete; the message says why.
         """
         from bem.solver.simulation import simulate

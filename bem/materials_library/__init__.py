@@ -1,4 +1,4 @@
-"""Published viscoelastic materials with source, conditions and validity, and what turns measurements into materials."""
+"""Published viscoelastic materials with their sources, and functions that turn measurements into materials."""
 
 from bem.materials_library.entries import Entry, load, names
 from bem.materials_library.viscoelasticity import (

@@ -1,4 +1,4 @@
-"""The library's files: one TOML file a published material, with its source, conditions, validity and caution.
+"""The library's files: one TOML file for each published material, with its source, conditions, validity and caution.
 
 A file holds `relaxed_modulus` (Pa) and `poisson_ratio`, and where relaxation was measured a table `prony` of
 `relaxation_moduli` (Pa) and `relaxation_times` (s), and a table `wlf` of `reference` (degrees Celsius), `c1` and `c2`.

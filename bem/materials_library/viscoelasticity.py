@@ -111,7 +111,7 @@ def fit_prony(frequency: ArrayLike, storage: ArrayLike, loss: ArrayLike, *, term
         terms: number of times; by default one a decade.
 
     Raises:
-        ValueError: fewer than three frequencies, values that are not positive, or moduli of which no solid is made.
+        ValueError: fewer than three frequencies, values that are not positive, or moduli that belong to no solid.
     """
     omega = strictly_increasing("frequency", finite_vector("frequency", frequency, at_least=3))
     moduli = [finite_vector(name, values, at_least=3) for name, values in (("storage", storage), ("loss", loss))]

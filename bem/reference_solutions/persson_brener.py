@@ -30,7 +30,7 @@ def effective_energy(crack_velocity: ArrayLike, modulus_ratio: ArrayLike) -> Flo
     """Normalised effective surface energy by the implicit relation; shapes broadcast.
 
     With s = sqrt(1 + x^2) - x in (0, 1) the relation reads pi v = s / ((1 - s^2) (1 - (1 - k) s)), whose right side
-    only grows: bisection on the logit of s finds the one root with all digits, whether s is close to 0 or to 1.
+    increases with s: bisection on the logit of s finds the one root with all digits, whether s is close to 0 or to 1.
 
     Raises:
         ValueError: for a negative velocity or a modulus ratio outside (0, 1].

@@ -10,14 +10,11 @@ first protocols only, a closed form on those of its regime; each row says on how
 Seconds are processor seconds of a whole call, from the protocol to pull-off force, hysteresis and forces at the
 measurement steps, on one thread: for each protocol the median of the repeats. A tool is repeated while `BUDGET` lasts,
 at least once.
-
-Usage: `python -m experiments accuracy_cost [--count N] [--repeats N] [--finest N] [--out FILE]`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
@@ -25,7 +22,6 @@ import typer
 from threadpoolctl import threadpool_limits
 
 from bem import simulate_paper_method
-from bem._support.command_line import run_main
 from bem.accuracy import NAMED_TARGETS
 from bem.solver.version import SOLVER_VERSION
 from experiments.common import DATASET, MODELS
@@ -33,7 +29,18 @@ from experiments.cost import solver_processes
 from experiments.cost.cases import Case, answered, held_out, solver_at
 from experiments.cost.closed_form_tools import FORMS, depths_of
 from experiments.cost.surrogate_cost import from_steps, missing, outdated, surrogate_tools
-from experiments.timing import CLOCK, MEASUREMENTS, Busy, force_error, progress, publish, spread
+from experiments.timing import (
+    CLOCK,
+    MEASUREMENTS,
+    Busy,
+    DatasetFile,
+    Models,
+    Out,
+    force_error,
+    progress,
+    publish,
+    spread,
+)
 
 OUT = MEASUREMENTS / "accuracy_cost.json"
 TARGETS = (5e-2, 1.7e-2, 8e-3, 4e-3, 2e-3, 1e-3, 5e-4, 2.5e-4, 1.5e-4)
@@ -119,9 +126,9 @@ def main(
     repeats: Annotated[int, typer.Option(help="Runs of each tool, where its budget of time allows.")] = 3,
     finest: Annotated[int, typer.Option(help="Finest resolution of the paper's discretisation.")] = max(BASELINE),
     jobs: Annotated[int, typer.Option(help="Processes for the refined solutions, which are not timed.")] = 2,
-    dataset: Annotated[Path, typer.Option(help="Data set file.")] = DATASET,
-    models: Annotated[Path, typer.Option(help="Where trained models are.")] = MODELS,
-    out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
+    dataset: DatasetFile = DATASET,
+    models: Models = MODELS,
+    out: Out = OUT,
     busy: Busy = False,
 ) -> None:
     """Measure all tools and write the result: once before the surrogates, once with them."""
@@ -164,7 +171,3 @@ def main(
         tools.append(report("surrogate", more.pop("setting"), answers, exact, **more))
     write(absent, complete=True)
     print(f"missing: {', '.join(absent) or 'nothing'}; trained otherwise: {', '.join(old) or 'none'}")
-
-
-if __name__ == "__main__":
-    run_main(main)

@@ -3,8 +3,6 @@
 Protocols are the first of one random draw without repetition, so that fewer of them at `reference` are a random sample
 of those at `draft` and `standard`. Errors are differences from `reference` on that sample. Campaigns are kept in
 `results/accuracy_price/`, and an interrupted run continues.
-
-Usage: `python -m experiments accuracy_price [--count N] [--reference-count N] [--workers N]`.
 """
 
 from pathlib import Path
@@ -13,7 +11,6 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from bem._support.command_line import run_main
 from bem._support.progress import progress_bar
 from bem._support.validation import FloatArray, whole_number
 from bem.dataset.campaign.plan import Campaign, Solver
@@ -22,6 +19,7 @@ from bem.dataset.designs import agree
 from bem.dataset.file import Dataset, load_dataset
 from experiments.common import write_result
 from experiments.paper.dataset_statistics import percentiles
+from experiments.timing import Out
 
 FOLDER = Path("results/accuracy_price")
 OUT = Path("published/accuracy_price.json")
@@ -94,13 +92,9 @@ def main(
     seed: Annotated[int, typer.Option(help="Seed of the design.")] = 0,
     workers: Annotated[int | None, typer.Option(help="Processes; as many as cores by default.")] = None,
     folder: Annotated[Path, typer.Option(help="Where the campaigns are kept.")] = FOLDER,
-    out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
+    out: Out = OUT,
 ) -> None:
     """Measure and write the price of accuracy as JSON."""
     datasets = run(count, reference_count, seed, folder, workers)
     content = {"design": "paper", "seed": seed, "levels": price(datasets)}
     write_result(out, f"accuracy_price --count {count} --reference-count {reference_count} --seed {seed}", content)
-
-
-if __name__ == "__main__":
-    run_main(main)

@@ -5,26 +5,23 @@ machine where `experiments.cost.training_speed` has measured them), and the seco
 `experiments.cost.accuracy_cost`. Every surrogate, in every way of calling it, is compared with the solver at its named
 accuracies; the paper's line has its own numbers. A model that was published or trained again after the measurement is
 named, and its seconds are not estimated.
-
-Usage: `python -m experiments amortisation [--cost FILE] [--models DIR] [--speed FILE] [--out FILE]`.
 """
 
 from __future__ import annotations
 
 import json
-import tomllib
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from bem._support.command_line import run_main
 from bem.dataset.file import load_dataset
-from experiments.common import DATASET, MODELS, PAPER_VALUES, write_result
+from experiments.common import DATASET, MODELS, write_result
 from experiments.cost import training_speed
 from experiments.cost.surrogate_cost import missing, outdated, published, weights_digest
 from experiments.cost.training_cost import batch_seconds, training_seconds
-from experiments.timing import MEASUREMENTS, plain
+from experiments.paper_numbers import paper_values
+from experiments.timing import MEASUREMENTS, DatasetFile, Models, Out, plain
 
 OUT = MEASUREMENTS / "amortisation.json"
 COST = MEASUREMENTS / "accuracy_cost.json"
@@ -43,9 +40,7 @@ def break_even(dear: dict[str, Any], cheap: dict[str, Any]) -> float | None:
 
 def paper_lines() -> list[dict[str, Any]]:
     """The paper's solver and surrogate."""
-    dataset, cost = (
-        tomllib.loads((PAPER_VALUES / f"{name}.toml").read_text(encoding="utf-8")) for name in ("dataset", "cost")
-    )
+    dataset, cost = paper_values("dataset"), paper_values("cost")
     total = 3600.0 * dataset["cpu_hours"]
     return [
         line("paper's solver", "paper", 0.0, total / dataset["trajectories"]),
@@ -55,10 +50,10 @@ def paper_lines() -> list[dict[str, Any]]:
 
 def main(
     cost: Annotated[Path, typer.Option(help="Measurement of accuracy and cost.")] = COST,
-    dataset: Annotated[Path, typer.Option(help="Data set file.")] = DATASET,
-    models: Annotated[Path, typer.Option(help="Where trained models are.")] = MODELS,
+    dataset: DatasetFile = DATASET,
+    models: Models = MODELS,
     speed: Annotated[Path, typer.Option(help="Measured seconds of a batch.")] = training_speed.OUT,
-    out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
+    out: Out = OUT,
 ) -> None:
     """Collect the lines and where they cross."""
     if not cost.is_file():
@@ -102,7 +97,3 @@ def main(
     write_result(out, "amortisation", plain(content))
     said = {"missing": "missing", "unmeasured": "not measured", "retrained": "trained anew since the measurement"}
     print("; ".join(f"{words}: {', '.join(content[key]) or 'nothing'}" for key, words in said.items()))
-
-
-if __name__ == "__main__":
-    run_main(main)

@@ -1,14 +1,13 @@
 """What a prediction costs on one core: every way to call a model, against Keras's own `model.predict`.
 
-`python -m experiments bench_surrogate` measures start, single predictions and batches; with `--stream` the steps
-of a stream, a million of them; with `--page docs/control.md` it measures nothing and writes the published numbers into
-that page. Wall seconds of one thread. Other programs on the same core cause the slowest steps, so processor seconds are
-given beside wall seconds for single predictions and batches.
+`python -m experiments bench_surrogate` measures start, single predictions and batches; with `--stream` the steps of a
+stream, a million of them. `make docs-control` writes what is published into the guide. Wall seconds of one thread.
+Other programs on the same core cause the slowest steps, so processor seconds are given beside wall seconds for single
+predictions and batches.
 """
 
 from __future__ import annotations
 
-import json
 import time
 import warnings
 from collections.abc import Callable
@@ -18,12 +17,12 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from bem._support.command_line import run_main
 from bem._support.provenance import versions
+from bem._support.wording import markdown_table
 from bem.dataset.designs import Design
 from bem.dataset.measurement_steps import FMS, measurement_grid
 from experiments.cost.surrogate_cost import scaled_inputs
-from experiments.timing import CLOCK, MEASUREMENTS, Busy, in_fresh_process, publish, write_place
+from experiments.timing import CLOCK, MEASUREMENTS, Busy, in_fresh_process, publish
 
 PREDICTIONS, STREAM = MEASUREMENTS / "surrogate_latency.json", MEASUREMENTS / "stream_latency.json"
 BATCH = 1024
@@ -99,23 +98,16 @@ def measure_stream(name: str, models: Path | None, steps: int) -> dict[str, Any]
 
 
 def prediction_table(content: dict[str, Any]) -> str:
-    """The numbers as a Markdown table."""
-    lines = [
-        f"{content['model']}, seconds on one core",
-        "",
-        "| way | ms per trajectory | ms of processor | times faster than model.predict |",
-        "|---|---:|---:|---:|",
-    ]
+    """The numbers as a Markdown table, with a sentence about the rest."""
+    header = ["way", "ms per trajectory", "ms of processor", "times faster than model.predict"]
+    cells = []
     for row in content["rows"]:
-        ratio = row["times_faster_than_model_predict"]
-        lines.append(f"| {row['way']} | {1e3 * row['median']:.3f} | {1e3 * row['processor']:.3f} | {ratio:.1f} |")
-    return "\n".join(
-        [
-            *lines,
-            "",
-            f"Start to first prediction: {content['start_seconds']:.2f} s. "
-            f"Largest difference of scaled force: {content['largest_difference_of_scaled_force']:.1e}.",
-        ]
+        milliseconds = [f"{1e3 * row[name]:.3f}" for name in ("median", "processor")]
+        cells.append([row["way"], *milliseconds, f"{row['times_faster_than_model_predict']:.1f}"])
+    return (
+        f"{content['model']}, seconds on one core\n\n{markdown_table(header, cells, 'lrrr')}\n\n"
+        f"Start to first prediction: {content['start_seconds']:.2f} s. "
+        f"Largest difference of scaled force: {content['largest_difference_of_scaled_force']:.1e}."
     )
 
 
@@ -127,24 +119,6 @@ def stream_table(content: dict[str, Any]) -> str:
         f"99 % {values['p99']:.1f} us, 99.9 % {values['p99_9']:.1f} us, worst {values['worst']:.0f} us; "
         f"{100 * content['share_above_50_microseconds']:.2f} % took more than 50 us"
     )
-
-
-def show(page: Path, predictions: Path = PREDICTIONS, stream: Path = STREAM) -> None:
-    """Put what is published of both measurements into their places on a page, or that there is nothing yet.
-
-    Raises:
-        ValueError: the page has no such places.
-    """
-    places = {
-        "seconds of a prediction": (predictions, prediction_table, "bench-surrogate"),
-        "seconds of a step": (stream, stream_table, "bench-stream"),
-    }
-    for place, (path, table, target) in places.items():
-        words = f"Not measured yet: `make {target} docs-control`."
-        if path.is_file():
-            content = json.loads(path.read_text(encoding="utf-8"))
-            words = f"{table(content)}\n\nMeasured on one core of {content['host']}."
-        write_place(page, place, words)
 
 
 def _protocols(count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -193,12 +167,8 @@ def main(
     repeats: Annotated[int, typer.Option(help="Single predictions.")] = 200,
     out: Annotated[Path | None, typer.Option(help="Result file to write.")] = None,
     busy: Busy = False,
-    page: Annotated[Path | None, typer.Option(help="Page to show what is published on, instead of measuring.")] = None,
 ) -> None:
     """Measure, print a table and write the numbers."""
-    if page is not None:
-        show(page)
-        return
     from surrogate.backend import limit_threads
 
     limit_threads(1)
@@ -211,7 +181,3 @@ def main(
         content = measure_predictions(model, models, repeats)
         print(prediction_table(content))
         publish(out or PREDICTIONS, f"bench_surrogate --model {model} --repeats {repeats}", content, busy=busy)
-
-
-if __name__ == "__main__":
-    run_main(main)

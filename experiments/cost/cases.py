@@ -8,10 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from bem import LoadingProtocol, Scene, StandardLinearSolid, Trajectory, simulate
+from bem import LoadingProtocol, Scene, Trajectory, simulate
 from bem.dataset.measurement_steps import measurement_times
-
-MODULUS_RATIO = 0.1
+from experiments.common import problem
 
 
 @dataclass(frozen=True)
@@ -35,12 +34,8 @@ def held_out(count: int, dataset: Path) -> list[Case]:
     from surrogate.data.dataset import TrajectoryDataset
 
     data = TrajectoryDataset.load(dataset)
-    cases = []
-    for i in data.split(0).test[:count]:
-        quantities = {name: float(values[i]) for name, values in data.protocols.items()}
-        scene = Scene(quantities.pop("tabor"), StandardLinearSolid(MODULUS_RATIO))
-        cases.append(Case(scene, LoadingProtocol(**quantities)))
-    return cases
+    rows = data.split(0).test[:count]
+    return [Case(*problem({name: values[i] for name, values in data.protocols.items()})) for i in rows]
 
 
 def answered(case: Case, solve: Callable[[Case], Trajectory]) -> np.ndarray:

@@ -19,7 +19,8 @@ from scipy.integrate import solve_ivp
 
 from bem.dataset.measurement_steps import FIRST_UNLOADING, measurement_times
 from bem.reference_solutions import dmt, hereditary_hertz, hertz, jkr, maugis_dugdale, persson_brener
-from experiments.cost.cases import MODULUS_RATIO, Case
+from experiments.common import MODULUS_RATIO
+from experiments.cost.cases import Case
 
 SLOW, FAST = 10.0, 0.1
 NEGLIGIBLE = 0.1

@@ -12,8 +12,6 @@ the whole call elsewhere. Iterations per step are fitted beside them, the N_iter
 With a fresh factorisation in every iteration the paper's method costs N_s^3 once systems are large, and its sum over
 the history costs N_t^2 once histories are long; the solver, which remembers by recursion and factorises seldom, has
 neither.
-
-Usage: `python -m experiments cost_growth [--repeats N] [--out FILE]`.
 """
 
 from __future__ import annotations
@@ -28,14 +26,13 @@ import numpy as np
 import typer
 
 from bem import LoadingProtocol, Scene, StandardLinearSolid, Trajectory, simulate
-from bem._support.command_line import run_main
 from bem.accuracy import Accuracy, resolve_accuracy
 from bem.dataset.designs import PAPER_RANGES
 from bem.dataset.file import load_dataset
 from bem.solver.discretisation.cohesive_zone import edge_width, largest_contact_radius
 from bem.solver.paper_method import FAR_GAP, RESOLVED, simulate_paper_method
-from experiments.common import DATASET
-from experiments.timing import MEASUREMENTS, Busy, exponent, progress, publish, spread, timed
+from experiments.common import DATASET, problem
+from experiments.timing import MEASUREMENTS, Busy, DatasetFile, Out, exponent, progress, publish, spread, timed
 
 OUT = MEASUREMENTS / "cost_growth.json"
 SCENE = Scene(tabor=3.2, material=StandardLinearSolid(0.1))
@@ -80,9 +77,8 @@ def controlled(repeats: int, **factors: float) -> dict[str, Any]:
 
 def solver_seconds(quantities: dict[str, float], repeats: int) -> dict[str, Any]:
     """Seconds of the solver at standard accuracy."""
-    rest = dict(quantities)
-    scene = Scene(rest.pop("tabor"), StandardLinearSolid(0.1))
-    return _timed(lambda: simulate(scene, LoadingProtocol(**rest)), repeats)
+    case = problem(quantities)
+    return _timed(lambda: simulate(*case), repeats)
 
 
 def _timed(run: Callable[[], Trajectory], repeats: int) -> dict[str, Any]:
@@ -109,9 +105,8 @@ def resolution(quantities: dict[str, float]) -> tuple[int, int]:
 
 def baseline_seconds(quantities: dict[str, float], nodes: int, steps: int, repeats: int) -> dict[str, Any]:
     """Seconds of the paper's discretisation at one resolution."""
-    rest = dict(quantities)
-    scene = Scene(rest.pop("tabor"), StandardLinearSolid(0.1))
-    return _timed(lambda: simulate_paper_method(scene, LoadingProtocol(**rest), nodes=nodes, steps=steps), repeats)
+    case = problem(quantities)
+    return _timed(lambda: simulate_paper_method(*case, nodes=nodes, steps=steps), repeats)
 
 
 def a_step(point: dict[str, Any]) -> dict[str, Any]:
@@ -144,8 +139,8 @@ def over_the_data_set(path: Path) -> dict[str, Any]:
 def main(
     repeats: Annotated[int, typer.Option(help="Runs of each point; the median counts.")] = 7,
     finest: Annotated[int, typer.Option(help="Most nodes of the paper's discretisation.")] = LARGEST_BASELINE[0],
-    dataset: Annotated[Path, typer.Option(help="Data set file.")] = DATASET,
-    out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
+    dataset: DatasetFile = DATASET,
+    out: Out = OUT,
     busy: Busy = False,
 ) -> None:
     """Measure all growth curves."""
@@ -180,7 +175,3 @@ def main(
     publish(out, f"cost_growth --repeats {repeats}", content, busy=busy)
     for tool, curves in (("solver", solver), ("paper's discretisation", baseline)):
         print(tool, {name: round(curve["exponent"], 2) for name, curve in curves.items()})
-
-
-if __name__ == "__main__":
-    run_main(main)

@@ -20,7 +20,7 @@ import numpy as np
 from bem import LoadingProtocol
 from bem.dataset.designs import Design
 from bem.dataset.measurement_steps import measurement_times
-from experiments.cost.cases import MODULUS_RATIO
+from experiments.common import MODULUS_RATIO
 from experiments.timing import fingerprint, force_error, progress, spread
 
 ROOT = Path(__file__).resolve().parents[2]

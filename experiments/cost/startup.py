@@ -2,8 +2,6 @@
 
 The first run compiles the kernels into an empty cache; a warm run finds them there. The same is measured of another
 revision, one run after the other in turn, so that the ratio holds on a machine of any speed and load.
-
-Usage: `python -m experiments startup [--baseline REVISION] [--repeats N]`.
 """
 
 from __future__ import annotations
@@ -20,7 +18,6 @@ from typing import Annotated
 
 import typer
 
-from bem._support.command_line import run_main
 from experiments.cost.revision_comparison import checked_out
 from experiments.cost.solver_processes import ROOT
 
@@ -63,7 +60,3 @@ def main(
     if baseline:
         ratios = [one / other for one, other in zip(warm["now"], warm[baseline], strict=True)]
         print(f"{'ratio':12} {first['now'] / first[baseline]:14.2f} {median(ratios):14.2f}")
-
-
-if __name__ == "__main__":
-    run_main(main)

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
-import warnings
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -19,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from bem.dataset.measurement_steps import FIRST_UNLOADING, FMS, measurement_grid
+from experiments.common import QUANTITIES, without_extrapolation_warnings
 from experiments.lineage import dataset_digest
 from experiments.paper.model_comparison import trained_otherwise
 from experiments.timing import progress, timed
@@ -99,8 +99,7 @@ def weights_digest(folder: Path) -> str:
 
 def protocol_columns(cases: list[Case]) -> dict[str, np.ndarray]:
     """Quantities of the protocols and Tabor parameters, each (count,)."""
-    quantities = ("peak_indentation", "loading_rate", "dwell_time", "unloading_rate")
-    columns = {name: np.array([getattr(case.protocol, name) for case in cases]) for name in quantities}
+    columns = {name: np.array([getattr(case.protocol, name) for case in cases]) for name in QUANTITIES[1:]}
     return {"tabor": np.array([case.scene.tabor for case in cases]), **columns}
 
 
@@ -167,12 +166,9 @@ def surrogate_tools(cases: list[Case], models: Path, repeats: int) -> tuple[list
 
     with contextlib.suppress(RuntimeError):  # imported already, by who calls: then theirs is the choice of threads
         limit_threads(1)
-    from surrogate.inference.predictor import ExtrapolationWarning
-
     protocols = protocol_columns(cases)
     tools: list[dict[str, Any]] = []
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ExtrapolationWarning)
+    with without_extrapolation_warnings():
         for name in progress(names, "surrogates"):
             try:
                 tools += _by_every_way(name, models, protocols, repeats)

@@ -2,8 +2,6 @@
 
 The targets are those of the Makefile's registry, so that a figure added there is measured too. Set-up is not counted,
 and compiled kernels are kept between targets, as on a machine where one target has already run.
-
-Usage: `python -m experiments target_minutes [--makefile FILE] [--only TARGET ...] [--out FILE]`.
 """
 
 from __future__ import annotations
@@ -18,11 +16,10 @@ from typing import Annotated
 
 import typer
 
-from bem._support.command_line import run_main
 from bem._support.provenance import host
 from experiments.common import write_result
 from experiments.registry import MAKEFILE, WHOLE, entries
-from experiments.timing import MEASUREMENTS, progress
+from experiments.timing import MEASUREMENTS, Out, progress
 
 OUT = MEASUREMENTS / "target_minutes.json"
 EMPTY = Path("build")
@@ -69,7 +66,7 @@ def minutes(target: str) -> float:
 def main(
     makefile: Annotated[Path, typer.Option(help="Its registry says what is measured.")] = MAKEFILE,
     only: Annotated[list[str] | None, typer.Option(help="Measure this one (figures-tables), keep the others.")] = None,
-    out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
+    out: Out = OUT,
 ) -> None:
     """Run every target once and write what it took."""
     known = {joined(target): target for target in targets(makefile)}
@@ -82,7 +79,3 @@ def main(
     taken = kept["minutes"] | {target: minutes(target) for target in progress(chosen, "targets")}
     found = {target: taken[target] for target in known.values() if target in taken}
     write_result(out, "target_minutes", {"minutes": found})
-
-
-if __name__ == "__main__":
-    run_main(main)

@@ -9,8 +9,6 @@ published study of data efficiency (models trained on shares of the data set), w
 Models were trained on processors of different speed. Where `experiments.cost.training_speed` has measured what a batch
 of a recipe costs an architecture, minutes are those of the batches on that one machine, without validation; else those
 that the training took.
-
-Usage: `python -m experiments training_cost [--models DIR] [--shares FILE] [--speed FILE] [--out FILE]`.
 """
 
 from __future__ import annotations
@@ -22,13 +20,12 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from bem._support.command_line import run_main
 from bem.dataset.file import load_dataset
 from experiments.common import DATASET, MODELS, write_result
 from experiments.cost import training_speed
 from experiments.lineage import dataset_digest
 from experiments.paper.model_comparison import REFERENCE, minutes_to, outdated, paper_mse, published, read_model
-from experiments.timing import MEASUREMENTS, plain
+from experiments.timing import MEASUREMENTS, DatasetFile, Models, Out, plain
 from surrogate.architectures.naming import names
 from surrogate.training.identity import read_identity
 
@@ -111,11 +108,11 @@ def shares(path: Path, seconds_each: float) -> list[dict[str, Any]]:
 
 
 def main(
-    models: Annotated[Path, typer.Option(help="Where trained models are.")] = MODELS,
-    dataset: Annotated[Path, typer.Option(help="Data set file.")] = DATASET,
+    models: Models = MODELS,
+    dataset: DatasetFile = DATASET,
     share_file: Annotated[Path, typer.Option("--shares", help="Published study of data efficiency.")] = SHARES,
     speed: Annotated[Path, typer.Option(help="Measured seconds of a batch.")] = training_speed.OUT,
-    out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
+    out: Out = OUT,
 ) -> None:
     """Collect what is published; name what is missing."""
     data = load_dataset(dataset)
@@ -147,7 +144,3 @@ def main(
     print(f"missing: {', '.join(absent) or 'nothing'}")
     for sentence in old.values():
         print(sentence)
-
-
-if __name__ == "__main__":
-    run_main(main)

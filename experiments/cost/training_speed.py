@@ -5,8 +5,7 @@ batches of the data set's size one after another; a training's hours are those o
 after every epoch. A block holds as many batches as lie between two refinements of the optimizer's bases, which cost
 more than the batches between them.
 
-Usage: `python -m experiments training_speed [--recipe NAME] [--only MODEL] [--repeats N] [--out FILE]`, under
-another backend where `KERAS_BACKEND` names one.
+`KERAS_BACKEND` chooses another backend.
 """
 
 from __future__ import annotations
@@ -17,10 +16,9 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from bem._support.command_line import run_main
 from bem.dataset.measurement_steps import FMS
 from experiments.common import DATASET
-from experiments.timing import MEASUREMENTS, Busy, progress, publish, spread, timed
+from experiments.timing import MEASUREMENTS, Busy, Out, progress, publish, spread, timed
 from surrogate.backend import import_keras, limit_threads, versions
 
 OUT = MEASUREMENTS / "training_speed.json"
@@ -63,7 +61,7 @@ def main(
     only: Annotated[list[str] | None, typer.Option(help="A model to time, and nothing is written; repeatable.")] = None,
     repeats: Annotated[int, typer.Option(min=1, help="Blocks of batches that are timed.")] = 3,
     dataset: Annotated[Path, typer.Option(help="Data set file, which sets the batches of an epoch.")] = DATASET,
-    out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
+    out: Out = OUT,
     busy: Busy = False,
 ) -> None:
     """Measure every architecture and write the result."""
@@ -96,7 +94,3 @@ def main(
         "backend": versions(),
     }
     publish(out, f"training_speed --recipe {recipe} --repeats {repeats}", content, busy=busy)
-
-
-if __name__ == "__main__":
-    run_main(main)

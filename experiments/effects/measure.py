@@ -10,13 +10,10 @@ The second part shows when a simpler scene may replace the full one: the error o
 measures it, over the rate at which the sphere moves (without a dwell), and the choice of `recommend`; the error of a
 short or long range of adhesion instead of the true one, over the Tabor parameter; and of one relaxation process instead
 of ten, over the decades that these span.
-
-Usage: `python -m experiments measure [--repeats N] [--out FILE]`.
 """
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
@@ -34,13 +31,12 @@ from bem import (
     recommend,
     simulate,
 )
-from bem._support.command_line import run_main
 from bem.effects.recommendation import difference
 from bem.effects.scene_effects import Effects, reduced
 from bem.materials import Material
 from bem.reference_solutions import dmt, hereditary_hertz, hertz, jkr
 from experiments.effects.files import branches, code_of, own_files, shared_files
-from experiments.timing import MEASUREMENTS, Busy, progress, publish, spread, timed
+from experiments.timing import MEASUREMENTS, Busy, Out, progress, publish, spread, timed
 
 OUT = MEASUREMENTS / "effects.json"
 TABOR, DMT_TABOR, JKR_TABOR = 1.0, 0.2, 3.2
@@ -220,7 +216,7 @@ def _last_within(points: list[dict[str, Any]], place: str, error: str) -> float 
 
 def main(
     repeats: Annotated[int, typer.Option(help="Timed runs of each scene.")] = 15,
-    out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
+    out: Out = OUT,
     busy: Busy = False,
 ) -> None:
     """Measure the table and the curves of effects."""
@@ -255,7 +251,3 @@ def main(
         "safe": safe(ranges, bands),
     }
     publish(out, f"effects --repeats {repeats}", content, busy=busy)
-
-
-if __name__ == "__main__":
-    run_main(main)

@@ -5,14 +5,11 @@ ten-term solids of random spectra in the paper's box; the paper's box without ad
 histories of two loads with a partial unloading between. For each protocol, tolerance and quantity the recommended scene
 and the full one are simulated at `ACCURACY`, and the difference is compared with the tolerance. The saving of a
 recommendation is the ratio of seconds at standard accuracy, over the scenes that were simplified.
-
-Usage: `python -m experiments recommendations [--count N] [--out FILE]`.
 """
 
 from __future__ import annotations
 
 from collections import Counter
-from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
@@ -29,11 +26,10 @@ from bem import (
     recommend,
     simulate,
 )
-from bem._support.command_line import run_main
 from bem.dataset.designs import PAPER_RANGES, Design
 from bem.effects.recommendation import difference
 from bem.effects.scene_effects import Protocol
-from experiments.timing import CLOCK, MEASUREMENTS, Busy, progress, publish, spread, timed
+from experiments.timing import CLOCK, MEASUREMENTS, Busy, Out, progress, publish, spread, timed
 
 OUT = MEASUREMENTS / "recommendations.json"
 ASKED = {"force": (0.1, 0.03, 0.01), "pull_off_force": (0.1,), "hysteresis": (0.1,)}
@@ -122,7 +118,7 @@ def summary(rows: list[dict[str, Any]]) -> dict[str, Any]:
 
 def main(
     count: Annotated[int, typer.Option(help="Protocols of each sample.")] = 100,
-    out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
+    out: Out = OUT,
     busy: Busy = False,
 ) -> None:
     """Check `recommend` against the full solution."""
@@ -140,7 +136,3 @@ def main(
                 print(f"{label}: kept in {found['kept']} of {found['simplified']} simplified", flush=True)
     content = {"accuracy": ACCURACY, "results": results}
     publish(out, f"recommendations --count {count}", content, busy=busy)
-
-
-if __name__ == "__main__":
-    run_main(main)

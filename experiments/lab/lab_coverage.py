@@ -3,27 +3,22 @@
 Each case draws modulus, work of adhesion, retardation time, modulus ratio, contact point and force offset of a soft
 bead, simulates a cycle of loading, dwell and unloading at a tighter accuracy than the fit's, samples it at 300 instants
 and adds 1 % of its range as noise. Six parameters are then fitted from guesses that the curve alone gives.
-
-Usage: `python -m experiments lab_coverage [--cases N] [--seed S] [--jobs N] [--out FILE]`.
 """
 
 from __future__ import annotations
 
 import time
-from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
 import typer
-from joblib import Parallel, delayed
 
 from bem import StandardLinearSolid, simulate
-from bem._support.command_line import run_main
 from bem.lab import ForceCurve, Setup, fit
 from bem.lab.fitting import ALL, FitError
 from bem.lab.guess import guess_setup
 from experiments.common import write_result
-from experiments.timing import MEASUREMENTS, progress
+from experiments.timing import MEASUREMENTS, Jobs, Out, in_parallel
 
 OUT = MEASUREMENTS / "lab_coverage.json"
 RADIUS = 50e-6
@@ -111,34 +106,18 @@ def one_case(seed: int, number: int) -> dict[str, Any]:
 def main(
     cases: Annotated[int, typer.Option(help="Curves drawn, simulated and fitted.")] = 100,
     seed: Annotated[int, typer.Option(help="Seed of all draws.")] = 0,
-    jobs: Annotated[int, typer.Option(help="Processes.")] = 1,
-    out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
+    jobs: Jobs = 1,
+    out: Out = OUT,
 ) -> None:
     """Draw, fit and count."""
-    found = Parallel(n_jobs=jobs, return_as="generator")(delayed(one_case)(seed, number) for number in range(cases))
-    results = list(progress(found, "fits", cases))
+    results = in_parallel(one_case, [(seed, number) for number in range(cases)], jobs=jobs, label="fits")
     fitted = [result for result in results if "values" in result]
     inside = {name: sum(result["inside"][name] for result in fitted) for name in ALL}
     seconds = sorted(result["seconds"] for result in results)
-    write_result(
-        out,
-        f"lab_coverage --cases {cases} --seed {seed}",
-        {
-            "cases": cases,
-            "fitted": len(fitted),
-            "inside": inside,
-            "noise": NOISE,
-            "points": POINTS,
-            "median_seconds": seconds[len(seconds) // 2],
-            "longest_seconds": seconds[-1],
-            "results": results,
-        },
-    )
     median, longest = seconds[len(seconds) // 2], seconds[-1]
+    content = {"cases": cases, "fitted": len(fitted), "inside": inside, "noise": NOISE, "points": POINTS}
+    content |= {"median_seconds": median, "longest_seconds": longest, "results": results}
+    write_result(out, f"lab_coverage --cases {cases} --seed {seed}", content)
     print(f"{len(fitted)} of {cases} fitted, {median:.0f} s of processor each (longest {longest:.0f} s)")
     for name, count in inside.items():
         print(f"{name:17} inside its 95 % interval in {count}")
-
-
-if __name__ == "__main__":
-    run_main(main)

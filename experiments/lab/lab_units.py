@@ -1,12 +1,12 @@
 """Three real contacts in the solver's units, as the table of `docs/units.md`; and when an effective range is harmless.
 
-Usage: `python -m experiments lab_units`, which prints both tables.
+It prints both tables.
 """
 
 from __future__ import annotations
 
 from bem import Elastic, StandardLinearSolid
-from bem._support.command_line import run_main
+from bem._support.wording import markdown_table
 from bem.lab import Setup
 from bem.lab.units import readable
 from bem.materials_library import load
@@ -39,13 +39,12 @@ def contacts_table() -> str:
         "gap h0 simulated": [readable(c.gap, "m") for c in CONTACTS.values()],
         "JKR pull-off force": [readable(PULL_OFF_FORCE * c.force_scale, "N") for c in CONTACTS.values()],
     }
-    lines = [f"| | {' | '.join(CONTACTS)} |", f"|---|{'---|' * len(CONTACTS)}"]
-    return "\n".join(lines + [f"| {name} | {' | '.join(cells)} |" for name, cells in rows.items()])
+    return markdown_table(["quantity", *CONTACTS], [[name, *cells] for name, cells in rows.items()])
 
 
 def ranges_table() -> str:
     """Pull-off forces over pi R dgamma of one bead at several effective ranges, elastic and viscoelastic."""
-    lines = ["| largest_tabor | effective range | elastic | viscoelastic |", "|---|---|---|---|"]
+    rows = []
     for largest in RANGES:
         forces = []
         for material, time in ((Elastic(), None), (StandardLinearSolid(RATIO), TIME)):
@@ -55,8 +54,8 @@ def ranges_table() -> str:
             )
             curve = setup.simulate(protocol, "standard", check_range=False)
             forces.append(curve.pull_off_force / setup.force_scale)
-        lines.append(f"| {largest:g} | {readable(setup.gap, 'm')} | {forces[0]:.2f} | {forces[1]:.2f} |")
-    return "\n".join(lines)
+        rows.append([f"{largest:g}", readable(setup.gap, "m"), *(f"{force:.2f}" for force in forces)])
+    return markdown_table(["largest_tabor", "effective range", "elastic", "viscoelastic"], rows)
 
 
 def main() -> None:
@@ -64,7 +63,3 @@ def main() -> None:
     print(contacts_table())
     print()
     print(ranges_table())
-
-
-if __name__ == "__main__":
-    run_main(main)

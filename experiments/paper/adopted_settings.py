@@ -18,6 +18,7 @@ from bem.protocol import default_start_indentation
 from bem.reference_solutions import dmt, jkr
 from bem.reference_solutions import persson_brener as theory
 from experiments import common
+from experiments.paper_numbers import paper_rows
 from surrogate.training.recipe import Recipe
 
 
@@ -48,7 +49,7 @@ def layers() -> dict[str, Any]:
 
 def crack_protocol() -> dict[str, Any]:
     """What is fixed in the protocols of the relaxed short-range limit, and the defaults of its length scale."""
-    protocols = common.paper_protocols("persson_brener_protocols")
+    protocols = paper_rows("persson_brener_protocols")
     fixed = {name: {row[name] for row in protocols} for name in common.QUANTITIES if name != "unloading_rate"}
     if any(len(values) > 1 for values in fixed.values()):
         raise ValueError(f"protocols must differ in the unloading rate alone; received {fixed}")

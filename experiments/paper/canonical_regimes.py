@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bem.dataset.measurement_steps import FMS
+from bem.dataset.measurement_steps import FIRST_UNLOADING, FMS
 from experiments import common
+from experiments.paper_numbers import paper_rows
 
 if TYPE_CHECKING:
     from surrogate.inference.predictor import Surrogate
@@ -32,15 +33,14 @@ def regime(
         config: The study's configuration.
         seconds: What it took, as published.
     """
-    from surrogate.data.metrics import hysteresis, nmae, pull_off
+    from surrogate.data.metrics import hysteresis, nmae
 
     trajectory = common.simulated(protocol, modulus_ratio=config["modulus_ratio"], accuracy=config["accuracy"])
     steps = common.on_steps(protocol, trajectory)
     force = common.predicted(trained, steps, FMS, protocol["tabor"])
-    first = FMS[0] + FMS[1] - 1
     found, reference = (
         {
-            "pull_off_force": float(pull_off(steps["time"][None], values[None], first)[0][0]),
+            "pull_off_force": float(values[FIRST_UNLOADING:].max()),
             "hysteresis": float(hysteresis(steps["indentation"][None], values[None])[0]),
         }
         for values in (force, steps["force"])
@@ -77,7 +77,7 @@ def study(config: dict[str, Any], models: Path, canonical_times: dict[str, Any])
     trained = common.load_surrogate(config["model"], models)
     regimes = [
         regime(protocol, trained, config, canonical_times["seconds"][str(int(protocol["sample"]))])
-        for protocol in common.paper_protocols("canonical_protocols")
+        for protocol in paper_rows("canonical_protocols")
     ]
     found = summary(regimes) | {"measurement_steps": sum(FMS), "steps_by_phase": ", ".join(map(str, FMS))}
     print(f"least factor {found['least_factor']:.3g}, median factor {found['median_factor']:.3g}")

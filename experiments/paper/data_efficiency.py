@@ -4,9 +4,6 @@ Scaling statistics come from each subset alone; validation and test parts are th
 point at 100 %. It trains up to 36 models in hours, continues after an interruption, and keeps what the result file
 already holds. That file is published; without it, all models are trained again. Source: the paper's section
 "Model-family selection" and its appendix on training-set size.
-
-Usage: `python -m experiments data_efficiency [--config FILE] [--dataset FILE] [--models DIR] [--work DIR]
-[--out FILE]`.
 """
 
 from __future__ import annotations
@@ -17,10 +14,9 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from bem._support.command_line import run_main
 from experiments import common
 from experiments.paper.trainings import WORK, Variant, earlier_trainings, train_variants
-from surrogate.training.queue import STOPPED
+from experiments.timing import DatasetFile, Out
 
 CONFIG = common.CONFIGS / "data_efficiency.toml"
 OUT = Path("published/data_efficiency.json")
@@ -85,10 +81,10 @@ def result(config: dict[str, Any], trained: dict[tuple[float, int], dict[str, An
 
 def main(
     config: Annotated[Path, typer.Option(help="TOML file.")] = CONFIG,
-    dataset: Annotated[Path, typer.Option(help="Data set file.")] = common.DATASET,
+    dataset: DatasetFile = common.DATASET,
     models: Annotated[Path, typer.Option(help="Published models, taken where trained alike.")] = common.MODELS,
     work: Annotated[Path, typer.Option(help="Where the trainings are kept.")] = WORK / "data_efficiency",
-    out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
+    out: Out = OUT,
 ) -> None:
     """Train the subsets, or go on; the result file holds what is trained."""
     settings = common.read_config(config, *KEYS)
@@ -99,7 +95,7 @@ def main(
         if WHOLE in trained and len(trained) > 1:
             common.write_result(out, "data_efficiency", result(settings, trained))
 
-    complete = train_variants(
+    train_variants(
         list(wanted.values()),
         dataset=dataset,
         work=work,
@@ -110,10 +106,3 @@ def main(
         jobs=settings["jobs"],
         publish=publish,
     )
-    if not complete:
-        print("stopped; the same command resumes")
-        raise typer.Exit(STOPPED)
-
-
-if __name__ == "__main__":
-    run_main(main)

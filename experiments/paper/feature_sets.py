@@ -3,9 +3,6 @@
 It trains up to four models, continues after an interruption, and keeps what the result file already holds. That file is
 published, so that the figure is drawn at once; without it, all models are trained again. Source: the paper's appendix
 "Effects of training-set size and physics-guided input representation".
-
-Usage: `python -m experiments feature_sets [--config FILE] [--dataset FILE] [--models DIR] [--work DIR]
-[--out FILE]`.
 """
 
 from __future__ import annotations
@@ -15,10 +12,9 @@ from typing import Annotated, Any
 
 import typer
 
-from bem._support.command_line import run_main
 from experiments import common
 from experiments.paper.trainings import WORK, Variant, earlier_trainings, train_variants
-from surrogate.training.queue import STOPPED
+from experiments.timing import DatasetFile, Out
 
 CONFIG = common.CONFIGS / "feature_sets.toml"
 OUT = Path("published/feature_sets.json")
@@ -53,10 +49,10 @@ def summary(sets: dict[str, dict[str, Any]]) -> dict[str, Any]:
 
 def main(
     config: Annotated[Path, typer.Option(help="TOML file.")] = CONFIG,
-    dataset: Annotated[Path, typer.Option(help="Data set file.")] = common.DATASET,
+    dataset: DatasetFile = common.DATASET,
     models: Annotated[Path, typer.Option(help="Published models, taken where trained alike.")] = common.MODELS,
     work: Annotated[Path, typer.Option(help="Where the trainings are kept.")] = WORK / "feature_sets",
-    out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
+    out: Out = OUT,
 ) -> None:
     """Train the feature sets, or go on; the result file holds what is trained."""
     settings = common.read_config(config, "architecture", "recipe", "epochs", "sets", "jobs")
@@ -70,7 +66,7 @@ def main(
             content = {"config": settings, "complete": complete, "summary": found, "sets": sets}
             common.write_result(out, "feature_sets", content)
 
-    complete = train_variants(
+    train_variants(
         list(wanted.values()),
         dataset=dataset,
         work=work,
@@ -79,10 +75,3 @@ def main(
         jobs=settings["jobs"],
         publish=publish,
     )
-    if not complete:
-        print("stopped; the same command resumes")
-        raise typer.Exit(STOPPED)
-
-
-if __name__ == "__main__":
-    run_main(main)

@@ -6,17 +6,17 @@ once and sampled on every grid. Source: the paper's appendix "FMS-resolution tra
 
 from __future__ import annotations
 
-import warnings
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from rich.progress import track
 
 from bem import Trajectory
 from bem.dataset.measurement_steps import measurement_grid, proportional_counts
 from experiments import common
 from experiments.lineage import require_dataset
+from experiments.paper_numbers import paper_rows
+from experiments.timing import progress
 
 KEYS = ("model", "modulus_ratio", "accuracy", "steps", "sample", "trajectories")
 
@@ -62,7 +62,7 @@ def held_out(models: Path, dataset: Path, config: dict[str, Any]) -> tuple[dict[
     rows = [{name: float(values[row]) for name, values in protocols.items()} for row in range(len(indices))]
     simulations = [
         common.simulated(row, modulus_ratio=config["modulus_ratio"], accuracy=config["accuracy"])
-        for row in track(rows, description="held-out trajectories", transient=True)
+        for row in progress(rows, "held-out trajectories")
     ]
     return protocols, simulations
 
@@ -73,13 +73,11 @@ def errors_on_grid(
     """Summary of the errors of all held-out trajectories on one number of steps."""
     from surrogate.data.features import edge_from_counts
     from surrogate.data.metrics import summary, trajectory_errors
-    from surrogate.inference.predictor import ExtrapolationWarning
 
     counts = proportional_counts(total)
     times, indentations = measurement_grid(**protocols, counts=counts)
     reference = np.stack([one.at(row.clip(max=one.time[-1])) for one, row in zip(simulations, times, strict=True)])
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ExtrapolationWarning)
+    with common.without_extrapolation_warnings():
         edge = edge_from_counts(counts, len(times))
         force = trained.predict(times, indentations, tabor=protocols["tabor"], edge=edge)
     return summary(
@@ -99,7 +97,7 @@ def errors_on_grid(
 def study(config: dict[str, Any], models: Path, dataset: Path) -> dict[str, Any]:
     """Predict on every number of steps with the same weights."""
     trained = common.load_surrogate(config["model"], models)
-    rows = {int(row["sample"]): row for row in common.paper_protocols("canonical_protocols")}
+    rows = {int(row["sample"]): row for row in paper_rows("canonical_protocols")}
     protocols, simulations = held_out(models, dataset, config)
     whole = {str(total): errors_on_grid(total, protocols, simulations, trained) for total in config["steps"]}
     sample = sample_transfer(rows[config["sample"]], trained, config)

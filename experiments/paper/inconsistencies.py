@@ -6,7 +6,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -15,6 +14,7 @@ import numpy as np
 
 from experiments import common
 from experiments.paper.model_comparison import paper_mse
+from experiments.paper_numbers import paper_rows, paper_values
 
 
 def start_force() -> dict[str, float]:
@@ -81,7 +81,7 @@ def history_sum() -> dict[str, float]:
 
 def inference_time() -> dict[str, float]:
     """Median of the timing table's seconds, which the highlights give as 0.25 s."""
-    seconds = [row["surrogate_seconds"] for row in common.paper_protocols("canonical_protocols")]
+    seconds = [row["surrogate_seconds"] for row in paper_rows("canonical_protocols")]
     return {"median of the table (s)": float(np.median(seconds)), "mean of the table (s)": float(np.mean(seconds))}
 
 
@@ -92,25 +92,21 @@ def halving() -> dict[str, float]:
 
 def quartile_mean() -> dict[str, float]:
     """Mean held-out MSE that follows from the quartile table, beside the stated 5.0e-4."""
-    return {
-        "mean of the quartile means": float(np.mean([row["mse_mean"] for row in common.paper_protocols("quartiles")]))
-    }
+    return {"mean of the quartile means": float(np.mean([row["mse_mean"] for row in paper_rows("quartiles")]))}
 
 
 def concatenation_superiority() -> dict[str, float]:
     """In how many families the paper itself finds concatenation best."""
-    best = [claim["value"] for claim in _claims() if claim["says"].startswith("best conditioning of ")]
+    claims = paper_values("claims")["claim"]
+    best = [claim["value"] for claim in claims if claim["says"].startswith("best conditioning of ")]
     return {"families": len(best), "of these with concatenation best": best.count("concat")}
 
 
 def percent_mse() -> dict[str, float]:
     """The highlights' per cent as a bare number, beside the abstract's."""
-    (percent,) = [claim["value"] for claim in _claims() if claim["says"] == "mean-squared error in per cent"]
+    claims = paper_values("claims")["claim"]
+    (percent,) = [claim["value"] for claim in claims if claim["says"] == "mean-squared error in per cent"]
     return {"highlights, as a bare number": percent / 100.0, "abstract": paper_mse()}
-
-
-def _claims() -> list[dict[str, Any]]:
-    return tomllib.loads((common.PAPER_VALUES / "claims.toml").read_text(encoding="utf-8"))["claim"]
 
 
 def concatenation_point() -> dict[str, float]:

@@ -15,8 +15,8 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-from experiments import common
 from experiments.lineage import dataset_digest
+from experiments.paper_numbers import paper_values
 from surrogate.architectures.naming import CONDITIONINGS, PAPER_FAMILIES, names, paper_names
 from surrogate.training.identity import ALIKE, HELD_OUT, TrainingIdentity, differences, read_identity
 
@@ -41,8 +41,7 @@ def minutes_to(history: dict[str, list[float]], mse: float) -> float | None:
 
 def paper_mse() -> float:
     """The paper's held-out MSE of its best model."""
-    text = (common.PAPER_VALUES / "reference_model.toml").read_text(encoding="utf-8")
-    return float(tomllib.loads(text)["mse"])
+    return float(paper_values("reference_model")["mse"])
 
 
 def read_model(folder: Path) -> dict[str, Any]:

@@ -15,9 +15,10 @@ from typing import Any
 import numpy as np
 
 from bem import Trajectory
-from bem.dataset.measurement_steps import FMS
+from bem.dataset.measurement_steps import FIRST_UNLOADING, FMS
 from bem.reference_solutions import persson_brener as theory
 from experiments import common
+from experiments.paper_numbers import paper_rows
 
 KEYS = ("model", "modulus_ratio", "accuracy", "fit_within")
 JKR_FORCE = 1.5
@@ -53,14 +54,11 @@ def beta_over_length_scale(tabor: float, alpha: float = np.pi / 9.0) -> float:
 
 def point(protocol: dict[str, float], trained: Any, config: dict[str, Any]) -> dict[str, float]:
     """Amplifications and velocities of one protocol."""
-    from surrogate.data.metrics import pull_off
-
     ratio, tabor = config["modulus_ratio"], protocol["tabor"]
     trajectory = common.simulated(protocol, modulus_ratio=ratio, accuracy=config["accuracy"])
     steps = common.on_steps(protocol, trajectory)
     force = common.predicted(trained, steps, FMS, tabor)
-    first = FMS[0] + FMS[1] - 1
-    on_grid = [float(pull_off(steps["time"][None], f[None], first)[0][0]) for f in (steps["force"], force)]
+    on_grid = [float(one[FIRST_UNLOADING:].max()) for one in (steps["force"], force)]
     own = edge_velocity(trajectory, config["fit_within"]) * beta_over_length_scale(tabor)
     return {
         "point": int(protocol["point"]),
@@ -118,7 +116,7 @@ def extrapolation_percent(trained: Any, protocols: list[dict[str, float]]) -> fl
 def study(config: dict[str, Any], models: Path) -> dict[str, Any]:
     """Simulate and predict the fourteen protocols, and evaluate the theory."""
     trained = common.load_surrogate(config["model"], models)
-    protocols = common.paper_protocols("persson_brener_protocols")
+    protocols = paper_rows("persson_brener_protocols")
     points = [point(protocol, trained, config) for protocol in protocols]
     velocities = np.array([one["crack_velocity"] for one in points])
     curve = np.geomspace(velocities.min() / 3.0, velocities.max() * 3.0, CURVE_POINTS)

@@ -16,6 +16,8 @@ from datetime import timedelta
 from pathlib import Path
 from typing import Any
 
+import typer
+
 from experiments.paper.model_comparison import read_model
 from surrogate.data.dataset import TrajectoryDataset
 from surrogate.training.identity import TrainingIdentity, differences, read_identity
@@ -105,7 +107,7 @@ def train_variants(
     published: Iterable[dict[str, Any]],
     jobs: int,
     publish: Callable[[dict[str, dict[str, Any]]], None],
-) -> bool:
+) -> None:
     """Train what is not trained yet.
 
     Args:
@@ -117,10 +119,8 @@ def train_variants(
         jobs: Trainings at a time.
         publish: Given what `collect` returns, by label, of all that is trained: at once, and after each training.
 
-    Returns:
-        whether all are trained now; where not, the same call resumes.
-
     Raises:
+        typer.Exit: the queue was stopped before all were trained; the same call resumes.
         FileNotFoundError: no such data set.
         ValueError: a training in `work` comes from another data set, split or recipe.
         RuntimeError: a training failed.
@@ -151,10 +151,8 @@ def train_variants(
         publish(done)
         missing = len(by_label) - len(done)
         left = (time.monotonic() - started) / (len(waiting) - missing) * missing
-        print(
-            f"{len(waiting) - missing} of {len(waiting)} trained, about {timedelta(seconds=round(left))} left",
-            flush=True,
-        )
+        trained = f"{len(waiting) - missing} of {len(waiting)} trained"
+        print(f"{trained}, about {timedelta(seconds=round(left))} left", flush=True)
 
     print(f"{len(waiting)} of {len(variants)} trainings to do, {jobs} at a time", flush=True)
     ended = run_queue(
@@ -166,7 +164,9 @@ def train_variants(
     )
     if any(status not in (0, STOPPED) for status in ended.values()):
         raise RuntimeError(f"a training failed; its log is in {str(work / 'runs')!r}")
-    return len(done) == len(by_label)
+    if len(done) < len(by_label):
+        print("stopped; the same command resumes")
+        raise typer.Exit(STOPPED)
 
 
 def collect(variant: Variant, data: TrajectoryDataset, folder: Path) -> dict[str, Any]:

@@ -10,8 +10,6 @@ preload, so that the contact is long for the crack to reach its speed; the ampli
 3/2, and over the largest force of the elastic solid of the same Tabor parameter, which adhesion of finite range makes a
 little larger. A standard linear solid of the same modulus ratio is the last curve. The result can be compared with
 published boundary-element data for the same solids. mu = 3.24, k = 0.1; rates in h0 per retardation time.
-
-Usage: `python -m experiments broad_band [--rates N] [--accuracy A] [--jobs N] [--out FILE]`.
 """
 
 from __future__ import annotations
@@ -22,15 +20,13 @@ from typing import Annotated, Any
 
 import numpy as np
 import typer
-from joblib import Parallel, delayed
 from scipy.optimize import nnls
 
 from bem import Elastic, PiecewiseLinearProtocol, PronySeries, Scene, StandardLinearSolid, simulate
-from bem._support.command_line import run_main
 from bem.materials import Material
 from bem.reference_solutions.jkr import PULL_OFF_FORCE
 from experiments.common import write_result
-from experiments.timing import MEASUREMENTS, plain, progress
+from experiments.timing import MEASUREMENTS, Jobs, in_parallel, plain
 
 OUT = MEASUREMENTS / "broad_band.json"
 TABOR, RATIO = 3.24, 0.1
@@ -79,7 +75,7 @@ def pulled(material: Material, preload: float, rate: float, accuracy: str) -> di
 def main(
     rates: Annotated[int, typer.Option(help="Unloading rates of each curve.")] = 49,
     accuracy: Annotated[str, typer.Option(help="Accuracy of the solver.")] = "standard",
-    jobs: Annotated[int, typer.Option(help="Processes.")] = 2,
+    jobs: Jobs = 2,
     out: Annotated[Path, typer.Option(help="Result file to write; a CSV of the curves goes beside it.")] = OUT,
 ) -> None:
     """Compute all curves."""
@@ -90,10 +86,8 @@ def main(
         solids.append((f"n = {n:g}", n, material, error))
     solids.append(("standard linear solid", None, StandardLinearSolid(RATIO), 0.0))
     tasks = [(solid, preload, float(rate)) for solid in solids for preload in PRELOADS for rate in speeds]
-    results = Parallel(n_jobs=jobs, return_as="generator")(
-        delayed(pulled)(solid[2], preload, rate, accuracy) for solid, preload, rate in tasks
-    )
-    points = list(progress(results, "broad band", len(tasks)))
+    arguments = [(solid[2], preload, rate, accuracy) for solid, preload, rate in tasks]
+    points = in_parallel(pulled, arguments, jobs=jobs, label="broad band")
     elastic = pulled(Elastic(), PRELOADS[0], 1.0, accuracy)["amplification"] * PULL_OFF_FORCE
     for point in points:
         point["own_amplification"] = point["amplification"] * PULL_OFF_FORCE / elastic
@@ -128,7 +122,3 @@ def main(
                 writer.writerow([*own, *numbers, point["jumps"], point["status"]])
     unfinished = [point for point in points if point["status"] != "completed"]
     print(f"{len(points)} simulations, {len(unfinished)} not completed")
-
-
-if __name__ == "__main__":
-    run_main(main)

@@ -1,6 +1,6 @@
 """Trajectories that guard the solver's results: one for each part that a change may affect.
 
-Usage: `python -m experiments golden_trajectories`, after a change that was meant to change results, and after
+`make golden-trajectories` renews them after a change that was meant to change results, and after
 `bem.solver.version.SOLVER_VERSION` was raised.
 """
 
@@ -21,7 +21,6 @@ from bem import (
     StandardLinearSolid,
     simulate,
 )
-from bem._support.command_line import run_main
 from bem._support.outputs import whole_file
 from bem.solver.version import SOLVER_VERSION
 
@@ -65,7 +64,3 @@ def main() -> None:
         content = {"solver_version": SOLVER_VERSION, "trajectories": computed()}
         part.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
     print(f"{GOLDEN.name}: {len(cases())} trajectories of solver version {SOLVER_VERSION}")
-
-
-if __name__ == "__main__":
-    run_main(main)

@@ -5,18 +5,14 @@ steps, jumps, seconds, how far pull-off force and work moved under refinement, a
 closed loop over the integral of |P d(delta)|, never negative in a solid that cannot create energy. The extremes are run
 at coarser accuracies too, where a solver fails first. Random protocols are drawn as in `experiments.robustness.soak`,
 inside the box and beyond it.
-
-Usage: `python -m experiments hard_case_map [--count N] [--jobs N] [--out FILE]`.
 """
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
 import typer
-from joblib import Parallel, delayed
 
 from bem import (
     Elastic,
@@ -27,12 +23,11 @@ from bem import (
     StandardLinearSolid,
     simulate,
 )
-from bem._support.command_line import run_main
 from bem.protocol import default_start_indentation
 from experiments.common import write_result
 from experiments.robustness.hard_cases import ACCURACY, REFINEMENT, Protocol, compared, energy, pair, scene_of
 from experiments.robustness.soak import points_of, protocols
-from experiments.timing import MEASUREMENTS, plain, progress
+from experiments.timing import MEASUREMENTS, Jobs, Out, in_parallel, plain, progress
 
 OUT = MEASUREMENTS / "hard_case_map.json"
 COARSER = ("draft", 0.05)
@@ -128,8 +123,8 @@ def mapped(point: dict[str, Any]) -> dict[str, Any]:
 def main(
     count: Annotated[int, typer.Option(help="Random protocols inside the box, and as many beyond.")] = 512,
     seed: Annotated[int, typer.Option(help="Seed of the protocols.")] = 6,
-    jobs: Annotated[int, typer.Option(help="Processes.")] = 2,
-    out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
+    jobs: Jobs = 2,
+    out: Out = OUT,
 ) -> None:
     """Simulate the map and the extremes."""
     points = [
@@ -138,15 +133,10 @@ def main(
         for point in points_of(protocols(where, count, seed, "sobol"))
     ]
     points.sort(key=lambda point: -point["tabor"] * point["peak_indentation"])
-    results = Parallel(n_jobs=jobs, return_as="generator_unordered")(delayed(mapped)(point) for point in points)
-    rows = list(progress(results, "map", len(points)))
+    rows = in_parallel(mapped, [(point,) for point in points], jobs=jobs, label="map", ordered=False)
     rows.sort(key=lambda row: (row["where"], row["tabor"], row["unloading_rate"]))
     named = [extreme(name, *case) for name, case in progress(extremes().items(), "extremes")]
     content = {"accuracy": ACCURACY, "refinement": REFINEMENT, "map": rows, "extremes": named}
     write_result(out, f"hard_case_map --count {count} --seed {seed}", plain(content))
     unfinished = [row for row in rows + named if row["status"] != "completed"]
     print(f"{len(rows) + len(named)} cases, {len(unfinished)} not completed")
-
-
-if __name__ == "__main__":
-    run_main(main)

@@ -3,8 +3,6 @@
 Each case is simulated at one accuracy and again with the target error divided by four, which halves the spacing at the
 contact edge and shortens the steps. Reported: how it ended, how far the pull-off force moved, whether the loop created
 energy (its work against the integral of |P d(delta)|), the smallest eigenvalue of the Jacobian at jumps, and seconds.
-
-Usage: `python -m experiments hard_cases [--count N] [--seed N] [--jobs N] [--out FILE] [--report FILE]`.
 """
 
 from __future__ import annotations
@@ -17,15 +15,14 @@ from typing import Annotated, Any
 
 import numpy as np
 import typer
-from joblib import Parallel, delayed
 
 from bem import Elastic, LoadingProtocol, PiecewiseLinearProtocol, Scene, StandardLinearSolid, Trajectory, simulate
-from bem._support.command_line import run_main
 from bem._support.provenance import provenance
+from bem._support.wording import markdown_table
 from bem.accuracy import resolve_accuracy
-from bem.dataset.designs import PAPER_RANGES
+from bem.dataset.designs import PAPER_RANGES, QUANTITIES
 from bem.protocol import default_start_indentation
-from experiments.timing import progress
+from experiments.timing import Jobs, in_parallel
 
 OUT = Path("results/solver/hard_cases.csv")
 REPORT = Path("docs/solver-hard-cases.md")
@@ -75,8 +72,7 @@ def scene_of(case: Case) -> tuple[Scene, LoadingProtocol]:
     """Scene and protocol of a case."""
     ratio = case["modulus_ratio"]
     scene = Scene(tabor=case["tabor"], material=StandardLinearSolid(ratio) if ratio < 1.0 else Elastic())
-    names = ("peak_indentation", "loading_rate", "dwell_time", "unloading_rate")
-    return scene, LoadingProtocol(**{name: case[name] for name in names})
+    return scene, LoadingProtocol(**{name: case[name] for name in QUANTITIES[1:]})
 
 
 def pair(scene: Scene, protocol: Protocol) -> tuple[Trajectory, Trajectory]:
@@ -138,10 +134,10 @@ def markdown(rows: list[Case], origin: dict[str, Any]) -> str:
     titles = {"random": "Random combinations", "corner": "Corners of the paper's box"}
     kinds = {title: [row for row in rows if row["kind"] == kind] for kind, title in titles.items()}
     columns = {title: _summary(group) for title, group in kinds.items() if group}
-    header = ["Quantity", *columns]
-    lines += ["| " + " | ".join(header) + " |", "|" + " --- |" * len(header)]
-    for name in next(iter(columns.values())):
-        lines.append("| " + " | ".join([name, *(column[name] for column in columns.values())]) + " |")
+    names = next(iter(columns.values()))
+    lines.append(
+        markdown_table(["Quantity", *columns], [[name, *(one[name] for one in columns.values())] for name in names])
+    )
     unfinished = Counter(row["status"].split(" (at")[0] for row in rows if row["status"] != "completed")
     if unfinished:
         lines += ["", "## Not completed", "", *(f"- {times} x {status}" for status, times in unfinished.most_common())]
@@ -149,8 +145,8 @@ def markdown(rows: list[Case], origin: dict[str, Any]) -> str:
     if moved:
         names = [*VALUES, "pull_off_force", "refined_pull_off_force", "change", "jumps", "refined_jumps"]
         lines += ["", f"## Pull-off force moves by more than {TARGET:g} when refined", ""]
-        lines += ["| " + " | ".join(name.replace("_", " ") for name in names) + " |", "|" + " --- |" * len(names)]
-        lines += ["| " + " | ".join(f"{row[name]:.5g}" for name in names) + " |" for row in moved]
+        cells = [[f"{row[name]:.5g}" for name in names] for row in moved]
+        lines.append(markdown_table([name.replace("_", " ") for name in names], cells))
     return "\n".join([*lines, ""])
 
 
@@ -184,7 +180,7 @@ def _summary(rows: list[Case]) -> dict[str, str]:
 def main(
     count: Annotated[int, typer.Option(help="Random combinations.")] = 400,
     seed: Annotated[int, typer.Option(help="Seed of the combinations.")] = 1,
-    jobs: Annotated[int, typer.Option(help="Processes.")] = 2,
+    jobs: Jobs = 2,
     out: Annotated[Path, typer.Option(help="Table to write.")] = OUT,
     report: Annotated[Path, typer.Option(help="Summary to write.")] = REPORT,
 ) -> None:
@@ -192,8 +188,7 @@ def main(
     cases = corners() + random_combinations(count, seed)
     # The most expensive cases first, so that no core waits for the last one.
     order = sorted(cases, key=lambda case: -case["tabor"] * max(case["peak_indentation"], 0.0))
-    results = Parallel(n_jobs=jobs, return_as="generator_unordered")(delayed(examined)(case) for case in order)
-    rows = list(progress(results, "hard cases", len(order)))
+    rows = in_parallel(examined, [(case,) for case in order], jobs=jobs, label="hard cases", ordered=False)
     rows.sort(key=lambda row: tuple(row[name] for name in ("kind", *VALUES)))
     out.parent.mkdir(parents=True, exist_ok=True)
     with out.open("w", newline="", encoding="utf-8") as file:
@@ -203,7 +198,3 @@ def main(
     summary = markdown(rows, provenance(f"python -m experiments hard_cases --count {count} --seed {seed}"))
     report.write_text(summary, encoding="utf-8")
     print(summary)
-
-
-if __name__ == "__main__":
-    run_main(main)

@@ -7,23 +7,19 @@ A 453 (1997) 1277, amplifications and the paper's timing protocols from two othe
 
 from __future__ import annotations
 
-import csv
-import tomllib
 from collections.abc import Iterable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from bem import Elastic, HardContact, LoadingProtocol, PiecewiseLinearProtocol, Scene, StandardLinearSolid, simulate
+from bem import Elastic, HardContact, LoadingProtocol, PiecewiseLinearProtocol, Scene, simulate
 from bem.reference_solutions import hertz
 from bem.reference_solutions.jkr import PULL_OFF_FORCE
 from bem.reference_solutions.persson_brener import effective_energy
+from experiments.common import MODULUS_RATIO, simulated
+from experiments.paper_numbers import paper_rows, paper_values
 
-VALUES = Path("experiments/paper_values")
-PROTOCOL = ("peak_indentation", "loading_rate", "dwell_time", "unloading_rate")
-SAMPLES = {"1", "4", "12"}
-RATIO = 0.1
+SAMPLES = (1, 4, 12)
 
 
 def row(quantity: str, found: float, expected: float, source: str) -> dict[str, Any]:
@@ -35,18 +31,6 @@ def row(quantity: str, found: float, expected: float, source: str) -> dict[str, 
         "difference": float(abs(found / expected - 1.0)),
         "source": source,
     }
-
-
-def read_protocols(name: str) -> list[dict[str, str]]:
-    """Protocols of one of the paper's tables."""
-    with (VALUES / f"{name}.csv").open(encoding="utf-8") as file:
-        return list(csv.DictReader(file))
-
-
-def viscoelastic(protocol: dict[str, str], accuracy: str | float) -> Any:
-    """Trajectory of a protocol of the paper, in its standard linear solid."""
-    scene = Scene(tabor=float(protocol["tabor"]), material=StandardLinearSolid(RATIO))
-    return simulate(scene, LoadingProtocol(**{name: float(protocol[name]) for name in PROTOCOL}), accuracy)
 
 
 def hertz_force(accuracy: str | float) -> Iterable[dict[str, Any]]:
@@ -74,10 +58,10 @@ def elastic(accuracy: str | float, known: dict[str, Any]) -> Iterable[dict[str, 
 def persson_brener(accuracy: str | float, known: dict[str, Any]) -> Iterable[dict[str, Any]]:
     """Pull-off amplification of the paper's fourteen protocols."""
     theirs = dict(zip(known["unloading_rate"], known["amplification"], strict=True))
-    for protocol in read_protocols("persson_brener_protocols"):
-        rate = float(protocol["unloading_rate"])
-        found = viscoelastic(protocol, accuracy).pull_off_force / PULL_OFF_FORCE
-        theory = float(effective_energy(float(protocol["crack_velocity"]), RATIO))
+    for protocol in paper_rows("persson_brener_protocols"):
+        rate = protocol["unloading_rate"]
+        found = simulated(protocol, accuracy=accuracy).pull_off_force / PULL_OFF_FORCE
+        theory = float(effective_energy(protocol["crack_velocity"], MODULUS_RATIO))
         yield row(f"pull-off amplification, unloading rate {rate:g}", found, theory, "Persson-Brener")
         if rate in theirs:
             yield row(f"pull-off amplification, unloading rate {rate:g}", found, theirs[rate], "independent")
@@ -85,19 +69,19 @@ def persson_brener(accuracy: str | float, known: dict[str, Any]) -> Iterable[dic
 
 def timed_protocols(accuracy: str | float, known: dict[str, Any]) -> Iterable[dict[str, Any]]:
     """Pull-off force and hysteresis of protocols of the paper's timing table."""
-    for protocol in read_protocols("canonical_protocols"):
+    for protocol in paper_rows("canonical_protocols"):
         if protocol["sample"] not in SAMPLES:
             continue
-        trajectory = viscoelastic(protocol, accuracy)
-        for name, expected in known[protocol["sample"]].items():
+        sample, trajectory = f"{protocol['sample']:g}", simulated(protocol, accuracy=accuracy)
+        for name, expected in known[sample].items():
             words = name.replace("_", " ").replace("pull off", "pull-off")
-            label = f"timing protocol ({protocol['sample']}), {words}"
+            label = f"timing protocol ({sample}), {words}"
             yield row(label, getattr(trajectory, name), expected, "independent")
 
 
 def known_results(accuracy: str | float = "standard") -> list[dict[str, Any]]:
     """All lines of the table."""
-    known = tomllib.loads((VALUES / "independent_solvers.toml").read_text(encoding="utf-8"))
+    known = paper_values("independent_solvers")
     return [
         *hertz_force(accuracy),
         *elastic(accuracy, known["elastic"]),

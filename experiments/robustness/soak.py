@@ -6,15 +6,12 @@ reported is that of the second half over the first, in which kernels and caches 
 fewer than `CHUNKS_FOR_MEMORY` chunks. Protocol i depends on the seed and i only. Chunks are kept, so that an
 interrupted soak continues with the same command; they are known by the solver's version, its accuracy and their
 protocols.
-
-Usage: `python -m experiments soak [--count N] [--beyond N] [--stiff N] [--jobs N] [--out FILE]`.
 """
 
 from __future__ import annotations
 
 import json
 import resource
-import sys
 import time
 from collections import Counter
 from pathlib import Path
@@ -22,15 +19,14 @@ from typing import Annotated, Any
 
 import numpy as np
 import typer
-from joblib import Parallel, delayed
 
 from bem import HardContact, LennardJones, LoadingProtocol, Scene, StandardLinearSolid, simulate
-from bem._support.command_line import run_main
 from bem._support.outputs import write_whole
+from bem._support.provenance import peak_memory
 from bem.dataset.designs import Design
 from bem.solver.version import SOLVER_VERSION
 from experiments.common import write_result
-from experiments.timing import MEASUREMENTS, fingerprint, plain, progress, spread
+from experiments.timing import MEASUREMENTS, Jobs, Out, fingerprint, in_parallel, plain, spread
 
 OUT = MEASUREMENTS / "soak.json"
 KEPT = Path("results/soak")
@@ -125,7 +121,7 @@ def memory_bytes() -> int:
     status = Path("/proc/self/statm")
     if status.is_file():
         return int(status.read_text(encoding="utf-8").split()[1]) * resource.getpagesize()
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)
+    return peak_memory()
 
 
 def chunk(where: str, first: int, count: int, seed: int, folder: Path) -> dict[str, Any]:
@@ -191,23 +187,18 @@ def main(
     beyond: Annotated[int, typer.Option(help="Protocols beyond it.")] = 20_000,
     stiff: Annotated[int, typer.Option(help="Stiff contacts, with and without adhesion.")] = 3_000,
     seed: Annotated[int, typer.Option(help="Seed of the protocols.")] = 11,
-    jobs: Annotated[int, typer.Option(help="Processes.")] = 2,
+    jobs: Jobs = 2,
     folder: Annotated[Path, typer.Option(help="Where chunks are kept.")] = KEPT,
-    out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
+    out: Out = OUT,
 ) -> None:
     """Run, or continue, the soak."""
     content: dict[str, Any] = {"accuracy": ACCURACY, "seed": seed, "solver": SOLVER_VERSION}
     for where, total in (("inside", count), ("beyond", beyond), ("stiff", stiff)):
-        tasks = [delayed(chunk)(where, first, total, seed, folder) for first in range(0, total, CHUNK)]
-        results = Parallel(n_jobs=jobs, return_as="generator")(tasks)
-        chunks = list(progress(results, f"{PLACES[where]}, chunks of {CHUNK}", len(tasks)))
+        tasks = [(where, first, total, seed, folder) for first in range(0, total, CHUNK)]
+        chunks = in_parallel(chunk, tasks, jobs=jobs, label=f"{PLACES[where]}, chunks of {CHUNK}")
         if chunks:
             content[where] = summary(chunks)
             found = content[where]
             counted = ", ".join(f"{found[name]} {name}" for name in ("raised", "silent", "spikes"))
             print(f"{where}: {found['protocols']} protocols; {counted}")
     write_result(out, f"soak --count {count} --beyond {beyond} --stiff {stiff} --seed {seed}", plain(content))
-
-
-if __name__ == "__main__":
-    run_main(main)

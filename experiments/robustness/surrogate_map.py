@@ -9,29 +9,30 @@ Three parts, all for one published model:
   their logarithmic range, is stated too, as a place and not a cause.
 - Errors outside the range of training: one quantity at a time is moved beyond either bound by 5, 20 and 100 % while the
   others are random inside the box, and the truth is simulated.
-
-Usage: `python -m experiments surrogate_map [--model NAME] [--count N] [--out FILE]`.
 """
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable
-from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
 import typer
 
-from bem._support.command_line import run_main
 from bem.dataset.designs import PAPER_RANGES, Design
 from bem.dataset.file import Dataset, load_dataset
 from bem.dataset.measurement_steps import FIRST_UNLOADING, measurement_grid
-from experiments.common import DATASET, MODELS, load_surrogate, simulated, write_result
-from experiments.cost.cases import MODULUS_RATIO
+from experiments.common import (
+    DATASET,
+    MODELS,
+    load_surrogate,
+    simulated,
+    without_extrapolation_warnings,
+    write_result,
+)
 from experiments.cost.surrogate_cost import left_out
 from experiments.paper.dataset_statistics import resolution_floor
-from experiments.timing import FORCE_ERROR, MEASUREMENTS, force_error, plain, progress, spread
+from experiments.timing import FORCE_ERROR, MEASUREMENTS, DatasetFile, Models, Out, force_error, plain, progress, spread
 
 OUT = MEASUREMENTS / "surrogate_map.json"
 WORST = 20
@@ -147,7 +148,7 @@ def out_of_range(predict: Predict, count: int, seed: int) -> list[dict[str, Any]
                 force, pull_off = np.empty(times.shape), np.empty(count)
                 for i in range(count):
                     quantities = {key: float(values[i]) for key, values in columns.items()}
-                    trajectory = simulated(quantities, modulus_ratio=MODULUS_RATIO, accuracy="standard")
+                    trajectory = simulated(quantities, accuracy="standard")
                     force[i] = trajectory.at(np.minimum(times[i], trajectory.time[-1]))
                     pull_off[i] = trajectory.pull_off_force
                 found = errors(predict(times, indentations, columns["tabor"]), force, pull_off)
@@ -160,13 +161,12 @@ def main(
     model: Annotated[str, typer.Option(help="Published model.")] = "M1-concat",
     count: Annotated[int, typer.Option(help="Protocols of each point out of range.")] = 100,
     seed: Annotated[int, typer.Option(help="Seed of the protocols out of range.")] = 8,
-    dataset: Annotated[Path, typer.Option(help="Data set file.")] = DATASET,
-    models: Annotated[Path, typer.Option(help="Where trained models are.")] = MODELS,
-    out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
+    dataset: DatasetFile = DATASET,
+    models: Models = MODELS,
+    out: Out = OUT,
 ) -> None:
     """Map the errors of one model."""
     from surrogate.data.dataset import Split
-    from surrogate.inference.predictor import ExtrapolationWarning
 
     trained = load_surrogate(model, models)
 
@@ -174,8 +174,7 @@ def main(
         return trained.predict(times, indentations, tabor=tabor)
 
     data = load_dataset(dataset)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ExtrapolationWarning)
+    with without_extrapolation_warnings():
         content, predicted = over_the_box(predict, data, Split.load(models / model / "split.json").test)
         result = {
             "model": model,
@@ -188,7 +187,3 @@ def main(
         }
     write_result(out, f"surrogate_map --model {model} --count {count} --seed {seed}", plain(result))
     print(f"{model}: median force error {100 * np.median(content['errors']['force']):.3g} % of the range")
-
-
-if __name__ == "__main__":
-    run_main(main)

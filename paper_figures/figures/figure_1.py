@@ -98,7 +98,7 @@ def draw_protocol(axes: Axes, example: dict[str, Any]) -> None:
     depths = np.interp(times, example["native"]["time"], example["native"]["indentation"])
     for begin, color in enumerate(drawing.PHASES.values()):
         axes.plot(times[begin : begin + 2], depths[begin : begin + 2], color=color, linewidth=1.6)
-    axes.axhline(0.0, color="0.8", linewidth=0.6, zorder=0)
+    drawing.zero_line(axes)
     axes.set_xticks(times, [rf"$\hat t_{index}$" for index in range(4)])
     axes.set_yticks([depths[0], 0.0, depths[1]], [r"$\hat\delta_0$", "0", r"$\hat\delta_l$"])
     for index, (name, color) in enumerate(drawing.PHASES.items()):
@@ -115,11 +115,9 @@ def draw_protocol(axes: Axes, example: dict[str, Any]) -> None:
 def draw_force(axes: Axes, example: dict[str, Any]) -> None:
     """Panel (d): the computed force, coloured by phase, with pull-off and largest compression."""
     time, force = (np.array(example["native"][name]) for name in ("time", "force"))
-    times, results = example["phase_times"], example["results"]
-    for begin, end, color in zip(times[:-1], times[1:], drawing.PHASES.values(), strict=True):
-        inside = (time >= begin * (1.0 - 1e-9)) & (time <= end * (1.0 + 1e-9))
-        axes.plot(time[inside], force[inside], color=color)
-    axes.axhline(0.0, color="0.8", linewidth=0.6, zorder=0)
+    results = example["results"]
+    drawing.by_phase(axes, time, force, example["phase_times"])
+    drawing.zero_line(axes)
     peak, low = (results["pull_off_time"], results["pull_off_force"]), int(np.argmin(force))
     axes.plot(*peak, "o", color=drawing.VERMILION)
     axes.plot(time[low], force[low], "s", color=drawing.BLACK)
@@ -144,6 +142,5 @@ def compose(dataset_examples: Any) -> Figure:
     draw_gap(panels[0, 1])
     draw_protocol(panels[1, 0], example)
     draw_force(panels[1, 1], example)
-    for axes, name in zip(panels.flat, "abcd", strict=True):
-        drawing.letter(axes, name)
+    drawing.letters(panels.flat)
     return drawn

@@ -57,21 +57,10 @@ def draw_histogram(axes: Axes, values: FloatArray, label: str) -> None:
     axes.yaxis.set_major_formatter(PercentFormatter(1.0, decimals=0, symbol=" %"))
 
 
-def mark(axes: Axes, value: float, text: str, color: str, *, height: float, side: str) -> None:
+def mark(axes: Axes, value: float, text: str, color: str, *, height: float, shift: float) -> None:
     """A vertical line with its text beside it, at a share of the panel's height."""
     axes.axvline(value, color=color, linewidth=1.0)
-    shift = -3 if side == "right" else 3
-    axes.annotate(
-        text,
-        (value, height),
-        xycoords=("data", "axes fraction"),
-        xytext=(shift, 0),
-        textcoords="offset points",
-        ha=side,
-        va="top",
-        color=color,
-        fontsize=6.5,
-    )
+    drawing.beside(axes, value, text, height=height, shift=shift, color=color, fontsize=6.5)
 
 
 def note(axes: Axes, text: str) -> None:
@@ -86,9 +75,9 @@ def draw_cost(axes: Axes, dataset: Dataset, paper: dict[str, Any]) -> None:
     total, hours = float(seconds.sum()), paper["cpu_hours"]
     theirs = 3600.0 * hours / paper["trajectories"]
     axes.set(xlim=(None, 3e3), ylim=(0.0, 1.25 * axes.get_ylim()[1]))
-    mark(axes, theirs, f"paper: {hours} h\nmean {theirs:.0f} s", drawing.PAPER, height=0.6, side="right")
+    mark(axes, theirs, f"paper: {hours} h\nmean {theirs:.0f} s", drawing.PAPER, height=0.6, shift=-3)
     ours = f"here: {total / 60.0:.1f} min\nmean {1e3 * seconds.mean():.1f} ms"
-    mark(axes, float(seconds.mean()), ours, drawing.BLACK, height=0.98, side="left")
+    mark(axes, float(seconds.mean()), ours, drawing.BLACK, height=0.98, shift=3)
 
 
 def compose(dataset_examples: Any, dataset: Path) -> Figure:

@@ -22,19 +22,9 @@ def draw_points(axes: Axes, x: np.ndarray, y: np.ndarray) -> None:
 
 def draw_native(axes: Axes, time: np.ndarray, values: np.ndarray, phase_times: list[float]) -> None:
     """The solver's own history, coloured by phase, its time steps as ticks along the bottom."""
-    for begin, end, color in zip(phase_times[:-1], phase_times[1:], drawing.PHASES.values(), strict=True):
-        inside = (time >= begin * (1.0 - 1e-9)) & (time <= end * (1.0 + 1e-9))
-        axes.plot(time[inside], values[inside], color=color)
-    axes.plot(
-        time,
-        np.full_like(time, 0.04),
-        "|",
-        color="0.3",
-        markersize=5,
-        markeredgewidth=0.4,
-        clip_on=False,
-        transform=axes.get_xaxis_transform(),
-    )
+    drawing.by_phase(axes, time, values, phase_times)
+    look = {"color": "0.3", "markersize": 5, "markeredgewidth": 0.4, "clip_on": False}
+    axes.plot(time, np.full_like(time, 0.04), "|", transform=axes.get_xaxis_transform(), **look)
 
 
 def compose(dataset_examples: Any) -> Figure:

@@ -50,8 +50,7 @@ def draw_data_efficiency(axes: Axes, content: dict[str, Any] | None) -> None:
     axes.set(xlabel="share of the training trajectories (%)", ylabel="held-out MSE", xscale="log", yscale="log")
     if content is None:
         axes.set(xlim=(1.0, 130.0), ylim=(1e-4, 1e-1))
-        text = "not trained yet:\n`make data-efficiency`"
-        axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", color="0.4")
+        drawing.absent(axes, "not trained yet:\n`make data-efficiency`")
         return
     shares = sorted(content["shares"], key=lambda one: one["percent"])
     percents = [one["percent"] for one in shares]
@@ -76,8 +75,7 @@ def compose(model_comparison: Any, persson_brener: Any, data_efficiency: Any = N
     draw_sizes(panels[0, 1], model_comparison["models"])
     draw_effective_energy(panels[1, 0], persson_brener)
     draw_data_efficiency(panels[1, 1], data_efficiency)
-    for axes, name in zip(panels.flat, "abcd", strict=True):
-        drawing.letter(axes, name)
+    drawing.letters(panels.flat)
     handles = models_style.handles(drawing.paper_values("reference_model")["name"])
     drawn.legend(handles=handles, loc="outside upper center", ncols=10, columnspacing=1.2, handlelength=1.4)
     note = models_style.missing_note(model_comparison["missing"], model_comparison["differences"])

@@ -38,7 +38,7 @@ def compose(canonical_regimes: Any) -> Figure:
     regimes = {one["sample"]: one for one in canonical_regimes["regimes"]}
     drawn = drawing.figure(height=5.2)
     for axes, (name, samples) in zip(drawn.subplots(2, 2).flat, PANELS.items(), strict=True):
-        axes.axhline(0.0, color="0.8", linewidth=0.6, zorder=0)
+        drawing.zero_line(axes)
         for sample in samples:
             draw_regime(axes, regimes[sample], canonical_regimes["config"]["model"])
         axes.margins(x=0.12)

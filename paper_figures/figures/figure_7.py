@@ -78,8 +78,7 @@ def compose(error_statistics: Any) -> Figure:
     draw_distribution(panels[0, 1], error_statistics, loop)
     draw_relation(panels[1, 0], error_statistics, force, loop, error_statistics["spearman"]["pull_off_and_hysteresis"])
     draw_relation(panels[1, 1], error_statistics, force, waveform, error_statistics["spearman"]["pull_off_and_nmae"])
-    for axes, name in zip(panels.flat, "abcd", strict=True):
-        drawing.letter(axes, name)
+    drawing.letters(panels.flat)
     marks = [Patch(color=color, label=name) for name, color in zip(QUARTILES, COLORS, strict=True)]
     drawn.legend(handles=marks, loc="outside upper center", ncols=4, title="quartile of the force MSE")
     return drawn

@@ -8,23 +8,19 @@ from typing import Any
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import FancyBboxPatch
 
-from paper_figures.style import drawing
+from paper_figures.style import drawing, schematics
 from surrogate.architectures.naming import CONDITIONINGS, FAMILIES, PAPER_FAMILIES, paper_names
 
 TABOR = "tabor"
 FILL = {
-    "InputLayer": "#f2f2f2",
-    "LSTM": "#cfe3f2",
+    "InputLayer": schematics.PLAIN_FILL,
+    "LSTM": schematics.LSTM_FILL,
     "LayerNormalization": "#e8e8e8",
-    "Conv1D": "#cfeadf",
-    "ResidualTCNBlock": "#cfeadf",
+    **dict.fromkeys(("Conv1D", "ResidualTCNBlock"), schematics.CONV_FILL),
     "EncoderBlock": "#f6e3bf",
-    "Dense": "#f0dbe8",
-    "AppendTabor": "#fbd9c6",
-    "FiLM": "#fbd9c6",
-    "TaborGate": "#fbd9c6",
+    "Dense": schematics.DENSE_FILL,
+    **dict.fromkeys(("AppendTabor", "FiLM", "TaborGate"), schematics.TABOR_FILL),
     "Add": "#ffffff",
 }
 BOX_WIDTH, BOX_HEIGHT, COLUMN_STEP = 0.78, 0.62, 1.22
@@ -53,19 +49,9 @@ def places(layers: list[dict[str, Any]]) -> dict[str, tuple[float, float]]:
     return found
 
 
-def draw_box(axes: Axes, centre: tuple[float, float], text: str, fill: str, width: float) -> None:
-    """A rounded box with its text."""
-    x, y = centre
-    corner = (x - 0.5 * width, y - 0.5 * BOX_HEIGHT)
-    style = "round,pad=0,rounding_size=0.08"
-    axes.add_patch(FancyBboxPatch(corner, width, BOX_HEIGHT, boxstyle=style, facecolor=fill, edgecolor="0.35", lw=0.5))
-    axes.text(x, y, text, ha="center", va="center", fontsize=4.6, linespacing=0.95)
-
-
 def draw_arrow(axes: Axes, begin: tuple[float, float], end: tuple[float, float], **style: Any) -> None:
-    """An arrow between two points; keywords as of `FancyArrowPatch`."""
-    arrow = {"arrowstyle": "-|>", "lw": 0.6, "color": "0.2", "shrinkA": 0, "shrinkB": 0, "mutation_scale": 5}
-    axes.annotate("", end, begin, arrowprops=arrow | style)
+    """An arrow between two points, smaller than in figures of fewer boxes."""
+    schematics.arrow(axes, begin, end, **{"lw": 0.6, "mutation_scale": 5} | style)
 
 
 def draw_input(axes: Axes, source: str, where: dict[str, tuple[float, float]], name: str) -> None:
@@ -102,7 +88,8 @@ def draw_model(axes: Axes, graph: dict[str, Any], left: float) -> None:
         crowded = heights.count(where[layer["name"]][1]) > 1
         fill = FILL.get(layer["kind"], "#ffffff")
         text = box_text(layer).replace(" ", "\n") if crowded else box_text(layer)
-        draw_box(axes, where[layer["name"]], text, fill, 0.5 if crowded else BOX_WIDTH)
+        size = {"width": 0.5 if crowded else BOX_WIDTH, "height": BOX_HEIGHT, "size": 4.6}
+        schematics.box(axes, *where[layer["name"]], text, fill, **size, rounding=0.08, lw=0.5, linespacing=0.95)
 
 
 def draw_family(axes: Axes, graphs: dict[str, Any], family: str, deepest: int) -> None:

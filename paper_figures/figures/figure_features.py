@@ -46,8 +46,7 @@ def draw_shares(axes: Axes, content: dict[str, Any] | None) -> None:
 
 def _absent(axes: Axes, command: str) -> None:
     axes.set(xlim=(0.0, 1.0), ylim=(1e-4, 1.0), xticks=[])
-    text = f"not trained yet:\n`{command}`"
-    axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", color="0.4")
+    drawing.absent(axes, f"not trained yet:\n`{command}`")
 
 
 def compose(feature_sets: Any = None, data_efficiency: Any = None) -> Figure:

@@ -17,7 +17,7 @@ def draw_sample(axes: Axes, sample: dict[str, Any], model: str) -> None:
     """The solver's loop as a line, each prediction as the model's markers: fuller the more measurement steps."""
     edge = to_rgb(models_style.color(model))
     shades = np.linspace(0.0, 1.0, len(sample["predictions"]))
-    axes.axhline(0.0, color="0.8", linewidth=0.6, zorder=0)
+    drawing.zero_line(axes)
     axes.plot(sample["native"]["indentation"], sample["native"]["force"], color=drawing.BLACK, label="solver")
     for (total, found), shade in zip(sample["predictions"].items(), shades, strict=True):
         look = models_style.step_marker(model) | {"markersize": 4.2, "markerfacecolor": (*edge, shade)}
@@ -49,6 +49,5 @@ def compose(fms_transfer: Any) -> Figure:
     model = fms_transfer["config"]["model"]
     draw_sample(first, fms_transfer["sample"], model)
     draw_test_set(second, fms_transfer["test_set"], models_style.color(model))
-    for axes, name in zip((first, second), "ab", strict=True):
-        drawing.letter(axes, name)
+    drawing.letters((first, second))
     return drawn

@@ -29,7 +29,7 @@ def draw_curves(axes: Axes, models: dict[str, Any], conditioning: str) -> int:
     if drawn:
         axes.legend(loc="upper right", ncols=2)
     else:
-        axes.text(0.5, 0.5, f"no {conditioning} model to compare", transform=axes.transAxes, ha="center", color="0.4")
+        drawing.absent(axes, f"no {conditioning} model to compare")
         axes.set(xlim=(0.0, 1.0), ylim=(1e-4, 1.0), xticks=[])
     return drawn
 

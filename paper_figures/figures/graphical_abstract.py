@@ -44,7 +44,7 @@ def draw_model(axes: Axes, regime: dict[str, Any], errors: dict[str, Any]) -> No
 def draw_force(axes: Axes, regime: dict[str, Any], name: str) -> None:
     """Predicted and simulated loop."""
     native, steps = regime["native"], regime["steps"]
-    axes.axhline(0.0, color="0.8", linewidth=0.6, zorder=0)
+    drawing.zero_line(axes)
     axes.plot(native["indentation"], native["force"], color=drawing.BLACK, linewidth=1.0, label="solver")
     axes.plot(steps["indentation"], steps["predicted"], label=name, **models_style.step_marker(name))
     axes.set(xlabel=r"indentation $\hat\delta$", ylabel=r"force $\hat P$", title="force history")

@@ -13,9 +13,9 @@ from matplotlib.figure import Figure
 
 from paper_figures.style import drawing
 from paper_figures.style.cost_style import FORCE_ERROR, KINDS, kind_of, mark_paper
+from paper_figures.style.models_style import REFERENCE
 
 PANELS = {"pull_off_force": "error of the pull-off force (%)", "force": FORCE_ERROR}
-REFERENCE_MODEL = "M1-concat"
 BESIDE = ("DMT", "Maugis-Dugdale")
 """Closed forms named to the right of their marker, where others stand to the left."""
 ROW = 1.45
@@ -89,7 +89,7 @@ def name_surrogates(axes: Axes, tools: list[dict[str, Any]], quantity: str) -> N
         return
     ranked.sort(key=lambda tool: _percent(tool, quantity))
     words = {ranked[-1]["model"]: "worst: ", ranked[0]["model"]: "best: "}
-    named = [tool for tool in ranked if tool["model"] in {*words, REFERENCE_MODEL}]
+    named = [tool for tool in ranked if tool["model"] in {*words, REFERENCE}]
     left = min(tool["seconds"]["median"] for tool in ranked) / 1.4
     for row, tool in enumerate(reversed(named), start=1):
         axes.annotate(

@@ -9,17 +9,17 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from paper_figures.style import drawing
-from paper_figures.style.writing import Table, number
+from paper_figures.style.models_style import REFERENCE
+from paper_figures.style.writing import Table, left_out, number, percent
 
-REFERENCE_MODEL = "M1-concat"
 QUERIES = np.geomspace(1.0, 1e8, 400)
 STYLES = {
     "solver, draft": (drawing.SKY, "-"),
     "solver, standard": (drawing.BLUE, "-"),
     "solver, reference": (drawing.BLACK, "-"),
-    f"{REFERENCE_MODEL}, Keras call": (drawing.PURPLE, "--"),
-    f"{REFERENCE_MODEL}, ONNX single": (drawing.GREEN, "--"),
-    f"{REFERENCE_MODEL}, ONNX batch": (drawing.ORANGE, "--"),
+    f"{REFERENCE}, Keras call": (drawing.PURPLE, "--"),
+    f"{REFERENCE}, ONNX single": (drawing.GREEN, "--"),
+    f"{REFERENCE}, ONNX batch": (drawing.ORANGE, "--"),
     "paper's solver": (drawing.PAPER, "-"),
     "paper's surrogate": (drawing.PAPER, "--"),
 }
@@ -36,7 +36,7 @@ def rows_of(content: dict[str, Any]) -> list[list[str]]:
 
     def error(name: str) -> str:
         errors = lines.get(name, {}).get("errors")
-        return "-" if errors is None else number(100.0 * errors["force"]["median"], 2)
+        return "-" if errors is None else percent(errors["force"]["median"])
 
     return [
         [
@@ -66,26 +66,16 @@ def compose(amortisation: Any) -> dict[str, Figure | Table]:
             axes.plot(
                 at, height, "o", color=color, markersize=4, markeredgecolor="white", markeredgewidth=0.5, zorder=4
             )
-    axes.axvline(amortisation["data_set_trajectories"], color="0.7", linewidth=0.7, zorder=0)
-    axes.annotate(
-        "size of the data set",
-        (amortisation["data_set_trajectories"], 0.98),
-        xycoords=("data", "axes fraction"),
-        rotation=90,
-        fontsize=5.5,
-        color="0.4",
-        xytext=(-2, 0),
-        textcoords="offset points",
-        ha="right",
-        va="top",
-    )
+    size = amortisation["data_set_trajectories"]
+    axes.axvline(size, color="0.7", linewidth=0.7, zorder=0)
+    drawing.beside(axes, size, "size of the data set", height=0.98, shift=-2, rotation=90, fontsize=5.5, color="0.4")
     axes.set(xlabel="queries", ylabel="core time in all (h)", xlim=(1, 1e8))
     axes.set_ylim(bottom=1e-5)
     drawn.legend(loc="outside right upper", fontsize=6)
-    if f"{REFERENCE_MODEL}, Keras call" not in lines:
-        known = REFERENCE_MODEL in [*amortisation["unmeasured"], *amortisation["retrained"]]
+    if f"{REFERENCE}, Keras call" not in lines:
+        known = REFERENCE in [*amortisation["unmeasured"], *amortisation["retrained"]]
         words = "published but not measured" if known else "not published yet"
-        axes.set_title(f"{REFERENCE_MODEL} is {words}", loc="right", color="0.4")
+        axes.set_title(f"{REFERENCE} is {words}", loc="right", color="0.4")
     return {"figure-amortisation": drawn, "amortisation": break_even_table(amortisation)}
 
 
@@ -97,11 +87,10 @@ def break_even_table(content: dict[str, Any]) -> Table:
         "retrained": "Trained anew since they were measured",
         "outdated": "Trained otherwise than those compared",
     }
-    left_out = "".join(f" {word}: {', '.join(content[key])}." for key, word in said.items() if content.get(key))
     return Table(
         ["Surrogate", "Its force error (%)", "Instead of", "Its force error (%)", "Break-even (queries)"],
         rows_of(content),
         "Queries from which data set, training and prediction by a surrogate cost less core time than the solver "
         f"alone. Our data set took {number(content['data_set_seconds'] / 60.0)} core minutes; the paper's lines are "
-        f"its own numbers. Where the solver's query is the cheaper one, the answer is never.{left_out}",
+        f"its own numbers. Where the solver's query is the cheaper one, the answer is never.{left_out(content, said)}",
     )

@@ -66,6 +66,5 @@ def compose(broad_band: Any) -> Figure:
     draw_compliances(left, [next(c for c in curves if c["name"] == name) for name in names], ratio)
     for axes, over in zip((middle, right), LABELS, strict=True):
         draw_amplification(axes, curves, names, ratio, over)
-    for axes, name in ((left, "a"), (middle, "b"), (right, "c")):
-        drawing.letter(axes, name)
+    drawing.letters((left, middle, right))
     return drawn

@@ -31,7 +31,7 @@ LABELS = {
 
 def draw_curves(axes: Axes, curves: list[dict[str, Any]]) -> None:
     """Force over depth of all scenes."""
-    axes.axhline(0.0, color="0.8", linewidth=0.6, zorder=0)
+    drawing.zero_line(axes)
     for curve in curves:
         color, line = STYLES[curve["name"]]
         label = LABELS.get(curve["name"], curve["name"])
@@ -103,6 +103,5 @@ def compose(effects: Any) -> Figure:
     draw_curves(panels[0], effects["curves"])
     draw_stand_ins(panels[1], effects)
     draw_ranges(panels[2], effects)
-    for axes, name in zip(panels, "abc", strict=True):
-        drawing.letter(axes, name)
+    drawing.letters(panels)
     return drawn

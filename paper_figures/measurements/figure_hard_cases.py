@@ -4,6 +4,7 @@ Reads the measurement of `experiments.robustness.hard_case_map`, and of `experim
 one.
 """
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from matplotlib.patches import Rectangle
 
 from bem.dataset.designs import PAPER_RANGES
 from paper_figures.style import drawing
-from paper_figures.style.writing import Table, number
+from paper_figures.style.writing import Table, number, percent
 
 COLOURED = {
     "steps": "time steps",
@@ -23,20 +24,6 @@ COLOURED = {
     "jumps": "jumps",
 }
 SCALE = {"change": 100.0}
-HEADER = [
-    "Case",
-    "Status",
-    "Status, refined",
-    "Jumps",
-    "Change of pull-off force (%)",
-    "Change, draft (%)",
-    "Change, 0.05 (%)",
-    "Change of work (%)",
-    "Work over turnover",
-    "End over pull-off force",
-    "Steps",
-    "Time (s)",
-]
 
 
 def draw(drawn: Figure, axes: Axes, rows: list[dict[str, Any]], name: str) -> None:
@@ -67,34 +54,44 @@ def draw(drawn: Figure, axes: Axes, rows: list[dict[str, Any]], name: str) -> No
         bar.set_ticks([0, 1, 2], labels=["0", "1", "2 or more"])
 
 
-def row_of(name: str, rows: list[dict[str, Any]]) -> list[str]:
-    """One case, or the worst of several."""
-    worst = {key: _extreme(rows, key, largest) for key, largest in _WORST.items()}
-    return [
-        name,
-        _counted(rows, "status"),
-        _counted(rows, "refined_status"),
-        number(worst["jumps"]),
-        number(100.0 * worst["change"], 2),
-        *(_coarse(rows, accuracy) for accuracy in COARSER),
-        number(100.0 * worst["work_change"], 2),
-        number(worst["energy"], 2),
-        number(worst["end_over_pull_off"], 2),
-        number(worst["steps"], 5),
-        number(worst["seconds"], 2),
-    ]
+def _extreme(rows: list[dict[str, Any]], key: str, worst: Callable[[list[float]], float] = max) -> float:
+    values = [row[key] for row in rows if row[key] is not None]
+    return float(worst(values)) if values else float("nan")
 
 
-COARSER = ("draft", "0.05")
-_WORST = {
-    "jumps": True,
-    "change": True,
-    "work_change": True,
-    "energy": False,
-    "end_over_pull_off": True,
-    "steps": True,
-    "seconds": True,
+def _counted(rows: list[dict[str, Any]], key: str) -> str:
+    if len(rows) == 1:
+        return rows[0][key]
+    return f"{sum(row[key] == 'completed' for row in rows)} of {len(rows)} completed"
+
+
+def _coarse(rows: list[dict[str, Any]], accuracy: str) -> str:
+    if len(rows) > 1 or "coarse" not in rows[0]:
+        return "-"
+    found = rows[0]["coarse"][accuracy]
+    return percent(found["change"]) if found["status"] == "completed" else found["status"]
+
+
+COLUMNS: dict[str, Callable[[list[dict[str, Any]]], str]] = {
+    "Status": lambda rows: _counted(rows, "status"),
+    "Status, refined": lambda rows: _counted(rows, "refined_status"),
+    "Jumps": lambda rows: number(_extreme(rows, "jumps")),
+    "Change of pull-off force (%)": lambda rows: percent(_extreme(rows, "change")),
+    "Change, draft (%)": lambda rows: _coarse(rows, "draft"),
+    "Change, 0.05 (%)": lambda rows: _coarse(rows, "0.05"),
+    "Change of work (%)": lambda rows: percent(_extreme(rows, "work_change")),
+    "Work over turnover": lambda rows: number(_extreme(rows, "energy", min), 2),
+    "End over pull-off force": lambda rows: number(_extreme(rows, "end_over_pull_off"), 2),
+    "Steps": lambda rows: number(_extreme(rows, "steps"), 5),
+    "Time (s)": lambda rows: number(_extreme(rows, "seconds"), 2),
 }
+"""Heads and cells of one case, or of the worst of several."""
+HEADER = ["Case", *COLUMNS]
+
+
+def row_of(name: str, rows: list[dict[str, Any]]) -> list[str]:
+    """One row of the table."""
+    return [name, *(cell(rows) for cell in COLUMNS.values())]
 
 
 def soak_rows(soak: dict[str, Any]) -> list[list[str]]:
@@ -105,7 +102,7 @@ def soak_rows(soak: dict[str, Any]) -> list[list[str]]:
             continue
         found = soak[where]
         growth = found["memory_growth"]
-        memory = "not measured" if growth is None else f"{number(100.0 * growth, 2)} %"
+        memory = "not measured" if growth is None else f"{percent(growth)} %"
         spikes = f"{found['spikes']} with a lone spike"
         if found["spikes"]:
             spikes += f" ({number(found['largest_spike_share'], 1)} of the range of the force at most)"
@@ -116,26 +113,6 @@ def soak_rows(soak: dict[str, Any]) -> list[list[str]]:
         status = f"{found['statuses'].get('completed', 0)} of {found['protocols']} completed"
         rows.append([name, status, *["-"] * (len(HEADER) - 3), number(found["slowest_seconds"], 2)])
     return rows
-
-
-def _coarse(rows: list[dict[str, Any]], accuracy: str) -> str:
-    if len(rows) > 1 or "coarse" not in rows[0]:
-        return "-"
-    found = rows[0]["coarse"][accuracy]
-    if found["status"] != "completed":
-        return found["status"]
-    return "-" if found["change"] is None else number(100.0 * found["change"], 2)
-
-
-def _extreme(rows: list[dict[str, Any]], key: str, largest: bool) -> float:
-    values = [row[key] for row in rows if row[key] is not None]
-    return float(max(values) if largest else min(values)) if values else float("nan")
-
-
-def _counted(rows: list[dict[str, Any]], key: str) -> str:
-    if len(rows) == 1:
-        return rows[0][key]
-    return f"{sum(row[key] == 'completed' for row in rows)} of {len(rows)} completed"
 
 
 def compose(hard_case_map: Any, soak: Any = None) -> dict[str, Figure | Table]:

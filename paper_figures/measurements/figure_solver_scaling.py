@@ -47,6 +47,5 @@ def compose(cost_growth: Any) -> Figure:
     fitted = solver["steps"]["exponent"]
     draw(right, x, 1e3 * seconds, fitted=fitted, bound=BOUND_IN_STEPS, ticks=[100, 200, 500, 1000])
     right.set(xlabel="steps", ylabel="processor time (ms)")
-    for axes, name in ((left, "a"), (right, "b")):
-        drawing.letter(axes, name)
+    drawing.letters((left, right))
     return drawn

@@ -13,15 +13,8 @@ from matplotlib.figure import Figure
 from bem.dataset.designs import PAPER_RANGES
 from paper_figures.style import drawing
 from paper_figures.style.cost_style import FORCE_ERROR, sparse_ticks
-from paper_figures.style.writing import Table, number
+from paper_figures.style.writing import Table, median_and_p95, percent
 
-LABELS = {
-    "tabor": r"$\mu$",
-    "peak_indentation": r"$\hat\delta_l$",
-    "loading_rate": r"$\hat v_L$",
-    "dwell_time": r"$\hat t_D$",
-    "unloading_rate": r"$\hat v_U$",
-}
 COLORS = (drawing.BLUE, drawing.VERMILION, drawing.GREEN, drawing.PURPLE, drawing.ORANGE)
 HEADER = ["Trajectories", "Protocols", "Force error (%)", "Pull-off error (%)", "Cause", "In a corner of the box"]
 BINS = 6
@@ -40,7 +33,7 @@ def draw_map(drawn: Figure, axes: Axes, test: dict[str, Any], across: str, up: s
             if inside.any():
                 cell[j, i] = np.median(error[inside])
     mesh = axes.pcolormesh(10.0 ** edges[0], 10.0 ** edges[1], cell, norm=LogNorm())
-    axes.set(xscale="log", yscale="log", xlabel=LABELS[across], ylabel=LABELS[up])
+    axes.set(xscale="log", yscale="log", xlabel=drawing.SYMBOLS[across], ylabel=drawing.SYMBOLS[up])
     sparse_ticks(axes)
     drawn.colorbar(mesh, ax=axes, label="median force error (%)")
 
@@ -60,12 +53,12 @@ def draw_causes(axes: Axes, by_cause: dict[str, Any]) -> None:
 
 def draw_out_of_range(axes: Axes, rows: list[dict[str, Any]]) -> None:
     """Median force error over how far one quantity lies beyond its bound."""
-    for name, color in zip(LABELS, COLORS, strict=True):
+    for name, color in zip(drawing.SYMBOLS, COLORS, strict=True):
         for side, line in (("above", "-"), ("below", ":")):
             points = [row for row in rows if row["quantity"] == name and row["side"] == side]
             x = [100.0 * point["beyond"] for point in points]
             y = [100.0 * point["errors"]["force"]["median"] for point in points]
-            label = LABELS[name] if side == "above" else None
+            label = drawing.SYMBOLS[name] if side == "above" else None
             axes.plot(x, y, color=color, linestyle=line, marker=".", label=label)
     axes.set_xscale("symlog", linthresh=5.0)
     axes.set_xticks([0, 5, 20, 100], labels=["0", "5", "20", "100"])
@@ -91,18 +84,14 @@ def rows_of(content: dict[str, Any]) -> list[list[str]]:
     """The worst trajectories, then each quantity beyond its bounds."""
     rows = []
     for place, case in enumerate(content["worst"], start=1):
-        errors = [number(100.0 * case["errors"][name], 2) for name in ("force", "pull_off_force")]
+        errors = [percent(case["errors"][name]) for name in ("force", "pull_off_force")]
         words = [", ".join(case["causes"]) or "not local", "yes" if case["corner"] else "no"]
         rows.append([f"worst {place} (no. {case['index']})", "1", *errors, *words])
     for row in content["out_of_range"]:
-        errors = [_pair(row["errors"][name]) for name in ("force", "pull_off_force")]
+        errors = [median_and_p95(row["errors"][name]) for name in ("force", "pull_off_force")]
         name = f"{row['quantity'].replace('_', ' ')} {row['side']} by {100.0 * row['beyond']:g} %"
         rows.append([name, str(row["errors"]["force"]["count"]), *errors, "-", "-"])
     return rows
-
-
-def _pair(error: dict[str, float]) -> str:
-    return f"{number(100.0 * error['median'], 2)} / {number(100.0 * error['p95'], 2)}"
 
 
 def compose(surrogate_map: Any) -> dict[str, Figure | Table]:
@@ -113,8 +102,7 @@ def compose(surrogate_map: Any) -> dict[str, Figure | Table]:
     draw_map(drawn, panels[0, 1], surrogate_map["test"], "peak_indentation", "loading_rate")
     draw_causes(panels[1, 0], surrogate_map["by_cause"])
     draw_out_of_range(panels[1, 1], surrogate_map["out_of_range"])
-    for axes, name in zip(panels.flat, "abcd", strict=True):
-        drawing.letter(axes, name)
+    drawing.letters(panels.flat)
     figures = {"figure-surrogate-map": drawn, "figure-surrogate-worst": draw_worst_cases(surrogate_map)}
     return {**figures, "surrogate-map": worst_table(surrogate_map)}
 

@@ -61,15 +61,7 @@ def draw_time(axes: Axes, content: dict[str, Any]) -> None:
 def draw_shares(axes: Axes, points: list[dict[str, Any]]) -> None:
     """Test error over trajectories, with the solver seconds they took above."""
     if not points:
-        axes.text(
-            0.5,
-            0.5,
-            "shares of the data set\nnot trained yet",
-            transform=axes.transAxes,
-            ha="center",
-            va="center",
-            color="0.4",
-        )
+        drawing.absent(axes, "shares of the data set\nnot trained yet")
         axes.set(xticks=[], yticks=[])
         return
     count = [point["trajectories"] for point in points]
@@ -89,12 +81,11 @@ def compose(training_cost: Any) -> Figure:
     if training_cost["models"]:
         draw_time(left, training_cost)
     else:
-        left.text(0.5, 0.5, "no model published yet", transform=left.transAxes, ha="center", color="0.4")
+        drawing.absent(left, "no model published yet")
         left.set(xticks=[], yticks=[])
     draw_shares(right, training_cost["shares"])
     absent = [*training_cost["missing"], *training_cost["outdated"]]
     if absent:
         drawn.suptitle(f"not published yet: {', '.join(absent)}", fontsize=6, color="0.4")
-    for axes, name in ((left, "a"), (right, "b")):
-        drawing.letter(axes, name)
+    drawing.letters((left, right))
     return drawn

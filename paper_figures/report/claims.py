@@ -16,14 +16,13 @@ that makes it. Claims marked `beyond` are ours alone and get no verdict.
 
 from __future__ import annotations
 
-import csv
 import json
 import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from paper_figures.style import drawing
+from experiments.paper_numbers import paper_rows, paper_values, stated
 
 REPRODUCED, BETTER, TIE, DIFFERS, NOT_COMPARABLE, NOT_YET = (
     "reproduced",
@@ -143,7 +142,7 @@ def verdict(rule: str, theirs: Any, ours: Any, tolerance: float | None = None) -
 def tolerance_of(claim: dict[str, Any]) -> float | None:
     """Relative width of a claim, its own or its rule's; `None` where the rule has none."""
     own = claim.get("tolerance")
-    return drawing.paper_values("claims")["rules"].get(claim["rule"], {}).get("tolerance") if own is None else own
+    return paper_values("claims")["rules"].get(claim["rule"], {}).get("tolerance") if own is None else own
 
 
 def judge(claim: dict[str, Any], results: Results) -> Finding:
@@ -174,14 +173,13 @@ def by_seeds(claim: dict[str, Any], results: Results) -> Finding | None:
 
 def text_claims() -> list[dict[str, Any]]:
     """Claims of the paper's text and captions, their numbers filled in from where they are transcribed."""
-    return [_with_value(claim) for claim in drawing.paper_values("claims")["claim"]]
+    return [_with_value(claim) for claim in paper_values("claims")["claim"]]
 
 
 def settings() -> list[dict[str, Any]]:
     """Settings of the paper that we follow, in groups, the value of each part filled in."""
     return [
-        group | {"parts": [_with_value(part) for part in group["parts"]]}
-        for group in drawing.paper_values("claims")["setting"]
+        group | {"parts": [_with_value(part) for part in group["parts"]]} for group in paper_values("claims")["setting"]
     ]
 
 
@@ -192,9 +190,9 @@ def followed(theirs: Any, ours: Any) -> bool:
 
 def table_claims() -> list[dict[str, Any]]:
     """Claims of the paper's tables: quartiles, timings, crack velocities."""
-    common = drawing.paper_values("claims")["tables"]
+    common = paper_values("claims")["tables"]
     claims: list[dict[str, Any]] = []
-    for row in _rows("quartiles"):
+    for row in paper_rows("quartiles"):
         for column in ("mse", "pull_off_force_percent", "hysteresis_percent", "pull_off_time_percent"):
             for part, word in (("mean", "mean"), ("sd", "standard deviation")):
                 quartile = row["quartile"]
@@ -202,12 +200,12 @@ def table_claims() -> list[dict[str, Any]]:
                     common["quartiles"]
                     | {
                         "says": f"{quartile}: {word} of {column.replace('_percent', ' error').replace('_', ' ')}",
-                        "value": float(row[f"{column}_{part}"]),
+                        "value": row[f"{column}_{part}"],
                         "unit": "%" if "percent" in column else "",
                         "source": f"errors:quartiles/{quartile}/{column}/{part}",
                     }
                 )
-    for index, row in enumerate(_rows("canonical_protocols")):
+    for index, row in enumerate(paper_rows("canonical_protocols")):
         for table, column, key, word in (
             ("solver_seconds", "bem", "solver", "solver"),
             ("surrogate_seconds", "surrogate", "keras_call", "plain Keras call"),
@@ -215,17 +213,17 @@ def table_claims() -> list[dict[str, Any]]:
             claims.append(
                 common[table]
                 | {
-                    "says": f"sample ({row['sample']}), {word}",
-                    "value": float(row[f"{column}_seconds"]),
+                    "says": f"sample ({row['sample']:g}), {word}",
+                    "value": row[f"{column}_seconds"],
                     "source": f"canonical:regimes/{index}/seconds/{key}",
                 }
             )
-    for index, row in enumerate(_rows("persson_brener_protocols")):
+    for index, row in enumerate(paper_rows("persson_brener_protocols")):
         claims.append(
             common["crack_velocities"]
             | {
-                "says": f"crack velocity of point {row['point']}",
-                "value": float(row["crack_velocity"]),
+                "says": f"crack velocity of point {row['point']:g}",
+                "value": row["crack_velocity"],
                 "source": f"persson_brener:points/{index}/own_crack_velocity",
             }
         )
@@ -233,12 +231,7 @@ def table_claims() -> list[dict[str, Any]]:
 
 
 def _with_value(claim: dict[str, Any]) -> dict[str, Any]:
-    return claim | ({"value": _listed(drawing.stated(claim["stated"]))} if "stated" in claim else {})
-
-
-def _rows(name: str) -> list[dict[str, str]]:
-    with (drawing.PAPER_VALUES / f"{name}.csv").open(encoding="utf-8", newline="") as file:
-        return list(csv.DictReader(file))
+    return claim | ({"value": _listed(stated(claim["stated"]))} if "stated" in claim else {})
 
 
 def _reduced(found: Any, claim: dict[str, Any]) -> Any:

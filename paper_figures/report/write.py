@@ -10,6 +10,8 @@ from typing import Annotated, Any
 import typer
 
 from bem._support.command_line import run_main
+from bem._support.wording import markdown_table
+from experiments.paper_numbers import paper_values, with_stated
 from paper_figures.report.claims import (
     VERDICTS,
     Finding,
@@ -21,7 +23,7 @@ from paper_figures.report.claims import (
     text_claims,
     tolerance_of,
 )
-from paper_figures.style import drawing, models_style
+from paper_figures.style import models_style
 from paper_figures.style.writing import number
 
 OUT = Path("REPRODUCTION.md")
@@ -42,7 +44,7 @@ table of their own."""
 
 def tolerances_text() -> str:
     """The rules' tolerances, with why where one is above a tenth."""
-    rules = drawing.paper_values("claims")["rules"]
+    rules = paper_values("claims")["rules"]
     parts = [
         f"{percent_text(rule['tolerance'])} of {name}s" + (f" ({rule['because']})" if "because" in rule else "")
         for name, rule in rules.items()
@@ -77,42 +79,42 @@ def tolerance_text(claim: dict[str, Any]) -> str:
     return percent_text(tolerance) + (f": {claim['because'].lower()}".rstrip(".") if "because" in claim else "")
 
 
-def row(finding: Finding) -> str:
-    """One line of a table; without tolerance and verdict where there is nothing of the paper's to judge by."""
+def row(finding: Finding) -> list[str]:
+    """One row of a table; without tolerance and verdict where there is nothing of the paper's to judge by."""
     claim, unit = finding.claim, finding.claim.get("unit", "")
     ours = finding.ours if not isinstance(finding.ours, float) else float(f"{finding.ours:.3g}")
     ratio = "-" if finding.ratio is None else number(finding.ratio, 2)
     cells = [claim["says"], claim["place"], value_text(claim.get("value"), unit), value_text(ours, unit), ratio]
     if not claim.get("beyond"):
         cells += [tolerance_text(claim), f"**{finding.verdict}**"]
-    return "| " + " | ".join([*cells, finding.why]) + " |"
+    return [*cells, finding.why]
 
 
 def section(group: str, findings: list[Finding]) -> str:
     """A heading and its table."""
-    head = "| what | place | paper | here | ratio | tolerance | verdict | why |\n|---|---|---:|---:|---:|---|---|---|"
+    header = ["what", "place", "paper", "here", "ratio", "tolerance", "verdict", "why"]
     if findings[0].claim.get("beyond"):
-        head = "| what | beside | paper | here | ratio | why |\n|---|---|---:|---:|---:|---|"
-    return "\n".join([f"## {group}\n", head, *(row(finding) for finding in findings)])
+        header = ["what", "beside", "paper", "here", "ratio", "why"]
+    return f"## {group}\n\n{markdown_table(header, [row(finding) for finding in findings], 'llrrr')}"
 
 
 def overview(findings: list[Finding]) -> str:
     """How often each verdict falls among what is counted, and what is left out of the count."""
     counts = Counter(finding.verdict for finding in findings if finding.counted)
-    lines = [f"| {name} | {counts[name]} |" for name in VERDICTS if counts[name]]
+    rows = [[name, str(counts[name])] for name in VERDICTS if counts[name]]
     ours = sum(bool(finding.claim.get("beyond")) for finding in findings)
     count = sum(len(group["parts"]) for group in settings())
     rest = (
         f"Not counted: {count} settings of the paper and {ours} numbers of ours beyond the paper, each in a "
         "section of their own."
     )
-    table = [f"{sum(counts.values())} numbers:\n", "| verdict | numbers |", "|---|---:|", *lines]
-    return "\n".join(table) + f"\n\n{rest}"
+    table = markdown_table(["verdict", "numbers"], rows, "lr")
+    return f"{sum(counts.values())} numbers:\n\n{table}\n\n{rest}"
 
 
 def settings_section(results: Results) -> str:
     """The paper's settings in groups: its values, and those of ours that are others."""
-    lines = ["| settings | place | paper | here | why |", "|---|---|---|---|---|"]
+    rows = []
     for group in settings():
         parts = [(part, results.find(part)) for part in group["parts"]]
         theirs = "; ".join(f"{part['says']} {value_text(part['value'], part.get('unit', ''))}" for part, _ in parts)
@@ -124,21 +126,22 @@ def settings_section(results: Results) -> str:
         here = "; ".join(others)
         if len(others) < len(parts):
             here = f"the same, but for {here}" if others else "the same"
-        lines.append(f"| {group['what']} | {group['place']} | {theirs} | {here} | {group.get('why', '-')} |")
-    return "\n".join(["## Settings of the paper that we follow\n", *lines])
+        rows.append([group["what"], group["place"], theirs, here, group.get("why", "-")])
+    table = markdown_table(["settings", "place", "paper", "here", "why"], rows)
+    return f"## Settings of the paper that we follow\n\n{table}"
 
 
 def slips_section(results: Results) -> str:
     """The paper's slips, each with the command that shows it and what it comes to."""
     found = (results.content("slips") or {"slips": {}})["slips"]
-    lines = ["| place | the paper says | instead | shown by | it comes to |", "|---|---|---|---|---|"]
-    for slip in drawing.paper_values("slips")["slip"]:
+    rows = []
+    for slip in paper_values("slips")["slip"]:
         values = found.get(slip.get("name", ""), {})
         comes_to = "; ".join(f"{what}: {value:.6g}" for what, value in values.items()) or "-"
-        says, instead = (drawing.with_stated(slip[key]) for key in ("says", "instead"))
-        cells = (slip["place"], says, instead, f"`{slip['shown_by']}`", comes_to)
-        lines.append("| " + " | ".join(cells) + " |")
-    return "\n".join(["## Slips of the paper\n", *lines])
+        says, instead = (with_stated(slip[key]) for key in ("says", "instead"))
+        rows.append([slip["place"], says, instead, f"`{slip['shown_by']}`", comes_to])
+    table = markdown_table(["place", "the paper says", "instead", "shown by", "it comes to"], rows)
+    return f"## Slips of the paper\n\n{table}"
 
 
 def report(results: Results) -> str:

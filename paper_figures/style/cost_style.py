@@ -39,18 +39,7 @@ def mark_paper(axes: Axes, *, height: float = 0.98) -> None:
     """Vertical lines at the paper's seconds, labelled."""
     for name, seconds in paper_seconds().items():
         axes.axvline(seconds, color=drawing.PAPER, linewidth=0.8, linestyle=":")
-        axes.annotate(
-            name,
-            (seconds, height),
-            xycoords=("data", "axes fraction"),
-            xytext=(2, 0),
-            textcoords="offset points",
-            rotation=90,
-            ha="left",
-            va="top",
-            fontsize=5.5,
-            color=drawing.PAPER,
-        )
+        drawing.beside(axes, seconds, name, height=height, shift=2, rotation=90, fontsize=5.5, color=drawing.PAPER)
 
 
 def sparse_ticks(axes: Axes) -> None:

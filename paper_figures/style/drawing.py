@@ -1,9 +1,8 @@
 """What all figures share: sizes, colours, panel letters, the paper's values, writing PDF and PNG."""
 
-import functools
-import re
-import tomllib
+from collections.abc import Iterable, Sequence
 from pathlib import Path
+from string import ascii_lowercase
 from typing import Any
 
 import matplotlib as mpl
@@ -17,8 +16,9 @@ from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
+from experiments.paper_numbers import paper_values as paper_values
+
 HERE = Path(__file__).parent
-PAPER_VALUES = HERE.parents[1] / "experiments" / "paper_values"
 COLUMN, DOUBLE_COLUMN = 90 / 25.4, 190 / 25.4
 """Widths of Elsevier's single and double column in inches."""
 
@@ -32,6 +32,14 @@ BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK = (
     "#000000",
 )
 PHASES = {"loading": BLUE, "dwell": ORANGE, "unloading": GREEN}
+SYMBOLS = {
+    "tabor": r"$\mu$",
+    "peak_indentation": r"$\hat\delta_l$",
+    "loading_rate": r"$\hat v_L$",
+    "dwell_time": r"$\hat t_D$",
+    "unloading_rate": r"$\hat v_U$",
+}
+"""The quantities of a protocol as the paper writes them."""
 PAPER = "#882255"
 """The colour of everything that is the paper's, and of nothing else."""
 
@@ -45,6 +53,35 @@ def figure(*, width: float = DOUBLE_COLUMN, height: float) -> Figure:
 def letter(axes: Axes, name: str) -> None:
     """Put the panel letter above the left corner of a panel."""
     axes.set_title(f"({name})", loc="left", fontweight="bold")
+
+
+def letters(panels: Iterable[Axes]) -> None:
+    """Put the letters a, b, c, ... above panels, in their order."""
+    for axes, name in zip(panels, ascii_lowercase, strict=False):
+        letter(axes, name)
+
+
+def zero_line(axes: Axes) -> None:
+    """A faint line at zero, behind everything."""
+    axes.axhline(0.0, color="0.8", linewidth=0.6, zorder=0)
+
+
+def by_phase(axes: Axes, time: np.ndarray, values: np.ndarray, phase_times: Sequence[float]) -> None:
+    """Values over time as a line in the colours of the phases, which end at `phase_times` (4,)."""
+    for begin, end, color in zip(phase_times[:-1], phase_times[1:], PHASES.values(), strict=True):
+        inside = (time >= begin * (1.0 - 1e-9)) & (time <= end * (1.0 + 1e-9))
+        axes.plot(time[inside], values[inside], color=color)
+
+
+def absent(axes: Axes, text: str) -> None:
+    """Say in the middle of a panel why it shows nothing."""
+    axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", color="0.4")
+
+
+def beside(axes: Axes, x: float, text: str, *, height: float, shift: float, **style: Any) -> None:
+    """Words beside a vertical line at `x`, so many points to its right, at a share of the panel's height."""
+    place = {"xycoords": ("data", "axes fraction"), "xytext": (shift, 0), "textcoords": "offset points"}
+    axes.annotate(text, (x, height), ha="right" if shift < 0 else "left", va="top", **place, **style)
 
 
 def log_labels(axis: Axis) -> None:
@@ -70,30 +107,3 @@ def save(drawn: Figure, name: str, folder: Path) -> None:
     drawn.savefig(folder / f"{name}.pdf", metadata={"CreationDate": None})
     drawn.savefig(folder / f"{name}.png", metadata={"Software": None})
     plt.close(drawn)
-
-
-@functools.cache
-def paper_values(name: str) -> dict[str, Any]:
-    """The paper's own numbers from `paper_values/NAME.toml`."""
-    return tomllib.loads((PAPER_VALUES / f"{name}.toml").read_text(encoding="utf-8"))
-
-
-def stated(place: str) -> Any:
-    """A number of the paper by its place, as `dataset:ranges/tabor/0`, so that each is transcribed once.
-
-    Raises:
-        ValueError: there is none at that place.
-    """
-    name, _, path = place.partition(":")
-    found: Any = paper_values(name)
-    for key in path.split("/"):
-        try:
-            found = found[int(key)] if isinstance(found, list) else found[key]
-        except (KeyError, IndexError, ValueError, TypeError) as error:
-            raise ValueError(f"a place must be FILE:KEY/... in paper_values; received {place!r}") from error
-    return found
-
-
-def with_stated(text: str) -> str:
-    """A text whose `{FILE:KEY}` are filled with the paper's numbers."""
-    return re.sub(r"\{(\w+:[\w/]+)\}", lambda match: f"{stated(match[1]):g}", text)

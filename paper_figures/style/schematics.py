@@ -11,13 +11,24 @@ LSTM_FILL, CONV_FILL, DENSE_FILL, TABOR_FILL, PLAIN_FILL = "#cfe3f2", "#cfeadf",
 
 
 def box(
-    axes: Axes, x: float, y: float, text: str, fill: str, *, width: float, height: float, size: float = 6.5
+    axes: Axes,
+    x: float,
+    y: float,
+    text: str,
+    fill: str,
+    *,
+    width: float,
+    height: float,
+    size: float = 6.5,
+    rounding: float | None = None,
+    lw: float = 0.6,
+    linespacing: float = 1.05,
 ) -> None:
-    """A rounded box centred at a point."""
-    style = f"round,pad=0,rounding_size={0.18 * height}"
+    """A box centred at a point, rounded at the corners by 0.18 of its height unless told otherwise, and its text."""
+    style = f"round,pad=0,rounding_size={0.18 * height if rounding is None else rounding}"
     corner = (x - 0.5 * width, y - 0.5 * height)
-    axes.add_patch(FancyBboxPatch(corner, width, height, boxstyle=style, facecolor=fill, edgecolor="0.35", lw=0.6))
-    axes.text(x, y, text, ha="center", va="center", fontsize=size, linespacing=1.05)
+    axes.add_patch(FancyBboxPatch(corner, width, height, boxstyle=style, facecolor=fill, edgecolor="0.35", lw=lw))
+    axes.text(x, y, text, ha="center", va="center", fontsize=size, linespacing=linespacing)
 
 
 def node(axes: Axes, x: float, y: float, text: str, radius: float, size: float = 7.0) -> None:

@@ -2,9 +2,10 @@
 
 import csv
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 
 def number(value: float, digits: int = 3) -> str:
@@ -13,6 +14,27 @@ def number(value: float, digits: int = 3) -> str:
         return f"{value:.{digits - 1}e}"
     text = f"{value:.{digits}g}"
     return f"{float(text):.0f}" if "e" in text else text
+
+
+def percent(value: float | None, digits: int = 2) -> str:
+    """A share in percent; '-' for none."""
+    return "-" if value is None else number(100.0 * value, digits)
+
+
+def median_and_p95(error: Mapping[str, float | None]) -> str:
+    """Median and 95th percentile of an error, a share, in percent; '-' where there is none."""
+    return "-" if error["median"] is None else f"{percent(error['median'])} / {percent(error['p95'])}"
+
+
+def milliseconds(seconds: Mapping[str, float]) -> str:
+    """Median and, in brackets, quartiles of seconds in milliseconds."""
+    median, low, high = (number(1e3 * seconds[name]) for name in ("median", "low", "high"))
+    return f"{median} ({low}-{high})"
+
+
+def left_out(content: Mapping[str, Any], said: Mapping[str, str]) -> str:
+    """A sentence for each list of names in a result that is not empty, begun by the words for its key."""
+    return "".join(f" {words}: {', '.join(content[key])}." for key, words in said.items() if content.get(key))
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from bem._support.wording import markdown_table
 from paper_figures.style.cost_style import paper_seconds
-from paper_figures.style.writing import Table, number
+from paper_figures.style.writing import Table, left_out, median_and_p95, milliseconds, number, percent
 
 HEADER = [
     "Tool",
@@ -39,15 +40,9 @@ def row_of(tool: dict[str, Any]) -> list[str]:
     if seconds["median"] is None:
         cells += ["-", "-"]
     else:
-        milliseconds = [number(1e3 * seconds[name]) for name in ("median", "low", "high")]
-        cells.append(f"{milliseconds[0]} ({milliseconds[1]}-{milliseconds[2]})")
         totals = tool["run_totals"]
-        cells.append(number(100.0 * np.ptp(totals) / np.median(totals), 2) if len(totals) > 1 else "-")
-    for quantity in ERRORS:
-        error = tool["errors"][quantity]
-        answered = error["median"] is not None
-        cells.append(f"{number(100 * error['median'], 2)} / {number(100 * error['p95'], 2)}" if answered else "-")
-    return cells
+        cells += [milliseconds(seconds), percent(np.ptp(totals) / np.median(totals)) if len(totals) > 1 else "-"]
+    return cells + [median_and_p95(tool["errors"][quantity]) for quantity in ERRORS]
 
 
 def fastest(tools: list[dict[str, Any]], quantity: str, wanted: float, *, batch: bool) -> str:
@@ -84,11 +79,9 @@ def choices(tools: list[dict[str, Any]]) -> list[list[str]]:
 
 def page_text(content: dict[str, Any]) -> str:
     """The table of choices as the page on cost shows it."""
-    rows = choices(content["tools"])
-    table = "\n".join("| " + " | ".join(row) + " |" for row in (CHOICES, ["---"] * len(CHOICES), *rows))
     count = f"{content['protocols']} held-out protocols, {_refined(content)} of which have a refined solution"
     words = f"Measured on {count}, one core of {content['host']}.{_left_out(content)}"
-    return f"{table}\n\n{words}"
+    return f"{markdown_table(CHOICES, choices(content['tools']))}\n\n{words}"
 
 
 def _refined(content: dict[str, Any]) -> int:
@@ -98,7 +91,7 @@ def _refined(content: dict[str, Any]) -> int:
 
 def _left_out(content: dict[str, Any]) -> str:
     said = {"missing": "Not published when this was measured", "outdated": "Trained otherwise than those compared"}
-    words = "".join(f" {word}: {', '.join(content[key])}." for key, word in said.items() if content.get(key))
+    words = left_out(content, said)
     return words if content.get("complete", True) else f"{words} The surrogates were not measured to the end."
 
 

@@ -3,43 +3,27 @@
 Reads the measurement of `experiments.effects.measure`.
 """
 
+from collections.abc import Callable
 from typing import Any
 
-from paper_figures.style.writing import Table, number
+from paper_figures.style.writing import Table, milliseconds, number, percent
 
 SAFE = ["Stand-in", "Instead of", "Over", "Safe from", "Safe to"]
 OVER = {"tabor": r"$\mu$", "decades": "decades of retardation times"}
-HEADER = [
-    "Scene",
-    r"$\mu$",
-    "Unknowns",
-    "Memory vectors",
-    "Steps",
-    "Time (ms), median (quartiles)",
-    "Time a step (µs)",
-    "Closed form",
-    "Difference (%)",
-    "Files of its own",
-    "Lines of its own elsewhere",
-]
-
-
-def row_of(row: dict[str, Any]) -> list[str]:
-    """One scene."""
-    seconds = {name: number(1e3 * row["seconds"][name]) for name in ("median", "low", "high")}
-    return [
-        row["name"],
-        number(row["tabor"]),
-        f"{row['unknowns']:.0f}",
-        str(row["memory_vectors"]),
-        str(row["steps"]),
-        f"{seconds['median']} ({seconds['low']}-{seconds['high']})",
-        f"{1e6 * row['seconds_per_step']:.0f}",
-        row["closed_form"],
-        "-" if row["error"] is None else number(100.0 * row["error"], 2),
-        ", ".join(f"{name}.py" for name in row["files"]),
-        ", ".join(f"{name}.py {count}" for name, count in row["lines_elsewhere"].items()),
-    ]
+COLUMNS: dict[str, Callable[[dict[str, Any]], str]] = {
+    "Scene": lambda row: row["name"],
+    r"$\mu$": lambda row: number(row["tabor"]),
+    "Unknowns": lambda row: f"{row['unknowns']:.0f}",
+    "Memory vectors": lambda row: str(row["memory_vectors"]),
+    "Steps": lambda row: str(row["steps"]),
+    "Time (ms), median (quartiles)": lambda row: milliseconds(row["seconds"]),
+    "Time a step (µs)": lambda row: f"{1e6 * row['seconds_per_step']:.0f}",
+    "Closed form": lambda row: row["closed_form"],
+    "Difference (%)": lambda row: percent(row["error"]),
+    "Files of its own": lambda row: ", ".join(f"{name}.py" for name in row["files"]),
+    "Lines of its own elsewhere": lambda row: ", ".join(f"{name}.py {n}" for name, n in row["lines_elsewhere"].items()),
+}
+"""Heads and cells of one scene."""
 
 
 def safe_row(row: dict[str, Any]) -> list[str]:
@@ -52,8 +36,8 @@ def compose(effects: Any) -> dict[str, Table]:
     """Write the tables."""
     path = effects["path"]
     first = Table(
-        HEADER,
-        [row_of(row) for row in effects["rows"]],
+        list(COLUMNS),
+        [[cell(row) for cell in COLUMNS.values()] for row in effects["rows"]],
         f"One path of the sphere (depth {path['depth']:g}, from {path['start']:g}, in units of $\\mu h_0$; "
         f"{path['rate']:g} a retardation time; dwell {path['dwell']:g}) under scenes that add one effect at a time, at "
         f"standard accuracy, on {effects['host']}. All scenes run functions of "

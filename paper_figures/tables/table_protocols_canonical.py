@@ -1,36 +1,24 @@
 """Table of the twelve canonical protocols: parameters, seconds of solver and surrogate, the paper's beside ours."""
 
+from collections.abc import Callable
 from typing import Any
 
 from paper_figures.style.writing import Table, number
 from paper_figures.tables.table_protocols_dataset import QUANTITIES
 
-HEADER = [
-    "Sample",
-    *QUANTITIES.values(),
-    "BEM, paper (s)",
-    "BEM, here (s)",
-    "M1-concat, paper (s)",
-    "Keras call (s)",
-    "predictor (s)",
-    "predictor in a batch (s)",
-    "pull-off error (%)",
-    "hysteresis error (%)",
-]
-
-
-def row(regime: dict[str, Any]) -> list[str]:
-    """One protocol."""
-    seconds, paper, errors = regime["seconds"], regime["paper_seconds"], regime["errors_percent"]
-    return [
-        f"({regime['sample']})",
-        *(number(regime["protocol"][name]) for name in QUANTITIES),
-        number(paper["solver"], 4),
-        number(seconds["solver"], 2),
-        number(paper["surrogate"], 2),
-        *(number(seconds[name], 2) for name in ("keras_call", "predictor", "predictor_batch")),
-        *(number(errors[name], 2) for name in ("pull_off_force", "hysteresis")),
-    ]
+COLUMNS: dict[str, Callable[[dict[str, Any]], str]] = {
+    "Sample": lambda one: f"({one['sample']})",
+    **{head: lambda one, name=name: number(one["protocol"][name]) for name, head in QUANTITIES.items()},
+    "BEM, paper (s)": lambda one: number(one["paper_seconds"]["solver"], 4),
+    "BEM, here (s)": lambda one: number(one["seconds"]["solver"], 2),
+    "M1-concat, paper (s)": lambda one: number(one["paper_seconds"]["surrogate"], 2),
+    "Keras call (s)": lambda one: number(one["seconds"]["keras_call"], 2),
+    "predictor (s)": lambda one: number(one["seconds"]["predictor"], 2),
+    "predictor in a batch (s)": lambda one: number(one["seconds"]["predictor_batch"], 2),
+    "pull-off error (%)": lambda one: number(one["errors_percent"]["pull_off_force"], 2),
+    "hysteresis error (%)": lambda one: number(one["errors_percent"]["hysteresis"], 2),
+}
+"""Heads and cells of one protocol."""
 
 
 def compose(canonical_regimes: Any) -> Table:
@@ -41,4 +29,5 @@ def compose(canonical_regimes: Any) -> Table:
         f"accuracy {config['accuracy']}; surrogate by the plain Keras call, by our predictor, and by our predictor per "
         f"trajectory of a batch of {times['config']['batch']}. Errors of {config['model']} on the measurement steps."
     )
-    return Table(HEADER, [row(regime) for regime in canonical_regimes["regimes"]], caption)
+    rows = [[cell(one) for cell in COLUMNS.values()] for one in canonical_regimes["regimes"]]
+    return Table(list(COLUMNS), rows, caption)

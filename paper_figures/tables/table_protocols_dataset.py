@@ -5,13 +5,9 @@ from typing import Any
 from paper_figures.style import drawing
 from paper_figures.style.writing import Table, number
 
-QUANTITIES = {
-    "loading_rate": r"$\hat v_L$",
-    "dwell_time": r"$\hat t_D$",
-    "unloading_rate": r"$\hat v_U$",
-    "tabor": r"$\mu$",
-    "peak_indentation": r"$\hat\delta_l$",
-}
+ORDER = ("loading_rate", "dwell_time", "unloading_rate", "tabor", "peak_indentation")
+QUANTITIES = {name: drawing.SYMBOLS[name] for name in ORDER}
+"""In the order of the paper's tables."""
 RESULTS = {
     "pull_off_force": r"$\hat P_\mathrm{po}$",
     "pull_off_time": r"$\hat t_\mathrm{po}$",

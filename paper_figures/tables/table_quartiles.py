@@ -1,10 +1,9 @@
 """Table of the held-out errors by quartile of the force MSE, the paper's beside ours; and the overall statistics."""
 
-import csv
 from typing import Any
 
+from experiments.paper_numbers import paper_rows
 from paper_figures.figures.figure_7 import QUARTILES
-from paper_figures.style import drawing
 from paper_figures.style.writing import Table, number
 
 COLUMNS = {
@@ -20,15 +19,9 @@ def cell(mean: float, sd: float, digits: int) -> str:
     return rf"{number(mean, digits)} $\pm$ {number(sd, digits)}"
 
 
-def paper_rows() -> dict[str, dict[str, float]]:
-    """The paper's table by quartile."""
-    with (drawing.PAPER_VALUES / "quartiles.csv").open(encoding="utf-8", newline="") as file:
-        return {row.pop("quartile"): {k: float(v) for k, v in row.items()} for row in csv.DictReader(file)}
-
-
 def rows(content: dict[str, Any]) -> list[list[str]]:
     """The paper's and our row for each quartile."""
-    paper, found = paper_rows(), []
+    paper, found = {row["quartile"]: row for row in paper_rows("quartiles")}, []
     for name in QUARTILES:
         theirs, ours = paper[name], content["quartiles"][name]
         found.append(

@@ -3,48 +3,42 @@
 Reads the measurement of `experiments.effects.recommendations`.
 """
 
+from collections.abc import Callable
 from typing import Any
 
-from paper_figures.style.writing import Table, number
+from paper_figures.style.writing import Table, number, percent
 
-HEADER = [
-    "Sample",
-    "Quantity",
-    "Tolerance (%)",
-    "Simplified",
-    "Kept of those simplified",
-    "Worst error (%)",
-    "Without comparison",
-    "Full (ms)",
-    "Recommended over full, median (largest)",
-    "Slower",
-    "To recommend (ms)",
-]
+COLUMNS: dict[str, Callable[[dict[str, Any]], str]] = {
+    "Sample": lambda row: row["sample"],
+    "Quantity": lambda row: row["quantity"].replace("_", " "),
+    "Tolerance (%)": lambda row: percent(row["tolerance"], 3),
+    "Simplified": lambda row: f"{row['simplified']} of {row['cases']}",
+    "Kept of those simplified": lambda row: f"{row['kept']} of {row['simplified']}",
+    "Worst error (%)": lambda row: percent(row["worst_error"]),
+    "Without comparison": lambda row: f"{row['by_estimate']} of {row['cases']}",
+    "Full (ms)": lambda row: milliseconds(row["full_seconds"]),
+    "Recommended over full, median (largest)": lambda row: ratio_text(row["ratio"]),
+    "Slower": lambda row: f"{row['slower']} of {row['simplified']}",
+    "To recommend (ms)": lambda row: milliseconds(row["seconds"]),
+}
+"""Heads and cells of one sample, quantity and tolerance; '-' where nothing was simplified."""
 
 
-def row_of(row: dict[str, Any]) -> list[str]:
-    """One sample, quantity and tolerance; seconds are medians, '-' where nothing was simplified."""
-    ratio = row["ratio"]
-    return [
-        row["sample"],
-        row["quantity"].replace("_", " "),
-        number(100.0 * row["tolerance"]),
-        f"{row['simplified']} of {row['cases']}",
-        f"{row['kept']} of {row['simplified']}",
-        "-" if row["worst_error"] is None else number(100.0 * row["worst_error"], 2),
-        f"{row['by_estimate']} of {row['cases']}",
-        "-" if row["full_seconds"]["median"] is None else number(1e3 * row["full_seconds"]["median"]),
-        "-" if ratio["median"] is None else f"{number(ratio['median'], 2)} ({number(ratio['largest'], 2)})",
-        f"{row['slower']} of {row['simplified']}",
-        number(1e3 * row["seconds"]["median"]),
-    ]
+def milliseconds(seconds: dict[str, float | None]) -> str:
+    """Median seconds in milliseconds."""
+    return "-" if seconds["median"] is None else number(1e3 * seconds["median"])
+
+
+def ratio_text(ratio: dict[str, float | None]) -> str:
+    """Median and largest ratio."""
+    return "-" if ratio["median"] is None else f"{number(ratio['median'], 2)} ({number(ratio['largest'], 2)})"
 
 
 def compose(recommendations: Any) -> Table:
     """Write the table."""
     return Table(
-        HEADER,
-        [row_of(row) for row in recommendations["results"]],
+        list(COLUMNS),
+        [[cell(row) for cell in COLUMNS.values()] for row in recommendations["results"]],
         "The recommended scene against the full one on random samples: the paper's box, one ten times wider with "
         "random modulus ratios, ten-term solids, contacts without adhesion, and two loads with a partial unloading "
         f"between; both simulated to {number(recommendations['accuracy'])}. Kept: the error stayed "

@@ -15,7 +15,7 @@ from bem._support.outputs import Outputs
 from surrogate.architectures.naming import names, split_name
 from surrogate.architectures.registry import load_architectures
 from surrogate.backend import import_keras, limit_threads
-from surrogate.cli.predict import ArchitectureOption, export, predict
+from surrogate.cli.predict import ArchitectureOption, FoundOption, export, predict
 from surrogate.inference.model_files import find_model, model_roots
 from surrogate.training.publishing import model_name, require_place
 from surrogate.training.queue import STOP_FILE, STOPPED, StopRequest, run_queue
@@ -30,9 +30,6 @@ DatasetOption = Annotated[Path, typer.Option(help="Data set file.")]
 RecipeOption = Annotated[str, typer.Option(help="A recipe's name (paper, swift) or a TOML file.")]
 RunsOption = Annotated[Path, typer.Option(help="Where runs keep checkpoints; a file called STOP there stops them.")]
 ModelsOption = Annotated[Path, typer.Option(help="Where finished models are published.")]
-FoundOption = Annotated[
-    Path | None, typer.Option(help="Where models are published, instead of the places `surrogate.load` looks at.")
-]
 EpochsOption = Annotated[int | None, typer.Option(help="Epochs, instead of the recipe's.")]
 ThreadsOption = Annotated[int | None, typer.Option(help="Threads of the backend; as many as it likes by default.")]
 SeedOption = Annotated[int | None, typer.Option(help="Seed of weights and batches, instead of the recipe's.")]

@@ -13,7 +13,9 @@ ArchitectureOption = Annotated[
     list[Path] | None,
     typer.Option(help="A Python file that registers an architecture; may be repeated."),
 ]
-
+FoundOption = Annotated[
+    Path | None, typer.Option(help="Where models are published, instead of the places `surrogate.load` looks at.")
+]
 
 USUAL_MODULUS_RATIO = 0.1
 """The modulus ratio of the published data set, for checks of a model that does not record its own."""
@@ -37,7 +39,7 @@ def predict(
         float | None, typer.Option(help="Modulus ratio of the check, if it shall be another than the model's.")
     ] = None,
     backend: Annotated[str, typer.Option(help="onnx or keras.")] = "onnx",
-    models: Annotated[Path | None, typer.Option(help="Where models are published.")] = None,
+    models: FoundOption = None,
     architecture: ArchitectureOption = None,
 ) -> None:
     """Predict the force of a protocol, of many, or of any indentation history.
@@ -46,9 +48,10 @@ def predict(
     --unloading-rate 10 --check --plot prediction.png
     """
     from bem._support.outputs import IMAGES, Outputs, require_suffix
+    from bem.dataset.designs import QUANTITIES
     from surrogate.architectures.registry import load_architectures
     from surrogate.cli.comparison import plot_predictions, simulate_same, solver_errors, solver_force
-    from surrogate.cli.predict_io import PROTOCOL_COLUMNS, read_table, to_json, write_trajectories
+    from surrogate.cli.predict_io import read_table, to_json, write_trajectories
     from surrogate.inference.histories import predict_history
     from surrogate.inference.predictor import Surrogate
     from surrogate.inference.validity import advice
@@ -56,7 +59,7 @@ def predict(
     require_suffix(out, (".csv", ".json"))
     require_suffix(plot, IMAGES)
     given = (tabor, peak_indentation, loading_rate, dwell_time, unloading_rate)
-    options = dict(zip(PROTOCOL_COLUMNS, given, strict=True))
+    options = dict(zip(QUANTITIES, given, strict=True))
     table = read_table(source) if source is not None else None
     load_architectures(architecture or ())
     with Outputs(out, plot) as outputs:
@@ -109,7 +112,7 @@ def export(
     name: Annotated[str, typer.Argument(help="A published model, or a model directory.")],
     file_format: Annotated[str, typer.Option("--format", help="onnx.")] = "onnx",
     out: Annotated[Path | None, typer.Option(help="Write it here, and only here.")] = None,
-    models: Annotated[Path | None, typer.Option(help="Where models are published.")] = None,
+    models: FoundOption = None,
     architecture: ArchitectureOption = None,
 ) -> None:
     """Write a trained model as one file that takes physical inputs, beside its weights unless `--out` says where."""

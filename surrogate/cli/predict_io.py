@@ -28,13 +28,14 @@ from typing import Any
 import numpy as np
 
 from bem._support.outputs import require_suffix
+from bem._support.plain_json import plain
 from bem._support.wording import shortened, shown
+from bem.dataset.designs import QUANTITIES
 
-PROTOCOL_COLUMNS = ("tabor", "peak_indentation", "loading_rate", "dwell_time", "unloading_rate")
 HISTORY_COLUMNS = ("time", "indentation")
 EDGE, TABOR, TRAJECTORY = "edge", "tabor", "trajectory"
 READ_OVER = ("force", "solver_force", "phase", TRAJECTORY)
-WANTED = f"the columns {', '.join(PROTOCOL_COLUMNS)} of protocols, or {', '.join(HISTORY_COLUMNS)} of a history"
+WANTED = f"the columns {', '.join(QUANTITIES)} of protocols, or {', '.join(HISTORY_COLUMNS)} of a history"
 
 # Python reads more as a number, such as 1_0, than other programs write.
 NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
@@ -96,13 +97,13 @@ def read_table(path: Path) -> Table:
         raise ValueError(f"Expected an input file that can be read. Received: {path} ({error.strerror})") from error
     read = Table(path, *_csv_columns(text, path)) if path.suffix == ".csv" else Table(path, _json_columns(text, path))
     names = set(read.columns)
-    if names != {*PROTOCOL_COLUMNS} and not {*HISTORY_COLUMNS} <= names <= {*HISTORY_COLUMNS, EDGE, TABOR, *READ_OVER}:
+    if names != {*QUANTITIES} and not {*HISTORY_COLUMNS} <= names <= {*HISTORY_COLUMNS, EDGE, TABOR, *READ_OVER}:
         found = shortened(", ".join(sorted(names)))
         raise ValueError(f"Expected {WANTED} (and {EDGE} and {TABOR}, if known). Received: {found} in {path}")
     if not all(read.columns.values()):
         raise ValueError(f"Expected at least one row of numbers. Received: {path}, which has none")
     if not read.is_history:
-        return replace(read, columns={name: read.numbers(name) for name in PROTOCOL_COLUMNS})
+        return replace(read, columns={name: read.numbers(name) for name in QUANTITIES})
     columns = {name: read.numbers(name) for name in read.columns if name not in READ_OVER}
     if len(set(map(str, read.columns.get(TRAJECTORY, ())))) > 1:
         raise ValueError(f"Expected the history of one trajectory. Received: several in {path}")
@@ -154,11 +155,11 @@ def to_json(
     """Return scalars and arrays as a JSON list; what is absent is null."""
     content = []
     for number, found in enumerate(trajectories):
-        entry = found.summary() | {name: getattr(found, name).tolist() for name in ("time", "indentation", "force")}
+        entry = found.summary() | {name: getattr(found, name) for name in ("time", "indentation", "force")}
         if solver_forces:
-            entry["solver_force"] = solver_forces[number].tolist()
+            entry["solver_force"] = solver_forces[number]
         content.append(entry | ({"check": checks[number]} if checks else {}))
-    return json.dumps(_without_nan(content))
+    return json.dumps(plain(content))
 
 
 def _csv_columns(text: str, path: Path) -> tuple[dict[str, list[Any]], tuple[int, ...]]:
@@ -225,11 +226,3 @@ def _number(cell: Any) -> float:
         return float(cell) if isinstance(cell, int | float) and not isinstance(cell, bool) else math.nan
     except OverflowError:
         return math.inf
-
-
-def _without_nan(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {key: _without_nan(item) for key, item in value.items()}
-    if isinstance(value, list):
-        return [_without_nan(item) for item in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value

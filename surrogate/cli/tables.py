@@ -12,6 +12,7 @@ from collections.abc import Iterable, Sequence
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
+from bem._support.wording import markdown_table
 from surrogate.architectures.naming import (
     CONDITIONINGS,
     CONDITIONINGS_OF,
@@ -66,15 +67,15 @@ def installed() -> str:
 
 def parameter_table() -> str:
     """Return a Markdown table of trainable parameters; a star marks the counts the paper states."""
-    lines = [f"| family | {' | '.join(CONDITIONINGS)} |", f"|---|{'---:|' * len(CONDITIONINGS)}"]
+    rows = []
     for family, words in FAMILIES.items():
         cells = []
         for conditioning in CONDITIONINGS:
             name = f"{family}-{conditioning}"
             star = " *" if name in PAPER_PARAMETER_COUNTS else ""
             cells.append(f"{_size(name)}{star}" if conditioning in CONDITIONINGS_OF.get(family, CONDITIONINGS) else "")
-        lines.append(f"| {family}: {words} | {' | '.join(cells)} |")
-    return "\n".join(lines)
+        rows.append([f"{family}: {words}", *cells])
+    return markdown_table(["family", *CONDITIONINGS], rows, "l" + "r" * len(CONDITIONINGS))
 
 
 def _published(path: Path) -> tuple[str, ...]:

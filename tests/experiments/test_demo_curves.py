@@ -1,4 +1,3 @@
-import csv
 import json
 from pathlib import Path
 
@@ -7,6 +6,7 @@ import pytest
 
 from bem.dataset.designs import QUANTITIES
 from experiments import demo_curves
+from experiments.paper_numbers import paper_rows
 from surrogate.data.dataset import Split, TrajectoryDataset
 
 ROOT = Path(__file__).parents[2]
@@ -54,15 +54,14 @@ def test_tracked_curves_are_of_the_published_data_set(tracked, dataset):
 
 
 def test_tracked_curves_hold_the_papers_samples(tracked):
-    with (ROOT / demo_curves.PROTOCOLS).open(encoding="utf-8", newline="") as file:
-        rows = list(csv.DictReader(file))
+    rows = paper_rows("canonical_protocols")
     curves = [curve for curve in tracked["curves"] if curve["kind"] == "paper"]
-    assert [curve["name"] for curve in curves] == [f"paper-{row['sample']}" for row in rows]
-    assert [curve["protocol"] for curve in curves] == [{name: float(row[name]) for name in QUANTITIES} for row in rows]
+    assert [curve["name"] for curve in curves] == [f"paper-{row['sample']:g}" for row in rows]
+    assert [curve["protocol"] for curve in curves] == [{name: row[name] for name in QUANTITIES} for row in rows]
 
 
 def test_a_sample_is_simulated_on_the_measurement_steps(tracked):
-    row = {"sample": "12", **{name: str(value) for name, value in tracked["curves"][11]["protocol"].items()}}
+    row = {"sample": 12.0, **tracked["curves"][11]["protocol"]}
     curve = demo_curves.paper_curve(row)
     assert curve["results"]["pull_off_force"] == pytest.approx(
         tracked["curves"][11]["results"]["pull_off_force"], rel=5e-3

@@ -23,11 +23,12 @@ def test_the_help_of_a_study_says_how_it_is_called(name, monkeypatch, capsys):
     assert f"Usage: python -m experiments {name} " in said.out
 
 
-def test_an_unknown_study_is_one_sentence(monkeypatch, capsys):
-    code, said = run(monkeypatch, capsys, "no_study")
+@pytest.mark.parametrize("name", ["no_study", "cases"])
+def test_an_unknown_study_or_what_studies_share_is_one_sentence(name, monkeypatch, capsys):
+    code, said = run(monkeypatch, capsys, name)
     assert (code, said.err.count("\n")) == (2, 1)
     assert "persson_brener" in said.err
-    assert "received 'no_study'" in said.err
+    assert f"received {name!r}" in said.err
 
 
 def test_an_option_that_may_be_repeated_is_collected_and_one_that_must_be_given_is_asked_for():

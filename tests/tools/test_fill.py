@@ -58,6 +58,20 @@ def test_the_table_of_targets_comes_from_the_registry(tmp_path):
     assert found["machine"] == "Some Processor"
 
 
+def test_the_guide_shows_the_seconds_that_are_published_or_says_that_none_are(tmp_path):
+    content = {"host": "Some Processor", "model": "M1-concat", "steps": 200, "share_above_50_microseconds": 0.0}
+    content["microseconds"] = {"median": 31.0, "p99": 40.0, "p99_9": 45.0, "worst": 90.0}
+    (tmp_path / "measurements").mkdir()
+    (tmp_path / "measurements" / "stream_latency.json").write_text(json.dumps(content), encoding="utf-8")
+    page = (PATH.parents[1] / "docs" / "control.md").read_text(encoding="utf-8")
+    once = fill.filled(page, fill.values_for(page, tmp_path))
+    assert "M1-concat, 200 steps: median 31.0 us" in once
+    assert "on one core of Some Processor." in once
+    assert once.count("Not measured yet: `make bench-surrogate docs-control`.") == 1
+    assert "make bench-stream docs-control" not in once
+    assert fill.filled(once, fill.values_for(once, tmp_path)) == once
+
+
 def test_documents_are_up_to_date_and_a_stale_one_is_told(tmp_path):
     copy = tmp_path / "REPRODUCING.md"
     shutil.copy(PATH.parents[1] / "REPRODUCING.md", copy)

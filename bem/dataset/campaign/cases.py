@@ -1,7 +1,7 @@
 """Campaigns of any scenes and protocols, and their file of whole trajectories.
 
 Where a data set holds protocols of three phases at fixed measurement steps, this file holds for every case the scene,
-the indentation history and what `bem.simulate` returned. The tree is written down in docs/cluster.md. Units as in
+the indentation history and what `bem.simulate` returned. docs/cluster.md describes its groups. Units as in
 `bem.trajectory`.
 """
 
@@ -95,17 +95,17 @@ class Cases:
         return len(self.cases)
 
     def identity(self, solver: Solver | None = None) -> dict[str, Any]:
-        """Everything that decides the numbers."""
+        """Everything that determines the numbers."""
         digest = hashlib.sha256(json.dumps(self._texts).encode()).hexdigest()
         plain = {"cases": digest, "count": len(self), "accuracy": self.accuracy}
         return plain | {"solver": solver_name(solver)}
 
     def shard_path(self, out: Path) -> Path:
-        """Where the file goes: a share of the cases is a list of its own."""
+        """Where the file goes; there are no shards, since a share of the cases is itself a list of cases."""
         return out
 
     def expected_seconds(self, indices: np.ndarray) -> FloatArray:
-        """What some of the cases may take, shape (n,); a history takes as long as its segments together."""
+        """Seconds that some of the cases may take, shape (n,); a history takes as long as its segments together."""
         chosen = [self.cases[index] for index in indices]
         paths = [_history(scene, protocol) for scene, protocol in chosen]
         travel = [np.sum(np.maximum(path.indentations[1:], path.indentations[:-1]).clip(0.0)) for path in paths]
@@ -118,7 +118,7 @@ class Cases:
 
     @property
     def simulator(self) -> functools.partial:
-        """What a worker makes a record with, of an index, an item and a solver."""
+        """The function by which a worker turns an index, an item and a solver into a record."""
         return functools.partial(_simulated, self.accuracy)
 
     def failed(self, index: int, reason: str) -> CaseRecord:
@@ -157,7 +157,7 @@ class Cases:
         return _read(path)[:2]
 
     def write(self, path: Path, columns: Columns, attributes: dict[str, Any], scratch: Path | None) -> None:
-        """Write the file; `scratch` is a folder for its temporary.
+        """Write the file; `scratch` is the folder of its temporary file.
 
         Raises:
             OSError: nothing was written.
@@ -179,7 +179,7 @@ def load_cases(path: str | Path) -> list[Case]:
 
     Raises:
         FileNotFoundError: no such file.
-        DamagedFileError: a `ValueError`; damaged, or what is in the file does not fit together.
+        DamagedFileError: a `ValueError`; the file is damaged, or its parts are inconsistent.
         ValueError: not such a file, or of another version of the format.
     """
     return _read(Path(path))[2]
@@ -198,7 +198,7 @@ def _read(path: Path) -> tuple[Columns, dict[str, Any], list[Case]]:
             for name in ("wall_seconds", "core_seconds"):
                 attributes[name] = float(attributes[name])
             dict(attributes["campaign"])
-        except Exception as error:  # of a damaged file the library may say anything
+        except Exception as error:  # on a damaged file the library may raise any error
             raise DamagedFileError(
                 f"expected a complete file of cases; received {str(path)!r}, which cannot be read "
                 f"({shortened(str(error)) or type(error).__name__})"
@@ -226,7 +226,7 @@ def _history(scene: Scene, protocol: Protocol) -> PiecewiseLinearProtocol:
 
 
 def _simulated(accuracy: str | float, index: int, case: tuple[Scene, Protocol], solver: Solver) -> CaseRecord:
-    # A batch never dies of one bad case, whatever is raised.
+    # One failing case must not end the batch, whatever error it raises.
     try:
         trajectory = solver(*case, accuracy=accuracy)
         finite = all(np.all(np.isfinite(getattr(trajectory, name))) for name in ARRAYS)
@@ -235,13 +235,13 @@ def _simulated(accuracy: str | float, index: int, case: tuple[Scene, Protocol], 
         return CaseRecord(index, FAILED, f"{type(error).__name__}: {error}")
     if not finite:
         return CaseRecord(index, FAILED, "the solver returned numbers that are not finite")
-    # A copy leaves behind what the trajectory has computed meanwhile.
+    # A copy drops what the trajectory has computed and kept since.
     status, reason = (COMPLETED, "") if trajectory.completed else (FAILED, trajectory.status)
     return CaseRecord(index, status, reason, replace(trajectory), scalars)
 
 
 def _outcome(trajectory: Trajectory | None) -> str:
-    """What a trajectory holds beside its arrays, as JSON, which knows no NaN: what is none is left out."""
+    """What a trajectory holds besides its arrays, as JSON, which has no NaN: such numbers are left out."""
     if trajectory is None:
         return "null"
     names = ("status", "accuracy", "energy_balance", "jumps", "stats")

@@ -1,9 +1,9 @@
-"""What a running campaign has done so far: a file for each batch beside the data set to come, so that nothing is lost.
+"""The finished batches of a running campaign, one file each beside the future data set: an interruption loses none.
 
-`FILE.h5.parts/` holds a lock and, for each campaign under way there, a folder named by the digest of what it computes:
-`campaign.json` (in words) and the batches, named by the digest of campaign and contents. A batch that was cut short,
-altered or brought from elsewhere does not match its name and is computed again. Files of any other name are neither
-removed nor written over.
+`FILE.h5.parts/` holds a lock and, for each campaign that is under way there, a folder named by the digest of what it
+computes. The folder holds `campaign.json`, a description, and the batches, named by the digest of campaign and
+contents. A batch that was cut short, altered or copied from another campaign does not match its name and is computed
+again. Files of any other name are neither removed nor overwritten.
 """
 
 import hashlib
@@ -32,7 +32,7 @@ class CampaignError(RuntimeError):
 
 
 def differences(wanted: Mapping[str, Any], found: Mapping[str, Any]) -> str:
-    """In words, where two descriptions of a campaign differ; empty when they do not."""
+    """Say where two descriptions of a campaign differ; empty when they do not."""
     names = [name for name in {**wanted, **found} if wanted.get(name) != found.get(name)]
     if names == ["solver"]:
         return "it was made by another version of the solver"
@@ -43,13 +43,13 @@ class CampaignCheckpoint:
     """The batches of one campaign, locked while in use.
 
     Args:
-        out: the data set file to come.
+        out: the future data set file.
         identity: what is computed.
-        replace: begin beside another campaign's batches, which go once this one is complete, instead of refusing.
+        replace: start although batches of another campaign are there; they are removed once this one is complete.
 
     Raises:
         ValueError: batches of another campaign are there, or files that no campaign wrote.
-        CampaignError: another process is at it, or the place cannot be written.
+        CampaignError: another process is writing there, or the place cannot be written.
     """
 
     def __init__(self, out: Path, identity: Mapping[str, Any], *, replace: bool = False) -> None:
@@ -83,7 +83,7 @@ class CampaignCheckpoint:
             self.place.rmdir()
 
     def discard(self) -> None:
-        """Remove batches that outlived the data set made of them, unless somebody is at them."""
+        """Remove batches that remain although their data set is complete, unless another process is using them."""
         if self.folder.is_dir():
             with suppress(CampaignError, OSError):
                 self._acquire()
@@ -158,7 +158,7 @@ class CampaignCheckpoint:
         return f"part-{digest.hexdigest()[:24]}"
 
     def add(self, columns: Columns, core_seconds: float, origin: dict[str, Any]) -> None:
-        """Save a batch, what it took a worker, and the versions and host of that.
+        """Save a batch, the seconds that its worker took, and the versions and host of that worker.
 
         Raises:
             CampaignError: it could not be written.
@@ -180,7 +180,7 @@ class CampaignCheckpoint:
         self._charge(cost["wall_seconds"], core_seconds, origin)
 
     def take(self, attributes: Mapping[str, Any]) -> None:
-        """Count what an earlier file cost, and where it comes from, with what is saved here."""
+        """Add the cost and the origin of an earlier file to those of the batches saved here."""
         self._charge(attributes["wall_seconds"], attributes["core_seconds"], {})
         self.origins.append({name: attributes[name] for name in ("versions", "host")})
 
@@ -191,7 +191,7 @@ class CampaignCheckpoint:
             self.origins.append(origin)
 
     def remove(self, *, others: bool = False) -> None:
-        """Remove the batches, once the data set is in place, and those of other campaigns where it replaces theirs."""
+        """Remove the batches once the data set is complete; with `others`, those of the campaigns it replaces too."""
         with suppress(OSError):
             for folder in self._folders():
                 if others or folder == self.folder:

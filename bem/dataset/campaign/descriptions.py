@@ -15,7 +15,7 @@ _VOCABULARY = (materials, protocol, scene, tractions)
 
 
 def described(value: Any) -> Any:
-    """An object of one of the public classes as JSON holds it.
+    """Describe an object of one of the public classes by what JSON can hold.
 
     Raises:
         ValueError: an object of another class, which could not be read again.
@@ -30,10 +30,10 @@ def described(value: Any) -> Any:
 
 
 def restored(description: Any) -> Any:
-    """The object that `described` made this of.
+    """Return the object of a description by `described`.
 
     Raises:
-        ValueError: it describes none.
+        ValueError: this is no such description.
     """
     if not isinstance(description, dict):
         return tuple(description) if isinstance(description, list) else description

@@ -1,7 +1,7 @@
 """Where batches of work run: processes of this machine (loky) or the workers of a Dask scheduler.
 
-Both give futures. Workers may die: a batch is then started again, and one on which they die
-every time is divided into its items, which run alone; an item that still kills its worker is given up.
+Both return futures. When a worker dies, its batch is started again. A batch whose worker dies every time is divided
+into its items, which run alone; an item whose worker still dies is given up.
 """
 
 import asyncio
@@ -45,7 +45,7 @@ class Executor(ABC):
 
     workers: int
     in_flight: int
-    """Batches given out at a time."""
+    """Batches submitted at a time."""
     patience = 1
     """How often a batch may lose its worker."""
 
@@ -62,7 +62,7 @@ class Executor(ABC):
 
     @abstractmethod
     def result(self, future: Future) -> Any:
-        """What came of a batch, or `WorkerDiedError`."""
+        """Return the result of a batch, or raise `WorkerDiedError`."""
 
     def run(self, batches: Sequence[Batch], task: Task) -> Iterator[Outcome]:
         """Outcomes in the order they arrive; batches are started in the order given."""
@@ -122,7 +122,7 @@ class LocalExecutor(Executor):
                 return self._processes.submit(task, batch)
 
     def result(self, future: Future) -> Any:
-        """What came of a batch, or `WorkerDiedError`."""
+        """Return the result of a batch, or raise `WorkerDiedError`."""
         try:
             return future.result()
         except BrokenProcessPool as error:
@@ -131,13 +131,13 @@ class LocalExecutor(Executor):
     def __exit__(self, *error: object) -> None:
         """Leave the workers to the next campaign; end them at once after an error."""
         if error[0] is not None and self._processes is not None:
-            with _unheard("ExecutorManagerThread"):  # which may look for a batch that was just called off
+            with _unheard("ExecutorManagerThread"):  # which may look for a batch that was just cancelled
                 self._processes.shutdown(wait=True, kill_workers=True)
 
 
 @contextmanager
 def _unheard(thread: str) -> Iterator[None]:
-    """Drop what a thread of that name fails with; others are reported as before."""
+    """Suppress errors in a thread of that name; those of other threads are reported as before."""
     former = threading.excepthook
     threading.excepthook = lambda failure: None if failure.thread and failure.thread.name == thread else former(failure)
     try:
@@ -166,8 +166,8 @@ class ClusterExecutor(Executor):
         patience: seconds to wait for the scheduler, and for its first worker.
 
     Raises:
-        ValueError: Dask is not installed, or the address makes no sense.
-        CampaignError: nobody answers there, or the scheduler has no workers.
+        ValueError: Dask is not installed, or the address is malformed.
+        CampaignError: no scheduler answers there, or it has no workers.
     """
 
     def __init__(self, address: str, patience: float = 10.0) -> None:
@@ -201,7 +201,7 @@ class ClusterExecutor(Executor):
         self.in_flight = max(4 * self.workers, 256)  # more workers may join
 
     def __exit__(self, *error: object) -> None:
-        """Call off what is still running and close the connection."""
+        """Cancel what is still running and close the connection."""
         with suppress(Exception):
             self._client.close()
 
@@ -210,7 +210,7 @@ class ClusterExecutor(Executor):
         return self._client.submit(task, batch, pure=False)
 
     def result(self, future: Future) -> Any:
-        """What came of a batch, or `WorkerDiedError`; a `CampaignError` where the work cannot go on."""
+        """Return the result of a batch; raise `WorkerDiedError`, or `CampaignError` where the work cannot continue."""
         try:
             return future.result()
         except self._died as error:
@@ -227,7 +227,7 @@ def scheduler_address(address: str) -> str:
     """The address of a scheduler with its scheme, 'tcp' unless another is given.
 
     Raises:
-        ValueError: no scheme that Dask speaks between machines, no host or no port.
+        ValueError: a scheme that Dask does not use between machines, or no host or port.
     """
     try:
         parts = urlsplit(address if "://" in address else f"tcp://{address}")

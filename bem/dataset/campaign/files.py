@@ -1,4 +1,4 @@
-"""What is done with data set files once campaigns have written them: their campaign told, shards joined."""
+"""Operations on the data set files that campaigns have written: find the campaign, join shards."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -16,10 +16,10 @@ from bem.dataset.records import Record, untabulate
 
 
 def campaign_of(attributes: dict[str, Any]) -> Campaign:
-    """The campaign that a data set file with these root attributes holds.
+    """Return the campaign of a data set file with these root attributes.
 
     Raises:
-        ValueError: they describe none.
+        ValueError: they describe no campaign.
     """
     identity = attributes["campaign"]
     try:
@@ -40,8 +40,8 @@ def merge(shards: Sequence[str | Path], out: str | Path, *, command: str = "", r
     """Join the data set files of all shards of a campaign into one.
 
     Raises:
-        FileNotFoundError, ValueError: for files that are no data sets, of different campaigns, given twice or missing,
-            or a name that does not end as those of HDF5 files do.
+        FileNotFoundError, ValueError: for files that are not data sets, belong to different campaigns, overlap or are
+            incomplete, or for an `out` that does not end in .h5 or .hdf5.
         CampaignError: when the result cannot be written.
     """
     if not shards:

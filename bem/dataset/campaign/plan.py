@@ -19,7 +19,7 @@ from bem.dataset.records import Columns, Record, Settings, failed, simulate_reco
 
 @dataclass(frozen=True, kw_only=True)
 class Campaign:
-    """What is computed.
+    """Protocols of a design, and how each of them is simulated.
 
     Args:
         design: where protocols come from.
@@ -73,7 +73,7 @@ class Campaign:
         )
 
     def identity(self, solver: Solver | None = None) -> dict[str, Any]:
-        """Everything that decides the numbers."""
+        """Everything that determines the numbers."""
         return {
             "design": self.design.name,
             "ranges": {name: list(bounds) for name, bounds in self.design.ranges.items()},
@@ -94,7 +94,7 @@ class Campaign:
         return out.with_name(f"{out.stem}.shard-{self.shard[0]}-of-{self.shard[1]}{out.suffix}")
 
     def expected_seconds(self, indices: np.ndarray) -> FloatArray:
-        """What some of the trajectories may take, shape (n,)."""
+        """Seconds that some of the trajectories may take, shape (n,)."""
         return expected_seconds({name: values[indices] for name, values in self.protocols.items()}, self.accuracy)
 
     def items(self, indices: np.ndarray) -> list[tuple[float, ...]]:
@@ -103,7 +103,7 @@ class Campaign:
 
     @property
     def simulator(self) -> functools.partial:
-        """What a worker makes a record with, of an index, an item and a solver."""
+        """The function by which a worker turns an index, an item and a solver into a record."""
         return functools.partial(_simulated, self.settings)
 
     def failed(self, index: int, reason: str) -> Record:
@@ -128,7 +128,7 @@ class Campaign:
         return dataset.columns, dataset.attributes
 
     def write(self, path: Path, columns: Columns, attributes: dict[str, Any], scratch: Path | None) -> None:
-        """Write the file; `scratch` is a folder for its temporary.
+        """Write the file; `scratch` is the folder of its temporary file.
 
         Raises:
             OSError: nothing was written.

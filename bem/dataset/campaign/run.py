@@ -1,6 +1,6 @@
 """Thousands of trajectories, simulated on all cores or a cluster, into one file.
 
-Workers, interruptions and the order of arrival leave no trace in the numbers, only in the seconds.
+Workers, interruptions and the order of arrival do not change the numbers, only the seconds.
 """
 
 from collections import Counter
@@ -24,12 +24,12 @@ from bem.dataset.opening import DamagedFileError
 from bem.dataset.records import COMPLETED, FAILED, Columns
 
 Progress = Callable[[int, int], None]
-"""Told how many trajectories are done and how many of them failed."""
+"""Called with the number of trajectories that are done and of those that failed."""
 
 
 @dataclass(frozen=True)
 class Summary:
-    """What came of a campaign.
+    """The outcome of a campaign.
 
     Args:
         path: the file.
@@ -69,19 +69,18 @@ def run_campaign(
         out: the file, whose name ends in .h5 or .hdf5; work in progress is kept beside it.
         workers: processes of this machine; as many as cores by default.
         cluster: address of a Dask scheduler to use instead.
-        replace: let the new file take the place of another campaign's, once it is complete.
+        replace: replace the file of another campaign, once the new one is complete.
         retry_failed: compute trajectories that failed in an earlier call again.
         solver: a stand-in for `bem.simulate`, importable by the workers.
         command: what the user typed, for the record.
-        progress: told of results as they arrive.
+        progress: called as results arrive.
 
     Returns:
-        what came of it; a complete file of the same campaign is left alone.
+        the outcome; a complete file of the same campaign is left unchanged.
 
     Raises:
-        ValueError: for a file of another campaign at `out`, one that is none, or a name that does not end as those of
-            HDF5 files do.
-        CampaignError: when the work cannot go on; saved work is kept.
+        ValueError: for an `out` that holds another campaign or no data set, or does not end in .h5 or .hdf5.
+        CampaignError: when the work cannot continue; saved work is kept.
     """
     require_suffix(out, SUFFIXES)
     path = followed(campaign.shard_path(Path(out)))
@@ -124,7 +123,7 @@ def run_campaign(
             progress(len(done), failed)
         columns = campaign.columns(done.values())
         attributes = {"campaign": identity, **checkpoint.seconds, "workers": executor.workers}
-        # Each process at its largest: no less than all held at once.
+        # The sum of each process's largest memory is an upper bound of what all held at once.
         attributes["peak_memory"] = peak_memory() + executor.workers * memory
         attributes |= provenance(command) | merged(checkpoint.origins)
         write_file(campaign, path, columns, attributes, checkpoint.folder)
@@ -133,7 +132,7 @@ def run_campaign(
 
 
 def followed(path: Path) -> Path:
-    """The path itself, or what it links to, so that writing replaces that and not the link.
+    """The path itself, or the target of a link, so that writing replaces the target and not the link.
 
     Raises:
         ValueError: a link that leads in circles.
@@ -170,7 +169,7 @@ def existing(
 def write_file(
     campaign: Campaign | Cases, path: Path, columns: Columns, attributes: dict[str, Any], scratch: Path | None = None
 ) -> None:
-    """Write the file of a campaign; `scratch` is where its temporary goes.
+    """Write the file of a campaign; `scratch` is the folder of its temporary file.
 
     Raises:
         CampaignError: it could not be written.

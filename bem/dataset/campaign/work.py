@@ -64,7 +64,7 @@ def _warm_solver() -> Solver:
 
 @dataclass(frozen=True)
 class Arrival:
-    """What comes back for a batch.
+    """The results of a batch.
 
     Args:
         records: one for each trajectory.
@@ -100,7 +100,7 @@ def results(campaign: Any, indices: np.ndarray, executor: Executor, solver: Solv
     """Some of a campaign's trajectories, as they arrive.
 
     Raises:
-        CampaignError: the work cannot go on.
+        CampaignError: the work cannot continue.
     """
     if not len(indices):
         return

@@ -1,8 +1,6 @@
 """The latency measurements measure what they say."""
 
 import json
-import sys
-from pathlib import Path
 
 import pytest
 
@@ -12,8 +10,6 @@ from surrogate.data.scaling import Scaling
 from surrogate.inference.keras_backend import KerasBackend
 from surrogate.inference.predictor import Surrogate
 from tools import manifest
-
-CONTROL = Path(__file__).parents[3] / "docs" / "control.md"
 
 
 @pytest.fixture
@@ -56,31 +52,3 @@ def test_what_is_measured_can_be_published(stand_in, tmp_path):
     entry = manifest.read(tmp_path)["stream.json"]
     assert entry["command"] == "python -m experiments bench_surrogate --stream --model M1-concat --steps 200"
     assert {"python", "numba", "onnxruntime", "keras"} <= entry["versions"].keys()
-
-
-def test_the_guide_shows_what_is_published_or_says_that_nothing_is(stand_in, tmp_path, capsys):
-    page = tmp_path / "control.md"
-    page.write_text(CONTROL.read_text(encoding="utf-8"), encoding="utf-8")
-    stream, absent = tmp_path / "stream.json", tmp_path / "absent.json"
-    bench_surrogate.main(stream=True, steps=200, out=stream, busy=True)
-    printed = capsys.readouterr().out.strip()
-    for _ in range(2):
-        bench_surrogate.show(page, absent, stream)
-    text = page.read_text(encoding="utf-8")
-    assert text.count(printed) == 1
-    assert f"on one core of {json.loads(stream.read_text(encoding='utf-8'))['host']}." in text
-    assert text.count("Not measured yet: `make bench-surrogate docs-control`.") == 1
-    assert "make bench-stream docs-control" not in text
-    page.write_text("no places", encoding="utf-8")
-    with pytest.raises(ValueError, match="the page must hold <!-- seconds of a prediction -->"):
-        bench_surrogate.show(page)
-
-
-def test_showing_measures_nothing(tmp_path, monkeypatch):
-    page = tmp_path / "control.md"
-    page.write_text(CONTROL.read_text(encoding="utf-8"), encoding="utf-8")
-    monkeypatch.setattr(sys, "argv", ["bench_surrogate", "--page", str(page)])
-    monkeypatch.setattr(bench_surrogate, "measure_predictions", None)
-    with pytest.raises(SystemExit) as ended:
-        bench_surrogate.run_main(bench_surrogate.main)
-    assert ended.value.code == 0

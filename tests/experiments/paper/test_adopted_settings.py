@@ -20,6 +20,6 @@ def test_the_protocols_of_the_short_range_limit_differ_in_one_quantity():
 
 def test_protocols_that_differ_otherwise_are_refused(monkeypatch):
     rows = [dict.fromkeys(adopted_settings.common.QUANTITIES, value) for value in (1.0, 2.0)]
-    monkeypatch.setattr(adopted_settings.common, "paper_protocols", lambda _: rows)
+    monkeypatch.setattr(adopted_settings, "paper_rows", lambda _: rows)
     with pytest.raises(ValueError, match="differ in the unloading rate alone"):
         adopted_settings.crack_protocol()

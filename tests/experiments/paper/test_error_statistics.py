@@ -1,5 +1,6 @@
 import csv
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -192,7 +193,7 @@ def test_feature_sets_differ_in_nothing_else():
     config = {"architecture": "M1-concat", "recipe": "swift", "epochs": 0, "sets": ["A", "D"]}
     found = feature_variants(config)
     assert found["A"].features == "A"
-    assert found["A"].command(dataset="d", work=common.RESULTS)[:2] == ["train", "M1-concat"]
+    assert found["A"].command(dataset="d", work=Path("work"))[:2] == ["train", "M1-concat"]
     assert {(v.recipe, v.fraction, v.epochs) for v in found.values()} == {("swift", 1.0, 0)}
     summary = feature_summary({"A": {"validation_mse": 7.0}, "D": {"validation_mse": 1.0}})
     assert summary == {"order": ["D", "A"], "best": "D", "factor_a_over_d": 7.0}

@@ -7,6 +7,7 @@ from bem.reference_solutions import persson_brener as theory
 from experiments import common
 from experiments.paper import persson_brener
 from experiments.paper.inconsistencies import SLIPS
+from experiments.paper_numbers import paper_rows
 
 
 def test_edge_velocity_of_a_known_history():
@@ -30,7 +31,7 @@ def test_lengths_agree_with_the_papers():
 
 def test_extrapolation_beyond_the_trained_tabor_parameters_is_stated():
     trained = types.SimpleNamespace(scaling=types.SimpleNamespace(ranges={"tabor": (0.2, 3.2)}))
-    protocols = common.paper_protocols("persson_brener_protocols")
+    protocols = paper_rows("persson_brener_protocols")
     assert persson_brener.extrapolation_percent(trained, protocols) == pytest.approx(1.25)
     assert persson_brener.extrapolation_percent(trained, [{"tabor": 3.0}]) == 0.0
 
@@ -40,7 +41,7 @@ def test_the_three_forms_of_the_theory_agree():
 
 
 def test_solver_follows_theory_and_the_table_of_crack_velocities():
-    protocols = {row["point"]: row for row in common.paper_protocols("persson_brener_protocols")}
+    protocols = {row["point"]: row for row in paper_rows("persson_brener_protocols")}
     assert len(protocols) == 14
     trajectory = common.simulated(protocols[7], modulus_ratio=0.1, accuracy="standard")
     own = persson_brener.edge_velocity(trajectory, 0.01) * persson_brener.beta_over_length_scale(3.24)

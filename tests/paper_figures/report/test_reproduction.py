@@ -4,6 +4,7 @@ import re
 import pytest
 
 from experiments.paper.ranking import contenders
+from experiments.paper_numbers import stated, with_stated
 from paper_figures.report import claims as reproduction
 from paper_figures.report import write as reproduction_report
 from paper_figures.style import drawing
@@ -79,8 +80,8 @@ def test_no_number_of_a_text_claim_is_transcribed_twice():
     for key in [(name, key) for name, keys in once.items() for key in keys]:
         assert [claim["says"] for claim in written if claim["value"] == known[key]] == [], key
     with pytest.raises(ValueError, match="received 'dataset:nothing'"):
-        drawing.stated("dataset:nothing")
-    assert drawing.with_stated("{cost:surrogate_seconds} s") == "0.16 s"
+        stated("dataset:nothing")
+    assert with_stated("{cost:surrogate_seconds} s") == "0.16 s"
 
 
 def test_settings_and_our_own_numbers_are_not_counted(tmp_path):
