@@ -31,6 +31,13 @@ def test_spread_takes_the_nearest_free_protocol():
     assert list(demo_curves.spread(protocols, 5)) == list(chosen[:5])
 
 
+def test_protocols_are_spread_over_magnitudes():
+    """Of magnitudes from 1 to 10000, half lie below 100."""
+    values = np.geomspace(1.0, 1e4, 401)
+    chosen = values[demo_curves.spread(dict.fromkeys(QUANTITIES, values), 16)]
+    assert 4 <= np.sum(chosen < 100.0) <= 12
+
+
 def test_no_more_than_there_are():
     protocols = {name: np.array([1.0, 2.0, 3.0]) for name in QUANTITIES}
     with pytest.raises(ValueError, match="count must lie between 1 and the 3 held-out protocols; received 4"):

@@ -40,10 +40,18 @@ def test_errors_against_itself_are_zero_and_against_another_accuracy_are_not(con
     assert other["seconds"]["mean"] > 0.0
 
 
+def test_the_difference_from_theory_is_that_of_the_rows_of_theory():
+    rows = [known_results.row("a force", found, 1.0, "Persson-Brener") for found in (1.1, 1.2, 1.5)]
+    found = known_results.summary([*rows, known_results.row("a force", 9.0, 1.0, "Hertz")])
+    assert found == pytest.approx({"median": 0.2, "largest": 0.5})
+
+
 def test_the_benchmark_becomes_a_document(content):
     text = bench_solver.markdown(content)
     for title in ("## Cost", "## Errors", "## Start-up and memory", "## Known results"):
         assert title in text
     assert "| 0.01 | 0.01 | 3 | 0 |" in text
+    row = next(line for line in text.splitlines() if line.startswith("| 0.01 | 0.01 | 3 | 0 |"))
+    assert float(row.split("|")[5]) == pytest.approx(1e3 * content["levels"][1]["seconds"]["mean"], rel=0.01)
     assert content["memory_bytes"] > 1e7
     json.dumps(content)

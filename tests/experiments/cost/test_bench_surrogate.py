@@ -1,7 +1,9 @@
 """The latency measurements measure what they say."""
 
 import json
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 import surrogate
@@ -33,6 +35,18 @@ def test_stream(stand_in, tmp_path, capsys):
     assert content["steps"] == 500
     assert 1.0 < spread["median"] <= spread["p99"] <= spread["p99_9"] <= spread["worst"]
     assert "M1-gated, 500 steps: median " in capsys.readouterr().out
+
+
+def test_percentiles_of_a_stream_are_those_of_their_names(monkeypatch):
+    """Steps of 0, 1, ... 1000 microseconds, from when they begin to when they end."""
+    instants = iter(np.stack([np.zeros(1001), 1e3 * np.arange(1001)], axis=1).ravel().tolist())
+    monkeypatch.setattr(bench_surrogate, "time", SimpleNamespace(perf_counter_ns=lambda: next(instants)))
+    stream = SimpleNamespace(name="any", reset=lambda: None, step=lambda *_: None)
+    monkeypatch.setattr(surrogate, "load", lambda *_: SimpleNamespace(stream=lambda **_: stream))
+    found = bench_surrogate.measure_stream("any", None, 1001)
+    expected = {"median": 500.0, "p99": 990.0, "p99_9": 999.0, "worst": 1000.0}
+    assert found["microseconds"] == pytest.approx(expected)
+    assert found["share_above_50_microseconds"] == 950 / 1001
 
 
 def test_predictions(stand_in, tmp_path, monkeypatch, capsys):

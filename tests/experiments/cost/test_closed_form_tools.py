@@ -29,6 +29,11 @@ def test_closed_forms_are_asked_in_their_regime_only(case, inside):
         assert not any(form.meant_for(case) for form in closed_form_tools.FORMS)
 
 
+def test_a_fast_unloading_is_not_slow():
+    ramps = {"peak_indentation": 2.0, "loading_rate": 0.1, "dwell_time": 0.1, "unloading_rate": 1e3}
+    assert not closed_form_tools.slow(cases.Case(Scene(1.0, StandardLinearSolid(0.1)), LoadingProtocol(**ramps)))
+
+
 def test_closed_forms_are_close_to_the_solver_where_they_are_exact():
     forms = {form.name: form for form in closed_form_tools.FORMS}
     slow, fast, short = made_case(1.0, 80.0, 0.1), made_case(1.0, 80.0, 1e4, 1e-3), made_case(3.0, 20.0, 1.0, 3.0)

@@ -2,6 +2,7 @@
 
 import pytest
 
+from bem.dataset.file import Dataset, load_dataset
 from experiments.cost import cost_growth
 
 
@@ -28,6 +29,13 @@ def test_one_control_moves_its_own_number():
     assert usual["iterations_per_step"] == usual["iterations"] / usual["steps"]
 
 
-def test_exponents_over_the_data_set(dataset):
+def test_exponents_over_the_data_set(dataset, monkeypatch):
     found = cost_growth.over_the_data_set(dataset)
     assert set(found["exponents"]) == {"tabor", "peak_indentation", "loading_rate", "dwell_time", "unloading_rate"}
+    data = load_dataset(dataset)
+    power = data.protocols["tabor"] ** 2 / data.protocols["unloading_rate"]
+    law = Dataset({**data.columns, "scalars/solver_seconds": power}, data.attributes, data.counts)
+    monkeypatch.setattr(cost_growth, "load_dataset", lambda _: law)
+    found = cost_growth.over_the_data_set(dataset)
+    assert found["explained"] == pytest.approx(1.0)
+    assert (found["exponents"]["tabor"], found["exponents"]["unloading_rate"]) == pytest.approx((2.0, -1.0))

@@ -56,3 +56,6 @@ def test_the_interval_of_the_ratio_holds_it():
     assert low == speed == high == 0.5
     speed, low, high = revision_comparison.ratio(old[::-1], old)
     assert low < speed == 1.0 < high
+    new = np.random.default_rng(3).normal(1.0, 0.2, 400)
+    _, low, high = revision_comparison.ratio(new, np.ones(400))
+    assert high - low == pytest.approx(2 * 1.96 * new.std() / np.sqrt(400), rel=0.1)

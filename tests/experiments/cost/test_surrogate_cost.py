@@ -3,8 +3,10 @@
 import json
 import shutil
 
+import numpy as np
 import pytest
 
+from bem.dataset.file import load_dataset
 from experiments.cost import accuracy_cost, amortisation, solver_processes, surrogate_cost
 from experiments.lineage import dataset_digest
 
@@ -51,8 +53,19 @@ def test_seconds_of_a_model_that_was_trained_anew_do_not_count(dataset, tmp_path
     amortisation.main(cost, dataset, models, tmp_path / "no speed", tmp_path / "out.json")
     content = json.loads((tmp_path / "out.json").read_text(encoding="utf-8"))
     assert [line["name"] for line in content["lines"] if line["kind"] == "surrogate"] == ["M1-concat"]
+    (line,) = (line for line in content["lines"] if line["kind"] == "surrogate")
+    assert line["fixed_seconds"] == load_dataset(dataset).attributes["core_seconds"] + 120.0
     assert content["retrained"] == ["M1-FiLM", "M1-gated"]
     assert content["unmeasured"] == ["M2-concat"]
+
+
+def test_a_loop_has_an_area_whichever_way_it_turns_and_a_batch_is_shared_out(monkeypatch):
+    depth, force = np.r_[np.linspace(0.0, 1.0, 60), np.linspace(1.0, 0.0, 60)], np.repeat([2.0, 0.0], 60)
+    answers = surrogate_cost.from_steps(np.array([force, force[::-1]]), np.array([depth, depth]))
+    assert answers[:, 1] == pytest.approx(2.0)
+    monkeypatch.setattr(surrogate_cost, "timed", lambda _, repeats: [8.0] * repeats)
+    (seconds,) = surrogate_cost.in_batches(np.copy, {"tabor": np.ones(3)}, 1, size=4)
+    assert seconds.tolist() == [2.0, 2.0, 2.0]
 
 
 @pytest.fixture(scope="module")

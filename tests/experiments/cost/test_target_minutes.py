@@ -1,6 +1,7 @@
 """What is timed: the targets of the Makefile's registry, each from an empty folder."""
 
 import json
+from types import SimpleNamespace
 
 import pytest
 
@@ -43,6 +44,12 @@ def test_every_target_is_timed_from_an_empty_folder(project):
     out.write_text(json.dumps(kept | {"host": "elsewhere"}), encoding="utf-8")
     with pytest.raises(ValueError, match="rows must be of one machine"):
         target_minutes.main(project / "Makefile", ["one"], out)
+
+
+def test_sixty_seconds_are_a_minute(project, monkeypatch):
+    instants = iter([0.0, 120.0])
+    monkeypatch.setattr(target_minutes, "time", SimpleNamespace(perf_counter=lambda: next(instants)))
+    assert target_minutes.minutes("smoke") == 2.0
 
 
 def test_what_cannot_be_timed_is_said(project):

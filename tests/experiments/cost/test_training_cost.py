@@ -2,9 +2,11 @@
 
 import json
 
+import pytest
+
 from experiments.cost import training_cost
 from experiments.lineage import dataset_digest
-from experiments.paper.model_comparison import minutes_to
+from experiments.paper.model_comparison import minutes_to, read_model
 
 
 def write_model(folder, dataset, test_mse, **run):
@@ -40,6 +42,8 @@ def test_held_out_errors_stand_beside_the_curves_of_the_validation_error(dataset
     speed = tmp_path / "speed.json"
     training_cost.main(models, dataset, shares, speed, out)
     content = json.loads(out.read_text(encoding="utf-8"))
+    assert content["seconds_per_trajectory"] == pytest.approx(1e-3)
+    assert read_model(models / "M1-concat")["validation_mse"] == 4e-4
     (reference,) = content["models"]
     assert reference["history"]["best_mse"] == [4e-4, 4e-4]
     assert reference["history"]["core_minutes"] == [1.0, 2.0]

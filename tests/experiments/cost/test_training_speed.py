@@ -27,7 +27,8 @@ def test_every_architecture_takes_the_same_batches(dataset, tmp_path, monkeypatc
 
 def test_a_chosen_model_is_only_timed(dataset, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(training_speed, "limit_threads", lambda _: None)
-    monkeypatch.setattr(training_speed, "BLOCK", 1)
+    monkeypatch.setattr(training_speed, "BLOCK", 4)
+    monkeypatch.setattr(training_speed, "timed", lambda _, repeats: [10.0] * repeats)
     training_speed.main("paper", ["M4-gated"], 1, dataset, tmp_path / "speed.json")
-    assert capsys.readouterr().out.startswith("M4-gated")
+    assert capsys.readouterr().out.split()[:3] == ["M4-gated", "2500", "ms"]  # ten seconds for four batches
     assert not list(tmp_path.iterdir())

@@ -1,5 +1,8 @@
 """What each effect costs, the code it brings, and where a simpler scene stands in for it."""
 
+import types
+
+import numpy as np
 import pytest
 
 from bem import Elastic, HardContact, Scene, StandardLinearSolid
@@ -20,12 +23,22 @@ def test_an_absent_effect_costs_no_vector():
     rows = {name: effects.row(name, scene, 1) for name, scene in SCENES.items()}
     assert [row["memory_vectors"] for row in rows.values()] == [0, 0, 1]
     assert rows["Hertz"]["error"] < 1e-4
+    relaxing = effects.row("Hertz, one relaxation", Scene(1.0, StandardLinearSolid(0.1), HardContact()), 1)
+    assert relaxing["closed_form"] == "Lee and Radok"
+    assert relaxing["error"] < 1e-3
 
 
 def test_files_of_a_scene_are_those_that_not_all_run():
     code = {"one": {("a", "f", 1), ("a", "f", 2), ("b", "g", 3)}, "other": {("a", "f", 1)}}
     assert effect_files.own_files(code) == {"one": ["b"], "other": []}
     assert effect_files.shared_files(code) == ["a"]
+    assert effect_files.branches(code) == {"one": {"a": 1, "b": 1}, "other": {}}
+
+
+def test_curves_are_over_depth_in_units_of_all_scenes(monkeypatch):
+    numbers = {"indentation": np.array([0.4]), "force": None, "time": None, "pull_off_force": 1.5}
+    monkeypatch.setattr(effects, "simulate", lambda *_: types.SimpleNamespace(**numbers))
+    assert effects.curve("any", Scene(0.2))["depth"] == pytest.approx([2.0])
 
 
 # With compilation off, which is slow.

@@ -1,7 +1,9 @@
 """How often a recommendation keeps its promise, on one case of every sample."""
 
+import numpy as np
 import pytest
 
+from bem import LoadingProtocol
 from experiments.effects import recommendations
 
 
@@ -21,3 +23,9 @@ def test_what_is_kept_is_counted_of_what_is_simplified():
     found = recommendations.summary([full | common, simple | common, simple | common | {"kept": False, "ratio": 2.0}])
     assert (found["simplified"], found["kept"], found["slower"], found["worst_error"]) == (2, 1, 1, 0.01)
     assert recommendations.summary([full | common])["worst_error"] is None
+
+
+def test_two_loads_are_at_the_rates_of_the_protocol():
+    ramps = {"peak_indentation": 5.0, "loading_rate": 2.0, "dwell_time": 1.0, "unloading_rate": 4.0}
+    found = recommendations.two_loads(LoadingProtocol(**ramps), 1.0, 0.5)
+    assert np.diff(found.indentations) / np.diff(found.times) == pytest.approx([2.0, -4.0, 2.0, -4.0])

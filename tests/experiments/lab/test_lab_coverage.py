@@ -1,6 +1,7 @@
 """The study of intervals draws contacts, fits them and counts."""
 
 import json
+import types
 
 import numpy as np
 
@@ -14,6 +15,15 @@ def test_cases_are_drawn_from_their_ranges_and_again_the_same():
         assert all(low <= truth[name] <= high for truth in truths)
         assert len({truth[name] for truth in truths}) == 20
     assert truths[3] == lab_coverage.drawn(np.random.default_rng([0, 3]))
+
+
+def test_noise_is_a_share_of_the_range_of_the_force(monkeypatch):
+    truth = lab_coverage.drawn(np.random.default_rng(0))
+    ramp = types.SimpleNamespace(completed=True, time=np.array([0.0, 0.1]), at=lambda instants: 10.0 * instants)
+    monkeypatch.setattr(lab_coverage, "simulate", lambda *_: ramp)
+    draws = [types.SimpleNamespace(standard_normal=np.zeros), types.SimpleNamespace(standard_normal=np.ones)]
+    clean, noisy = (lab_coverage.measured(truth, rng) for rng in draws)
+    np.testing.assert_allclose(noisy.force - clean.force, lab_coverage.NOISE * np.ptp(clean.force))
 
 
 def test_a_fit_that_fails_counts_as_a_miss(tmp_path, monkeypatch, capsys):

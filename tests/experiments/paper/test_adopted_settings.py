@@ -18,6 +18,12 @@ def test_the_protocols_of_the_short_range_limit_differ_in_one_quantity():
     assert found["radius_over_gap"] == 100.0
 
 
+def test_closed_forms_are_the_known_limits(monkeypatch):
+    monkeypatch.setattr(adopted_settings, "layers", dict)
+    found = adopted_settings.study(adopted_settings.common.CONFIGS)["closed_forms"]
+    assert found == pytest.approx({"jkr_pull_off": 1.5, "dmt_pull_off": 2.0})
+
+
 def test_protocols_that_differ_otherwise_are_refused(monkeypatch):
     rows = [dict.fromkeys(adopted_settings.common.QUANTITIES, value) for value in (1.0, 2.0)]
     monkeypatch.setattr(adopted_settings, "paper_rows", lambda _: rows)

@@ -84,6 +84,16 @@ def test_study_and_table_are_the_same_bytes_whatever_the_clocks_say(quick, tmp_p
     assert len(written[0]) == 4
     assert written[0] == written[1]
     assert found["summary"]["median_keras_call_seconds"] == 0.01
+    row = common.paper_protocols("canonical_protocols")[0]
+    theirs = {"solver": row["bem_seconds"], "surrogate": row["surrogate_seconds"]}
+    assert found["regimes"][0]["paper_seconds"] == theirs
+
+
+def test_factors_are_summed_up_by_their_median():
+    errors = {"errors_percent": {"pull_off_force": 1.0}}
+    regimes = [{"seconds": {"solver": seconds, "predictor": 0.1}, **errors} for seconds in (0.1, 1.0, 100.0)]
+    found = canonical_regimes.summary(regimes)
+    assert (found["least_factor"], found["median_factor"], found["orders_of_magnitude"]) == pytest.approx((1, 10, 1))
 
 
 def test_without_published_seconds_the_target_that_measures_them_is_named(tmp_path):

@@ -8,11 +8,12 @@ from bem.accuracy import NAMED_TARGETS
 from bem.dataset.campaign.plan import Campaign
 from bem.dataset.campaign.run import run_campaign
 from bem.dataset.file import Dataset, load_dataset
+from bem.dataset.records import COMPLETED, FAILED
 from bem.protocol import default_start_indentation
 from bem.reference_solutions import dmt
 from experiments.common import write_result
 from experiments.cost import accuracy_price
-from experiments.paper import dataset_examples, dataset_statistics
+from experiments.paper import dataset_examples, dataset_statistics, inconsistencies
 from paper_figures.report.claims import Results, judge, text_claims
 from paper_figures.report.write import row
 from paper_figures.tables import table_accuracy_price
@@ -64,6 +65,26 @@ def test_what_ends_above_the_far_field_is_still_attached(path):
     changed = Dataset(columns, dataset.attributes, dataset.counts)
     assert dataset_statistics.still_attached(changed).tolist() == [True] * 15 + [False] * 45
     assert dataset_statistics.statistics(changed)["still_attached"] == 0.25
+
+
+def test_what_failed_counts_neither_as_a_jump_nor_as_an_end_that_holds(path, monkeypatch):
+    dataset = load_dataset(path)
+    columns = dict(dataset.columns)
+    failed = np.arange(60) < 15
+    columns["status"] = np.where(failed, FAILED, COMPLETED)
+    columns["scalars/jump_count"] = failed.astype(int)
+    columns["scalars/end_force"] = np.where(failed, np.nan, dataset.scalars["pull_off_force"])
+    changed = Dataset(columns, dataset.attributes, dataset.counts)
+    assert dataset_statistics.statistics(changed)["with_jumps"] == 0.0
+    monkeypatch.setattr("bem.dataset.file.load_dataset", lambda _: changed)
+    assert list(inconsistencies.end_force(path).values()) == [1.0]
+    whole = accuracy_price.errors(dataset, dataset)["force"]
+    assert (len(whole), len(accuracy_price.errors(changed, dataset)["force"])) == (60, 45)
+
+
+def test_percentiles_are_those_of_their_names():
+    found = dataset_statistics.percentiles(np.arange(101.0))
+    assert found == {"median": 50.0, "p90": 90.0, "p99": 99.0, "largest": 100.0}
 
 
 def test_what_is_never_compressed_has_no_force_ratio(path):
@@ -124,6 +145,7 @@ def test_example_of_the_real_solver():
     quantities = dataset_examples.MAPPING | {"peak_indentation": 3.0}
     found = dataset_examples.example("x", quantities, "draft")
     assert len(found["steps"]["force"]) == 120
+    assert found["phase_times"][3] == found["steps"]["time"][-1]
     assert found["results"]["pull_off_force"] == max(
         force
         for time, force in zip(found["native"]["time"], found["native"]["force"], strict=True)

@@ -8,6 +8,7 @@ import pytest
 from experiments import common, lineage
 from experiments.paper import error_statistics, fms_transfer, model_comparison
 from experiments.paper.data_efficiency import KEYS as SHARES
+from experiments.paper.data_efficiency import share
 from experiments.paper.data_efficiency import variants as shares
 from experiments.paper.feature_sets import summary as feature_summary
 from experiments.paper.feature_sets import variants as feature_variants
@@ -68,13 +69,14 @@ def test_quartiles_are_ranked_by_mse_and_equally_large():
 
 
 def test_quartile_means_and_deviations():
-    errors = {name: np.arange(1.0, 9.0) for name in COLUMNS}
+    errors = {name: np.arange(1.0, 9.0) for name in COLUMNS} | {"resolution_floor_percent": np.full(8, 3.5)}
     found = error_statistics.statistics(errors)
     first = found["quartiles"]["Q1"]
     assert first["count"] == 2
     assert first["mse"] == pytest.approx({"mean": 1.5, "sd": np.std([1.0, 2.0], ddof=1)})
     assert found["overall"]["hysteresis_percent"]["median"] == 4.5
     assert found["spearman"]["pull_off_and_hysteresis"] == pytest.approx(1.0)
+    assert found["below_resolution_floor"] == 3 / 8
 
 
 def write_errors(folder, rows):
@@ -103,6 +105,18 @@ def test_indices_are_not_applied_to_another_data_set(tmp_path, dataset):
     content = {"model": "M1-concat", "trajectories": 0}
     with pytest.raises(ValueError, match="must have been trained on"):
         fms_transfer.held_out(tmp_path, dataset, content)
+
+
+def test_the_best_number_of_steps_errs_least(monkeypatch):
+    monkeypatch.setattr(common, "load_surrogate", lambda *_: None)
+    monkeypatch.setattr(fms_transfer, "held_out", lambda *_: ({}, []))
+    errors = {100: {"mse": {"mean": 2.0}, "nmae_percent": {"median": 1.0}}}
+    errors[120] = errors[100] | {"mse": {"mean": 1.0}}
+    monkeypatch.setattr(fms_transfer, "errors_on_grid", lambda total, *_: errors[total])
+    sample = {"predictions": {"100": {"mse": 1.0}, "120": {"mse": 2.0}}}
+    monkeypatch.setattr(fms_transfer, "sample_transfer", lambda *_: sample)
+    found = fms_transfer.study({"model": "M1-concat", "steps": [100, 120], "sample": 8}, None, None)["summary"]
+    assert found == {"best_for_the_sample": "100", "best_for_the_test_set": "120"}
 
 
 def test_missing_errors_name_the_command(tmp_path):
@@ -209,6 +223,8 @@ def test_shares_are_the_papers():
     assert {percent for percent, _ in found} == {100, 75, 50, 25, 12.5, 6.25, 3.125, 1.55125}
     assert found[50, 4].fraction == 0.5
     assert next(iter(found.values())).fraction == 1.0
+    folds = [{"mse": mse, "training_trajectories": 8} for mse in (1.0, 3.0)]
+    assert share(50, folds)["mse_sd"] == pytest.approx(np.sqrt(2.0))
     assert len({variant.label for variant in found.values()}) == 36
 
 

@@ -6,7 +6,7 @@ import shutil
 import pytest
 import typer
 
-from experiments.paper import data_efficiency, trainings
+from experiments.paper import data_efficiency, feature_sets, trainings
 from experiments.paper.trainings import Variant, is_trained
 from surrogate.data.dataset import TrajectoryDataset
 
@@ -159,6 +159,17 @@ def test_a_study_goes_on_from_its_result_file_in_another_clone(tmp_path, dataset
     started.clear()
     assert run()[0] == 0
     assert started == []
+
+
+def test_feature_sets_have_no_summary_while_one_is_missing(tmp_path, dataset, queue):
+    queue[0].add("features-D")
+    toml = tmp_path / "study.toml"
+    settings = 'architecture = "M1-concat"\nrecipe = "swift"\nepochs = 1\nsets = ["A", "D"]\njobs = 1\n'
+    toml.write_text(settings, encoding="utf-8")
+    with pytest.raises(typer.Exit):
+        feature_sets.main(toml, dataset, tmp_path / "published", tmp_path, tmp_path / "out.json")
+    content = json.loads((tmp_path / "out.json").read_text(encoding="utf-8"))
+    assert (list(content["sets"]), content["complete"], content["summary"]) == (["A"], False, {})
 
 
 def test_the_result_of_another_training_is_not_taken(tmp_path, dataset, data, queue):

@@ -26,6 +26,18 @@ def test_amplification_grows_from_one_towards_the_modulus_ratio():
     assert 6.0 < fast < 10.0
 
 
+def test_each_curve_has_the_points_of_its_own_preload(tmp_path, monkeypatch):
+    def pulled(_, preload, rate, __):
+        numbers = {"unloading_rate": rate, "amplification": preload, "pull_off_indentation": 0.0}
+        return numbers | {"status": "completed", "jumps": 0, "seconds": 0.0}
+
+    monkeypatch.setattr(broad_band, "pulled", pulled)
+    broad_band.main(3, "draft", 1, tmp_path / "broad.json")
+    curves = json.loads((tmp_path / "broad.json").read_text(encoding="utf-8"))["curves"]
+    assert len(curves) == 5 * len(broad_band.PRELOADS)
+    assert all([point["amplification"] for point in one["points"]] == [one["preload"]] * 3 for one in curves)
+
+
 def test_broad_band_file_says_terms_status_and_both_amplifications(tmp_path, monkeypatch):
     monkeypatch.setattr(broad_band, "EXPONENTS", (1.6,))
     monkeypatch.setattr(broad_band, "PRELOADS", (10.0,))

@@ -1,6 +1,7 @@
 """The map of hard cases at single points and one named extreme."""
 
 from bem import LoadingProtocol
+from bem.reference_solutions import jkr
 from experiments.robustness import hard_case_map
 from experiments.robustness.soak import points_of, protocols
 
@@ -11,9 +12,11 @@ def test_extremes_and_map():
     for scene, protocol in named.values():
         if isinstance(protocol, LoadingProtocol):
             assert protocol.peak_indentation > protocol.start(scene.tabor)
+    assert hard_case_map.creeping(3.2, 0.05, 1.0).indentations[3] == jkr.fold_indentation(3.2) + 0.05
+
     found = hard_case_map.extreme("jumps", *named["snap-in and snap-off, elastic"])
     assert (found["status"], found["jumps"], found["refined_jumps"]) == ("completed", 2, 2)
-    assert found["energy"] > 0.0
+    assert 0.0 < found["energy"] != found["refined_energy"]
     assert found["change"] < 4e-3
     assert set(found["coarse"]) == {"draft", "0.05"}
     assert all(one["status"] == "completed" and one["change"] < 0.5 for one in found["coarse"].values())

@@ -36,6 +36,12 @@ def test_a_small_soak_raises_nothing_and_keeps_its_memory(tmp_path, monkeypatch)
         assert found["statuses"] == {"completed": found["protocols"]}
 
 
+def test_memory_grows_from_the_first_half_of_the_chunks_to_the_second():
+    common = {"statuses": {}, "count": 1, "raised": 0, "silent": 0, "spikes": 0, "notable": [], "slowest": 1.0}
+    chunks = [common | {"mean_seconds": 1.0, "memory_bytes": size} for size in [100] * 4 + [150] * 4]
+    assert soak.summary(chunks)["memory_growth"] == pytest.approx(0.5)
+
+
 def test_chunks_belong_to_their_solver_accuracy_and_protocols(tmp_path, monkeypatch):
     monkeypatch.setattr(
         soak, "soaked", lambda _: {"status": "completed", "raised": False, "silent": False, "spikes": 0, "seconds": 1}

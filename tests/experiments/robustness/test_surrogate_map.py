@@ -42,3 +42,10 @@ def test_a_cause_is_named_only_where_the_error_is():
 def test_corners_are_where_two_quantities_are_extreme():
     low = {name: np.array([bounds[0], np.sqrt(bounds[0] * bounds[1])]) for name, bounds in PAPER_RANGES.items()}
     np.testing.assert_array_equal(surrogate_map.edges_touched(low), [5, 0])
+
+
+def test_errors_without_a_cause_are_shared_by_place():
+    causes, force = [[], [], [], ["jump"]], np.array([1.0, 2.0, 4.0, 8.0])
+    found = surrogate_map.shares({"errors": {"force": force}, "corner": [True, False, False, True], "causes": causes})
+    means = {name: values["mean"] for name, values in found.items() if values["count"]}
+    assert means == {"jump": 8.0, "corner of the box": 1.0, "none of these": 3.0}

@@ -1,5 +1,6 @@
 import csv
 import json
+import types
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -59,6 +60,14 @@ def test_figure_2_plots_the_examples_and_the_data_set(dataset_path, examples_pat
     assert [line.get_xdata()[0] for line in marked] == pytest.approx([3600.0 * 478 / 12_450])
 
 
+def test_the_cost_is_that_of_what_completed(kept):
+    axes = drawing.figure(height=2.0).subplots()
+    seconds = {"solver_seconds": np.array([30.0, 90.0, 9e3])}
+    dataset = types.SimpleNamespace(scalars=seconds, completed=np.array([0, 1]))
+    figure_2.draw_cost(axes, dataset, {"cpu_hours": 478, "trajectories": 12_450})
+    assert "here: 2.0 min\nmean 60000.0 ms" in [text.get_text() for text in axes.texts]
+
+
 def test_figure_3_plots_the_history_and_its_measurement_steps(examples_path, tmp_path, kept):
     made(figure_3, examples_path, folder=tmp_path)
     mapping = json.loads(examples_path.read_text(encoding="utf-8"))["mapping"]
@@ -66,12 +75,13 @@ def test_figure_3_plots_the_history_and_its_measurement_steps(examples_path, tmp
     for letter, quantity in (("c", "indentation"), ("d", "time"), ("e", "force")):
         phases = [line for line in by_letter[letter].lines if line.get_marker() == "."]
         assert [len(line.get_xdata()) for line in phases] == [50, 20, 50]
+        assert [line.get_color() for line in phases] == list(drawing.PHASES.values())
         assert np.concatenate([line.get_xdata() for line in phases]).tolist() == list(range(1, 121))
         plotted = np.concatenate([line.get_ydata() for line in phases])
         np.testing.assert_array_equal(plotted, mapping["steps"][quantity])
     for letter, quantity in (("a", "indentation"), ("b", "force")):
         phases = [line for line in by_letter[letter].lines if line.get_marker() == "None"]
-        assert len(phases) == 3
+        assert [line.get_color() for line in phases] == list(drawing.PHASES.values())
         drawn = np.unique(np.concatenate([line.get_xydata() for line in phases]), axis=0)
         native = np.unique(np.stack([mapping["native"][name] for name in ("time", quantity)], axis=1), axis=0)
         np.testing.assert_array_equal(drawn, native)
@@ -93,6 +103,9 @@ def test_tables_of_the_data_set(examples_path, statistics_path, tmp_path):
     assert "478 CPU-hours" in summary
     assert "| 12450 " in summary
     assert "resolution floor" in summary
+    found = json.loads(statistics_path.read_text(encoding="utf-8")) | {"with_jumps": 0.125}
+    rows = table_protocols_dataset.summary_rows(found, drawing.paper_values("dataset"))
+    assert ["trajectories with a jump", "not stated", "12.5 %"] in rows
 
 
 def test_table_of_the_price_of_accuracy(tmp_path):
@@ -110,6 +123,7 @@ def test_table_of_the_price_of_accuracy(tmp_path):
         _, draft, reference = csv.reader(file)
     assert draft == ["draft", "9", "0", "12.3", "10.0", "100.0", "1.0", *["0.1 / 0.2 / 3"] * 3]
     assert reference[-3:] == ["-"] * 3
+    assert "on 4 protocols that are a random sample" in (tmp_path / "accuracy-price.md").read_text(encoding="utf-8")
 
 
 def test_latex_escapes_text_and_leaves_mathematics_alone(tmp_path):
@@ -118,6 +132,13 @@ def test_latex_escapes_text_and_leaves_mathematics_alone(tmp_path):
     assert r"A\_b & $x_1$ (\%) \\" in text
     assert r"1 \& 2 & $1.20\times10^{-5}$ \\" in text
     assert r"\caption{50 \% of $y_2$}" in text
+
+
+def test_rows_keep_their_order(tmp_path):
+    Table(["n"], [["1"], ["2"]], "Two.").save("t", tmp_path)
+    for kind in ("md", "csv", "tex"):
+        text = (tmp_path / f"t.{kind}").read_text(encoding="utf-8")
+        assert text.rindex("1") < text.rindex("2")
 
 
 @pytest.mark.parametrize(

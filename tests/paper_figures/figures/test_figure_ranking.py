@@ -2,6 +2,8 @@
 
 import csv
 
+import pytest
+
 from paper_figures.figures import figure_ranking
 from paper_figures.style import models_style
 from paper_figures.tables import table_ranking
@@ -27,7 +29,8 @@ def test_every_seed_is_a_point_and_every_interval_a_bar(tmp_path, kept):
             assert line.get_color() == models_style.color(name)
         bars = [(bar.get_y(), bar.get_y() + bar.get_height()) for bar in axes.patches]
         low, high = axes.get_ylim()
-        assert len(bars) == len(seeds)
+        ends = [content["spread"][name][metric] for name in names()]
+        assert bars == [pytest.approx((one["low"], one["high"])) for one in ends]
         assert low < min(bar[0] for bar in bars) < max(bar[1] for bar in bars) < high
         assert not axes.texts
     assert kept[0].get_supxlabel() == ""
@@ -49,10 +52,13 @@ def test_without_any_seed_both_are_made(tmp_path):
 
 
 def test_tables(tmp_path):
-    found = write(tmp_path / "r.json", ranking({"M1-concat": 3, "M2-concat": 1}))
+    content = ranking({"M1-concat": 3, "M2-concat": 1})
+    content["spread"]["M1-concat"]["validation_mse"] = {"median": 0.007}
+    found = write(tmp_path / "r.json", content)
     made(table_ranking, found, folder=tmp_path)
     rows = read_csv(tmp_path / "ranking.csv")
     assert rows[1][:3] == ["M1-concat", "3 of 3", "6.00e-05 [4.80e-05, 7.80e-05], seeds 5.00e-05 to 7.00e-05"]
+    assert rows[1][-1] == "0.007"
     assert rows[2][:3] == ["M2-concat", "1 of 3", "1.00e-04 [8.00e-05, 1.30e-04]"]
     assert len(rows) == 19
     text = (tmp_path / "ranking.md").read_text(encoding="utf-8")

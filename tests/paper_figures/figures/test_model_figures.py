@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from paper_figures.figures import figure_5, figure_features, figure_learning_curves, figure_mse_mae
-from paper_figures.style import models_style
+from paper_figures.style import drawing, models_style
 from paper_figures.tables import table_models
 from surrogate.architectures.naming import FAMILIES, names
 from tests.paper_figures.results import HISTORY, comparison, efficiency, made, outdated, write
@@ -30,6 +30,8 @@ def test_figure_mse_mae_plots_the_trained_and_names_the_rest(trained, tmp_path, 
     assert list(plotted) == trained
     assert plotted["M1-concat"].get_xydata().tolist() == [[1e-3, 1e-2]]
     assert plotted["M1-concat"].get_color() == models_style.color("M1-concat")
+    paper = drawing.paper_values("reference_model")
+    assert axes.lines[0].get_xydata().tolist() == [[paper["mse"], paper["mae"]]]
     note = kept[0].get_supxlabel()
     assert ("17 of 18" in note) == (len(trained) == 1)
 
@@ -42,6 +44,7 @@ def test_figure_5_with_one_model_and_no_data_efficiency(tmp_path, cracks, kept):
     assert curves.lines[1].get_xydata().tolist() == [[2.0, 0.1]]
     assert sizes.lines[-1].get_xydata().tolist() == [[100.0, 2e-2]]
     by_label = {line.get_label(): line.get_xydata() for line in energies.lines}
+    assert by_label["Persson-Brener"].tolist() == [[0.1, 1.0], [10.0, 5.0]]
     assert by_label["solver"][3].tolist() == [4.0, 2.2]
     assert by_label["solver, own velocity"][3].tolist() == pytest.approx([4.4, 2.2])
     assert by_label["M1-concat"][3].tolist() == [4.0, 2.3]
@@ -92,6 +95,7 @@ def test_figure_features_draws_what_is_there(tmp_path, kept):
     made(figure_features, write(tmp_path / "f.json", {"sets": sets}), absent, folder=tmp_path)
     first, second = kept[0].axes
     assert len(first.lines) == 8
+    assert first.lines[1].get_xydata().tolist() == [[2.0, 0.1]]
     assert "make data-efficiency" in second.texts[0].get_text()
     made(figure_features, absent, write(tmp_path / "e.json", efficiency()), folder=tmp_path)
     labels = [line.get_label() for line in kept[1].axes[1].lines[::2]]

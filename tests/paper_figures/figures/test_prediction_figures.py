@@ -1,6 +1,7 @@
 """What the figures of the reference model's predictions and errors plot, from small result files."""
 
 import pytest
+from matplotlib.colors import to_rgba
 
 from paper_figures.figures import figure_6, figure_7, figure_fms_transfer, graphical_abstract
 from paper_figures.style import models_style
@@ -23,6 +24,7 @@ def test_figure_6_plots_solver_and_prediction(tmp_path, regimes, kept):
     assert markers["(5)"].get_xydata().tolist() == [[0.0, 0.5], [5.0, -5.0]]
     assert {is_reference(line) for line in markers.values()} == {True}
     assert [text.get_text() for text in panel.texts] == ["(4)", "(5)", "(6)"]
+    assert [text.xy for text in panel.texts] == [(n, -1.1 * n) for n in (4, 5, 6)]
 
 
 def test_figure_7_counts_every_trajectory_once(tmp_path, errors, kept):
@@ -33,7 +35,12 @@ def test_figure_7_counts_every_trajectory_once(tmp_path, errors, kept):
         kept[0].draw_without_rendering()
         highest = max(patch.get_window_extent().y1 for patch in axes.patches)
         assert axes.get_legend().get_window_extent().y0 > highest
-    assert sum(len(line.get_xdata()) for line in kept[0].axes[2].lines) == 8
+    points = kept[0].axes[2].lines
+    assert sum(len(line.get_xdata()) for line in points) == 8
+    legend = kept[0].legends[0]
+    colors = [patch.get_facecolor() for patch in legend.get_patches()]
+    named = dict(zip((text.get_text() for text in legend.get_texts()), colors, strict=True))
+    assert {line.get_label(): to_rgba(line.get_color()) for line in points} == named
 
 
 def test_figure_fms_transfer(tmp_path, kept):
@@ -48,12 +55,13 @@ def test_figure_fms_transfer(tmp_path, kept):
     assert all(is_reference(line) for line in first.lines[2:])
     heights = [bar.get_height() for bars in second.containers for bar in bars if hasattr(bar, "get_height")]
     assert heights == [100.0, 120.0, 140.0, 200.0, 240.0, 280.0]
+    assert [bars.get_label() for bars in second.containers] == ["median", "90th percentile"]
 
 
 def test_graphical_abstract_states_the_medians(tmp_path, regimes, errors, kept):
     made(graphical_abstract, regimes, errors, folder=tmp_path)
     text = " ".join(text.get_text() for text in kept[0].axes[1].texts)
-    assert "pull-off force 1.5 %" in text
+    assert "pull-off force 1.5 %, hysteresis 1.5 %" in text
     assert "6 ms a prediction, solver 10 ms" in text
     (predicted,) = [line for line in kept[0].axes[2].lines if line.get_label() == "M1-concat"]
     assert is_reference(predicted)

@@ -5,8 +5,8 @@ import json
 
 from experiments.paper.architecture_graphs import graph
 from paper_figures.figures import figure_1, figure_4, figure_architectures
-from paper_figures.style import models_style
-from surrogate.architectures.naming import FAMILIES, names
+from paper_figures.style import drawing, models_style, schematics
+from surrogate.architectures.naming import CONDITIONINGS, FAMILIES, names
 from tests.paper_figures.results import made, write
 
 
@@ -18,6 +18,11 @@ def test_figure_1_shows_the_computed_force(examples_path, tmp_path, kept):
     assert min(drawn) == min(example["native"]["force"])
     peak = next(line for line in force.lines if line.get_marker() == "o")
     assert peak.get_ydata()[0] == example["results"]["pull_off_force"]
+    lowest = next(line for line in force.lines if line.get_marker() == "s")
+    assert lowest.get_ydata()[0] == min(example["native"]["force"])
+    axis = kept[0].axes[2]
+    depths = dict(zip((text.get_text() for text in axis.get_yticklabels()), axis.get_yticks(), strict=True))
+    assert depths[r"$\hat\delta_0$"] < depths["0"] < depths[r"$\hat\delta_l$"]
 
 
 def test_graphs_and_drawings_are_those_of_the_keras_models(tmp_path, kept):
@@ -41,6 +46,8 @@ def test_graphs_and_drawings_are_those_of_the_keras_models(tmp_path, kept):
     texts = [text.get_text() for text in kept[0].axes[3].texts]
     assert "width 256\n268,288 parameters" in texts
     assert "physical features\nvelocity, edge" in texts
+    readout = [text.get_text() for text in kept[0].axes[2].texts]
+    assert readout.count("Dense 64\nReLU") == readout.count("Dense 1") == 3
 
 
 def test_architectures_are_drawn_from_their_graphs(tmp_path, kept):
@@ -65,6 +72,22 @@ def test_architectures_are_drawn_from_their_graphs(tmp_path, kept):
         assert texts.count("LSTM 7") == texts.count("Gate") == 3
         assert texts.count("10\nparameters") == texts.count(r"$\mu$") == 3
     assert figure_architectures.ranks(layers)["g"] == 2
+
+
+def test_a_wiring_stands_above_its_own_number_of_parameters(kept):
+    layers = [{"name": "sequence", "kind": "InputLayer", "label": "", "width": 4, "parameters": 0, "inputs": []}]
+    graphs = {f"M1-{how}": {"parameters": 7 + place, "layers": layers} for place, how in enumerate(CONDITIONINGS)}
+    axes = drawing.figure(height=2.0).subplots()
+    figure_architectures.draw_family(axes, graphs, "M1", 1)
+    across = {text.get_text(): text.get_position()[0] for text in axes.texts}
+    for place, how in enumerate(CONDITIONINGS):
+        assert across[how] == across[f"{7 + place}\nparameters"]
+
+
+def test_an_arrow_points_to_its_end(kept):
+    axes = drawing.figure(height=2.0).subplots()
+    schematics.arrow(axes, (0.0, 1.0), (2.0, 3.0))
+    assert (axes.texts[0].xy, axes.texts[0].xyann) == ((2.0, 3.0), (0.0, 1.0))
 
 
 def test_a_family_beyond_the_papers_leaves_its_figures_as_they_are(tmp_path, kept, monkeypatch):

@@ -51,6 +51,7 @@ def test_accuracy_and_cost(measured, tmp_path):
     hertz = next(line for line in text.splitlines() if "Hertz" in line)
     assert [cell.strip() for cell in hertz.split("|")[3:6]] == ["2 (3)", "2", "0"]
     assert hertz.split("|")[-3].strip() == "170 / 5"
+    assert hertz.split("|")[7].strip() == "9.5"
 
 
 def test_no_point_is_left_out_and_the_best_and_worst_have_names():
@@ -61,6 +62,7 @@ def test_no_point_is_left_out_and_the_best_and_worst_have_names():
     assert len(points) == len(TOOLS) - 1
     assert max(float(line.get_ydata()[0]) for line in points) == figure_accuracy_cost.LARGEST
     assert sum(line.get_markerfacecolor() == "white" for line in points) == 2
+    assert [1.0, 5.0] in [list(line.get_ydata()) for line in axes.lines]  # from the median to the 95th percentile
     words = {text.get_text() for text in axes.texts}
     assert {"standard", "Hertz", "best: M1-concat", "worst: M4-FiLM"} <= words
     assert not any(other in word for word in words for other in ("M2-FiLM", "M3-FiLM"))

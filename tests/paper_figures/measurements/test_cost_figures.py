@@ -1,5 +1,6 @@
 """Figures and tables of how cost grows, what training costs and when it pays, from made-up measurements."""
 
+import numpy as np
 import pytest
 
 from bem.dataset.designs import PAPER_RANGES
@@ -20,6 +21,10 @@ def test_growth(measured, tmp_path):
     made(figure_cost_growth, path, folder=tmp_path)
     assert files_in(tmp_path) == pictures("figure-cost-growth") | tables("cost-growth")
     assert "0.25 ± 0.01" in (tmp_path / "cost-growth.md").read_text(encoding="utf-8")
+    axes = drawing.figure(height=2.0).subplots()
+    figure_cost_growth.draw(axes, curves["nodes"], "nodes", "solver")
+    ends = [segment[:, 1] for segment in axes.collections[0].get_segments()]
+    np.testing.assert_allclose(ends, [[0.9e-3 * x, 1.2e-3 * x] for x in (1, 2, 4)])
 
 
 def test_amortisation_without_and_with_a_surrogate(measured, tmp_path):
@@ -32,6 +37,7 @@ def test_amortisation_without_and_with_a_surrogate(measured, tmp_path):
     never = {"surrogate": "paper's surrogate", "solver": "solver, standard", "queries": None}
     content = {"data_set_seconds": 100.0, "data_set_trajectories": 50, "missing": [], "unmeasured": ["M2-FiLM"]}
     content |= {"retrained": ["M2-gated"], "outdated": ["M1-concat"]}
+    assert figure_amortisation.totals({"fixed_seconds": 3600.0, "query_seconds": 7200.0})[0] == pytest.approx(3.0)
     made(figure_amortisation, measured({**content, "lines": lines, "break_even": [crossing, never]}), folder=tmp_path)
     text = (tmp_path / "amortisation.md").read_text(encoding="utf-8")
     assert "Published but not measured: M2-FiLM. Trained anew since they were measured: M2-gated. " in text
@@ -45,7 +51,7 @@ def test_amortisation_without_and_with_a_surrogate(measured, tmp_path):
 
 @pytest.mark.parametrize("published", [False, True])
 def test_cost_of_training(measured, tmp_path, published):
-    history = {key: [1.0, 0.5] for key in ("core_minutes", "validation_mse", "best_mse")}
+    history = {"core_minutes": [1.0, 2.0], "validation_mse": [0.5, 0.7], "best_mse": [0.5, 0.5]}
     run = {"name": "M1-concat", "epochs": 2, "core_minutes": 2.0, "test_mse": 4e-4, "history": history}
     common = {
         "paper_mse": 5e-4,
@@ -68,4 +74,5 @@ def test_cost_of_training(measured, tmp_path, published):
     figure_training_cost.draw_time(axes, content)
     held_out = [line.get_xydata()[0].tolist() for line in axes.lines if line.get_label() == "held-out, end of a run"]
     assert held_out == ([[2.0, 4e-4], [1.0, 8e-4]] if published else [])
+    assert ([0.5, 0.5] in [list(line.get_ydata()) for line in axes.lines]) == published
     assert ("1.5 core minutes" in " ".join(text.get_text() for text in axes.texts)) == published

@@ -1,9 +1,11 @@
 """Where the solver and the surrogate have it hard: their maps, from made-up measurements."""
 
 import numpy as np
+import pytest
 
 from bem.dataset.designs import PAPER_RANGES
 from paper_figures.measurements import figure_hard_cases, figure_surrogate_map
+from paper_figures.style import drawing
 from tests.paper_figures.results import SPREAD, UNKNOWN, files_in, made, pictures, tables
 
 
@@ -33,6 +35,30 @@ def test_hard_cases(measured, tmp_path):
     assert "`make soak` has not been run" in text
     named = next(line for line in text.splitlines() if "zero dwell" in line)
     assert [cell.strip() for cell in named.split("|")[6:8]] == ["5", "stopped"]
+
+
+def test_crosses_are_on_what_did_not_complete(kept):
+    drawn = drawing.figure(height=2.0)
+    axes, rate = drawn.subplots(), {"unloading_rate": 1.0}
+    rows = [{"tabor": mu, "status": "completed", "steps": 10.0 * mu, **rate} for mu in (0.5, 1.0)]
+    figure_hard_cases.draw(drawn, axes, [*rows, {"tabor": 2.0, "status": "stopped", **rate}], "steps")
+    assert list(axes.lines[0].get_xdata()) == [2.0]
+
+
+def test_the_worst_energy_is_the_least():
+    row = dict.fromkeys(figure_hard_cases._WORST, 1.0) | {"status": "completed", "refined_status": "completed"}
+    cells = figure_hard_cases.row_of("two", [row, row | {"energy": -0.2}])
+    assert cells[figure_hard_cases.HEADER.index("Work over turnover")] == "-0.2"
+
+
+def test_a_cell_of_the_map_is_the_median_of_its_trajectories(kept):
+    drawn = drawing.figure(height=2.0)
+    axes, (low, top), (bottom, high) = drawn.subplots(), PAPER_RANGES["tabor"], PAPER_RANGES["unloading_rate"]
+    protocols = {"tabor": [low, low, low, top], "unloading_rate": [high, high, high, bottom]}
+    test = {"protocols": protocols, "errors": {"force": [0.01, 0.02, 0.06, 0.1]}}
+    figure_surrogate_map.draw_map(drawn, axes, test, "tabor", "unloading_rate")
+    cells = axes.collections[0].get_array()
+    assert (cells[-1, 0], cells[0, -1]) == pytest.approx((2.0, 10.0))
 
 
 def test_the_soak_is_shown_among_the_hard_cases():

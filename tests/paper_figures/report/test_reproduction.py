@@ -143,6 +143,18 @@ def test_numbers_come_from_result_files(tmp_path):
     text = reproduction_report.report(reproduction.Results(tmp_path, tmp_path))
     (line,) = [line for line in text.splitlines() if line.startswith("| median hysteresis error")]
     assert "| 1.1 % | 0.5 % | 0.45 | 25 % | **better** |" in line
+    reproduction_report.main(tmp_path, tmp_path / "published", tmp_path / "report.md")
+    assert line in (tmp_path / "report.md").read_text(encoding="utf-8")
+
+
+def test_a_row_of_a_table_is_beside_ours_of_the_same_row(tmp_path):
+    results = reproduction.Results(tmp_path, tmp_path)
+    regimes = [{"seconds": {"solver": float(n), "keras_call": -float(n)}} for n in range(1, 13)]
+    points = [{"crack_velocity": 0.0, "own_crack_velocity": 10.0 * n} for n in range(1, 15)]
+    results.read = {"canonical": {"regimes": regimes}, "persson_brener": {"points": points}, "errors": None}
+    ours = {claim["says"]: results.find(claim) for claim in reproduction.table_claims()}
+    assert (ours["sample (5), solver"], ours["sample (5), plain Keras call"]) == (5.0, -5.0)
+    assert ours["crack velocity of point 3"] == 30.0
 
 
 def test_reductions():

@@ -1,6 +1,7 @@
 """The tables of models, quartiles, canonical protocols and crack velocities, from small result files."""
 
 import csv
+import json
 
 from paper_figures.tables import table_models, table_persson_brener, table_protocols_canonical, table_quartiles
 from tests.paper_figures.results import comparison, made, write
@@ -34,9 +35,15 @@ def test_tables(tmp_path, regimes, errors, cracks):
     rows = read_csv(tmp_path / "quartiles.csv")
     assert rows[1][:3] == ["Q1", "paper", r"0.0853 $\pm$ 0.0229"]
     assert rows[2][:3] == ["", "here", r"2 $\pm$ 1"]
+    overall = {"pull_off_force_percent": {"median": 1.5}, "hysteresis_percent": {"median": 0.7}}
+    found = json.loads(errors.read_text(encoding="utf-8"))
+    caption = table_quartiles.compose(found | {"overall": found["overall"] | overall}).caption
+    assert "pull-off force 1.5 %, hysteresis 0.7 %" in caption
     made(table_persson_brener, cracks, folder=tmp_path)
     assert read_csv(tmp_path / "persson-brener.csv")[2] == ["2", "1", "2", "2.2", "2", "2.1", "2.2", "2.3"]
-    assert "1.25 % beyond" in (tmp_path / "persson-brener.md").read_text(encoding="utf-8")
+    text = (tmp_path / "persson-brener.md").read_text(encoding="utf-8")
+    assert "1.25 % beyond" in text
+    assert "surrogate 1.0 % and 3.0 %" in text
     speed = write(tmp_path / "speed.json", {"models": {"M1-concat": {"seconds_per_batch": {"median": 0.361}}}})
     made(table_models, write(tmp_path / "c.json", comparison(["M1-concat"])), speed, folder=tmp_path)
     rows = read_csv(tmp_path / "models.csv")
@@ -47,3 +54,5 @@ def test_tables(tmp_path, regimes, errors, cracks):
     made(table_models, tmp_path / "c.json", tmp_path / "unmeasured.json", folder=tmp_path)
     assert read_csv(tmp_path / "models.csv")[2][-1] == "-"
     assert "17 of 18" in (tmp_path / "models.md").read_text(encoding="utf-8")
+    rows = table_models.compose(comparison(["M2-FiLM", "M1-concat"])).rows
+    assert [row[0] for row in rows[1:3]] == ["M2-FiLM", "M1-concat"]  # in the order of the ranking
