@@ -40,7 +40,10 @@ def far_field(force: ArrayLike, indentation: ArrayLike, *, doubt: float = 0.0) -
 
 @dataclass(frozen=True)
 class Jump:
-    """An instability: the contact changes to another branch of equilibria at constant time and indentation."""
+    """An instability: the contact changes to another branch of equilibria at constant time and indentation.
+
+    Behind a spring the stage stands still and the sphere moves; under a prescribed force the force stands still.
+    """
 
     time: float
     indentation: float
@@ -51,7 +54,9 @@ class Jump:
     eigenvalue_after: float
     """The same after; positive, the new state is stable."""
     energy_lost: float = np.nan
-    """What an elastic contact dissipates in the jump, in h0 pi R dgamma; NaN for other materials."""
+    """What an elastic contact dissipates in the jump, in h0 pi R dgamma, with what its spring loses; NaN for others."""
+    indentation_after: float = np.nan
+    """Indentation of the sphere after the jump; NaN where it has flown off under a prescribed force."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -82,7 +87,9 @@ class Statistics:
 class Trajectory:
     """A force history, in arrays of equal length; at a jump two entries share one time, before and after.
 
-    When `status` is not "completed" it says why, and the arrays end where the solution does.
+    When `status` is not "completed" it says why, and the arrays end where the solution does. Under a prescribed force
+    that the contact comes not to bear, it begins with "detached", and the last entry is that before the sphere flies
+    off.
     """
 
     time: FloatArray
@@ -98,6 +105,15 @@ class Trajectory:
     """(n,) bool: entries that belong to an unloading segment, its first instant included."""
     energy_balance: float = np.nan
     """Work put into an elastic contact: the change of its stored energy plus what its jumps lost; else NaN."""
+    spring: float | None = None
+    """Stiffness of the spring between stage and sphere, in pi R dgamma / h0; `None` where there is none."""
+    by_force: bool = False
+    """Whether the protocol prescribed the force."""
+
+    @property
+    def stage(self) -> FloatArray:
+        """Displacement of the stage, in h0: the indentation less the extension of the spring, force over stiffness."""
+        return self.indentation if self.spring is None else self.indentation - self.force / self.spring
 
     @property
     def hysteresis_accuracy(self) -> float:
@@ -111,8 +127,12 @@ class Trajectory:
 
     @property
     def completed(self) -> bool:
-        """Whether the history reaches the end of the protocol."""
-        return self.status == "completed"
+        """Whether the history reaches the end of the protocol, or its contact ended under the prescribed force."""
+        return self.status == "completed" or self._flew_off
+
+    @property
+    def _flew_off(self) -> bool:
+        return self.status.startswith("detached")
 
     @cached_property
     def _pull_off(self) -> int:
@@ -151,10 +171,11 @@ class Trajectory:
         Two things must hold. The contact edge is gone: the contact radius is zero, as the gap is everywhere wider than
         that of the largest tension (without adhesion: as nothing presses). And the force has fallen to the far-field
         attraction, see `far_field`; without adhesion it is zero. For mu < 0.09 the default start itself lies within the
-        gap of the largest tension, so that a slow unloading ends attached there.
+        gap of the largest tension, so that a slow unloading ends attached there. A sphere that flew off under a
+        prescribed force is detached.
         """
-        return self.completed and bool(
-            self.contact_radius[-1] == 0.0 and far_field(self.force[-1], self.indentation[-1])
+        return self._flew_off or (
+            self.completed and bool(self.contact_radius[-1] == 0.0 and far_field(self.force[-1], self.indentation[-1]))
         )
 
     @cached_property
@@ -179,20 +200,26 @@ class Trajectory:
         """
         if np.isfinite(self.energy_balance):
             return self.energy_balance
-        total = 0.0
+        if self.by_force:
+            return float(-np.sum(0.5 * (self.force[1:] + self.force[:-1]) * np.diff(self.indentation)))
+        total, stage = 0.0, self.stage
         for (begin, end), integral in zip(self._interpolant.ranges, self._interpolant.integrals(), strict=True):
             duration = self.time[end - 1] - self.time[begin]
             if duration > 0.0:
-                total -= (self.indentation[end - 1] - self.indentation[begin]) / duration * integral
+                total -= (stage[end - 1] - stage[begin]) / duration * integral
+        if self.spring is not None:  # what the spring holds at the end is work of the stage, not of the sphere
+            total -= 0.5 * (self.force[-1] ** 2 - self.force[0] ** 2) / self.spring
         return total
 
     @cached_property
     def _interpolant(self) -> ForceInterpolant:
+        if self.by_force:  # linear between entries
+            return ForceInterpolant(self.time, self.force, [], self.time)
         return ForceInterpolant(self.time, self.force, [jump.time for jump in self.jumps], self.time[self._corner])
 
     @cached_property
     def _corner(self) -> np.ndarray:
-        rates = np.diff(self.indentation) / np.maximum(np.diff(self.time), 1e-300)
+        rates = np.diff(self.stage) / np.maximum(np.diff(self.time), 1e-300)
         scale = np.maximum(np.abs(rates[1:]), np.abs(rates[:-1]))
         corner = np.zeros(self.time.size, dtype=bool)
         corner[1:-1] = np.abs(np.diff(rates)) > 1e-4 * scale
