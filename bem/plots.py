@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 from bem.trajectory import Trajectory
@@ -47,8 +48,9 @@ def plot_trajectory(trajectory: Trajectory, path: str | Path, title: str = "") -
             color="#D55E00",
         )
     for number, jump in enumerate(trajectory.jumps):
+        after = jump.indentation_after if math.isfinite(jump.indentation_after) else jump.indentation
         loop.plot(
-            [jump.indentation] * 2,
+            [jump.indentation, after],
             [jump.force_before, jump.force_after],
             ":",
             color="#009E73",
