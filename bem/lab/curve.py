@@ -41,6 +41,8 @@ class ForceCurve:
         force: in N.
         contact_radius: in m; `None` where it was not measured.
         force_sign: which force is positive.
+        stage: displacement of the stage behind a spring, in m: indentation plus compression over stiffness; `None`
+            where there is no spring.
 
     Raises:
         ValueError: fewer than two points, values that are not finite, unequal lengths, or times that go back.
@@ -51,10 +53,12 @@ class ForceCurve:
     force: FloatArray
     contact_radius: FloatArray | None = None
     force_sign: ForceSign = "tension"
+    stage: FloatArray | None = None
 
     def __post_init__(self) -> None:
         require_sign(self.force_sign)
-        names = ["time", "indentation", "force"] + (["contact_radius"] if self.contact_radius is not None else [])
+        names = ["time", "indentation", "force"]
+        names += [name for name in ("contact_radius", "stage") if getattr(self, name) is not None]
         for name in names:
             object.__setattr__(self, name, finite_vector(name, getattr(self, name), at_least=2))
         lengths = {name: len(getattr(self, name)) for name in names}
@@ -103,7 +107,10 @@ class ForceCurve:
 
     def shifted(self, *, contact_point: float = 0.0, force_offset: float = 0.0) -> ForceCurve:
         """The curve with its indentation counted from `contact_point` (m) and its force from `force_offset` (N)."""
-        return dataclasses.replace(self, indentation=self.indentation - contact_point, force=self.force - force_offset)
+        stage = None if self.stage is None else self.stage - contact_point
+        return dataclasses.replace(
+            self, indentation=self.indentation - contact_point, force=self.force - force_offset, stage=stage
+        )
 
     def contact(self) -> Contact:
         """Baseline, noise and contact point, as the approach shows them; see `bem.lab.contact_point`."""
@@ -112,7 +119,7 @@ class ForceCurve:
         return find_contact(self)
 
     def write(self, path: str | Path) -> None:
-        """Write a CSV that `read` understands: columns `time (s)`, `indentation (m)`, `force (N)`.
+        """Write a CSV that `read` understands: columns `time (s)`, `indentation (m)`, `force (N)`, and further ones.
 
         Raises:
             ValueError: the place cannot be written.
@@ -122,6 +129,8 @@ class ForceCurve:
         columns = {"time (s)": self.time, "indentation (m)": self.indentation, "force (N)": self.force}
         if self.contact_radius is not None:
             columns["contact_radius (m)"] = self.contact_radius
+        if self.stage is not None:
+            columns["stage (m)"] = self.stage
         with whole_file(path) as part:
             np.savetxt(
                 part,

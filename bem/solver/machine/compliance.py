@@ -131,7 +131,7 @@ def depth_of(
 def has_flown_off(machine: Machine, control: float, force: float, force_scale: float) -> bool:
     """Whether no contact bears the prescribed tension, so that nothing but the numerical spring holds the sphere.
 
-    A force below a thousandth of `force_scale` is not told from none, but where surfaces that do not attract have parted.
+    A force below a thousandth of `force_scale` is not told from none, except where surfaces without attraction part.
     """
     return machine.by_force and control > 0.0 and (force == 0.0 or force < 0.5 * control - 1e-3 * force_scale)
 

@@ -18,9 +18,11 @@ SCENES = {
     "adhesion": Scene(1.0),
     "memory": Scene(1.0, SLS),
     "memory, no adhesion": Scene(1.0, SLS, HardContact()),
+    "spring": Scene(1.0, spring=5.0),
 }
 ADDED = {"no adhesion": ("hertz", "adhesion"), "adhesion": ("adhesion", "hertz")}
 ADDED["a relaxation process"] = ("memory", "adhesion")
+ADDED["a spring"] = ("spring", "adhesion")
 
 
 @pytest.fixture(scope="module")
