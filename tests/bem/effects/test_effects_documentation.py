@@ -66,7 +66,7 @@ def test_a_relaxation_process_adds_the_same_with_and_without_adhesion(code):
     added = functions_of(code["memory"]) - functions_of(code["adhesion"])
     assert added == functions_of(code["memory, no adhesion"]) - functions_of(code["hertz"])
     # The elastic contact jumps, which the other is kept from, and only its force must be followed.
-    of_jumps = {("instabilities", "smallest_eigenvalue"), ("course", "with_jump")}
+    of_jumps = {("instabilities", "smallest_eigenvalue"), ("course", "with_jump"), ("state", "influence_of")}
     elastic_only = of_jumps | {("extrapolation", "expected_force")}
     assert functions_of(code["adhesion"]) - functions_of(code["memory"]) <= elastic_only
 
