@@ -196,7 +196,8 @@ class Trajectory:
         """Integral of -P d(delta) over the history: the energy put into the contact.
 
         What a loop closed in indentation and state dissipates; negative where the contact gave energy back. Of an
-        elastic contact it is `energy_balance`, which does not subtract large areas.
+        elastic contact it is `energy_balance`, which does not subtract large areas. Behind a spring the indentation is
+        that of the sphere; over a closed cycle the work of the stage is the same.
         """
         if np.isfinite(self.energy_balance):
             return self.energy_balance

@@ -4,7 +4,16 @@ import numpy as np
 import pytest
 
 import bem
-from bem import Elastic, HardContact, LoadingProtocol, PiecewiseLinearProtocol, PronySeries, Scene, StandardLinearSolid
+from bem import (
+    Elastic,
+    ForceProtocol,
+    HardContact,
+    LoadingProtocol,
+    PiecewiseLinearProtocol,
+    PronySeries,
+    Scene,
+    StandardLinearSolid,
+)
 from bem.dataset.designs import Design
 from bem.effects.recommendation import difference, operations, recommend
 from bem.effects.scene_effects import Effects, choices, reduced
@@ -185,3 +194,8 @@ def test_the_choices_of_a_scene_with_a_spring():
     assert every[-1].count == 3
     frozen, _ = reduced(Scene(1.0, SLS, spring=2.0), deep(1.0), Effects(True, 0, 0, 1, True))
     assert frozen.spring == 2.0  # force and indentation keep their units
+
+
+def test_a_prescribed_force_is_refused():
+    with pytest.raises(ValueError, match=r"protocol must be one of LoadingProtocol\(\.\.\.\), PiecewiseLinear"):
+        recommend(Scene(1.0, SLS), ForceProtocol([0.0, 1.0], [0.0, -1.0]))
