@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from bem.dataset.campaign.run import run_campaign
     from bem.effects.recommendation import recommend
     from bem.materials import Elastic, PronySeries, StandardLinearSolid
-    from bem.protocol import LoadingProtocol, PiecewiseLinearProtocol
+    from bem.protocol import ForceProtocol, LoadingProtocol, PiecewiseLinearProtocol
     from bem.scene import Scene
     from bem.solver.paper_method import simulate_paper_method
     from bem.solver.simulation import simulate
@@ -30,6 +30,7 @@ __version__ = "0.1.0"
 __all__ = [
     "Cases",
     "Elastic",
+    "ForceProtocol",
     "HardContact",
     "LennardJones",
     "LoadingProtocol",
@@ -48,6 +49,7 @@ __all__ = [
 _HOME = {
     "Cases": "dataset.campaign.cases",
     "Elastic": "materials",
+    "ForceProtocol": "protocol",
     "HardContact": "tractions",
     "LennardJones": "tractions",
     "LoadingProtocol": "protocol",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -66,8 +67,9 @@ def draw_trajectory(trajectory: Trajectory, title: str = "") -> Figure:
             color="#D55E00",
         )
     for number, jump in enumerate(trajectory.jumps):
+        after = jump.indentation_after if math.isfinite(jump.indentation_after) else jump.indentation
         loop.plot(
-            [jump.indentation] * 2,
+            [jump.indentation, after],
             [jump.force_before, jump.force_after],
             ":",
             color="#009E73",

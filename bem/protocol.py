@@ -1,8 +1,9 @@
-"""How the sphere is moved: load, dwell, unload, or any piecewise-linear indentation history.
+"""How the sphere is moved: load, dwell, unload, any piecewise-linear history of indentation, or one of force.
 
-Units: indentation in h0, time in retardation times, rates in h0 per retardation time; rates are speeds, so positive.
-A protocol starts and ends at the same indentation, by default -pi^(2/3) mu, the paper's delta_0 (Appendix, protocol
-definitions).
+Units: indentation in h0, force in pi R dgamma (tension positive), time in retardation times, rates in h0 per
+retardation time; rates are speeds, so positive. In a scene with a spring, indentations are those of the stage: what the
+sphere's would be if the spring carried no force. A `LoadingProtocol` starts and ends at the same indentation, by
+default -pi^(2/3) mu, the paper's delta_0 (Appendix, protocol definitions).
 """
 
 from dataclasses import dataclass
@@ -17,6 +18,7 @@ from bem._support.wording import shown
 Phase = Literal["loading", "dwell", "unloading"]
 
 LARGEST_INDENTATION = 1e6
+LARGEST_FORCE = 1e9
 LARGEST_RATE = 1e12
 SMALLEST_RATE = 1e-12
 LONGEST_DWELL = 1e12
@@ -29,6 +31,20 @@ def default_start_indentation(tabor: FloatArray) -> FloatArray: ...
 def default_start_indentation(tabor: float | FloatArray) -> float | FloatArray:
     """The paper's initial indentation -pi^(2/3) mu, of one Tabor parameter or of an array of them."""
     return -(np.pi ** (2.0 / 3.0)) * tabor
+
+
+def _require_pairs(name: str, instants: FloatArray, values: FloatArray, largest: float) -> None:
+    """Refuse a history whose values are not as many as its instants, or too large."""
+    if len(instants) != len(values):
+        raise ValueError(f"times and {name} must have the same length; received {len(instants)} and {len(values)}")
+    if np.max(np.abs(values)) > largest:
+        raise ValueError(f"{name} must lie within +-{largest:g}; received {float(np.max(np.abs(values)))!r}")
+
+
+def _phases(changes: FloatArray) -> tuple[Phase, ...]:
+    """What segments are called by the sign of what presses more in each."""
+    names: dict[int, Phase] = {1: "loading", 0: "dwell", -1: "unloading"}
+    return tuple(names[int(sign)] for sign in np.sign(changes))
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -51,17 +67,9 @@ class PiecewiseLinearProtocol:
     def __init__(self, times: ArrayLike, indentations: ArrayLike, phases: tuple[Phase, ...] | None = None) -> None:
         instants = strictly_increasing("times", finite_vector("times", times, at_least=2))
         depths = finite_vector("indentations", indentations, at_least=2)
-        if len(instants) != len(depths):
-            raise ValueError(
-                f"times and indentations must have the same length; received {len(instants)} and {len(depths)}"
-            )
-        if np.max(np.abs(depths)) > LARGEST_INDENTATION:
-            raise ValueError(
-                f"indentations must lie within +-{LARGEST_INDENTATION:g}; received {float(np.max(np.abs(depths)))!r}"
-            )
+        _require_pairs("indentations", instants, depths, LARGEST_INDENTATION)
         if phases is None:
-            names: dict[int, Phase] = {1: "loading", 0: "dwell", -1: "unloading"}
-            phases = tuple(names[int(sign)] for sign in np.sign(np.diff(depths)))
+            phases = _phases(np.diff(depths))
         elif len(phases) != len(instants) - 1 or not set(phases) <= {"loading", "dwell", "unloading"}:
             raise ValueError(
                 f"phases must name each of the {len(instants) - 1} segments 'loading', 'dwell' or 'unloading'; "
@@ -93,6 +101,55 @@ class PiecewiseLinearProtocol:
 
     def __hash__(self) -> int:
         return hash((self.times.tobytes(), self.indentations.tobytes(), self.phases))
+
+
+@dataclass(frozen=True, eq=False, init=False)
+class ForceProtocol:
+    """A history of the force that is linear between given instants: load control, dead loads, creep.
+
+    The sphere starts in contact, in equilibrium under the first force. Where the force comes to exceed what the contact
+    bears, the sphere flies off, and the trajectory ends there.
+
+    Args:
+        times: instants, strictly increasing, at least two.
+        forces: force at each of them, in pi R dgamma, tension positive, so that a weight is negative; within +-1e9.
+
+    Raises:
+        ValueError: for unequal lengths, non-finite values or times that do not increase.
+
+    Example:
+        >>> creep = ForceProtocol(times=[0.0, 1e-3, 10.0], forces=[0.0, -5.0, -5.0])
+        >>> creep.phases
+        ('loading', 'dwell')
+    """
+
+    times: FloatArray
+    forces: FloatArray
+
+    def __init__(self, times: ArrayLike, forces: ArrayLike) -> None:
+        instants = strictly_increasing("times", finite_vector("times", times, at_least=2))
+        values = finite_vector("forces", forces, at_least=2)
+        _require_pairs("forces", instants, values, LARGEST_FORCE)
+        object.__setattr__(self, "times", instants)
+        object.__setattr__(self, "forces", values)
+
+    @property
+    def phases(self) -> tuple[Phase, ...]:
+        """Segments in which compression grows are 'loading', those in which it falls or tension grows 'unloading'."""
+        return _phases(-np.diff(self.forces))
+
+    @property
+    def duration(self) -> float:
+        """Time from the first to the last instant."""
+        return float(self.times[-1] - self.times[0])
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, ForceProtocol):
+            return NotImplemented
+        return np.array_equal(self.times, other.times) and np.array_equal(self.forces, other.forces)
+
+    def __hash__(self) -> int:
+        return hash((self.times.tobytes(), self.forces.tobytes()))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,8 +1,9 @@
-"""What is simulated: a sphere on a half-space, by its Tabor parameter, its material and its adhesion.
+"""What is simulated: a sphere on a half-space, by its Tabor parameter, its material, its adhesion, and its spring.
 
 The Tabor parameter mu = (R dgamma^2 / (E0*^2 h0^3))^(1/3) uses the relaxed modulus; see the paper, Methods.
 """
 
+import math
 from dataclasses import dataclass, field
 
 from bem._support.validation import finite_number, instance
@@ -11,6 +12,8 @@ from bem.tractions import HardContact, LennardJones
 
 SMALLEST_TABOR = 1e-6
 LARGEST_TABOR = 1e4
+SOFTEST_SPRING = 1e-6
+STIFFEST_SPRING = 1e12
 
 
 @dataclass(frozen=True)
@@ -21,6 +24,8 @@ class Scene:
         tabor: Tabor parameter mu, from 1e-6 (rigid) to 1e4; the solver says which of these it can resolve.
         material: `Elastic()`, `StandardLinearSolid(...)` or `PronySeries(...)`.
         adhesion: `LennardJones()` or `HardContact()`.
+        spring: stiffness of a spring between stage and sphere, a cantilever or the machine's own compliance, in
+            pi R dgamma / h0, from 1e-6 to 1e12. An infinite one is none: the protocol then moves the sphere itself.
 
     Raises:
         ValueError: naming the quantity, what is allowed and what was received.
@@ -29,9 +34,15 @@ class Scene:
     tabor: float
     material: Elastic | StandardLinearSolid | PronySeries = field(default_factory=Elastic)
     adhesion: LennardJones | HardContact = field(default_factory=LennardJones)
+    spring: float | None = None
 
     def __post_init__(self) -> None:
         tabor = finite_number("tabor", self.tabor, low=SMALLEST_TABOR, high=LARGEST_TABOR)
         object.__setattr__(self, "tabor", tabor)
         instance("material", self.material, (Elastic, StandardLinearSolid, PronySeries))
         instance("adhesion", self.adhesion, (LennardJones, HardContact))
+        spring = self.spring
+        if spring is not None:
+            endless = isinstance(spring, float) and spring == math.inf
+            spring = None if endless else finite_number("spring", spring, low=SOFTEST_SPRING, high=STIFFEST_SPRING)
+        object.__setattr__(self, "spring", spring)

@@ -14,33 +14,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from bem._support.interpolation import ForceInterpolant
+from bem._support.quantities import FORCE, UNITS
 from bem._support.tabular import Column, Tabular
 from bem._support.validation import FloatArray
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-TIME, LENGTH, FORCE = "retardation time", "h0", "pi R dgamma"
-UNITS = {
-    "tabor": "",
-    "time": TIME,
-    "dwell_time": TIME,
-    "pull_off_time": TIME,
-    "indentation": LENGTH,
-    "peak_indentation": LENGTH,
-    "loading_rate": f"{LENGTH} / {TIME}",
-    "unloading_rate": f"{LENGTH} / {TIME}",
-    "force": FORCE,
-    "force_before": FORCE,
-    "force_after": FORCE,
-    "pull_off_force": FORCE,
-    "max_compression": FORCE,
-    "end_force": FORCE,
-    "hysteresis": f"{LENGTH} {FORCE}",
-    "contact_radius": "beta",
-    "solver_seconds": "s",
-}
-"""The unit of each quantity, as text for tables and files; "" is a pure number."""
 
 FAR_FIELD_FACTOR = 4.0
 """How many times the attraction of undeformed surfaces still counts as far field; see `far_field`."""
@@ -66,7 +45,10 @@ def far_field(force: ArrayLike, indentation: ArrayLike, *, doubt: float = 0.0) -
 
 @dataclass(frozen=True)
 class Jump:
-    """An instability: the contact changes to another branch of equilibria at constant time and indentation."""
+    """An instability: the contact changes to another branch of equilibria at constant time and indentation.
+
+    Behind a spring the stage stands still and the sphere moves; under a prescribed force the force stands still.
+    """
 
     time: float
     indentation: float
@@ -77,7 +59,9 @@ class Jump:
     eigenvalue_after: float
     """The same after; positive, the new state is stable."""
     energy_lost: float = np.nan
-    """What an elastic contact dissipates in the jump, in h0 pi R dgamma; NaN for other materials."""
+    """What an elastic contact dissipates in the jump, in h0 pi R dgamma, with what its spring loses; NaN for others."""
+    indentation_after: float = np.nan
+    """Indentation of the sphere after the jump; NaN where it has flown off under a prescribed force."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -108,7 +92,9 @@ class Statistics:
 class Trajectory(Tabular):
     """A force history, in arrays of equal length; at a jump two entries share one time, before and after.
 
-    When `status` is not "completed" it says why, and the arrays end where the solution does.
+    When `status` is not "completed" it says why, and the arrays end where the solution does. Under a prescribed force
+    that the contact comes not to bear, it begins with "detached", and the last entry is that before the sphere flies
+    off.
     """
 
     time: FloatArray
@@ -124,6 +110,15 @@ class Trajectory(Tabular):
     """(n,) bool: entries that belong to an unloading segment, its first instant included."""
     energy_balance: float = np.nan
     """Work put into an elastic contact: the change of its stored energy plus what its jumps lost; else NaN."""
+    spring: float | None = None
+    """Stiffness of the spring between stage and sphere, in pi R dgamma / h0; `None` where there is none."""
+    by_force: bool = False
+    """Whether the protocol prescribed the force."""
+
+    @property
+    def stage(self) -> FloatArray:
+        """Displacement of the stage, in h0: the indentation less the extension of the spring, force over stiffness."""
+        return self.indentation if self.spring is None else self.indentation - self.force / self.spring
 
     @property
     def hysteresis_accuracy(self) -> float:
@@ -137,8 +132,12 @@ class Trajectory(Tabular):
 
     @property
     def completed(self) -> bool:
-        """Whether the history reaches the end of the protocol."""
-        return self.status == "completed"
+        """Whether the history reaches the end of the protocol, or its contact ended under the prescribed force."""
+        return self.status == "completed" or self._flew_off
+
+    @property
+    def _flew_off(self) -> bool:
+        return self.status.startswith("detached")
 
     @cached_property
     def _pull_off(self) -> int:
@@ -177,10 +176,11 @@ class Trajectory(Tabular):
         Two things must hold. The contact edge is gone: the contact radius is zero, as the gap is everywhere wider than
         that of the largest tension (without adhesion: as nothing presses). And the force has fallen to the far-field
         attraction, see `far_field`; without adhesion it is zero. For mu < 0.09 the default start itself lies within the
-        gap of the largest tension, so that a slow unloading ends attached there.
+        gap of the largest tension, so that a slow unloading ends attached there. A sphere that flew off under a
+        prescribed force is detached.
         """
-        return self.completed and bool(
-            self.contact_radius[-1] == 0.0 and far_field(self.force[-1], self.indentation[-1])
+        return self._flew_off or (
+            self.completed and bool(self.contact_radius[-1] == 0.0 and far_field(self.force[-1], self.indentation[-1]))
         )
 
     @cached_property
@@ -201,24 +201,31 @@ class Trajectory(Tabular):
         """Integral of -P d(delta) over the history: the energy put into the contact.
 
         What a loop closed in indentation and state dissipates; negative where the contact gave energy back. Of an
-        elastic contact it is `energy_balance`, which does not subtract large areas.
+        elastic contact it is `energy_balance`, which does not subtract large areas. Behind a spring the indentation is
+        that of the sphere; over a closed cycle the work of the stage is the same.
         """
         if np.isfinite(self.energy_balance):
             return self.energy_balance
-        total = 0.0
+        if self.by_force:
+            return float(-np.sum(0.5 * (self.force[1:] + self.force[:-1]) * np.diff(self.indentation)))
+        total, stage = 0.0, self.stage
         for (begin, end), integral in zip(self._interpolant.ranges, self._interpolant.integrals(), strict=True):
             duration = self.time[end - 1] - self.time[begin]
             if duration > 0.0:
-                total -= float((self.indentation[end - 1] - self.indentation[begin]) / duration * integral)
+                total -= float((stage[end - 1] - stage[begin]) / duration * integral)
+        if self.spring is not None:  # what the spring holds at the end is work of the stage, not of the sphere
+            total -= float(0.5 * (self.force[-1] ** 2 - self.force[0] ** 2) / self.spring)
         return total
 
     @cached_property
     def _interpolant(self) -> ForceInterpolant:
+        if self.by_force:  # linear between entries
+            return ForceInterpolant(self.time, self.force, [], self.time)
         return ForceInterpolant(self.time, self.force, [jump.time for jump in self.jumps], self.time[self._corner])
 
     @cached_property
     def _corner(self) -> np.ndarray:
-        rates = np.diff(self.indentation) / np.maximum(np.diff(self.time), 1e-300)
+        rates = np.diff(self.stage) / np.maximum(np.diff(self.time), 1e-300)
         scale = np.maximum(np.abs(rates[1:]), np.abs(rates[:-1]))
         corner = np.zeros(self.time.size, dtype=bool)
         corner[1:-1] = np.abs(np.diff(rates)) > 1e-4 * scale
@@ -236,7 +243,8 @@ class Trajectory(Tabular):
 
     def columns(self) -> dict[str, Column]:
         """The columns of `to_dataframe` and `to_xarray`, with their units."""
-        names = ("time", "indentation", "force", "contact_radius", "unloading")
+        stage = () if self.spring is None else ("stage",)
+        names = ("time", "indentation", "force", "contact_radius", *stage, "unloading")
         return {name: Column(getattr(self, name), UNITS.get(name, "")) for name in names}
 
     def facts(self) -> dict[str, str]:
@@ -248,18 +256,8 @@ class Trajectory(Tabular):
             facts |= {"detached": "yes" if self.detached else "no"}
         return facts | ({"jumps": str(len(self.jumps))} if self.jumps else {})
 
-    def attributes(self) -> dict[str, Any]:
-        """The scalars of `summary`, without those of jumps and steps."""
-        scalars = {name: value for name, value in self.summary().items() if isinstance(value, str | float | bool)}
-        # The files of xarray know no truth value.
-        return {name: int(value) if isinstance(value, bool) else value for name, value in scalars.items()}
-
     def plot(self, *, title: str = "") -> Figure:
-        """Draw force against time and against indentation into a new figure; see `bem.plots.draw_trajectory`.
-
-        Raises:
-            ValueError: the trajectory was not started.
-        """
+        """Draw force against time and against indentation; see `bem.plots.draw_trajectory`."""
         from bem.plots import draw_trajectory
 
         return draw_trajectory(self, title)

@@ -26,7 +26,7 @@ class Column(NamedTuple):
 class Tabular:
     """Base of records in columns of equal length.
 
-    A subclass gives `columns`, `facts`, `attributes` and `plot`.
+    A subclass gives `columns`, `facts`, `summary` and `plot`.
     """
 
     def columns(self) -> dict[str, Column]:
@@ -37,9 +37,14 @@ class Tabular:
         """What identifies the record at a glance, as texts by name."""
         raise NotImplementedError
 
-    def attributes(self) -> dict[str, Any]:
-        """Scalars that describe the whole record: numbers and texts."""
+    def summary(self) -> dict[str, Any]:
+        """What describes the whole record."""
         raise NotImplementedError
+
+    def attributes(self) -> dict[str, Any]:
+        """Numbers and texts of the summary, with 0 and 1 for truth values, which the files of xarray do not know."""
+        scalars = {name: value for name, value in self.summary().items() if isinstance(value, str | float | bool)}
+        return {name: int(value) if isinstance(value, bool) else value for name, value in scalars.items()}
 
     def plot(self) -> Figure:
         """Draw the record into a new figure."""

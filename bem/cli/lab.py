@@ -41,12 +41,21 @@ def simulate_si(
     radius: Annotated[str, typer.Option(help=RADIUS)],
     work_of_adhesion: Annotated[str, typer.Option(help="e.g. 50mJ/m2; a plain number is in J/m2.")],
     modulus: Annotated[str, typer.Option(help="Relaxed Young's modulus, e.g. 2MPa; a plain number is in Pa.")],
-    peak_indentation: Annotated[str, typer.Option(help="e.g. 1um.")],
-    loading_rate: Annotated[str, typer.Option(help="Speed of approach, e.g. 2um/s.")],
-    unloading_rate: Annotated[str, typer.Option(help="Speed of withdrawal, e.g. 2um/s.")],
+    peak_indentation: Annotated[str | None, typer.Option(help="e.g. 1um.")] = None,
+    loading_rate: Annotated[str | None, typer.Option(help="Speed of approach, e.g. 2um/s.")] = None,
+    unloading_rate: Annotated[str | None, typer.Option(help="Speed of withdrawal, e.g. 2um/s.")] = None,
     dwell_time: Annotated[str, typer.Option(help="Time at the peak, e.g. 0.5s.")] = "0",
     start_indentation: Annotated[
         str | None, typer.Option(help="Indentation at the start and the end; by default just out of contact.")
+    ] = None,
+    times: Annotated[
+        str | None, typer.Option(help="Instants of a prescribed force, e.g. 0s,1s,5s; in place of a cycle.")
+    ] = None,
+    forces: Annotated[
+        str | None, typer.Option(help="Force at these times, linear between them, e.g. 0uN,5uN,5uN; see --force-sign.")
+    ] = None,
+    stiffness: Annotated[
+        str | None, typer.Option(help="Stiffness of a spring between stage and sphere, e.g. 0.2N/m; none by default.")
     ] = None,
     poisson_ratio: Annotated[float, typer.Option(help="Poisson's ratio of the half-space.")] = 0.5,
     gap: Annotated[str | None, typer.Option(help="Equilibrium gap; 0.3nm by default.")] = None,
@@ -61,12 +70,14 @@ def simulate_si(
         Path | None, typer.Option(help="Write time, indentation, force and contact radius in SI here.")
     ] = None,
 ) -> None:
-    """Simulate one load-dwell-unload cycle in newtons, metres and seconds: `bem simulate --radius ...`.
+    """Simulate one load-dwell-unload cycle, or a prescribed force, in newtons, metres and seconds.
+
+    Either a cycle is given (peak-indentation, loading-rate, unloading-rate), or times and forces.
 
     Example: bem simulate --radius 50um --work-of-adhesion 50mJ/m2 --modulus 2MPa --peak-indentation 1um --loading-rate
     2um/s --unloading-rate 2um/s --material sls:0.3 --retardation-time 100ms
     """
-    from bem.cli.app import parse_material
+    from bem.cli.app import one_of_cycle_and_forces, parse_material
     from bem.lab.setup import Setup
     from bem.lab.units import readable
 
@@ -78,15 +89,16 @@ def simulate_si(
         retardation_time=retardation_time,
         material=parse_material(material),
         largest_tabor=largest_tabor,
+        stiffness=stiffness,
         **({} if gap is None else {"equilibrium_gap": gap}),
     )
-    protocol = setup.protocol(
-        peak_indentation=peak_indentation,
-        loading_rate=loading_rate,
-        dwell_time=dwell_time,
-        unloading_rate=unloading_rate,
-        start_indentation=start_indentation,
-    )
+    cycle = {"peak_indentation": peak_indentation, "loading_rate": loading_rate, "unloading_rate": unloading_rate}
+    protocol: Any
+    if one_of_cycle_and_forces(cycle, times, forces):
+        pairs = {"times": (times or "").split(","), "forces": (forces or "").split(",")}
+        protocol = setup.force_protocol(**pairs, force_sign=force_sign)  # type: ignore[arg-type]
+    else:
+        protocol = setup.protocol(**cycle, dwell_time=dwell_time, start_indentation=start_indentation)  # type: ignore[arg-type]
     with one_sentence("bem"), Outputs(csv) as outputs, _warnings_are_sentences():
         curve = setup.simulate(protocol, parse_accuracy(accuracy), force_sign=force_sign)
         if csv is not None:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bem._support.outputs import write_whole
+from bem._support.quantities import UNITS
 from bem._support.validation import FloatArray
 from bem._support.wording import shortened
 from bem.dataset.checks import attribute_fault, column_fault
@@ -24,7 +25,6 @@ from bem.dataset.measurement_steps import measurement_grid
 from bem.dataset.opening import FORMAT, FORMAT_VERSION, SEALED, DamagedFileError, open_dataset
 from bem.dataset.records import COMPLETED, SCALARS, Columns
 from bem.dataset.sealed_file import BLOCK, seal
-from bem.trajectory import UNITS
 
 SUFFIXES = (".h5", ".hdf5")
 """Suffixes of a data set file."""

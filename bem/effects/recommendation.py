@@ -10,6 +10,8 @@ numbers that cost no contact solution:
 - Adhesion: at one indentation it changes the force by about 2 pi R dgamma (DMT), by up to 2/k where the crack runs fast
   (k the modulus ratio), to be set against the range of the force.
 
+A spring moves the sphere on a path of its own, for which there is no such bracket: its scenes are always simulated.
+
 Where the tolerance lies inside the bracket, both scenes are simulated, at an accuracy three times better than the
 tolerance, and compared.
 
@@ -37,6 +39,7 @@ from bem.effects.scene_effects import Effects, Protocol, choices, reduced
 from bem.protocol import LoadingProtocol, PiecewiseLinearProtocol
 from bem.reference_solutions import hereditary_hertz, hertz
 from bem.scene import Scene
+from bem.solver.machine.reach import deepest_indentation
 from bem.solver.simulation import simulate
 from bem.trajectory import Trajectory
 
@@ -146,6 +149,8 @@ def recommend(
         )
 
     left = [effects for effects in _best_of_each_count(every, brackets) if effects != full]
+    if scene.spring is not None:
+        brackets = dict.fromkeys(every, (0.0, math.inf))
     if quantity == "force":
         left = [effects for effects in left if brackets[effects][0] <= _MARGIN * tolerance]
     elif quantity == "pull_off_force" and full.adhesion:
@@ -205,10 +210,10 @@ def instants(history: PiecewiseLinearProtocol) -> FloatArray:
 
 
 def _best_of_each_count(every: list[Effects], brackets: dict[Effects, tuple[float, float]]) -> list[Effects]:
-    """For each number of effects, with and without adhesion, the choice of terms with the smallest estimate."""
-    best: dict[tuple[int, bool], Effects] = {}
+    """For each number of terms, with and without adhesion and spring, the terms with the smallest estimate."""
+    best: dict[tuple[int, bool, bool], Effects] = {}
     for effects in every:
-        group = (effects.terms, effects.adhesion)
+        group = (effects.terms, effects.adhesion, effects.spring)
         if group not in best or brackets[effects][1] < brackets[best[group]][1]:
             best[group] = effects
     return sorted(best.values(), key=lambda effects: (effects.count, effects.terms))
@@ -254,5 +259,5 @@ def _deborah(scene: Scene, history: PiecewiseLinearProtocol) -> dict[str, tuple[
 
 
 def _adhesion_over_hertz(scene: Scene, history: PiecewiseLinearProtocol) -> float:
-    largest = -float(hertz.force_from_indentation(float(np.max(history.indentations)), scene.tabor))
+    largest = -float(hertz.force_from_indentation(deepest_indentation(scene, history), scene.tabor))
     return 2.0 / largest if largest > 0.0 else np.inf

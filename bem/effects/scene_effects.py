@@ -1,13 +1,13 @@
 """Which effects a scene has, and the same scene with some of them left out.
 
-Two kinds of effect add cost: adhesion (a law of traction instead of impenetrability) and the terms of the
-material, one memory vector each. A term can be left out in two ways. A fast one has relaxed before anything moves: it
-is part of the instantaneous compliance then. A slow one never gets to relax: it drops out of the compliance, and the
-solid of the terms left over is stiffer. With S the compliance of the slow terms its relaxed modulus is E0 / (1 - S);
-force and indentation keep their units, so the stiffer solid is the scene of Tabor parameter mu (1 - S)^(2/3) with
-strengths c_i / (1 - S). All terms fast leaves the rubbery elastic solid, all slow the glassy one, mu k^(2/3). The
-deformation that the slow terms contribute to the relaxed start is left out with them; this is about one percent where
-the protocol starts close to the surface.
+Three kinds of effect add cost: adhesion (a law of traction instead of impenetrability), the terms of the material, one
+memory vector each, and a spring between stage and sphere; without it the protocol moves the sphere. A term can be left
+out in two ways. A fast one has relaxed before anything moves: it is part of the instantaneous compliance then. A slow
+one never gets to relax: it drops out of the compliance, and the solid of the terms left over is stiffer. With S the
+compliance of the slow terms its relaxed modulus is E0 / (1 - S); force and indentation keep their units, so the stiffer
+solid is the scene of Tabor parameter mu (1 - S)^(2/3) with strengths c_i / (1 - S). All terms fast leaves the rubbery
+elastic solid, all slow the glassy one, mu k^(2/3). The deformation that the slow terms contribute to the relaxed start
+is left out with them; this is about one percent where the protocol starts close to the surface.
 
 Units as in `bem.scene` and `bem.protocol`.
 """
@@ -33,12 +33,14 @@ class Effects:
         first, last: terms `first` to `last` - 1 are kept (fastest first); those before have relaxed, those after are
             frozen.
         of: terms of the full material.
+        spring: whether there is a spring between stage and sphere.
     """
 
     adhesion: bool
     first: int
     last: int
     of: int
+    spring: bool = False
 
     @property
     def terms(self) -> int:
@@ -47,8 +49,8 @@ class Effects:
 
     @property
     def count(self) -> int:
-        """Effects kept: terms, and adhesion as one more."""
-        return self.terms + self.adhesion
+        """Effects kept: terms, and adhesion and the spring as one more each."""
+        return self.terms + self.adhesion + self.spring
 
     @property
     def everything(self) -> bool:
@@ -56,7 +58,7 @@ class Effects:
         return self.terms == self.of
 
     def __str__(self) -> str:
-        adhesion = "adhesive" if self.adhesion else "without adhesion"
+        adhesion = ("adhesive" if self.adhesion else "without adhesion") + (", with a spring" if self.spring else "")
         if self.of == 0:
             return f"elastic, {adhesion}"
         if self.everything:
@@ -68,14 +70,17 @@ class Effects:
 
 
 def choices(scene: Scene) -> list[Effects]:
-    """Every way to keep neighbouring terms of a scene with or without its adhesion, fewest effects first.
+    """Every way to keep neighbouring terms of a scene, with or without adhesion and spring, fewest effects first.
 
     Ways whose stiffer solid would be out of the range of Tabor parameters are left out; the full scene is the last.
     """
     of = len(scene.material.strengths)
     adhesion = (False,) if isinstance(scene.adhesion, HardContact) else (False, True)
     kept = [(first, last) for first in range(of + 1) for last in range(first, of + 1)]
-    found = [Effects(stick, first, last, of) for stick in adhesion for first, last in kept]
+    springs = (False,) if scene.spring is None else (False, True)
+    found = [
+        Effects(stick, first, last, of, spring) for spring in springs for stick in adhesion for first, last in kept
+    ]
     found = [effects for effects in found if _tabor(scene, effects) >= SMALLEST_TABOR]
     return sorted(found, key=lambda effects: (effects.count, effects.terms))
 
@@ -95,7 +100,8 @@ def reduced(scene: Scene, protocol: Protocol, effects: Effects) -> tuple[Scene, 
         material = StandardLinearSolid(1.0 - float(kept[0]))
     else:
         material = PronySeries(kept, times[effects.first : effects.last])
-    simple = Scene(_tabor(scene, effects), material, scene.adhesion if effects.adhesion else HardContact())
+    adhesion = scene.adhesion if effects.adhesion else HardContact()
+    simple = Scene(_tabor(scene, effects), material, adhesion, scene.spring if effects.spring else None)
     if isinstance(protocol, LoadingProtocol) and simple.tabor != scene.tabor:
         return simple, protocol.history(scene.tabor)
     return simple, protocol

@@ -44,6 +44,8 @@ class ForceCurve(Tabular):
         force: in N.
         contact_radius: in m; `None` where it was not measured.
         force_sign: which force is positive.
+        stage: displacement of the stage behind a spring, in m: indentation plus compression over stiffness; `None`
+            where there is no spring.
 
     Raises:
         ValueError: fewer than two points, values that are not finite, unequal lengths, or times that go back.
@@ -54,10 +56,12 @@ class ForceCurve(Tabular):
     force: FloatArray
     contact_radius: FloatArray | None = None
     force_sign: ForceSign = "tension"
+    stage: FloatArray | None = None
 
     def __post_init__(self) -> None:
         require_sign(self.force_sign)
-        names = ["time", "indentation", "force"] + (["contact_radius"] if self.contact_radius is not None else [])
+        names = ["time", "indentation", "force"]
+        names += [name for name in ("contact_radius", "stage") if getattr(self, name) is not None]
         for name in names:
             object.__setattr__(self, name, finite_vector(name, getattr(self, name), at_least=2))
         lengths = {name: len(getattr(self, name)) for name in names}
@@ -106,7 +110,10 @@ class ForceCurve(Tabular):
 
     def shifted(self, *, contact_point: float = 0.0, force_offset: float = 0.0) -> ForceCurve:
         """The curve with its indentation counted from `contact_point` (m) and its force from `force_offset` (N)."""
-        return dataclasses.replace(self, indentation=self.indentation - contact_point, force=self.force - force_offset)
+        stage = None if self.stage is None else self.stage - contact_point
+        return dataclasses.replace(
+            self, indentation=self.indentation - contact_point, force=self.force - force_offset, stage=stage
+        )
 
     def contact(self) -> Contact:
         """Baseline, noise and contact point, as the approach shows them; see `bem.lab.contact_point`."""
@@ -121,7 +128,8 @@ class ForceCurve(Tabular):
             "indentation": Column(self.indentation, "m"),
             "force": Column(self.force, "N"),
         }
-        return columns | ({} if self.contact_radius is None else {"contact_radius": Column(self.contact_radius, "m")})
+        further = {"contact_radius": self.contact_radius, "stage": self.stage}
+        return columns | {name: Column(values, "m") for name, values in further.items() if values is not None}
 
     def facts(self) -> dict[str, str]:
         """Number of points, duration, deepest indentation, pull-off force and sign, as texts."""
@@ -135,7 +143,7 @@ class ForceCurve(Tabular):
         shown = {name: EngFormatter(unit, places=2)(float(value)) for name, (value, unit) in values.items()}
         return {"points": str(len(self)), **shown, "positive": self.force_sign}
 
-    def attributes(self) -> dict[str, Any]:
+    def summary(self) -> dict[str, Any]:
         """Pull-off force in N, and which force is positive."""
         return {"pull_off_force": self.pull_off_force, "force_sign": self.force_sign}
 
@@ -160,7 +168,7 @@ class ForceCurve(Tabular):
         return figure
 
     def write(self, path: str | Path) -> None:
-        """Write a CSV that `read` understands: columns `time (s)`, `indentation (m)`, `force (N)`.
+        """Write a CSV that `read` understands: columns `time (s)`, `indentation (m)`, `force (N)`, and further ones.
 
         Raises:
             ValueError: the place cannot be written.

@@ -1,6 +1,17 @@
 """How much a result depends on the effective range of adhesion, which stands in for one too short to resolve.
 
-The docstring of `bem.lab.setup` explains this range.
+Surfaces attract over a few angstroms, so that a soft sphere of micrometres has a Tabor parameter of hundreds, beyond
+what a mesh resolves. The gap h0 is then an effective range: the setup chooses it so that the Tabor parameter is
+`largest_tabor`. Its meaning depends on the material:
+
+- In an elastic contact it is a numerical choice. The force curve in newtons and metres no longer depends on it once mu
+  is large, in the JKR limit.
+- In a viscoelastic contact it is a length of the material. The edge of the contact dissipates at the frequency at which
+  it crosses the cohesive zone, so that a longer range acts like a shorter retardation time at the edge, though not in
+  the bulk. A pull-off force that depends on speed depends on the range too, and a fitted retardation time belongs to
+  it.
+
+`range_sensitivity` measures how much the pull-off force depends on it, and `simulate` warns.
 """
 
 from __future__ import annotations
@@ -12,7 +23,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bem.lab.units import readable
-from bem.protocol import LoadingProtocol, PiecewiseLinearProtocol
+from bem.protocol import ForceProtocol, LoadingProtocol, PiecewiseLinearProtocol
 
 if TYPE_CHECKING:
     from bem.lab.setup import Setup
@@ -27,7 +38,7 @@ class EffectiveRangeWarning(UserWarning):
     """A result depends on the effective range of adhesion, which stands in for one too short to resolve."""
 
 
-def range_sensitivity(setup: Setup, protocol: LoadingProtocol | PiecewiseLinearProtocol) -> float:
+def range_sensitivity(setup: Setup, protocol: LoadingProtocol | PiecewiseLinearProtocol | ForceProtocol) -> float:
     """Relative change of the pull-off force when the effective range is made 1.5 times longer.
 
     Both are simulated at draft accuracy. It is zero for a range that is the equilibrium gap itself.
@@ -38,15 +49,16 @@ def range_sensitivity(setup: Setup, protocol: LoadingProtocol | PiecewiseLinearP
         return 0.0
     longer = dataclasses.replace(setup, largest_tabor=max(setup.tabor / _RANGE_TEST, 0.05))
     history = protocol.history(setup.tabor) if isinstance(protocol, LoadingProtocol) else protocol
-    moved = PiecewiseLinearProtocol(
-        history.times, history.indentations * (setup.gap / longer.gap), phases=history.phases
-    )
+    moved = history
+    if isinstance(history, PiecewiseLinearProtocol):
+        depths = history.indentations * (setup.gap / longer.gap)
+        moved = PiecewiseLinearProtocol(history.times, depths, phases=history.phases)
     found = [simulate(each.scene(), path, "draft") for each, path in ((setup, history), (longer, moved))]
     forces = [trajectory.pull_off_force for trajectory in found]
     return abs(forces[1] / forces[0] - 1.0) if all(np.isfinite(forces)) else np.inf
 
 
-def warn_of_range(setup: Setup, protocol: LoadingProtocol | PiecewiseLinearProtocol) -> None:
+def warn_of_range(setup: Setup, protocol: LoadingProtocol | PiecewiseLinearProtocol | ForceProtocol) -> None:
     """Warn, at the caller's caller, where the pull-off force under a protocol depends on the range."""
     change = range_sensitivity(setup, protocol)
     if change > SENSITIVE:

@@ -99,8 +99,9 @@ class Model:
 
         self.evaluations += 1
         setup = self.setup_of(values)
+        # The measured path is that of the sphere.
         protocol, begin = self.protocol(setup, values.get("contact_point", 0.0))
-        trajectory = simulate(setup.scene(), protocol, accuracy)
+        trajectory = simulate(setup.scene(with_spring=False), protocol, accuracy)
         if not trajectory.completed:
             return None
         origin = self.curve.time[0] + begin

@@ -117,6 +117,7 @@ def _curve(
         force=quantities["force"],
         contact_radius=quantities.get("contact_radius"),
         force_sign=force_sign,
+        stage=quantities.get("displacement"),
     )
 
 

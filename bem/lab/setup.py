@@ -2,28 +2,17 @@
 
 With R the radius, dgamma the work of adhesion, E0* = E0 / (1 - nu^2) and h0 the equilibrium gap, the solver measures
 
-    indentation in h0,  force in pi R dgamma,  time in retardation times,  contact radius in beta = (R^2 dgamma /
-    E0*)^(1/3),
+    indentation in h0,  force in pi R dgamma,  time in retardation times,  stiffness in pi R dgamma / h0,
+    contact radius in beta = (R^2 dgamma / E0*)^(1/3),
 
-and the only remaining parameter is the Tabor parameter mu = (R dgamma^2 / (E0*^2 h0^3))^(1/3). Source: paper, Methods.
-
-Effective range. Surfaces attract over a few angstroms, so that a soft sphere of micrometres has a Tabor parameter of
-hundreds, beyond what a mesh resolves. The gap h0 is then an effective range: the setup chooses it so that the Tabor
-parameter is `largest_tabor`. Its meaning depends on the material:
-
-- In an elastic contact it is a numerical choice. The force curve in newtons and metres no longer depends on it once mu
-  is large, in the JKR limit.
-- In a viscoelastic contact it is a length of the material. The edge of the contact dissipates at the frequency at which
-  it crosses the cohesive zone, so that a longer range acts like a shorter retardation time at the edge, though not in
-  the bulk. A pull-off force that depends on speed depends on the range too, and a fitted retardation time belongs to
-  it.
-
-`range_sensitivity` measures how much the pull-off force depends on it, and `simulate` warns.
+and the only remaining parameter is the Tabor parameter mu = (R dgamma^2 / (E0*^2 h0^3))^(1/3), with h0 the effective
+range where that is longer (`bem.lab.effective_range`). Source: paper, Methods.
 """
 
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
@@ -36,7 +25,7 @@ from bem.lab.curve import ForceCurve, require_sign
 from bem.lab.effective_range import range_sensitivity, warn_of_range
 from bem.lab.units import Quantity, to_si
 from bem.materials import Elastic, PronySeries, StandardLinearSolid
-from bem.protocol import LoadingProtocol, PiecewiseLinearProtocol
+from bem.protocol import ForceProtocol, LoadingProtocol, PiecewiseLinearProtocol, default_start_indentation
 from bem.scene import Scene
 
 INTERATOMIC_GAP = 0.3e-9
@@ -51,6 +40,7 @@ _QUANTITIES = {
     "relaxed_modulus": "pressure",
     "equilibrium_gap": "length",
     "retardation_time": "time",
+    "stiffness": "stiffness",
 }
 
 
@@ -70,7 +60,8 @@ class Setup:
         retardation_time: the unit of the material's times, in s. Required for a `StandardLinearSolid`, whose
             retardation time it is. A `PronySeries` without it has its times in seconds.
         material: `Elastic()`, `StandardLinearSolid(...)` or `PronySeries(...)`.
-        largest_tabor: Tabor parameter above which an effective range is used, as the module's docstring explains.
+        largest_tabor: Tabor parameter above which an effective range is used; see `bem.lab.effective_range`.
+        stiffness: of a spring between stage and sphere, such as a cantilever, in N/m; infinite: none.
 
     Raises:
         ValueError: naming the quantity, what is allowed and what was received.
@@ -84,6 +75,7 @@ class Setup:
     retardation_time: float | None = None
     material: Elastic | StandardLinearSolid | PronySeries = dataclasses.field(default_factory=Elastic)
     largest_tabor: float = LARGEST_TABOR
+    stiffness: float | None = None
 
     if TYPE_CHECKING:
         # Text and Pint quantities go in, plain numbers come out.
@@ -98,12 +90,15 @@ class Setup:
             retardation_time: Quantity | None = None,
             material: Elastic | StandardLinearSolid | PronySeries = ...,
             largest_tabor: float = LARGEST_TABOR,
+            stiffness: Quantity | None = None,
         ) -> None: ...
 
     def __post_init__(self) -> None:
         instance("material", self.material, (Elastic, StandardLinearSolid, PronySeries))
         if self.retardation_time is None and isinstance(self.material, StandardLinearSolid):
             raise ValueError("retardation_time must be given for a StandardLinearSolid; received None")
+        if self.stiffness is not None and to_si("stiffness", self.stiffness, "stiffness") == np.inf:
+            object.__setattr__(self, "stiffness", None)
         for name, dimension in _QUANTITIES.items():
             if getattr(self, name) is not None:
                 value = finite_number(name, to_si(name, getattr(self, name), dimension), above=0.0)
@@ -176,9 +171,15 @@ class Setup:
             return "JKR: short-range adhesion"
         return "DMT: long-range adhesion" if self.physical_tabor <= 0.1 else "between DMT and JKR"
 
-    def scene(self) -> Scene:
-        """The contact in the solver's units."""
-        return Scene(tabor=self.tabor, material=self.material)
+    @property
+    def stiffness_scale(self) -> float:
+        """The stiffness pi R dgamma / h0, in N/m."""
+        return self.force_scale / self.indentation_scale
+
+    def scene(self, *, with_spring: bool = True) -> Scene:
+        """The contact in the solver's units; without its spring, a protocol moves the sphere, not the stage."""
+        spring = self.stiffness / self.stiffness_scale if with_spring and self.stiffness is not None else None
+        return Scene(tabor=self.tabor, material=self.material, spring=spring)
 
     def protocol(
         self,
@@ -192,12 +193,15 @@ class Setup:
         """One cycle of loading, dwell and unloading in the solver's units.
 
         Args:
-            peak_indentation: in m.
+            peak_indentation: in m; with a spring, indentations and speeds are those of the stage.
             loading_rate, unloading_rate: speeds, in m/s.
             dwell_time: in s.
-            start_indentation: in m; by default -pi^(2/3) `adhesion_length`, where adhesion is still weak.
+            start_indentation: in m; by default -pi^(2/3) `adhesion_length`, where adhesion is still weak, and with a
+                spring as much further as 2 pi R dgamma, the largest elastic adhesion, stretches it.
         """
         start = None
+        if self.stiffness is not None:
+            start = default_start_indentation(self.tabor) - 2.0 * self.stiffness_scale / self.stiffness
         if start_indentation is not None:
             start = to_si("start_indentation", start_indentation, "length") / self.indentation_scale
         return LoadingProtocol(
@@ -208,15 +212,30 @@ class Setup:
             start_indentation=start,
         )
 
+    def force_protocol(
+        self,
+        *,
+        times: Sequence[Quantity],
+        forces: Sequence[Quantity],
+        force_sign: Literal["tension", "compression"] = "tension",
+    ) -> ForceProtocol:
+        """A force that is linear between `times` (s), at which it is `forces` (N), in the solver's units."""
+        require_sign(force_sign)
+        sign = 1.0 if force_sign == "tension" else -1.0
+        return ForceProtocol(
+            [to_si("times", time, "time") / self.time_scale for time in times],
+            [sign * to_si("forces", force, "force") / self.force_scale for force in forces],
+        )
+
     def simulate(
         self,
-        protocol: LoadingProtocol | PiecewiseLinearProtocol,
+        protocol: LoadingProtocol | PiecewiseLinearProtocol | ForceProtocol,
         accuracy: str | float = "standard",
         *,
         force_sign: Literal["tension", "compression"] = "tension",
         check_range: bool = True,
     ) -> ForceCurve:
-        """Simulate a protocol of `protocol(...)` and give the force curve in SI.
+        """Simulate a protocol of `protocol(...)` or `force_protocol(...)` and give the force curve in SI.
 
         Args:
             protocol: in the solver's units.
@@ -243,13 +262,11 @@ class Setup:
             force=sign * trajectory.force * self.force_scale,
             contact_radius=trajectory.contact_radius * self.contact_radius_scale,
             force_sign=force_sign,
+            stage=None if self.stiffness is None else trajectory.stage * self.indentation_scale,
         )
 
-    def range_sensitivity(self, protocol: LoadingProtocol | PiecewiseLinearProtocol) -> float:
-        """Relative change of the pull-off force when the effective range is made 1.5 times longer.
-
-        Both are simulated at draft accuracy. It is zero for a range that is the equilibrium gap itself.
-        """
+    def range_sensitivity(self, protocol: LoadingProtocol | PiecewiseLinearProtocol | ForceProtocol) -> float:
+        """Relative change of the pull-off force with a range 1.5 times longer; see `bem.lab.effective_range`."""
         return range_sensitivity(self, protocol)
 
     def replaced(self, **changes: Any) -> Setup:

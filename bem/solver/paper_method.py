@@ -50,7 +50,7 @@ def simulate_paper_method(
     """Compute the force history of an adhesive scene by the paper's discretisation, from the relaxed state.
 
     Args:
-        scene: any material, with `LennardJones` adhesion.
+        scene: any material, with `LennardJones` adhesion and without a spring.
         protocol: as for `bem.simulate`.
         nodes: equally spaced nodes N_s, 10 to 4000.
         steps: least number of equal time steps in each segment of the protocol, and in each `RESOLVED` of the shortest
@@ -64,6 +64,8 @@ def simulate_paper_method(
     """
     instance("scene", scene, (Scene,))
     instance("adhesion of the scene", scene.adhesion, (LennardJones,))
+    if scene.spring is not None:
+        raise ValueError(f"the paper's method knows no spring: spring must be None; received {scene.spring!r}")
     instance("protocol", protocol, (LoadingProtocol, PiecewiseLinearProtocol))
     nodes = whole_number("nodes", nodes, low=10, high=4000)
     steps = whole_number("steps", steps, low=2, high=20_000)
@@ -85,7 +87,7 @@ def simulate_paper_method(
     return Trajectory(
         *(np.ascontiguousarray(records[:, column]) for column in range(4)),
         status=status,
-        jumps=tuple(Jump(*(float(value) for value in row)) for row in jumps),
+        jumps=tuple(Jump(*(float(value) for value in row), indentation_after=float(row[1])) for row in jumps),
         stats=Statistics(
             **{name: counted[name] for name in _STATISTICS},
             steps_by_phase=by_phase,

@@ -12,6 +12,8 @@ from bem.solver.discretisation.cohesive_zone import largest_contact_radius
 from bem.solver.discretisation.influence import require_mesh
 from bem.solver.discretisation.mesh import Grid, Mesh, fixed_mesh, master_grid
 from bem.solver.extrapolation import Scales
+from bem.solver.machine.compliance import Machine
+from bem.solver.machine.reach import machine_of
 from bem.tractions import HardContact
 
 _NOISE = 0.04
@@ -32,19 +34,26 @@ class Problem(NamedTuple):
     force_error: float  # allowed in an equilibrium, relative; far below what the prediction is judged by
     least_force: float  # no history can be more compressive
     audit: bool  # whether the stability of each accepted state is checked again
+    machine: Machine
 
 
 def discretise(
-    scene: Scene, deepest: float, controls: Controls, mesh: ArrayLike | None, audit: bool = False
+    scene: Scene,
+    deepest: float,
+    controls: Controls,
+    mesh: ArrayLike | None,
+    audit: bool = False,
+    by_force: bool = False,
 ) -> tuple[Problem, Mesh]:
     """The problem of a scene, and the user's own mesh, empty where there is none.
 
     Args:
-        scene: Tabor parameter, material and adhesion.
-        deepest: largest indentation of the protocol, in h0.
+        scene: Tabor parameter, material, adhesion and spring.
+        deepest: largest indentation of the sphere, in h0.
         controls: of the accuracy.
         mesh: radii (n,) of a fixed mesh, or None.
         audit: whether the stability of each accepted state is checked again.
+        by_force: whether the protocol prescribes the force.
 
     Raises:
         ValueError: for a mesh that ends inside the contact, or is none.
@@ -82,5 +91,6 @@ def discretise(
         force_error=_NOISE * controls.prediction / force_weight,
         least_force=1.05 * glassy_hertz - 4.0 / material.modulus_ratio,
         audit=audit,
+        machine=machine_of(scene, by_force, force_scale),
     )
     return problem, fixed_mesh(tabor, radii, strengths.size > 0)

@@ -14,11 +14,20 @@ from bem._support.peaks import with_peaks
 from bem._support.validation import instance
 from bem._support.wording import shown
 from bem.accuracy import Accuracy, resolve_accuracy
-from bem.protocol import LoadingProtocol, PiecewiseLinearProtocol
+from bem.protocol import ForceProtocol, LoadingProtocol, PiecewiseLinearProtocol
 from bem.scene import Scene
 from bem.solver.discretisation.mesh import Mesh
+from bem.solver.machine.reach import deepest_indentation
 from bem.solver.problem import Problem, discretise
-from bem.solver.time_stepping import COMPLETED, NO_EQUILIBRIUM, TOO_MANY_STEPS, UNPHYSICAL, Marched, march
+from bem.solver.time_stepping import (
+    COMPLETED,
+    DETACHED,
+    NO_EQUILIBRIUM,
+    TOO_MANY_STEPS,
+    UNPHYSICAL,
+    Marched,
+    march,
+)
 from bem.solver.work import work_by_name
 from bem.tractions import HardContact
 from bem.trajectory import Jump, Statistics, Trajectory
@@ -31,12 +40,15 @@ _REASONS = {
     NO_EQUILIBRIUM: "no stable equilibrium found; try a tighter accuracy",
     TOO_MANY_STEPS: f"stopped after {MOST_STEPS} steps; try a looser accuracy or a shorter protocol",
     UNPHYSICAL: "force beyond what the history allows; try a tighter accuracy",
+    DETACHED: "detached: no contact bears the prescribed force",
 }
+Protocol = LoadingProtocol | PiecewiseLinearProtocol | ForceProtocol
+_Path = PiecewiseLinearProtocol | ForceProtocol
 
 
 def simulate(
     scene: Scene,
-    protocol: LoadingProtocol | PiecewiseLinearProtocol,
+    protocol: Protocol,
     accuracy: str | float = "standard",
     *,
     initial_state: Literal["relaxed", "glassy"] = "relaxed",
@@ -45,8 +57,9 @@ def simulate(
     """Compute the force history of a scene under a protocol.
 
     Args:
-        scene: Tabor parameter, material and adhesion; only the effects it names are simulated.
-        protocol: `LoadingProtocol`, or any `PiecewiseLinearProtocol` (cycles, creep and hold).
+        scene: Tabor parameter, material, adhesion and spring; only the effects it names are simulated.
+        protocol: `LoadingProtocol`, any `PiecewiseLinearProtocol` (cycles and hold), or a `ForceProtocol` (load
+            control, creep). In a scene with a spring the first two move the stage.
         accuracy: "draft", "standard", "reference", or the wanted relative error of pull-off force and hysteresis (2e-5
             to 0.05). Draft is for looking, standard for data sets, reference for checking; `docs/cost.md` has
             what each costs.
@@ -66,7 +79,7 @@ def simulate(
     Source: paper, Methods and Appendix "BEM discretisation details"; differences from it are listed in `bem/README.md`.
     """
     instance("scene", scene, (Scene,))
-    instance("protocol", protocol, (LoadingProtocol, PiecewiseLinearProtocol))
+    instance("protocol", protocol, (LoadingProtocol, PiecewiseLinearProtocol, ForceProtocol))
     target = resolve_accuracy(accuracy)
     if initial_state not in ("relaxed", "glassy"):
         raise ValueError(f"initial_state must be 'relaxed' or 'glassy'; received {shown(initial_state)}")
@@ -85,9 +98,9 @@ def simulate(
         seconds += time.perf_counter() - started
         aim = wanted
         # On a mesh too coarse for its scene the contact may find no equilibrium at a fold; a finer one is tried then.
-        if result.outcome in (COMPLETED, TOO_MANY_STEPS):
+        if result.outcome in (COMPLETED, TOO_MANY_STEPS, DETACHED):
             break
-    return _trajectory(run.problem, _path(scene, protocol), aim, result, seconds)
+    return _trajectory(run.problem, scene, _path(scene, protocol), aim, result, seconds)
 
 
 @functools.cache
@@ -98,9 +111,7 @@ def load_kernels() -> None:
     march(*_prepare(scene, path, resolve_accuracy("draft"), np.linspace(0.0, 2.0, 5)), False, 3)
 
 
-def count_unstable(
-    scene: Scene, protocol: LoadingProtocol | PiecewiseLinearProtocol, accuracy: str | float = "standard"
-) -> int:
+def count_unstable(scene: Scene, protocol: Protocol, accuracy: str | float = "standard") -> int:
     """Number of states along a trajectory that are no stable equilibria, each checked again; zero if all is well."""
     run = _prepare(scene, protocol, resolve_accuracy(accuracy), audit=True)
     return work_by_name(march(*run, False, MOST_STEPS).work)["unstable"]
@@ -112,28 +123,30 @@ class _Run(NamedTuple):
     problem: Problem
     mesh: Mesh
     times: np.ndarray
-    depths: np.ndarray
+    controls: np.ndarray
 
 
-def _path(scene: Scene, protocol: LoadingProtocol | PiecewiseLinearProtocol) -> PiecewiseLinearProtocol:
+def _path(scene: Scene, protocol: Protocol) -> _Path:
     return protocol.history(scene.tabor) if isinstance(protocol, LoadingProtocol) else protocol
 
 
 def _prepare(
     scene: Scene,
-    protocol: LoadingProtocol | PiecewiseLinearProtocol,
+    protocol: Protocol,
     accuracy: Accuracy,
     mesh: ArrayLike | None = None,
     audit: bool = False,
 ) -> _Run:
     path = _path(scene, protocol)
     controls = accuracy.controls(elastic=scene.material.strengths.size == 0)
-    problem, own_mesh = discretise(scene, float(np.max(path.indentations)), controls, mesh, audit)
-    return _Run(problem, own_mesh, np.array(path.times), np.array(path.indentations))
+    by_force = isinstance(path, ForceProtocol)
+    problem, own_mesh = discretise(scene, deepest_indentation(scene, path), controls, mesh, audit, by_force)
+    values = path.forces if isinstance(path, ForceProtocol) else path.indentations
+    return _Run(problem, own_mesh, np.array(path.times), np.array(values))
 
 
 def _trajectory(
-    problem: Problem, path: PiecewiseLinearProtocol, target: float, result: Marched, seconds: float
+    problem: Problem, scene: Scene, path: _Path, target: float, result: Marched, seconds: float
 ) -> Trajectory:
     records, jumps, segment_steps = result.records, result.jumps, result.segment_steps
     steps_by_phase: dict[str, int] = {}
@@ -150,13 +163,21 @@ def _trajectory(
         seconds=seconds,
     )
     status = _REASONS[result.outcome]
-    if result.outcome != COMPLETED and len(records):
+    if not len(records):
+        return _not_started(status.removeprefix("detached: "), target, problem.strengths.size)
+    if result.outcome != COMPLETED:
         status = f"{status} (at time {records[-1, 0]:.6g}, indentation {records[-1, 1]:.6g})"
     unloading = _in_phase(records[:, 0], path, "unloading")
-    records, unloading = with_peaks(records, unloading)
+    by_force = problem.machine.by_force
+    if isinstance(path, PiecewiseLinearProtocol):
+        if scene.spring is not None:  # the corners of the path and its end are those of the stage
+            records[:, 1] = path.indentation_at(records[:, 0])
+        records, unloading = with_peaks(records, unloading)
     found = tuple(Jump(*map(float, row)) for row in jumps)
-    elastic = problem.strengths.size == 0
-    balance = _energy_balance(records, result.energies, found, target) if elastic else np.nan
+    balances = problem.strengths.size == 0 and result.outcome != DETACHED
+    balance = _energy_balance(records, result.energies, found, target) if balances else np.nan
+    if scene.spring is not None and not by_force:
+        records[:, 1] += records[:, 2] / scene.spring
     instants, depths, force, radii = (np.ascontiguousarray(records[:, k]) for k in range(4))
     return Trajectory(
         instants,
@@ -169,6 +190,8 @@ def _trajectory(
         accuracy=target,
         unloading=unloading,
         energy_balance=balance,
+        spring=scene.spring,
+        by_force=by_force,
     )
 
 
@@ -196,7 +219,7 @@ def _energy_balance(records: np.ndarray, energies: np.ndarray, jumps: tuple[Jump
     return float(lost if returned else lost + energies[1] - energies[0])
 
 
-def _in_phase(instants: np.ndarray, path: PiecewiseLinearProtocol, phase: str) -> np.ndarray:
+def _in_phase(instants: np.ndarray, path: _Path, phase: str) -> np.ndarray:
     inside = np.zeros(instants.size, dtype=bool)
     for begin, end, name in zip(path.times[:-1], path.times[1:], path.phases, strict=True):
         if name == phase:

@@ -29,6 +29,13 @@ from bem.solver.equilibrium import force_of
 from bem.solver.extrapolation import Recent, start_recent
 from bem.solver.hereditary import Memory, StepFactors, advance
 from bem.solver.instabilities import settle
+from bem.solver.machine.compliance import (
+    depth_of,
+    expected_depth,
+    has_flown_off,
+    influence_with_spring,
+    right_side_with_spring,
+)
 from bem.solver.nonadhesive import nonadhesive_edge, solve_nonadhesive
 from bem.solver.problem import Problem
 from bem.solver.work import REMESHINGS
@@ -41,7 +48,7 @@ class State(NamedTuple):
     """An equilibrium."""
 
     mesh: Mesh
-    depth: float  # indentation
+    depth: float  # indentation of the sphere
     gap: np.ndarray  # (n,)
     traction: np.ndarray  # (n,)
     force: float  # in pi R dgamma, tension positive
@@ -56,6 +63,39 @@ def state_of(problem: Problem, mesh: Mesh, depth: float, gap: np.ndarray, tracti
     else:
         force, edge = force_of(mesh.force_weights, traction, gap), contact_edge(mesh.radii, gap)
     return State(mesh, depth, gap, traction, force, edge)
+
+
+@kernel
+def state_under(
+    problem: Problem,
+    mesh: Mesh,
+    control: float,
+    remembered: np.ndarray,
+    response: float,
+    gap: np.ndarray,
+    traction: np.ndarray,
+) -> State:
+    """The state with this gap and traction; `control` is what the protocol prescribes."""
+    state = state_of(problem, mesh, control, gap, traction)
+    if problem.machine.compliance > 0.0:
+        rhs = right_side(problem.tabor, mesh, control, remembered)
+        depth = depth_of(problem.machine, mesh, control, state.force, rhs, response, gap, traction)
+        return State(mesh, depth, gap, traction, state.force, state.edge)
+    return state
+
+
+@kernel_part
+def flown_off(state: State) -> State:
+    """What comes after a state whose contact no longer bears the prescribed force; its indentation is NaN."""
+    return State(state.mesh, np.nan, state.gap, state.traction, 0.0, 0.0)
+
+
+@kernel
+def influence_of(problem: Problem, mesh: Mesh, response: float, gap: np.ndarray) -> np.ndarray:
+    """Influence matrix of contact and machine; `gap` (n,) is near the solution."""
+    if problem.machine.compliance > 0.0:
+        return influence_with_spring(problem.machine, mesh, problem.tabor, problem.nonadhesive, response, gap)
+    return mesh.influence
 
 
 @kernel
@@ -131,22 +171,42 @@ def select_mesh(problem: Problem, state: State, direction: float, remembered: np
 
 
 @kernel
-def equilibrate(
-    problem: Problem, start: State, depth: float, remembered: np.ndarray, response: float, work: np.ndarray
-) -> tuple[State, bool]:
-    """A stable equilibrium at `depth` from a state that may be far from it, and whether there is one.
+def _balanced(problem: Problem, state: State, control: float, remembered: np.ndarray, response: float) -> bool:
+    """Whether an equilibrium behind a spring or under a force agrees with what it was linearised about."""
+    if problem.machine.by_force:
+        return abs(state.force - control) <= 0.1 * problem.force_error * max(abs(control), problem.scales.force)
+    rhs = right_side(problem.tabor, state.mesh, 0.0, remembered)
+    expected = expected_depth(state.mesh, rhs, response, state.gap, state.traction)
+    return abs(state.depth - expected) <= 4.0 * problem.controls.residual
 
-    The mesh follows until its window holds the edge.
+
+@kernel
+def equilibrate(
+    problem: Problem, start: State, control: float, remembered: np.ndarray, response: float, work: np.ndarray
+) -> tuple[State, bool]:
+    """A stable equilibrium from a state that may be far from it, and whether there is one.
+
+    `control` is what the protocol prescribes. The mesh follows until its window holds the edge.
     """
     mesh, gap, traction = start.mesh, start.gap.copy(), start.traction.copy()
-    tabor = problem.tabor
+    tabor, machine = problem.tabor, problem.machine
     for _ in range(_MOST_MESHES):
-        rhs = right_side(tabor, mesh, depth, remembered)
+        rhs, influence = right_side(tabor, mesh, control, remembered), mesh.influence
+        if machine.compliance > 0.0:
+            influence = influence_of(problem, mesh, response, gap)
+            rhs = right_side_with_spring(
+                machine, mesh, tabor, problem.nonadhesive, control, response, rhs, gap, traction
+            )
         if problem.nonadhesive:
-            solved = solve_nonadhesive(mesh.influence, rhs, response, gap, traction, work)
+            solved = solve_nonadhesive(influence, rhs, response, gap, traction, work)
         else:
-            solved = settle(mesh.influence, tabor, rhs, response, problem.controls.residual, gap, traction, work)
-        state = state_of(problem, mesh, depth, gap, traction)
+            solved = settle(influence, tabor, rhs, response, problem.controls.residual, gap, traction, work)
+        state = state_under(problem, mesh, control, remembered, response, gap, traction)
+        if machine.compliance > 0.0:
+            if has_flown_off(machine, control, state.force, problem.scales.force):
+                return state, False
+            if solved and not edge_left_window(state) and not _balanced(problem, state, control, remembered, response):
+                continue  # once more, from the better prediction
         if not solved or not edge_left_window(state):
             return state, solved
         new = select_mesh(problem, state, 1.0, remembered, response)
@@ -154,7 +214,7 @@ def equilibrate(
         transfer(mesh, gap, traction, new, tabor, problem.nonadhesive, moved_gap, moved_traction)
         mesh, gap, traction = new, moved_gap, moved_traction
         work[REMESHINGS] += 1
-    return state_of(problem, mesh, depth, gap, traction), False
+    return state_under(problem, mesh, control, remembered, response, gap, traction), False
 
 
 @kernel_part

@@ -24,7 +24,8 @@ from bem.solver.hereditary import (
     shortest_relaxation,
     step_factors,
 )
-from bem.solver.instabilities import is_unstable, smallest_eigenvalue
+from bem.solver.instabilities import is_unstable
+from bem.solver.machine.compliance import has_flown_off
 from bem.solver.problem import Problem
 from bem.solver.state import (
     State,
@@ -32,16 +33,18 @@ from bem.solver.state import (
     energy_of,
     equilibrate,
     first_mesh,
+    flown_off,
     follow_edge,
+    influence_of,
     remember,
     remember_start,
     same_nodes,
-    state_of,
+    state_under,
 )
 from bem.solver.trial_step import try_step
 from bem.solver.work import FOLD_SOLVES, NODES, REJECTIONS, REMESHINGS, STEPS, UNSTABLE, new_work
 
-COMPLETED, NO_EQUILIBRIUM, TOO_MANY_STEPS, UNPHYSICAL = 0, 1, 2, 3
+COMPLETED, NO_EQUILIBRIUM, TOO_MANY_STEPS, UNPHYSICAL, DETACHED = 0, 1, 2, 3, 4
 
 _CHECK_MESH_EVERY = 40  # steps
 _STIFF_RESPONSE = 0.02  # below, nodes are chosen anew only where the edge has left its window
@@ -52,20 +55,20 @@ class Marched(NamedTuple):
     """What `march` returns."""
 
     records: np.ndarray  # (n, 4): time, indentation, force, contact radius
-    jumps: np.ndarray  # (j, 7): the fields of `bem.trajectory.Jump`; the energy lost is NaN where there is memory
+    jumps: np.ndarray  # (j, 8): the fields of `bem.trajectory.Jump`; the energy lost is NaN where there is memory
     work: np.ndarray  # as named in `bem.solver.work`
     segment_steps: np.ndarray  # (s - 1,) int64: steps of each segment
     energies: np.ndarray  # (2,): stored at the beginning and at the end
-    outcome: int  # COMPLETED, NO_EQUILIBRIUM, TOO_MANY_STEPS or UNPHYSICAL
+    outcome: int  # COMPLETED, NO_EQUILIBRIUM, TOO_MANY_STEPS, UNPHYSICAL or DETACHED
 
 
 class Segment(NamedTuple):
-    """A part of the protocol in which the indentation is linear in time, and the steps it allows."""
+    """A part of the protocol, in which what it prescribes is linear in time, and the steps it allows."""
 
     begin: float
     end: float
-    first_depth: float
-    last_depth: float
+    first_control: float
+    last_control: float
     duration: float
     rate: float
     first: float  # length of the first step
@@ -74,10 +77,10 @@ class Segment(NamedTuple):
 
 
 @kernel_part
-def _segment(problem: Problem, times: np.ndarray, depths: np.ndarray, index: int) -> Segment:
+def _segment(problem: Problem, times: np.ndarray, controls: np.ndarray, index: int) -> Segment:
     duration = times[index + 1] - times[index]
-    rate = (depths[index + 1] - depths[index]) / duration
-    speed = abs(rate)
+    rate = (controls[index + 1] - controls[index]) / duration
+    speed = abs(rate) * problem.machine.travel
     relaxation = shortest_relaxation(problem.strengths, problem.times)
     longest = problem.controls.longest_step * duration
     if speed == 0.0 and problem.strengths.size == 0:
@@ -90,7 +93,7 @@ def _segment(problem: Problem, times: np.ndarray, depths: np.ndarray, index: int
     smallest = min(max(smallest, 1e-13 * duration), longest)
     first = max(min(first, longest), smallest)
     return Segment(
-        times[index], times[index + 1], depths[index], depths[index + 1], duration, rate, first, smallest, longest
+        times[index], times[index + 1], controls[index], controls[index + 1], duration, rate, first, smallest, longest
     )
 
 
@@ -105,17 +108,20 @@ def _within(step: float, now: float, duration: float) -> tuple[float, float]:
 
 
 @kernel_part
-def _first_state(problem: Problem, mesh: Mesh, depth: float, glassy: bool, work: np.ndarray) -> tuple[State, bool]:
+def _first_state(problem: Problem, mesh: Mesh, control: float, glassy: bool, work: np.ndarray) -> tuple[State, bool]:
     """The equilibrium from which the protocol starts, and whether there is one."""
     if not problem.fixed_mesh:
         mesh = first_mesh(problem)
+    depth = control
+    if problem.machine.by_force:  # that of Hertz, in contact
+        depth = problem.tabor * (0.75 * np.pi * max(-control, 0.0)) ** (2.0 / 3.0)
     gap = np.empty(mesh.radii.size)
     for i in range(gap.size):
         gap[i] = max(1.0 - depth + 0.5 * problem.tabor * mesh.radii[i] ** 2, 1.0 if problem.nonadhesive else 0.95)
     start = State(mesh, depth, gap, np.zeros(gap.size), 0.0, 0.0)
     nothing = np.zeros(problem.grid.size if problem.strengths.size > 0 else 0)
     response = 1.0 - np.sum(problem.strengths) if glassy else 1.0
-    return equilibrate(problem, start, depth, nothing, response, work)
+    return equilibrate(problem, start, control, nothing, response, work)
 
 
 @kernel_part
@@ -124,21 +130,6 @@ def _jumped(problem: Problem, before: State, after: State) -> bool:
     width = edge_width(before.edge, problem.tabor, problem.nonadhesive)
     force = abs(after.force - before.force) > _JUMP_IN_FORCE * max(abs(before.force), problem.scales.force)
     return force or abs(after.edge - before.edge) > _JUMP_IN_WIDTHS * width
-
-
-@kernel_part
-def _with_jump(
-    problem: Problem, course: Course, instant: float, before: State, after: State, response: float
-) -> Course:
-    """The course with a jump at fixed indentation, the eigenvalues on both sides and the energy it loses."""
-    tabor, eigenvalue_before, lost = problem.tabor, 0.0, np.nan
-    if not problem.nonadhesive:
-        eigenvalue_before = smallest_eigenvalue(before.mesh.influence, tabor, response, before.gap)
-    eigenvalue_after = smallest_eigenvalue(after.mesh.influence, tabor, response, after.gap)
-    if problem.strengths.size == 0:
-        work_done = -before.force * (after.depth - before.depth)
-        lost = energy_of(problem, before) + work_done - energy_of(problem, after)
-    return with_jump(course, instant, before, after, (eigenvalue_before, eigenvalue_after), lost)
 
 
 @kernel_part
@@ -163,14 +154,14 @@ def _follow(
             return state, factor, course, mesh_chosen, TOO_MANY_STEPS
         step, after = _within(step, now, segment.duration)
         at_end = after == segment.duration
-        depth = segment.last_depth if at_end else segment.first_depth + segment.rate * after
+        control = segment.last_control if at_end else segment.first_control + segment.rate * after
         instant = segment.end if at_end else segment.begin + after
 
         factors = step_factors(memory, step, recent.count[0] >= 2)
         remembered = remembered_traction(memory, factors)
         can_shrink = step > 1.01 * smallest
         gap, traction, accepted, shrink = try_step(
-            problem, state, recent, factor, after, depth, remembered, factors.response, can_shrink, work
+            problem, state, recent, factor, after, control, remembered, factors.response, can_shrink, work
         )
         if not accepted and can_shrink:
             work[REJECTIONS] += 1
@@ -179,30 +170,34 @@ def _follow(
 
         before, another_branch = state, False
         if accepted:
-            state = state_of(problem, before.mesh, depth, gap, traction)
+            state = state_under(problem, before.mesh, control, remembered, factors.response, gap, traction)
         else:
             work[FOLD_SOLVES] += 1
             forget_rate(memory)
             factors = step_factors(memory, step, recent.count[0] >= 2)
             remembered = remembered_traction(memory, factors)
-            state, solved = equilibrate(problem, before, depth, remembered, factors.response, work)
-            if not solved:
+            state, solved = equilibrate(problem, before, control, remembered, factors.response, work)
+            if not solved and not has_flown_off(problem.machine, control, state.force, problem.scales.force):
                 return before, factor, course, mesh_chosen, NO_EQUILIBRIUM
             another_branch = _jumped(problem, before, state)
             factor = new_factor(state.gap.size)
             shrink = 1.0
+        if has_flown_off(problem.machine, control, state.force, problem.scales.force):
+            course = with_jump(problem, course, instant, before, flown_off(before), factors.response)
+            return before, factor, course, mesh_chosen, DETACHED
         if not state.force >= problem.least_force:
             return before, factor, course, mesh_chosen, UNPHYSICAL
         remember(memory, factors, step, state)
         now = after
 
         if another_branch:
-            course = _with_jump(problem, course, instant, before, state, factors.response)
-        course = with_record(course, instant, depth, state.force, state.edge)
+            course = with_jump(problem, course, instant, before, state, factors.response)
+        course = with_record(course, instant, state.depth, state.force, state.edge)
         work[STEPS] += 1
         work[NODES] += state.gap.size
         if problem.audit and not problem.nonadhesive:
-            work[UNSTABLE] += is_unstable(state.mesh.influence, tabor, factors.response, state.gap)
+            influence = influence_of(problem, state.mesh, factors.response, state.gap)
+            work[UNSTABLE] += is_unstable(influence, tabor, factors.response, state.gap)
         if another_branch or not same_nodes(state.mesh, before.mesh):
             # Solutions on another branch or on other nodes cannot be extrapolated.
             recent = start_recent(state.gap, state.traction, now, state.force)
@@ -226,33 +221,34 @@ def _follow(
 
 @kernel
 def march(
-    problem: Problem, mesh: Mesh, times: np.ndarray, depths: np.ndarray, glassy: bool, most_steps: int
+    problem: Problem, mesh: Mesh, times: np.ndarray, controls: np.ndarray, glassy: bool, most_steps: int
 ) -> Marched:
-    """Follow the indentation history (`times`, `depths`), linear between its s instants.
+    """Follow the history that a protocol prescribes (`times`, `controls`), linear between its s instants.
 
     Args:
         problem: the scene, discretised.
         mesh: the user's own; otherwise ignored.
-        times, depths: (s,) the protocol.
+        times, controls: (s,) the protocol: indentations (of the stage, where there is a spring), or forces.
         glassy: whether the surfaces meet at once (instantaneous modulus) rather than fully relaxed.
         most_steps: give up after this many.
     """
     work, course = new_work(), new_course()
     segment_steps = np.zeros(times.size - 1, dtype=np.int64)
     energies = np.zeros(2)
-    outcome = NO_EQUILIBRIUM
-    state, solved = _first_state(problem, mesh, depths[0], glassy, work)
+    state, solved = _first_state(problem, mesh, controls[0], glassy, work)
+    gone = has_flown_off(problem.machine, controls[0], state.force, problem.scales.force)
+    outcome = DETACHED if gone else NO_EQUILIBRIUM
     if solved:
         outcome = COMPLETED
         memory = new_memory(problem.strengths, problem.times, problem.grid.size)
         remember_start(memory, state, glassy)
-        course = with_record(course, times[0], depths[0], state.force, state.edge)
+        course = with_record(course, times[0], state.depth, state.force, state.edge)
         energies[0] = energy_of(problem, state)
         factor = new_factor(state.gap.size)
         mesh_chosen = 0
         for k in range(segment_steps.size):
             steps = work[STEPS]
-            segment = _segment(problem, times, depths, k)
+            segment = _segment(problem, times, controls, k)
             state, factor, course, mesh_chosen, outcome = _follow(
                 problem, segment, state, memory, factor, course, mesh_chosen, most_steps, work
             )

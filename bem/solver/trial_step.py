@@ -14,9 +14,10 @@ from bem.solver.extrapolation import (
     predict,
     prediction_error,
 )
+from bem.solver.machine.compliance import depth_error, expected_depth, right_side_with_spring
 from bem.solver.nonadhesive import solve_nonadhesive
 from bem.solver.problem import Problem
-from bem.solver.state import State, right_side
+from bem.solver.state import State, influence_of, right_side, state_of
 from bem.solver.work import ITERATIONS
 
 _STALE_AFTER = 8  # iterations in one step after which the kept factorisation is dropped
@@ -30,7 +31,7 @@ def try_step(
     recent: Recent,
     factor: Factor,
     time: float,
-    depth: float,
+    control: float,
     remembered: np.ndarray,
     response: float,
     can_shrink: bool,
@@ -44,7 +45,7 @@ def try_step(
         recent: the last solutions.
         factor: kept factorisation.
         time: at the end of the step, counted as those of `recent`.
-        depth: indentation there.
+        control: what the protocol prescribes there: the indentation, or the displacement of the stage, or the force.
         remembered, response: what the material contributes, from `bem.solver.hereditary`.
         can_shrink: whether a shorter step may be tried; otherwise every solution is accepted.
         work: counts as in `bem.solver.work`, added to.
@@ -53,18 +54,24 @@ def try_step(
         gap and traction (n,); whether they are a solution and accepted; and the factor by which to change the step.
     """
     tabor, mesh = problem.tabor, state.mesh
-    rhs = right_side(tabor, mesh, depth, remembered)
+    rigid, influence = right_side(tabor, mesh, control, remembered), mesh.influence
+    rhs = rigid
     guess_gap, guess_traction = np.empty(rhs.size), np.empty(rhs.size)
     predict(recent, time, tabor, problem.nonadhesive, guess_gap, guess_traction)
     gap, traction = guess_gap.copy(), guess_traction.copy()
     if recent.count[0] > CONTROL and not problem.nonadhesive:
         predict(recent, time, tabor, False, gap, traction, DEPTH)
+    if problem.machine.compliance > 0.0:
+        influence = influence_of(problem, mesh, response, gap)
+        rhs = right_side_with_spring(
+            problem.machine, mesh, tabor, problem.nonadhesive, control, response, rigid, gap, traction
+        )
     if problem.nonadhesive:
-        solved = solve_nonadhesive(mesh.influence, rhs, response, gap, traction, work)
+        solved = solve_nonadhesive(influence, rhs, response, gap, traction, work)
     else:
         before = work[ITERATIONS]
         solved = solve_adhesive(
-            mesh.influence,
+            influence,
             mesh.force_weights,
             tabor,
             rhs,
@@ -82,7 +89,26 @@ def try_step(
     if not solved:
         return gap, traction, False, 0.25
     accepted, shrink = _judge(problem, state, recent, guess_gap, guess_traction, time, gap, traction, can_shrink)
+    if problem.machine.compliance > 0.0 and accepted:
+        free = rigid + control
+        predicted = expected_depth(mesh, free, response, guess_gap, guess_traction)
+        found = expected_depth(mesh, free, response, gap, traction)
+        if not problem.machine.by_force:  # the stage is known, so that only the force need be predicted
+            found = control + problem.machine.compliance * state_of(problem, mesh, control, gap, traction).force
+            predicted = control + problem.machine.compliance * expected_force(recent, time)
+        error = problem.scales.force_weight * depth_error(problem.machine, predicted, found)
+        accepted, by_depth = _verdict(error, problem.controls.prediction, min(recent.count[0], CONTROL), can_shrink)
+        shrink = min(shrink, by_depth) if accepted else by_depth
     return gap, traction, accepted, shrink
+
+
+@kernel_part
+def _verdict(error: float, allowed: float, order: int, can_shrink: bool) -> tuple[bool, float]:
+    """Whether an error of the prediction is accepted, and the factor by which to change the step."""
+    shrink = 0.9 * (allowed / max(error, 1e-12)) ** (1.0 / order)
+    if can_shrink and error > 2.0 * allowed:
+        return False, max(0.2, min(0.8, shrink))
+    return True, shrink
 
 
 @kernel_part

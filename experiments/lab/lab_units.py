@@ -37,6 +37,7 @@ def contacts_table() -> str:
         "Tabor parameter, h0 = 0.3 nm": [f"{c.physical_tabor:.3g}" for c in CONTACTS.values()],
         "limit": [c.regime for c in CONTACTS.values()],
         "gap h0 simulated": [readable(c.gap, "m") for c in CONTACTS.values()],
+        "stiffness scale pi R dgamma / h0": [readable(c.stiffness_scale, "N/m") for c in CONTACTS.values()],
         "JKR pull-off force": [readable(PULL_OFF_FORCE * c.force_scale, "N") for c in CONTACTS.values()],
     }
     return markdown_table(["quantity", *CONTACTS], [[name, *cells] for name, cells in rows.items()])

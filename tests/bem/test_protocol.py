@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bem.protocol import LoadingProtocol, PiecewiseLinearProtocol, default_start_indentation
+from bem.protocol import ForceProtocol, LoadingProtocol, PiecewiseLinearProtocol, default_start_indentation
 
 GOOD = {"peak_indentation": 10.0, "loading_rate": 2.0, "dwell_time": 0.5, "unloading_rate": 4.0}
 
@@ -118,3 +118,31 @@ def test_bad_histories(times, indentations, message):
 def test_bad_phases():
     with pytest.raises(ValueError, match="phases must name each of the 1 segments"):
         PiecewiseLinearProtocol([0.0, 1.0], [0.0, 1.0], ("loading", "dwell"))
+
+
+def test_a_force_history():
+    protocol = ForceProtocol([0.0, 1.0, 2.0, 4.0], [0.0, -5.0, -5.0, 1.0])
+    assert protocol.phases == ("loading", "dwell", "unloading")  # compression is loading
+    assert protocol.duration == 4.0
+    assert protocol == ForceProtocol((0, 1, 2, 4), (0, -5, -5, 1))
+    assert protocol != ForceProtocol([0.0, 1.0], [0.0, -5.0])
+    assert protocol != PiecewiseLinearProtocol([0.0, 1.0, 2.0, 4.0], [0.0, -5.0, -5.0, 1.0])
+    assert len({protocol, ForceProtocol((0, 1, 2, 4), (0, -5, -5, 1))}) == 1
+    with pytest.raises(ValueError, match="read-only"):
+        protocol.forces[0] = 1.0
+
+
+@pytest.mark.parametrize(
+    ("times", "forces", "message"),
+    [
+        ([0.0, 0.0], [0.0, 1.0], "times must be strictly increasing"),
+        ([0.0], [0.0], "times must be a one-dimensional sequence of at least 2"),
+        ([0.0, 1.0], [0.0, np.nan], "forces must be a one-dimensional sequence"),
+        ([0.0, 1.0], ["0", "1"], "forces must be"),
+        ([0.0, 1.0], [0.0, 1.0, 2.0], "times and forces must have the same length; received 2 and 3"),
+        ([0.0, 1.0], [0.0, 1e10], r"forces must lie within \+-1e\+09; received 1e10|received 10000000000.0"),
+    ],
+)
+def test_bad_forces(times, forces, message):
+    with pytest.raises(ValueError, match=message):
+        ForceProtocol(times, forces)

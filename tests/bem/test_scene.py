@@ -31,3 +31,16 @@ def test_wrong_material(material):
 def test_wrong_adhesion():
     with pytest.raises(ValueError, match="adhesion must be one of LennardJones"):
         Scene(tabor=1.0, material=StandardLinearSolid(0.1), adhesion=Elastic())
+
+
+def test_a_spring_is_none_by_default_and_where_it_is_infinitely_stiff():
+    assert Scene(1.0).spring is None
+    assert Scene(1.0, spring=np.inf) == Scene(1.0)
+    assert Scene(1.0, spring=4).spring == 4.0
+    assert Scene(1.0, spring=4.0) != Scene(1.0)
+
+
+@pytest.mark.parametrize("spring", [0.0, -1.0, np.nan, -np.inf, 1e-7, 1e13, "4", True])
+def test_bad_spring(spring):
+    with pytest.raises(ValueError, match=r"spring must be a finite number at least 1e-06 and at most 1e\+12; received"):
+        Scene(tabor=1.0, spring=spring)

@@ -1,3 +1,5 @@
+import dataclasses
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -198,3 +200,43 @@ def test_a_neck_about_to_break_is_not_detached_yet():
     broken, neck = (trajectory_of([0.0, 1.0], [end, end], [0.1, force]) for force in (0.3, 1.2))
     assert broken.detached
     assert not neck.detached
+
+
+def behind_a_spring(spring, **options):
+    """A sphere whose stage goes up and down, and whose force is twice its indentation, compressive."""
+    stage = np.concatenate([np.linspace(0.0, 3.0, 40), np.linspace(3.0, 0.0, 40)[1:]])
+    depth = stage * spring / (spring + 2.0)
+    plain = trajectory_of(np.arange(stage.size), depth, -2.0 * depth, **options)
+    return dataclasses.replace(plain, spring=spring), stage
+
+
+def test_the_stage_is_the_indentation_less_the_extension_of_the_spring():
+    found, stage = behind_a_spring(4.0)
+    np.testing.assert_allclose(found.stage, stage, atol=1e-12)
+    assert trajectory_of([0.0, 1.0], [0.0, 1.0], [0.0, -2.0]).stage.tolist() == [0.0, 1.0]
+
+
+def test_the_work_behind_a_spring_is_that_of_the_sphere():
+    found, _ = behind_a_spring(4.0)
+    assert found.work() == pytest.approx(0.0, abs=1e-9)
+    half = found.time <= 39.0
+    cut = {name: getattr(found, name)[half] for name in ("time", "indentation", "force", "contact_radius", "unloading")}
+    loading = dataclasses.replace(found, **cut)
+    # Work into the contact, P^2 / 4, and not what the spring holds, P^2 / 8.
+    assert loading.work() == pytest.approx(loading.force[-1] ** 2 / 4.0, rel=1e-9)
+
+
+def test_a_prescribed_force_is_linear_between_entries():
+    plain = trajectory_of([0.0, 1.0, 3.0], [0.0, 1.0, 4.0], [0.0, -2.0, -2.0])
+    found = dataclasses.replace(plain, by_force=True)
+    np.testing.assert_allclose(found.at([0.5, 1.0, 2.0]), [-1.0, -2.0, -2.0])
+    assert found.work() == pytest.approx(1.0 + 6.0)
+
+
+def test_a_sphere_that_flew_off_is_detached_and_its_history_complete():
+    status = "detached: no contact bears the prescribed force (at time 3, indentation 1)"
+    plain = trajectory_of([0.0, 1.0, 3.0], [2.0, 2.0, 1.0], [0.0, 0.0, 1.5], status=status, unloading=[0, 1, 1])
+    found = dataclasses.replace(plain, by_force=True)
+    assert found.completed
+    assert found.detached
+    assert found.pull_off_force == 1.5

@@ -26,7 +26,7 @@ from bem.dataset.file import plain_attribute, read_tree, write_tree
 from bem.dataset.opening import SEALED, DamagedFileError, open_dataset
 from bem.dataset.records import COMPLETED, FAILED, RESULTS, Columns
 from bem.dataset.sealed_file import BLOCK, seal
-from bem.protocol import LoadingProtocol, PiecewiseLinearProtocol
+from bem.protocol import ForceProtocol, LoadingProtocol, PiecewiseLinearProtocol
 from bem.scene import Scene
 from bem.trajectory import Jump, Statistics, Trajectory
 
@@ -34,7 +34,7 @@ FORMAT = "viscoelastic-contact-cases"
 FORMAT_VERSION = 1
 ARRAYS = {"time": float, "indentation": float, "force": float, "contact_radius": float, "unloading": np.uint8}
 
-Protocol = LoadingProtocol | PiecewiseLinearProtocol
+Protocol = LoadingProtocol | PiecewiseLinearProtocol | ForceProtocol
 
 
 class Case(NamedTuple):
@@ -67,7 +67,7 @@ class Cases:
     """Scenes and protocols to simulate: any material, any adhesion, any indentation history.
 
     Args:
-        cases: pairs of a `Scene` and a `LoadingProtocol` or `PiecewiseLinearProtocol`, at least one.
+        cases: pairs of a `Scene` and a protocol of any kind, at least one.
         accuracy: as in `bem.simulate`, the same for all.
 
     Raises:
@@ -107,8 +107,8 @@ class Cases:
     def expected_seconds(self, indices: np.ndarray) -> FloatArray:
         """Seconds that some of the cases may take, shape (n,); a history takes as long as its segments together."""
         chosen = [self.cases[index] for index in indices]
-        paths = [_history(scene, protocol) for scene, protocol in chosen]
-        travel = [np.sum(np.maximum(path.indentations[1:], path.indentations[:-1]).clip(0.0)) for path in paths]
+        paths = [_depths(scene, protocol) for scene, protocol in chosen]
+        travel = [np.sum(np.maximum(path[1:], path[:-1]).clip(0.0)) for path in paths]
         tabor = np.array([scene.tabor for scene, _ in chosen])
         return expected_seconds({"tabor": tabor, "peak_indentation": np.array(travel) / 3.0}, self.accuracy)
 
@@ -215,14 +215,17 @@ def _checked(number: int, case: Any) -> tuple[Scene, Protocol]:
     if not sound:
         raise ValueError(f"case {number} must be a Scene and a protocol; received {shown(case)}")
     try:
-        _history(scene, protocol)
+        _depths(scene, protocol)
     except ValueError as error:
         raise ValueError(f"case {number}: {error}") from error
     return scene, protocol
 
 
-def _history(scene: Scene, protocol: Protocol) -> PiecewiseLinearProtocol:
-    return protocol.history(scene.tabor) if isinstance(protocol, LoadingProtocol) else protocol
+def _depths(scene: Scene, protocol: Protocol) -> FloatArray:
+    """Indentation at the corners of a protocol; of a prescribed force that of Hertz."""
+    if isinstance(protocol, ForceProtocol):
+        return scene.tabor * (0.75 * np.pi * np.maximum(-protocol.forces, 0.0)) ** (2.0 / 3.0)
+    return (protocol.history(scene.tabor) if isinstance(protocol, LoadingProtocol) else protocol).indentations
 
 
 def _simulated(accuracy: str | float, index: int, case: tuple[Scene, Protocol], solver: Solver) -> CaseRecord:
@@ -246,6 +249,8 @@ def _outcome(trajectory: Trajectory | None) -> str:
         return "null"
     names = ("status", "accuracy", "energy_balance", "jumps", "stats")
     found = {name: getattr(trajectory, name) for name in names}
+    found |= {"spring": trajectory.spring} if trajectory.spring is not None else {}
+    found |= {"by_force": True} if trajectory.by_force else {}
     found["jumps"] = [_numbers(asdict(jump)) for jump in trajectory.jumps]
     found["stats"] = asdict(trajectory.stats)
     return json.dumps(_numbers(found), allow_nan=False, default=lambda number: number.item())

@@ -23,7 +23,10 @@ def described(value: Any) -> Any:
     if is_dataclass(value):
         name = type(value).__name__
         _public(name, type(value))
-        return {"type": name} | {field.name: described(getattr(value, field.name)) for field in fields(value)}
+        values = {field.name: getattr(value, field.name) for field in fields(value)}
+        if values.get("spring", 0.0) is None:  # as before there were springs
+            del values["spring"]
+        return {"type": name} | {field: described(kept) for field, kept in values.items()}
     if isinstance(value, np.ndarray):
         return value.tolist()
     return list(value) if isinstance(value, tuple) else value
@@ -38,7 +41,8 @@ def restored(description: Any) -> Any:
     if not isinstance(description, dict):
         return tuple(description) if isinstance(description, list) else description
     kind = _public(description.get("type"))
-    values = {field.name: restored(description[field.name]) for field in fields(kind)}
+    names = [field.name for field in fields(kind) if field.name != "spring" or "spring" in description]
+    values = {name: restored(description[name]) for name in names}
     # Classes with a constructor of their own take their fields in order, perhaps under other names.
     return kind(**values) if kind.__dataclass_params__.init else kind(*values.values())
 

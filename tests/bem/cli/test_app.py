@@ -175,3 +175,40 @@ def test_on_the_command_line_a_mistake_exits_with_2_and_without_a_traceback():
     assert result.stderr.startswith("bem: tabor must be a finite number at least 1e-06")
     assert result.stderr.count("\n") == 1
     assert "Traceback" not in result.stderr
+
+
+def test_a_spring_has_a_column_of_its_own_and_jumps_say_where_to(tmp_path):
+    path = tmp_path / "a.csv"
+    changes = {"tabor": "1", "material": "elastic", "start_indentation": "-9", "loading_rate": "1"}
+    result = invoke(**changes, spring="0.5", csv=str(path))
+    assert result.exit_code == 0, result.output
+    table = np.genfromtxt(path, delimiter=",", names=True)
+    np.testing.assert_allclose(table["stage"], table["indentation"] - table["force"] / 0.5, atol=1e-7)
+    jump = next(line for line in result.output.splitlines() if line.startswith("jump"))
+    assert " -> " in jump.partition(":")[0]
+    assert "stage" in json.loads(invoke("--json", **changes, spring="0.5").output)
+    assert "stage" not in json.loads(invoke("--json").output)
+
+
+def test_forces_are_prescribed_on_the_command_line(tmp_path):
+    words = ["simulate", "--tabor", "1", "--material", "elastic", "--times", "0,1,2", "--forces", "0,-5,3"]
+    result = CliRunner().invoke(app, [*words, "--plot", str(tmp_path / "a.png")])
+    assert result.exit_code == 0, result.output
+    assert "detached: no contact bears the prescribed force" in result.output
+    assert "-> flown off" in result.output
+    assert (tmp_path / "a.png").is_file()
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--times", "0,1"], "times and forces must be given together; received times alone"),
+        (["--times", "0,1", "--forces", "0,1", "--loading-rate", "1"], "received both, loading_rate and forces"),
+        (["--times", "0,x", "--forces", "0,1"], "times must be numbers separated by commas; received '0,x'"),
+        (["--loading-rate", "1"], "peak_indentation, unloading_rate must be given, or times and forces"),
+    ],
+)
+def test_a_cycle_or_forces_must_be_given(words, message):
+    result = CliRunner().invoke(app, ["simulate", "--tabor", "1", *words])
+    assert isinstance(result.exception, ValueError)
+    assert message in str(result.exception)

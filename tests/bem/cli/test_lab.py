@@ -114,3 +114,24 @@ def test_a_measurement_that_is_none_is_one_sentence_and_writes_nothing(
     assert code == 2
     assert message in said
     assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_stiffness_moves_the_stage(tmp_path):
+    path = tmp_path / "a.csv"
+    result = CliRunner().invoke(app, ["simulate", *options(csv=str(path), stiffness="50", material="elastic")])
+    assert result.exit_code == 0, result.output
+    curve = ForceCurve.read(path)
+    assert curve.stage.max() == pytest.approx(3e-7)
+    np.testing.assert_allclose(curve.stage, curve.indentation - curve.force / 50.0, atol=1e-14)
+
+
+def test_forces_in_place_of_a_cycle():
+    given = {name: CONTACT[name] for name in ("radius", "work-of-adhesion", "modulus", "accuracy")}
+    words = [word for name, value in given.items() for word in (f"--{name}", value)]
+    run = CliRunner().invoke(app, ["simulate", *words, "--times", "0,1,2", "--forces", "0,-5e-6,2e-5"])
+    assert run.exit_code == 0, run.output
+    assert "pull-off force" in run.output
+    for extra in (["--times", "0,1"], ["--times", "0,1", "--forces", "0,1", "--loading-rate", "1"], []):
+        refused = CliRunner().invoke(app, ["simulate-si", *words, *extra])
+        assert isinstance(refused.exception, ValueError)
+        assert "must be given" in str(refused.exception)

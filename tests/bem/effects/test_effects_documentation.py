@@ -18,9 +18,11 @@ SCENES = {
     "adhesion": Scene(1.0),
     "memory": Scene(1.0, SLS),
     "memory, no adhesion": Scene(1.0, SLS, HardContact()),
+    "spring": Scene(1.0, spring=5.0),
 }
 ADDED = {"no adhesion": ("hertz", "adhesion"), "adhesion": ("adhesion", "hertz")}
 ADDED["a relaxation process"] = ("memory", "adhesion")
+ADDED["a spring"] = ("spring", "adhesion")
 
 
 @pytest.fixture(scope="module")
@@ -64,7 +66,7 @@ def test_a_relaxation_process_adds_the_same_with_and_without_adhesion(code):
     added = functions_of(code["memory"]) - functions_of(code["adhesion"])
     assert added == functions_of(code["memory, no adhesion"]) - functions_of(code["hertz"])
     # The elastic contact jumps, which the other is kept from, and only its force must be followed.
-    of_jumps = {("instabilities", "smallest_eigenvalue"), ("course", "with_jump")}
+    of_jumps = {("instabilities", "smallest_eigenvalue"), ("course", "with_jump"), ("state", "influence_of")}
     elastic_only = of_jumps | {("extrapolation", "expected_force")}
     assert functions_of(code["adhesion"]) - functions_of(code["memory"]) <= elastic_only
 

@@ -4,7 +4,16 @@ import numpy as np
 import pytest
 
 import bem
-from bem import Elastic, HardContact, LoadingProtocol, PiecewiseLinearProtocol, PronySeries, Scene, StandardLinearSolid
+from bem import (
+    Elastic,
+    ForceProtocol,
+    HardContact,
+    LoadingProtocol,
+    PiecewiseLinearProtocol,
+    PronySeries,
+    Scene,
+    StandardLinearSolid,
+)
 from bem.dataset.designs import Design
 from bem.effects.recommendation import difference, operations, recommend
 from bem.effects.scene_effects import Effects, choices, reduced
@@ -163,3 +172,30 @@ def test_the_name_in_the_package_is_the_function():
     import bem.effects.recommendation  # the module, which must not take the function's place
 
     assert callable(bem.recommend)
+
+
+def test_a_stiff_spring_is_left_out_and_a_soft_one_is_kept():
+    protocol = LoadingProtocol(
+        peak_indentation=5.0, loading_rate=5.0, dwell_time=0.0, unloading_rate=5.0, start_indentation=-9.0
+    )
+    stiff, soft = (recommend(Scene(1.0, SLS, spring=k), protocol, 0.02, best="fewest") for k in (1e5, 1.0))
+    assert str(stiff.effects) == "viscoelastic, adhesive"
+    assert stiff.scene == Scene(1.0, SLS)
+    assert stiff.found_by == "simulation"
+    assert str(soft.effects) == "viscoelastic, adhesive, with a spring"
+    assert soft.scene.spring == 1.0
+    assert soft.found_by == "nothing is left out"
+
+
+def test_the_choices_of_a_scene_with_a_spring():
+    every = choices(Scene(1.0, SLS, spring=2.0))
+    assert len(every) == 2 * len(choices(Scene(1.0, SLS)))
+    assert every[-1] == Effects(adhesion=True, first=0, last=1, of=1, spring=True)
+    assert every[-1].count == 3
+    frozen, _ = reduced(Scene(1.0, SLS, spring=2.0), deep(1.0), Effects(True, 0, 0, 1, True))
+    assert frozen.spring == 2.0  # force and indentation keep their units
+
+
+def test_a_prescribed_force_is_refused():
+    with pytest.raises(ValueError, match=r"protocol must be one of LoadingProtocol\(\.\.\.\), PiecewiseLinear"):
+        recommend(Scene(1.0, SLS), ForceProtocol([0.0, 1.0], [0.0, -1.0]))

@@ -116,3 +116,55 @@ def test_a_curve_checks_its_columns():
     ):
         with pytest.raises(ValueError, match=message):
             ForceCurve(**(good | changes))
+
+
+def test_a_cantilever_moves_the_stage_and_not_the_sphere():
+    tip = Setup(**AFM, stiffness=2.0)
+    assert tip.scene().spring == pytest.approx(2.0 * 0.3e-9 / tip.force_scale)
+    assert tip.scene(with_spring=False).spring is None
+    protocol = tip.protocol(peak_indentation=2e-9, loading_rate=1e-8, unloading_rate=1e-8)
+    # As much further away as the largest adhesion stretches the spring.
+    rigid = Setup(**AFM).protocol(peak_indentation=2e-9, loading_rate=1e-8, unloading_rate=1e-8)
+    stretched = 2.0 * tip.force_scale / 2.0 / tip.indentation_scale
+    assert protocol.start(tip.tabor) == pytest.approx(rigid.start(tip.tabor) - stretched)
+    curve = tip.simulate(protocol, "draft", force_sign="compression")
+    np.testing.assert_allclose(curve.stage, curve.indentation + curve.force / 2.0, rtol=1e-9, atol=1e-18)
+    assert curve.stage.max() == pytest.approx(2e-9)
+    assert curve.indentation.max() < 0.95 * 2e-9
+    moved = curve.shifted(contact_point=1e-9)
+    np.testing.assert_allclose(moved.stage, curve.stage - 1e-9)
+    assert Setup(**AFM).simulate(rigid, "draft").stage is None
+
+
+def test_a_curve_behind_a_spring_is_written_and_read_again(tmp_path):
+    tip = Setup(**AFM, stiffness=2.0)
+    curve = tip.simulate(tip.protocol(peak_indentation=2e-9, loading_rate=1e-8, unloading_rate=1e-8), "draft")
+    curve.write(tmp_path / "curve.csv")
+    again = ForceCurve.read(tmp_path / "curve.csv")
+    np.testing.assert_allclose(again.stage, curve.stage, rtol=1e-8)
+    np.testing.assert_allclose(again.indentation, curve.indentation, rtol=1e-8)
+
+
+@pytest.mark.parametrize("stiffness", [0.0, -1.0, np.nan, "soft"])
+def test_bad_stiffness(stiffness):
+    with pytest.raises(ValueError, match="stiffness must be"):
+        Setup(**AFM, stiffness=stiffness)
+    assert Setup(**AFM, stiffness=np.inf) == Setup(**AFM)
+
+
+def test_a_weight_in_newtons():
+    setup = Setup(**AFM, retardation_time=0.5, material=StandardLinearSolid(0.2))
+    protocol = setup.force_protocol(times=[0.0, 0.1, 2.0], forces=[0.0, 5e-9, 5e-9], force_sign="compression")
+    np.testing.assert_allclose(protocol.times, [0.0, 0.2, 4.0])
+    np.testing.assert_allclose(protocol.forces, [0.0, -5e-9 / setup.force_scale, -5e-9 / setup.force_scale])
+    curve = setup.simulate(protocol, "draft", force_sign="compression")
+    assert curve.force[-1] == pytest.approx(5e-9, rel=1e-3)
+    assert curve.indentation[-1] > 1.5 * curve.indentation[0] > 0.0
+
+
+def test_the_effective_range_of_a_contact_behind_a_spring_or_under_a_weight():
+    bead = Setup(radius=50e-6, work_of_adhesion=0.05, relaxed_modulus=2e6, stiffness=30.0)
+    assert bead.scene().spring == pytest.approx(30.0 / bead.stiffness_scale)
+    pulled = bead.force_protocol(times=[0.0, 1.0], forces=[0.0, 20e-6])
+    assert bead.range_sensitivity(pulled) < 0.05
+    assert bead.range_sensitivity(bead.protocol(peak_indentation=3e-7, loading_rate=1e-6, unloading_rate=1e-6)) < 0.05

@@ -123,11 +123,11 @@ def test_the_accuracy_is_that_of_the_last_mesh_that_was_tried(monkeypatch):
     def lost(*arguments):
         return march(*arguments)._replace(outcome=module.NO_EQUILIBRIUM)
 
-    def with_little_memory(scene, deepest, controls, mesh, audit):
+    def with_little_memory(scene, deepest, controls, *others):
         asked.append(controls)
         if len(asked) > 2:
             raise MemoryError("the contact edge needs more")
-        return discretise(scene, deepest, controls, mesh, audit)
+        return discretise(scene, deepest, controls, *others)
 
     monkeypatch.setattr(module, "march", lost)
     monkeypatch.setattr(module, "discretise", with_little_memory)

@@ -2,7 +2,7 @@
 
 import json
 import re
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import h5py
@@ -13,6 +13,7 @@ import bem
 from bem import (
     Cases,
     Elastic,
+    ForceProtocol,
     HardContact,
     LoadingProtocol,
     PiecewiseLinearProtocol,
@@ -23,6 +24,7 @@ from bem import (
     run_campaign,
 )
 from bem.dataset.campaign.checkpoints import CampaignError
+from bem.dataset.campaign.descriptions import described, restored
 from bem.dataset.file import load_dataset
 from bem.dataset.hdf5_arrays import arrays
 from bem.dataset.opening import DamagedFileError
@@ -218,3 +220,23 @@ def test_a_file_that_cannot_be_written_ends_in_one_sentence(tmp_path):
         run_campaign(Cases(PAIRS), tmp_path / "cases.txt")
     with pytest.raises(CampaignError, match=r"cannot write beside '/proc/nowhere/cases.h5'"):
         run_campaign(Cases(PAIRS), Path("/proc/nowhere/cases.h5"))
+
+
+def test_springs_and_forces_are_kept(tmp_path):
+    pairs = [(Scene(1.0, spring=2.0), RAMP), (Scene(1.0), ForceProtocol([0.0, 1.0, 2.0], [0.0, -2.0, 3.0]))]
+    run_campaign(Cases(pairs, "draft"), tmp_path / "cases.h5")
+    behind, pushed = load_cases(tmp_path / "cases.h5")
+    assert [(case.scene, case.protocol) for case in (behind, pushed)] == pairs
+    for case in (behind, pushed):
+        again = bem.simulate(case.scene, case.protocol, "draft")
+        same(case.trajectory, replace(again, stats=case.trajectory.stats))
+    assert behind.trajectory.spring == 2.0
+    np.testing.assert_allclose(behind.trajectory.stage, RAMP.history(1.0).indentation_at(behind.trajectory.time))
+    assert pushed.trajectory.by_force
+    assert pushed.trajectory.detached
+
+
+def test_a_scene_without_a_spring_is_described_as_before_there_were_springs():
+    assert "spring" not in described(Scene(1.0))
+    assert restored(described(Scene(1.0))) == Scene(1.0)
+    assert restored(described(Scene(1.0, spring=2.0))) == Scene(1.0, spring=2.0)

@@ -1,0 +1,267 @@
+"""A spring between stage and sphere, and a prescribed force, against closed forms and against the rigid machine.
+
+Sources: Maugis, Contact, Adhesion and Rupture of Elastic Solids (2000), section 4.2, on stability behind a spring; Lee
+and Radok, J. Appl. Mech. 27 (1960) 438, on creep.
+"""
+
+import numpy as np
+import pytest
+
+from bem import (
+    Elastic,
+    ForceProtocol,
+    HardContact,
+    LoadingProtocol,
+    PiecewiseLinearProtocol,
+    PronySeries,
+    Scene,
+    StandardLinearSolid,
+    simulate,
+)
+from bem.reference_solutions import hertz
+from bem.solver.simulation import count_unstable
+
+SLS = StandardLinearSolid(0.1)
+CYCLE = LoadingProtocol(
+    peak_indentation=5.0, loading_rate=1.0, dwell_time=0.5, unloading_rate=1.0, start_indentation=-10.0
+)
+DEAD_LOAD = ForceProtocol([0.0, 1.0, 2.0], [0.0, -5.0, 3.0])
+PUSHED = ForceProtocol([0.0, 1.0, 3.0], [0.0, -5.0, -5.0])
+
+
+def run(scene, protocol, accuracy="standard"):
+    trajectory = simulate(scene, protocol, accuracy)
+    assert trajectory.completed, trajectory.status
+    return trajectory
+
+
+@pytest.mark.parametrize("scene", [Scene(1.0), Scene(1.0, SLS), Scene(0.2, SLS), Scene(2.0)])
+def test_a_very_stiff_spring_is_none(scene):
+    rigid = run(scene, CYCLE)
+    endless, stiff = (run(Scene(scene.tabor, scene.material, scene.adhesion, spring=k), CYCLE) for k in (np.inf, 1e12))
+    assert np.array_equal(endless.force, rigid.force)
+    assert endless.spring is None
+    assert stiff.time.size == rigid.time.size
+    np.testing.assert_allclose(stiff.indentation, rigid.indentation, atol=1e-8)
+    np.testing.assert_allclose(stiff.force, rigid.force, rtol=1e-7, atol=1e-9)
+
+
+def test_a_very_stiff_spring_is_none_without_adhesion():
+    # There rounding decides which node at the edge of the contact is the last to press.
+    rigid, stiff = (run(Scene(1.0, SLS, HardContact(), spring), CYCLE) for spring in (np.inf, 1e12))
+    times = np.linspace(0.0, rigid.time[-1], 500)
+    assert np.max(np.abs(stiff.at(times) - rigid.at(times))) < 1e-4 * np.ptp(rigid.force)
+
+
+@pytest.mark.parametrize("tabor", [0.2, 1.0, 3.0])
+def test_the_elastic_pull_off_force_does_not_depend_on_the_stiffness(tabor):
+    rigid = run(Scene(tabor), CYCLE)
+    deep = LoadingProtocol(
+        peak_indentation=5.0, loading_rate=1.0, dwell_time=0.0, unloading_rate=1.0, start_indentation=-20.0
+    )
+    for spring in (0.2, 1.0, 30.0):
+        found = run(Scene(tabor, spring=spring), deep)
+        assert found.detached
+        assert found.pull_off_force == pytest.approx(rigid.pull_off_force, rel=2.0 * rigid.accuracy)
+
+
+@pytest.mark.parametrize("tabor", [0.05, 0.2, 1.0, 3.0])
+def test_under_a_dead_load_the_sphere_flies_off_at_the_pull_off_force(tabor):
+    rigid, found = run(Scene(tabor), CYCLE), run(Scene(tabor), DEAD_LOAD)
+    assert found.detached
+    assert found.status.startswith("detached: no contact bears the prescribed force (at time ")
+    assert found.time[-1] < 2.0
+    (jump,) = found.jumps
+    assert jump.time == found.time[-1]
+    assert jump.force_before == pytest.approx(rigid.pull_off_force, rel=rigid.accuracy)
+    assert found.pull_off_force == pytest.approx(rigid.pull_off_force, rel=rigid.accuracy)
+    assert np.isnan(jump.indentation_after)
+    assert abs(jump.eigenvalue_before) < 0.02
+
+
+@pytest.mark.parametrize("spring", [0.4, 1.0])
+def test_the_contact_jumps_where_its_slope_is_that_of_the_spring(spring):
+    found, rigid = run(Scene(1.0, spring=spring), CYCLE, 1e-3), run(Scene(1.0), CYCLE, 1e-3)
+    jump_in, jump_out = found.jumps
+    # Greenwood (1997): the branches of the rigid machine; the whole is unstable where the force rises by k.
+    away = rigid.unloading & (rigid.force > 0.0) & (rigid.indentation < 1.0) & (rigid.contact_radius > 0.0)
+    depth, force = rigid.indentation[away][::-1], rigid.force[away][::-1]
+    middle, slopes = 0.5 * (depth[1:] + depth[:-1]), np.diff(force) / np.maximum(np.diff(depth), 1e-12)
+    past = middle < depth[np.argmax(force)]
+    at = middle[past][np.argmin(np.abs(slopes[past] - spring))]
+    assert jump_out.indentation == pytest.approx(at, abs=0.08)
+    assert jump_out.force_before == pytest.approx(np.interp(at, depth, force), rel=0.02)
+    for jump in (jump_in, jump_out):
+        # The stage stands still: force and indentation move along the spring.
+        moved = jump.indentation_after - jump.indentation
+        assert jump.force_after - jump.force_before == pytest.approx(spring * moved, rel=1e-9)
+        assert abs(jump.eigenvalue_before) < 0.05
+        assert jump.eigenvalue_after > 0.0
+    assert jump_in.indentation_after > jump_in.indentation + 0.5
+    assert jump_out.indentation_after < jump_out.indentation - 0.5
+
+
+def test_the_softer_the_spring_the_longer_the_jumps():
+    travelled = [
+        abs(jump.indentation_after - jump.indentation)
+        for spring in (10.0, 1.0, 0.4)
+        for jump in run(Scene(1.0, spring=spring), CYCLE).jumps[-1:]
+    ]
+    assert np.all(np.diff(travelled) > 0.5)
+
+
+@pytest.mark.parametrize("material", [Elastic(), SLS, PronySeries([0.4, 0.4], [0.1, 10.0])])
+@pytest.mark.parametrize("adhesion", [None, HardContact()])
+@pytest.mark.parametrize("spring", [0.3, 20.0])
+def test_the_stage_is_where_the_protocol_says(material, adhesion, spring):
+    scene = Scene(1.0, material, *(() if adhesion is None else (adhesion,)), spring=spring)
+    found = run(scene, CYCLE)
+    wanted = CYCLE.history(1.0).indentation_at(found.time)
+    np.testing.assert_allclose(found.indentation - found.force / spring, wanted, atol=1e-9)
+    np.testing.assert_array_equal(found.stage, found.indentation - found.force / spring)
+    # Tension holds the sphere deeper than the stage, compression less deep.
+    assert np.all((found.indentation - wanted) * found.force >= -1e-9)
+
+
+@pytest.mark.parametrize("material", [Elastic(), SLS])
+@pytest.mark.parametrize("adhesion", [None, HardContact()])
+def test_the_force_is_what_the_protocol_says(material, adhesion):
+    found = run(Scene(1.0, material, *(() if adhesion is None else (adhesion,))), PUSHED)
+    np.testing.assert_allclose(found.force, np.interp(found.time, PUSHED.times, PUSHED.forces), atol=2e-4)
+    assert found.at(0.5) == pytest.approx(-2.5, abs=2e-4)
+
+
+@pytest.mark.parametrize("tabor", [0.2, 1.0, 5.0])
+def test_hertz_under_a_force_ramp(tabor):
+    scene = Scene(tabor, adhesion=HardContact())
+    found = run(scene, ForceProtocol([0.0, 1.0, 2.0], [0.0, -8.0, 0.0]), 1e-3)
+    pressed = found.force < -0.05 * 8.0
+    assert np.count_nonzero(pressed) > 30
+    exact = tabor * (0.75 * np.pi * -found.force[pressed]) ** (2.0 / 3.0)
+    np.testing.assert_allclose(found.indentation[pressed], exact, rtol=1e-3)
+    np.testing.assert_allclose(
+        found.force[pressed], hertz.force_from_indentation(found.indentation[pressed], tabor), rtol=1.5e-3
+    )
+    assert found.hysteresis < 2e-3 * found.turnover()
+
+
+@pytest.mark.parametrize("ratio", [0.5, 0.1])
+def test_creep_under_a_weight(ratio):
+    found = run(
+        Scene(1.0, StandardLinearSolid(ratio), HardContact()), ForceProtocol([0.0, 1e-5, 8.0], [0.0, -5, -5]), 1e-3
+    )
+    held = found.time > 1e-3
+    creep = 1.0 - (1.0 - ratio) * np.exp(-found.time[held])
+    np.testing.assert_allclose(found.indentation[held], (0.75 * np.pi * 5.0 * creep) ** (2.0 / 3.0), rtol=2e-3)
+
+
+def test_creep_of_a_series_under_a_growing_force():
+    material = PronySeries([0.5, 0.3], [0.2, 3.0])
+    found = run(Scene(1.0, material, HardContact()), ForceProtocol([0.0, 4.0], [0.0, -20.0]), 1e-3)
+    t = found.time[found.time > 0.4]
+    lag = sum(c * tau * (1.0 - np.exp(-t / tau)) for c, tau in zip(material.strengths, material.times, strict=True))
+    exact = (0.75 * np.pi * 5.0 * (t - lag)) ** (2.0 / 3.0)
+    np.testing.assert_allclose(found.indentation[found.time > 0.4], exact, rtol=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("scene", "protocol"),
+    [
+        (Scene(1.0, SLS, spring=10.0), CYCLE),
+        (Scene(1.0, SLS, HardContact(), spring=0.5), CYCLE),
+        (Scene(1.0, SLS), ForceProtocol([0.0, 1.0, 2.0, 4.0], [0.0, -5.0, -5.0, 0.5])),
+        (Scene(0.3, SLS), ForceProtocol([0.0, 0.1, 2.0, 4.0], [0.0, -5.0, -5.0, 0.5])),
+    ],
+)
+def test_the_path_of_the_sphere_gives_the_same_force_back(scene, protocol):
+    found = run(scene, protocol, 1e-3)
+    assert found.jumps == ()
+    time, first = np.unique(found.time, return_index=True)
+    path = PiecewiseLinearProtocol(time, found.indentation[first])
+    again = run(Scene(scene.tabor, scene.material, scene.adhesion), path, 1e-3)
+    force = found.force[first]
+    assert np.max(np.abs(again.at(time) - force)) < 0.01 * np.ptp(force)
+
+
+def test_the_elastic_path_under_a_force_is_that_of_the_rigid_machine():
+    pushed = run(Scene(1.0), DEAD_LOAD, 1e-3)
+    inside = (pushed.force > -4.0) & (pushed.force < 1.6) & (pushed.time > 1.0)
+    path = PiecewiseLinearProtocol(pushed.time[inside], pushed.indentation[inside])
+    rigid = run(Scene(1.0), path, 1e-3)
+    np.testing.assert_allclose(rigid.at(pushed.time[inside]), pushed.force[inside], atol=2e-3)
+
+
+def stage_area(found):
+    """Integral of -P d(stage) on a fine grid of instants."""
+    times = np.linspace(found.time[0], found.time[-1], 200_001)
+    force, stage = found.at(times), np.interp(times, found.time, found.stage)
+    return -np.sum(0.5 * (force[1:] + force[:-1]) * np.diff(stage))
+
+
+@pytest.mark.parametrize("spring", [0.4, 2.0])
+def test_the_elastic_loop_of_the_stage_loses_what_the_jumps_lose(spring):
+    found = run(Scene(1.5, spring=spring), CYCLE, 1e-3)
+    assert len(found.jumps) == 2
+    assert all(jump.energy_lost > 0.1 for jump in found.jumps)
+    assert found.hysteresis == pytest.approx(sum(jump.energy_lost for jump in found.jumps), rel=2e-3)
+    assert stage_area(found) == pytest.approx(found.hysteresis, rel=0.01)
+
+
+def test_hard_surfaces_bear_no_tension():
+    found = run(Scene(1.0, adhesion=HardContact()), ForceProtocol([0.0, 1.0], [-1.0, 1.0]))
+    assert found.detached
+    assert found.time[-1] == pytest.approx(0.5, abs=1e-3)
+
+
+@pytest.mark.parametrize("scene", [Scene(1.0), Scene(1.0, SLS), Scene(1.0, adhesion=HardContact())])
+def test_a_first_force_that_no_contact_bears_is_said(scene):
+    found = simulate(scene, ForceProtocol([0.0, 1.0], [30.0, 0.0]))
+    assert found.status == "not started: no contact bears the prescribed force"
+    assert found.time.size == 0
+    assert np.isnan(found.pull_off_force)
+    assert not found.detached
+
+
+@pytest.mark.parametrize("force", [-5.0, 0.0, 1.0])
+def test_a_prescribed_force_begins_in_contact(force):
+    found = run(Scene(1.0), ForceProtocol([0.0, 1.0], [force, force]))
+    assert found.force[0] == pytest.approx(force, abs=1e-3)
+    assert found.contact_radius[0] > 1.0
+    assert found.jumps == ()
+    np.testing.assert_allclose(found.indentation, found.indentation[0], atol=1e-3)
+
+
+@pytest.mark.parametrize("adhesion", [None, HardContact()])
+def test_a_closed_loop_of_sphere_and_of_stage_lose_the_same(adhesion):
+    scene = Scene(1.0, SLS, *(() if adhesion is None else (adhesion,)), spring=3.0)
+    found = run(scene, CYCLE, 1e-3)
+    assert found.detached
+    assert stage_area(found) == pytest.approx(found.hysteresis, rel=0.01)
+
+
+def test_a_spring_slows_the_retreat_of_a_viscoelastic_edge():
+    # The stretched spring keeps pulling while the edge creeps, so that the edge needs less speed and less force.
+    forces = [run(Scene(1.0, SLS, spring=spring), CYCLE).pull_off_force for spring in (1e3, 3.0, 1.0)]
+    assert np.all(np.diff(forces) < -0.02)
+
+
+@pytest.mark.parametrize(
+    ("scene", "protocol"),
+    [(Scene(1.0, spring=0.5), CYCLE), (Scene(1.0, SLS, spring=0.5), CYCLE), (Scene(1.0), DEAD_LOAD)],
+)
+def test_no_state_is_unstable(scene, protocol):
+    assert count_unstable(scene, protocol) == 0
+
+
+def test_creep_to_rupture_under_a_weight_that_hangs():
+    # Held just below what the relaxed contact bears, it stays; above, it creeps apart, the sooner the more it bears.
+    limit = run(Scene(1.0), CYCLE).pull_off_force
+    hung = [
+        run(Scene(1.0, SLS), ForceProtocol([0.0, 0.1, 1.0, 300.0], [0.0, -5.0, load, load]))
+        for load in (0.97 * limit, 1.2 * limit, 1.6 * limit)
+    ]
+    assert not hung[0].detached
+    assert hung[0].time[-1] == 300.0
+    assert hung[1].detached
+    assert hung[2].detached
+    assert 1.0 < hung[2].time[-1] < hung[1].time[-1] < 300.0
