@@ -112,6 +112,7 @@ def test_another_version_of_the_solver_is_told_apart(plan, undisturbed):
         run_campaign(plan, undisturbed, solver=stand_in.slow)
 
 
+@pytest.mark.usefixtures("in_this_process")
 def test_resuming_asks_once_which_trajectories_are_wanted(undisturbed, tmp_path, monkeypatch):
     class Counted(np.ndarray):
         def tolist(self):

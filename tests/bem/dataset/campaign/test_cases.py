@@ -128,10 +128,10 @@ def test_an_interrupted_one_continues(whole, tmp_path):
     assert run_campaign(Cases(PAIRS), out, solver=stand_in.follow).computed == 0
 
 
+@pytest.mark.usefixtures("in_this_process")
 def test_failures_are_kept_and_computed_again_when_asked(tmp_path, monkeypatch):
     out, mended = tmp_path / "cases.h5", tmp_path / "mended"
     monkeypatch.setenv("STAND_IN_MARKER", str(mended))
-    stand_in.restart_workers()
 
     def run(**options):
         return run_campaign(Cases(PAIRS), out, solver=stand_in.stops_early_until_mended, workers=1, **options)
