@@ -24,15 +24,21 @@ app = typer.Typer()
 register(app)
 
 
+def run_here(*arguments, **options):
+    """Compute a campaign in this process, which starts no workers."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("bem.dataset.campaign.run.LocalExecutor", Here)
+        return run_campaign(*arguments, **options)
+
+
 def command(*arguments, solver=None):
-    """Run `bem` in this process; a stand-in for the solver needs no workers either."""
+    """Run `bem` in this process, and its campaigns too where a stand-in for the solver is given."""
     former = signal.getsignal(signal.SIGTERM)
     try:
         with pytest.MonkeyPatch.context() as patch:
             if solver is not None:
-                run = functools.partial(run_campaign, solver=solver)
+                run = functools.partial(run_here, solver=solver)
                 patch.setattr("bem.dataset.campaign.run.run_campaign", run)
-                patch.setattr("bem.dataset.campaign.run.LocalExecutor", Here)
             return CliRunner().invoke(app, [str(argument) for argument in arguments])
     finally:
         signal.signal(signal.SIGTERM, former)  # a campaign takes it for itself

@@ -18,6 +18,7 @@ from tests.bem.dataset.campaign.helpers import altered, assert_same_numbers, put
 from tests.data_files import editing
 
 
+@pytest.mark.usefixtures("in_this_process")
 def test_shards_merge_into_the_undisturbed_file(undisturbed, tmp_path):
     out = tmp_path / "data.h5"
     paths = []

@@ -25,6 +25,7 @@ from tests.bem.dataset.campaign.helpers import (
     children,
     command,
     parts,
+    run_here,
     start_campaign,
     start_command,
 )
@@ -46,7 +47,7 @@ def test_kill_at_random_moments_loses_and_duplicates_nothing(plan, undisturbed_s
         assert not out.exists() or len(load_dataset(out)) == 120
         assert len(parts(out)) >= kept
         kept = len(parts(out))
-    summary = run_campaign(plan, out, solver=stand_in.slow)
+    summary = run_here(plan, out, solver=stand_in.slow)
     assert summary.computed < 120
     assert_same_numbers(out, undisturbed_slow)
     assert sorted(tmp_path.iterdir()) == [out]
@@ -190,8 +191,8 @@ def test_a_target_deleted_while_running_is_written_all_the_same(tmp_path, monkey
     assert sorted(tmp_path.iterdir()) == [out, mended]
 
 
-@pytest.mark.parametrize("solver", ["solve", "slow"])
-def test_a_folder_deleted_while_running_ends_in_one_sentence(solver, undisturbed, plan, tmp_path):
+@pytest.mark.parametrize(("solver", "run"), [("solve", run_campaign), ("slow", run_here)])
+def test_a_folder_deleted_while_running_ends_in_one_sentence(solver, run, undisturbed, plan, tmp_path):
     out = tmp_path / "there" / "data.h5"
 
     def delete(done, _):
@@ -199,7 +200,7 @@ def test_a_folder_deleted_while_running_ends_in_one_sentence(solver, undisturbed
             shutil.rmtree(out.parent)
 
     with pytest.raises(CampaignError, match=r"cannot write '.*'.*somebody removed what was saved") as found:
-        run_campaign(plan, out, solver=getattr(stand_in, solver), progress=delete)
+        run(plan, out, solver=getattr(stand_in, solver), progress=delete)
     assert "\n" not in str(found.value)
     assert list(tmp_path.iterdir()) == []
     if solver == "solve":
@@ -230,7 +231,7 @@ def test_a_killed_worker_costs_nothing(tmp_path, monkeypatch):
     summary = run_campaign(plan, tmp_path / "data.h5", workers=2, solver=stand_in.kills_its_worker_once)
     assert (tmp_path / "marker").exists()
     assert (summary.count, summary.failures) == (60, Counter())
-    run_campaign(plan, tmp_path / "calm.h5", solver=stand_in.slow)
+    run_here(plan, tmp_path / "calm.h5", solver=stand_in.slow)
     assert_same_numbers(tmp_path / "data.h5", tmp_path / "calm.h5")
 
 
