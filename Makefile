@@ -352,7 +352,7 @@ table-solver-hard-cases: setup  ## Run the solver in the most difficult cases (l
 
 .PHONY: test
 test: check-lock lint  ## Everything continuous integration runs: lock, lint, format, types, fast tests
-	$(PY) -m pytest -n $(TEST_WORKERS)
+	$(PY) -m pytest -n $(TEST_WORKERS) --dist loadfile
 
 .PHONY: test-slow
 test-slow: setup  ## The tests too costly for every commit

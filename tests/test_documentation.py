@@ -9,7 +9,9 @@ import textwrap
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
 
+from surrogate.cli import app as cli
 from surrogate.inference.model_files import PUBLISHED
 from tests.surrogate.conftest import write_dataset
 
@@ -72,8 +74,7 @@ def test_the_make_targets_and_files_it_names_exist():
 
 @pytest.mark.parametrize("command", ["predict", "export", "train", "evaluate"])
 def test_the_commands_it_names_exist(command):
-    result = subprocess.run([sys.executable, "-m", "surrogate", command, "--help"], capture_output=True, check=False)
-    assert result.returncode == 0
+    assert CliRunner().invoke(cli.app, [command, "--help"]).exit_code == 0
 
 
 def test_the_site_builds_without_a_broken_link(tmp_path):

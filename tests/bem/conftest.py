@@ -8,6 +8,7 @@ from threadpoolctl import threadpool_limits
 from bem.dataset.campaign.plan import Campaign
 from bem.dataset.campaign.run import run_campaign
 from tests.bem.dataset.campaign import stand_in
+from tests.bem.dataset.campaign.helpers import run_here
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -34,5 +35,5 @@ def undisturbed(plan, tmp_path_factory):
 @pytest.fixture(scope="session")
 def undisturbed_slow(plan, tmp_path_factory):
     path = tmp_path_factory.mktemp("undisturbed") / "data.h5"
-    run_campaign(plan, path, solver=stand_in.slow)
+    run_here(plan, path, solver=stand_in.slow)
     return path

@@ -1,3 +1,4 @@
+import functools
 import signal
 import socket
 import subprocess
@@ -23,7 +24,9 @@ def test_serving_needs_no_environment():
 
 def serve(port):
     command = [sys.executable, ROOT / "tools" / "serve.py", ROOT / "demo" / "public", "--port", str(port)]
-    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    # Tests that run in the background inherit an ignored SIGINT.
+    heard = functools.partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=heard)
 
 
 def test_a_port_that_is_taken_is_one_sentence_and_no_address():

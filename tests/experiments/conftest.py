@@ -6,16 +6,16 @@ os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
 os.environ.setdefault("TF_NUM_INTRAOP_THREADS", "1")
 
 from bem.dataset.campaign.plan import Campaign
-from bem.dataset.campaign.run import run_campaign
 from experiments.cost import accuracy_cost, solver_processes
 from tests.bem.dataset.campaign import stand_in
+from tests.bem.dataset.campaign.helpers import run_here
 
 
 @pytest.fixture(scope="session")
 def dataset(tmp_path_factory):
     """A data set file of a few trajectories that were not simulated."""
     path = tmp_path_factory.mktemp("data") / "dataset.h5"
-    run_campaign(Campaign(count=60, seed=2), path, solver=stand_in.solve)
+    run_here(Campaign(count=60, seed=2), path, solver=stand_in.solve)
     return path
 
 

@@ -7,19 +7,19 @@ import numpy as np
 import pytest
 
 from bem.dataset.campaign.plan import Campaign
-from bem.dataset.campaign.run import run_campaign
 from bem.dataset.file import load_dataset
 from bem.dataset.measurement_steps import measurement_grid
 from experiments.paper.dataset_statistics import statistics
 from paper_figures.style import drawing
 from tests.bem.dataset.campaign import stand_in
+from tests.bem.dataset.campaign.helpers import run_here
 from tests.paper_figures.results import PERCENTS, write
 
 
 @pytest.fixture(scope="session")
 def dataset_path(tmp_path_factory):
     path = tmp_path_factory.mktemp("data") / "dataset.h5"
-    run_campaign(Campaign(count=80, seed=2), path, solver=stand_in.solve)
+    run_here(Campaign(count=80, seed=2), path, solver=stand_in.solve)
     return path
 
 

@@ -88,6 +88,17 @@ def build_tiny(name, features="D"):
     return keras.Model([sequence, tabor], keras.layers.Dense(1, name="force")(hidden), name=name)
 
 
+def build_least(name, features="D"):
+    import keras
+
+    from surrogate.architectures import common
+    from surrogate.architectures.layers import AppendTabor
+
+    sequence, tabor = common.inputs(features)
+    hidden = keras.layers.Dropout(0.1, name="dropout")(AppendTabor(name="append")(sequence, tabor))
+    return keras.Model([sequence, tabor], keras.layers.Dense(1, name="force")(hidden), name=name)
+
+
 def build_lstm(name, features="D"):
     import keras
 
@@ -135,6 +146,13 @@ def tiny(monkeypatch):
     """Stand a model of a few weights, with dropout, in for the LSTM of M1-concat, to keep training tests quick."""
     build_by(monkeypatch, build_tiny)
     return build_tiny
+
+
+@pytest.fixture
+def least(monkeypatch):
+    """The same with one layer to train: with fewer weights a step of training compiles sooner."""
+    build_by(monkeypatch, build_least)
+    return build_least
 
 
 def train_once(build, dataset, folder):

@@ -7,9 +7,9 @@ import h5py
 import pytest
 
 from bem.dataset.campaign.plan import Campaign
-from bem.dataset.campaign.run import run_campaign
 from bem.dataset.designs import read_design_file
 from tests.bem.dataset.campaign import stand_in
+from tests.bem.dataset.campaign.helpers import run_here
 
 ROOT = Path(__file__).parents[3]
 TEXT = (ROOT / "docs" / "dataset.md").read_text(encoding="utf-8")
@@ -18,7 +18,7 @@ TEXT = (ROOT / "docs" / "dataset.md").read_text(encoding="utf-8")
 @pytest.fixture(scope="module")
 def path(tmp_path_factory):
     path = tmp_path_factory.mktemp("data") / "dataset.h5"
-    run_campaign(Campaign(count=40, native=True), path, solver=stand_in.solve)
+    run_here(Campaign(count=40, native=True), path, solver=stand_in.solve)
     return path
 
 

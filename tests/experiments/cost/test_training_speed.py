@@ -6,12 +6,14 @@ import pytest
 
 from experiments.cost import training_speed
 from surrogate.architectures import naming
+from tests.surrogate.conftest import build_tiny
 
 
 def test_every_architecture_takes_the_same_batches(dataset, tmp_path, monkeypatch):
+    # The refinements of SOAP decide how long a block is: ten batches, too many for a network of full size.
+    monkeypatch.setattr("surrogate.build", build_tiny)
     monkeypatch.setattr(naming, "names", lambda: ["M3-concat", "M4-gated"])
     monkeypatch.setattr(training_speed, "limit_threads", lambda _: None)
-    monkeypatch.setattr(training_speed, "BLOCK", 1)
     out = tmp_path / "speed.json"
     training_speed.main("swift", None, 2, dataset, out, busy=True)
     found = json.loads(out.read_text(encoding="utf-8"))

@@ -5,8 +5,6 @@ import numpy as np
 import pytest
 
 from bem.accuracy import NAMED_TARGETS
-from bem.dataset.campaign.plan import Campaign
-from bem.dataset.campaign.run import run_campaign
 from bem.dataset.file import Dataset, load_dataset
 from bem.dataset.records import COMPLETED, FAILED
 from bem.protocol import default_start_indentation
@@ -18,15 +16,19 @@ from paper_figures.report.claims import Results, judge, text_claims
 from paper_figures.report.write import row
 from paper_figures.tables import table_accuracy_price
 from tests.bem.dataset.campaign import stand_in
+from tests.bem.dataset.campaign.helpers import Here
 
 ROOT = Path(__file__).resolve().parents[3]
 
 
 @pytest.fixture(scope="module")
-def path(tmp_path_factory):
-    path = tmp_path_factory.mktemp("data") / "dataset.h5"
-    run_campaign(Campaign(count=60, seed=2), path, solver=stand_in.solve)
-    return path
+def path(dataset):
+    return dataset
+
+
+@pytest.fixture
+def in_this_process(monkeypatch):
+    monkeypatch.setattr("bem.dataset.campaign.run.LocalExecutor", Here)
 
 
 def test_resolution_floor_is_what_the_steps_alone_cost(path):
@@ -101,7 +103,7 @@ def test_what_is_never_compressed_has_no_force_ratio(path):
     np.testing.assert_array_equal(dataset_statistics.force_ratio(changed), expected[compression[7:] < 0.0])
 
 
-def test_price_compares_the_same_protocols(tmp_path):
+def test_price_compares_the_same_protocols(tmp_path, in_this_process):
     datasets = accuracy_price.run(40, 10, 3, tmp_path, 2, solver=stand_in.rough)
     levels = accuracy_price.price(datasets)
     assert [(level["accuracy"], level["trajectories"]) for level in levels] == [
@@ -123,7 +125,7 @@ def test_price_compares_the_same_protocols(tmp_path):
         accuracy_price.run(40, 41, 3, tmp_path, 2, solver=stand_in.rough)
 
 
-def test_cost_is_stated_for_all_trajectories_where_fewer_were_run(tmp_path):
+def test_cost_is_stated_for_all_trajectories_where_fewer_were_run(tmp_path, in_this_process):
     datasets = accuracy_price.run(40, 10, 3, tmp_path, 2, solver=stand_in.rough)
     levels = accuracy_price.price(datasets)
     rows = table_accuracy_price.rows_of([level | {"core_seconds": 60.0} for level in levels])

@@ -89,7 +89,7 @@ def test_list_says_what_is_installed_and_needs_none_of_it(missing, predicts, tra
     assert len(lines) == 18 + 4
 
 
-def test_train_then_evaluate(tiny, options, tmp_path, monkeypatch):
+def test_train_then_evaluate(least, options, tmp_path, monkeypatch):
     monkeypatch.setattr("sys.argv", ["surrogate", "train", "M1-concat", "--threads", "1"])
     result = runner.invoke(cli.app, ["train", "M1-concat", *options])
     assert result.exit_code == 0, result.output
@@ -120,7 +120,7 @@ def test_train_then_evaluate(tiny, options, tmp_path, monkeypatch):
     assert errors.read_bytes() == (tmp_path / "models" / "M1-concat" / "test_errors.csv").read_bytes()
 
 
-def test_stop_file_ends_after_the_epoch_and_the_same_command_resumes(tiny, options, tmp_path):
+def test_stop_file_ends_after_the_epoch_and_the_same_command_resumes(least, options, tmp_path):
     (tmp_path / "runs").mkdir()
     (tmp_path / "runs" / "STOP").touch()
     result = runner.invoke(cli.app, ["train", "M1-concat", *options])

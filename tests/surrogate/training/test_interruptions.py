@@ -9,8 +9,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
+from surrogate.cli.app import app
 from surrogate.training.queue import STOPPED
+from tests.surrogate.conftest import build_by, build_lstm
 
 ROOT = Path(__file__).resolve().parents[3]
 EPOCHS = 6
@@ -26,7 +29,7 @@ warmup_epochs = 1
 """
 
 
-def start(folder, dataset_path, **environment):
+def words(folder, dataset_path):
     (folder / "recipe.toml").write_text(RECIPE)
     options = {
         "recipe": folder / "recipe.toml",
@@ -34,20 +37,26 @@ def start(folder, dataset_path, **environment):
         "runs": folder / "runs",
         "models": folder / "models",
     }
-    flags = [word for name, value in options.items() for word in (f"--{name}", str(value))]
+    return ["train", "M1-concat", *(word for name, value in options.items() for word in (f"--{name}", str(value)))]
+
+
+def start(folder, dataset_path, **environment):
     return subprocess.Popen(
-        [sys.executable, "-m", "tests.surrogate.training.training_process", "train", "M1-concat", *flags],
+        [sys.executable, "-m", "tests.surrogate.training.training_process", *words(folder, dataset_path)],
         cwd=ROOT,
         env=os.environ | environment,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
     )
 
 
-def finish(process):
-    output, _ = process.communicate()
-    return process.returncode, output
+def train(folder, dataset_path):
+    """The same command in this process, which has started Keras already."""
+    with pytest.MonkeyPatch.context() as patch:
+        build_by(patch, build_lstm)
+        patch.setattr("surrogate.training.queue.signal.signal", lambda *_: None)
+        result = CliRunner().invoke(app, words(folder, dataset_path))
+    assert result.exit_code == 0, result.output
 
 
 def epochs_done(folder):
@@ -63,8 +72,7 @@ def trained(folder):
 @pytest.fixture(scope="module")
 def undisturbed(dataset_path, tmp_path_factory):
     folder = tmp_path_factory.mktemp("undisturbed")
-    status, output = finish(start(folder, dataset_path))
-    assert status == 0, output
+    train(folder, dataset_path)
     return trained(folder)
 
 
@@ -77,11 +85,10 @@ def test_a_training_that_is_stopped_or_killed_resumes(undisturbed, dataset_path,
     while epochs_done(tmp_path) < 2 and process.poll() is None:
         time.sleep(0.01)
     process.send_signal(number)
-    assert finish(process)[0] == status
+    assert process.wait() == status
     assert epochs_done(tmp_path) == 2
     assert not (tmp_path / "models").exists()
-    status, output = finish(start(tmp_path, dataset_path))
-    assert status == 0, output
+    train(tmp_path, dataset_path)
     assert (tmp_path / "models" / "M1-concat" / "run.json").is_file()
     for name, value in trained(tmp_path).items():
         np.testing.assert_array_equal(value, undisturbed[name], err_msg=name)

@@ -15,6 +15,7 @@ from surrogate.inference.predictor import ExtrapolationWarning, Surrogate
 from surrogate.training.checkpoint import HISTORY_COLUMNS
 from surrogate.training.recipe import Recipe
 from surrogate.training.runs import Run, execute, extra_indices, publish
+from tests.surrogate.conftest import build_by, build_least
 
 COSINE = 'optimizer = "soap"\nweight_average = 0.5\ngradient_norm = 1.0\n[cosine]\nwarmup_epochs = 1\n'
 PLATEAU = "[plateau]\nfactor = 0.5\npatience = 1\nminimum_rate = 1e-3\nstop_after = 3\n"
@@ -45,15 +46,28 @@ class StopAfter:
         return self.left == 0
 
 
-@pytest.mark.parametrize("table", [COSINE, PLATEAU], ids=["cosine", "plateau"])
-def test_interrupted_and_undisturbed_runs_agree(tiny, dataset, tmp_path, table):
+def undisturbed(dataset, folder, table):
+    """A run to its end, and where it was written."""
     # A rate this large makes the plateau rule act within a few epochs.
-    chosen = recipe(tmp_path, table) if table == COSINE else recipe(tmp_path, table, epochs=6, rate=3.0)
+    chosen = recipe(folder, table) if table == COSINE else recipe(folder, table, epochs=6, rate=1.0)
     run = Run("M1-concat", dataset, dataset.split(), chosen)
-    whole, parts = tmp_path / "whole", tmp_path / "parts"
-    assert execute(run, whole).finished
+    with pytest.MonkeyPatch.context() as patch:
+        build_by(patch, build_least)
+        assert execute(run, folder / "whole").finished
+    return run, folder / "whole"
+
+
+@pytest.fixture(scope="module")
+def on_a_plateau(dataset, tmp_path_factory):
+    return undisturbed(dataset, tmp_path_factory.mktemp("plateau"), PLATEAU)
+
+
+@pytest.mark.parametrize("table", [COSINE, PLATEAU], ids=["cosine", "plateau"])
+def test_interrupted_and_undisturbed_runs_agree(least, dataset, tmp_path, table, on_a_plateau):
+    run, whole = on_a_plateau if table == PLATEAU else undisturbed(dataset, tmp_path, table)
+    parts = tmp_path / "parts"
     if table == PLATEAU:
-        assert history(whole)[-1]["learning_rate"] < 0.6 * chosen.learning_rate
+        assert history(whole)[-1]["learning_rate"] < 0.6 * run.recipe.learning_rate
     stopped = execute(run, parts, should_stop=StopAfter(2))
     assert (stopped.finished, stopped.epoch) == (False, 2)
     assert not (parts / "model").exists()
@@ -65,18 +79,20 @@ def test_interrupted_and_undisturbed_runs_agree(tiny, dataset, tmp_path, table):
         np.testing.assert_array_equal(value, reference[name], err_msg=name)
 
 
-def test_a_run_goes_on_when_asked_for_more_epochs_where_they_only_say_when_it_ends(tiny, dataset, tmp_path):
+def test_a_run_goes_on_when_asked_for_more_epochs_where_they_only_say_when_it_ends(
+    least, dataset, tmp_path, on_a_plateau
+):
     def run(table, epochs):
-        return Run("M1-concat", dataset, dataset.split(), recipe(tmp_path, table, epochs=epochs, rate=3.0))
+        return Run("M1-concat", dataset, dataset.split(), recipe(tmp_path, table, epochs=epochs, rate=1.0))
 
     # The rate shrinks after the second epoch: also where that is the last one asked for at first.
-    whole, parts, paced = (tmp_path / name for name in ("whole", "parts", "paced"))
-    execute(run(PLATEAU, 4), whole)
+    _, whole = on_a_plateau
+    parts, paced = tmp_path / "parts", tmp_path / "paced"
     for epochs in (2, 4):
         progress = execute(run(PLATEAU, epochs), parts)
         assert (progress.finished, progress.epoch) == (True, epochs)
         assert json.loads((parts / "model" / "metrics.json").read_text())["epochs"] == epochs
-    assert history(parts) == history(whole)
+    assert history(parts) == history(whole)[:4]
     assert history(whole)[2]["learning_rate"] < history(whole)[1]["learning_rate"]
     with pytest.raises(ValueError, match="at least the 4 epochs"):
         execute(run(PLATEAU, 3), parts)
@@ -128,7 +144,7 @@ def test_training_learns_and_a_finished_run_is_complete(tiny, dataset, tmp_path)
     assert metrics["test"]["mse"]["mean"] == pytest.approx(error, rel=1e-4)
 
 
-def test_checkpoint_of_another_run_is_refused(tiny, dataset, tmp_path):
+def test_checkpoint_of_another_run_is_refused(least, dataset, tmp_path):
     run = Run("M1-concat", dataset, dataset.split(), recipe(tmp_path, table=""))
     execute(run, tmp_path / "run", should_stop=StopAfter(1))
     other = Run("M1-concat", dataset, dataset.split(seed=1), run.recipe)
@@ -136,7 +152,7 @@ def test_checkpoint_of_another_run_is_refused(tiny, dataset, tmp_path):
         execute(other, tmp_path / "run")
 
 
-def test_extra_trajectories_join_training_but_held_out_protocols_do_not(tiny, dataset, tmp_path):
+def test_extra_trajectories_join_training_but_held_out_protocols_do_not(least, dataset, tmp_path):
     run = Run("M1-concat", dataset, dataset.split(), recipe(tmp_path, table="", epochs=1), extra=dataset, label="large")
     execute(run, tmp_path / "run")
     written = json.loads((tmp_path / "run" / "model" / "run.json").read_text())
@@ -163,7 +179,7 @@ def test_held_out_protocols_are_known_by_all_but_their_last_digits(dataset, tmp_
     assert set(extra_indices(run)) == set(run.split.train)
 
 
-def test_dropout_ends_where_the_recipe_says_also_after_a_resumption(tiny, dataset, tmp_path, monkeypatch):
+def test_dropout_ends_where_the_recipe_says_also_after_a_resumption(least, dataset, tmp_path, monkeypatch):
     import surrogate.training.loop as training
 
     seen = []
@@ -188,7 +204,7 @@ def test_dropout_ends_where_the_recipe_says_also_after_a_resumption(tiny, datase
     assert history(tmp_path / "parts") == history(tmp_path / "whole")
 
 
-def test_divergence_is_reported(tiny, dataset, tmp_path):
+def test_divergence_is_reported(least, dataset, tmp_path):
     run = Run("M1-concat", dataset, dataset.split(), recipe(tmp_path, table="", rate=1e30))
     with pytest.raises(FloatingPointError, match="diverged"):
         execute(run, tmp_path / "run")

@@ -1,15 +1,19 @@
 """Campaigns of the stand-in solver: started in processes of their own, watched, and compared."""
 
+import functools
+import signal
 import subprocess
 import sys
 import time
 from pathlib import Path
 
 import numpy as np
+import pytest
 import typer
 from typer.testing import CliRunner
 
 from bem.cli.campaign import register
+from bem.dataset.campaign.run import run_campaign
 from bem.dataset.file import open_dataset, read_tree
 from tests.data_files import editing
 
@@ -20,8 +24,24 @@ app = typer.Typer()
 register(app)
 
 
-def command(*arguments):
-    return CliRunner().invoke(app, [str(argument) for argument in arguments])
+def run_here(*arguments, **options):
+    """Compute a campaign in this process, which starts no workers."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("bem.dataset.campaign.run.LocalExecutor", Here)
+        return run_campaign(*arguments, **options)
+
+
+def command(*arguments, solver=None):
+    """Run `bem` in this process, and its campaigns too where a stand-in for the solver is given."""
+    former = signal.getsignal(signal.SIGTERM)
+    try:
+        with pytest.MonkeyPatch.context() as patch:
+            if solver is not None:
+                run = functools.partial(run_here, solver=solver)
+                patch.setattr("bem.dataset.campaign.run.run_campaign", run)
+            return CliRunner().invoke(app, [str(argument) for argument in arguments])
+    finally:
+        signal.signal(signal.SIGTERM, former)  # a campaign takes it for itself
 
 
 def numbers(path):

@@ -64,7 +64,7 @@ def test_numbers_do_not_depend_on_the_number_of_workers(plan, undisturbed, tmp_p
 
 def test_failures_are_recorded_with_their_reason(tmp_path):
     plan = Campaign(count=200, seed=1)
-    summary = run_campaign(plan, tmp_path / "data.h5", solver=stand_in.sometimes_fails)
+    summary = run_campaign(plan, tmp_path / "data.h5", solver=stand_in.sometimes_fails, workers=1)
     tabor = plan.protocols["tabor"]
     assert summary.failures == Counter(
         {
@@ -86,6 +86,7 @@ def test_the_same_command_again_does_nothing(plan, undisturbed):
     assert undisturbed.read_bytes() == content
 
 
+@pytest.mark.usefixtures("in_this_process")
 @pytest.mark.parametrize(
     ("change", "message"),
     [
@@ -112,6 +113,7 @@ def test_another_version_of_the_solver_is_told_apart(plan, undisturbed):
         run_campaign(plan, undisturbed, solver=stand_in.slow)
 
 
+@pytest.mark.usefixtures("in_this_process")
 def test_resuming_asks_once_which_trajectories_are_wanted(undisturbed, tmp_path, monkeypatch):
     class Counted(np.ndarray):
         def tolist(self):
@@ -152,6 +154,7 @@ def test_impossible_campaigns_are_refused(arguments, message):
         Campaign(**arguments)
 
 
+@pytest.mark.usefixtures("in_this_process")
 def test_a_link_stays_one_and_what_it_leads_to_is_written(tmp_path):
     (tmp_path / "there").mkdir()
     link = tmp_path / "data.h5"

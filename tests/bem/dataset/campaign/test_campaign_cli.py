@@ -6,7 +6,8 @@ import pytest
 from bem._support.progress import rate_line
 from bem._support.provenance import command_line
 from bem.dataset.file import load_dataset
-from tests.bem.dataset.campaign.helpers import HANG, command, start_command
+from tests.bem.dataset.campaign import stand_in
+from tests.bem.dataset.campaign.helpers import command
 from tests.data_files import editing
 
 
@@ -95,9 +96,8 @@ def test_a_damaged_file_is_replaced_where_asked(harm, undisturbed, tmp_path):
     result = command("campaign", "--out", out, "--count", "9")
     assert (result.exit_code, result.stderr.count("\n")) == (2, 1)
     assert "truncated or damaged, and may be replaced with --replace" in result.stderr
-    process = start_command("campaign", "--out", out, "--count", "9", "--workers", "1", "--replace", solver="solve")
-    printed, errors = process.communicate(timeout=60)
-    assert (process.returncode, errors) == (0, ""), printed
+    result = command("campaign", "--out", out, "--count", "9", "--replace", solver=stand_in.solve)
+    assert (result.exit_code, result.stderr) == (0, ""), result.stdout
     assert len(load_dataset(out)) == 9
 
 
@@ -149,12 +149,11 @@ def test_bad_counts_in_a_design_file_end_in_one_sentence(count, tmp_path):
 
 def test_failures_show_in_the_exit_status(tmp_path):
     out = tmp_path / "data.h5"
-    options = ("campaign", "--count", 60, "--range", "tabor=3.1:3.2", "--workers", 1, "--out", out)
+    options = ("campaign", "--count", 60, "--range", "tabor=3.1:3.2", "--out", out)
     for more in ((), (), ("--retry-failed",)):
-        process = start_command(*options, *more, solver="sometimes_fails")
-        printed, errors = process.communicate(timeout=HANG)
-        assert (process.returncode, errors) == (1, "")
-        assert "60 failed: ArithmeticError: tabor is too large for me" in printed
+        result = command(*options, *more, solver=stand_in.sometimes_fails)
+        assert (result.exit_code, result.stderr) == (1, "")
+        assert "60 failed: ArithmeticError: tabor is too large for me" in result.stdout
     result = command("merge", out, "--out", tmp_path / "merged.h5")
     assert result.exit_code == 1
     assert "60 failed" in result.stdout

@@ -18,6 +18,7 @@ from tests.bem.dataset.campaign.helpers import altered, assert_same_numbers, put
 from tests.data_files import editing
 
 
+@pytest.mark.usefixtures("in_this_process")
 def test_shards_merge_into_the_undisturbed_file(undisturbed, tmp_path):
     out = tmp_path / "data.h5"
     paths = []
@@ -37,10 +38,10 @@ def test_shards_merge_into_the_undisturbed_file(undisturbed, tmp_path):
         merge([paths[0], undisturbed], tmp_path / "other.h5")
 
 
+@pytest.mark.usefixtures("in_this_process")
 def test_shards_completed_later_are_merged_again(tmp_path, monkeypatch):
     out, mended = tmp_path / "data.h5", tmp_path / "mended"
     monkeypatch.setenv("STAND_IN_MARKER", str(mended))
-    stand_in.restart_workers()
     plans = [Campaign(count=200, seed=1, shard=(number, 2)) for number in (1, 2)]
 
     def run(plan, **options):

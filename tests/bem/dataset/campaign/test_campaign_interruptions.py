@@ -25,6 +25,7 @@ from tests.bem.dataset.campaign.helpers import (
     children,
     command,
     parts,
+    run_here,
     start_campaign,
     start_command,
 )
@@ -46,7 +47,7 @@ def test_kill_at_random_moments_loses_and_duplicates_nothing(plan, undisturbed_s
         assert not out.exists() or len(load_dataset(out)) == 120
         assert len(parts(out)) >= kept
         kept = len(parts(out))
-    summary = run_campaign(plan, out, solver=stand_in.slow)
+    summary = run_here(plan, out, solver=stand_in.slow)
     assert summary.computed < 120
     assert_same_numbers(out, undisturbed_slow)
     assert sorted(tmp_path.iterdir()) == [out]
@@ -60,23 +61,10 @@ def await_end(processes):
         time.sleep(0.1)
 
 
-@pytest.fixture(scope="module")
-def interrupted(tmp_path_factory):
-    """A folder with a campaign of 120 trajectories of which some are done."""
-    out = tmp_path_factory.mktemp("interrupted") / "data.h5"
-    process = start_command("campaign", "--count", 120, "--seed", 4, "--workers", 2, "--out", out)
-    await_parts(out, process, 4)
-    process.send_signal(signal.SIGTERM)
-    process.communicate(timeout=HANG)
-    assert (process.returncode, out.exists()) == (130, False)
-    return out.parent
-
-
-@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
-def test_interrupted_campaign_saves_what_it_holds(how, tmp_path):
-    out = tmp_path / "data.h5"
-    process = start_command("campaign", "--count", 3000, "--workers", 2, "--out", out)
-    await_parts(out, process, 1)
+def interrupt(out, how, *options, at_least):
+    """Start a campaign and end it by a signal once it has saved some parts."""
+    process = start_command("campaign", *options, "--workers", 2, "--out", out)
+    await_parts(out, process, at_least)
     before = len(parts(out))
     process.send_signal(how)
     _, errors = process.communicate(timeout=HANG)
@@ -86,10 +74,26 @@ def test_interrupted_campaign_saves_what_it_holds(how, tmp_path):
     assert not out.exists()
 
 
+@pytest.fixture(scope="module")
+def interrupted(tmp_path_factory):
+    """A folder with a campaign of 120 trajectories of which some are done, terminated as by a batch system."""
+    out = tmp_path_factory.mktemp("interrupted") / "data.h5"
+    interrupt(out, signal.SIGTERM, "--count", 120, "--seed", 4, at_least=4)
+    return out.parent
+
+
+def test_a_terminated_campaign_saves_what_it_holds(interrupted):
+    assert len(parts(interrupted / "data.h5")) >= 4
+
+
+def test_an_interrupted_campaign_saves_what_it_holds(tmp_path):
+    interrupt(tmp_path / "data.h5", signal.SIGINT, "--count", 3000, at_least=1)
+
+
 def test_control_c_reaches_the_workers_too_and_ends_all(undisturbed_slow, tmp_path):
     out = tmp_path / "data.h5"
-    command = ("campaign", "--count", 120, "--seed", 4, "--native", "--workers", 2, "--out", out)
-    process = start_command(*command, start_new_session=True)
+    words = ("campaign", "--count", 120, "--seed", 4, "--native", "--workers", 2, "--out", out)
+    process = start_command(*words, start_new_session=True)
     await_parts(out, process, 2)
     workers = children(process.pid)
     os.killpg(process.pid, signal.SIGINT)  # as a terminal does
@@ -101,10 +105,9 @@ def test_control_c_reaches_the_workers_too_and_ends_all(undisturbed_slow, tmp_pa
     kept = parts(out)
     assert len(kept) >= 2
     assert not out.exists()
-    process = start_command(*command)
-    printed, errors = process.communicate(timeout=HANG)
-    assert (process.returncode, errors) == (0, "")
-    assert " 120 of them computed now" not in printed
+    result = command(*words, solver=stand_in.slow)
+    assert (result.exit_code, result.stderr) == (0, "")
+    assert " 120 of them computed now" not in result.stdout
     assert_same_numbers(out, undisturbed_slow)
     assert list(tmp_path.iterdir()) == [out]
 
@@ -134,10 +137,10 @@ def test_changed_options_on_what_was_interrupted_are_refused(changed, message, i
 @pytest.mark.parametrize(
     "options",
     [
-        ("--workers", 3),
+        ("--workers", 1),
         *(
             pytest.param(words, marks=pytest.mark.slow)
-            for words in (("--workers", 1), ("--retry-failed",), ("--replace",))
+            for words in (("--workers", 3), ("--retry-failed",), ("--replace",))
         ),
     ],
 )
@@ -150,6 +153,7 @@ def test_options_that_change_no_number_continue_what_was_interrupted(options, in
     assert list(out.parent.iterdir()) == [out]
 
 
+@pytest.mark.usefixtures("in_this_process")
 def test_damaged_parts_are_told_and_computed_again(interrupted, tmp_path):
     out = shutil.copytree(interrupted, tmp_path / "copy") / "data.h5"
     first, second, *_ = parts(out)
@@ -159,18 +163,17 @@ def test_damaged_parts_are_told_and_computed_again(interrupted, tmp_path):
     begun(Campaign(count=40, seed=1), tmp_path / "other.h5", pytest.MonkeyPatch())
     for path in parts(tmp_path / "other.h5")[:1]:
         (first.parent / path.name).write_bytes(path.read_bytes())
-    process = start_command("campaign", "--count", 120, "--seed", 4, "--out", out)
-    printed, errors = process.communicate(timeout=HANG)
-    assert (process.returncode, errors) == (0, "")
-    assert printed.startswith("3 damaged parts of an earlier run were computed again\n")
+    result = command("campaign", "--count", 120, "--seed", 4, "--out", out, solver=stand_in.slow)
+    assert (result.exit_code, result.stderr) == (0, "")
+    assert result.stdout.startswith("3 damaged parts of an earlier run were computed again\n")
     run_campaign(Campaign(count=120, seed=4), tmp_path / "calm.h5", solver=stand_in.slow)
     assert_same_numbers(out, tmp_path / "calm.h5")
 
 
+@pytest.mark.usefixtures("in_this_process")
 def test_a_target_deleted_while_running_is_written_all_the_same(tmp_path, monkeypatch):
     out, mended = tmp_path / "data.h5", tmp_path / "mended"
     monkeypatch.setenv("STAND_IN_MARKER", str(mended))
-    stand_in.restart_workers()
     plan = Campaign(count=200, seed=1)
 
     def run(**options):
@@ -188,8 +191,8 @@ def test_a_target_deleted_while_running_is_written_all_the_same(tmp_path, monkey
     assert sorted(tmp_path.iterdir()) == [out, mended]
 
 
-@pytest.mark.parametrize("solver", ["solve", "slow"])
-def test_a_folder_deleted_while_running_ends_in_one_sentence(solver, undisturbed, plan, tmp_path):
+@pytest.mark.parametrize(("solver", "run"), [("solve", run_campaign), ("slow", run_here)])
+def test_a_folder_deleted_while_running_ends_in_one_sentence(solver, run, undisturbed, plan, tmp_path):
     out = tmp_path / "there" / "data.h5"
 
     def delete(done, _):
@@ -197,7 +200,7 @@ def test_a_folder_deleted_while_running_ends_in_one_sentence(solver, undisturbed
             shutil.rmtree(out.parent)
 
     with pytest.raises(CampaignError, match=r"cannot write '.*'.*somebody removed what was saved") as found:
-        run_campaign(plan, out, solver=getattr(stand_in, solver), progress=delete)
+        run(plan, out, solver=getattr(stand_in, solver), progress=delete)
     assert "\n" not in str(found.value)
     assert list(tmp_path.iterdir()) == []
     if solver == "solve":
@@ -210,7 +213,8 @@ def test_real_write_errors_end_in_one_sentence(limit, tmp_path):
     # The least part is larger than the first limit, the file than the second.
     before = f"import resource; resource.setrlimit(resource.RLIMIT_FSIZE, ({limit}, {limit}))"
     out = tmp_path / "data.h5"
-    process = start_command("campaign", "--count", 600, "--out", out, "--native", solver="solve", before=before)
+    options = ("--count", 600, "--native", "--workers", 1)
+    process = start_command("campaign", *options, "--out", out, solver="solve", before=before)
     _, errors = process.communicate(timeout=HANG)
     assert (process.returncode, errors.count("\n")) == (1, 1), errors
     assert "File too large" in errors
@@ -227,7 +231,7 @@ def test_a_killed_worker_costs_nothing(tmp_path, monkeypatch):
     summary = run_campaign(plan, tmp_path / "data.h5", workers=2, solver=stand_in.kills_its_worker_once)
     assert (tmp_path / "marker").exists()
     assert (summary.count, summary.failures) == (60, Counter())
-    run_campaign(plan, tmp_path / "calm.h5", solver=stand_in.slow)
+    run_here(plan, tmp_path / "calm.h5", solver=stand_in.slow)
     assert_same_numbers(tmp_path / "data.h5", tmp_path / "calm.h5")
 
 
@@ -242,6 +246,7 @@ def test_a_trajectory_that_always_kills_its_worker_is_recorded(tmp_path):
     assert "worker process died every time" in dataset.columns["reason"][deadly][0]
 
 
+@pytest.mark.usefixtures("in_this_process")
 def test_a_full_disk_ends_in_one_sentence_and_loses_nothing(plan, undisturbed, tmp_path, monkeypatch):
     out = tmp_path / "data.h5"
     settle, left = Path.replace, [4]  # campaign.json and three parts
@@ -263,6 +268,7 @@ def test_a_full_disk_ends_in_one_sentence_and_loses_nothing(plan, undisturbed, t
     assert_same_numbers(out, undisturbed)
 
 
+@pytest.mark.usefixtures("in_this_process")
 def test_a_disk_full_at_the_very_end_keeps_the_parts(plan, undisturbed, tmp_path, monkeypatch):
     out = tmp_path / "data.h5"
 
@@ -283,6 +289,7 @@ def test_a_disk_full_at_the_very_end_keeps_the_parts(plan, undisturbed, tmp_path
     assert_same_numbers(out, undisturbed)
 
 
+@pytest.mark.usefixtures("in_this_process")
 @pytest.mark.parametrize("harm", ["truncate", "flip", "empty"])
 def test_a_damaged_part_is_computed_again(harm, plan, undisturbed, tmp_path, monkeypatch):
     out = tmp_path / "data.h5"
@@ -326,6 +333,7 @@ def begun(plan, out, monkeypatch, solver=stand_in.solve):
     return out.with_name(out.name + ".parts")
 
 
+@pytest.mark.usefixtures("in_this_process")
 def test_a_folder_of_the_user_is_left_alone(plan, tmp_path):
     out = tmp_path / "z.h5"
     folder = tmp_path / "z.h5.parts"
@@ -341,6 +349,7 @@ def test_a_folder_of_the_user_is_left_alone(plan, tmp_path):
     assert sorted(tmp_path.rglob("*")) == [folder, folder / "lock"]
 
 
+@pytest.mark.usefixtures("in_this_process")
 def test_only_own_files_are_removed(plan, tmp_path, monkeypatch):
     out = tmp_path / "data.h5"
     (tmp_path / "data.h5.writing").write_text("mine", encoding="utf-8")
@@ -353,6 +362,7 @@ def test_only_own_files_are_removed(plan, tmp_path, monkeypatch):
     assert (tmp_path / "data.h5.writing").read_text(encoding="utf-8") == "mine"
 
 
+@pytest.mark.usefixtures("in_this_process")
 def test_a_damaged_description_is_written_again(plan, undisturbed, tmp_path, monkeypatch):
     out = tmp_path / "data.h5"
     (path,) = begun(plan, out, monkeypatch).glob("campaign-*/campaign.json")
@@ -363,6 +373,7 @@ def test_a_damaged_description_is_written_again(plan, undisturbed, tmp_path, mon
     assert_same_numbers(out, undisturbed)
 
 
+@pytest.mark.usefixtures("in_this_process")
 def test_a_part_that_outlives_its_file_is_removed(plan, undisturbed, tmp_path, monkeypatch):
     out = tmp_path / "data.h5"
     place = begun(plan, out, monkeypatch)
@@ -371,6 +382,7 @@ def test_a_part_that_outlives_its_file_is_removed(plan, undisturbed, tmp_path, m
     assert not place.exists()
 
 
+@pytest.mark.usefixtures("in_this_process")
 def test_another_campaigns_parts_stay_until_the_one_that_replaces_it_is_complete(tmp_path, monkeypatch):
     first, second = Campaign(count=40, seed=1), Campaign(count=40, seed=2)
     out = tmp_path / "data.h5"

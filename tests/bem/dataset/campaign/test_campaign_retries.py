@@ -8,6 +8,9 @@ from bem.dataset.campaign.run import run_campaign
 from bem.dataset.file import load_dataset
 from tests.bem.dataset.campaign import stand_in
 
+# Solvers that read the environment again each time: workers know only the one they were started in.
+pytestmark = pytest.mark.usefixtures("in_this_process")
+
 
 def test_failed_trajectories_are_computed_again_when_asked(tmp_path, monkeypatch):
     out, mended = tmp_path / "data.h5", tmp_path / "mended"
@@ -19,7 +22,6 @@ def test_failed_trajectories_are_computed_again_when_asked(tmp_path, monkeypatch
     def run(**options):
         return run_campaign(plan, out, solver=stand_in.fails_until_mended, workers=1, **options)
 
-    stand_in.restart_workers()
     assert sum(run().failures.values()) == deep
     assert run().computed == 0
     again = run(retry_failed=True)
@@ -39,7 +41,6 @@ def test_failed_trajectories_are_computed_again_when_asked(tmp_path, monkeypatch
 def test_an_interrupted_retry_continues(tmp_path, monkeypatch):
     out, mended = tmp_path / "data.h5", tmp_path / "mended"
     monkeypatch.setenv("STAND_IN_MARKER", str(mended))
-    stand_in.restart_workers()
     plan = Campaign(count=200, seed=1)
 
     def run(**options):

@@ -29,7 +29,7 @@ from bem.dataset.file import load_dataset
 from bem.dataset.hdf5_arrays import arrays
 from bem.dataset.opening import DamagedFileError
 from tests.bem.dataset.campaign import stand_in
-from tests.bem.dataset.campaign.helpers import parts
+from tests.bem.dataset.campaign.helpers import parts, run_here
 from tests.data_files import editing
 
 RAMP = LoadingProtocol(peak_indentation=2.0, loading_rate=1.0, dwell_time=0.5, unloading_rate=3.0)
@@ -121,7 +121,7 @@ def test_an_interrupted_one_continues(whole, tmp_path):
         run_campaign(Cases(PAIRS, "draft"), out, solver=stand_in.follow)
     with pytest.raises(ValueError, match=r"cases '[0-9a-f]{64}' there and '[0-9a-f]{64}' here"):
         run_campaign(Cases(PAIRS[::-1]), out, solver=stand_in.follow)
-    summary = run_campaign(Cases(PAIRS), out, solver=stand_in.follow, workers=1)
+    summary = run_here(Cases(PAIRS), out, solver=stand_in.follow)
     assert summary.damaged == 1
     assert 0 < summary.computed < 60
     for one, other in zip(load_cases(out), load_cases(whole), strict=True):
@@ -130,10 +130,10 @@ def test_an_interrupted_one_continues(whole, tmp_path):
     assert run_campaign(Cases(PAIRS), out, solver=stand_in.follow).computed == 0
 
 
+@pytest.mark.usefixtures("in_this_process")
 def test_failures_are_kept_and_computed_again_when_asked(tmp_path, monkeypatch):
     out, mended = tmp_path / "cases.h5", tmp_path / "mended"
     monkeypatch.setenv("STAND_IN_MARKER", str(mended))
-    stand_in.restart_workers()
 
     def run(**options):
         return run_campaign(Cases(PAIRS), out, solver=stand_in.stops_early_until_mended, workers=1, **options)
