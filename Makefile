@@ -102,7 +102,7 @@ table-protocols-dataset.paper := dataset_examples dataset_statistics  ## Protoco
 table-protocols-canonical.paper := canonical_regimes  ## Canonical protocols and what they cost
 table-quartiles.paper := error_statistics  ## Held-out errors by quartile
 table-persson-brener.paper := persson_brener  ## Crack velocities and amplifications
-table-models.paper := model_comparison training_speed? more-models  ## Every trained model: size, errors, cost
+table-models.paper := model_comparison training_speed? model_forces? more-models  ## Every trained model: size, errors, cost
 table-ranking.paper := ranking  ## Spread over seeds, intervals, and which of the paper's rankings hold
 table-accuracy-price.paper := accuracy_price  ## What draft, standard and reference cost, as published
 
@@ -245,6 +245,12 @@ ranking.publishes := ranking  ## Rank the models by every published seed, with i
 ranking: $(DATASET) | $(INSTALLED)
 	$(PY) -m experiments ranking $(PLACES)
 	$(PY) $(MANIFEST) add $(path.ranking)
+
+model-forces.publishes := model_forces  ## Compare the published models with the forces of the data set, and publish which belong to it
+.PHONY: model-forces
+model-forces: $(DATASET) | $(INSTALLED)
+	$(PY) -m experiments model_forces $(PLACES)
+	$(PY) $(MANIFEST) add $(path.model_forces)
 
 HOURS ?= --hours
 STAGES := dataset models more-models feature-sets data-efficiency
@@ -465,6 +471,7 @@ path.feature_sets := $(PUBLISHED)/feature_sets.json
 path.data_efficiency := $(PUBLISHED)/data_efficiency.json
 path.accuracy_price := $(PUBLISHED)/accuracy_price.json
 path.ranking := $(PUBLISHED)/ranking.json
+path.model_forces := $(PUBLISHED)/model_forces.json
 path = $(or $(path.$(1)),$(filter $(STUDIES)/$(1).json,$(STUDY_RESULTS)),$(MEASUREMENTS)/$(1).json)
 inputs = $(foreach one,$(1),$(if $(filter %?,$(one)),$(wildcard $(call path,$(one:?=))),$(call path,$(one))))
 LEFT_OUT := $(if $(wildcard $(addprefix $(MODELS)/M[1-6]-,FiLM/run.json gated/run.json)),,figure-learning-curves) \

@@ -114,6 +114,17 @@ def missing_note(missing: Sequence[str], differences: Mapping[str, Sequence[str]
     return "; ".join(parts)
 
 
+def forces_note(model_forces: Any) -> str:
+    """A sentence that names the models trained on other forces than the shipped file's; empty where none is."""
+    others = model_forces["others"] if model_forces else []
+    if not others:
+        return ""
+    return (
+        f"{len(others)} of the {len(model_forces['models'])} published models were trained on an earlier version of the "
+        f"forces: {listed(others)}."
+    )
+
+
 def listed(names: Sequence[str]) -> str:
     """Models by name, whole families by theirs."""
     whole = [family for family in PAPER_FAMILIES if all(f"{family}-{c}" in names for c in CONDITIONINGS)]

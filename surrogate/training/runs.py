@@ -218,6 +218,7 @@ def _write_model(
         "training_trajectories": examples,
         **cost,
         "dataset_sha256": run.dataset.sha256,
+        "dataset_forces_sha256": run.dataset.forces_sha256,
         "extra_dataset_sha256": run.extra.sha256 if run.extra else None,
     }
     if source := source_of(run.architecture):

@@ -112,6 +112,7 @@ def test_training_learns_and_a_finished_run_is_complete(tiny, dataset, tmp_path)
     }
     written = json.loads((folder / "run.json").read_text())
     assert written["dataset_sha256"] == dataset.sha256
+    assert written["dataset_forces_sha256"] == dataset.forces_sha256
     assert written["versions"]["keras"] == keras.__version__
     assert (written["seed"], written["epochs"], written["backend"]) == (3, 12, keras.backend.backend())
     assert Recipe.load(folder / "recipe.toml") == run.recipe
