@@ -73,7 +73,7 @@ def read_seed(folder: Path) -> dict[str, Any]:
         )
         with (folder / "test_errors.csv").open(encoding="utf-8", newline="") as file:
             rows = list(csv.DictReader(file))
-        test = metrics["test"]
+        test, curve = metrics["test"], read_history(folder / "history.csv")["validation_mse"]
         how = {name: "median" if "percent" in name else "mean" for name in COLUMNS}
         return {
             "seed": int(run["seed"]),
@@ -87,8 +87,9 @@ def read_seed(folder: Path) -> dict[str, Any]:
             "row": {
                 "seed": int(run["seed"]),
                 **{name: float(test[column][how[name]]) for name, column in COLUMNS.items()},
-                "validation_mse": min(read_history(folder / "history.csv")["validation_mse"]),
+                "validation_mse": min(curve),
             },
+            "curve": curve,
         }
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise ValueError(
@@ -175,7 +176,7 @@ def rankings(errors: dict[str, dict[str, np.ndarray]], rows: dict[str, list[dict
 
 
 def study(dataset: Path, seeds: Path) -> dict[str, Any]:
-    """Rank what is published."""
+    """Rank what is published; `curves` are validation errors by model, seed and epoch."""
     digest = dataset_digest(dataset)
     found, left_out = found_seeds(seeds, digest)
     errors = {
@@ -196,6 +197,7 @@ def study(dataset: Path, seeds: Path) -> dict[str, Any]:
         "resamples": RESAMPLES,
         "seeds_expected": EXPECTED,
         "models": rows,
+        "curves": {name: [one["curve"] for one in trainings] for name, trainings in found.items()},
         "missing": missing,
         "left_out": left_out,
         **rankings(errors, rows),

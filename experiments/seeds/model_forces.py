@@ -81,9 +81,7 @@ def study(dataset: Path, models: Path) -> dict[str, Any]:
     found = {}
     for path in sorted(models.glob("[!.]*/run.json")):
         found[path.parent.name] = one = standing(path.parent, data)
-        words = "the shipped forces" if one["belongs"] else "other forces"
-        print(
-            f"{path.parent.name}: {words}, errors differ by {one['largest_error_difference']:.2g} at most", flush=True
-        )
+        words, difference = "the shipped" if one["belongs"] else "other", one["largest_error_difference"]
+        print(f"{path.parent.name}: {words} forces, errors differ by {difference:.2g} at most", flush=True)
     others = [name for name, one in found.items() if not one["belongs"]]
     return {"forces_sha256": data.forces_sha256, "models": found, "others": others}

@@ -6,7 +6,7 @@ from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from paper_figures.style import drawing
+from paper_figures.style import drawing, models_style
 
 STYLES = {"A": drawing.VERMILION, "B": drawing.ORANGE, "C": drawing.PURPLE, "D": drawing.BLUE}
 LABELS = {"A": "time, indentation", "B": "A + velocity", "C": "B + acceleration", "D": "B + edge"}
@@ -20,13 +20,25 @@ def draw_curve(axes: Axes, history: dict[str, list[float]], color: Any, label: s
     axes.plot(history["epoch"][least], history["validation_mse"][least], "o", color=color)
 
 
-def draw_feature_sets(axes: Axes, sets: dict[str, Any] | None) -> None:
-    """One curve for each feature set, its least validation error in the legend."""
-    if sets is None:
+def draw_feature_sets(axes: Axes, sets: dict[str, Any] | None, ranking: Any = None) -> None:
+    """One curve for each feature set, its least validation error in the legend; a band where there are two seeds."""
+    names = [name for name in LABELS if name in (sets or {}) or models_style.seeds_of(ranking, f"features-{name}")]
+    if not names:
         _absent(axes, "make feature-sets")
         return
-    for name, found in sets.items():
-        draw_curve(axes, found["history"], STYLES[name], f"{name}: {LABELS[name]} ({found['validation_mse']:.1e})")
+    for name in names:
+        count, label = models_style.seeds_of(ranking, f"features-{name}"), f"{name}: {LABELS[name]}"
+        if count >= models_style.SEVERAL or name not in (sets or {}):
+            curves = ranking["curves"][f"features-{name}"]
+            low, high = min(map(min, curves)), max(map(min, curves))
+            words = (
+                f"{label} ({low:.1e} to {high:.1e}, {count} seeds)" if count > 1 else f"{label} ({low:.1e}, one seed)"
+            )
+            look = {"color": STYLES[name], "marker": "o"}
+            models_style.draw_curves_of_seeds(axes, curves, look, words)
+            continue
+        trained = sets[name] if sets else {}
+        draw_curve(axes, trained["history"], STYLES[name], f"{label} ({trained['validation_mse']:.1e})")
     axes.legend(loc="upper right")
 
 
@@ -50,9 +62,13 @@ def _absent(axes: Axes, command: str) -> None:
     axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", color="0.4")
 
 
-def compose(feature_sets: Any = None, data_efficiency: Any = None) -> Figure:
+def compose(feature_sets: Any = None, data_efficiency: Any = None, ranking: Any = None) -> Figure:
     """Draw what is trained of both panels."""
-    if feature_sets is None and data_efficiency is None:
+    if (
+        feature_sets is None
+        and data_efficiency is None
+        and not any(models_style.seeds_of(ranking, f"features-{name}") for name in LABELS)
+    ):
         raise FileNotFoundError(
             "neither feature_sets.json nor data_efficiency.json is published; `make feature-sets data-efficiency` "
             "makes them"
@@ -62,6 +78,6 @@ def compose(feature_sets: Any = None, data_efficiency: Any = None) -> Figure:
     for axes, name in ((first, "a"), (second, "b")):
         axes.set(xlabel="epoch", ylabel="validation MSE", yscale="log")
         drawing.letter(axes, name)
-    draw_feature_sets(first, feature_sets and feature_sets["sets"])
+    draw_feature_sets(first, feature_sets and feature_sets["sets"], ranking)
     draw_shares(second, data_efficiency)
     return drawn

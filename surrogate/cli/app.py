@@ -93,7 +93,8 @@ def train(
     require_place(destination)
     from surrogate.training.recipe import Recipe
 
-    chosen = Recipe.load(recipe).with_overrides(epochs=epochs, seed=seed)
+    own = Recipe.load(recipe)
+    chosen = own.with_overrides(epochs=epochs, seed=seed)
     if threads is not None:
         limit_threads(threads)
     load_architectures(architecture or ())
@@ -126,6 +127,7 @@ def train(
         features=features,
         extra=more,
         label=label or "",
+        epochs_given=chosen.epochs != own.epochs,
     )
     with reporter(run.name) as report:
         progress = execute(
