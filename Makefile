@@ -252,6 +252,12 @@ model-forces: $(DATASET) | $(INSTALLED)
 	$(PY) -m experiments model_forces $(PLACES)
 	$(PY) $(MANIFEST) add $(path.model_forces)
 
+.PHONY: median-seeds
+median-seeds: $(DATASET) | $(INSTALLED)  ## Publish the median of each model's three seeds in the place of the model
+	$(PY) -m experiments median_seeds $(PLACES)
+	$(PY) $(MANIFEST) add $(MODELS)
+	$(MAKE) --no-print-directory model-forces
+
 HOURS ?= --hours
 STAGES := dataset models more-models feature-sets data-efficiency
 .PHONY: from-scratch
