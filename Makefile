@@ -95,7 +95,7 @@ figure-architectures.paper := architecture_graphs  ## Diagrams of the 18 paper m
 figure-mse-mae.paper := model_comparison ranking?  ## Held-out MSE against MAE of every trained model
 figure-ranking.paper := ranking  ## Held-out errors of every seed, with bootstrap intervals
 figure-learning-curves.paper := model_comparison ranking?  ## Validation curves of the FiLM and gated models
-figure-features.paper := feature_sets? data_efficiency? ranking?  ## Input representations and training-set size
+figure-features.paper := feature_sets? data_efficiency? ranking?  ## Input representations with their table, and training-set size
 figure-fms-transfer.paper := fms_transfer  ## The same weights on other numbers of measurement steps
 graphical-abstract.paper := canonical_regimes error_statistics  ## Protocol in, force history out
 table-protocols-dataset.paper := dataset_examples dataset_statistics  ## Protocols of figure 2, and the data set beside the paper's
@@ -240,17 +240,25 @@ feature-sets data-efficiency: $(DATASET) | $(INSTALLED)
 		--work $(WORK)/$(call value_of,$@.publishes) --out $(PUBLISHED)/$(call value_of,$@.publishes).json \
 		$(call list_also_unfinished,$(PUBLISHED)/$(call value_of,$@.publishes).json)
 
+fill-reproducibility = [ $(PUBLISHED) != published ] || $(PY) tools/fill.py docs/reproducibility.md
+
 ranking.publishes := ranking  ## Rank the models by every published seed, with intervals, and publish it (seconds)
 .PHONY: ranking
 ranking: $(DATASET) | $(INSTALLED)
 	$(PY) -m experiments ranking $(PLACES)
 	$(PY) $(MANIFEST) add $(path.ranking)
+	$(fill-reproducibility)
 
 model-forces.publishes := model_forces  ## Compare the published models with the forces of the data set, and publish which belong to it
 .PHONY: model-forces
 model-forces: $(DATASET) | $(INSTALLED)
 	$(PY) -m experiments model_forces $(PLACES)
 	$(PY) $(MANIFEST) add $(path.model_forces)
+	$(fill-reproducibility)
+
+.PHONY: seed-commands
+seed-commands: $(DATASET) | $(INSTALLED)  ## Print the commands that train the seeds still missing, of the models and of the inputs A to D
+	@$(PY) -m experiments seed_commands $(PLACES)
 
 .PHONY: median-seeds
 median-seeds: $(DATASET) | $(INSTALLED)  ## Publish the median of each model's three seeds in the place of the model

@@ -7,6 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from paper_figures.style import drawing, models_style
+from paper_figures.style.writing import Table, number
 
 STYLES = {"A": drawing.VERMILION, "B": drawing.ORANGE, "C": drawing.PURPLE, "D": drawing.BLUE}
 LABELS = {"A": "time, indentation", "B": "A + velocity", "C": "B + acceleration", "D": "B + edge"}
@@ -42,6 +43,33 @@ def draw_feature_sets(axes: Axes, sets: dict[str, Any] | None, ranking: Any = No
     axes.legend(loc="upper right")
 
 
+def features_table(sets: dict[str, Any], ranking: Any = None) -> Table:
+    """One line for each feature set: its errors over seeds where there are two, else those of one training."""
+    rows = []
+    for name, inputs in LABELS.items():
+        count = models_style.seeds_of(ranking, f"features-{name}")
+        if count >= models_style.SEVERAL or (count and name not in sets):
+            spread = ranking["spread"][f"features-{name}"]
+            errors = [range_text(spread[metric]) for metric in ("validation_mse", "test_mse")]
+        elif name in sets:
+            count, errors = 1, [number(sets[name][metric]) for metric in ("validation_mse", "mse")]
+        else:
+            count, errors = 0, ["-", "-"]
+        rows.append([name, inputs, str(count), *errors])
+    caption = (
+        "Input representations of M1-concat, trained for the same number of epochs. Errors of several seeds: median, "
+        "then the least and the largest. `make table-ranking` says which order of them holds."
+    )
+    return Table(["Set", "Inputs", "Trainings", "Validation MSE", "Held-out MSE"], rows, caption)
+
+
+def range_text(spread: dict[str, float]) -> str:
+    """Median, and the extremes where they differ."""
+    text = number(spread["median"])
+    same = spread["min"] == spread["max"]
+    return text if same else f"{text} ({number(spread['min'])} to {number(spread['max'])})"
+
+
 def draw_shares(axes: Axes, content: dict[str, Any] | None) -> None:
     """One curve for each share of the training part, of the first fold; the full part in black."""
     if content is None:
@@ -62,8 +90,8 @@ def _absent(axes: Axes, command: str) -> None:
     axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", color="0.4")
 
 
-def compose(feature_sets: Any = None, data_efficiency: Any = None, ranking: Any = None) -> Figure:
-    """Draw what is trained of both panels."""
+def compose(feature_sets: Any = None, data_efficiency: Any = None, ranking: Any = None) -> dict[str, Figure | Table]:
+    """Draw what is trained of both panels, and write the errors of the first one's as a table."""
     if (
         feature_sets is None
         and data_efficiency is None
@@ -80,4 +108,5 @@ def compose(feature_sets: Any = None, data_efficiency: Any = None, ranking: Any 
         drawing.letter(axes, name)
     draw_feature_sets(first, feature_sets and feature_sets["sets"], ranking)
     draw_shares(second, data_efficiency)
-    return drawn
+    table = features_table(feature_sets["sets"] if feature_sets else {}, ranking)
+    return {"figure-features": drawn, "features": table}
