@@ -89,7 +89,9 @@ def trained_otherwise(found: dict[str, TrainingIdentity], dataset: str) -> dict[
         if one.dataset != dataset:
             words[name] = ["data set"]
         elif measure is not None:
-            words[name] = differences(one, measure, ALIKE if name in paper_names() else HELD_OUT)
+            # A published model may be the median of several seeds.
+            one, other = one.of_any_seed(), measure.of_any_seed()
+            words[name] = differences(one, other, ALIKE if name in paper_names() else HELD_OUT)
     return {name: other for name, other in words.items() if other}
 
 

@@ -21,10 +21,9 @@ from experiments.paper.ranking import EXPECTED, found_seeds
 from surrogate.architectures.naming import paper_names
 from surrogate.data.dataset import TrajectoryDataset
 from surrogate.network.onnx_file import ONNX_NAME
+from surrogate.training.identity import PUBLISHED_SEED
 from surrogate.training.publishing import publish
 
-ORIGIN = "published_seed"
-"""Key of `run.json` that says which seed a published model is."""
 WEIGHTS = "model.weights.h5"
 
 
@@ -43,7 +42,7 @@ def is_published(seed: Path, model: Path) -> bool:
     if not all(path.is_file() for path in (weights, run, model / ONNX_NAME, model / "split.json")):
         return False
     same = filecmp.cmp(seed / WEIGHTS, weights, shallow=False)
-    return same and json.loads(run.read_text(encoding="utf-8")).get(ORIGIN) == seed.name
+    return same and json.loads(run.read_text(encoding="utf-8")).get(PUBLISHED_SEED) == seed.name
 
 
 def publish_seed(seed: Path, model: Path, data: TrajectoryDataset, test: list[int]) -> None:
@@ -64,7 +63,10 @@ def publish_seed(seed: Path, model: Path, data: TrajectoryDataset, test: list[in
     with tempfile.TemporaryDirectory() as place:
         folder = shutil.copytree(seed, Path(place) / "model")
         split.save(folder / "split.json")
-        run = json.loads((folder / "run.json").read_text(encoding="utf-8")) | {"name": model.name, ORIGIN: seed.name}
+        run = json.loads((folder / "run.json").read_text(encoding="utf-8")) | {
+            "name": model.name,
+            PUBLISHED_SEED: seed.name,
+        }
         (folder / "run.json").write_text(json.dumps(run, indent=1) + "\n", encoding="utf-8")
         export(folder)
         publish(Path(place), model, replace=True)

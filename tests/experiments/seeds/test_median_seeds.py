@@ -6,10 +6,14 @@ import shutil
 import numpy as np
 import pytest
 
+from experiments.paper.model_comparison import trained_otherwise
 from experiments.seeds import median_seeds
+from surrogate.data.dataset import TrajectoryDataset
 from surrogate.inference.model_files import PUBLISHED
 from surrogate.inference.predictor import Surrogate
-from surrogate.training.identity import read_identity
+from surrogate.training.identity import PUBLISHED_SEED, TrainingIdentity, read_identity
+from surrogate.training.identity import trained_otherwise as reason
+from surrogate.training.recipe import Recipe
 
 ROOT = PUBLISHED.parent
 
@@ -25,8 +29,13 @@ def tree(tmp_path):
     # The model as it was before any seed was published in its place.
     run = tmp_path / "models" / "M1-gated" / "run.json"
     content = json.loads(run.read_text(encoding="utf-8"))
-    content.pop(median_seeds.ORIGIN, None)
+    content.pop(PUBLISHED_SEED, None)
     run.write_text(json.dumps(content), encoding="utf-8")
+    # So that the median is not the seed of the other models.
+    metrics = tmp_path / "seeds" / "M1-gated" / "seed-0" / "metrics.json"
+    content = json.loads(metrics.read_text(encoding="utf-8"))
+    content["test"]["mse"]["mean"] = 1e-2
+    metrics.write_text(json.dumps(content), encoding="utf-8")
     return tmp_path
 
 
@@ -42,6 +51,12 @@ def median_of(tree):
     return found[sorted(found)[1]]
 
 
+def seed_with_split(seed, model):
+    """The seed itself, which stands for no other."""
+    shutil.copy(model / "split.json", seed)
+    return seed
+
+
 def test_the_median_seed_takes_the_place_of_the_model_and_stays(tree, monkeypatch, capsys):
     exported = []
     monkeypatch.setattr(
@@ -52,11 +67,19 @@ def test_the_median_seed_takes_the_place_of_the_model_and_stays(tree, monkeypatc
     for name in ("model.weights.h5", "metrics.json", "scaling.json", "test_errors.csv", "history.csv", "recipe.toml"):
         assert (model / name).read_bytes() == (seed / name).read_bytes(), name
     run = json.loads((model / "run.json").read_text(encoding="utf-8"))
-    assert (run["name"], run[median_seeds.ORIGIN]) == ("M1-gated", seed.name)
+    assert (run["name"], run[PUBLISHED_SEED]) == ("M1-gated", seed.name)
     # All published models share one division.
     reference = read_identity(ROOT / "models" / "M1-concat")
     assert read_identity(model).parts == reference.parts
     assert not (tree / "models" / "M1-concat").exists(), "two seeds have no median"
+    # Its seed is another than the others', and it is compared with them and not trained again.
+    found = {"M1-concat": reference, "M1-gated": read_identity(model)}
+    assert found["M1-gated"].recipe["seed"] != reference.recipe["seed"]
+    assert trained_otherwise(found, reference.dataset) == {}
+    data = TrajectoryDataset.load(ROOT / "dataset.h5")
+    wanted = TrainingIdentity.of("M1-gated", data, data.split(), Recipe.load("swift"))
+    assert reason(model, wanted) == ""
+    assert reason(seed_with_split(seed, model), wanted) == "of another recipe"
     assert "1 of 18 models are median seeds" in capsys.readouterr().out
     publish(tree)
     assert len(exported) == 1
