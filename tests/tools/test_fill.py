@@ -9,6 +9,7 @@ import pytest
 
 from bem.dataset.file import load_dataset
 from paper_figures.figures import figure_2
+from paper_figures.report import reproducibility
 from paper_figures.style import drawing
 
 PATH = Path(__file__).resolve().parents[2] / "tools/fill.py"
@@ -70,36 +71,8 @@ def test_documents_are_up_to_date_and_a_stale_one_is_told(tmp_path):
     assert "is out of date" in ended.stderr
 
 
-def test_the_page_for_reviewers_is_up_to_date():
+def test_the_page_for_reviewers_is_up_to_date_and_all_of_its_places_are_known():
+    assert reproducibility.NAMES == fill.REPRODUCIBILITY
     page = PATH.parents[1] / "docs" / "reproducibility.md"
     done = subprocess.run([sys.executable, PATH, page, "--check"], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
-
-
-def test_the_page_for_reviewers_says_what_seeds_decide_and_what_they_do_not(tmp_path):
-    """One model of three seeds beside one that errs more, in a made-up tree of results."""
-    folder = PATH.parents[1] / "published"
-    for name in ("ranking.json", "model_forces.json", "feature_sets.json"):
-        shutil.copy(folder / name, tmp_path)
-    for metrics in folder.glob("models/*/metrics.json"):
-        target = tmp_path / "models" / metrics.parent.name
-        target.mkdir(parents=True)
-        for name in ("metrics.json", "run.json"):
-            shutil.copy(metrics.parent / name, target)
-    ranked = json.loads((tmp_path / "ranking.json").read_text(encoding="utf-8"))
-    pairs = [pair for pair in ranked["pairs"] if pair["claim"] == "d_better_than_c"]
-    pairs[0]["probability"]["test_mse"] = 0.0
-    ranked["claims"]["d_better_than_c"] |= {"decision": "fails", "first": "C"}
-    (tmp_path / "ranking.json").write_text(json.dumps(ranked), encoding="utf-8")
-    run = tmp_path / "models" / "M1-concat-paper" / "run.json"
-    content = json.loads(run.read_text(encoding="utf-8")) | {"ended_by": "recipe"}
-    run.write_text(json.dumps(content), encoding="utf-8")
-    found = fill.of_reproducibility(tmp_path)
-    assert set(found) == set(fill.REPRODUCIBILITY)
-    lines = {line.split(" | ")[0].strip("| "): line for line in found["statements"].splitlines()}
-    assert "| **fails** | 1 of 1 | D before C: < 0.001 | C |" in lines["D better than C"]
-    assert lines["best input representation"].endswith("| C, by one training each |")
-    assert "ended by the recipe |" in found["training of the paper"]
-    (tmp_path / "model_forces.json").unlink()
-    with pytest.raises(FileNotFoundError, match="`make model-forces` makes it"):
-        fill.of_reproducibility(tmp_path)

@@ -16,7 +16,8 @@ from surrogate.inference.model_files import PUBLISHED
 
 ROOT = PUBLISHED.parent
 SEEDS = sorted(path.parent for path in ROOT.glob("seeds/*/seed-*/run.json"))
-MODELS = sorted(path.parent for path in ROOT.glob("models/*/run.json"))
+SUMS = json.loads((ROOT / "MANIFEST.json").read_text(encoding="utf-8"))["files"]
+MODELS = sorted(path.parent for path in ROOT.glob("models/*/run.json") if f"models/{path.parent.name}/run.json" in SUMS)
 
 
 def label(folder):
