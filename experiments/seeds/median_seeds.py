@@ -25,6 +25,7 @@ from surrogate.training.identity import PUBLISHED_SEED
 from surrogate.training.publishing import publish
 
 WEIGHTS = "model.weights.h5"
+CARD = "README.md"
 
 
 def median_seeds(trainings: dict[str, list[dict[str, Any]]]) -> dict[str, int]:
@@ -69,6 +70,8 @@ def publish_seed(seed: Path, model: Path, data: TrajectoryDataset, test: list[in
         }
         (folder / "run.json").write_text(json.dumps(run, indent=1) + "\n", encoding="utf-8")
         export(folder)
+        # A card is written from the other files, and would keep the directory from being replaced.
+        (model / CARD).unlink(missing_ok=True)
         publish(Path(place), model, replace=True)
 
 

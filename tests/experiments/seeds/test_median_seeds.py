@@ -32,6 +32,7 @@ def tree(tmp_path):
     content = json.loads(run.read_text(encoding="utf-8"))
     content.pop(PUBLISHED_SEED, None)
     run.write_text(json.dumps(content), encoding="utf-8")
+    (run.parent / "README.md").write_text("the card of the former model", encoding="utf-8")
     # So that the median is not the seed of the other models.
     metrics = tmp_path / "seeds" / "M1-gated" / "seed-0" / "metrics.json"
     content = json.loads(metrics.read_text(encoding="utf-8"))
@@ -67,6 +68,7 @@ def test_the_median_seed_takes_the_place_of_the_model_and_stays(tree, monkeypatc
     model, seed = tree / "models" / "M1-gated", median_of(tree)
     for name in ("model.weights.h5", "metrics.json", "scaling.json", "test_errors.csv", "history.csv", "recipe.toml"):
         assert (model / name).read_bytes() == (seed / name).read_bytes(), name
+    assert not (model / "README.md").exists()
     run = json.loads((model / "run.json").read_text(encoding="utf-8"))
     assert (run["name"], run[PUBLISHED_SEED]) == ("M1-gated", seed.name)
     # All published models share one division.
