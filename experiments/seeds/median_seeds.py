@@ -88,7 +88,7 @@ def export(folder: Path) -> None:
 def study(dataset: Path, models: Path, seeds: Path) -> None:
     """Publish what is complete."""
     data = TrajectoryDataset.load(dataset)
-    trainings, _ = found_seeds(seeds, data.sha256)
+    trainings, _ = found_seeds(seeds, data.sha256, data.forces_sha256)
     chosen = median_seeds(trainings)
     for name, number in chosen.items():
         seed, model = seeds / name / f"seed-{number}", models / name

@@ -11,11 +11,11 @@ import shlex
 from pathlib import Path
 
 from experiments import common
-from experiments.lineage import dataset_digest
 from experiments.paper.feature_sets import CONFIG
 from experiments.paper.model_comparison import REFERENCE
 from experiments.paper.ranking import EXPECTED, INPUTS, found_seeds
 from surrogate.architectures.naming import paper_names
+from surrogate.data.dataset import TrajectoryDataset
 
 KEPT_ONCE = ("split.json", "model.onnx")
 """Files of a training that seeds do not repeat: the first is shared, the second follows from the weights."""
@@ -50,7 +50,8 @@ def command(name: str, seed: int, arguments: list[str], dataset: Path, seeds: Pa
 
 def study(dataset: Path, seeds: Path, configs: Path) -> None:
     """Print the lines."""
-    found, _ = found_seeds(seeds, dataset_digest(dataset))
+    data = TrajectoryDataset.load(dataset)
+    found, _ = found_seeds(seeds, data.sha256, data.forces_sha256)
     for name, arguments in trainings(configs).items():
         present = {one["seed"] for one in found.get(name, ())}
         for seed in range(EXPECTED):

@@ -42,8 +42,11 @@ WORDS = {
 EVERYTHING = tuple(name for name in WORDS if name not in ("validation", "test"))
 """All quantities; the split contains validation and test part."""
 
-ALIKE = tuple(name for name in EVERYTHING if not name.startswith("architecture"))
-"""What architectures need in common to be compared as equally trained."""
+ALIKE = tuple(name for name in EVERYTHING if not name.startswith("architecture") and name != "backend")
+"""What architectures need in common to be compared as equally trained.
+
+Backends compute the same up to rounding. They draw other initial weights from the same seed, as another seed would.
+"""
 
 HELD_OUT = ("dataset", "validation", "test")
 """What two models need in common for their errors to be comparable."""
