@@ -102,7 +102,7 @@ def draw_spread(axes: Axes, ranking: Any, name: str, x: str | float, y: str) -> 
     xerr, yerr = ([[place["median"] - place["min"]], [place["max"] - place["median"]]] for place in places)
     axes.plot(*at, label=name, zorder=3, **marker(name))
     # In front, as the spread may be smaller than the marker.
-    axes.errorbar(*at, yerr, xerr, fmt="none", elinewidth=0.7, capsize=1.5, ecolor=drawing.BLACK, zorder=4)
+    axes.errorbar(*at, yerr, xerr, fmt="none", elinewidth=0.9, ecolor=drawing.BLACK, zorder=4)
     return True
 
 
