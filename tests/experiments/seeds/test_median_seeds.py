@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from bem.dataset.measurement_steps import measurement_grid
 from experiments.paper.model_comparison import trained_otherwise
 from experiments.seeds import median_seeds
 from surrogate.data.dataset import TrajectoryDataset
@@ -111,6 +112,7 @@ def test_the_exported_network_is_that_of_the_seed(tree):
     publish(tree)
     exported = Surrogate.load(tree / "models" / "M1-gated", backend="onnx")
     keras = Surrogate.load(tree / "models" / "M1-gated", backend="keras")
-    times, indentations = np.linspace(0.0, 2.0, 30)[np.newaxis], np.linspace(0.0, 9.0, 30)[np.newaxis]
+    protocol = {"tabor": 1.0, "peak_indentation": 10.0, "loading_rate": 10.0, "dwell_time": 0.5, "unloading_rate": 5.0}
+    times, indentations = measurement_grid(**{name: np.array([value]) for name, value in protocol.items()})
     forces = [one.predict(times, indentations, tabor=np.array([1.0])) for one in (exported, keras)]
     np.testing.assert_allclose(*forces, rtol=1e-3, atol=1e-3)
