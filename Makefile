@@ -93,21 +93,21 @@ figure-1.paper := dataset_examples  ## Contact, gap, protocol and a computed for
 figure-2.paper := dataset_examples dataset  ## Six trajectories of the data set, and its histograms
 figure-3.paper := dataset_examples  ## From the solver's time steps to measurement steps
 figure-4.paper := architecture_graphs  ## Building blocks and the M1-concat model
-figure-5.paper := model_comparison persson_brener data_efficiency?  ## Models, sizes, crack velocity, data efficiency
+figure-5.paper := model_comparison persson_brener data_efficiency? ranking?  ## Models, sizes, crack velocity, data efficiency
 figure-6.paper := canonical_regimes  ## The twelve canonical protocols
 figure-7.paper := error_statistics  ## Distributions of the held-out errors
 figure-architectures.paper := architecture_graphs  ## Diagrams of the 18 paper models, from the Keras models
-figure-mse-mae.paper := model_comparison  ## Held-out MSE against MAE of every trained model
+figure-mse-mae.paper := model_comparison ranking?  ## Held-out MSE against MAE of every trained model
 figure-ranking.paper := ranking  ## Held-out errors of every seed, with bootstrap intervals
-figure-learning-curves.paper := model_comparison  ## Validation curves of the FiLM and gated models
-figure-features.paper := feature_sets? data_efficiency?  ## Input representations and training-set size
+figure-learning-curves.paper := model_comparison ranking?  ## Validation curves of the FiLM and gated models
+figure-features.paper := feature_sets? data_efficiency? ranking?  ## Input representations with their table, and training-set size
 figure-fms-transfer.paper := fms_transfer  ## The same weights on other numbers of measurement steps
 graphical-abstract.paper := canonical_regimes error_statistics  ## Protocol in, force history out
 table-protocols-dataset.paper := dataset_examples dataset_statistics  ## Protocols of figure 2, and the data set beside the paper's
 table-protocols-canonical.paper := canonical_regimes  ## Canonical protocols and what they cost
 table-quartiles.paper := error_statistics  ## Held-out errors by quartile
 table-persson-brener.paper := persson_brener  ## Crack velocities and amplifications
-table-models.paper := model_comparison training_speed? more-models  ## Every trained model: size, errors, cost
+table-models.paper := model_comparison training_speed? model_forces? more-models  ## Every trained model: size, errors, cost
 table-ranking.paper := ranking  ## Spread over seeds, intervals, and which of the paper's rankings hold
 table-accuracy-price.paper := accuracy_price  ## What draft, standard and reference cost, as published
 
@@ -245,11 +245,31 @@ feature-sets data-efficiency: $(DATASET) | $(INSTALLED)
 		--work $(WORK)/$(call value_of,$@.publishes) --out $(PUBLISHED)/$(call value_of,$@.publishes).json \
 		$(call list_also_unfinished,$(PUBLISHED)/$(call value_of,$@.publishes).json)
 
+fill-reproducibility = [ $(PUBLISHED) != published ] || $(PY) tools/fill.py docs/reproducibility.md
+
 ranking.publishes := ranking  ## Rank the models by every published seed, with intervals, and publish it (seconds)
 .PHONY: ranking
 ranking: $(DATASET) | $(INSTALLED)
 	$(PY) -m experiments ranking $(PLACES)
 	$(PY) $(MANIFEST) add $(path.ranking)
+	$(fill-reproducibility)
+
+model-forces.publishes := model_forces  ## Compare the published models with the forces of the data set, and publish which belong to it
+.PHONY: model-forces
+model-forces: $(DATASET) | $(INSTALLED)
+	$(PY) -m experiments model_forces $(PLACES)
+	$(PY) $(MANIFEST) add $(path.model_forces)
+	$(fill-reproducibility)
+
+.PHONY: seed-commands
+seed-commands: $(DATASET) | $(INSTALLED)  ## Print the commands that train the seeds still missing, of the models and of the inputs A to D
+	@$(PY) -m experiments seed_commands $(PLACES)
+
+.PHONY: median-seeds
+median-seeds: $(DATASET) | $(INSTALLED)  ## Publish the median of each model's three seeds in the place of the model
+	$(PY) -m experiments median_seeds $(PLACES)
+	$(PY) $(MANIFEST) add $(MODELS)
+	$(MAKE) --no-print-directory model-forces
 
 HOURS ?= --hours
 STAGES := dataset models more-models feature-sets data-efficiency
@@ -470,6 +490,7 @@ path.feature_sets := $(PUBLISHED)/feature_sets.json
 path.data_efficiency := $(PUBLISHED)/data_efficiency.json
 path.accuracy_price := $(PUBLISHED)/accuracy_price.json
 path.ranking := $(PUBLISHED)/ranking.json
+path.model_forces := $(PUBLISHED)/model_forces.json
 path = $(or $(path.$(1)),$(filter $(STUDIES)/$(1).json,$(STUDY_RESULTS)),$(MEASUREMENTS)/$(1).json)
 inputs = $(foreach one,$(1),$(if $(filter %?,$(one)),$(wildcard $(call path,$(one:?=))),$(call path,$(one))))
 LEFT_OUT := $(if $(wildcard $(addprefix $(MODELS)/M[1-6]-,FiLM/run.json gated/run.json)),,figure-learning-curves) \

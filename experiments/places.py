@@ -19,7 +19,7 @@ from experiments.registry import maker
 
 HERE = Path(__file__).parent
 CONFIGS = HERE / "configs"
-PUBLISHED_STUDIES = ("feature_sets", "data_efficiency", "accuracy_price", "ranking")
+PUBLISHED_STUDIES = ("feature_sets", "data_efficiency", "accuracy_price", "ranking", "model_forces")
 """Results published beside the data set."""
 
 

@@ -25,6 +25,7 @@ INPUTS = {
     "data_efficiency": "`published/data_efficiency.json`",
     "accuracy_price": "`published/accuracy_price.json`",
     "ranking": "`published/ranking.json`",
+    "model_forces": "`published/model_forces.json`",
 }
 """What is there before any study, in words; published seconds are not listed."""
 STAGES = {

@@ -27,6 +27,13 @@ from experiments import registry  # noqa: E402
 from experiments.paper_numbers import paper_values  # noqa: E402
 
 PLACE = re.compile(r"<!-- ([a-z0-9 -]+) -->(.*?)<!-- (?:end|/\1) -->", re.DOTALL)
+REPRODUCIBILITY = (
+    "seeds there are",
+    "statements",
+    "spread over seeds",
+    "forces of the models",
+    "training of the paper",
+)
 FILES = {"minutes": "measurements/target_minutes.json", "cost": "measurements/accuracy_cost.json"}
 
 
@@ -95,11 +102,19 @@ def of_cost(published: Path) -> dict[str, str]:
     return {"fastest tool": page_text(_read(published / FILES["cost"], "make measure-accuracy-cost"))}
 
 
+def of_reproducibility(published: Path) -> dict[str, str]:
+    """What seeds, forces and the paper's own recipe show."""
+    from paper_figures.report.reproducibility import values
+
+    return values(published)
+
+
 SOURCES: dict[tuple[str, ...], Callable[[Path], dict[str, str]]] = {
     ("trajectories", "core-minutes", "milliseconds", "paper-cpu-hours"): of_dataset,
     ("seconds of a prediction", "seconds of a step"): of_latency,
     ("targets", "machine"): of_targets,
     ("fastest tool",): of_cost,
+    REPRODUCIBILITY: of_reproducibility,
 }
 """Who knows what belongs in the places of these names."""
 

@@ -1,10 +1,10 @@
 """The trained models side by side: errors, sizes, learning curves, costs, and which of the 18 are missing.
 
 Reads the published model directories; trains and evaluates nothing. Only models that were trained in the same way are
-compared: on the data set, and with the split, recipe and backend of the reference model. Models trained otherwise on
-purpose (another recipe, more data, fewer epochs, a family beyond the paper's) are in a separate list; they share the
-held-out part. Source: the paper's section "Model-family selection" and its appendices on conditioning and learning
-curves.
+compared: on the data set, and with the split and recipe of the reference model; seeds may differ. Models trained
+otherwise on purpose (another recipe, more data, fewer epochs, a family beyond the paper's) are in a separate list; they
+share the held-out part. Source: the paper's section "Model-family selection" and its appendices on conditioning and
+learning curves.
 """
 
 from __future__ import annotations
@@ -88,7 +88,9 @@ def trained_otherwise(found: dict[str, TrainingIdentity], dataset: str) -> dict[
         if one.dataset != dataset:
             words[name] = ["data set"]
         elif measure is not None:
-            words[name] = differences(one, measure, ALIKE if name in paper_names() else HELD_OUT)
+            # A published model may be the median of several seeds.
+            one, other = one.of_any_seed(), measure.of_any_seed()
+            words[name] = differences(one, other, ALIKE if name in paper_names() else HELD_OUT)
     return {name: other for name, other in words.items() if other}
 
 
@@ -102,9 +104,10 @@ def outdated(found: dict[str, TrainingIdentity], dataset: str, models: Path) -> 
     """
     sentences = {}
     for name, words in trained_otherwise(found, dataset).items():
-        # What has a label of its own, or differs in its backend alone, `make models` leaves as it is.
-        known = name in names() and words != ["backend"]
-        advice = "`make models` trains it anew" if known else f"remove {str(models / name)!r} and train it anew"
+        # What has a label of its own `make models` leaves as it is.
+        advice = (
+            "`make models` trains it anew" if name in names() else f"remove {str(models / name)!r} and train it anew"
+        )
         other = " and ".join(words)
         sentences[name] = f"{name} is left out, its {other} being another than the comparison's: {advice}."
     return sentences

@@ -1,7 +1,8 @@
 """Which of the paper's rankings hold: every published seed of every model, spreads, and the probability of each order.
 
 Reads `published/seeds/MODEL/seed-S/`; trains and predicts nothing. Only seeds of the shipped data set count, trained
-alike: the same recipe, backend and test part. What is ranked, and who is first, is the paper's and comes from the
+alike: the same recipe and test part. Another backend counts as another seed: it computes the same up to rounding, and
+draws other initial weights. What is ranked, and who is first, is the paper's and comes from the
 claims in `paper_values/claims.toml` that have a `ranking`; each order is judged by the held-out MSE, as in the paper.
 Percentages are medians over the test set, as in the table of the models; the other errors are means.
 Source: the paper's section "Model-family selection" and its appendix on conditioning.
@@ -20,9 +21,9 @@ import numpy as np
 
 from experiments import common
 from experiments import ranking_statistics as statistics
-from experiments.lineage import dataset_digest
 from experiments.paper.model_comparison import REFERENCE, read_history
 from surrogate.architectures.naming import CONDITIONINGS, PAPER_FAMILIES, paper_names
+from surrogate.data.dataset import TrajectoryDataset
 
 COLUMNS = {
     "test_mse": "mse",
@@ -73,22 +74,24 @@ def read_seed(folder: Path) -> dict[str, Any]:
         )
         with (folder / "test_errors.csv").open(encoding="utf-8", newline="") as file:
             rows = list(csv.DictReader(file))
-        test = metrics["test"]
+        test, curve = metrics["test"], read_history(folder / "history.csv")["validation_mse"]
         how = {name: "median" if "percent" in name else "mean" for name in COLUMNS}
         return {
             "seed": int(run["seed"]),
             "data set": run["dataset_sha256"],
+            "forces": run.get("dataset_forces_sha256"),
             "recipe": tomllib.loads((folder / "recipe.toml").read_text(encoding="utf-8")) | {"seed": None},
-            "backend": run["backend"],
             "inputs": run["features"],
             "architecture": run["architecture"],
             "test part": [int(row["trajectory"]) for row in rows],
             "errors": {name: np.array([float(row[column]) for row in rows]) for name, column in COLUMNS.items()},
             "row": {
                 "seed": int(run["seed"]),
+                "backend": run["backend"],
                 **{name: float(test[column][how[name]]) for name, column in COLUMNS.items()},
-                "validation_mse": min(read_history(folder / "history.csv")["validation_mse"]),
+                "validation_mse": min(curve),
             },
+            "curve": curve,
         }
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise ValueError(
@@ -96,10 +99,19 @@ def read_seed(folder: Path) -> dict[str, Any]:
         ) from error
 
 
-def found_seeds(seeds: Path, digest: str) -> tuple[dict[str, list[dict[str, Any]]], dict[str, str]]:
-    """What may be compared, by model and in the order of the seeds, and a sentence for each seed that is left out."""
+def found_seeds(
+    seeds: Path, digest: str, forces: str | None = None
+) -> tuple[dict[str, list[dict[str, Any]]], dict[str, str]]:
+    """What may be compared, by model and in the order of the seeds, and a sentence for each seed that is left out.
+
+    Args:
+        seeds: Where they are.
+        digest: Digest of the data set.
+        forces: Digest of its forces, for the seeds that record it.
+    """
     folders = {path.parent: read_seed(path.parent) for path in sorted(seeds.glob("*/seed-*/run.json"))}
-    ours = {folder: one for folder, one in folders.items() if one["data set"] == digest}
+    same = {folder: one for folder, one in folders.items() if one["data set"] == digest}
+    ours = {folder: one for folder, one in same.items() if None in (forces, one["forces"]) or one["forces"] == forces}
     found: dict[str, list[dict[str, Any]]] = {name: [] for name in (*paper_names(), *(n for (n,) in INPUTS.values()))}
     left_out = {}
     for folder, one in folders.items():
@@ -108,8 +120,8 @@ def found_seeds(seeds: Path, digest: str) -> tuple[dict[str, list[dict[str, Any]
         inputs = name.removeprefix("features-") if name.startswith("features-") else "D"
         # The study of input representations has an equal budget of its own.
         alike = [two for other, two in ours.items() if (other.parent.name in paper_names()) == (name in paper_names())]
-        words = [] if folder in ours else ["data set"]
-        words += [word for word in ("recipe", "backend", "test part") if not words and one[word] != _usual(alike, word)]
+        words = [] if folder in ours else ["forces" if folder in same else "data set"]
+        words += [word for word in ("recipe", "test part") if not words and one[word] != _usual(alike, word)]
         if name not in found or (one["architecture"], one["inputs"]) != (architecture, inputs):
             words.append("model")
         if f"seed-{one['seed']}" != folder.name:
@@ -175,9 +187,10 @@ def rankings(errors: dict[str, dict[str, np.ndarray]], rows: dict[str, list[dict
 
 
 def study(dataset: Path, seeds: Path) -> dict[str, Any]:
-    """Rank what is published."""
-    digest = dataset_digest(dataset)
-    found, left_out = found_seeds(seeds, digest)
+    """Rank what is published; `curves` are validation errors by model, seed and epoch."""
+    data = TrajectoryDataset.load(dataset)
+    digest = data.sha256
+    found, left_out = found_seeds(seeds, digest, data.forces_sha256)
     errors = {
         name: {metric: np.array([one["errors"][metric] for one in trainings]) for metric in COLUMNS}
         for name, trainings in found.items()
@@ -196,6 +209,7 @@ def study(dataset: Path, seeds: Path) -> dict[str, Any]:
         "resamples": RESAMPLES,
         "seeds_expected": EXPECTED,
         "models": rows,
+        "curves": {name: [one["curve"] for one in trainings] for name, trainings in found.items()},
         "missing": missing,
         "left_out": left_out,
         **rankings(errors, rows),

@@ -15,11 +15,11 @@ from paper_figures.figures.figure_mse_mae import draw_models
 from paper_figures.style import drawing, models_style
 
 
-def draw_sizes(axes: Axes, models: dict[str, Any]) -> None:
+def draw_sizes(axes: Axes, models: dict[str, Any], ranking: Any = None) -> None:
     """Parameters against DTW-RMSE, the paper's reference model beside ours."""
     paper = drawing.paper_values("reference_model")
     axes.plot(paper["parameters"] / 1e3, paper["dtw_rmse"], **models_style.paper_marker(paper["name"]))
-    draw_models(axes, models, "parameters", "dtw_rmse", factor=1e-3)
+    draw_models(axes, models, "parameters", "dtw_rmse", ranking, factor=1e-3)
     axes.set(xlabel="learnable parameters (thousands)", ylabel="held-out DTW-RMSE", yscale="log", xlim=(100, 720))
     axes.margins(y=0.2)
     drawing.log_labels(axes.yaxis)
@@ -64,21 +64,24 @@ def draw_data_efficiency(axes: Axes, content: dict[str, Any] | None) -> None:
         drawing.log_labels(axis)
 
 
-def compose(model_comparison: Any, persson_brener: Any, data_efficiency: Any = None) -> Figure:
-    """Draw figure 5; panel (d) says so when its trainings are not published yet."""
+def compose(model_comparison: Any, persson_brener: Any, data_efficiency: Any = None, ranking: Any = None) -> Figure:
+    """Draw figure 5; (a) and (b) with the spread over seeds, (d) says so when its trainings are not published yet."""
     drawn = drawing.figure(height=5.4)
     panels = drawn.subplots(2, 2)
-    draw_curves(panels[0, 0], model_comparison["models"], "concat")
+    draw_curves(panels[0, 0], model_comparison["models"], "concat", ranking)
     if legend := panels[0, 0].get_legend():
         legend.remove()
     panels[0, 0].set_title("concatenated models", loc="right")
-    draw_sizes(panels[0, 1], model_comparison["models"])
+    draw_sizes(panels[0, 1], model_comparison["models"], ranking)
     draw_effective_energy(panels[1, 0], persson_brener)
     draw_data_efficiency(panels[1, 1], data_efficiency)
     drawing.letters(panels.flat)
     handles = models_style.handles(drawing.paper_values("reference_model")["name"])
     drawn.legend(handles=handles, loc="outside upper center", ncols=10, columnspacing=1.2, handlelength=1.4)
-    note = models_style.missing_note(model_comparison["missing"], model_comparison["differences"])
+    note = models_style.notes(
+        models_style.missing_note(model_comparison["missing"], model_comparison["differences"]),
+        *models_style.spread_lines(ranking, list(model_comparison["models"])),
+    )
     if note:
         drawn.supxlabel(note, fontsize=6, color="0.4")
     return drawn

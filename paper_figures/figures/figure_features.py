@@ -6,7 +6,8 @@ from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from paper_figures.style import drawing
+from paper_figures.style import drawing, models_style
+from paper_figures.style.writing import Table, number
 
 STYLES = {"A": drawing.VERMILION, "B": drawing.ORANGE, "C": drawing.PURPLE, "D": drawing.BLUE}
 LABELS = {"A": "time, indentation", "B": "A + velocity", "C": "B + acceleration", "D": "B + edge"}
@@ -20,14 +21,53 @@ def draw_curve(axes: Axes, history: dict[str, list[float]], color: Any, label: s
     axes.plot(history["epoch"][least], history["validation_mse"][least], "o", color=color)
 
 
-def draw_feature_sets(axes: Axes, sets: dict[str, Any] | None) -> None:
-    """One curve for each feature set, its least validation error in the legend."""
-    if sets is None:
+def draw_feature_sets(axes: Axes, sets: dict[str, Any] | None, ranking: Any = None) -> None:
+    """One curve for each feature set, its least validation error in the legend; a band where there are two seeds."""
+    names = [name for name in LABELS if name in (sets or {}) or models_style.seeds_of(ranking, f"features-{name}")]
+    if not names:
         _absent(axes, "make feature-sets")
         return
-    for name, found in sets.items():
-        draw_curve(axes, found["history"], STYLES[name], f"{name}: {LABELS[name]} ({found['validation_mse']:.1e})")
+    for name in names:
+        count, label = models_style.seeds_of(ranking, f"features-{name}"), f"{name}: {LABELS[name]}"
+        if count >= models_style.SEVERAL or name not in (sets or {}):
+            curves = ranking["curves"][f"features-{name}"]
+            low, high = min(map(min, curves)), max(map(min, curves))
+            words = (
+                f"{label} ({low:.1e} to {high:.1e}, {count} seeds)" if count > 1 else f"{label} ({low:.1e}, one seed)"
+            )
+            look = {"color": STYLES[name], "marker": "o"}
+            models_style.draw_curves_of_seeds(axes, curves, look, words)
+            continue
+        trained = sets[name] if sets else {}
+        draw_curve(axes, trained["history"], STYLES[name], f"{label} ({trained['validation_mse']:.1e})")
     axes.legend(loc="upper right")
+
+
+def features_table(sets: dict[str, Any], ranking: Any = None) -> Table:
+    """One line for each feature set: its errors over seeds where there are two, else those of one training."""
+    rows = []
+    for name, inputs in LABELS.items():
+        count = models_style.seeds_of(ranking, f"features-{name}")
+        if count >= models_style.SEVERAL or (count and name not in sets):
+            spread = ranking["spread"][f"features-{name}"]
+            errors = [range_text(spread[metric]) for metric in ("validation_mse", "test_mse")]
+        elif name in sets:
+            count, errors = 1, [number(sets[name][metric]) for metric in ("validation_mse", "mse")]
+        else:
+            count, errors = 0, ["-", "-"]
+        rows.append([name, inputs, str(count), *errors])
+    caption = (
+        "Input representations of M1-concat, trained for the same number of epochs. Errors of several seeds: median, "
+        "then the least and the largest. `make table-ranking` says which order of them holds."
+    )
+    return Table(["Set", "Inputs", "Trainings", "Validation MSE", "Held-out MSE"], rows, caption)
+
+
+def range_text(spread: dict[str, float]) -> str:
+    """Median, and the extremes where they differ."""
+    text = number(spread["median"])
+    same = spread["min"] == spread["max"]
+    return text if same else f"{text} ({number(spread['min'])} to {number(spread['max'])})"
 
 
 def draw_shares(axes: Axes, content: dict[str, Any] | None) -> None:
@@ -49,9 +89,13 @@ def _absent(axes: Axes, command: str) -> None:
     drawing.absent(axes, f"not trained yet:\n`{command}`")
 
 
-def compose(feature_sets: Any = None, data_efficiency: Any = None) -> Figure:
-    """Draw what is trained of both panels."""
-    if feature_sets is None and data_efficiency is None:
+def compose(feature_sets: Any = None, data_efficiency: Any = None, ranking: Any = None) -> dict[str, Figure | Table]:
+    """Draw what is trained of both panels, and write the errors of the first one's as a table."""
+    if (
+        feature_sets is None
+        and data_efficiency is None
+        and not any(models_style.seeds_of(ranking, f"features-{name}") for name in LABELS)
+    ):
         raise FileNotFoundError(
             "neither feature_sets.json nor data_efficiency.json is published; `make feature-sets data-efficiency` "
             "makes them"
@@ -61,6 +105,7 @@ def compose(feature_sets: Any = None, data_efficiency: Any = None) -> Figure:
     for axes, name in ((first, "a"), (second, "b")):
         axes.set(xlabel="epoch", ylabel="validation MSE", yscale="log")
         drawing.letter(axes, name)
-    draw_feature_sets(first, feature_sets and feature_sets["sets"])
+    draw_feature_sets(first, feature_sets and feature_sets["sets"], ranking)
     draw_shares(second, data_efficiency)
-    return drawn
+    table = features_table(feature_sets["sets"] if feature_sets else {}, ranking)
+    return {"figure-features": drawn, "features": table}

@@ -12,19 +12,26 @@ SHOWN = ("FiLM", "gated")
 """One panel for each of these conditionings."""
 
 
-def draw_curves(axes: Axes, models: dict[str, Any], conditioning: str) -> int:
-    """Validation MSE over epochs of the six models of a conditioning that are trained; returns how many."""
+def draw_curves(axes: Axes, models: dict[str, Any], conditioning: str, ranking: Any = None) -> int:
+    """Validation MSE over epochs of the six models of a conditioning that are trained; returns how many.
+
+    Where a model has two seeds or more, it is their median in a band from the least to the largest.
+    """
     drawn = 0
     for family in PAPER_FAMILIES:
         name = f"{family}-{conditioning}"
         if name not in models:
+            continue
+        drawn += 1
+        if models_style.seeds_of(ranking, name) >= models_style.SEVERAL:
+            look = models_style.marker(name)
+            models_style.draw_curves_of_seeds(axes, ranking["curves"][name], look, family)
             continue
         history = models[name]["history"]
         least = min(range(len(history["epoch"])), key=history["validation_mse"].__getitem__)
         color = models_style.color(name)
         axes.plot(history["epoch"], history["validation_mse"], color=color, linewidth=1.0, label=family)
         axes.plot(history["epoch"][least], history["validation_mse"][least], **models_style.marker(name))
-        drawn += 1
     axes.set(xlabel="epoch", ylabel="validation MSE", yscale="log")
     if drawn:
         axes.legend(loc="upper right", ncols=2)
@@ -34,8 +41,8 @@ def draw_curves(axes: Axes, models: dict[str, Any], conditioning: str) -> int:
     return drawn
 
 
-def compose(model_comparison: Any) -> Figure:
-    """Draw both panels."""
+def compose(model_comparison: Any, ranking: Any = None) -> Figure:
+    """Draw both panels, with the spread over seeds."""
     models = model_comparison["models"]
     missing = [name for name in model_comparison["missing"] if name.endswith(SHOWN)]
     otherwise = {name: words for name, words in model_comparison["differences"].items() if name.endswith(SHOWN)}
@@ -46,10 +53,13 @@ def compose(model_comparison: Any) -> Figure:
     shared = all(any(name.endswith(conditioning) for name in models) for conditioning in SHOWN)
     panels = drawn.subplots(1, 2, sharex=shared, sharey=shared)
     for axes, conditioning, name in zip(panels, SHOWN, "ab", strict=True):
-        draw_curves(axes, models, conditioning)
+        draw_curves(axes, models, conditioning, ranking)
         axes.set_title(conditioning, loc="right")
         drawing.letter(axes, name)
-    note = models_style.missing_note(missing, otherwise)
+    note = models_style.notes(
+        models_style.missing_note(missing, otherwise),
+        *models_style.spread_lines(ranking, [name for name in models if name.endswith(SHOWN)]),
+    )
     if note:
         drawn.supxlabel(note, fontsize=5.5, color="0.4")
     return drawn

@@ -8,19 +8,23 @@ from matplotlib.figure import Figure
 from paper_figures.style import drawing, models_style
 
 
-def draw_models(axes: Axes, models: dict[str, Any], x: str, y: str, *, factor: float = 1.0) -> None:
-    """One marker for each model; `factor` multiplies the abscissa."""
+def draw_models(
+    axes: Axes, models: dict[str, Any], x: str, y: str, ranking: Any = None, *, factor: float = 1.0
+) -> None:
+    """One marker for each model, its seeds' median and range where there are two; `factor` multiplies a size."""
     for name, found in models.items():
-        axes.plot(factor * found[x], found[y], label=name, zorder=3, **models_style.marker(name))
+        place = factor * found[x] if x == "parameters" else f"test_{x}"
+        if not models_style.draw_spread(axes, ranking, name, place, f"test_{y}"):
+            axes.plot(factor * found[x], found[y], label=name, zorder=3, **models_style.marker(name))
 
 
-def compose(model_comparison: Any) -> Figure:
-    """Draw the models that are trained, beside the paper's best."""
+def compose(model_comparison: Any, ranking: Any = None) -> Figure:
+    """Draw the models that are trained, with the spread over their seeds, beside the paper's best."""
     paper = drawing.paper_values("reference_model")
     drawn = drawing.figure(width=drawing.COLUMN, height=3.4)
     axes = drawn.subplots()
     axes.plot(paper["mse"], paper["mae"], **models_style.paper_marker(paper["name"]))
-    draw_models(axes, model_comparison["models"], "mse", "mae")
+    draw_models(axes, model_comparison["models"], "mse", "mae", ranking)
     axes.set(
         xscale="log", yscale="log", xlabel="held-out MSE of the scaled force", ylabel="held-out MAE of the scaled force"
     )
@@ -34,7 +38,10 @@ def compose(model_comparison: Any) -> Figure:
         columnspacing=1.0,
         handlelength=1.2,
     )
-    note = models_style.missing_note(model_comparison["missing"], model_comparison["differences"])
+    note = models_style.notes(
+        models_style.missing_note(model_comparison["missing"], model_comparison["differences"]),
+        *models_style.spread_lines(ranking, list(model_comparison["models"]), width=80),
+    )
     if note:
         drawn.supxlabel(note, fontsize=5.5, color="0.4")
     return drawn

@@ -54,6 +54,7 @@ SOURCES = {
     "speed": ("published", "measurements/training_speed.json", "make bench-training"),
     "features": ("published", "feature_sets.json", "make feature-sets"),
     "ranking": ("published", "ranking.json", "make ranking"),
+    "model_forces": ("published", "model_forces.json", "make model-forces"),
     "efficiency": ("published", "data_efficiency.json", "make data-efficiency"),
 }
 

@@ -155,6 +155,8 @@ def report(results: Results) -> str:
     if missing:
         parts.append(f"Models {missing}.")
     parts += (results.content("models") or {}).get("outdated", {}).values()
+    if forces := models_style.forces_note(results.content("model_forces")):
+        parts.append(f"{forces} `make model-forces` compares them.")
     host = results.at("canonical:times/host")
     if host:
         parts.append(f"Timings: {host}.")

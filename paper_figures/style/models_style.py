@@ -5,9 +5,11 @@ As in the paper: triangle for concatenation, star for FiLM, diamond for gated.
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
@@ -15,6 +17,8 @@ from paper_figures.style import drawing
 from surrogate.architectures.naming import CONDITIONINGS, PAPER_FAMILIES, paper_names, split_name
 
 REFERENCE = "M1-concat"
+SEVERAL = 2
+"""Seeds from which on a spread is drawn."""
 COLORS = dict(
     zip(
         PAPER_FAMILIES,
@@ -72,6 +76,72 @@ def draw_folds(
         axes.plot(at, mean, label="one fold", **{**look, **hollow})
 
 
+def seeds_of(ranking: Any, name: str) -> int:
+    """Published seeds of a model."""
+    return len(ranking["models"].get(name, ())) if ranking else 0
+
+
+def draw_spread(axes: Axes, ranking: Any, name: str, x: str | float, y: str) -> bool:
+    """Draw a model at its median over seeds, with whiskers to the least and the largest one.
+
+    Args:
+        axes: Where.
+        ranking: The result of that name; `None` where there is none.
+        name: The model.
+        x: A metric of the ranking, or a place.
+        y: A metric of the ranking.
+
+    Returns:
+        whether there are two seeds at least; nothing is drawn where not.
+    """
+    if seeds_of(ranking, name) < SEVERAL:
+        return False
+    spread = ranking["spread"][name]
+    places = [spread[one] if isinstance(one, str) else dict.fromkeys(("min", "median", "max"), one) for one in (x, y)]
+    at = [place["median"] for place in places]
+    xerr, yerr = ([[place["median"] - place["min"]], [place["max"] - place["median"]]] for place in places)
+    axes.plot(*at, label=name, zorder=3, **marker(name))
+    # In front, as the spread may be smaller than the marker.
+    axes.errorbar(*at, yerr, xerr, fmt="none", elinewidth=0.9, ecolor=drawing.BLACK, zorder=4)
+    return True
+
+
+def draw_curves_of_seeds(axes: Axes, curves: Sequence[Sequence[float]], look: Mapping[str, Any], label: str) -> None:
+    """Draw the validation error over the epochs that all seeds have: their median, and a band from least to largest."""
+    epochs = range(1, min(map(len, curves)) + 1)
+    rows = np.array([curve[: len(epochs)] for curve in curves])
+    middle = np.median(rows, axis=0)
+    axes.fill_between(epochs, rows.min(axis=0), rows.max(axis=0), color=look["color"], alpha=0.25, linewidth=0)
+    axes.plot(epochs, middle, color=look["color"], linewidth=1.0, label=label)
+    least = int(middle.argmin())
+    axes.plot(epochs[least], middle[least], **look)
+
+
+def spread_lines(ranking: Any, drawn: Sequence[str], width: int = 150) -> list[str]:
+    """Lines that say of how many seeds each model is drawn; none where all are of one training.
+
+    Args:
+        ranking: The result of that name; `None` where there is none.
+        drawn: The models of the figure.
+        width: Letters in a line.
+    """
+    several: dict[int, list[str]] = {}
+    for name in drawn:
+        if (count := seeds_of(ranking, name)) >= SEVERAL:
+            several.setdefault(count, []).append(name)
+    if not several:
+        return []
+    parts = [f"of {count} seeds: {listed(names)}" for count, names in sorted(several.items(), reverse=True)]
+    single = [name for name in drawn if seeds_of(ranking, name) < SEVERAL]
+    rest = f"; one training each: {listed(single)}" if single else ""
+    return textwrap.wrap(f"median, least and largest {'; '.join(parts)}{rest}", width)
+
+
+def notes(*lines: str) -> str:
+    """The lines that are not empty, one below the other."""
+    return "\n".join(filter(None, lines))
+
+
 def family_handles() -> list[Line2D]:
     """Legend entries of the six families."""
     return [Line2D([], [], color=COLORS[name], linewidth=3.0, label=name) for name in PAPER_FAMILIES]
@@ -114,8 +184,19 @@ def missing_note(missing: Sequence[str], differences: Mapping[str, Sequence[str]
     return "; ".join(parts)
 
 
+def forces_note(model_forces: Any) -> str:
+    """A sentence that names the models trained on other forces than the shipped file's; empty where none is."""
+    others = model_forces["others"] if model_forces else []
+    if not others:
+        return ""
+    return (
+        f"{len(others)} of the {len(model_forces['models'])} published models were trained on an earlier version of "
+        f"the forces: {listed(others)}."
+    )
+
+
 def listed(names: Sequence[str]) -> str:
     """Models by name, whole families by theirs."""
     whole = [family for family in PAPER_FAMILIES if all(f"{family}-{c}" in names for c in CONDITIONINGS)]
-    single = [name for name in names if split_name(name)[0] not in whole]
+    single = [name for name in names if name.split("-")[0] not in whole]
     return ", ".join(single + ([f"all of {', '.join(whole)}"] if whole else []))

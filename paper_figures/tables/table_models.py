@@ -58,7 +58,7 @@ def paper_row(paper: dict[str, Any]) -> list[str]:
     ]
 
 
-def compose(model_comparison: Any, training_speed: Any = None) -> Table:
+def compose(model_comparison: Any, training_speed: Any = None, model_forces: Any = None) -> Table:
     """Write the table, best model first."""
     ranking = model_comparison["comparison"]["ranking"]
     note = models_style.missing_note(model_comparison["missing"])
@@ -69,6 +69,7 @@ def compose(model_comparison: Any, training_speed: Any = None) -> Table:
             "are those of the processor that trained the model, the milliseconds of a batch all of one machine's core.",
             *([f"{note[0].upper()}{note[1:]}."] if note else []),
             *model_comparison["outdated"].values(),
+            models_style.forces_note(model_forces),
         ]
     )
     batches = batch_milliseconds(training_speed)
@@ -77,4 +78,4 @@ def compose(model_comparison: Any, training_speed: Any = None) -> Table:
         *(row(name, model_comparison["models"][name], batches.get(name, "-")) for name in ranking),
         *(row(name, found) for name, found in model_comparison["beside"].items()),
     ]
-    return Table(HEADER, cells, caption)
+    return Table(HEADER, cells, caption.strip())

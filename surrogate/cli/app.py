@@ -90,7 +90,8 @@ def train(
     require_place(destination)
     from surrogate.training.recipe import Recipe
 
-    chosen = Recipe.load(recipe).with_overrides(epochs=epochs, seed=seed)
+    own = Recipe.load(recipe)
+    chosen = own.with_overrides(epochs=epochs, seed=seed)
     if threads is not None:
         limit_threads(threads)
     load_architectures(architecture or ())
@@ -123,6 +124,7 @@ def train(
         features=features,
         extra=more,
         label=label or "",
+        epochs_given=chosen.epochs != own.epochs,
     )
     with reporter(run.name) as report:
         progress = execute(

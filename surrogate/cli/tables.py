@@ -37,8 +37,13 @@ def model_table(roots: Sequence[Path]) -> str:
         ValueError: a model's `metrics.json` is damaged.
     """
     found: dict[str, tuple[str, ...]] = {}
-    for path in (path for root in roots for path in sorted(root.glob("[!.]*/metrics.json"))):
-        found.setdefault(path.parent.name, _published(path))
+    for root in roots:
+        others = _other_forces(root)
+        for path in sorted(root.glob("[!.]*/metrics.json")):
+            *row, training = _published(path)
+            words = [training] if training else []
+            words += ["an earlier data set's forces"] if path.parent.name in others else []
+            found.setdefault(path.parent.name, (*row, ", ".join(words)))
     rows = sorted(found.values(), key=lambda row: float(row[2]))
     rows += [(name, _size(name), "", "", "", "not trained") for name in names() if name not in found]
     widths = [max(len(row[column]) for row in (COLUMNS, *rows)) for column in range(len(COLUMNS))]
@@ -88,6 +93,14 @@ def _published(path: Path) -> tuple[str, ...]:
         raise ValueError(f"Expected a metrics.json that `surrogate train` wrote. Received: {path}") from error
     errors = (f"{means[quantity]:.2f} %" if quantity in means else "" for quantity in ERRORS)
     return (path.parent.name, *numbers, *errors, _training(path.parent))
+
+
+def _other_forces(root: Path) -> list[str]:
+    """Models that were trained on other forces than those of the data set beside them, where that is recorded."""
+    try:
+        return list(json.loads((root.parent / "model_forces.json").read_text(encoding="utf-8"))["others"])
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        return []
 
 
 def _training(folder: Path) -> str:

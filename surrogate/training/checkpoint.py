@@ -27,6 +27,9 @@ HISTORY_COLUMNS = (
     "cpu_seconds",
 )
 
+FINGERPRINT = "fingerprint.json"
+"""File of a run by `model.fit` that says which training it is; the package's own checkpoints hold it inside."""
+
 
 @dataclass
 class Progress:
@@ -87,17 +90,40 @@ def load_checkpoint(path: Path, model: keras.Model, *, fingerprint: str) -> Prog
     with np.load(path) as stored:
         arrays = dict(stored)
     state = json.loads(str(arrays["state"]))
-    found = state.pop("fingerprint")
-    if other := fingerprint_differences(found, fingerprint):
-        raise ValueError(
-            f"Expected a checkpoint of this very run; remove {path.parent} to start anew, or give the training another "
-            f"name. Received: one of another {', '.join(other)}"
-        )
+    _require_same(state.pop("fingerprint"), fingerprint, path.parent)
     for prefix, variables in (("model", model.variables), ("optimizer", model.optimizer.variables)):
         for index, variable in enumerate(variables):
             variable.assign(arrays[f"{prefix}_{index}"])
     best = [arrays[f"best_{index}"] for index in range(len(model.trainable_variables))]
     return Progress(best_weights=best, **state)
+
+
+def require_same_run(folder: Path, fingerprint: str) -> None:
+    """Refuse a run's directory that holds the work of another training.
+
+    Raises:
+        ValueError: it does; the message says in what the two differ.
+    """
+    if (found := stored_fingerprint(folder)) is not None:
+        _require_same(found, fingerprint, folder)
+
+
+def stored_fingerprint(folder: Path) -> str | None:
+    """Return which training the work in a run's directory belongs to; `None` where there is none."""
+    if (folder / FINGERPRINT).is_file():
+        return (folder / FINGERPRINT).read_text(encoding="utf-8")
+    if not (folder / "checkpoint.npz").is_file():
+        return None
+    with np.load(folder / "checkpoint.npz") as stored:
+        return json.loads(str(stored["state"]))["fingerprint"]
+
+
+def _require_same(found: str, wanted: str, folder: Path) -> None:
+    if other := fingerprint_differences(found, wanted):
+        raise ValueError(
+            f"Expected a checkpoint of this very run; remove {folder} to start anew, or give the training another "
+            f"name. Received: one of another {', '.join(other)}"
+        )
 
 
 def set_aside(folder: Path, wanted: TrainingIdentity) -> Path | None:
@@ -110,12 +136,8 @@ def set_aside(folder: Path, wanted: TrainingIdentity) -> Path | None:
     Returns:
         The new path, or `None` where there is no such checkpoint.
     """
-    checkpoint = folder / "checkpoint.npz"
-    if not checkpoint.is_file():
-        return None
-    with np.load(checkpoint) as stored:
-        found = json.loads(str(stored["state"]))["fingerprint"]
-    if not fingerprint_differences(found, wanted.fingerprint, but=("backend",)):
+    found = stored_fingerprint(folder)
+    if found is None or not fingerprint_differences(found, wanted.fingerprint, but=("backend",)):
         return None
     number = 1
     while (aside := folder.with_name(f"{folder.name}.outdated-{number}")).exists():

@@ -10,7 +10,7 @@ import hashlib
 import json
 import tomllib
 from collections.abc import Iterable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +19,9 @@ import numpy as np
 from surrogate.architectures.registry import source_of
 from surrogate.data.dataset import Split, TrajectoryDataset
 from surrogate.training.recipe import Recipe
+
+PUBLISHED_SEED = "published_seed"
+"""Key of `run.json` that says which of several seeds a published model is, where it stands for all of them."""
 
 PARTS = ("train", "validation", "test")
 
@@ -39,8 +42,11 @@ WORDS = {
 EVERYTHING = tuple(name for name in WORDS if name not in ("validation", "test"))
 """All quantities; the split contains validation and test part."""
 
-ALIKE = tuple(name for name in EVERYTHING if not name.startswith("architecture"))
-"""What architectures need in common to be compared as equally trained."""
+ALIKE = tuple(name for name in EVERYTHING if not name.startswith("architecture") and name != "backend")
+"""What architectures need in common to be compared as equally trained.
+
+Backends compute the same up to rounding. They draw other initial weights from the same seed, as another seed would.
+"""
 
 HELD_OUT = ("dataset", "validation", "test")
 """What two models need in common for their errors to be comparable."""
@@ -94,6 +100,10 @@ class TrainingIdentity:
             extra=extra.sha256 if extra else None,
             architecture_sha256=source.sha256 if source else None,
         )
+
+    def of_any_seed(self) -> TrainingIdentity:
+        """Return the identity without the seed of weights and batches."""
+        return replace(self, recipe={name: value for name, value in self.recipe.items() if name != "seed"})
 
     def facts(self) -> dict[str, Any]:
         """Return the quantities that `differences` compares, by name; a checkpoint holds the same but the parts."""
@@ -175,10 +185,14 @@ def fingerprint_differences(found: str, wanted: str, but: Iterable[str] = ()) ->
 def trained_otherwise(folder: Path, wanted: TrainingIdentity) -> str:
     """Say in a few words why a model directory is not what would be trained now; empty where it is.
 
-    The backend is no reason: under another one the same training differs by rounding.
+    The backend is no reason: under another one the same training differs by rounding. The seed is none where the model
+    was chosen among several.
     """
     try:
-        other = differences(read_identity(folder), wanted, but=("backend",))
+        found = read_identity(folder)
+        if PUBLISHED_SEED in json.loads((folder / "run.json").read_text(encoding="utf-8")):
+            found, wanted = found.of_any_seed(), wanted.of_any_seed()
+        other = differences(found, wanted, but=("backend",))
     except (FileNotFoundError, ValueError):
         return "which does not say how it was trained"
     return f"of another {', '.join(other)}" if other else ""

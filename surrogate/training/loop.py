@@ -10,7 +10,7 @@ force; mixed precision stays off.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -89,13 +89,9 @@ def train(
     checkpoint = folder / "checkpoint.npz"
     if checkpoint.exists():
         progress = load_checkpoint(checkpoint, model, fingerprint=fingerprint)
-        if progress.epoch > recipe.epochs:
-            raise ValueError(
-                f"Expected at least the {progress.epoch} epochs that {folder} has trained. "
-                f"Received: epochs={recipe.epochs}"
-            )
+    require_epochs(recipe, progress, folder)
 
-    while not _is_over(recipe, progress):
+    while not is_over(recipe, progress):
         clock, cpu = time.perf_counter(), time.process_time()
         epoch = progress.epoch + 1
         if recipe.dropout_until is not None and epoch > recipe.dropout_until * recipe.epochs:
@@ -126,7 +122,7 @@ def train(
         if should_stop():
             break
 
-    progress.finished = _is_over(recipe, progress)
+    progress.finished = is_over(recipe, progress)
     if progress.finished:
         for variable, value in zip(model.trainable_variables, progress.best_weights, strict=True):
             variable.assign(value)
@@ -157,7 +153,7 @@ def with_fused_lstm(model: keras.Model) -> keras.Model:
     return with_torch_lstm(model)
 
 
-def compile_by(recipe: Recipe, model: keras.Model, steps: int) -> None:
+def compile_by(recipe: Recipe, model: keras.Model, steps: int, metrics: Sequence[str] = ()) -> None:
     """Give a model the recipe's optimizer and schedule; an epoch has `steps` batches."""
     rate: Any = recipe.learning_rate
     if recipe.cosine:
@@ -176,7 +172,8 @@ def compile_by(recipe: Recipe, model: keras.Model, steps: int) -> None:
     )
     optimizer.build(model.trainable_variables)
     # XLA is what makes JAX fast; on TensorFlow's CPU it makes an LSTM four times slower.
-    model.compile(optimizer=optimizer, loss="mse", jit_compile=keras.backend.backend() == "jax")
+    compiled = keras.backend.backend() == "jax"
+    model.compile(optimizer=optimizer, loss="mse", metrics=list(metrics) or None, jit_compile=compiled)
 
 
 def _switch_off_dropout(model: keras.Model) -> None:
@@ -188,8 +185,25 @@ def _switch_off_dropout(model: keras.Model) -> None:
     model.make_train_function(force=True)  # the compiled one holds the old rates
 
 
+def order_of(recipe: Recipe, epoch: int, count: int) -> np.ndarray:
+    """Return the order in which an epoch, counted from 1, goes through so many trajectories."""
+    return np.random.default_rng([recipe.seed, epoch]).permutation(count)
+
+
+def require_epochs(recipe: Recipe, progress: Progress, folder: Path) -> None:
+    """Refuse a training that has gone further than it is asked to.
+
+    Raises:
+        ValueError: it is of more epochs than the recipe asks for.
+    """
+    if progress.epoch > recipe.epochs:
+        raise ValueError(
+            f"Expected at least the {progress.epoch} epochs that {folder} has trained. Received: epochs={recipe.epochs}"
+        )
+
+
 def _train_epoch(model: keras.Model, training: Examples, recipe: Recipe, epoch: int) -> float:
-    order = np.random.default_rng([recipe.seed, epoch]).permutation(len(training))
+    order = order_of(recipe, epoch, len(training))
     model.reset_metrics()
     loss = np.nan
     for start in range(0, len(order), recipe.batch_size):
@@ -212,7 +226,7 @@ def _follow_plateau(model: keras.Model, recipe: Recipe, progress: Progress) -> N
         model.optimizer.learning_rate = max(rate * recipe.plateau.factor, recipe.plateau.minimum_rate)
 
 
-def _is_over(recipe: Recipe, progress: Progress) -> bool:
+def is_over(recipe: Recipe, progress: Progress) -> bool:
     """Tell whether the recipe ends here: by the number of epochs, or because the error has been flat for long."""
     flat = progress.epoch - progress.best_epoch
     return progress.epoch >= recipe.epochs or bool(recipe.plateau and flat >= recipe.plateau.stop_after)

@@ -9,7 +9,10 @@ what follows it has only seen thinned activations and may predict with a bias), 
 `[cosine]` with `warmup_epochs`: a linear rise to the peak, then half a cosine to zero. `[plateau]` with `factor`,
 `patience`, `minimum_rate`, `stop_after`: the rate shrinks by `factor` after `patience` epochs without a better
 validation error and training stops after `stop_after`. Without a table the rate is constant. The weights of the best
-validation error are kept in every case.
+validation error are kept in every case. `loop = "fit"` trains by `model.fit` and Keras's own callbacks
+(`surrogate.training.keras_fit`); without it, the package's loop does (`surrogate.training.loop`). The two differ in the
+plateau: to `ReduceLROnPlateau` an epoch is better only where the error falls by more than 1e-4, to the loop where it
+falls at all.
 """
 
 from __future__ import annotations
@@ -25,6 +28,7 @@ from pathlib import Path
 from typing import Any, get_args, get_type_hints
 
 OPTIMIZERS = ("adam", "soap")
+LOOPS = ("fit",)
 KINDS = {int: "a whole number", float: "a finite number", str: "a text"}
 
 
@@ -58,6 +62,7 @@ class Recipe:
     gradient_norm: float | None = None
     weight_average: float | None = None
     dropout_until: float | None = None
+    loop: str | None = None
     cosine: Cosine | None = None
     plateau: Plateau | None = None
 
@@ -73,6 +78,10 @@ class Recipe:
             raise ValueError(f"Expected weight_average in (0, 1]. Received: weight_average={self.weight_average!r}")
         if self.dropout_until is not None and not 0.0 <= self.dropout_until <= 1.0:
             raise ValueError(f"Expected dropout_until in [0, 1]. Received: dropout_until={self.dropout_until!r}")
+        if self.loop is not None and self.loop not in LOOPS:
+            raise ValueError(f"Expected loop in {', '.join(LOOPS)}, or no such key. Received: loop={self.loop!r}")
+        if self.loop and self.dropout_until is not None:
+            raise ValueError("Expected at most one of loop and dropout_until. Received: both")
         if self.plateau and not self.plateau.stop_after > 0:
             raise ValueError(f"Expected stop_after above zero. Received: stop_after={self.plateau.stop_after!r}")
         if self.cosine and self.plateau:

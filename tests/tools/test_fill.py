@@ -9,6 +9,7 @@ import pytest
 
 from bem.dataset.file import load_dataset
 from paper_figures.figures import figure_2
+from paper_figures.report import reproducibility
 from paper_figures.style import drawing
 
 PATH = Path(__file__).resolve().parents[2] / "tools/fill.py"
@@ -82,3 +83,10 @@ def test_documents_are_up_to_date_and_a_stale_one_is_told(tmp_path):
     ended = subprocess.run(command, capture_output=True, text=True, check=False)
     assert ended.returncode == 1
     assert "is out of date" in ended.stderr
+
+
+def test_the_page_for_reviewers_is_up_to_date_and_all_of_its_places_are_known():
+    assert reproducibility.NAMES == fill.REPRODUCIBILITY
+    page = PATH.parents[1] / "docs" / "reproducibility.md"
+    done = subprocess.run([sys.executable, PATH, page, "--check"], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr

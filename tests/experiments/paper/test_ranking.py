@@ -2,6 +2,7 @@
 
 import csv
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -122,8 +123,9 @@ def publish(root, model, seed, mse, digest="d" * 64, **given):
 
 @pytest.fixture
 def studied(tmp_path, monkeypatch):
-    """The study, of a data set that has nothing but its digest."""
-    monkeypatch.setattr(ranking, "dataset_digest", lambda _: "d" * 64)
+    """The study, of a data set that has nothing but its digests."""
+    data = SimpleNamespace(sha256="d" * 64, forces_sha256="f" * 64)
+    monkeypatch.setattr(ranking, "TrajectoryDataset", SimpleNamespace(load=lambda _: data))
     monkeypatch.setattr(ranking, "RESAMPLES", 100)
     return lambda: ranking.study(tmp_path / "dataset.h5", tmp_path)
 
@@ -139,6 +141,7 @@ def test_the_study_ranks_what_is_published(tmp_path, studied):
     assert rows[1]["test_mse"] == pytest.approx(1.01 * HARDNESS.mean())
     assert rows[1]["pull_off_percent"] == pytest.approx(1.01 * np.median(HARDNESS))
     assert rows[1]["validation_mse"] == pytest.approx(2.02)
+    assert content["curves"]["M1-concat"][1] == pytest.approx([3.03, 2.02])
     spread = content["spread"]["M1-concat"]["test_mse"]
     assert spread["low"] < spread["min"] < spread["median"] < spread["max"] < spread["high"]
     decisions = {name: claim["decision"] for name, claim in content["claims"].items()}
@@ -181,16 +184,18 @@ def test_what_was_trained_otherwise_is_left_out(tmp_path, studied):
     for seed in range(2):
         publish(tmp_path, "M1-concat", seed, 1.0)
     publish(tmp_path, "M1-FiLM", 0, 1.0, digest="e" * 64)
-    publish(tmp_path, "M1-gated", 0, 1.0, backend="tensorflow")
     publish(tmp_path, "M2-concat", 0, 1.0, architecture="M3-concat")
     publish(tmp_path, "M2-FiLM", 4, 1.0).rename(tmp_path / "M2-FiLM" / "seed-0")
     other = publish(tmp_path, "M2-gated", 0, 1.0)
     (other / "recipe.toml").write_text("name = 'paper'\nseed = 0\n", encoding="utf-8")
+    publish(tmp_path, "M3-FiLM", 0, 1.0, dataset_forces_sha256="e" * 64)
+    publish(tmp_path, "M1-concat", 2, 1.0, dataset_forces_sha256="f" * 64, backend="tensorflow")
     content = studied()
     assert list(content["models"]) == ["M1-concat"]
+    assert [row["backend"] for row in content["models"]["M1-concat"]] == ["torch", "torch", "tensorflow"]
     reasons = {label: sentence.split("its ")[1] for label, sentence in content["left_out"].items()}
-    words = ("data set", "backend", "model", "seed", "recipe")
-    names = ("M1-FiLM", "M1-gated", "M2-concat", "M2-FiLM", "M2-gated")
+    words = ("data set", "model", "seed", "recipe", "forces")
+    names = ("M1-FiLM", "M2-concat", "M2-FiLM", "M2-gated", "M3-FiLM")
     assert reasons == {f"{name}/seed-0": f"{word} being another" for name, word in zip(names, words, strict=True)}
 
 

@@ -1,5 +1,7 @@
 """What the figures that compare models, feature sets and shares of the data plot, from small result files."""
 
+import csv
+
 import numpy as np
 import pytest
 
@@ -7,7 +9,7 @@ from paper_figures.figures import figure_5, figure_features, figure_learning_cur
 from paper_figures.style import drawing, models_style
 from paper_figures.tables import table_models
 from surrogate.architectures.naming import FAMILIES, names
-from tests.paper_figures.results import HISTORY, comparison, efficiency, made, outdated, write
+from tests.paper_figures.results import HISTORY, comparison, efficiency, made, outdated, ranking, write
 
 
 def test_what_is_trained_otherwise_is_not_called_untrained(tmp_path, cracks, kept):
@@ -91,7 +93,7 @@ def test_figure_features_draws_what_is_there(tmp_path, kept):
     absent = tmp_path / "absent.json"
     with pytest.raises(FileNotFoundError, match="make feature-sets data-efficiency"):
         made(figure_features, absent, absent, folder=tmp_path)
-    sets = {name: {"validation_mse": 0.1, "history": HISTORY} for name in "ABCD"}
+    sets = {name: {"validation_mse": 0.1, "mse": 0.2, "history": HISTORY} for name in "ABCD"}
     made(figure_features, write(tmp_path / "f.json", {"sets": sets}), absent, folder=tmp_path)
     first, second = kept[0].axes
     assert len(first.lines) == 8
@@ -100,3 +102,75 @@ def test_figure_features_draws_what_is_there(tmp_path, kept):
     made(figure_features, absent, write(tmp_path / "e.json", efficiency()), folder=tmp_path)
     labels = [line.get_label() for line in kept[1].axes[1].lines[::2]]
     assert labels == ["100 %", "75 %", "25 %", "12.5 %"]
+
+
+SEEDS = {"M1-concat": 3, "M1-gated": 2, "M2-concat": 1}
+NOTE = "median, least and largest of 3 seeds: M1-concat; of 2 seeds: M1-gated; one training each: "
+
+
+def whiskers(axes):
+    """Ends of the vertical error bars, by their place."""
+    segments = [line for bars in axes.containers for group in bars.lines[2] for line in group.get_segments()]
+    return {float(line[0][0]): sorted(line[:, 1].tolist()) for line in segments if line[0][0] == line[1][0]}
+
+
+def test_models_of_several_seeds_stand_at_their_median_with_whiskers(tmp_path, cracks, kept):
+    found, spread = write(tmp_path / "c.json", comparison(names())), ranking(SEEDS)
+    ranked = write(tmp_path / "r.json", spread)
+    made(figure_mse_mae, found, ranked, folder=tmp_path)
+    made(figure_5, found, cracks, tmp_path / "absent.json", ranked, folder=tmp_path)
+    for axes, x, y, single in (
+        (kept[0].axes[0], "test_mse", "test_mae", [3e-3, 3e-2]),
+        (kept[1].axes[1], None, "test_dtw_rmse", None),
+    ):
+        plotted = {
+            line.get_label(): line.get_xydata()[0].tolist() for line in axes.lines if line.get_label() in names()
+        }
+        assert list(plotted) == names()
+        ends = whiskers(axes)
+        assert len(ends) == 2
+        for name in ("M1-concat", "M1-gated"):
+            one = spread["spread"][name]
+            assert plotted[name][1] == one[y]["median"]
+            assert x is None or plotted[name][0] == one[x]["median"]
+            assert ends[plotted[name][0]] == pytest.approx([one[y]["min"], one[y]["max"]])
+        # One seed beside the published training is no spread.
+        assert single is None or plotted["M1-FiLM"] != plotted["M2-concat"]
+        assert x is None or plotted["M2-concat"][0] == comparison(names())["models"]["M2-concat"]["mse"]
+    for drawn in kept:
+        assert " ".join(drawn.get_supxlabel().split()).startswith(NOTE)
+
+
+def test_learning_curves_of_several_seeds_are_a_median_in_a_band(tmp_path, cracks, kept):
+    found, spread = write(tmp_path / "c.json", comparison(names())), ranking(SEEDS)
+    ranked = write(tmp_path / "r.json", spread)
+    made(figure_5, found, cracks, tmp_path / "absent.json", ranked, folder=tmp_path)
+    made(figure_learning_curves, found, ranked, folder=tmp_path)
+    for axes, name in ((kept[0].axes[0], "M1-concat"), (kept[1].axes[1], "M1-gated")):
+        (band,) = axes.collections
+        curves = np.array(spread["curves"][name])
+        heights = band.get_paths()[0].vertices[:, 1]
+        assert (heights.min(), heights.max()) == (curves.min(), curves.max())
+        assert axes.lines[0].get_ydata().tolist() == pytest.approx(np.median(curves, axis=0).tolist())
+        assert axes.lines[1].get_xdata().tolist() == [2]
+        assert axes.lines[2].get_ydata().tolist() == HISTORY["validation_mse"]
+    assert not kept[1].axes[0].collections
+
+
+def test_features_of_several_seeds_are_bands_and_rows(tmp_path, kept):
+    sets = {name: {"validation_mse": 0.1, "mse": 0.2, "history": HISTORY} for name in "ABC"}
+    spread = ranking({"features-C": 2, "features-D": 1})
+    found, ranked = write(tmp_path / "f.json", {"sets": sets}), write(tmp_path / "r.json", spread)
+    made(figure_features, found, tmp_path / "absent.json", ranked, folder=tmp_path)
+    axes = kept[0].axes[0]
+    labels = [line.get_label() for line in axes.lines[::2]]
+    assert [label[0] for label in labels] == list("ABCD")
+    assert labels[2].endswith("(1.0e-04 to 1.2e-04, 2 seeds)")
+    assert labels[3].endswith("(2.0e-04, one seed)")
+    with (tmp_path / "features.csv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.reader(file))[1:]
+    assert [row[2] for row in rows] == ["1", "1", "2", "1"]
+    assert rows[0][3:] == ["0.1", "0.2"]
+    assert rows[2][3:] == ["6.00e-05 (5.00e-05 to 6.00e-05)"] * 2
+    made(figure_features, tmp_path / "absent.json", tmp_path / "absent.json", ranked, folder=tmp_path)
+    assert len(kept[1].axes[0].lines) == 4

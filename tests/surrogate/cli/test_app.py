@@ -69,6 +69,16 @@ def test_list_shows_every_published_model_best_first_then_what_is_not_trained(el
     assert "?" not in result.output
 
 
+def test_list_names_models_of_other_forces(elsewhere):
+    trained = {"features": "D", "epochs": 30, "training_trajectories": 9960}
+    for name in ("M1-FiLM", "M2-FiLM"):
+        publish_metrics(elsewhere / "models" / name, 2e-5, architecture=name, **trained)
+    (elsewhere / "model_forces.json").write_text(json.dumps({"others": ["M2-FiLM"]}))
+    lines = runner.invoke(cli.app, ["list", "--models", str(elsewhere / "models")]).output.splitlines()
+    marked = [line.split()[0] for line in lines if line.endswith(", an earlier data set's forces")]
+    assert marked == ["M2-FiLM"]
+
+
 @pytest.mark.parametrize(
     ("missing", "predicts", "trains"),
     [

@@ -141,6 +141,22 @@ def test_bad_files(copy, tmp_path):
         TrajectoryDataset.load(copy)
 
 
+def test_the_digest_of_the_forces_is_that_of_their_bytes(dataset_path, tmp_path):
+    path = tmp_path / "other.h5"
+    whole = TrajectoryDataset.load(dataset_path)
+    for name in ("fms/force", "scalars/hysteresis"):
+        path.write_bytes(dataset_path.read_bytes())
+        with editing(path) as file:
+            file.attrs["wall_seconds"] = 13.0
+        assert TrajectoryDataset.load(path).forces_sha256 == whole.forces_sha256
+        with editing(path) as file:
+            values = file[name][...]
+            values.flat[7] = np.nextafter(values.flat[7], np.inf, dtype=values.dtype)
+            file[name][...] = values
+        assert TrajectoryDataset.load(path).sha256 == whole.sha256
+        assert TrajectoryDataset.load(path).forces_sha256 != whole.forces_sha256
+
+
 def test_a_data_set_computed_again_is_the_same_and_another_is_not(dataset_path, tmp_path):
     path = tmp_path / "again.h5"
     path.write_bytes(dataset_path.read_bytes())
@@ -150,6 +166,7 @@ def test_a_data_set_computed_again_is_the_same_and_another_is_not(dataset_path, 
         file["protocols/dwell_time"][...] = np.nextafter(file["protocols/dwell_time"][...], np.inf)
     asked = TrajectoryDataset.load(dataset_path).sha256
     assert TrajectoryDataset.load(path).sha256 == asked
+    assert TrajectoryDataset.load(path).forces_sha256 != TrajectoryDataset.load(dataset_path).forces_sha256
     for change in ("accuracy", "tabor"):
         path.write_bytes(dataset_path.read_bytes())
         with editing(path) as file:

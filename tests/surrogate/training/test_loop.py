@@ -128,6 +128,7 @@ def test_training_learns_and_a_finished_run_is_complete(tiny, dataset, tmp_path)
     }
     written = json.loads((folder / "run.json").read_text())
     assert written["dataset_sha256"] == dataset.sha256
+    assert written["dataset_forces_sha256"] == dataset.forces_sha256
     assert written["versions"]["keras"] == keras.__version__
     assert (written["seed"], written["epochs"], written["backend"]) == (3, 12, keras.backend.backend())
     assert Recipe.load(folder / "recipe.toml") == run.recipe
@@ -213,6 +214,7 @@ def test_divergence_is_reported(least, dataset, tmp_path):
 def test_packaged_recipes():
     paper, swift = Recipe.load("paper"), Recipe.load("swift")
     assert (paper.batch_size, paper.learning_rate, paper.epochs, paper.plateau.stop_after) == (8, 1e-4, 2000, 30)
+    assert (paper.loop, swift.loop) == ("fit", None)
     assert (swift.optimizer, swift.batch_size, swift.learning_rate, swift.epochs) == ("soap", 64, 4e-3, 30)
     assert swift.with_overrides(epochs=3, seed=None).epochs == 3
 
@@ -226,6 +228,10 @@ def test_bad_recipes(tmp_path):
         Recipe.load(path)
     with pytest.raises(ValueError, match="seed=-1"):
         Recipe.load("swift").with_overrides(seed=-1)
+    with pytest.raises(ValueError, match=r"loop in fit, or no such key\. Received: loop='own'"):
+        Recipe.load("swift").with_overrides(loop="own")
+    with pytest.raises(ValueError, match="at most one of loop and dropout_until"):
+        Recipe.load("swift").with_overrides(loop="fit")
     with pytest.raises(ValueError, match="weight_average=2"):
         Recipe.load("swift").with_overrides(weight_average=2)
     with pytest.raises(ValueError, match="epochs=0"):
@@ -247,7 +253,7 @@ WHOLE = 'name = "mine"\nseed = 0\nbatch_size = 8\nepochs = 3\nlearning_rate = 1e
         (
             'name = "mine"\npatience = 3\nspeed = 1\n',
             "Expected name, seed, batch_size, epochs, learning_rate, and if wanted optimizer, gradient_norm, "
-            "weight_average, dropout_until, cosine, plateau, in a training recipe. Received: {} without seed, "
+            "weight_average, dropout_until, loop, cosine, plateau, in a training recipe. Received: {} without seed, "
             "batch_size, epochs, learning_rate and with patience, speed",
         ),
         (
@@ -276,8 +282,8 @@ WHOLE = 'name = "mine"\nseed = 0\nbatch_size = 8\nepochs = 3\nlearning_rate = 1e
         (
             "".join(f"key_{number} = 1\n" for number in range(10_000)) + WHOLE,
             "Expected name, seed, batch_size, epochs, learning_rate, and if wanted optimizer, gradient_norm, "
-            "weight_average, dropout_until, cosine, plateau, in a training recipe. Received: {} with key_0, key_1, "
-            "key_2, key_3, key_4 and 9995 more",
+            "weight_average, dropout_until, loop, cosine, plateau, in a training recipe. Received: {} with key_0, "
+            "key_1, key_2, key_3, key_4 and 9995 more",
         ),
     ],
     ids=["keys", "plateau", "cosine", "no table", "text", "nan", "boolean", "no TOML", "many keys"],

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from surrogate.training.checkpoint import Progress
-from surrogate.training.loop import Examples, _follow_plateau, _is_over, _train_epoch, compile_by
+from surrogate.training.loop import Examples, _follow_plateau, _train_epoch, compile_by, is_over
 from surrogate.training.recipe import Cosine, Plateau, Recipe
 
 RECIPE = Recipe(name="test", seed=3, batch_size=4, epochs=10, learning_rate=0.1)
@@ -62,7 +62,7 @@ def followed(errors):
             progress.best_mse, progress.best_epoch = error, epoch
         _follow_plateau(model, PLATEAU, progress)
         rate = float(keras.ops.convert_to_numpy(model.optimizer.learning_rate))
-        found.append((round(rate, 6), _is_over(PLATEAU, progress)))
+        found.append((round(rate, 6), is_over(PLATEAU, progress)))
     return found
 
 
@@ -78,8 +78,8 @@ def test_a_plateau_shrinks_the_rate_to_its_minimum_and_ends_the_training():
         (0.03, False),
         (0.03, True),
     ]
-    assert _is_over(RECIPE, Progress(history=[{}] * 10, best_epoch=10))
-    assert not _is_over(RECIPE, Progress(history=[{}] * 9, best_epoch=0))
+    assert is_over(RECIPE, Progress(history=[{}] * 10, best_epoch=10))
+    assert not is_over(RECIPE, Progress(history=[{}] * 9, best_epoch=0))
 
 
 class Watched:

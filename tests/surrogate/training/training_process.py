@@ -8,6 +8,7 @@ import signal
 import time
 
 import surrogate.inference.keras_backend
+import surrogate.training.keras_fit
 import surrogate.training.loop
 import surrogate.training.runs
 from surrogate.cli.app import app_main
@@ -27,5 +28,6 @@ def waiting(save):
 
 if __name__ == "__main__":
     surrogate.training.runs.build = surrogate.inference.keras_backend.build = build_lstm
-    surrogate.training.loop.save_history = waiting(surrogate.training.loop.save_history)
+    for module in (surrogate.training.loop, surrogate.training.keras_fit):
+        module.save_history = waiting(module.save_history)
     app_main()

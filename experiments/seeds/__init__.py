@@ -1,0 +1,1 @@
+"""What several trainings of one model say together, and which trainings belong together."""

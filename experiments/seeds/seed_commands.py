@@ -1,0 +1,59 @@
+"""Print the commands that train and publish the seeds still missing, each on one core, in the order of their models.
+
+The 18 paper models are trained by the recipe `swift`; the input representations A to D by the recipe and the number of
+epochs of `experiments/configs/feature_sets.toml`, the same for all four. Each line trains one seed below the working
+folder, resumes it where it was interrupted, and copies it to where the ranking finds it. `make ranking` comes after.
+"""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+
+from experiments import common
+from experiments.paper.feature_sets import CONFIG
+from experiments.paper.model_comparison import REFERENCE
+from experiments.paper.ranking import EXPECTED, INPUTS, found_seeds
+from surrogate.architectures.naming import paper_names
+from surrogate.data.dataset import TrajectoryDataset
+
+KEPT_ONCE = ("split.json", "model.onnx")
+"""Files of a training that seeds do not repeat: the first is shared, the second follows from the weights."""
+WORK = Path("results/seeds")
+
+
+def trainings(configs: Path) -> dict[str, list[str]]:
+    """Arguments of `surrogate train` by the name of each model and input representation, without its seed."""
+    settings = common.read_config(configs / CONFIG.name, "architecture", "recipe", "epochs", "sets", "jobs")
+    found = {name: [name, "--recipe", "swift"] for name in paper_names()}
+    for features, (label,) in INPUTS.items():
+        given = ["--recipe", settings["recipe"], "--features", features]
+        given += ["--epochs", str(settings["epochs"])] if settings["epochs"] else []
+        found[label] = [REFERENCE, *given]
+    return found
+
+
+def command(name: str, seed: int, arguments: list[str], dataset: Path, seeds: Path) -> str:
+    """One line of shell: train a seed, and copy it to its place."""
+    label, place = f"{name}-seed-{seed}", seeds / name / f"seed-{seed}"
+    flags = ["--seed", str(seed), "--label", label, "--dataset", str(dataset), "--threads", "1"]
+    train = ["surrogate", "train", *arguments, *flags, "--runs", str(WORK / "runs"), "--models", str(WORK / "models")]
+    steps = [
+        train,
+        ["mkdir", "-p", str(place.parent)],
+        ["cp", "-r", str(WORK / "models" / label), str(place)],
+        ["rm", *(str(place / file) for file in KEPT_ONCE)],
+        ["python", "tools/manifest.py", "add", str(place)],
+    ]
+    return " && ".join(map(shlex.join, steps))
+
+
+def study(dataset: Path, seeds: Path, configs: Path) -> None:
+    """Print the lines."""
+    data = TrajectoryDataset.load(dataset)
+    found, _ = found_seeds(seeds, data.sha256, data.forces_sha256)
+    for name, arguments in trainings(configs).items():
+        present = {one["seed"] for one in found.get(name, ())}
+        for seed in range(EXPECTED):
+            if seed not in present:
+                print(command(name, seed, arguments, dataset, seeds))

@@ -1,0 +1,128 @@
+"""What a reviewer should conclude: the numbers of `docs/reproducibility.md`, from what is published.
+
+`tools/fill.py` puts them into the page. Rankings come from all published seeds where there are two of each model, and
+else from the one published training of each, which decides nothing; the page says which.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from experiments.paper import ranking as study
+from paper_figures.report.claims import SOURCES
+from paper_figures.style import drawing, models_style
+from paper_figures.style.writing import number
+from paper_figures.tables.table_ranking import chance_text, says
+from surrogate.architectures.naming import paper_names
+
+NAMES = ("seeds there are", "statements", "spread over seeds", "forces of the models", "training of the paper")
+"""Places of the page."""
+PAPER_RECIPE = "M1-concat-paper"
+MEDIANS = {"pull_off_force_percent": "median pull-off error", "hysteresis_percent": "median hysteresis error"}
+
+
+def values(published: Path) -> dict[str, str]:
+    """What belongs in each place of the page.
+
+    Raises:
+        FileNotFoundError: a result is not there; the message names what makes it.
+    """
+    ranked, forces, features = (_read(published, name) for name in ("ranking", "model_forces", "features"))
+    texts = (
+        seeds_text(ranked),
+        statements_table(ranked, single_errors(published / "models", features)),
+        spread_table(ranked),
+        models_style.forces_note(forces) or "All published models were trained on the forces of the published file.",
+        training_table(published / "models" / PAPER_RECIPE),
+    )
+    return dict(zip(NAMES, texts, strict=True))
+
+
+def seeds_text(ranked: dict[str, Any]) -> str:
+    """How many trainings there are of those wanted."""
+    wanted, names = ranked["seeds_expected"], paper_names()
+    present = [len(ranked["models"].get(name, ())) for name in names]
+    whole = sum(count >= wanted for count in present)
+    return f"{sum(present)} of {wanted * len(names)} trainings; {whole} of {len(names)} models have all {wanted} seeds"
+
+
+def single_errors(models: Path, features: dict[str, Any]) -> dict[str, float]:
+    """Held-out MSE of the one published training of each model and each input representation."""
+    found = {f"features-{name}": one["mse"] for name, one in features["sets"].items()}
+    for name in paper_names():
+        path = models / name / "metrics.json"
+        if path.is_file():
+            found[name] = json.loads(path.read_text(encoding="utf-8"))["test"]["mse"]["mean"]
+    return found
+
+
+def statements_table(ranked: dict[str, Any], single: dict[str, float]) -> str:
+    """One line for each ranking of the paper: what the seeds decide, and who is first."""
+    lines = ["| the paper says | its first | by seeds | orders decided | least sure order | first here |"]
+    lines.append("|---|---|---|---:|---|---|")
+    for claim in study.ranked():
+        champion, contenders = study.contenders(claim)
+        found = ranked["claims"][claim["ranking"]]
+        pairs = [pair for pair in ranked["pairs"] if pair["claim"] == claim["ranking"]]
+        decided = [pair for pair in pairs if pair["probability"]["test_mse"] is not None]
+        least = min(decided, key=lambda pair: pair["probability"]["test_mse"], default=None)
+        order = "-"
+        if least:
+            chance = chance_text(least["probability"]["test_mse"], ranked["resamples"])
+            order = f"{least['better']} before {least['worse']}: {chance}"
+        first = found["first"] if len(decided) == len(pairs) else _first(contenders, single)
+        how = "" if len(decided) == len(pairs) else ", by one training each"
+        cells = (says(claim["ranking"]), champion, f"**{found['decision']}**", f"{len(decided)} of {len(pairs)}", order)
+        lines.append("| " + " | ".join([*cells, f"{first or 'not trained yet'}{how if first else ''}"]) + " |")
+    return "\n".join(lines)
+
+
+def spread_table(ranked: dict[str, Any]) -> str:
+    """How far seeds of one model lie apart, where there are two."""
+    several = [name for name in ranked["models"] if models_style.seeds_of(ranked, name) >= models_style.SEVERAL]
+    lines = [
+        "| model | seeds | held-out MSE | apart | median pull-off error (%) | apart |",
+        "|---|---:|---|---:|---|---:|",
+    ]
+    for name in several:
+        cells = [name, str(models_style.seeds_of(ranked, name))]
+        for metric in ("test_mse", "pull_off_percent"):
+            one = ranked["spread"][name][metric]
+            share = 100.0 * (one["max"] - one["min"]) / one["median"]
+            cells += [f"{number(one['min'])} to {number(one['max'])}", f"{number(share, 2)} %"]
+        lines.append("| " + " | ".join(cells) + " |")
+    return "\n".join(lines) if several else "No model has two seeds yet."
+
+
+def training_table(folder: Path) -> str:
+    """The paper's model by the paper's recipe: how far it was trained, and its errors beside the paper's."""
+    if not (folder / "run.json").is_file():
+        return "Not trained yet: `make model-paper-recipe`."
+    run, metrics = (json.loads((folder / f"{name}.json").read_text(encoding="utf-8")) for name in ("run", "metrics"))
+    paper, test = drawing.paper_values("reference_model"), metrics["test"]
+    ended = "ended by the recipe" if run.get("ended_by") == "recipe" else "stopped before the recipe's own end"
+    most = next(
+        claim["value"] for claim in drawing.paper_values("claims")["claim"] if "any model needed" in claim["says"]
+    )
+    rows = [("epochs", f"at most {most}", f"{metrics['epochs']}, {ended}")]
+    rows += [(f"held-out {key.upper()}", number(paper[key]), number(test[key]["mean"])) for key in ("mse", "mae")]
+    rows += [(says_, f"{paper[key]} %", f"{number(test[key]['median'], 2)} %") for key, says_ in MEDIANS.items()]
+    native = number(test["native_pull_off_force_percent"]["median"], 2)
+    rows.append(("median error of the solver's own peak", "-", f"{native} %"))
+    return "\n".join(["| | paper | here |", "|---|---|---|", *(f"| {' | '.join(row)} |" for row in rows)])
+
+
+def _first(contenders: dict[str, list[str]], single: dict[str, float]) -> str | None:
+    """The contender of the least error by one training each; `None` where a model is not trained."""
+    if not all(name in single for names in contenders.values() for name in names):
+        return None
+    return min(contenders, key=lambda label: min(single[name] for name in contenders[label]))
+
+
+def _read(published: Path, name: str) -> dict[str, Any]:
+    _, file, made_by = SOURCES[name]
+    if not (published / file).is_file():
+        raise FileNotFoundError(f"result file {str(published / file)!r} not found; `{made_by}` makes it")
+    return json.loads((published / file).read_text(encoding="utf-8"))

@@ -1,0 +1,39 @@
+"""The numbers of the page for reviewers, from copies of what is published with other verdicts in them."""
+
+import json
+import shutil
+
+import pytest
+
+from paper_figures.report.reproducibility import NAMES, values
+from surrogate.inference.model_files import PUBLISHED
+
+
+def test_the_page_says_what_seeds_decide_and_what_they_do_not(tmp_path):
+    """One order decided, and the others not, whatever is published by now."""
+    folder = PUBLISHED.parent
+    for name in ("ranking.json", "model_forces.json", "feature_sets.json"):
+        shutil.copy(folder / name, tmp_path)
+    for metrics in folder.glob("models/*/metrics.json"):
+        target = tmp_path / "models" / metrics.parent.name
+        target.mkdir(parents=True)
+        for name in ("metrics.json", "run.json"):
+            shutil.copy(metrics.parent / name, target)
+    ranked = json.loads((tmp_path / "ranking.json").read_text(encoding="utf-8"))
+    for pair in ranked["pairs"]:
+        pair["probability"]["test_mse"] = 0.0 if pair["claim"] == "d_better_than_c" else None
+    for name, claim in ranked["claims"].items():
+        claim |= {"decision": "fails", "first": "C"} if name == "d_better_than_c" else {"decision": "not decided"}
+    (tmp_path / "ranking.json").write_text(json.dumps(ranked), encoding="utf-8")
+    run = tmp_path / "models" / "M1-concat-paper" / "run.json"
+    content = json.loads(run.read_text(encoding="utf-8")) | {"ended_by": "recipe"}
+    run.write_text(json.dumps(content), encoding="utf-8")
+    found = values(tmp_path)
+    assert tuple(found) == NAMES
+    lines = {line.split(" | ")[0].strip("| "): line for line in found["statements"].splitlines()}
+    assert "| **fails** | 1 of 1 | D before C: < 0.001 | C |" in lines["D better than C"]
+    assert lines["best input representation"].endswith("| C, by one training each |")
+    assert "ended by the recipe |" in found["training of the paper"]
+    (tmp_path / "model_forces.json").unlink()
+    with pytest.raises(FileNotFoundError, match="`make model-forces` makes it"):
+        values(tmp_path)
