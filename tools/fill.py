@@ -26,7 +26,12 @@ from bem._support.command_line import run_main  # noqa: E402
 from experiments import registry  # noqa: E402
 
 PLACE = re.compile(r"<!-- ([a-z0-9 -]+) -->(.*?)<!-- (?:end|/\1) -->", re.DOTALL)
-FILES = {"minutes": "measurements/target_minutes.json", "cost": "measurements/accuracy_cost.json"}
+FILES = {
+    "minutes": "measurements/target_minutes.json",
+    "cost": "measurements/accuracy_cost.json",
+    "peers": "measurements/peers.json",
+    "scale": "measurements/campaign_scale.json",
+}
 
 
 def of_dataset(published: Path) -> dict[str, str]:
@@ -76,10 +81,26 @@ def of_cost(published: Path) -> dict[str, str]:
     return {"fastest tool": page_text(_read(published / FILES["cost"], "make measure-accuracy-cost"))}
 
 
+def of_peers(published: Path) -> dict[str, str]:
+    """The table beside other software."""
+    from paper_figures.tables.table_peers import page_text
+
+    return {"peers": page_text(_read(published / FILES["peers"], "make measure-peers"))}
+
+
+def of_scale(published: Path) -> dict[str, str]:
+    """The estimate of a campaign on many cores."""
+    from experiments.scale.ten_million import page_text
+
+    return {"ten million": page_text(_read(published / FILES["scale"], "make bench-campaign"))}
+
+
 SOURCES: dict[tuple[str, ...], Callable[[Path], dict[str, str]]] = {
     ("trajectories", "core-minutes", "milliseconds", "paper-cpu-hours"): of_dataset,
     ("targets", "machine"): of_targets,
     ("fastest tool",): of_cost,
+    ("peers",): of_peers,
+    ("ten million",): of_scale,
 }
 """Who knows what belongs in the places of these names."""
 
