@@ -125,6 +125,8 @@ figure-cost-growth.cost := cost_growth  ## How seconds grow, with fitted powers;
 figure-solver-scaling.cost := cost_growth  ## How the cost of the solver grows with nodes and steps
 figure-amortisation.cost := amortisation  ## When a surrogate pays for itself; and its table
 figure-training-cost.cost := training_cost  ## Error against time of training and number of trajectories
+figure-peers.cost := peers  ## Error against time on the same elastic sphere, beside other software
+table-peers.cost := peers  ## The same as a table
 figure-hard-cases.cost := hard_case_map soak?  ## Difficult cases of the solver, as a map and a table, and the result of the soak
 figure-surrogate-map.cost := surrogate_map  ## Where MODEL=M1-concat errs, its worst twenty trajectories, and their table
 figure-broad-band.cost := broad_band  ## Pull-off of broad-band solids over the unloading rate
@@ -301,6 +303,7 @@ smoke: setup  ## The same path on tiny data and one epoch, in minutes; the numbe
 
 PROTOCOLS ?= 200
 FINEST ?= 200
+FINEST_PEER ?= 128
 SOAK ?= 100000
 SOAK_BEYOND ?= 20000
 # BUSY=yes publishes seconds measured on a busy machine too.
@@ -311,7 +314,7 @@ DATA := --dataset $(DATASET)
 ALL_MODELS := --models $(MODELS)
 
 .PHONY: measurements
-measurements: $$(filter-out soak,$$(MEASURING))  ## All measurements except the soak
+measurements: $$(filter-out soak measure-peers,$$(MEASURING))  ## All measurements except the soak and those of other software
 # Two measurements at once would measure each other.
 .NOTPARALLEL: measurements
 
@@ -333,6 +336,12 @@ measure-cost-growth.needs := dataset
 measure-amortisation.makes := amortisation  ## When a surrogate pays for itself; reads the measurement of accuracy and cost
 measure-amortisation.with := --cost $(MEASUREMENTS)/accuracy_cost.json $(DATA) $(ALL_MODELS) $(SPEED)
 measure-amortisation.needs := dataset accuracy_cost
+measure-peers.makes := peers  ## The same elastic sphere in Adhesion and tamaas (FINEST_PEER=128 points a side)
+measure-peers.with := --finest $(FINEST_PEER) $(IDLE)
+bench-campaign.makes := campaign_scale  ## What a campaign costs besides its trajectories: two processes, Dask, storage
+bench-campaign.runs := bench_campaign
+bench-campaign.with := $(DATA) $(IDLE)
+bench-campaign.needs := dataset
 measure-training-cost.makes := training_cost  ## Error against time of training, from what is published
 measure-training-cost.with := $(DATA) $(ALL_MODELS) --shares $(PUBLISHED)/data_efficiency.json $(SPEED)
 measure-training-cost.needs := dataset
@@ -400,7 +409,8 @@ check-lock: setup  ## Fail when requirements.lock does not match pyproject.toml
 .PHONY: lock
 lock:  ## Resolve pyproject.toml again into requirements.lock (needs the network)
 	@[ -x $(VENV)/bin/uv ] || { echo "uv not found in $(VENV); run \`make setup\` first" >&2; exit 1; }
-	$(VENV)/bin/uv pip compile --quiet --universal --python-version 3.11 --all-extras --generate-hashes \
+	$(VENV)/bin/uv pip compile --quiet --universal --python-version 3.11 \
+		--extra train --extra cluster --extra lab --extra tables --extra dev --generate-hashes \
 		--no-emit-index-url --no-header --output-file requirements.lock pyproject.toml
 	$(PY) tools/lock.py stamp
 
@@ -428,8 +438,8 @@ docs-effects: figure-effects  ## Renew the picture of docs/effects.md
 	cp $(FIGURES)/figure-effects.png docs/images/
 
 .PHONY: docs-cost
-docs-cost: $(MEASUREMENTS)/accuracy_cost.json | $(INSTALLED)  ## Renew the table of the fastest tools in docs/cost.md
-	$(PY) tools/fill.py docs/cost.md --published $(PUBLISHED)
+docs-cost: $(addprefix $(MEASUREMENTS)/,accuracy_cost.json peers.json campaign_scale.json) | $(INSTALLED)  ## Renew the tables of docs/cost.md and docs/cluster.md
+	$(PY) tools/fill.py docs/cost.md docs/cluster.md --published $(PUBLISHED)
 
 .PHONY: docs-control
 docs-control: setup  ## Renew the seconds of a prediction and of a step in docs/control.md, as published

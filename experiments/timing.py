@@ -95,21 +95,35 @@ def fingerprint(**parts: Any) -> str:
     return hashlib.sha256(json.dumps(plain(parts), sort_keys=True).encode()).hexdigest()[:16]
 
 
-def progress(items: Iterable[Item], label: str, total: int | None = None) -> Iterator[Item]:
-    """Give the items one by one and say how many are done and how long the rest will take."""
+def progress(
+    items: Iterable[Item], label: str, total: int | None = None, shares: Sequence[float] | None = None
+) -> Iterator[Item]:
+    """Give the items one by one and say how many are done and how long the rest will take.
+
+    Args:
+        items: Of equal length in time, or `shares` says how long each is beside the others.
+        label: What they are.
+        total: How many, where `items` cannot tell.
+        shares: One number for each item, in any unit.
+    """
     count = len(items) if total is None else total  # type: ignore[arg-type]
     if sys.stderr.isatty():
         from rich.console import Console
-        from rich.progress import track
+        from rich.progress import Progress
 
-        yield from track(items, label, total=count, console=Console(stderr=True))
+        with Progress(console=Console(stderr=True)) as bar:
+            task = bar.add_task(label, total=count if shares is None else sum(shares))
+            for done, item in enumerate(items):
+                yield item
+                bar.advance(task, 1.0 if shares is None else shares[done])
         return
     started = said = time.perf_counter()
     for done, item in enumerate(items, start=1):
         yield item
         now = time.perf_counter()
         if now - said > SAID_EVERY or (done == count and now - started > SAID_EVERY):
-            left = timedelta(seconds=round((now - started) / done * (count - done)))
+            rest = (count - done) / done if shares is None else sum(shares[done:]) / sum(shares[:done])
+            left = timedelta(seconds=round((now - started) * rest))
             print(f"{label}: {done} of {count}, {left} left", file=sys.stderr, flush=True)
             said = now
 

@@ -34,7 +34,12 @@ REPRODUCIBILITY = (
     "forces of the models",
     "training of the paper",
 )
-FILES = {"minutes": "measurements/target_minutes.json", "cost": "measurements/accuracy_cost.json"}
+FILES = {
+    "minutes": "measurements/target_minutes.json",
+    "cost": "measurements/accuracy_cost.json",
+    "peers": "measurements/peers.json",
+    "scale": "measurements/campaign_scale.json",
+}
 
 
 def of_dataset(published: Path) -> dict[str, str]:
@@ -109,12 +114,28 @@ def of_reproducibility(published: Path) -> dict[str, str]:
     return values(published)
 
 
+def of_peers(published: Path) -> dict[str, str]:
+    """The table beside other software."""
+    from paper_figures.tables.table_peers import page_text
+
+    return {"peers": page_text(_read(published / FILES["peers"], "make measure-peers"))}
+
+
+def of_scale(published: Path) -> dict[str, str]:
+    """The estimate of a campaign on many cores."""
+    from experiments.scale.ten_million import page_text
+
+    return {"ten million": page_text(_read(published / FILES["scale"], "make bench-campaign"))}
+
+
 SOURCES: dict[tuple[str, ...], Callable[[Path], dict[str, str]]] = {
     ("trajectories", "core-minutes", "milliseconds", "paper-cpu-hours"): of_dataset,
     ("seconds of a prediction", "seconds of a step"): of_latency,
     ("targets", "machine"): of_targets,
     ("fastest tool",): of_cost,
     REPRODUCIBILITY: of_reproducibility,
+    ("peers",): of_peers,
+    ("ten million",): of_scale,
 }
 """Who knows what belongs in the places of these names."""
 

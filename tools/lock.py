@@ -21,7 +21,15 @@ ROOT = Path(__file__).resolve().parent.parent
 PYPROJECT = ROOT / "pyproject.toml"
 LOCK = ROOT / "requirements.lock"
 STAMP = "# inputs sha256: "
+UNLOCKED = {"peers"}
+"""Optional groups that pin what they need themselves and are installed by hand."""
 PINNED = re.compile(r"^([A-Za-z0-9._-]+)==([^\s;\\]+)")
+
+
+def locked_groups(settings: dict) -> dict[str, list[str]]:
+    """Optional groups of a parsed `pyproject.toml` that the lock holds."""
+    groups = settings["project"].get("optional-dependencies", {})
+    return {name: group for name, group in groups.items() if name not in UNLOCKED}
 
 
 def input_digest(settings: dict) -> str:
@@ -30,17 +38,16 @@ def input_digest(settings: dict) -> str:
     inputs = {
         "requires-python": project["requires-python"],
         "dependencies": project["dependencies"],
-        "optional-dependencies": project.get("optional-dependencies", {}),
+        "optional-dependencies": locked_groups(settings),
         "constraints": settings.get("tool", {}).get("uv", {}).get("constraint-dependencies", []),
     }
     return hashlib.sha256(json.dumps(inputs, sort_keys=True).encode()).hexdigest()
 
 
 def direct_requirements(settings: dict) -> list[Requirement]:
-    """Every requirement the project states itself, extras included."""
-    project = settings["project"]
-    extras = project.get("optional-dependencies", {}).values()
-    return [Requirement(text) for group in (project["dependencies"], *extras) for text in group]
+    """Every requirement the project states itself, those of locked groups included."""
+    groups = (settings["project"]["dependencies"], *locked_groups(settings).values())
+    return [Requirement(text) for group in groups for text in group]
 
 
 def problems(settings: dict, lock_text: str) -> list[str]:

@@ -2,6 +2,8 @@
 
 import signal
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -42,8 +44,6 @@ def campaign(
 
     The exit status is 1 when any trajectory failed.
     """
-    from bem.dataset.designs import read_design_file
-
     if verify is not None or sample is not None:
         raise ValueError("a data set is verified by `bem verify FILE --sample N`; received --verify or --sample")
     if out is None:
@@ -55,11 +55,12 @@ def campaign(
         "accuracy": None if accuracy is None else parse_accuracy(accuracy),
         "modulus_ratio": modulus_ratio,
     }
-    settings = read_design_file(design_file) if design_file else {}
-    settings |= {name: value for name, value in given.items() if value is not None}
-    settings["ranges"] = {**settings.get("ranges", {}), **_ranges(ranges or [])}
     how = {"workers": workers, "cluster": cluster, "replace": replace, "retry_failed": retry_failed}
-    _run(settings, out, native=native, shard=_shard(shard), how=how)
+    with _workers_loading(workers, out) if cluster is None else nullcontext():
+        settings = _settings(design_file)
+        settings |= {name: value for name, value in given.items() if value is not None}
+        settings["ranges"] = {**settings.get("ranges", {}), **_ranges(ranges or [])}
+        _run(settings, out, native=native, shard=_shard(shard), how=how)
 
 
 @one_sentence("bem")
@@ -105,6 +106,25 @@ def register(app: typer.Typer) -> None:
     app.command()(campaign)
     app.command()(merge)
     app.command()(verify)
+
+
+@contextmanager
+def _workers_loading(workers: int | None, out: Path) -> Iterator[None]:
+    """Let workers load the solver while this process gets ready, unless there is a file, which may be complete."""
+    if out.exists():
+        yield
+        return
+    from bem.dataset.campaign.executors import LocalExecutor
+
+    with LocalExecutor(workers) as local:
+        local.load_solver()
+        yield
+
+
+def _settings(design_file: Path | None) -> dict[str, Any]:
+    from bem.dataset.designs import read_design_file
+
+    return read_design_file(design_file) if design_file else {}
 
 
 def _run(

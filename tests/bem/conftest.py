@@ -5,6 +5,7 @@ from collections import Counter
 import pytest
 from threadpoolctl import threadpool_limits
 
+from bem.dataset.campaign.executors import LocalExecutor
 from bem.dataset.campaign.plan import Campaign
 from bem.dataset.campaign.run import run_campaign
 from tests.bem.dataset.campaign import stand_in
@@ -16,6 +17,14 @@ def one_blas_thread():
     """Kernels tried without `simulate` want what it gives them: systems this small only suffer from threads."""
     with threadpool_limits(limits=1, user_api="blas"):
         yield
+
+
+@pytest.fixture(autouse=True)
+def no_solver_loaded(monkeypatch):
+    """Commands of the stand-in solver need no other one loaded; how often it was asked for."""
+    asked = []
+    monkeypatch.setattr(LocalExecutor, "load_solver", lambda self: asked.append(self.workers))
+    return asked
 
 
 @pytest.fixture(scope="session")

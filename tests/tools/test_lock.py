@@ -38,3 +38,8 @@ def test_a_moved_version_a_missing_hash_and_an_index_are_noticed(settings, text)
     ]
     assert lock.problems(settings, text + "\nextra==1.0\n") == ["extra==1.0 has no hash"]
     assert lock.problems(settings, text + "\n--index-url https://example.org\n") == ["the lock names a package index"]
+
+
+def test_what_is_installed_by_hand_is_not_in_the_lock(settings, text):
+    settings["project"]["optional-dependencies"]["peers"].append("no-such-package==1")
+    assert lock.problems(settings, text) == []

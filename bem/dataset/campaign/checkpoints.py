@@ -21,14 +21,11 @@ from filelock import FileLock, Timeout
 
 from bem._support.outputs import UNFINISHED, write_whole
 from bem._support.wording import shown
+from bem.dataset.campaign.executors import CampaignError
 from bem.dataset.records import Columns
 
 _FOLDER = re.compile(r"campaign-[0-9a-f]{16}")
 _OWN = re.compile(rf"campaign\.json|part-[0-9a-f]{{24}}\.npz|\.[0-9a-f]+{re.escape(UNFINISHED)}")
-
-
-class CampaignError(RuntimeError):
-    """A campaign could not go on; what it has saved is kept, and the same command continues."""
 
 
 def differences(wanted: Mapping[str, Any], found: Mapping[str, Any]) -> str:

@@ -4,8 +4,6 @@ Both return futures. When a worker dies, its batch is started again. A batch who
 into its items, which run alone; an item whose worker still dies is given up.
 """
 
-import asyncio
-import logging
 import os
 import signal
 import threading
@@ -24,7 +22,6 @@ from loky import cpu_count, get_reusable_executor
 
 from bem._support.validation import whole_number
 from bem._support.wording import shown
-from bem.dataset.campaign.checkpoints import CampaignError
 
 Batch = tuple[tuple[int, Any], ...]
 """Trajectories of a campaign, each with its index and all that a worker needs to know of it."""
@@ -34,6 +31,14 @@ Outcome = tuple[Batch, Any]
 
 SCHEMES = ("tcp", "tls", "ucx", "ws", "wss")
 ONE_THREAD = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL", "BLIS", "NUMBA", "NUMEXPR")}
+
+
+own_process = False
+"""Whether this is a worker of `LocalExecutor`, in which nothing runs but what that gives it."""
+
+
+class CampaignError(RuntimeError):
+    """A campaign could not go on; what it has saved is kept, and the same command continues."""
 
 
 class WorkerDiedError(Exception):
@@ -113,6 +118,11 @@ class LocalExecutor(Executor):
         self.in_flight = 2 * self.workers if self.workers > 1 else 1
         self._processes: Any = None
 
+    def load_solver(self) -> None:
+        """Start all workers and let them load the solver, while this process does something else."""
+        for _ in range(self.workers):
+            self.submit(_load_solver, ())
+
     def submit(self, task: Task, batch: Batch) -> Future:
         """Start a batch, with new workers where the former ones died."""
         begin = {"initializer": _begin_worker, "initargs": (os.getpid(),), "env": ONE_THREAD}
@@ -148,14 +158,22 @@ def _unheard(thread: str) -> Iterator[None]:
 
 def _begin_worker(parent: int) -> None:
     """Leave Ctrl-C, which reaches all processes, to the main one, and end soon after a main process that was killed."""
+    global own_process
 
     def watch() -> None:
         while os.getppid() == parent:
             time.sleep(0.5)
         os._exit(1)
 
+    own_process = True
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=watch, daemon=True).start()
+
+
+def _load_solver(_: Batch) -> None:
+    from bem.dataset.campaign.work import warm_solver
+
+    warm_solver()
 
 
 class ClusterExecutor(Executor):
@@ -175,6 +193,9 @@ class ClusterExecutor(Executor):
             import distributed
         except ImportError as error:
             raise ValueError("cluster needs Dask; install the extra `cluster` of this package") from error
+        import asyncio
+        import logging
+
         # Dask retries and reports by itself; its log would bury the one sentence that matters.
         for name in ("distributed", "distributed.client", "tornado.application"):
             logging.getLogger(name).setLevel(logging.CRITICAL)
@@ -241,6 +262,8 @@ def scheduler_address(address: str) -> str:
 
 async def _kind_of_server(distributed: Any, address: str, patience: float) -> str:
     """What a Dask server says it is; `Client` itself would wait for ever for a server of another kind."""
+    import asyncio
+
     arguments = distributed.Security().get_connection_args("client")
     async with asyncio.timeout(patience), distributed.rpc(address, timeout=patience, connection_args=arguments) as one:
         return str((await one.identity())["type"])

@@ -1,6 +1,7 @@
 """The work of a campaign: its trajectories divided into batches, and what a worker does with one of them."""
 
 import functools
+import gc
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
@@ -11,17 +12,21 @@ import numpy as np
 from bem._support.provenance import origin, peak_memory
 from bem._support.validation import FloatArray
 from bem.accuracy import NAMED_TARGETS, resolve_accuracy
-from bem.dataset.campaign.checkpoints import CampaignError
-from bem.dataset.campaign.executors import Batch, Executor
+from bem.dataset.campaign import executors
+from bem.dataset.campaign.executors import Batch, CampaignError, Executor
 from bem.materials import StandardLinearSolid
 from bem.protocol import LoadingProtocol
 from bem.scene import Scene
 from bem.solver.version import SOLVER_VERSION
 
-LARGEST_BATCH = 32
 LONGEST_BATCH = 1.0
 """Seconds a batch is expected to take at most; what a worker holds is lost when it dies."""
-BATCHES_PER_WORKER = 48
+SAVING_BATCH = 0.01
+"""Seconds as well for each worker, so that the one process which saves all batches, in a quarter of this, keeps up."""
+SHARE_OF_REST = 5
+"""A batch is at most this part of what each worker has yet to do, so that all end at about the same time ..."""
+BATCHES_PER_WORKER = 96
+"""... and need be no smaller than this part of all it does."""
 
 Solver = Callable[..., Any]
 
@@ -39,26 +44,33 @@ def expected_seconds(protocols: dict[str, FloatArray], accuracy: str | float = "
 
 
 def batches_of(indices: np.ndarray, seconds: FloatArray, workers: int) -> list[tuple[int, ...]]:
-    """Divide trajectories into batches of about equal cost, the costliest trajectories first."""
+    """Divide trajectories into batches, the costliest trajectories first, smaller and smaller ones towards the end."""
     order = indices[np.argsort(-seconds, kind="stable")]
     spent = np.cumsum(np.sort(seconds)[::-1])
-    share = min(max(spent[-1] / (BATCHES_PER_WORKER * workers), 1e-300), LONGEST_BATCH)
+    longest, least = max(LONGEST_BATCH, SAVING_BATCH * workers), spent[-1] / (BATCHES_PER_WORKER * workers)
     batches: list[tuple[int, ...]] = []
     begin, used = 0, 0.0
-    for end in range(1, len(order) + 1):
-        if end == len(order) or spent[end] - used > share or end - begin == LARGEST_BATCH:
-            batches.append(tuple(order[begin:end].tolist()))
-            begin, used = end, spent[end - 1]
+    while begin < len(order):
+        share = min(max((spent[-1] - used) / (SHARE_OF_REST * workers), least), longest)
+        end = max(begin + 1, int(np.searchsorted(spent, used + share, side="right")))
+        batches.append(tuple(order[begin:end].tolist()))
+        begin, used = end, spent[end - 1]
     return batches
 
 
 @functools.cache
-def _warm_solver() -> Solver:
+def warm_solver() -> Solver:
     """The solver with its kernels loaded, so that no trajectory is charged for that."""
+    from bem._support.jit import leave_out_blas
     from bem.solver.simulation import simulate
 
+    if executors.own_process:
+        leave_out_blas()
     protocol = LoadingProtocol(peak_indentation=2.0, loading_rate=10.0, dwell_time=0.1, unloading_rate=10.0)
     simulate(Scene(tabor=1.0, material=StandardLinearSolid(0.1)), protocol, "draft")
+    if executors.own_process:
+        # Where psutil is missing, loky collects garbage every second; what is loaded here is none.
+        gc.freeze()
     return simulate
 
 
@@ -90,7 +102,7 @@ class Task:
 
     def __call__(self, batch: Batch) -> Arrival:
         """Simulate the batch."""
-        solver = _warm_solver() if self.solver is None else self.solver
+        solver = warm_solver() if self.solver is None else self.solver
         started = time.perf_counter()
         records = [self.simulator(index, item, solver) for index, item in batch]
         return Arrival(records, time.perf_counter() - started, origin(), SOLVER_VERSION, peak_memory())

@@ -148,7 +148,7 @@ def test_a_loop_that_is_nearly_closed_is_judged_by_the_energy_exchanged(undistur
 
 
 def test_the_command_says_what_differs_and_ends_with_its_verdict(undisturbed, tmp_path, monkeypatch):
-    monkeypatch.setattr("bem.dataset.campaign.work._warm_solver", lambda: stand_in.solve)
+    monkeypatch.setattr("bem.dataset.campaign.work.warm_solver", lambda: stand_in.solve)
     good = command("verify", undisturbed, "--sample", 7)
     lines = good.stdout.splitlines()
     assert (good.exit_code, lines[0]) == (0, "7 trajectories computed again, 7 of them identical to the last bit")

@@ -98,6 +98,8 @@ def start_command(*arguments, solver="slow", before="", **options):
         # Tests that run in the background inherit an ignored SIGINT.
         "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
         "import bem.dataset.campaign.run, functools, typer, bem.cli.campaign\n"
+        # Loading a solver that is not used would only take time.
+        "bem.dataset.campaign.run.LocalExecutor.load_solver = lambda self: None\n"
         "from tests.bem.dataset.campaign import stand_in\n"
         f"solver = stand_in.{solver}\n"
         "run = bem.dataset.campaign.run\n"

@@ -1,32 +1,52 @@
 import json
 import pickle
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import bem.dataset.campaign.work
+from bem import LoadingProtocol, Scene, simulate
 from bem.dataset.campaign.plan import Campaign
 from bem.dataset.campaign.run import run_campaign
-from bem.dataset.campaign.work import LONGEST_BATCH, batches_of, expected_seconds, results
+from bem.dataset.campaign.work import (
+    BATCHES_PER_WORKER,
+    LONGEST_BATCH,
+    SHARE_OF_REST,
+    batches_of,
+    expected_seconds,
+    results,
+)
 from bem.dataset.designs import Design
 from bem.dataset.file import load_dataset
 from bem.dataset.records import simulate_record
 from tests.bem.dataset.campaign import stand_in
-from tests.bem.dataset.campaign.helpers import Here
+from tests.bem.dataset.campaign.helpers import ROOT, Here, command
 
 PRICE = json.loads((Path(__file__).parents[4] / "published" / "accuracy_price.json").read_text())["levels"]
 
 
-def test_batches_hold_every_trajectory_once_and_the_costliest_first():
-    protocols = Design("paper").protocols(3000, seed=0)
+@pytest.mark.parametrize(("count", "workers"), [(3000, 2), (3000, 1), (120, 8), (1, 4)])
+def test_batches_hold_every_trajectory_once_the_costliest_first_and_shrink(count, workers):
+    protocols = Design("paper").protocols(count, seed=0)
     cost = expected_seconds(protocols)
-    batches = batches_of(np.arange(3000), cost, workers=2)
-    assert sorted(index for batch in batches for index in batch) == list(range(3000))
-    assert max(map(len, batches)) <= 32
-    shares = [cost[list(batch)].sum() for batch in batches]
-    assert max(shares) < 1.5 * np.sum(cost) / (2 * 48)
+    batches = batches_of(np.arange(count), cost, workers)
+    assert sorted(index for batch in batches for index in batch) == list(range(count))
+    shares = np.array([cost[list(batch)].sum() for batch in batches])
+    rest = np.sum(cost) - np.cumsum(shares) + shares
+    least = np.sum(cost) / (BATCHES_PER_WORKER * workers)
+    single = np.array([len(batch) == 1 for batch in batches])
+    assert np.all(single | (shares <= 1.001 * np.maximum(rest / (SHARE_OF_REST * workers), least)))
     assert cost[list(batches[0])].min() >= cost[list(batches[-1])].max()
+
+
+def test_batches_of_many_workers_are_long_enough_to_be_saved():
+    seconds = np.full(1_000_000, 0.006)
+    batches = batches_of(np.arange(len(seconds)), seconds, workers=1000)
+    assert len(batches[0]) == pytest.approx(seconds.sum() / (SHARE_OF_REST * 1000) / 0.006, rel=0.01)
+    assert max(map(len, batches_of(np.arange(len(seconds)), 100.0 * seconds, 1000))) == 16  # 10 s of 0.6 s each
 
 
 @pytest.mark.parametrize("level", PRICE, ids=lambda level: level["accuracy"])
@@ -45,15 +65,42 @@ def test_a_batch_travels_with_its_own_protocols_only():
         workers = 2
 
         def run(self, batches, task):
-            sizes.extend(len(pickle.dumps((task, batch))) for batch in batches)
+            sizes.extend(len(pickle.dumps((task, batch))) / (10 + len(batch)) for batch in batches)
             return ((batch, task(batch)) for batch in batches[:1])
 
     sizes = []
     arrivals = list(results(plan, plan.indices, Pool(), stand_in.solve))
-    assert max(sizes) < 5000
+    assert max(sizes) < 100
     for record in arrivals[0].records:
         alone = stand_in.solve(*stand_in.case({name: values[record.index] for name, values in plan.protocols.items()}))
         assert record.scalars["end_force"] == alone.end_force
+
+
+def test_a_worker_loads_the_solver_without_blas_and_leaves_that_to_others():
+    code = (
+        "import sys\n"
+        "from bem.dataset.campaign import executors, work\n"
+        "executors.own_process = True\n"
+        "solver = work.warm_solver()\n"
+        "assert 'scipy.linalg' not in sys.modules\n"
+        "import scipy.linalg\n"
+        "from bem import LoadingProtocol, Scene\n"
+        "print(repr(float(solver(Scene(1.0), LoadingProtocol(**PROTOCOL)).pull_off_force)))\n"
+    )
+    protocol = {"peak_indentation": 2.0, "loading_rate": 1.0, "dwell_time": 0.0, "unloading_rate": 1.0}
+    command = [sys.executable, "-c", code.replace("PROTOCOL", repr(protocol))]
+    found = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    assert float(found) == simulate(Scene(1.0), LoadingProtocol(**protocol)).pull_off_force
+
+
+@pytest.mark.parametrize("there", [False, True])
+def test_the_command_lets_workers_load_the_solver_unless_the_file_is_there(there, tmp_path, no_solver_loaded):
+    out = tmp_path / "data.h5"
+    if there:
+        out.write_bytes(b"no data set")
+    result = command("campaign", "--count", 5, "--workers", 2, "--range", "tabor=nonsense", "--out", out)
+    assert result.exit_code == 2
+    assert no_solver_loaded == ([] if there else [2])
 
 
 def test_where_the_work_was_done_is_recorded(tmp_path, monkeypatch):

@@ -1,0 +1,1 @@
+"""The solver beside other software on problems that both solve."""

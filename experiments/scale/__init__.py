@@ -1,0 +1,1 @@
+"""What campaigns cost besides the trajectories, and where they stop growing."""

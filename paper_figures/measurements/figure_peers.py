@@ -1,0 +1,77 @@
+"""Figure: error against processor seconds on the same elastic sphere, beside other software.
+
+One panel for each problem; lines join the settings of a tool, from coarse to fine, and closed forms are named. An error
+below `LEAST` is drawn there, with an arrow. Reads the measurement of `experiments.peers.peers`.
+"""
+
+from typing import Any
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import LogFormatterMathtext, LogLocator, NullLocator
+
+from paper_figures.style import drawing
+from paper_figures.style.cost_style import KINDS
+
+STYLES = {
+    **{kind: KINDS[kind] for kind in ("solver", "paper's discretisation", "closed form")},
+    "Adhesion": {"color": drawing.VERMILION, "marker": "D"},
+    "tamaas": {"color": drawing.GREEN, "marker": "^"},
+}
+TITLES = {
+    "tabor 1": r"largest tension, $\mu = 1$",
+    "tabor 3": r"largest tension, $\mu = 3$",
+    "Hertz": "compression without adhesion",
+}
+LEAST = 1e-4
+"""Percent; what is below has no meaning beside the error of the solution that all are compared with."""
+ENDS = {"solver": ("draft", "reference"), "Adhesion": ("32 x 32", "128 x 128"), "tamaas": ("32 x 32", "256 x 256")}
+"""Settings that are named in the panels."""
+BESIDE = {"JKR": (5, 0, "left", "center"), "DMT": (5, 0, "left", "center")}
+BELOW, LEFT = (0, -5, "center", "top"), (-5, 0, "right", "center")
+SIDES = {**BESIDE, **dict.fromkeys(("Maugis-Dugdale", "reference", "128×128", "256×256"), BELOW)}
+"""Where a name stands: distance in points, and which part of it is there; others to the left."""
+
+
+def draw(axes: Axes, runs: list[dict[str, Any]]) -> None:
+    """All tools of one problem."""
+    for tool, style in STYLES.items():
+        points = [run for run in runs if run["tool"] == tool]
+        seconds = [run["seconds"] for run in points]
+        errors = [max(100.0 * run["error"], LEAST) for run in points]
+        line = "" if tool == "closed form" else "-"
+        axes.plot(seconds, errors, linestyle=line, linewidth=1.0, markersize=4, **style)
+        for run, second, error in zip(points, seconds, errors, strict=True):
+            if error == LEAST:
+                axes.plot(second, error, "v", color=style["color"], markersize=4)
+            if tool == "closed form" or run["setting"] in ENDS.get(tool, ()):
+                name(axes, run["setting"].replace(" x ", "×"), (second, error), style["color"])
+    axes.set(xscale="log", yscale="log", xlabel="time, one core (s)", xlim=(3e-6, 3e2), ylim=(0.25 * LEAST, 60.0))
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(LogLocator(numticks=12))
+        axis.set_major_formatter(LogFormatterMathtext())
+        axis.set_minor_locator(NullLocator())
+    axes.xaxis.set_major_locator(LogLocator(base=100.0))
+
+
+def name(axes: Axes, text: str, place: tuple[float, float], color: str) -> None:
+    """Words beside a marker, on the side where no line leaves it."""
+    across, up, ha, va = SIDES.get(text, LEFT)
+    axes.annotate(text, place, xytext=(across, up), textcoords="offset points", fontsize=5.5, ha=ha, va=va, color=color)
+
+
+def compose(peers: Any) -> Figure:
+    """Draw the figure."""
+    drawn = drawing.figure(height=2.9)
+    panels = drawn.subplots(1, len(TITLES), sharey=True)
+    for axes, (problem, title), panel in zip(panels, TITLES.items(), "abc", strict=True):
+        draw(axes, [run for run in peers["runs"] if run["problem"] == problem])
+        drawing.letter(axes, panel)
+        axes.set_title(title, fontsize=7)
+    panels[0].set_ylabel("error (%)")
+    handles = [
+        panels[0].plot([], [], label=tool, markersize=4, linewidth=0 if tool == "closed form" else 1.0, **style)[0]
+        for tool, style in STYLES.items()
+    ]
+    drawn.legend(handles=handles, loc="outside lower center", ncol=len(handles))
+    return drawn

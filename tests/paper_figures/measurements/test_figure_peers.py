@@ -1,0 +1,45 @@
+"""Figure and table beside other software, from a made-up measurement."""
+
+from paper_figures.measurements import figure_peers
+from paper_figures.tables import table_peers
+from tests.paper_figures.results import files_in, made, pictures, tables
+
+
+def run(problem, tool, setting, seconds, error):
+    return {"problem": problem, "tool": tool, "setting": setting, "seconds": seconds, "error": error}
+
+
+CONTENT = {
+    "host": "a processor",
+    "packages": {"Adhesion": "0.1", "tamaas": "0.2"},
+    "start": 2.0,
+    "runs": [
+        run("tabor 1", "Adhesion", "128 x 128", 30.0, 1e-3),
+        run("tabor 1", "Adhesion", "32 x 32", 1.0, 1e-2),
+        run("tabor 1", "solver", "draft", 4e-3, 2e-3),
+        run("tabor 3", "closed form", "JKR", 1e-3, 0.03),
+        run("tabor 3", "paper's discretisation", "50 nodes", 1e-2, 0.1),
+        run("Hertz", "solver", "draft", 2e-3, 1e-9),
+        run("Hertz", "tamaas", "32 x 32", 2e-2, 1e-4),
+    ],
+}
+
+
+def test_both_are_drawn(measured, tmp_path):
+    path = measured(CONTENT)
+    made(figure_peers, path, folder=tmp_path)
+    made(table_peers, path, folder=tmp_path)
+    assert files_in(tmp_path) == pictures("figure-peers") | tables("peers")
+
+
+def test_the_table_has_a_row_for_each_setting_and_the_page_shows_it():
+    rows = table_peers.rows_of(CONTENT)
+    assert rows[1] == ["solver", "draft", "0.2 % in 0.004 s", "-", "1.0e-07 % in 0.002 s"]
+    assert [row[:2] for row in rows[3:]] == [["Adhesion", "32 x 32"], ["Adhesion", "128 x 128"], ["tamaas", "32 x 32"]]
+    assert "Adhesion 0.1, tamaas 0.2, one core of a processor." in table_peers.page_text(CONTENT)
+
+
+def test_closed_forms_and_the_ends_of_curves_are_named():
+    drawn = figure_peers.compose(CONTENT)
+    names = {text.get_text() for axes in drawn.axes for text in axes.texts}
+    assert names == {"draft", "32×32", "128×128", "JKR"}
