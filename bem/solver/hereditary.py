@@ -16,7 +16,8 @@ so the new traction enters with one factor only, `response` = 1 - sum_i c_i g_i,
   k tau; the other two rules, equivalent to Crank-Nicolson and Adams-Moulton, oscillate there, this one damps (Hairer
   and Wanner, Solving Ordinary Differential Equations II, 1996, sections IV.3 and V.1).
 
-The vectors live on the fine master grid (see `bem.solver.discretisation.mesh`), so a new choice of nodes loses nothing.
+The vectors live on the master grid (see `bem.solver.discretisation.master_grid`), so a new choice of nodes loses
+nothing, and are carried over where that grid moves.
 An elastic scene has no terms: nothing here is then evaluated. Source: `bem.materials`; paper, Eq. (displacement), whose
 history sum is replaced.
 """
@@ -28,6 +29,7 @@ import numpy as np
 from bem._support.jit import kernel
 from bem._support.linear_algebra import copy_into
 from bem.materials import recursion_step
+from bem.solver.discretisation.regrid import regrid
 
 DEPTH = 3  # states kept
 _LONGEST_PARABOLA = 4.0  # in shortest relaxation times; the rule oscillates beyond about 6
@@ -42,6 +44,7 @@ class Memory(NamedTuple):
     vectors: np.ndarray  # (DEPTH, m, N) q_i at the ends of the last steps
     traction: np.ndarray  # (DEPTH, N) sigma there
     steps: np.ndarray  # (DEPTH - 1,) lengths of the last steps; 0 where what lies before must not be used
+    places: np.ndarray  # (N,) int64, of the nodes
 
 
 class StepFactors(NamedTuple):
@@ -54,12 +57,25 @@ class StepFactors(NamedTuple):
 
 
 @kernel
-def new_memory(strengths: np.ndarray, times: np.ndarray, grid_size: int) -> Memory:
-    """Return the memory of a relaxed half-space without traction."""
+def new_memory(strengths: np.ndarray, times: np.ndarray, places: np.ndarray) -> Memory:
+    """Return the memory of a relaxed half-space without traction, on a grid with nodes at `places` (N,)."""
     terms = strengths.size
-    size = grid_size if terms > 0 else 0
+    size = places.size if terms > 0 else 0
     vectors = np.zeros((DEPTH, terms, size))
-    return Memory(strengths, times, vectors, np.zeros((DEPTH, size)), np.zeros(DEPTH - 1))
+    return Memory(strengths, times, vectors, np.zeros((DEPTH, size)), np.zeros(DEPTH - 1), places)
+
+
+@kernel
+def memory_on(memory: Memory, places: np.ndarray) -> Memory:
+    """The memory on a grid with nodes at `places` (M,)."""
+    moved = new_memory(memory.strengths, memory.times, places)
+    copy_into(moved.steps, memory.steps)
+    if memory.strengths.size > 0:
+        for k in range(DEPTH):
+            regrid(memory.places, memory.traction[k], places, moved.traction[k])
+            for i in range(memory.strengths.size):
+                regrid(memory.places, memory.vectors[k, i], places, moved.vectors[k, i])
+    return moved
 
 
 @kernel

@@ -10,7 +10,8 @@ from bem.reference_solutions import hertz
 from bem.scene import Scene
 from bem.solver.discretisation.cohesive_zone import largest_contact_radius
 from bem.solver.discretisation.influence import require_mesh
-from bem.solver.discretisation.mesh import Grid, Mesh, fixed_mesh, master_grid
+from bem.solver.discretisation.master_grid import Grid, master_grid
+from bem.solver.discretisation.mesh import Mesh, fixed_mesh
 from bem.solver.extrapolation import Scales
 from bem.tractions import HardContact
 
@@ -26,7 +27,7 @@ class Problem(NamedTuple):
     strengths: np.ndarray  # (m,) of the material
     times: np.ndarray  # (m,)
     controls: Controls
-    grid: Grid
+    grid: Grid  # the first, if it moves
     fixed_mesh: bool
     scales: Scales
     force_error: float  # allowed in an equilibrium, relative; far below what the prediction is judged by
@@ -66,16 +67,14 @@ def discretise(
                 f"mesh must reach beyond the contact, whose radius can be {contact:.4g}; received one that ends at "
                 f"{radii[-1]:.4g}"
             )
-        grid = Grid(radii.size, 0.0, np.zeros((0, 0)))
-    else:
-        grid = master_grid(tabor, deepest, nonadhesive, controls)
+    own_mesh = fixed_mesh(tabor, radii, strengths.size > 0)
     problem = Problem(
         tabor=tabor,
         nonadhesive=nonadhesive,
         strengths=strengths,
         times=times,
         controls=controls,
-        grid=grid,
+        grid=master_grid(tabor, deepest, nonadhesive, controls) if mesh is None else own_mesh.grid,
         fixed_mesh=mesh is not None,
         scales=Scales(force_scale, force_weight, 1.0 if strengths.size else _LOCAL_WEIGHT_ELASTIC),
         # Extrapolation adds the errors of three states up to sevenfold; the step must not be chosen by them.
@@ -83,4 +82,4 @@ def discretise(
         least_force=1.05 * glassy_hertz - 4.0 / material.modulus_ratio,
         audit=audit,
     )
-    return problem, fixed_mesh(tabor, radii, strengths.size > 0)
+    return problem, own_mesh

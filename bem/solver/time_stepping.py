@@ -28,13 +28,16 @@ from bem.solver.instabilities import is_unstable, smallest_eigenvalue
 from bem.solver.problem import Problem
 from bem.solver.state import (
     State,
+    carried,
     edge_left_window,
     energy_of,
     equilibrate,
     first_mesh,
     follow_edge,
+    on_grid_of,
     remember,
     remember_start,
+    same_grid,
     same_nodes,
     state_of,
 )
@@ -113,7 +116,7 @@ def _first_state(problem: Problem, mesh: Mesh, depth: float, glassy: bool, work:
     for i in range(gap.size):
         gap[i] = max(1.0 - depth + 0.5 * problem.tabor * mesh.radii[i] ** 2, 1.0 if problem.nonadhesive else 0.95)
     start = State(mesh, depth, gap, np.zeros(gap.size), 0.0, 0.0)
-    nothing = np.zeros(problem.grid.size if problem.strengths.size > 0 else 0)
+    nothing = np.zeros(mesh.grid.size if problem.strengths.size > 0 else 0)
     response = 1.0 - np.sum(problem.strengths) if glassy else 1.0
     return equilibrate(problem, start, depth, nothing, response, work)
 
@@ -152,7 +155,7 @@ def _follow(
     mesh_chosen: int,
     most_steps: int,
     work: np.ndarray,
-) -> tuple[State, Factor, Course, int, int]:
+) -> tuple[State, Memory, Factor, Course, int, int]:
     """Follow one segment of the protocol; `mesh_chosen` is the step at which nodes were chosen last."""
     recent = start_recent(state.gap, state.traction, 0.0, state.force)
     forget_rate(memory)
@@ -160,7 +163,7 @@ def _follow(
     step, now = segment.first, 0.0
     while now < segment.duration:
         if course.filled[0] >= most_steps:
-            return state, factor, course, mesh_chosen, TOO_MANY_STEPS
+            return state, memory, factor, course, mesh_chosen, TOO_MANY_STEPS
         step, after = _within(step, now, segment.duration)
         at_end = after == segment.duration
         depth = segment.last_depth if at_end else segment.first_depth + segment.rate * after
@@ -187,12 +190,15 @@ def _follow(
             remembered = remembered_traction(memory, factors)
             state, solved = equilibrate(problem, before, depth, remembered, factors.response, work)
             if not solved:
-                return before, factor, course, mesh_chosen, NO_EQUILIBRIUM
+                return before, memory, factor, course, mesh_chosen, NO_EQUILIBRIUM
             another_branch = _jumped(problem, before, state)
             factor = new_factor(state.gap.size)
             shrink = 1.0
         if not state.force >= problem.least_force:
-            return before, factor, course, mesh_chosen, UNPHYSICAL
+            return before, memory, factor, course, mesh_chosen, UNPHYSICAL
+        if not accepted and not same_grid(state.mesh.grid, before.mesh.grid):
+            remembered = carried(remembered, before.mesh.grid, state.mesh.grid)
+        memory = on_grid_of(memory, state)
         remember(memory, factors, step, state)
         now = after
 
@@ -219,9 +225,10 @@ def _follow(
             mesh_chosen = work[STEPS]
             state, recent, moved = follow_edge(problem, state, recent, direction, remembered, factors.response)
             if moved:
+                memory = on_grid_of(memory, state)
                 factor = new_factor(state.gap.size)
                 work[REMESHINGS] += 1
-    return state, factor, course, mesh_chosen, COMPLETED
+    return state, memory, factor, course, mesh_chosen, COMPLETED
 
 
 @kernel
@@ -244,7 +251,7 @@ def march(
     state, solved = _first_state(problem, mesh, depths[0], glassy, work)
     if solved:
         outcome = COMPLETED
-        memory = new_memory(problem.strengths, problem.times, problem.grid.size)
+        memory = new_memory(problem.strengths, problem.times, state.mesh.grid.places)
         remember_start(memory, state, glassy)
         course = with_record(course, times[0], depths[0], state.force, state.edge)
         energies[0] = energy_of(problem, state)
@@ -253,7 +260,7 @@ def march(
         for k in range(segment_steps.size):
             steps = work[STEPS]
             segment = _segment(problem, times, depths, k)
-            state, factor, course, mesh_chosen, outcome = _follow(
+            state, memory, factor, course, mesh_chosen, outcome = _follow(
                 problem, segment, state, memory, factor, course, mesh_chosen, most_steps, work
             )
             segment_steps[k] = work[STEPS] - steps
