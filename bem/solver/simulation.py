@@ -17,6 +17,7 @@ from bem.accuracy import Accuracy, resolve_accuracy
 from bem.protocol import LoadingProtocol, PiecewiseLinearProtocol
 from bem.scene import Scene
 from bem.solver.discretisation.mesh import Mesh
+from bem.solver.elastic_march import has_curve, march_elastic
 from bem.solver.problem import Problem, discretise
 from bem.solver.time_stepping import COMPLETED, NO_EQUILIBRIUM, TOO_MANY_STEPS, UNPHYSICAL, Marched, march
 from bem.solver.work import work_by_name
@@ -81,7 +82,10 @@ def simulate(
                 return _not_started(str(error), wanted, len(scene.material.strengths))
             break
         started = time.perf_counter()
-        result = march(*run, initial_state == "glassy", MOST_STEPS)
+        if has_curve(run.problem):
+            result = march_elastic(run.problem, run.times, run.depths)
+        else:
+            result = march(*run, initial_state == "glassy", MOST_STEPS)
         seconds += time.perf_counter() - started
         aim = wanted
         # On a mesh too coarse for its scene the contact may find no equilibrium at a fold; a finer one is tried then.
