@@ -74,7 +74,7 @@ def discretise(
         strengths=strengths,
         times=times,
         controls=controls,
-        grid=master_grid(tabor, deepest, nonadhesive, controls) if mesh is None else own_mesh.grid,
+        grid=own_mesh.grid if radii.size else master_grid(tabor, deepest, nonadhesive, controls, strengths.size > 0),
         fixed_mesh=mesh is not None,
         scales=Scales(force_scale, force_weight, 1.0 if strengths.size else _LOCAL_WEIGHT_ELASTIC),
         # Extrapolation adds the errors of three states up to sevenfold; the step must not be chosen by them.

@@ -17,7 +17,7 @@ from bem.accuracy import Accuracy, resolve_accuracy
 from bem.protocol import LoadingProtocol, PiecewiseLinearProtocol
 from bem.scene import Scene
 from bem.solver.discretisation.mesh import Mesh
-from bem.solver.elastic_march import has_curve, march_elastic
+from bem.solver.elastic.march import has_curve, march_elastic
 from bem.solver.problem import Problem, discretise
 from bem.solver.time_stepping import COMPLETED, NO_EQUILIBRIUM, TOO_MANY_STEPS, UNPHYSICAL, Marched, march
 from bem.solver.work import work_by_name

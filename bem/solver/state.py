@@ -120,7 +120,7 @@ def _refine_for_tractions(
     response: float,
     wanted: np.ndarray,
 ) -> None:
-    """Reduce the spacing `wanted` (N,) at `places` (N,) to where tractions, present and remembered, are nearly linear."""
+    """Reduce the spacing `wanted` (N,) at `places` (N,) to where the tractions are nearly linear."""
     mesh, tabor = state.mesh, problem.tabor
     allowed = 8.0 * problem.controls.curvature
     refine_for_memory(wanted, places, remembered, last, allowed * tabor, response)

@@ -23,8 +23,9 @@ from bem.solver.discretisation.cohesive_zone import edge_width, largest_contact_
 from bem.solver.discretisation.hat_influence import KernelSeries, hat_influence, kernel_series
 from bem.solver.discretisation.influence import unit_influence
 
-LARGEST_GRID = 4096  # nodes of an equally spaced grid: 134 MB of influence matrix
+LARGEST_GRID = 1024  # nodes of an equally spaced grid; beyond, one that moves costs less
 LARGEST_LATTICE = 2**24  # places of a moving grid; beyond, rounding of the influence is felt
+LARGEST_REMEMBERED = 2**17  # the same where there is a memory; the steps grow with the places that the edge passes
 AHEAD, BEHIND = 1.0, 0.5  # extent of the cohesive zone outside and inside the edge, in widths
 _TRAVEL, _RETURN = 14.0, 3.0  # room for the edge in a block, in its direction and against it, in widths
 _FINER = 0.6  # spacing and growth outside the block, of those of a mesh, so that meshes can be selected
@@ -46,11 +47,21 @@ _EVERYWHERE = np.array([-np.inf, np.inf])
 _NO_SERIES = KernelSeries(*(np.empty(0) for _ in KernelSeries._fields))
 
 
-def master_grid(tabor: float, peak_indentation: float, nonadhesive: bool, controls: Controls) -> Grid:
+def master_grid(
+    tabor: float, peak_indentation: float, nonadhesive: bool, controls: Controls, remembers: bool = True
+) -> Grid:
     """Grid that resolves the contact edge wherever an indentation up to the peak can bring it.
 
+    Args:
+        tabor: Tabor parameter.
+        peak_indentation: in h0.
+        nonadhesive: whether there is no adhesion.
+        controls: spacing at the edge and extent.
+        remembers: whether the material has a memory.
+
     Raises:
-        MemoryError: with the number of lattice places it would take, when that exceeds `LARGEST_LATTICE`.
+        MemoryError: with the number of equal spacings it would take, when that exceeds `LARGEST_REMEMBERED`, or
+            `LARGEST_LATTICE` without a memory.
     """
     radius = largest_contact_radius(peak_indentation, tabor, nonadhesive)
     spacing = controls.edge_spacing * in_python(edge_width)(radius, tabor, nonadhesive)
@@ -59,8 +70,9 @@ def master_grid(tabor: float, peak_indentation: float, nonadhesive: bool, contro
     if size <= LARGEST_GRID:
         matrix = _MATRIX.of_size(256 * math.ceil(size / 256))
         return Grid(size, spacing, np.arange(size), matrix, _EVERYWHERE, _NO_SERIES)
-    if size > LARGEST_LATTICE:
-        raise MemoryError(f"the contact edge needs {size} grid nodes, more than {LARGEST_LATTICE}")
+    most = LARGEST_REMEMBERED if remembers else LARGEST_LATTICE
+    if size > most:
+        raise MemoryError(f"the contact edge needs {size} grid nodes, more than {most}")
     step = 2 ** max(0, int(math.log2(controls.widest * 0.5 * radius / spacing)))
     last = step * math.ceil(size / step)
     ends = Grid(2, spacing, np.array([0, last]), np.empty((0, 0)), np.zeros(2), kernel_series())
@@ -105,9 +117,7 @@ def holds(grid: Grid, window: np.ndarray, width: float) -> bool:
 
 
 @kernel
-def grid_around(
-    old: Grid, controls: Controls, edge: float, width: float, direction: float, wanted: np.ndarray
-) -> Grid:
+def grid_around(old: Grid, controls: Controls, edge: float, width: float, direction: float, wanted: np.ndarray) -> Grid:
     """A grid of the same lattice that is fine around an edge, and where the memory needs it.
 
     Args:

@@ -1,12 +1,11 @@
-"""The mesh: a fine uniform master grid, and a selection of its nodes that follows the contact edge.
+"""The mesh: a selection of nodes of the master grid that follows the contact edge.
 
 The cohesive zone at the contact edge must be resolved, and the edge travels. A mesh that is fine wherever it may go has
 several hundred nodes; one that is fine where it is has less than a hundred, but must follow. Both are used here: memory
-is on the fine master grid, the unknowns on a selection of its nodes. A hat of the selection is a sum of hats of the
-master grid, so the influence matrix of any selection is condensed from rows of one normalised matrix (the kernel is
-homogeneous, see `bem.solver.discretisation.influence`), without an elliptic integral, and a new selection loses no
-memory. Nodes are dense around the edge, where the traction is curved, and where the memory is; spacing grows
-geometrically between.
+is on the master grid (`bem.solver.discretisation.master_grid`), the unknowns on a selection of its nodes. A hat of the
+selection is a sum of hats of the master grid, so the influence matrix of any selection is condensed from rows of one
+matrix, without an elliptic integral, and a new selection loses no memory. Nodes are dense around the edge, where the
+traction is curved, and where the memory is; spacing grows geometrically between.
 
 Units: radii in beta. A user's own radii (`uniform_mesh`, the paper's equal spacing, or any other) make a mesh that
 stays.
@@ -161,7 +160,7 @@ def refine_for_traction(
 
 @kernel
 def grade(wanted: np.ndarray, places: np.ndarray, growth: float) -> None:
-    """Reduce the spacing `wanted` (N,) at `places` until neighbouring panels differ by no more than the ratio `growth`."""
+    """Reduce the spacing `wanted` (N,) at `places` (N,) until neighbouring panels differ by `growth` at most."""
     slope = growth - 1.0
     for f in range(1, wanted.size):
         wanted[f] = min(wanted[f], wanted[f - 1] + slope * (places[f] - places[f - 1]))

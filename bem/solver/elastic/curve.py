@@ -1,4 +1,4 @@
-"""Elastic contacts at large Tabor parameters: the curve of all equilibria, followed by the edge instead of the indentation.
+"""Elastic contacts at large Tabor parameters: the curve of all equilibria, followed by the contact radius.
 
 At a fixed indentation the edge of a large contact is held loosely: the resistance of the half-space to its motion, over
 that of the cohesive zone, is the ratio of the zone's width to the radius, which falls as 1 / mu^2. Newton-Raphson then
@@ -11,14 +11,13 @@ far apart over the fold where they snap in, the unstable branch and the fold whe
 Units: as in `bem.solver.equilibrium`. Source: the loop of equilibria of Greenwood, Proc. R. Soc. A 453 (1997) 1277.
 """
 
-from typing import NamedTuple
+from dataclasses import dataclass
 
 import numpy as np
 
 from bem._support.jit import in_python
 from bem._support.linear_algebra import lu_factor, lu_solve
 from bem.reference_solutions import jkr
-from bem.solver import equilibrium
 from bem.solver.discretisation.cohesive_zone import edge_width
 from bem.solver.discretisation.hat_influence import hat_influence
 from bem.solver.discretisation.influence import force_weights
@@ -26,6 +25,8 @@ from bem.solver.discretisation.master_grid import AHEAD, BEHIND, fixed_grid
 from bem.solver.discretisation.mesh import Mesh
 from bem.solver.discretisation.transfer import transfer
 from bem.solver.energy import stored_energy
+from bem.solver.equilibrium import PRESSED, force_of
+from bem.solver.pressed import LARGEST_TENSION, pressed_gaps
 from bem.solver.problem import Problem
 from bem.solver.work import FACTORISATIONS, ITERATIONS, REJECTIONS, UNKNOWNS
 from bem.tractions import GAP_AT_PEAK, slope, traction
@@ -35,12 +36,13 @@ _SETTLED = 1e-7  # last relative change of a gap; that after it is below roundin
 _LATTICE = 8  # places in one lattice spacing of the master grid
 _FINER = 0.6  # spacing at the edge, of that of a mesh in which the edge moves
 _OPEN_STEP = 0.1  # change of the gap on the axis in one step, relative
-_FIRST_STEP, _GROWTH, _LONGEST_STEP = 0.3, 1.3, 0.04  # of the edge: in widths, each of the last, in beta
+_FIRST_STEP, _GROWTH, _LONGEST_STEP = 0.3, 1.3, 0.04  # of the edge: in widths, each of the last, in beta or of it
 _USUAL_PREDICTION = 0.04
 _TRIES = 12  # halvings of a step
 
 
-class Equilibrium(NamedTuple):
+@dataclass(frozen=True)
+class Equilibrium:
     """A point of the curve."""
 
     mesh: Mesh
@@ -52,7 +54,8 @@ class Equilibrium(NamedTuple):
     energy: float
 
 
-class Lattice(NamedTuple):
+@dataclass(frozen=True)
+class Lattice:
     """The scene, and the lattice of its meshes, finer than that of the master grid."""
 
     problem: Problem
@@ -66,7 +69,7 @@ def lattice_of(problem: Problem) -> Lattice:
 
 
 def _offsets(lattice: Lattice, width: float, reach: int, extent: float, widest: int) -> np.ndarray:
-    """Distances of nodes from the edge up to `reach`, in lattice spacings; equal up to `extent` widths, then growing."""
+    """Distances of nodes from the edge up to `reach`, in lattice spacings; equal for `extent` widths, then growing."""
     controls = lattice.problem.controls
     first = max(int(_FINER * controls.edge_spacing * width / lattice.spacing), 1)
     offsets = [0]
@@ -99,17 +102,17 @@ def _mesh(lattice: Lattice, edge: float) -> tuple[Mesh, int]:
 def _solve(
     lattice: Lattice, mesh: Mesh, held: int, gap: np.ndarray, depth: float, work: np.ndarray
 ) -> Equilibrium | None:
-    """Newton-Raphson from `gap` and `depth`, at the prescribed gap of the node `held`; None where it does not converge."""
+    """Newton-Raphson from `gap` and `depth`, the gap of the node `held` prescribed; None where it does not converge."""
     tabor, n = lattice.problem.tabor, gap.size
     law, law_slope = in_python(traction), in_python(slope)
-    gap, pivots, fixed = gap.copy(), np.empty(gap.size, dtype=np.int32), gap[held]
+    pivots, inside, fixed = np.empty(n, dtype=np.int32), np.empty(n), gap[held]
     stress = tabor * law(gap)
     sphere = 1.0 + 0.5 * tabor * mesh.radii**2
     for _ in range(_MOST_ITERATIONS):
         residual = gap + stress @ mesh.influence - (sphere - depth)
         if not np.all(np.isfinite(residual)):
             return None
-        pressed = gap < equilibrium.PRESSED
+        pressed = gap < PRESSED
         pressed[held] = False
         stiffness = tabor * law_slope(gap)
         columns = mesh.influence * np.where(pressed, 1.0, stiffness)[:, None]
@@ -124,11 +127,15 @@ def _solve(
         depth -= correction[held]
         correction[held] = 0.0
         change = np.max(np.abs(np.where(pressed, correction / tabor, correction / gap)))
-        equilibrium._update(gap, stress, correction, tabor, pressed)
+        # Each unknown stays on the branch of the law on which it was linearised.
+        wanted = np.where(pressed, (stress - correction) / tabor, -1.0)
+        pressed_gaps(wanted, n, gap, inside)
+        inside[wanted > LARGEST_TENSION] = 1.05 * gap[wanted > LARGEST_TENSION]
+        gap = np.where(pressed, inside, gap + np.clip(-correction, -0.3 * gap, 0.5 * gap))
         gap[held] = fixed
         stress = tabor * law(gap)
         if change < _SETTLED:
-            force = equilibrium.force_of(mesh.force_weights, stress, gap)
+            force = force_of(mesh.force_weights, stress, gap)
             energy = stored_energy(mesh.radii, mesh.force_weights, tabor, False, depth, gap, stress)
             edge = float(mesh.radii[held])
             return Equilibrium(mesh, gap, stress, float(depth), float(force), edge, float(energy))
@@ -174,34 +181,36 @@ def solve_closed(lattice: Lattice, edge: float, start: Equilibrium, work: np.nda
     return _solve(lattice, mesh, held, gap, start.depth, work)
 
 
-def trace(lattice: Lattice, lowest: float, deepest: float, work: np.ndarray) -> tuple[list[Equilibrium], list[Equilibrium]]:
+def trace(
+    lattice: Lattice, lowest: float, deepest: float, work: np.ndarray
+) -> tuple[list[Equilibrium], list[Equilibrium]]:
     """The curve from the indentation `lowest`, where the surfaces are apart, to `deepest`.
 
     Returns:
         its points without contact, by falling gap, and with contact, by growing radius; the last lies at `deepest` or
         beyond. Fewer where an equilibrium is not found.
     """
-    tabor, target = lattice.problem.tabor, lattice.problem.controls.prediction / _USUAL_PREDICTION
-    ratio = 1.0 - _OPEN_STEP * target**0.25
-    gap, point, apart, contact = 1.1 * (1.0 - min(lowest, 0.0)) + 4.0, None, [], []
+    tabor = lattice.problem.tabor
+    finer = min(lattice.problem.controls.prediction / _USUAL_PREDICTION, 1.0) ** 0.1
+    ratio = 1.0 - _OPEN_STEP * finer
+    apart, contact = list[Equilibrium](), list[Equilibrium]()
+    gap = 1.1 * (1.0 - min(lowest, 0.0)) + 4.0
     while gap > 1.01 * GAP_AT_PEAK:
-        point = solve_open(lattice, gap, point, work)
-        if point is None:
-            return apart, contact
-        apart.append(point)
-        gap = 1.0 + (gap - 1.0) * ratio
-    step = _FIRST_STEP * in_python(edge_width)(0.0, tabor, False)
-    while not contact or contact[-1].depth < deepest or contact[-1].edge < jkr.FOLD_RADIUS:
-        found = None
-        for _ in range(_TRIES):
-            found = solve_closed(lattice, point.edge + step, point, work)
-            if found is not None:
-                break
-            work[REJECTIONS] += 1
-            step *= 0.5
+        found = solve_open(lattice, gap, apart[-1] if apart else None, work)
         if found is None:
             return apart, contact
-        point = found
-        contact.append(point)
-        step = min(_GROWTH * step, _LONGEST_STEP * target**0.25)
+        apart.append(found)
+        gap = 1.0 + (gap - 1.0) * ratio
+    point, step = apart[-1], _FIRST_STEP * in_python(edge_width)(0.0, tabor, False)
+    tries = 0
+    while point.depth < deepest or point.edge < jkr.FOLD_RADIUS:
+        found = solve_closed(lattice, point.edge + step, point, work)
+        if found is not None:
+            contact.append(found)
+            point, tries, step = found, 0, min(_GROWTH * step, _LONGEST_STEP * finer * max(point.edge, 1.0))
+        elif tries == _TRIES:
+            break
+        else:
+            work[REJECTIONS] += 1
+            tries, step = tries + 1, 0.5 * step
     return apart, contact

@@ -1,17 +1,17 @@
 """The trajectory of an elastic contact at a large Tabor parameter, read off the curve of its equilibria.
 
-An elastic contact remembers nothing but the branch it is on. It moves along the curve (`bem.solver.elastic_curve`) as the
-indentation does; at a fold it jumps, at fixed indentation, to the next point of the curve that is stable. Stable are
-the parts on which the indentation grows along the curve: at a fold one eigenvalue of the Jacobian changes its sign.
+An elastic contact remembers nothing but the branch it is on. It moves along the curve (`bem.solver.elastic.curve`) as
+the indentation does; at a fold it jumps, at fixed indentation, to the next point of the curve that is stable. Stable
+are the parts on which the indentation grows along the curve: at a fold one eigenvalue of the Jacobian changes its sign.
 Between the points that were solved the curve is the cubic through the four nearest.
 """
 
 import math
-from typing import NamedTuple
+from dataclasses import dataclass
 
 import numpy as np
 
-from bem.solver.elastic_curve import Equilibrium, Lattice, lattice_of, solve_closed, solve_open, trace
+from bem.solver.elastic.curve import Equilibrium, Lattice, lattice_of, solve_closed, solve_open, trace
 from bem.solver.instabilities import smallest_eigenvalue
 from bem.solver.problem import Problem
 from bem.solver.time_stepping import COMPLETED, NO_EQUILIBRIUM, Marched
@@ -20,9 +20,11 @@ from bem.solver.work import FOLD_SOLVES, NODES, STEPS, new_work
 _BETWEEN = 48  # samples from one solved point to the next ...
 _RECORDED = 8  # ... of which one in so many is recorded
 _ROUNDING = 1e-12
+_SMALLEST_TABOR = 2.0  # below, the edge is held firmly, and time steps follow it well
 
 
-class Curve(NamedTuple):
+@dataclass(frozen=True)
+class Curve:
     """The curve, finely sampled, from surfaces far apart to the deepest contact; all (n,)."""
 
     depth: np.ndarray
@@ -62,7 +64,7 @@ def sampled(apart: list[Equilibrium], contact: list[Equilibrium]) -> Curve:
 
 def _beyond(depth: np.ndarray, here: float, target: float, upwards: bool) -> tuple[list[int], int]:
     """Samples passed from the position `here` on the way to an indentation, and the fold reached first, or -1."""
-    sign, last, passed = (1 if upwards else -1), _at(depth, here), []
+    sign, last, passed = (1 if upwards else -1), _at(depth, here), list[int]()
     j = math.floor(here) + 1 if upwards else math.ceil(here) - 1
     while 0 <= j < depth.size and sign * depth[j] < sign * target:
         if sign * (depth[j] - last) < -_ROUNDING * (1.0 + abs(last)):
@@ -90,7 +92,9 @@ def _crossing(depth: np.ndarray, start: int, target: float, upwards: bool) -> fl
 class _Walk:
     """The contact on its way along the curve, and what is recorded of it."""
 
-    def __init__(self, lattice: Lattice, apart: list[Equilibrium], contact: list[Equilibrium], work: np.ndarray) -> None:
+    def __init__(
+        self, lattice: Lattice, apart: list[Equilibrium], contact: list[Equilibrium], work: np.ndarray
+    ) -> None:
         self.lattice, self.apart, self.contact, self.work = lattice, apart, contact, work
         self.curve = sampled(apart, contact)
         self.position = 0.0
@@ -140,8 +144,9 @@ class _Walk:
 
 
 def has_curve(problem: Problem) -> bool:
-    """Whether a contact is elastic and adhesive, and too large for an equally spaced grid."""
-    return not problem.nonadhesive and problem.strengths.size == 0 and problem.grid.series.log.size > 0
+    """Whether a contact is elastic and adhesive, of a large Tabor parameter, and has a grid that moves."""
+    elastic = problem.strengths.size == 0 and not problem.nonadhesive
+    return elastic and problem.tabor >= _SMALLEST_TABOR and problem.grid.series.log.size > 0
 
 
 def march_elastic(problem: Problem, times: np.ndarray, depths: np.ndarray) -> Marched:
@@ -162,4 +167,6 @@ def march_elastic(problem: Problem, times: np.ndarray, depths: np.ndarray) -> Ma
     energies[1] = _at(walk.curve.energy, walk.position)
     work[STEPS] = len(walk.records)
     work[NODES] = round(len(walk.records) * np.mean([point.gap.size for point in [*apart, *contact]]))
-    return Marched(np.array(walk.records), np.array(walk.jumps).reshape(-1, 7), work, segment_steps, energies, COMPLETED)
+    return Marched(
+        np.array(walk.records), np.array(walk.jumps).reshape(-1, 7), work, segment_steps, energies, COMPLETED
+    )
