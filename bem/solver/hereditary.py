@@ -44,7 +44,6 @@ class Memory(NamedTuple):
     vectors: np.ndarray  # (DEPTH, m, N) q_i at the ends of the last steps
     traction: np.ndarray  # (DEPTH, N) sigma there
     steps: np.ndarray  # (DEPTH - 1,) lengths of the last steps; 0 where what lies before must not be used
-    places: np.ndarray  # (N,) int64, of the nodes
 
 
 class StepFactors(NamedTuple):
@@ -57,24 +56,24 @@ class StepFactors(NamedTuple):
 
 
 @kernel
-def new_memory(strengths: np.ndarray, times: np.ndarray, places: np.ndarray) -> Memory:
-    """Return the memory of a relaxed half-space without traction, on a grid with nodes at `places` (N,)."""
+def new_memory(strengths: np.ndarray, times: np.ndarray, grid_size: int) -> Memory:
+    """Return the memory of a relaxed half-space without traction."""
     terms = strengths.size
-    size = places.size if terms > 0 else 0
+    size = grid_size if terms > 0 else 0
     vectors = np.zeros((DEPTH, terms, size))
-    return Memory(strengths, times, vectors, np.zeros((DEPTH, size)), np.zeros(DEPTH - 1), places)
+    return Memory(strengths, times, vectors, np.zeros((DEPTH, size)), np.zeros(DEPTH - 1))
 
 
 @kernel
-def memory_on(memory: Memory, places: np.ndarray) -> Memory:
-    """The memory on a grid with nodes at `places` (M,)."""
-    moved = new_memory(memory.strengths, memory.times, places)
+def memory_on(memory: Memory, old: np.ndarray, places: np.ndarray) -> Memory:
+    """The memory of a grid with nodes at `old` (N,) on one with nodes at `places` (M,)."""
+    moved = new_memory(memory.strengths, memory.times, places.size)
     copy_into(moved.steps, memory.steps)
     if memory.strengths.size > 0:
         for k in range(DEPTH):
-            regrid(memory.places, memory.traction[k], places, moved.traction[k])
+            regrid(old, memory.traction[k], places, moved.traction[k])
             for i in range(memory.strengths.size):
-                regrid(memory.places, memory.vectors[k, i], places, moved.vectors[k, i])
+                regrid(old, memory.vectors[k, i], places, moved.vectors[k, i])
     return moved
 
 

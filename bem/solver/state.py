@@ -29,7 +29,7 @@ from bem.solver.discretisation.transfer import transfer
 from bem.solver.energy import stored_energy
 from bem.solver.equilibrium import force_of
 from bem.solver.extrapolation import Recent, start_recent
-from bem.solver.hereditary import Memory, StepFactors, advance, memory_on
+from bem.solver.hereditary import Memory, StepFactors, advance
 from bem.solver.instabilities import settle
 from bem.solver.nonadhesive import nonadhesive_edge, solve_nonadhesive
 from bem.solver.problem import Problem
@@ -138,7 +138,7 @@ def _following_grid(
         return grid
     wanted = np.full(grid.size, np.inf)
     _refine_for_tractions(problem, state, grid.places, remembered, grid.places[grid.size - 1], response, wanted)
-    return grid_around(grid, problem.controls, state.edge, width, direction, wanted)
+    return grid_around(grid, problem.series, problem.controls, state.edge, width, direction, wanted)
 
 
 @kernel
@@ -212,15 +212,6 @@ def remember_start(memory: Memory, state: State, glassy: bool) -> None:
         if glassy:
             for i in range(memory.strengths.size):
                 copy_into(memory.vectors[0, i], memory.traction[0])
-
-
-@kernel_part
-def on_grid_of(memory: Memory, state: State) -> Memory:
-    """The memory on the grid of a state."""
-    grid = state.mesh.grid
-    if memory.strengths.size == 0 or not moves(grid) or same_places(memory.places, grid.places):
-        return memory
-    return memory_on(memory, grid.places)
 
 
 @kernel_part

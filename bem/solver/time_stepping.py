@@ -13,12 +13,15 @@ import numpy as np
 from bem._support.jit import kernel, kernel_part
 from bem.solver.course import Course, new_course, with_jump, with_record
 from bem.solver.discretisation.cohesive_zone import edge_width
+from bem.solver.discretisation.master_grid import moves
 from bem.solver.discretisation.mesh import Mesh
+from bem.solver.discretisation.regrid import same_places
 from bem.solver.equilibrium import Factor, new_factor
 from bem.solver.extrapolation import push_recent, start_recent
 from bem.solver.hereditary import (
     Memory,
     forget_rate,
+    memory_on,
     new_memory,
     remembered_traction,
     shortest_relaxation,
@@ -34,7 +37,6 @@ from bem.solver.state import (
     equilibrate,
     first_mesh,
     follow_edge,
-    on_grid_of,
     remember,
     remember_start,
     same_grid,
@@ -198,7 +200,7 @@ def _follow(
             return before, memory, factor, course, mesh_chosen, UNPHYSICAL
         if not accepted and not same_grid(state.mesh.grid, before.mesh.grid):
             remembered = carried(remembered, before.mesh.grid, state.mesh.grid)
-        memory = on_grid_of(memory, state)
+            memory = memory_on(memory, before.mesh.grid.places, state.mesh.grid.places)
         remember(memory, factors, step, state)
         now = after
 
@@ -223,9 +225,11 @@ def _follow(
         if edge_left_window(state) or (routine and not problem.fixed_mesh):
             direction = 1.0 if state.edge >= before.edge else -1.0
             mesh_chosen = work[STEPS]
+            places = state.mesh.grid.places
             state, recent, moved = follow_edge(problem, state, recent, direction, remembered, factors.response)
             if moved:
-                memory = on_grid_of(memory, state)
+                if moves(state.mesh.grid) and not same_places(places, state.mesh.grid.places):
+                    memory = memory_on(memory, places, state.mesh.grid.places)
                 factor = new_factor(state.gap.size)
                 work[REMESHINGS] += 1
     return state, memory, factor, course, mesh_chosen, COMPLETED
@@ -251,7 +255,7 @@ def march(
     state, solved = _first_state(problem, mesh, depths[0], glassy, work)
     if solved:
         outcome = COMPLETED
-        memory = new_memory(problem.strengths, problem.times, state.mesh.grid.places)
+        memory = new_memory(problem.strengths, problem.times, state.mesh.grid.size)
         remember_start(memory, state, glassy)
         course = with_record(course, times[0], depths[0], state.force, state.edge)
         energies[0] = energy_of(problem, state)

@@ -13,7 +13,6 @@ Units: radii in spacings of a lattice.
 """
 
 import functools
-from typing import NamedTuple
 
 import numpy as np
 
@@ -23,15 +22,6 @@ from bem.solver.discretisation.elliptic_integrals import elliptic_integrals
 _FAR = 4.0  # x or 1/x beyond which the kernel is a short power series
 _NEAR_TERMS, _FAR_TERMS = 22, 9
 _SAMPLES, _POINTS = 160, 64
-
-
-class KernelSeries(NamedTuple):
-    """Coefficients of psi, constant term first."""
-
-    smooth: np.ndarray  # (_NEAR_TERMS,) p, powers of rho
-    log: np.ndarray  # (_NEAR_TERMS,) q
-    inside: np.ndarray  # (2 + _FAR_TERMS,): 1, x, x^3, x^5, ...
-    outside: np.ndarray  # (2 + _FAR_TERMS,): 1, x, x^-2, x^-4, ... beside x^2 - log(x) / 2
 
 
 def second_integral(x: np.ndarray) -> np.ndarray:
@@ -48,8 +38,12 @@ def second_integral(x: np.ndarray) -> np.ndarray:
 
 
 @functools.cache
-def kernel_series() -> KernelSeries:
-    """The coefficients, found once in a few milliseconds."""
+def kernel_series() -> np.ndarray:
+    """Coefficients of psi (4, _NEAR_TERMS), constant terms first, found once in a few milliseconds.
+
+    The rows: p and q, by powers of rho; inside, by 1, x, x^3, x^5, ...; outside, by 1, x, x^-2, x^-4, ... beside
+    x^2 - log(x) / 2.
+    """
     limit = (_FAR - 1.0) / (_FAR + 1.0)
     spread = np.cos(np.pi * (np.arange(_SAMPLES) + 0.5) / _SAMPLES) * limit
     rho = spread[np.abs(spread) > 1e-3 * limit]
@@ -64,7 +58,10 @@ def kernel_series() -> KernelSeries:
     outside_basis = small[:, None] ** np.concatenate([[0, -1], 2 + 2 * np.arange(_FAR_TERMS)])
     rest = second_integral(1.0 / small) - small**-2.0 - 0.5 * np.log(small)
     outside = _fitted(outside_basis, rest)
-    return KernelSeries(near[:_NEAR_TERMS] * scale, near[_NEAR_TERMS:] * scale, inside, outside)
+    series = np.zeros((4, _NEAR_TERMS))
+    series[0], series[1] = near[:_NEAR_TERMS] * scale, near[_NEAR_TERMS:] * scale
+    series[2, : inside.size], series[3, : outside.size] = inside, outside
+    return series
 
 
 def _fitted(basis: np.ndarray, values: np.ndarray) -> np.ndarray:
@@ -73,9 +70,9 @@ def _fitted(basis: np.ndarray, values: np.ndarray) -> np.ndarray:
 
 
 @kernel
-def _second_integral(radius: float, places: np.ndarray, series: KernelSeries, out: np.ndarray) -> None:
+def _second_integral(radius: float, places: np.ndarray, series: np.ndarray, out: np.ndarray) -> None:
     """Psi(radius, s) for every s of `places` (N,), up to terms linear in s, into `out` (N,)."""
-    smooth, log = series.smooth, series.log
+    smooth, log, inside, outside = series[0], series[1], series[2], series[3]
     for j in range(places.size):
         s = float(places[j])
         difference, total = s - radius, s + radius
@@ -85,15 +82,15 @@ def _second_integral(radius: float, places: np.ndarray, series: KernelSeries, ou
             y = (radius / s) ** 2
             value = 0.0
             for k in range(_FAR_TERMS + 1, 1, -1):
-                value = (value + series.outside[k]) * y
-            value += series.outside[0] + 0.5 * np.log(radius / s)
-            value = s * s + radius * (series.outside[1] * s + radius * value)
+                value = (value + outside[k]) * y
+            value += outside[0] + 0.5 * np.log(radius / s)
+            value = s * s + radius * (outside[1] * s + radius * value)
         elif s * _FAR < radius:
             x = s / radius
             value = 0.0
             for k in range(_FAR_TERMS + 1, 1, -1):
-                value = value * x * x + series.inside[k]
-            value = radius * radius * (series.inside[0] + x * (series.inside[1] + x * x * value))
+                value = value * x * x + inside[k]
+            value = radius * radius * (inside[0] + x * (inside[1] + x * x * value))
         elif difference == 0.0:
             value = 0.0
         else:
@@ -106,7 +103,7 @@ def _second_integral(radius: float, places: np.ndarray, series: KernelSeries, ou
 
 
 @kernel
-def hat_influence(places: np.ndarray, series: KernelSeries) -> np.ndarray:
+def hat_influence(places: np.ndarray, series: np.ndarray) -> np.ndarray:
     """Displacement at every place under a unit hat of traction at every place.
 
     Args:
@@ -125,7 +122,7 @@ def hat_influence(places: np.ndarray, series: KernelSeries) -> np.ndarray:
     matrix, psi = np.empty((size, size)), np.empty(size + 1)
     for i in range(size):
         _second_integral(float(places[i]), ends, series, psi)
-        rise = places[i] * series.inside[1]  # slope of Psi in s on the axis, where the first hat is half a one
+        rise = places[i] * series[2, 1]  # slope of Psi in s on the axis, where the first hat is half a one
         for j in range(size):
             slope = (psi[j + 1] - psi[j]) / (ends[j + 1] - ends[j])
             matrix[j, i] = slope - rise

@@ -20,7 +20,7 @@ import numpy as np
 from bem._support.jit import in_python, kernel
 from bem.accuracy import Controls
 from bem.solver.discretisation.cohesive_zone import edge_width, largest_contact_radius
-from bem.solver.discretisation.hat_influence import KernelSeries, hat_influence, kernel_series
+from bem.solver.discretisation.hat_influence import hat_influence, kernel_series
 from bem.solver.discretisation.influence import unit_influence
 
 LARGEST_GRID = 1024  # nodes of an equally spaced grid; beyond, one that moves costs less
@@ -39,12 +39,9 @@ class Grid(NamedTuple):
     spacing: float
     places: np.ndarray  # (N,) int64
     hats: np.ndarray  # (N or more, N or more)
-    block: np.ndarray  # (2,): the grid resolves edges whose zone lies between these places
-    series: KernelSeries  # for the next grid; empty where the grid stays
-
-
-_EVERYWHERE = np.array([-np.inf, np.inf])
-_NO_SERIES = KernelSeries(*(np.empty(0) for _ in KernelSeries._fields))
+    # The grid resolves edges whose zone lies between these places, which are infinite where it stays.
+    low: float
+    high: float
 
 
 def master_grid(
@@ -69,20 +66,20 @@ def master_grid(
     size = math.ceil(reach / spacing) + 2
     if size <= LARGEST_GRID:
         matrix = _MATRIX.of_size(256 * math.ceil(size / 256))
-        return Grid(size, spacing, np.arange(size), matrix, _EVERYWHERE, _NO_SERIES)
+        return Grid(size, spacing, np.arange(size), matrix, -math.inf, math.inf)
     most = LARGEST_REMEMBERED if remembers else LARGEST_LATTICE
     if size > most:
         raise MemoryError(f"the contact edge needs {size} grid nodes, more than {most}")
     step = 2 ** max(0, int(math.log2(controls.widest * 0.5 * radius / spacing)))
     last = step * math.ceil(size / step)
-    ends = Grid(2, spacing, np.array([0, last]), np.empty((0, 0)), np.zeros(2), kernel_series())
+    ends = Grid(2, spacing, np.array([0, last]), np.empty((0, 0)), 0.0, 0.0)
     width = in_python(edge_width)(0.0, tabor, nonadhesive)
-    return grid_around(ends, controls, 0.0, width, 1.0, np.full(2, np.inf))
+    return grid_around(ends, kernel_series(), controls, 0.0, width, 1.0, np.full(2, np.inf))
 
 
 def fixed_grid(size: int) -> Grid:
     """The grid of a mesh of that many nodes that are all in use, and whose influence is known."""
-    return Grid(size, 0.0, np.arange(size), np.empty((0, 0)), _EVERYWHERE, _NO_SERIES)
+    return Grid(size, 0.0, np.arange(size), np.empty((0, 0)), -math.inf, math.inf)
 
 
 class _LargestMatrix:
@@ -105,7 +102,7 @@ _MATRIX = _LargestMatrix()
 @kernel
 def moves(grid: Grid) -> bool:
     """Whether the grid is made anew as the edge moves."""
-    return grid.series.log.size > 0
+    return grid.high < math.inf
 
 
 @kernel
@@ -113,15 +110,24 @@ def holds(grid: Grid, window: np.ndarray, width: float) -> bool:
     """Whether the grid resolves an edge anywhere in `window` (2,), radii."""
     low, high = (window[0] - BEHIND * width) / grid.spacing, (window[1] + AHEAD * width) / grid.spacing
     last = float(grid.places[grid.size - 1])
-    return (low >= grid.block[0] or grid.block[0] <= 0.0) and (high <= grid.block[1] or grid.block[1] >= last)
+    return (low >= grid.low or grid.low <= 0.0) and (high <= grid.high or grid.high >= last)
 
 
 @kernel
-def grid_around(old: Grid, controls: Controls, edge: float, width: float, direction: float, wanted: np.ndarray) -> Grid:
+def grid_around(
+    old: Grid,
+    series: np.ndarray,
+    controls: Controls,
+    edge: float,
+    width: float,
+    direction: float,
+    wanted: np.ndarray,
+) -> Grid:
     """A grid of the same lattice that is fine around an edge, and where the memory needs it.
 
     Args:
         old: a moving grid.
+        series: of `kernel_series`.
         controls: spacing at the edge, growth and widest spacing.
         edge: contact edge, in beta.
         width: of the cohesive zone there.
@@ -131,7 +137,7 @@ def grid_around(old: Grid, controls: Controls, edge: float, width: float, direct
     spacing, last = old.spacing, old.places[old.size - 1]
     inner = edge - width * (BEHIND + (_RETURN if direction > 0.0 else _TRAVEL))
     outer = edge + width * (AHEAD + (_TRAVEL if direction > 0.0 else _RETURN))
-    block = np.array([max(inner / spacing, 0.0), min(outer / spacing, float(last))])
+    low, high = max(inner / spacing, 0.0), min(outer / spacing, float(last))
     finest = max(controls.edge_spacing * width / spacing, 1.0)
     slope = _FINER * (controls.growth - 1.0)
     inside = max(_FINER * controls.widest * edge / spacing, 1.0)
@@ -152,7 +158,7 @@ def grid_around(old: Grid, controls: Controls, edge: float, width: float, direct
         while step > 1:
             end = x + step
             if x % step == 0 and end <= last:
-                away = max(max(block[0] - end, x - block[1]), 0.0)
+                away = max(max(low - end, x - high), 0.0)
                 allowed = finest + slope * away
                 allowed = min(allowed, inside if x * spacing <= edge else 2.0 * _FINER * controls.widest * x)
                 g = f
@@ -170,4 +176,4 @@ def grid_around(old: Grid, controls: Controls, edge: float, width: float, direct
         places[count] = x
         count += 1
     chosen = places[:count].copy()
-    return Grid(count, spacing, chosen, hat_influence(chosen, old.series), block, old.series)
+    return Grid(count, spacing, chosen, hat_influence(chosen, series), low, high)

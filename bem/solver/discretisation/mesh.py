@@ -213,21 +213,23 @@ def condense(grid: Grid, tabor: float, nodes: np.ndarray, window: np.ndarray, re
         panel[f] = j
         fraction[f] = (places[f] - places[nodes[j]]) / (places[nodes[j + 1]] - places[nodes[j]])
     influence = np.zeros((n, n))
-    rows = np.empty((grid.size if remembers else 0, n))
+    rows, values = np.empty((grid.size if remembers else 0, n)), np.empty(n)
     scale = tabor * grid.spacing
     for f in range(grid.size if remembers else last + 1):
         hat = grid.hats[f]
+        for i in range(n):
+            values[i] = hat[nodes[i]]
         if remembers:
+            row = rows[f]
             for i in range(n):
-                rows[f, i] = scale * hat[nodes[i]]
+                row[i] = scale * values[i]
         if f <= last:
             inner, outer = influence[panel[f]], influence[panel[f] + 1]
             to_outer = scale * fraction[f]
             to_inner = scale - to_outer
             for i in range(n):
-                value = hat[nodes[i]]
-                inner[i] += to_inner * value
-                outer[i] += to_outer * value
+                inner[i] += to_inner * values[i]
+                outer[i] += to_outer * values[i]
     radii = grid.spacing * places[nodes]
     weights = np.zeros(n)
     for i in range(n - 1):

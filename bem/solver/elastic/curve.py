@@ -91,7 +91,7 @@ def _mesh(lattice: Lattice, edge: float) -> tuple[Mesh, int]:
     inwards = inwards[inwards > (0.5 * (inwards[-2] - inwards[-1]) if inwards.size > 1 else 0)]
     places = np.unique(np.concatenate([[0], inwards, outwards[outwards < last], [last]]))
     nodes = np.arange(places.size)
-    influence = tabor * lattice.spacing * hat_influence(places, lattice.problem.grid.series)
+    influence = tabor * lattice.spacing * hat_influence(places, lattice.problem.series)
     radii, panel = lattice.spacing * places, np.minimum(nodes, places.size - 2)
     window, rows = np.array([-1.0, np.inf]), np.empty((0, places.size))
     weights, grid = force_weights(radii), fixed_grid(places.size)

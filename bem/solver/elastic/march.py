@@ -146,7 +146,7 @@ class _Walk:
 def has_curve(problem: Problem) -> bool:
     """Whether a contact is elastic and adhesive, of a large Tabor parameter, and has a grid that moves."""
     elastic = problem.strengths.size == 0 and not problem.nonadhesive
-    return elastic and problem.tabor >= _SMALLEST_TABOR and problem.grid.series.log.size > 0
+    return elastic and problem.tabor >= _SMALLEST_TABOR and problem.series.size > 0
 
 
 def march_elastic(problem: Problem, times: np.ndarray, depths: np.ndarray) -> Marched:

@@ -16,7 +16,7 @@ BROAD = PronySeries([0.3, 0.25, 0.2], [0.02, 1.0, 40.0])
 
 
 def memory_of(material, size=1):
-    return new_memory(np.array(material.strengths), np.array(material.times), np.arange(size))
+    return new_memory(np.array(material.strengths), np.array(material.times), size)
 
 
 def take_step(memory, step, with_earlier, new_traction):

@@ -3,6 +3,7 @@ import pytest
 
 from bem.accuracy import resolve_accuracy
 from bem.solver.discretisation.cohesive_zone import edge_width
+from bem.solver.discretisation.hat_influence import kernel_series
 from bem.solver.discretisation.master_grid import (
     LARGEST_GRID,
     LARGEST_LATTICE,
@@ -24,10 +25,8 @@ def first():
 
 
 def around(first, edge=EDGE, direction=1.0, wanted=None):
-    width = edge_width(edge, TABOR, False)
-    return grid_around(
-        first, CONTROLS, edge, width, direction, np.full(first.size, np.inf) if wanted is None else wanted
-    )
+    wanted = np.full(first.size, np.inf) if wanted is None else wanted
+    return grid_around(first, kernel_series(), CONTROLS, edge, edge_width(edge, TABOR, False), direction, wanted)
 
 
 def test_the_grid_is_equally_spaced_where_that_fits():
