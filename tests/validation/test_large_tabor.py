@@ -71,7 +71,6 @@ def test_a_moving_grid_remembers_what_a_fixed_one_does(monkeypatch, material):
 def test_a_viscoelastic_contact_at_thirty_runs_through():
     trajectory = simulate(Scene(30.0, StandardLinearSolid(0.1)), cycle(30.0, dwell_time=1.0))
     assert trajectory.completed, trajectory.status
-    assert trajectory.detached
     assert trajectory.stats.steps < 3000
     assert 1.5 < trajectory.pull_off_force < 15.0
 
