@@ -78,7 +78,7 @@ def test_a_viscoelastic_contact_at_thirty_runs_through():
 def test_a_slow_crack_follows_persson_and_brener_at_thirty():
     row = crack(30.0, "standard")
     assert row["status"] == "completed"
-    assert row["largest_deviation"] < 0.04
+    assert row["largest_deviation"] < 0.03
     assert np.ptp(np.log(row["crack_velocity"])) > 0.3
 
 
