@@ -348,6 +348,7 @@ measure-training-cost.needs := dataset
 measure-hard-cases.makes := hard_case_map  ## The solver over the box, beyond it, and at named extremes, refined
 measure-broad-band.makes := broad_band  ## Pull-off of broad-band solids over the unloading rate
 measure-broad-band.beside := broad_band.csv
+measure-large-tabor.makes := large_tabor  ## Pull-off, a viscoelastic crack and their cost at large Tabor parameters
 measure-surrogate-map.makes := surrogate_map  ## Errors of M1-concat over the box, worst trajectories, out of range
 measure-surrogate-map.with := --model M1-concat $(DATA) $(ALL_MODELS)
 measure-surrogate-map.needs := dataset

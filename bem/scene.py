@@ -21,7 +21,8 @@ class Scene:
     """One contact.
 
     Args:
-        tabor: Tabor parameter mu, from 1e-6 (rigid) to 1e4; the solver says which of these it can resolve.
+        tabor: Tabor parameter mu, from 1e-6 (rigid) to 1e4; the solver resolves elastic contacts up to about 1000 and
+            viscoelastic ones up to about 100, and says so beyond.
         material: `Elastic()`, `StandardLinearSolid(...)` or `PronySeries(...)`.
         adhesion: `LennardJones()` or `HardContact()`.
         spring: stiffness of a spring between stage and sphere, a cantilever or the machine's own compliance, in

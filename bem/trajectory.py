@@ -84,7 +84,7 @@ class Statistics:
     unknowns_per_solve: float = 0.0
     """Mean size of the linear systems: nodes whose traction answers to the gap."""
     grid_nodes: int = 0
-    """Size of the master grid on which memory lives."""
+    """Size of the master grid on which memory lives, at the start where it moves with the edge."""
     seconds: float = 0.0
 
 

@@ -16,7 +16,8 @@ so the new traction enters with one factor only, `response` = 1 - sum_i c_i g_i,
   k tau; the other two rules, equivalent to Crank-Nicolson and Adams-Moulton, oscillate there, this one damps (Hairer
   and Wanner, Solving Ordinary Differential Equations II, 1996, sections IV.3 and V.1).
 
-The vectors live on the fine master grid (see `bem.solver.discretisation.mesh`), so a new choice of nodes loses nothing.
+The vectors live on the master grid (see `bem.solver.discretisation.master_grid`), so a new choice of nodes loses
+nothing, and are carried over where that grid moves.
 An elastic scene has no terms: nothing here is then evaluated. Source: `bem.materials`; paper, Eq. (displacement), whose
 history sum is replaced.
 """
@@ -28,6 +29,7 @@ import numpy as np
 from bem._support.jit import kernel
 from bem._support.linear_algebra import copy_into
 from bem.materials import recursion_step
+from bem.solver.discretisation.regrid import regrid
 
 DEPTH = 3  # states kept
 _LONGEST_PARABOLA = 4.0  # in shortest relaxation times; the rule oscillates beyond about 6
@@ -60,6 +62,19 @@ def new_memory(strengths: np.ndarray, times: np.ndarray, grid_size: int) -> Memo
     size = grid_size if terms > 0 else 0
     vectors = np.zeros((DEPTH, terms, size))
     return Memory(strengths, times, vectors, np.zeros((DEPTH, size)), np.zeros(DEPTH - 1))
+
+
+@kernel
+def memory_on(memory: Memory, old: np.ndarray, places: np.ndarray) -> Memory:
+    """The memory of a grid with nodes at `old` (N,) on one with nodes at `places` (M,)."""
+    moved = new_memory(memory.strengths, memory.times, places.size)
+    copy_into(moved.steps, memory.steps)
+    if memory.strengths.size > 0:
+        for k in range(DEPTH):
+            regrid(old, memory.traction[k], places, moved.traction[k])
+            for i in range(memory.strengths.size):
+                regrid(old, memory.vectors[k, i], places, moved.vectors[k, i])
+    return moved
 
 
 @kernel

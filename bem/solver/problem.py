@@ -5,12 +5,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from bem._support.jit import in_python
 from bem.accuracy import Controls
 from bem.reference_solutions import hertz
 from bem.scene import Scene
 from bem.solver.discretisation.cohesive_zone import largest_contact_radius
+from bem.solver.discretisation.hat_influence import kernel_series
 from bem.solver.discretisation.influence import require_mesh
-from bem.solver.discretisation.mesh import Grid, Mesh, fixed_mesh, master_grid
+from bem.solver.discretisation.master_grid import Grid, master_grid, moves
+from bem.solver.discretisation.mesh import Mesh, fixed_mesh
 from bem.solver.extrapolation import Scales
 from bem.solver.machine.compliance import Machine
 from bem.solver.machine.reach import machine_of
@@ -28,7 +31,8 @@ class Problem(NamedTuple):
     strengths: np.ndarray  # (m,) of the material
     times: np.ndarray  # (m,)
     controls: Controls
-    grid: Grid
+    grid: Grid  # the first, if it moves
+    series: np.ndarray  # of the kernel, for the next; (0, 0) where the grid stays
     fixed_mesh: bool
     scales: Scales
     force_error: float  # allowed in an equilibrium, relative; far below what the prediction is judged by
@@ -75,9 +79,8 @@ def discretise(
                 f"mesh must reach beyond the contact, whose radius can be {contact:.4g}; received one that ends at "
                 f"{radii[-1]:.4g}"
             )
-        grid = Grid(radii.size, 0.0, np.zeros((0, 0)))
-    else:
-        grid = master_grid(tabor, deepest, nonadhesive, controls)
+    own_mesh = fixed_mesh(tabor, radii, strengths.size > 0)
+    grid = own_mesh.grid if radii.size else master_grid(tabor, deepest, nonadhesive, controls, strengths.size > 0)
     problem = Problem(
         tabor=tabor,
         nonadhesive=nonadhesive,
@@ -85,6 +88,7 @@ def discretise(
         times=times,
         controls=controls,
         grid=grid,
+        series=kernel_series() if in_python(moves)(grid) else np.empty((0, 0)),
         fixed_mesh=mesh is not None,
         scales=Scales(force_scale, force_weight, 1.0 if strengths.size else _LOCAL_WEIGHT_ELASTIC),
         # Extrapolation adds the errors of three states up to sevenfold; the step must not be chosen by them.
@@ -93,4 +97,4 @@ def discretise(
         audit=audit,
         machine=machine_of(scene, by_force, force_scale),
     )
-    return problem, fixed_mesh(tabor, radii, strengths.size > 0)
+    return problem, own_mesh

@@ -17,6 +17,7 @@ from bem.accuracy import Accuracy, resolve_accuracy
 from bem.protocol import ForceProtocol, LoadingProtocol, PiecewiseLinearProtocol
 from bem.scene import Scene
 from bem.solver.discretisation.mesh import Mesh
+from bem.solver.elastic.march import has_curve, march_elastic
 from bem.solver.machine.reach import deepest_indentation
 from bem.solver.problem import Problem, discretise
 from bem.solver.time_stepping import (
@@ -94,7 +95,10 @@ def simulate(
                 return _not_started(str(error), wanted, len(scene.material.strengths))
             break
         started = time.perf_counter()
-        result = march(*run, initial_state == "glassy", MOST_STEPS)
+        if has_curve(run.problem):
+            result = march_elastic(run.problem, run.times, run.controls)
+        else:
+            result = march(*run, initial_state == "glassy", MOST_STEPS)
         seconds += time.perf_counter() - started
         aim = wanted
         # On a mesh too coarse for its scene the contact may find no equilibrium at a fold; a finer one is tried then.

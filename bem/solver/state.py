@@ -11,6 +11,7 @@ import numpy as np
 from bem._support.jit import kernel, kernel_part
 from bem._support.linear_algebra import add_rows, copy_into, dot
 from bem.solver.discretisation.cohesive_zone import contact_edge, edge_width
+from bem.solver.discretisation.master_grid import Grid, grid_around, holds, moves
 from bem.solver.discretisation.mesh import (
     Mesh,
     condense,
@@ -23,6 +24,7 @@ from bem.solver.discretisation.mesh import (
     resolves,
     spacing_at_edge,
 )
+from bem.solver.discretisation.regrid import regrid, same_places
 from bem.solver.discretisation.transfer import transfer
 from bem.solver.energy import stored_energy
 from bem.solver.equilibrium import force_of
@@ -127,13 +129,14 @@ def edge_left_window(state: State) -> bool:
 
 @kernel
 def same_nodes(one: Mesh, other: Mesh) -> bool:
-    """Whether two meshes select the same nodes of the master grid."""
-    if one.nodes.size != other.nodes.size:
-        return False
-    different = 0
-    for j in range(one.nodes.size):
-        different += one.nodes[j] != other.nodes[j]
-    return different == 0
+    """Whether two meshes select the same nodes of the same master grid."""
+    return same_places(one.nodes, other.nodes) and same_grid(one.grid, other.grid)
+
+
+@kernel
+def same_grid(one: Grid, other: Grid) -> bool:
+    """Whether two grids of one scene have the same nodes."""
+    return not moves(one) or same_places(one.places, other.places)
 
 
 @kernel_part
@@ -143,8 +146,39 @@ def first_mesh(problem: Problem) -> Mesh:
     width = edge_width(0.0, tabor, problem.nonadhesive)
     window = edge_window(0.0, 1.0, width)
     wanted = spacing_at_edge(grid, controls, 0.0, width, window)
-    grade(wanted, controls.growth)
-    return condense(grid, tabor, pick_nodes(wanted), window, problem.strengths.size > 0)
+    grade(wanted, grid.places, controls.growth)
+    return condense(grid, tabor, pick_nodes(wanted, grid.places), window, problem.strengths.size > 0)
+
+
+@kernel
+def _refine_for_tractions(
+    problem: Problem,
+    state: State,
+    places: np.ndarray,
+    remembered: np.ndarray,
+    last: int,
+    response: float,
+    wanted: np.ndarray,
+) -> None:
+    """Reduce the spacing `wanted` (N,) at `places` (N,) to where the tractions are nearly linear."""
+    mesh, tabor = state.mesh, problem.tabor
+    allowed = 8.0 * problem.controls.curvature
+    refine_for_memory(wanted, places, remembered, last, allowed * tabor, response)
+    refine_for_traction(wanted, places, mesh.grid.places[mesh.nodes], state.traction, tabor, allowed)
+
+
+@kernel
+def _following_grid(
+    problem: Problem, state: State, window: np.ndarray, direction: float, remembered: np.ndarray, response: float
+) -> Grid:
+    """The grid of a state, or a new one where it moves and does not resolve the edge in all of `window`."""
+    grid = state.mesh.grid
+    width = edge_width(state.edge, problem.tabor, problem.nonadhesive)
+    if not moves(grid) or holds(grid, window, width):
+        return grid
+    wanted = np.full(grid.size, np.inf)
+    _refine_for_tractions(problem, state, grid.places, remembered, grid.places[grid.size - 1], response, wanted)
+    return grid_around(grid, problem.series, problem.controls, state.edge, width, direction, wanted)
 
 
 @kernel
@@ -153,21 +187,32 @@ def select_mesh(problem: Problem, state: State, direction: float, remembered: np
 
     Old nodes are kept where possible: in a stiff, slowly relaxing contact every new selection perturbs the tractions.
     """
-    controls, grid, tabor, old = problem.controls, problem.grid, problem.tabor, state.mesh
+    controls, tabor, old = problem.controls, problem.tabor, state.mesh
     last = old.nodes[0]  # the axis
     for j in range(state.gap.size):
         if state.gap[j] < _WIDE_GAP:
             last = old.nodes[min(j + 1, state.gap.size - 1)]
     width = edge_width(state.edge, tabor, problem.nonadhesive)
     window = edge_window(state.edge, direction, width)
+    grid = _following_grid(problem, state, window, direction, remembered, response)
+    if not same_grid(grid, old.grid):
+        remembered = carried(remembered, old.grid, grid)
     wanted = spacing_at_edge(grid, controls, state.edge, width, window)
-    allowed = 8.0 * controls.curvature
-    refine_for_memory(wanted, remembered, last, allowed * tabor, response)
-    refine_for_traction(wanted, old.nodes, state.traction, tabor, allowed)
-    grade(wanted, controls.growth)
-    if not edge_left_window(state) and resolves(old.nodes, wanted):
+    _refine_for_tractions(problem, state, grid.places, remembered, old.grid.places[last], response, wanted)
+    grade(wanted, grid.places, controls.growth)
+    if same_grid(grid, old.grid) and not edge_left_window(state) and resolves(old.nodes, grid.places, wanted):
         return old
-    return condense(grid, tabor, pick_nodes(wanted), window, problem.strengths.size > 0)
+    return condense(grid, tabor, pick_nodes(wanted, grid.places), window, problem.strengths.size > 0)
+
+
+@kernel
+def carried(values: np.ndarray, old: Grid, new: Grid) -> np.ndarray:
+    """Values (N,) of the memory, or (0,), on another grid."""
+    if values.size == 0:
+        return values
+    moved = np.empty(new.size)
+    regrid(old.places, values, new.places, moved)
+    return moved
 
 
 @kernel
@@ -189,9 +234,9 @@ def equilibrate(
     `control` is what the protocol prescribes. The mesh follows until its window holds the edge.
     """
     mesh, gap, traction = start.mesh, start.gap.copy(), start.traction.copy()
-    tabor, machine = problem.tabor, problem.machine
+    tabor, machine, known = problem.tabor, problem.machine, remembered
     for _ in range(_MOST_MESHES):
-        rhs, influence = right_side(tabor, mesh, control, remembered), mesh.influence
+        rhs, influence = right_side(tabor, mesh, control, known), mesh.influence
         if machine.compliance > 0.0:
             influence = influence_of(problem, mesh, response, gap)
             rhs = right_side_with_spring(
@@ -201,15 +246,17 @@ def equilibrate(
             solved = solve_nonadhesive(influence, rhs, response, gap, traction, work)
         else:
             solved = settle(influence, tabor, rhs, response, problem.controls.residual, gap, traction, work)
-        state = state_under(problem, mesh, control, remembered, response, gap, traction)
+        state = state_under(problem, mesh, control, known, response, gap, traction)
         if machine.compliance > 0.0:
             if has_flown_off(machine, control, state.force, problem.scales.force):
                 return state, False
-            if solved and not edge_left_window(state) and not _balanced(problem, state, control, remembered, response):
+            if solved and not edge_left_window(state) and not _balanced(problem, state, control, known, response):
                 continue  # once more, from the better prediction
         if not solved or not edge_left_window(state):
             return state, solved
-        new = select_mesh(problem, state, 1.0, remembered, response)
+        new = select_mesh(problem, state, 1.0, known, response)
+        if not same_grid(new.grid, mesh.grid):
+            known = carried(remembered, start.mesh.grid, new.grid)
         moved_gap, moved_traction = np.empty(new.radii.size), np.empty(new.radii.size)
         transfer(mesh, gap, traction, new, tabor, problem.nonadhesive, moved_gap, moved_traction)
         mesh, gap, traction = new, moved_gap, moved_traction

@@ -13,12 +13,15 @@ import numpy as np
 from bem._support.jit import kernel, kernel_part
 from bem.solver.course import Course, new_course, with_jump, with_record
 from bem.solver.discretisation.cohesive_zone import edge_width
+from bem.solver.discretisation.master_grid import moves
 from bem.solver.discretisation.mesh import Mesh
+from bem.solver.discretisation.regrid import same_places
 from bem.solver.equilibrium import Factor, new_factor
 from bem.solver.extrapolation import push_recent, start_recent
 from bem.solver.hereditary import (
     Memory,
     forget_rate,
+    memory_on,
     new_memory,
     remembered_traction,
     shortest_relaxation,
@@ -29,6 +32,7 @@ from bem.solver.machine.compliance import has_flown_off
 from bem.solver.problem import Problem
 from bem.solver.state import (
     State,
+    carried,
     edge_left_window,
     energy_of,
     equilibrate,
@@ -38,6 +42,7 @@ from bem.solver.state import (
     influence_of,
     remember,
     remember_start,
+    same_grid,
     same_nodes,
     state_under,
 )
@@ -119,7 +124,7 @@ def _first_state(problem: Problem, mesh: Mesh, control: float, glassy: bool, wor
     for i in range(gap.size):
         gap[i] = max(1.0 - depth + 0.5 * problem.tabor * mesh.radii[i] ** 2, 1.0 if problem.nonadhesive else 0.95)
     start = State(mesh, depth, gap, np.zeros(gap.size), 0.0, 0.0)
-    nothing = np.zeros(problem.grid.size if problem.strengths.size > 0 else 0)
+    nothing = np.zeros(mesh.grid.size if problem.strengths.size > 0 else 0)
     response = 1.0 - np.sum(problem.strengths) if glassy else 1.0
     return equilibrate(problem, start, control, nothing, response, work)
 
@@ -143,7 +148,7 @@ def _follow(
     mesh_chosen: int,
     most_steps: int,
     work: np.ndarray,
-) -> tuple[State, Factor, Course, int, int]:
+) -> tuple[State, Memory, Factor, Course, int, int]:
     """Follow one segment of the protocol; `mesh_chosen` is the step at which nodes were chosen last."""
     recent = start_recent(state.gap, state.traction, 0.0, state.force)
     forget_rate(memory)
@@ -151,7 +156,7 @@ def _follow(
     step, now = segment.first, 0.0
     while now < segment.duration:
         if course.filled[0] >= most_steps:
-            return state, factor, course, mesh_chosen, TOO_MANY_STEPS
+            return state, memory, factor, course, mesh_chosen, TOO_MANY_STEPS
         step, after = _within(step, now, segment.duration)
         at_end = after == segment.duration
         control = segment.last_control if at_end else segment.first_control + segment.rate * after
@@ -178,15 +183,18 @@ def _follow(
             remembered = remembered_traction(memory, factors)
             state, solved = equilibrate(problem, before, control, remembered, factors.response, work)
             if not solved and not has_flown_off(problem.machine, control, state.force, problem.scales.force):
-                return before, factor, course, mesh_chosen, NO_EQUILIBRIUM
+                return before, memory, factor, course, mesh_chosen, NO_EQUILIBRIUM
             another_branch = _jumped(problem, before, state)
             factor = new_factor(state.gap.size)
             shrink = 1.0
         if has_flown_off(problem.machine, control, state.force, problem.scales.force):
             course = with_jump(problem, course, instant, before, flown_off(before), factors.response)
-            return before, factor, course, mesh_chosen, DETACHED
+            return before, memory, factor, course, mesh_chosen, DETACHED
         if not state.force >= problem.least_force:
-            return before, factor, course, mesh_chosen, UNPHYSICAL
+            return before, memory, factor, course, mesh_chosen, UNPHYSICAL
+        if not accepted and not same_grid(state.mesh.grid, before.mesh.grid):
+            remembered = carried(remembered, before.mesh.grid, state.mesh.grid)
+            memory = memory_on(memory, before.mesh.grid.places, state.mesh.grid.places)
         remember(memory, factors, step, state)
         now = after
 
@@ -212,11 +220,14 @@ def _follow(
         if edge_left_window(state) or (routine and not problem.fixed_mesh):
             direction = 1.0 if state.edge >= before.edge else -1.0
             mesh_chosen = work[STEPS]
+            places = state.mesh.grid.places
             state, recent, moved = follow_edge(problem, state, recent, direction, remembered, factors.response)
             if moved:
+                if moves(state.mesh.grid) and not same_places(places, state.mesh.grid.places):
+                    memory = memory_on(memory, places, state.mesh.grid.places)
                 factor = new_factor(state.gap.size)
                 work[REMESHINGS] += 1
-    return state, factor, course, mesh_chosen, COMPLETED
+    return state, memory, factor, course, mesh_chosen, COMPLETED
 
 
 @kernel
@@ -240,7 +251,7 @@ def march(
     outcome = DETACHED if gone else NO_EQUILIBRIUM
     if solved:
         outcome = COMPLETED
-        memory = new_memory(problem.strengths, problem.times, problem.grid.size)
+        memory = new_memory(problem.strengths, problem.times, state.mesh.grid.size)
         remember_start(memory, state, glassy)
         course = with_record(course, times[0], state.depth, state.force, state.edge)
         energies[0] = energy_of(problem, state)
@@ -249,7 +260,7 @@ def march(
         for k in range(segment_steps.size):
             steps = work[STEPS]
             segment = _segment(problem, times, controls, k)
-            state, factor, course, mesh_chosen, outcome = _follow(
+            state, memory, factor, course, mesh_chosen, outcome = _follow(
                 problem, segment, state, memory, factor, course, mesh_chosen, most_steps, work
             )
             segment_steps[k] = work[STEPS] - steps

@@ -1,12 +1,11 @@
-"""The mesh: a fine uniform master grid, and a selection of its nodes that follows the contact edge.
+"""The mesh: a selection of nodes of the master grid that follows the contact edge.
 
 The cohesive zone at the contact edge must be resolved, and the edge travels. A mesh that is fine wherever it may go has
 several hundred nodes; one that is fine where it is has less than a hundred, but must follow. Both are used here: memory
-is on the fine master grid, the unknowns on a selection of its nodes. A hat of the selection is a sum of hats of the
-master grid, so the influence matrix of any selection is condensed from rows of one normalised matrix (the kernel is
-homogeneous, see `bem.solver.discretisation.influence`), without an elliptic integral, and a new selection loses no
-memory. Nodes are dense around the edge, where the traction is curved, and where the memory is; spacing grows
-geometrically between.
+is on the master grid (`bem.solver.discretisation.master_grid`), the unknowns on a selection of its nodes. A hat of the
+selection is a sum of hats of the master grid, so the influence matrix of any selection is condensed from rows of one
+matrix, without an elliptic integral, and a new selection loses no memory. Nodes are dense around the edge, where the
+traction is curved, and where the memory is; spacing grows geometrically between.
 
 Units: radii in beta. A user's own radii (`uniform_mesh`, the paper's equal spacing, or any other) make a mesh that
 stays.
@@ -19,14 +18,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bem._support.jit import in_python, kernel
+from bem._support.jit import kernel
 from bem._support.wording import shown
 from bem.accuracy import Controls
-from bem.solver.discretisation.cohesive_zone import edge_width, largest_contact_radius
-from bem.solver.discretisation.influence import force_weights, influence_matrix, unit_influence
+from bem.solver.discretisation.influence import force_weights, influence_matrix
+from bem.solver.discretisation.master_grid import AHEAD, BEHIND, Grid, fixed_grid
 
-LARGEST_GRID = 4096  # 134 MB of influence matrix
-_BEHIND, _AHEAD = 0.5, 1.0  # extent of the cohesive zone inside and outside the edge, in widths
 _TRAVEL = 0.5  # how far the edge may move before nodes are chosen anew, in widths
 _TOLERATED = 2.0  # a mesh in use may be this much coarser than a new one would be
 _LEAD = 1.8  # more room in the direction of motion
@@ -43,46 +40,7 @@ class Mesh(NamedTuple):
     panel: np.ndarray  # (N,) int64: each master node lies between nodes panel and panel + 1 ...
     fraction: np.ndarray  # (N,): ... this far
     window: np.ndarray  # (2,): the edge may travel between these radii
-
-
-class Grid(NamedTuple):
-    """The master grid: equally spaced radii `spacing * arange(size)` and the influence at unit spacing, by hats."""
-
-    size: int
-    spacing: float
-    unit_influence: np.ndarray
-
-
-def master_grid(tabor: float, peak_indentation: float, nonadhesive: bool, controls: Controls) -> Grid:
-    """Grid that resolves the contact edge wherever an indentation up to the peak can bring it.
-
-    Raises:
-        MemoryError: with the number of nodes it would take, when that exceeds `LARGEST_GRID`.
-    """
-    radius = largest_contact_radius(peak_indentation, tabor, nonadhesive)
-    spacing = controls.edge_spacing * in_python(edge_width)(radius, tabor, nonadhesive)
-    reach = 1.15 * radius if nonadhesive else math.sqrt(radius**2 + 2.0 * controls.far_gap / tabor)
-    size = math.ceil(reach / spacing) + 2
-    if size > LARGEST_GRID:
-        raise MemoryError(f"the contact edge needs {size} grid nodes, more than {LARGEST_GRID}")
-    return Grid(size, spacing, _MATRIX.of_size(256 * math.ceil(size / 256)))
-
-
-class _LargestMatrix:
-    """Unit influence of any size: the largest matrix requested so far is kept, and smaller ones are its blocks."""
-
-    def __init__(self) -> None:
-        self._matrix = np.empty((0, 0))
-
-    def of_size(self, size: int) -> np.ndarray:
-        """Influence of radii 0, 1, 2, ..., a row for each hat; of at least this many."""
-        matrix = self._matrix
-        if len(matrix) < size:
-            matrix = self._matrix = unit_influence(size)
-        return matrix
-
-
-_MATRIX = _LargestMatrix()
+    grid: Grid  # from which the nodes are chosen
 
 
 def uniform_mesh(radius: float, count: int) -> np.ndarray:
@@ -102,7 +60,8 @@ def fixed_mesh(tabor: float, radii: np.ndarray, remembers: bool) -> Mesh:
     rows = influence if remembers else np.empty((0, radii.size))
     weights = force_weights(radii) if radii.size else np.empty(0)
     window = np.array([-1.0, math.inf])
-    return Mesh(nodes, radii, influence, rows, weights, panel, (nodes - panel).astype(float), window)
+    grid = fixed_grid(radii.size)
+    return Mesh(nodes, radii, influence, rows, weights, panel, (nodes - panel).astype(float), window, grid)
 
 
 @kernel
@@ -128,69 +87,89 @@ def spacing_at_edge(grid: Grid, controls: Controls, edge: float, width: float, w
         width: of the cohesive zone there.
         window: (2,) as of `edge_window`.
     """
-    last, spacing = grid.size - 1, grid.spacing
-    wanted = np.empty(last + 1)
-    for f in range(last + 1):
-        inside = f * spacing <= edge
-        wanted[f] = max(controls.widest * edge / spacing if inside else 2.0 * controls.widest * f, 1.0)
-    inner, outer = edge - width * _BEHIND, edge + width * _AHEAD
+    size, spacing, places = grid.size, grid.spacing, grid.places
+    wanted = np.empty(size)
+    for f in range(size):
+        inside = places[f] * spacing <= edge
+        wanted[f] = max(controls.widest * edge / spacing if inside else 2.0 * controls.widest * places[f], 1.0)
+    inner, outer = edge - width * BEHIND, edge + width * AHEAD
     if edge < width:
         inner = 0.0
-    inner, outer = min(inner, window[0] - width * _BEHIND), max(outer, window[1] + width * _AHEAD)
+    inner, outer = min(inner, window[0] - width * BEHIND), max(outer, window[1] + width * AHEAD)
     edge_spacing = max(controls.edge_spacing * width / spacing, 1.0)
-    for f in range(max(0, int(inner / spacing)), min(last, int(outer / spacing) + 1) + 1):
-        wanted[f] = min(wanted[f], edge_spacing)
+    first, last = max(0, int(inner / spacing)), int(outer / spacing) + 1
+    for f in range(size):
+        if first <= places[f] <= last:
+            wanted[f] = min(wanted[f], edge_spacing)
     return wanted
 
 
 @kernel
-def refine_for_memory(wanted: np.ndarray, remembered: np.ndarray, last: int, allowed: float, response: float) -> None:
-    """Reduce the spacing `wanted` (N,) up to node `last` to where the `remembered` traction (N,) is nearly linear.
+def refine_for_memory(
+    wanted: np.ndarray, places: np.ndarray, remembered: np.ndarray, last: int, allowed: float, response: float
+) -> None:
+    """Reduce the spacing `wanted` (N,) up to the place `last` to where the `remembered` traction (N,) is nearly linear.
 
     Args:
-        wanted: spacing in master spacings, overwritten.
+        wanted: spacing in lattice spacings, overwritten.
+        places: (N,) of the nodes, in lattice spacings.
         remembered: (N,), or (0,) where nothing is remembered.
-        last: node beyond which the gap is wide.
+        last: place beyond which the gap is wide.
         allowed: second difference of the traction allowed in one spacing.
         response: factor of the new traction, which must balance features of the remembered one.
     """
     sharpest = max(response, 0.05)
-    for f in range(1, min(last + 1, min(wanted.size, remembered.size) - 1)):
-        bend = abs(remembered[f + 1] - 2.0 * remembered[f] + remembered[f - 1]) / sharpest
+    for f in range(1, min(wanted.size, remembered.size) - 1):
+        if places[f] > last:
+            break
+        inner, outer = places[f] - places[f - 1], places[f + 1] - places[f]
+        rise = (remembered[f + 1] - remembered[f]) / outer - (remembered[f] - remembered[f - 1]) / inner
+        bend = 2.0 * abs(rise) / (inner + outer) / sharpest
         if bend > 0.0:
             wanted[f] = min(wanted[f], max(math.sqrt(allowed / bend), 1.0))
 
 
 @kernel
 def refine_for_traction(
-    wanted: np.ndarray, nodes: np.ndarray, traction: np.ndarray, tabor: float, allowed: float
+    wanted: np.ndarray, places: np.ndarray, points: np.ndarray, traction: np.ndarray, tabor: float, allowed: float
 ) -> None:
-    """Reduce the spacing `wanted` (N,) to where the last `traction` (n,) at `nodes` (n,) is nearly linear.
+    """Reduce the spacing `wanted` (N,) at `places` (N,) to where the last `traction` (n,) is nearly linear.
 
-    `allowed` is the second difference in one spacing as a fraction of the traction's scale.
+    Args:
+        wanted: spacing in lattice spacings, overwritten.
+        places: (N,) of the nodes.
+        points: (n,) places of the traction.
+        traction: (n,) there.
+        tabor: Tabor parameter.
+        allowed: second difference in one spacing allowed, as a fraction of the traction's scale.
     """
-    for j in range(1, nodes.size - 1):
-        a, b, c = nodes[j - 1], nodes[j], nodes[j + 1]
+    first = 0
+    for j in range(1, points.size - 1):
+        a, b, c = points[j - 1], points[j], points[j + 1]
         rising, falling = (traction[j] - traction[j - 1]) / (b - a), (traction[j + 1] - traction[j]) / (c - b)
         bend = 2.0 * abs(falling - rising) / (c - a)
         if bend > 0.0:
             step = max(math.sqrt(allowed * (tabor + 0.05 * abs(traction[j])) / bend), 1.0)
-            for f in range((a + b) // 2, min((b + c) // 2, wanted.size - 1) + 1):
+            while places[first] < (a + b) // 2:
+                first += 1
+            f = first
+            while f < places.size and places[f] <= (b + c) // 2:
                 wanted[f] = min(wanted[f], step)
+                f += 1
 
 
 @kernel
-def grade(wanted: np.ndarray, growth: float) -> None:
-    """Reduce the spacing `wanted` (N,) until neighbouring panels differ by no more than the ratio `growth`."""
+def grade(wanted: np.ndarray, places: np.ndarray, growth: float) -> None:
+    """Reduce the spacing `wanted` (N,) at `places` (N,) until neighbouring panels differ by `growth` at most."""
     slope = growth - 1.0
     for f in range(1, wanted.size):
-        wanted[f] = min(wanted[f], wanted[f - 1] + slope)
+        wanted[f] = min(wanted[f], wanted[f - 1] + slope * (places[f] - places[f - 1]))
     for f in range(wanted.size - 2, -1, -1):
-        wanted[f] = min(wanted[f], wanted[f + 1] + slope)
+        wanted[f] = min(wanted[f], wanted[f + 1] + slope * (places[f + 1] - places[f]))
 
 
 @kernel
-def pick_nodes(wanted: np.ndarray) -> np.ndarray:
+def pick_nodes(wanted: np.ndarray, places: np.ndarray) -> np.ndarray:
     """The fewest master nodes, from first to last, whose spacing is nowhere above the `wanted` one; (n,) int64."""
     last = wanted.size - 1
     nodes = np.empty(last + 1, dtype=np.int64)
@@ -198,21 +177,23 @@ def pick_nodes(wanted: np.ndarray) -> np.ndarray:
     while f < last:
         nodes[count] = f
         count += 1
-        step = max(1, int(wanted[f]))
-        while step > 1 and (f + step > last or wanted[f + step] < step):
-            step -= 1
-        f += step
+        g = f + 1
+        while g < last and places[g + 1] - places[f] <= wanted[f]:
+            g += 1
+        while g > f + 1 and wanted[g] < places[g] - places[f]:
+            g -= 1
+        f = g
     nodes[count] = last
     return nodes[: count + 1].copy()
 
 
 @kernel
-def resolves(nodes: np.ndarray, wanted: np.ndarray) -> bool:
+def resolves(nodes: np.ndarray, places: np.ndarray, wanted: np.ndarray) -> bool:
     """Whether a selection in use is nowhere much coarser than `wanted`."""
     for j in range(nodes.size - 1):
-        panel = nodes[j + 1] - nodes[j]
-        if panel == 1:
+        if nodes[j + 1] - nodes[j] == 1:
             continue
+        panel = places[nodes[j + 1]] - places[nodes[j]]
         for f in range(nodes[j], nodes[j + 1] + 1):
             if panel > _TOLERATED * wanted[f]:
                 return False
@@ -222,7 +203,7 @@ def resolves(nodes: np.ndarray, wanted: np.ndarray) -> bool:
 @kernel
 def condense(grid: Grid, tabor: float, nodes: np.ndarray, window: np.ndarray, remembers: bool) -> Mesh:
     """Influence matrix of a selection of master nodes: its hats are sums of hats of the master grid."""
-    n = nodes.size
+    n, places = nodes.size, grid.places
     panel, fraction = np.empty(grid.size, dtype=np.int64), np.empty(grid.size)
     j = 0
     last = nodes[n - 1]
@@ -230,30 +211,32 @@ def condense(grid: Grid, tabor: float, nodes: np.ndarray, window: np.ndarray, re
         while j < n - 2 and nodes[j + 1] <= f:
             j += 1
         panel[f] = j
-        fraction[f] = (f - nodes[j]) / (nodes[j + 1] - nodes[j])
+        fraction[f] = (places[f] - places[nodes[j]]) / (places[nodes[j + 1]] - places[nodes[j]])
     influence = np.zeros((n, n))
-    rows = np.empty((grid.size if remembers else 0, n))
+    rows, values = np.empty((grid.size if remembers else 0, n)), np.empty(n)
     scale = tabor * grid.spacing
     for f in range(grid.size if remembers else last + 1):
-        hat = grid.unit_influence[f]
+        hat = grid.hats[f]
+        for i in range(n):
+            values[i] = hat[nodes[i]]
         if remembers:
+            row = rows[f]
             for i in range(n):
-                rows[f, i] = scale * hat[nodes[i]]
+                row[i] = scale * values[i]
         if f <= last:
             inner, outer = influence[panel[f]], influence[panel[f] + 1]
             to_outer = scale * fraction[f]
             to_inner = scale - to_outer
             for i in range(n):
-                value = hat[nodes[i]]
-                inner[i] += to_inner * value
-                outer[i] += to_outer * value
-    radii = grid.spacing * nodes
+                inner[i] += to_inner * values[i]
+                outer[i] += to_outer * values[i]
+    radii = grid.spacing * places[nodes]
     weights = np.zeros(n)
     for i in range(n - 1):
         a, b = radii[i], radii[i + 1]
         weights[i] += (b - a) * (2.0 * a + b) / 3.0
         weights[i + 1] += (b - a) * (a + 2.0 * b) / 3.0
-    return Mesh(nodes, radii, influence, rows, weights, panel, fraction, window)
+    return Mesh(nodes, radii, influence, rows, weights, panel, fraction, window, grid)
 
 
 @kernel

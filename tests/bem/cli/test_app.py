@@ -112,7 +112,7 @@ def test_jumps_are_told():
 def test_a_simulation_that_cannot_start_writes_all_it_was_asked_for_but_the_picture(tmp_path):
     table, picture = tmp_path / "force.csv", tmp_path / "loop.png"
     picture.write_bytes(b"of an earlier run")
-    result = invoke("--json", "--csv", str(table), "--plot", str(picture), tabor="50", peak_indentation="100")
+    result = invoke("--json", "--csv", str(table), "--plot", str(picture), tabor="5000", peak_indentation="100")
     assert result.exit_code == 1
     assert json.loads(result.stdout)["status"].startswith("not started: ")
     assert "there is nothing to draw" in result.stderr
@@ -122,7 +122,7 @@ def test_a_simulation_that_cannot_start_writes_all_it_was_asked_for_but_the_pict
 
 
 def test_an_unfinished_simulation_prints_its_status_and_exits_with_1():
-    result = invoke("--json", tabor="50", peak_indentation="100")
+    result = invoke("--json", tabor="5000", peak_indentation="100")
     assert result.exit_code == 1
     data = json.loads(result.stdout)
     assert data["status"].startswith("not started: ")

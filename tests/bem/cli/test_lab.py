@@ -66,7 +66,7 @@ def failed(arguments, monkeypatch, capsys):
         ({"radius": "-1"}, 2, "radius must be a finite number greater than 0"),
         ({"radius": "many"}, 2, "radius must be a length, such as '50 um'; received 'many'"),
         ({"force_sign": "up"}, 2, "force_sign must be 'tension' or 'compression'"),
-        ({"largest_tabor": "50"}, 1, "the simulation did not complete: not started"),
+        ({"largest_tabor": "50", "accuracy": "2e-5"}, 1, "the simulation did not complete: not started"),
     ],
 )
 def test_a_contact_that_is_none_is_one_sentence_and_writes_nothing(

@@ -4,16 +4,8 @@ import numpy as np
 
 from bem.accuracy import resolve_accuracy
 from bem.solver.discretisation.cohesive_zone import edge_width
-from bem.solver.discretisation.mesh import (
-    Grid,
-    Mesh,
-    condense,
-    edge_window,
-    grade,
-    master_grid,
-    pick_nodes,
-    spacing_at_edge,
-)
+from bem.solver.discretisation.master_grid import Grid, master_grid
+from bem.solver.discretisation.mesh import Mesh, condense, edge_window, grade, pick_nodes, spacing_at_edge
 
 CONTROLS = resolve_accuracy("standard").controls()
 
@@ -25,7 +17,7 @@ def spacing_for(
     width = edge_width(edge, tabor, nonadhesive)
     window = edge_window(edge, direction, width)
     wanted = spacing_at_edge(grid, controls, edge, width, window)
-    grade(wanted, controls.growth)
+    grade(wanted, grid.places, controls.growth)
     return wanted, window
 
 
@@ -35,7 +27,7 @@ def mesh_for(
     """A master grid and the selection of its nodes for a contact edge."""
     grid = master_grid(tabor, peak, nonadhesive, CONTROLS)
     wanted, window = spacing_for(grid, tabor, edge=edge, nonadhesive=nonadhesive)
-    nodes = pick_nodes(wanted)
+    nodes = pick_nodes(wanted, grid.places)
     return grid, condense(grid, tabor, nodes, window, remembers)
 
 

@@ -3,7 +3,8 @@ import pytest
 from scipy.optimize import brentq
 
 from bem.accuracy import resolve_accuracy
-from bem.solver.discretisation.mesh import Mesh, condense, master_grid
+from bem.solver.discretisation.master_grid import master_grid
+from bem.solver.discretisation.mesh import Mesh, condense
 from bem.solver.instabilities import settle, smallest_eigenvalue
 from bem.solver.work import new_work
 from bem.tractions import slope
