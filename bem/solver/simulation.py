@@ -16,6 +16,7 @@ from bem._support.wording import shown
 from bem.accuracy import Accuracy, resolve_accuracy
 from bem.protocol import LoadingProtocol, PiecewiseLinearProtocol
 from bem.scene import Scene
+from bem.solver.discretisation.cohesive_zone import edge_resistance, largest_contact_radius
 from bem.solver.discretisation.mesh import Mesh
 from bem.solver.problem import Problem, discretise
 from bem.solver.time_stepping import COMPLETED, NO_EQUILIBRIUM, TOO_MANY_STEPS, UNPHYSICAL, Marched, march
@@ -71,11 +72,12 @@ def simulate(
     if initial_state not in ("relaxed", "glassy"):
         raise ValueError(f"initial_state must be 'relaxed' or 'glassy'; received {shown(initial_state)}")
     load_kernels()
+    path = _path(scene, protocol)
     seconds = 0.0
     for refinement in range(_MOST_REFINEMENTS + 1):
         wanted = target.target / 2.0**refinement
         try:
-            run = _prepare(scene, protocol, Accuracy(target.name, wanted), mesh)
+            run = _prepare(scene, path, Accuracy(target.name, wanted), mesh)
         except MemoryError as error:
             if refinement == 0:
                 return _not_started(str(error), wanted, len(scene.material.strengths))
@@ -87,7 +89,7 @@ def simulate(
         # On a mesh too coarse for its scene the contact may find no equilibrium at a fold; a finer one is tried then.
         if result.outcome in (COMPLETED, TOO_MANY_STEPS):
             break
-    return _trajectory(run.problem, _path(scene, protocol), aim, result, seconds)
+    return _trajectory(run.problem, path, aim, result, seconds)
 
 
 @functools.cache
@@ -102,7 +104,7 @@ def count_unstable(
     scene: Scene, protocol: LoadingProtocol | PiecewiseLinearProtocol, accuracy: str | float = "standard"
 ) -> int:
     """Number of states along a trajectory that are no stable equilibria, each checked again; zero if all is well."""
-    run = _prepare(scene, protocol, resolve_accuracy(accuracy), audit=True)
+    run = _prepare(scene, _path(scene, protocol), resolve_accuracy(accuracy), audit=True)
     return work_by_name(march(*run, False, MOST_STEPS).work)["unstable"]
 
 
@@ -121,15 +123,24 @@ def _path(scene: Scene, protocol: LoadingProtocol | PiecewiseLinearProtocol) -> 
 
 def _prepare(
     scene: Scene,
-    protocol: LoadingProtocol | PiecewiseLinearProtocol,
+    path: PiecewiseLinearProtocol,
     accuracy: Accuracy,
     mesh: ArrayLike | None = None,
     audit: bool = False,
 ) -> _Run:
-    path = _path(scene, protocol)
-    controls = accuracy.controls(elastic=scene.material.strengths.size == 0)
-    problem, own_mesh = discretise(scene, float(np.max(path.indentations)), controls, mesh, audit)
+    deepest, adhesive = float(np.max(path.indentations)), not isinstance(scene.adhesion, HardContact)
+    resistance = _edge_resistance(scene, path, deepest) if adhesive else 0.0
+    controls = accuracy.controls(resistance, adhesive)
+    problem, own_mesh = discretise(scene, deepest, controls, mesh, audit)
     return _Run(problem, own_mesh, np.array(path.times), np.array(path.indentations))
+
+
+def _edge_resistance(scene: Scene, path: PiecewiseLinearProtocol, deepest: float) -> float:
+    radius = largest_contact_radius(deepest, scene.tabor, False)
+    speeds = np.abs(path.rates)
+    slowest = float(np.min(speeds[speeds > 0.0], initial=np.inf))
+    slowest = slowest if np.isfinite(slowest) else 0.0  # nothing moves but the edge itself
+    return edge_resistance(scene.tabor, radius, slowest, scene.material.strengths, scene.material.times)
 
 
 def _trajectory(

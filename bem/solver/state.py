@@ -104,7 +104,7 @@ def first_mesh(problem: Problem) -> Mesh:
     window = edge_window(0.0, 1.0, width)
     wanted = spacing_at_edge(grid, controls, 0.0, width, window)
     grade(wanted, controls.growth)
-    return condense(grid, tabor, pick_nodes(wanted), window, problem.strengths.size > 0)
+    return condense(grid, tabor, pick_nodes(wanted), window, problem.strengths.size > 0, not problem.nonadhesive)
 
 
 @kernel
@@ -127,7 +127,7 @@ def select_mesh(problem: Problem, state: State, direction: float, remembered: np
     grade(wanted, controls.growth)
     if not edge_left_window(state) and resolves(old.nodes, wanted):
         return old
-    return condense(grid, tabor, pick_nodes(wanted), window, problem.strengths.size > 0)
+    return condense(grid, tabor, pick_nodes(wanted), window, problem.strengths.size > 0, not problem.nonadhesive)
 
 
 @kernel

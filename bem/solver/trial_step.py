@@ -55,10 +55,10 @@ def try_step(
     tabor, mesh = problem.tabor, state.mesh
     rhs = right_side(tabor, mesh, depth, remembered)
     guess_gap, guess_traction = np.empty(rhs.size), np.empty(rhs.size)
-    predict(recent, time, tabor, problem.nonadhesive, guess_gap, guess_traction)
+    predict(recent, time, tabor, problem.nonadhesive, guess_gap, guess_traction, CONTROL, True)
     gap, traction = guess_gap.copy(), guess_traction.copy()
-    if recent.count[0] > CONTROL and not problem.nonadhesive:
-        predict(recent, time, tabor, False, gap, traction, DEPTH)
+    if not problem.nonadhesive:
+        predict(recent, time, tabor, False, gap, traction, DEPTH, False)
     if problem.nonadhesive:
         solved = solve_nonadhesive(mesh.influence, rhs, response, gap, traction, work)
     else:

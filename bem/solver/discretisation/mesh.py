@@ -2,11 +2,11 @@
 
 The cohesive zone at the contact edge must be resolved, and the edge travels. A mesh that is fine wherever it may go has
 several hundred nodes; one that is fine where it is has less than a hundred, but must follow. Both are used here: memory
-is on the fine master grid, the unknowns on a selection of its nodes. A hat of the selection is a sum of hats of the
-master grid, so the influence matrix of any selection is condensed from rows of one normalised matrix (the kernel is
-homogeneous, see `bem.solver.discretisation.influence`), without an elliptic integral, and a new selection loses no
-memory. Nodes are dense around the edge, where the traction is curved, and where the memory is; spacing grows
-geometrically between.
+is on the fine master grid, the unknowns on a selection of its nodes. The traction at the master nodes is interpolated
+from the selected ones (`bem.solver.discretisation.smooth_traction`), so the influence matrix of any selection is
+condensed from rows of one normalised matrix (the kernel is homogeneous, see `bem.solver.discretisation.influence`),
+without an elliptic integral, and a new selection loses no memory. Nodes are dense around the edge, where the traction
+is curved, and where the memory is; spacing grows geometrically between.
 
 Units: radii in beta. A user's own radii (`uniform_mesh`, the paper's equal spacing, or any other) make a mesh that
 stays.
@@ -20,10 +20,12 @@ from typing import NamedTuple
 import numpy as np
 
 from bem._support.jit import in_python, kernel
+from bem._support.linear_algebra import copy_into
 from bem._support.wording import shown
 from bem.accuracy import Controls
 from bem.solver.discretisation.cohesive_zone import edge_width, largest_contact_radius
 from bem.solver.discretisation.influence import force_weights, influence_matrix, unit_influence
+from bem.solver.discretisation.smooth_traction import interpolation, ring_area, smooth_influence
 
 LARGEST_GRID = 4096  # 134 MB of influence matrix
 _BEHIND, _AHEAD = 0.5, 1.0  # extent of the cohesive zone inside and outside the edge, in widths
@@ -37,16 +39,16 @@ class Mesh(NamedTuple):
 
     nodes: np.ndarray  # (n,) int64, indices in the master grid
     radii: np.ndarray  # (n,)
-    influence: np.ndarray  # (n, n): tabor * displacement at every node, a row for the unit hat of traction at each
-    master_rows: np.ndarray  # (N, n): the same for hats of the master grid; (0, n) where nothing is remembered
+    influence: np.ndarray  # (n, n): tabor * displacement at every node, a row for a unit traction at each
+    master_rows: np.ndarray  # (N, n): the same for nodes of the master grid; (0, n) where nothing is remembered
     force_weights: np.ndarray  # (n,): P = force_weights @ traction
-    panel: np.ndarray  # (N,) int64: each master node lies between nodes panel and panel + 1 ...
-    fraction: np.ndarray  # (N,): ... this far
+    first: np.ndarray  # (N,) int64: the traction at each master node is interpolated from the nodes first, ...
+    shares: np.ndarray  # (N, 4): ... first + 1, first + 2 and first + 3 with these weights
     window: np.ndarray  # (2,): the edge may travel between these radii
 
 
 class Grid(NamedTuple):
-    """The master grid: equally spaced radii `spacing * arange(size)` and the influence at unit spacing, by hats."""
+    """The master grid: equally spaced radii `spacing * arange(size)`, and the influence of each at unit spacing."""
 
     size: int
     spacing: float
@@ -65,24 +67,26 @@ def master_grid(tabor: float, peak_indentation: float, nonadhesive: bool, contro
     size = math.ceil(reach / spacing) + 2
     if size > LARGEST_GRID:
         raise MemoryError(f"the contact edge needs {size} grid nodes, more than {LARGEST_GRID}")
-    return Grid(size, spacing, _MATRIX.of_size(256 * math.ceil(size / 256)))
+    return Grid(size, spacing, _MATRICES[not nonadhesive].of_size(256 * math.ceil(size / 256)))
 
 
 class _LargestMatrix:
     """Unit influence of any size: the largest matrix requested so far is kept, and smaller ones are its blocks."""
 
-    def __init__(self) -> None:
+    def __init__(self, smooth: bool) -> None:
+        self._smooth = smooth
         self._matrix = np.empty((0, 0))
 
     def of_size(self, size: int) -> np.ndarray:
-        """Influence of radii 0, 1, 2, ..., a row for each hat; of at least this many."""
+        """Influence of radii 0, 1, 2, ..., a row for each node; of at least this many."""
         matrix = self._matrix
         if len(matrix) < size:
-            matrix = self._matrix = unit_influence(size)
+            matrix = unit_influence(size)
+            self._matrix = matrix = smooth_influence(matrix) if self._smooth else matrix
         return matrix
 
 
-_MATRIX = _LargestMatrix()
+_MATRICES = _LargestMatrix(smooth=False), _LargestMatrix(smooth=True)
 
 
 def uniform_mesh(radius: float, count: int) -> np.ndarray:
@@ -97,12 +101,13 @@ def uniform_mesh(radius: float, count: int) -> np.ndarray:
 def fixed_mesh(tabor: float, radii: np.ndarray, remembers: bool) -> Mesh:
     """A mesh of all of these radii, in use from beginning to end; empty where there are none."""
     nodes = np.arange(radii.size)
-    panel = np.minimum(nodes, max(radii.size - 2, 0))
+    shares = np.zeros((radii.size, 4))
+    shares[:, 0] = 1.0
     influence = tabor * np.ascontiguousarray(influence_matrix(radii).T) if radii.size else np.empty((0, 0))
     rows = influence if remembers else np.empty((0, radii.size))
     weights = force_weights(radii) if radii.size else np.empty(0)
     window = np.array([-1.0, math.inf])
-    return Mesh(nodes, radii, influence, rows, weights, panel, (nodes - panel).astype(float), window)
+    return Mesh(nodes, radii, influence, rows, weights, nodes, shares, window)
 
 
 @kernel
@@ -220,46 +225,52 @@ def resolves(nodes: np.ndarray, wanted: np.ndarray) -> bool:
 
 
 @kernel
-def condense(grid: Grid, tabor: float, nodes: np.ndarray, window: np.ndarray, remembers: bool) -> Mesh:
-    """Influence matrix of a selection of master nodes: its hats are sums of hats of the master grid."""
+def condense(
+    grid: Grid, tabor: float, nodes: np.ndarray, window: np.ndarray, remembers: bool, smooth: bool = False
+) -> Mesh:
+    """Influence matrix of a selection of master nodes, from the rows of all of them.
+
+    Args:
+        grid: the master grid.
+        tabor: Tabor parameter.
+        nodes: (n,) the selection, from the axis outwards.
+        window: (2,) as of `edge_window`.
+        remembers: whether there is a memory, which needs the influence of the master grid too.
+        smooth: whether the traction between the nodes is a cubic, else a line.
+    """
     n = nodes.size
-    panel, fraction = np.empty(grid.size, dtype=np.int64), np.empty(grid.size)
-    j = 0
+    first, shares = interpolation(nodes, grid.size, smooth)
     last = nodes[n - 1]
-    for f in range(grid.size):
-        while j < n - 2 and nodes[j + 1] <= f:
-            j += 1
-        panel[f] = j
-        fraction[f] = (f - nodes[j]) / (nodes[j + 1] - nodes[j])
-    influence = np.zeros((n, n))
+    influence, weights = np.zeros((n, n)), np.zeros(n)
     rows = np.empty((grid.size if remembers else 0, n))
-    scale = tabor * grid.spacing
+    scale, scaled = tabor * grid.spacing, np.empty(n)
     for f in range(grid.size if remembers else last + 1):
         hat = grid.unit_influence[f]
+        for i in range(n):
+            scaled[i] = scale * hat[nodes[i]]
         if remembers:
-            for i in range(n):
-                rows[f, i] = scale * hat[nodes[i]]
+            copy_into(rows[f], scaled)
         if f <= last:
-            inner, outer = influence[panel[f]], influence[panel[f] + 1]
-            to_outer = scale * fraction[f]
-            to_inner = scale - to_outer
-            for i in range(n):
-                value = hat[nodes[i]]
-                inner[i] += to_inner * value
-                outer[i] += to_outer * value
-    radii = grid.spacing * nodes
-    weights = np.zeros(n)
-    for i in range(n - 1):
-        a, b = radii[i], radii[i + 1]
-        weights[i] += (b - a) * (2.0 * a + b) / 3.0
-        weights[i + 1] += (b - a) * (a + 2.0 * b) / 3.0
-    return Mesh(nodes, radii, influence, rows, weights, panel, fraction, window)
+            ring = ring_area(f, last, smooth)
+            for k in range(4):
+                share = shares[f, k]
+                if share != 0.0:
+                    column = influence[first[f] + k]
+                    for i in range(n):
+                        column[i] += share * scaled[i]
+                    weights[first[f] + k] += share * ring * grid.spacing * grid.spacing
+    return Mesh(nodes, grid.spacing * nodes, influence, rows, weights, first, shares, window)
 
 
 @kernel
 def prolong(mesh: Mesh, traction: np.ndarray, out: np.ndarray) -> None:
-    """The piecewise linear traction (n,) at the nodes of the master grid, into `out` (N,); zero beyond the mesh."""
+    """The traction (n,), interpolated at the nodes of the master grid, into `out` (N,); zero beyond the mesh."""
     last = mesh.nodes[mesh.nodes.size - 1]
     for f in range(out.size):
-        p = mesh.panel[f]
-        out[f] = traction[p] + mesh.fraction[f] * (traction[p + 1] - traction[p]) if f <= last else 0.0
+        total = 0.0
+        if f <= last:
+            for k in range(4):
+                share = mesh.shares[f, k]
+                if share != 0.0:
+                    total += share * traction[mesh.first[f] + k]
+        out[f] = total

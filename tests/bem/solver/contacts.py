@@ -36,7 +36,7 @@ def mesh_for(
     grid = master_grid(tabor, peak, nonadhesive, CONTROLS)
     wanted, window = spacing_for(grid, tabor, edge=edge, nonadhesive=nonadhesive)
     nodes = pick_nodes(wanted)
-    return grid, condense(grid, tabor, nodes, window, remembers)
+    return grid, condense(grid, tabor, nodes, window, remembers, not nonadhesive)
 
 
 def right_side(mesh: Mesh, tabor: float, indentation: float) -> np.ndarray:
