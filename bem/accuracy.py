@@ -18,7 +18,7 @@ NAMED_TARGETS = {"draft": 1.7e-2, "standard": 4e-3, "reference": 1.5e-4}
 LOOSEST, TIGHTEST = 5e-2, 2e-5
 _UNIT_TARGET = 2.8e-3  # at which the constants below hold
 # Edge spacings, in widths of the cohesive zone: above, an edge jumps from node to node, unless viscosity holds it back.
-_PINNED_ABOVE, _PINNED_ABOVE_VISCOUS = 0.12, 0.37
+_PINNED_ABOVE, _PINNED_ABOVE_VISCOUS = 0.10, 0.37
 
 
 class Controls(NamedTuple):
@@ -59,7 +59,7 @@ class Accuracy:
         fold_increment, longest_step = 3e-4 * min(ratio, 1.0) ** 0.5, min(0.1 * ratio**0.3, 0.2)
         if not adhesive:
             return Controls(
-                edge_spacing=min(0.10 * ratio**0.5, _PINNED_ABOVE),
+                edge_spacing=min(0.10 * ratio**0.5, 0.12),
                 curvature=4e-3 * ratio,
                 growth=1.0 + 0.15 * min(ratio, 4.0) ** 0.35,
                 widest=0.07 * min(ratio, 4.0) ** 0.35,
@@ -70,7 +70,7 @@ class Accuracy:
                 longest_step=longest_step,
             )
         spacing = (0.11 + 0.10 * resistance) * ratio ** (0.35 if tight else 0.27)
-        limit = _PINNED_ABOVE + resistance * (_PINNED_ABOVE_VISCOUS - _PINNED_ABOVE)
+        limit = _PINNED_ABOVE + resistance**2 * (_PINNED_ABOVE_VISCOUS - _PINNED_ABOVE)
         wider = ratio ** (0.3 if tight else 0.2)
         return Controls(
             edge_spacing=min(spacing, limit),
@@ -78,7 +78,7 @@ class Accuracy:
             growth=1.0 + 0.24 * wider,
             widest=0.12 * wider,
             far_gap=far_gap,
-            prediction=0.024 * ratio ** (0.75 if tight else 0.9),
+            prediction=0.022 * ratio ** (0.75 if tight else 1.0),
             residual=min(4e-5 * ratio, 2e-4),
             fold_increment=fold_increment,
             longest_step=longest_step,

@@ -58,9 +58,9 @@ def edge_resistance(
     """How much viscosity holds a moving contact edge back, from 0 (elastic, or slow) to 1.
 
     An edge that nothing holds back sticks at the nodes of a mesh that is too coarse for it. What counts is how far the
-    edge travels in a retardation time, in widths of its cohesive zone, and how much the material creeps. The slope of
-    0.4 per decade, and the tenth of a width from which the resistance of a solid that creeps tenfold is full, are
-    measured.
+    edge travels in the shortest retardation time, in widths of its cohesive zone, and how much the material creeps. The
+    slope of one half per decade, and the tenth of a width from which the resistance of a solid that creeps tenfold is
+    full, are measured.
 
     Args:
         tabor: Tabor parameter.
@@ -71,7 +71,8 @@ def edge_resistance(
     if strengths.size == 0 or slowest == 0.0:
         return 0.0
     glassy = 1.0 - float(np.sum(strengths))
-    creep, delay = float(np.sum(strengths)) / glassy, min(float(strengths @ times) / (9.0 * glassy), 1.0)
+    creep = float(np.sum(strengths)) / glassy
+    delay = float(np.min(times)) * min(creep / 9.0, 1.0)
     width = in_python(edge_width)(contact_radius, tabor, False)
     travel = slowest * delay / (2.0 * tabor * contact_radius * width)
-    return min(creep, 1.0) * min(max(1.0 + 0.4 * math.log10(travel / 0.1), 0.0), 1.0)
+    return min(creep, 1.0) * min(max(1.0 + 0.5 * math.log10(travel / 0.1), 0.0), 1.0)
