@@ -79,8 +79,7 @@ class Accuracy:
             widest=0.12 * wider,
             far_gap=far_gap,
             prediction=0.022 * ratio ** (0.75 if tight else 1.0),
-            # near the folds of an elastic contact a loose residual would accept states beyond them
-            residual=(1.0 + resistance) * min(2e-5 * ratio, 1e-4),
+            residual=min(2e-5 * ratio, 1e-4),
             fold_increment=fold_increment,
             longest_step=longest_step,
         )
