@@ -75,4 +75,5 @@ def edge_resistance(
     delay = float(np.min(times)) * min(creep / 9.0, 1.0)
     width = in_python(edge_width)(contact_radius, tabor, False)
     travel = slowest * delay / (2.0 * tabor * contact_radius * width)
-    return min(creep, 1.0) * min(max(1.0 + 0.5 * math.log10(travel / 0.1), 0.0), 1.0)
+    resistance = min(creep, 1.0) * min(max(1.0 + 0.5 * math.log10(travel / 0.1), 0.0), 1.0)
+    return round(resistance, 3)  # so that the rounding of a material's numbers does not choose another grid
