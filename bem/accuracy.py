@@ -1,7 +1,8 @@
 """Discretisation parameters for a target error.
 
-One parameter, the target relative error, sets all others: spacing at the contact edge (second order), spacing elsewhere
-by the curvature of the traction, length of a time step (third order), residual of an equilibrium, extent of the mesh.
+One parameter, the target relative error, sets all others: spacing at the contact edge (between third and fourth order,
+without adhesion second), spacing elsewhere by the curvature of the traction, length of a time step (third order),
+residual of an equilibrium, extent of the mesh.
 The named accuracies are targets too. The constants were chosen by `make bench-solver`, which measures what they give.
 """
 
@@ -16,9 +17,8 @@ from bem._support.wording import shown
 NAMED_TARGETS = {"draft": 1.7e-2, "standard": 4e-3, "reference": 1.5e-4}
 LOOSEST, TIGHTEST = 5e-2, 2e-5
 _UNIT_TARGET = 2.8e-3  # at which the constants below hold
-# Edge spacings, in widths of the cohesive zone, above which a slow edge jumps from node to node; without a memory that
-# resists the jump the limit is a little smaller.
-_PINNED_ABOVE, _PINNED_ABOVE_ELASTIC = 0.12, 0.10
+# Edge spacings, in widths of the cohesive zone: above, an edge jumps from node to node, unless viscosity holds it back.
+_PINNED_ABOVE, _PINNED_ABOVE_VISCOUS = 0.10, 0.37
 
 
 class Controls(NamedTuple):
@@ -42,26 +42,69 @@ class Accuracy:
     name: str
     target: float
 
-    def controls(self, elastic: bool = False) -> Controls:
+    def controls(self, resistance: float = 1.0, adhesive: bool = True) -> Controls:
         """Discretisation for this target; spacing and step shrink with their orders of convergence.
+
+        Args:
+            resistance: how much viscosity holds a moving contact edge back, from 0 (not at all, it sticks at the nodes
+                of a coarse mesh) to 1; see `bem.solver.discretisation.cohesive_zone`.
+            adhesive: whether there is adhesion; without it the traction has a kink at the edge, and is interpolated
+                linearly.
+        """
+        ratio = self.target / _UNIT_TARGET
+        tight = ratio < 1.0
+        if tight:  # the shallowest contacts converge a little more slowly than the others
+            ratio **= 1.1
+        if not adhesive:
+            return self.line_controls()
+        spacing = (0.11 + 0.10 * resistance) * ratio ** (0.35 if tight else 0.27)
+        limit = _PINNED_ABOVE + resistance**2 * (_PINNED_ABOVE_VISCOUS - _PINNED_ABOVE)
+        wider = ratio ** (0.3 if tight else 0.2)
+        return Controls(
+            edge_spacing=min(spacing, limit),
+            curvature=0.05 * ratio ** (0.7 if tight else 0.5),
+            growth=1.0 + 0.24 * wider,
+            widest=0.12 * wider,
+            far_gap=_far_gap(ratio),
+            prediction=0.022 * ratio ** (0.75 if tight else 1.0),
+            residual=min(2e-5 * ratio, 1e-4),
+            fold_increment=_fold_increment(ratio),
+            longest_step=_longest_step(ratio),
+        )
+
+    def line_controls(self, elastic: bool = False) -> Controls:
+        """The same where the traction is interpolated linearly: without adhesion, and on a grid that moves.
 
         Args:
             elastic: whether the material has no memory; its loop loses little energy and needs a smaller error.
         """
         ratio = self.target / _UNIT_TARGET
-        if ratio < 1.0:  # the shallowest contacts converge a little more slowly than the others
+        if ratio < 1.0:
             ratio **= 1.1
+        capped = min(ratio, 4.0)
         return Controls(
-            edge_spacing=min(0.10 * ratio**0.5, _PINNED_ABOVE_ELASTIC if elastic else _PINNED_ABOVE),
+            edge_spacing=min(0.10 * ratio**0.5, 0.10 if elastic else 0.12),
             curvature=4e-3 * ratio,
-            growth=1.0 + (0.12 * min(ratio, 4.0) ** 0.15 if elastic else 0.15 * min(ratio, 4.0) ** 0.35),
-            widest=0.05 * min(ratio, 4.0) ** 0.15 if elastic else 0.07 * min(ratio, 4.0) ** 0.35,
-            far_gap=20.0 * min(max(ratio, 0.02), 2.0) ** -0.3,
+            growth=1.0 + (0.12 * capped**0.15 if elastic else 0.15 * capped**0.35),
+            widest=0.05 * capped**0.15 if elastic else 0.07 * capped**0.35,
+            far_gap=_far_gap(ratio),
             prediction=0.03 * ratio**0.75,
             residual=min(2e-5 * ratio, 1e-4),
-            fold_increment=3e-4 * min(ratio, 1.0) ** 0.5,
-            longest_step=min(0.1 * ratio**0.3, 0.2),
+            fold_increment=_fold_increment(ratio),
+            longest_step=_longest_step(ratio),
         )
+
+
+def _far_gap(ratio: float) -> float:
+    return 20.0 * min(max(ratio, 0.02), 2.0) ** -0.3
+
+
+def _fold_increment(ratio: float) -> float:
+    return 3e-4 * min(ratio, 1.0) ** 0.5
+
+
+def _longest_step(ratio: float) -> float:
+    return min(0.1 * ratio**0.3, 0.2)
 
 
 def resolve_accuracy(accuracy: str | float) -> Accuracy:

@@ -133,14 +133,22 @@ def _factorise(
 
 @kernel
 def _update(
-    gap: np.ndarray, tractions: np.ndarray, correction: np.ndarray, tabor: float, by_traction: np.ndarray
+    gap: np.ndarray,
+    tractions: np.ndarray,
+    correction: np.ndarray,
+    tabor: float,
+    by_traction: np.ndarray,
+    wanted: np.ndarray,
+    pressed: np.ndarray,
 ) -> None:
-    """Subtract the correction from the unknowns, each kept on the branch of the law on which it was linearised."""
+    """Subtract the correction from the unknowns, each kept on the branch of the law on which it was linearised.
+
+    `wanted` and `pressed` (n,) are overwritten.
+    """
     inside = 0
     for j in range(gap.size):
         if by_traction[j]:
             inside = j + 1
-    wanted, pressed = np.empty(inside), np.empty(inside)
     for j in range(inside):
         # Where the traction is no unknown, what is found is not used.
         wanted[j] = (tractions[j] - correction[j]) / tabor if by_traction[j] else -1.0
@@ -196,6 +204,7 @@ def solve_adhesive(
     n = gap.size
     residual, correction, move = np.empty(n), np.empty(n), np.empty(n)
     last_residual, last_correction = np.empty(n), np.empty(n)
+    wanted, pressed = np.empty(n), np.empty(n)
     can_extrapolate = False
     previous = np.inf
     refreshed, fresh = 0, False
@@ -235,7 +244,7 @@ def solve_adhesive(
             move[i] = correction[i] - share * change
             last_residual[i], last_correction[i] = residual[i], correction[i]
         can_extrapolate = True
-        _update(gap, tractions, move, tabor, factor.by_traction)
+        _update(gap, tractions, move, tabor, factor.by_traction, wanted, pressed)
         work[ITERATIONS] += 1
         work[UNKNOWNS] += order
     return False

@@ -99,8 +99,12 @@ def predict(
     gap: np.ndarray,
     tractions: np.ndarray,
     most: int = CONTROL,
+    judged: bool = False,
 ) -> None:
-    """Extrapolate to `time` into `gap` and `tractions` (n,), by the polynomial through the last `most` solutions."""
+    """Extrapolate to `time` into `gap` and `tractions` (n,), by the polynomial through the last `most` solutions.
+
+    Where it is only `judged`, pressed nodes keep their last gap, which nobody looks at.
+    """
     weights = _lagrange_weights(recent, time, most)
     n, inside = gap.size, 0
     for j in range(n):
@@ -121,12 +125,16 @@ def predict(
     for j in range(inside):
         # Where the traction is not extrapolated, what is found is not used.
         scaled[j] = tractions[j] / tabor if last[j] < PRESSED else -1.0
-    pressed_gaps(scaled, inside, last, pressed)
+    if not judged:
+        pressed_gaps(scaled, inside, last, pressed)
     for j in range(n):
-        if last[j] < PRESSED:
-            gap[j] = pressed[j] if scaled[j] < 0.85 * PEAK_TRACTION else 1.12
-        else:
+        if last[j] >= PRESSED:
             gap[j] = min(max(gap[j], 0.7 * last[j]), 1.6 * last[j])
+        elif scaled[j] >= 0.85 * PEAK_TRACTION:
+            gap[j] = 1.12
+        else:
+            gap[j] = last[j] if judged else pressed[j]
+            continue
         tractions[j] = tabor * traction(gap[j])
 
 
@@ -202,6 +210,6 @@ def history_error(
     curvature = (rise - rise_before) / (time - before)
     parabola = recent.force[0] + rise * (middle - newest) + curvature * (middle - newest) * (middle - time)
     gap, tractions = np.empty(recent.gap.shape[1]), np.empty(recent.gap.shape[1])
-    predict(recent, middle, tabor, nonadhesive, gap, tractions)
+    predict(recent, middle, tabor, nonadhesive, gap, tractions, CONTROL, True)
     expected = force_of(weights, tractions, gap)
     return scales.force_weight * abs(expected - parabola) / max(abs(expected), scales.force)

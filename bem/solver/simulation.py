@@ -16,6 +16,7 @@ from bem._support.wording import shown
 from bem.accuracy import Accuracy, resolve_accuracy
 from bem.protocol import ForceProtocol, LoadingProtocol, PiecewiseLinearProtocol
 from bem.scene import Scene
+from bem.solver.discretisation.cohesive_zone import edge_resistance, largest_contact_radius
 from bem.solver.discretisation.mesh import Mesh
 from bem.solver.elastic.march import has_curve, march_elastic
 from bem.solver.machine.reach import deepest_indentation
@@ -85,11 +86,12 @@ def simulate(
     if initial_state not in ("relaxed", "glassy"):
         raise ValueError(f"initial_state must be 'relaxed' or 'glassy'; received {shown(initial_state)}")
     load_kernels()
+    path = _path(scene, protocol)
     seconds = 0.0
     for refinement in range(_MOST_REFINEMENTS + 1):
         wanted = target.target / 2.0**refinement
         try:
-            run = _prepare(scene, protocol, Accuracy(target.name, wanted), mesh)
+            run = _prepare(scene, path, Accuracy(target.name, wanted), mesh)
         except MemoryError as error:
             if refinement == 0:
                 return _not_started(str(error), wanted, len(scene.material.strengths))
@@ -104,7 +106,7 @@ def simulate(
         # On a mesh too coarse for its scene the contact may find no equilibrium at a fold; a finer one is tried then.
         if result.outcome in (COMPLETED, TOO_MANY_STEPS, DETACHED):
             break
-    return _trajectory(run.problem, scene, _path(scene, protocol), aim, result, seconds)
+    return _trajectory(run.problem, scene, path, aim, result, seconds)
 
 
 @functools.cache
@@ -117,7 +119,7 @@ def load_kernels() -> None:
 
 def count_unstable(scene: Scene, protocol: Protocol, accuracy: str | float = "standard") -> int:
     """Number of states along a trajectory that are no stable equilibria, each checked again; zero if all is well."""
-    run = _prepare(scene, protocol, resolve_accuracy(accuracy), audit=True)
+    run = _prepare(scene, _path(scene, protocol), resolve_accuracy(accuracy), audit=True)
     return work_by_name(march(*run, False, MOST_STEPS).work)["unstable"]
 
 
@@ -136,17 +138,31 @@ def _path(scene: Scene, protocol: Protocol) -> _Path:
 
 def _prepare(
     scene: Scene,
-    protocol: Protocol,
+    path: _Path,
     accuracy: Accuracy,
     mesh: ArrayLike | None = None,
     audit: bool = False,
 ) -> _Run:
-    path = _path(scene, protocol)
-    controls = accuracy.controls(elastic=scene.material.strengths.size == 0)
+    deepest, adhesive = deepest_indentation(scene, path), not isinstance(scene.adhesion, HardContact)
     by_force = isinstance(path, ForceProtocol)
-    problem, own_mesh = discretise(scene, deepest_indentation(scene, path), controls, mesh, audit, by_force)
+    controls = accuracy.controls(_edge_resistance(scene, path, deepest) if adhesive else 0.0, adhesive)
+    problem, own_mesh = discretise(scene, deepest, controls, mesh, audit, by_force)
+    if problem.series.size:  # a grid that moves interpolates by lines
+        controls = accuracy.line_controls(elastic=scene.material.strengths.size == 0)
+        problem, own_mesh = discretise(scene, deepest, controls, mesh, audit, by_force)
     values = path.forces if isinstance(path, ForceProtocol) else path.indentations
     return _Run(problem, own_mesh, np.array(path.times), np.array(values))
+
+
+def _edge_resistance(scene: Scene, path: _Path, deepest: float) -> float:
+    """How much viscosity holds the edge back where it is slowest; nothing where the sphere may stand still."""
+    if isinstance(path, ForceProtocol) or scene.spring is not None:
+        return 0.0
+    radius = largest_contact_radius(deepest, scene.tabor, False)
+    speeds = np.abs(path.rates)
+    slowest = float(np.min(speeds[speeds > 0.0], initial=np.inf))
+    slowest = slowest if np.isfinite(slowest) else 0.0  # nothing moves but the edge itself
+    return edge_resistance(scene.tabor, radius, slowest, scene.material.strengths, scene.material.times)
 
 
 def _trajectory(

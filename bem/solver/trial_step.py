@@ -57,10 +57,10 @@ def try_step(
     rigid, influence = right_side(tabor, mesh, control, remembered), mesh.influence
     rhs = rigid
     guess_gap, guess_traction = np.empty(rhs.size), np.empty(rhs.size)
-    predict(recent, time, tabor, problem.nonadhesive, guess_gap, guess_traction)
+    predict(recent, time, tabor, problem.nonadhesive, guess_gap, guess_traction, CONTROL, True)
     gap, traction = guess_gap.copy(), guess_traction.copy()
-    if recent.count[0] > CONTROL and not problem.nonadhesive:
-        predict(recent, time, tabor, False, gap, traction, DEPTH)
+    if not problem.nonadhesive:
+        predict(recent, time, tabor, False, gap, traction, DEPTH, False)
     if problem.machine.compliance > 0.0:
         influence = influence_of(problem, mesh, response, gap)
         rhs = right_side_with_spring(

@@ -22,20 +22,28 @@ def test_a_tighter_target_never_loosens_anything():
         assert getattr(controls[-1], name) < 0.12 * getattr(controls[0], name)
 
 
+@pytest.mark.parametrize("adhesive", [True, False])
+@pytest.mark.parametrize("resistance", [0.0, 1.0])
+def test_controls_are_continuous_where_tight_targets_begin(resistance, adhesive):
+    below, above = (resolve_accuracy(2.8e-3 * factor).controls(resistance, adhesive) for factor in (1 - 1e-9, 1 + 1e-9))
+    assert below == pytest.approx(above, rel=1e-7)
+
+
 @pytest.mark.parametrize(("tight", "loose"), [(1e-4, 4e-4), (1e-3, 4e-3)])
-def test_spacing_and_curvature_shrink_with_their_order_and_a_little_faster_when_tight(tight, loose):
-    fine, coarse = resolve_accuracy(tight).controls(), resolve_accuracy(loose).controls()
+def test_without_adhesion_spacing_and_curvature_shrink_with_their_order(tight, loose):
+    fine, coarse = (resolve_accuracy(target).controls(0.0, adhesive=False) for target in (tight, loose))
     ratio = coarse.edge_spacing / fine.edge_spacing
     unit = 2.8e-3
     assert ratio == pytest.approx(2.0**1.1 if loose < unit else (loose / unit) ** 0.5 * (unit / tight) ** 0.55)
     assert coarse.curvature / fine.curvature == pytest.approx(ratio**2)
 
 
-def test_a_loose_target_keeps_the_edge_from_being_pinned():
-    loose = resolve_accuracy(LOOSEST)
-    assert loose.controls().edge_spacing == resolve_accuracy("draft").controls().edge_spacing == 0.12
-    assert loose.controls(elastic=True).edge_spacing == 0.1
-    assert resolve_accuracy("standard").controls().edge_spacing < 0.12
+def test_a_loose_target_keeps_an_edge_that_nothing_holds_back_from_being_pinned():
+    for name in ("draft", LOOSEST):
+        assert resolve_accuracy(name).controls(0.0).edge_spacing == 0.10
+        assert resolve_accuracy(name).controls(1.0).edge_spacing <= 0.37
+    spacing = [resolve_accuracy("standard").controls(resistance).edge_spacing for resistance in (0.0, 0.5, 1.0)]
+    assert spacing == sorted(spacing)
 
 
 @pytest.mark.parametrize(

@@ -172,7 +172,7 @@ def cycle(tabor, modulus_ratio, rate, adhesion=None, **more):
         (2.0, 1.0, 10.0, True),
         (2.0, 0.1, 0.1, False),
         (2.0, 0.1, 10.0, True),
-        (3.2, 0.3, 0.1, True),  # the surface still stands out
+        (2.8, 0.3, 0.1, True),  # the surface still stands out
         (3.2, 0.1, 10.0, False),
         (3.2, 0.1, 1000.0, True),
         (6.0, 0.01, 10.0, False),

@@ -7,7 +7,7 @@ mu^3 goes with the inverse square of the modulus; indentations in h0 and forces 
 import numpy as np
 import pytest
 
-from bem import Elastic, PiecewiseLinearProtocol, PronySeries, Scene, StandardLinearSolid, simulate
+from bem import Elastic, LoadingProtocol, PiecewiseLinearProtocol, PronySeries, Scene, StandardLinearSolid, simulate
 
 DEPTHS = [-2.0, 4.0, -2.0]
 ACCURACY = 1e-3
@@ -51,3 +51,13 @@ def test_between_the_limits_the_loop_is_neither():
     middle = run(StandardLinearSolid(0.1), 0.6, 1.0)
     assert glassy.max_compression < 1.1 * middle.max_compression < 1.2 * rubbery.max_compression
     assert middle.hysteresis > 10.0 * max(glassy.hysteresis, rubbery.hysteresis)
+
+
+@pytest.mark.parametrize(("tabor", "ratio", "rate"), [(3.0, 0.1, 1e-3), (3.0, 0.1, 0.03), (3.0, 0.9, 10.0)])
+def test_an_edge_that_creeps_or_meets_little_viscosity_does_not_stick_at_the_nodes(tabor, ratio, rate):
+    protocol = LoadingProtocol(peak_indentation=3.0, loading_rate=rate, dwell_time=0.0, unloading_rate=rate)
+    scene = Scene(tabor=tabor, material=StandardLinearSolid(ratio))
+    usual, fine = (simulate(scene, protocol, accuracy) for accuracy in ("standard", 5e-4))
+    assert usual.hysteresis == pytest.approx(fine.hysteresis, rel=6e-3)
+    assert usual.pull_off_force == pytest.approx(fine.pull_off_force, rel=4e-3)
+    assert len(usual.jumps) == len(fine.jumps)

@@ -9,7 +9,9 @@ Contact Mechanics, 1985, Eq. (3.42a).
 
 import math
 
-from bem._support.jit import kernel
+import numpy as np
+
+from bem._support.jit import in_python, kernel
 from bem.tractions import GAP_AT_PEAK
 
 CRACK_LENGTH = 2.48
@@ -48,3 +50,30 @@ def largest_contact_radius(peak_indentation: float, tabor: float, nonadhesive: b
     for _ in range(50):  # a^2 = delta/mu + sqrt(2 pi a), JKR's indentation solved by fixed-point iteration
         radius = math.sqrt(max(peak_indentation / tabor + math.sqrt(2.0 * math.pi * radius), 0.25))
     return radius + 0.4
+
+
+def edge_resistance(
+    tabor: float, contact_radius: float, slowest: float, strengths: np.ndarray, times: np.ndarray
+) -> float:
+    """How much viscosity holds a moving contact edge back, from 0 (elastic, or slow) to 1.
+
+    An edge that nothing holds back sticks at the nodes of a mesh that is too coarse for it. What counts is how far the
+    edge travels in the shortest retardation time, in widths of its cohesive zone, and how much the material creeps. The
+    slope of one half per decade, and the tenth of a width from which the resistance of a solid that creeps tenfold is
+    full, are measured.
+
+    Args:
+        tabor: Tabor parameter.
+        contact_radius: the largest, in beta.
+        slowest: smallest speed of indentation, in h0 per unit time; 0 where it never changes.
+        strengths, times: (m,) of the material; none are elastic.
+    """
+    if strengths.size == 0 or slowest == 0.0:
+        return 0.0
+    glassy = 1.0 - float(np.sum(strengths))
+    creep = float(np.sum(strengths)) / glassy
+    delay = float(np.min(times)) * min(creep / 9.0, 1.0)
+    width = in_python(edge_width)(contact_radius, tabor, False)
+    travel = slowest * delay / (2.0 * tabor * contact_radius * width)
+    resistance = min(creep, 1.0) * min(max(1.0 + 0.5 * math.log10(travel / 0.1), 0.0), 1.0)
+    return round(resistance, 3)  # so that the rounding of a material's numbers does not choose another grid

@@ -22,6 +22,7 @@ from bem.accuracy import Controls
 from bem.solver.discretisation.cohesive_zone import edge_width, largest_contact_radius
 from bem.solver.discretisation.hat_influence import hat_influence, kernel_series
 from bem.solver.discretisation.influence import unit_influence
+from bem.solver.discretisation.smooth_traction import smooth_influence
 
 LARGEST_GRID = 1024  # nodes of an equally spaced grid; beyond, one that moves costs less
 LARGEST_LATTICE = 2**24  # places of a moving grid; beyond, rounding of the influence is felt
@@ -33,12 +34,13 @@ _WIDEST_LEVEL = 2**12
 
 
 class Grid(NamedTuple):
-    """N radii `spacing * places`, and the influence of their hats at a lattice spacing of 1."""
+    """N radii `spacing * places`, and the influence of a unit traction at each, at a lattice spacing of 1."""
 
     size: int
     spacing: float
     places: np.ndarray  # (N,) int64
-    hats: np.ndarray  # (N or more, N or more)
+    unit_influence: np.ndarray  # (N or more, N or more)
+    smooth: bool  # whether the traction between the nodes is a cubic, else a line
     # The grid resolves edges whose zone lies between these places, which are infinite where it stays.
     low: float
     high: float
@@ -65,38 +67,40 @@ def master_grid(
     reach = 1.15 * radius if nonadhesive else math.sqrt(radius**2 + 2.0 * controls.far_gap / tabor)
     size = math.ceil(reach / spacing) + 2
     if size <= LARGEST_GRID:
-        matrix = _MATRIX.of_size(256 * math.ceil(size / 256))
-        return Grid(size, spacing, np.arange(size), matrix, -math.inf, math.inf)
+        matrix = _MATRICES[not nonadhesive].of_size(256 * math.ceil(size / 256))
+        return Grid(size, spacing, np.arange(size), matrix, not nonadhesive, -math.inf, math.inf)
     most = LARGEST_REMEMBERED if remembers else LARGEST_LATTICE
     if size > most:
         raise MemoryError(f"the contact edge needs {size} grid nodes, more than {most}")
     step = 2 ** max(0, int(math.log2(controls.widest * 0.5 * radius / spacing)))
     last = step * math.ceil(size / step)
-    ends = Grid(2, spacing, np.array([0, last]), np.empty((0, 0)), 0.0, 0.0)
+    ends = Grid(2, spacing, np.array([0, last]), np.empty((0, 0)), False, 0.0, 0.0)
     width = in_python(edge_width)(0.0, tabor, nonadhesive)
     return grid_around(ends, kernel_series(), controls, 0.0, width, 1.0, np.full(2, np.inf))
 
 
 def fixed_grid(size: int) -> Grid:
     """The grid of a mesh of that many nodes that are all in use, and whose influence is known."""
-    return Grid(size, 0.0, np.arange(size), np.empty((0, 0)), -math.inf, math.inf)
+    return Grid(size, 0.0, np.arange(size), np.empty((0, 0)), False, -math.inf, math.inf)
 
 
 class _LargestMatrix:
     """Unit influence of any size: the largest matrix requested so far is kept, and smaller ones are its blocks."""
 
-    def __init__(self) -> None:
+    def __init__(self, smooth: bool) -> None:
+        self._smooth = smooth
         self._matrix = np.empty((0, 0))
 
     def of_size(self, size: int) -> np.ndarray:
-        """Influence of radii 0, 1, 2, ..., a row for each hat; of at least this many."""
+        """Influence of radii 0, 1, 2, ..., a row for each node; of at least this many."""
         matrix = self._matrix
         if len(matrix) < size:
-            matrix = self._matrix = unit_influence(size)
+            matrix = unit_influence(size)
+            self._matrix = matrix = smooth_influence(matrix) if self._smooth else matrix
         return matrix
 
 
-_MATRIX = _LargestMatrix()
+_MATRICES = _LargestMatrix(smooth=False), _LargestMatrix(smooth=True)
 
 
 @kernel
@@ -176,4 +180,4 @@ def grid_around(
         places[count] = x
         count += 1
     chosen = places[:count].copy()
-    return Grid(count, spacing, chosen, hat_influence(chosen, series), low, high)
+    return Grid(count, spacing, chosen, hat_influence(chosen, series), False, low, high)

@@ -2,10 +2,11 @@
 
 The cohesive zone at the contact edge must be resolved, and the edge travels. A mesh that is fine wherever it may go has
 several hundred nodes; one that is fine where it is has less than a hundred, but must follow. Both are used here: memory
-is on the master grid (`bem.solver.discretisation.master_grid`), the unknowns on a selection of its nodes. A hat of the
-selection is a sum of hats of the master grid, so the influence matrix of any selection is condensed from rows of one
-matrix, without an elliptic integral, and a new selection loses no memory. Nodes are dense around the edge, where the
-traction is curved, and where the memory is; spacing grows geometrically between.
+is on the master grid (`bem.solver.discretisation.master_grid`), the unknowns on a selection of its nodes. The traction
+at the master nodes is interpolated from the selected ones (`bem.solver.discretisation.smooth_traction`), so the
+influence matrix of any selection is condensed from rows of one matrix, without an elliptic integral, and a new
+selection loses no memory. Nodes are dense around the edge, where the traction is curved, and where the memory is;
+spacing grows geometrically between.
 
 Units: radii in beta. A user's own radii (`uniform_mesh`, the paper's equal spacing, or any other) make a mesh that
 stays.
@@ -19,10 +20,12 @@ from typing import NamedTuple
 import numpy as np
 
 from bem._support.jit import kernel
+from bem._support.linear_algebra import copy_into
 from bem._support.wording import shown
 from bem.accuracy import Controls
 from bem.solver.discretisation.influence import force_weights, influence_matrix
 from bem.solver.discretisation.master_grid import AHEAD, BEHIND, Grid, fixed_grid
+from bem.solver.discretisation.smooth_traction import interpolation, ring_area
 
 _TRAVEL = 0.5  # how far the edge may move before nodes are chosen anew, in widths
 _TOLERATED = 2.0  # a mesh in use may be this much coarser than a new one would be
@@ -34,11 +37,11 @@ class Mesh(NamedTuple):
 
     nodes: np.ndarray  # (n,) int64, indices in the master grid
     radii: np.ndarray  # (n,)
-    influence: np.ndarray  # (n, n): tabor * displacement at every node, a row for the unit hat of traction at each
-    master_rows: np.ndarray  # (N, n): the same for hats of the master grid; (0, n) where nothing is remembered
+    influence: np.ndarray  # (n, n): tabor * displacement at every node, a row for a unit traction at each
+    master_rows: np.ndarray  # (N, n): the same for nodes of the master grid; (0, n) where nothing is remembered
     force_weights: np.ndarray  # (n,): P = force_weights @ traction
-    panel: np.ndarray  # (N,) int64: each master node lies between nodes panel and panel + 1 ...
-    fraction: np.ndarray  # (N,): ... this far
+    first: np.ndarray  # (N,) int64: the traction at each master node is interpolated from the nodes first, ...
+    shares: np.ndarray  # (N, 4): ... first + 1, first + 2 and first + 3 with these weights
     window: np.ndarray  # (2,): the edge may travel between these radii
     grid: Grid  # from which the nodes are chosen
 
@@ -55,13 +58,13 @@ def uniform_mesh(radius: float, count: int) -> np.ndarray:
 def fixed_mesh(tabor: float, radii: np.ndarray, remembers: bool) -> Mesh:
     """A mesh of all of these radii, in use from beginning to end; empty where there are none."""
     nodes = np.arange(radii.size)
-    panel = np.minimum(nodes, max(radii.size - 2, 0))
+    shares = np.zeros((radii.size, 4))
+    shares[:, 0] = 1.0
     influence = tabor * np.ascontiguousarray(influence_matrix(radii).T) if radii.size else np.empty((0, 0))
     rows = influence if remembers else np.empty((0, radii.size))
     weights = force_weights(radii) if radii.size else np.empty(0)
     window = np.array([-1.0, math.inf])
-    grid = fixed_grid(radii.size)
-    return Mesh(nodes, radii, influence, rows, weights, panel, (nodes - panel).astype(float), window, grid)
+    return Mesh(nodes, radii, influence, rows, weights, nodes, shares, window, fixed_grid(radii.size))
 
 
 @kernel
@@ -202,47 +205,49 @@ def resolves(nodes: np.ndarray, places: np.ndarray, wanted: np.ndarray) -> bool:
 
 @kernel
 def condense(grid: Grid, tabor: float, nodes: np.ndarray, window: np.ndarray, remembers: bool) -> Mesh:
-    """Influence matrix of a selection of master nodes: its hats are sums of hats of the master grid."""
-    n, places = nodes.size, grid.places
-    panel, fraction = np.empty(grid.size, dtype=np.int64), np.empty(grid.size)
-    j = 0
+    """Influence matrix of a selection of master nodes, from the rows of all of them.
+
+    Args:
+        grid: the master grid.
+        tabor: Tabor parameter.
+        nodes: (n,) the selection, from the axis outwards.
+        window: (2,) as of `edge_window`.
+        remembers: whether there is a memory, which needs the influence of the master grid too.
+    """
+    n = nodes.size
+    first, shares = interpolation(nodes, grid.places, grid.smooth)
     last = nodes[n - 1]
-    for f in range(grid.size):
-        while j < n - 2 and nodes[j + 1] <= f:
-            j += 1
-        panel[f] = j
-        fraction[f] = (places[f] - places[nodes[j]]) / (places[nodes[j + 1]] - places[nodes[j]])
-    influence = np.zeros((n, n))
-    rows, values = np.empty((grid.size if remembers else 0, n)), np.empty(n)
-    scale = tabor * grid.spacing
+    influence, weights = np.zeros((n, n)), np.zeros(n)
+    rows = np.empty((grid.size if remembers else 0, n))
+    scale, scaled = tabor * grid.spacing, np.empty(n)
     for f in range(grid.size if remembers else last + 1):
-        hat = grid.hats[f]
+        unit = grid.unit_influence[f]
         for i in range(n):
-            values[i] = hat[nodes[i]]
+            scaled[i] = scale * unit[nodes[i]]
         if remembers:
-            row = rows[f]
-            for i in range(n):
-                row[i] = scale * values[i]
+            copy_into(rows[f], scaled)
         if f <= last:
-            inner, outer = influence[panel[f]], influence[panel[f] + 1]
-            to_outer = scale * fraction[f]
-            to_inner = scale - to_outer
-            for i in range(n):
-                inner[i] += to_inner * values[i]
-                outer[i] += to_outer * values[i]
-    radii = grid.spacing * places[nodes]
-    weights = np.zeros(n)
-    for i in range(n - 1):
-        a, b = radii[i], radii[i + 1]
-        weights[i] += (b - a) * (2.0 * a + b) / 3.0
-        weights[i + 1] += (b - a) * (a + 2.0 * b) / 3.0
-    return Mesh(nodes, radii, influence, rows, weights, panel, fraction, window, grid)
+            ring = ring_area(grid.places, f, last, grid.smooth)
+            for k in range(4):
+                share = shares[f, k]
+                if share != 0.0:
+                    column = influence[first[f] + k]
+                    for i in range(n):
+                        column[i] += share * scaled[i]
+                    weights[first[f] + k] += share * ring * grid.spacing * grid.spacing
+    radii = grid.spacing * grid.places[nodes]
+    return Mesh(nodes, radii, influence, rows, weights, first, shares, window, grid)
 
 
 @kernel
 def prolong(mesh: Mesh, traction: np.ndarray, out: np.ndarray) -> None:
-    """The piecewise linear traction (n,) at the nodes of the master grid, into `out` (N,); zero beyond the mesh."""
+    """The traction (n,), interpolated at the nodes of the master grid, into `out` (N,); zero beyond the mesh."""
     last = mesh.nodes[mesh.nodes.size - 1]
     for f in range(out.size):
-        p = mesh.panel[f]
-        out[f] = traction[p] + mesh.fraction[f] * (traction[p + 1] - traction[p]) if f <= last else 0.0
+        total = 0.0
+        if f <= last:
+            for k in range(4):
+                share = mesh.shares[f, k]
+                if share != 0.0:
+                    total += share * traction[mesh.first[f] + k]
+        out[f] = total

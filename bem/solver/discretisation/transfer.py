@@ -52,6 +52,9 @@ def transfer(
             continue
         while k < n - 2 and old.radii[k + 1] < x:
             k += 1
+        if x == old.radii[k + 1]:
+            new_gap[i], new_traction[i] = gap[k + 1], tractions[k + 1]
+            continue
         part = (x - old.radii[k]) / (old.radii[k + 1] - old.radii[k])
         first = max(0, min(k - 1, n - 4))
         if nonadhesive:

@@ -92,10 +92,11 @@ def _mesh(lattice: Lattice, edge: float) -> tuple[Mesh, int]:
     places = np.unique(np.concatenate([[0], inwards, outwards[outwards < last], [last]]))
     nodes = np.arange(places.size)
     influence = tabor * lattice.spacing * hat_influence(places, lattice.problem.series)
-    radii, panel = lattice.spacing * places, np.minimum(nodes, places.size - 2)
+    radii, shares = lattice.spacing * places, np.zeros((places.size, 4))
+    shares[:, 0] = 1.0
     window, rows = np.array([-1.0, np.inf]), np.empty((0, places.size))
     weights, grid = force_weights(radii), fixed_grid(places.size)
-    mesh = Mesh(nodes, radii, influence, rows, weights, panel, (nodes - panel).astype(float), window, grid)
+    mesh = Mesh(nodes, radii, influence, rows, weights, nodes, shares, window, grid)
     return mesh, int(np.searchsorted(places, middle))
 
 

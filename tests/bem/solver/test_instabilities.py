@@ -32,7 +32,7 @@ def jacobian(mesh: Mesh, gap: np.ndarray, response: float) -> np.ndarray:
 @pytest.fixture(scope="module")
 def mesh():
     """Every node of a coarse grid, since the edge goes everywhere."""
-    grid = master_grid(TABOR, 1.0, False, resolve_accuracy("draft").controls())
+    grid = master_grid(TABOR, 1.0, False, resolve_accuracy("draft").controls(0.0))
     nodes = np.arange(grid.size)
     return condense(grid, TABOR, nodes, np.zeros(2), False)
 

@@ -54,11 +54,11 @@ def test_each_effect_has_its_own_cost_in_memory_vectors():
 
 @pytest.mark.parametrize("accuracy", ["draft", "standard"])
 @pytest.mark.parametrize("material", [Elastic(), SOFT])
-def test_hard_contact_needs_fewer_nodes_and_unknowns(material, accuracy):
+def test_hard_contact_needs_fewer_steps_and_solves_for_the_closed_nodes_only(material, accuracy):
     nonadhesive = run(material=material, adhesion=HardContact(), tabor=3.2, accuracy=accuracy).stats
     adhesive = run(material=material, tabor=3.2, accuracy=accuracy).stats
-    assert nonadhesive.nodes < adhesive.nodes
-    assert nonadhesive.unknowns_per_solve < adhesive.unknowns_per_solve
+    assert nonadhesive.steps < adhesive.steps
+    assert nonadhesive.unknowns_per_solve < 0.8 * nonadhesive.nodes
     assert nonadhesive.fold_solves == 0
 
 
@@ -91,7 +91,7 @@ def test_an_impossible_scene_says_so_with_the_figure_before_it_starts():
     protocol = dataclasses.replace(PROTOCOL, peak_indentation=100.0)
     trajectory = simulate(Scene(tabor=200.0, material=SOFT), protocol)
     assert trajectory.status.startswith("not started: the contact edge needs ")
-    assert int(trajectory.status.split("needs ")[1].split()[0]) > 200_000
+    assert int(trajectory.status.split("needs ")[1].split()[0]) > 150_000
     assert not trajectory.completed
     assert all(getattr(trajectory, name).size == 0 for name in ARRAYS)
     assert np.isnan([trajectory.pull_off_force, trajectory.hysteresis, trajectory.max_compression]).all()

@@ -15,7 +15,7 @@ from bem.solver.discretisation.master_grid import (
 )
 from bem.solver.discretisation.mesh import condense, edge_window, grade, pick_nodes, spacing_at_edge
 
-CONTROLS = resolve_accuracy("standard").controls()
+CONTROLS = resolve_accuracy("standard").line_controls()
 TABOR, EDGE = 30.0, 1.5
 
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from bem.solver.discretisation.cohesive_zone import edge_width
-from bem.solver.discretisation.influence import force_weights, influence_matrix
-from bem.solver.discretisation.master_grid import master_grid
+from bem.solver.discretisation.influence import force_weights, influence_matrix, unit_influence
+from bem.solver.discretisation.master_grid import Grid, master_grid
 from bem.solver.discretisation.mesh import (
     condense,
     pick_nodes,
@@ -15,11 +15,12 @@ from bem.solver.discretisation.mesh import (
     resolves,
     uniform_mesh,
 )
+from bem.solver.discretisation.smooth_traction import smooth_influence
 from tests.bem.solver.contacts import CONTROLS, mesh_for, spacing_for
 
 
 def prolonged(mesh, traction):
-    out = np.empty(mesh.panel.size)
+    out = np.empty(mesh.first.size)
     prolong(mesh, traction, out)
     return out
 
@@ -28,8 +29,8 @@ CASES = [(0.2, 1.0), (1.0, 2.0), (3.2, 1.5)]
 
 
 @pytest.mark.parametrize(("tabor", "edge"), CASES)
-def test_the_condensed_influence_is_that_of_the_selected_radii(tabor, edge):
-    _, mesh = mesh_for(tabor, edge=edge, peak=10.0)
+def test_the_condensed_influence_of_lines_is_that_of_the_selected_radii(tabor, edge):
+    _, mesh = mesh_for(tabor, edge=edge, peak=10.0, nonadhesive=True)
     direct = tabor * influence_matrix(mesh.radii).T
     assert mesh.radii[0] == 0.0
     # The last hat of a selection keeps its outer flank, one master spacing wide, where the traction has died away.
@@ -38,9 +39,46 @@ def test_the_condensed_influence_is_that_of_the_selected_radii(tabor, edge):
     np.testing.assert_allclose(mesh.force_weights, force_weights(mesh.radii), rtol=1e-12)
 
 
+def _smooth_field(grid, nodes, traction):
+    """Displacement and force of a traction at selected nodes of a smooth mesh."""
+    mesh = condense(grid, 1.0, nodes, np.zeros(2), False)
+    values = traction(mesh.radii)
+    return mesh.radii, values @ mesh.influence, values @ mesh.force_weights
+
+
+def test_a_smooth_traction_is_integrated_with_nearly_the_fourth_order():
+    # Hertz's pressure raised to a smooth end: sigma = (1 - r^2)^3 below 1
+    def traction(radii):
+        return np.maximum(1.0 - radii**2, 0.0) ** 3
+
+    fine = np.linspace(0.0, 1.5, 3001)
+    exact, exact_force = influence_matrix(fine[::2]) @ traction(fine[::2]), 0.25
+    errors = []
+    for count in (15, 30):
+        hats = unit_influence(2 * count)
+        grid = Grid(count + 1, 1.5 / count, np.arange(count + 1), smooth_influence(hats), True, -np.inf, np.inf)
+        radii, displacement, force = _smooth_field(grid, np.arange(count + 1), traction)
+        errors.append(np.max(np.abs(displacement - np.interp(radii, fine[::2], exact))))
+        assert force == pytest.approx(exact_force, abs=2.0 / count**4)
+        lines = traction(radii) @ (grid.spacing * hats[: count + 1, : count + 1])
+        assert errors[-1] < 0.1 * np.max(np.abs(lines - np.interp(radii, fine[::2], exact)))
+    assert errors[0] / errors[1] > 7.0
+
+
+def test_left_out_nodes_of_a_smooth_mesh_follow_cubics_that_are_even_at_the_axis():
+    grid = master_grid(1.0, 5.0, False, CONTROLS)
+    nodes = np.array([0, 2, 5, 9, 15])
+    mesh = condense(grid, 1.0, nodes, np.zeros(2), True)
+    found = prolonged(mesh, 3.0 - 0.5 * nodes.astype(float) ** 2)
+    places = np.arange(nodes[-1] + 1)
+    np.testing.assert_allclose(found[: places.size], 3.0 - 0.5 * places**2, atol=1e-12)
+    assert not np.any(found[places.size :])
+
+
 @pytest.mark.parametrize(("tabor", "edge"), CASES)
-def test_rows_of_the_master_grid_agree_with_the_selection(tabor, edge):
-    _, mesh = mesh_for(tabor, edge=edge, peak=10.0, remembers=True)
+@pytest.mark.parametrize("nonadhesive", [True, False])
+def test_rows_of_the_master_grid_agree_with_the_selection(tabor, edge, nonadhesive):
+    _, mesh = mesh_for(tabor, edge=edge, peak=10.0, remembers=True, nonadhesive=nonadhesive)
     traction = np.random.default_rng(3).standard_normal(mesh.radii.size)
     np.testing.assert_allclose(prolonged(mesh, traction) @ mesh.master_rows, traction @ mesh.influence, rtol=1e-9)
 
@@ -51,8 +89,8 @@ def test_nothing_remembered_needs_no_rows():
     assert grid.size > 0
 
 
-def test_prolongation_is_piecewise_linear_and_ends_with_the_mesh():
-    grid = master_grid(1.0, 5.0, False, CONTROLS)
+def test_prolongation_without_adhesion_is_piecewise_linear_and_ends_with_the_mesh():
+    grid = master_grid(1.0, 5.0, True, CONTROLS)
     nodes = np.array([0, 1, 4, 9, 20])
     mesh = condense(grid, 1.0, nodes, np.zeros(2), True)
     values = np.array([1.0, -2.0, 5.0, 0.5, 3.0])

@@ -15,7 +15,7 @@ TABOR = 30.0
 
 @pytest.fixture(scope="module")
 def lattice():
-    controls = resolve_accuracy("standard").controls(elastic=True)
+    controls = resolve_accuracy("standard").line_controls(elastic=True)
     return lattice_of(discretise(Scene(TABOR, Elastic()), 10.0, controls, None)[0])
 
 
