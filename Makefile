@@ -82,11 +82,6 @@ report: $$(STUDY_RESULTS) | $(INSTALLED)  ## Write REPRODUCTION.md: each number 
 	$(PY) -m paper_figures.report.write $(PLACES) --out $(REPORT)
 	$(if $(REPRODUCING),$(PY) tools/fill.py $(REPRODUCING) --published $(PUBLISHED))
 
-.PHONY: cards
-cards: setup  ## Write the card of each published model, and the metadata of the data set
-	$(PY) -m paper_figures.report.cards --published $(PUBLISHED)
-	$(PY) $(MANIFEST) add $(PUBLISHED)/dataset.croissant.json $(PUBLISHED)/models
-
 ##@ Figures and tables of the paper
 
 figure-1.paper := dataset_examples  ## Contact, gap, protocol and a computed force response
@@ -272,6 +267,11 @@ median-seeds: $(DATASET) | $(INSTALLED)  ## Publish the median of each model's t
 	$(PY) -m experiments median_seeds $(PLACES)
 	$(PY) $(MANIFEST) add $(MODELS)
 	$(MAKE) --no-print-directory model-forces
+
+.PHONY: cards
+cards: setup  ## Write the card of each published model, and the metadata of the data set
+	$(PY) -m paper_figures.report.cards --published $(PUBLISHED)
+	$(PY) $(MANIFEST) add $(PUBLISHED)/dataset.croissant.json $(PUBLISHED)/models
 
 HOURS ?= --hours
 STAGES := dataset models more-models feature-sets data-efficiency

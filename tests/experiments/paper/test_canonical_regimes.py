@@ -84,7 +84,7 @@ def test_study_and_table_are_the_same_bytes_whatever_the_clocks_say(quick, tmp_p
     assert len(written[0]) == 4
     assert written[0] == written[1]
     assert found["summary"]["median_keras_call_seconds"] == 0.01
-    row = common.paper_protocols("canonical_protocols")[0]
+    row = paper_rows("canonical_protocols")[0]
     theirs = {"solver": row["bem_seconds"], "surrogate": row["surrogate_seconds"]}
     assert found["regimes"][0]["paper_seconds"] == theirs
 

@@ -45,7 +45,7 @@ def test_effects(measured, tmp_path):
     assert "hard_contact.py" in text
     assert "march.py 7" in text
     cells = [cell.strip() for cell in text.splitlines()[2].strip("|").split("|")]
-    assert cells[table_effects.HEADER.index("Time a step (µs)")] == "20"
+    assert cells[list(table_effects.COLUMNS).index("Time a step (µs)")] == "20"
     axes = drawing.figure(height=2.0).subplots()
     figure_effects.draw_stand_ins(axes, content)
     assert [5.0, 5.0] in [list(line.get_ydata()) for line in axes.lines]  # the tolerance in percent
