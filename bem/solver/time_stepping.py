@@ -13,6 +13,7 @@ import numpy as np
 from bem._support.jit import kernel, kernel_part
 from bem.solver.course import Course, new_course, with_jump, with_record
 from bem.solver.discretisation.cohesive_zone import edge_width
+from bem.solver.discretisation.following import carried, edge_left_window, first_mesh, same_grid, same_nodes
 from bem.solver.discretisation.master_grid import moves
 from bem.solver.discretisation.mesh import Mesh
 from bem.solver.discretisation.regrid import same_places
@@ -32,18 +33,13 @@ from bem.solver.machine.compliance import has_flown_off
 from bem.solver.problem import Problem
 from bem.solver.state import (
     State,
-    carried,
-    edge_left_window,
     energy_of,
     equilibrate,
-    first_mesh,
     flown_off,
     follow_edge,
     influence_of,
     remember,
     remember_start,
-    same_grid,
-    same_nodes,
     state_under,
 )
 from bem.solver.trial_step import try_step
