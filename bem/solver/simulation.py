@@ -15,6 +15,7 @@ from bem._support.validation import instance
 from bem._support.wording import shown
 from bem.accuracy import Accuracy, resolve_accuracy
 from bem.protocol import ForceProtocol, LoadingProtocol, PiecewiseLinearProtocol
+from bem.reference_solutions import hertz
 from bem.scene import Scene
 from bem.solver.discretisation.cohesive_zone import edge_resistance, largest_contact_radius
 from bem.solver.discretisation.mesh import Mesh
@@ -155,13 +156,16 @@ def _prepare(
 
 
 def _edge_resistance(scene: Scene, path: _Path, deepest: float) -> float:
-    """How much viscosity holds the edge back where it is slowest; nothing where the sphere may stand still."""
-    if isinstance(path, ForceProtocol) or scene.spring is not None:
+    """How much viscosity holds the edge back where it is slowest; nothing under a force, where the sphere may stop."""
+    if isinstance(path, ForceProtocol):
         return 0.0
     radius = largest_contact_radius(deepest, scene.tabor, False)
     speeds = np.abs(path.rates)
     slowest = float(np.min(speeds[speeds > 0.0], initial=np.inf))
     slowest = slowest if np.isfinite(slowest) else 0.0  # nothing moves but the edge itself
+    if scene.spring is not None:  # it takes up part of the stage's motion
+        depth = max(deepest, 1.0)
+        slowest /= 1.0 - 1.5 * float(hertz.force_from_indentation(depth, scene.tabor)) / depth / scene.spring
     return edge_resistance(scene.tabor, radius, slowest, scene.material.strengths, scene.material.times)
 
 

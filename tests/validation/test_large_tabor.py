@@ -64,7 +64,8 @@ def test_a_moving_grid_remembers_what_a_fixed_one_does(monkeypatch, material):
     assert other.completed, other.status
     assert other.stats.remeshings > 20
     assert other.pull_off_force == pytest.approx(one.pull_off_force, rel=1e-3)
-    assert other.hysteresis == pytest.approx(one.hysteresis, rel=1e-3)
+    # the fixed grid interpolates by cubics, the moving one by lines
+    assert other.hysteresis == pytest.approx(one.hysteresis, rel=2e-3)
     assert other.max_compression == pytest.approx(one.max_compression, rel=1e-3)
 
 

@@ -14,6 +14,7 @@ from bem.lab.guess import guess_setup
 from bem.lab.model import Model, straight_lines
 from bem.lab.model_choice import effects_called_for, sentence
 from bem.lab.parameters import PARAMETERS
+from bem.solver.discretisation import master_grid
 from tests.bem.lab.measurement import BEAD, TRUTH, measured
 
 
@@ -132,8 +133,10 @@ def test_what_is_no_fit_is_one_sentence(curve, arguments, message):
         fit(curve, *arguments)
 
 
-def test_a_fit_the_solver_cannot_follow_is_an_error(curve):
+def test_a_fit_the_solver_cannot_follow_is_an_error(curve, monkeypatch):
     stuck = BEAD.replaced(largest_tabor=50.0)
+    for limit in ("LARGEST_GRID", "LARGEST_LATTICE", "LARGEST_REMEMBERED"):
+        monkeypatch.setattr(master_grid, limit, 10)
     with pytest.raises(FitError, match="the fit did not converge"):
         fit(curve, stuck, ("work_of_adhesion",))
 
