@@ -97,7 +97,7 @@ def resolution(quantities: dict[str, float]) -> tuple[int, int]:
     """Nodes and steps with which equal spacing resolves the edge, and equal steps the path, as the solver does."""
     tabor, depth = quantities["tabor"], quantities["peak_indentation"]
     radius = largest_contact_radius(depth, tabor, False)
-    spacing = resolve_accuracy("standard").controls().edge_spacing * edge_width(radius, tabor, False)
+    spacing = resolve_accuracy("standard").line_controls().edge_spacing * edge_width(radius, tabor, False)
     nodes = math.ceil(math.sqrt(radius**2 + 2.0 * FAR_GAP / tabor) / spacing)
     steps = math.ceil((depth + np.pi ** (2.0 / 3.0) * tabor) / 0.1)
     return min(nodes, LARGEST_BASELINE[0]), min(max(steps, int(RESOLVED / 0.1)), LARGEST_BASELINE[1])

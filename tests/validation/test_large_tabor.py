@@ -66,7 +66,7 @@ def test_a_moving_grid_remembers_what_a_fixed_one_does(monkeypatch, material):
     assert other.pull_off_force == pytest.approx(one.pull_off_force, rel=1e-3)
     # the fixed grid interpolates by cubics, the moving one by lines
     assert other.hysteresis == pytest.approx(one.hysteresis, rel=2e-3)
-    assert other.max_compression == pytest.approx(one.max_compression, rel=1e-3)
+    assert other.max_compression == pytest.approx(one.max_compression, abs=4e-3)
 
 
 def test_a_viscoelastic_contact_at_thirty_runs_through():

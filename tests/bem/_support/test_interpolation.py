@@ -48,7 +48,7 @@ def test_the_history_bends_where_the_protocol_does():
 
 
 @given(
-    st.lists(st.tuples(st.floats(1e-3, 1e3), st.floats(-1e3, 1e3)), min_size=2, max_size=12),
+    st.lists(st.tuples(st.floats(1e-3, 1e3), st.floats(-1e3, 1e3, allow_subnormal=False)), min_size=2, max_size=12),
     st.lists(st.floats(0.0, 1.0), min_size=1, max_size=6),
 )
 def test_the_cubics_are_those_of_scipy(points, places):
@@ -58,10 +58,9 @@ def test_the_cubics_are_those_of_scipy(points, places):
     wanted = np.clip(wanted, times[0], times[-1])
     ours, theirs = ForceInterpolant(times, force, []), PchipInterpolator(times, force)
     scale = np.abs(force).max()
-    # Subnormal forces have fewer digits.
-    np.testing.assert_allclose(ours.at(wanted), theirs(wanted), rtol=0, atol=1e-9 * scale + 1e-300)
+    np.testing.assert_allclose(ours.at(wanted), theirs(wanted), rtol=0, atol=1e-9 * scale)
     area = theirs.integrate(times[0], times[-1])
-    np.testing.assert_allclose(ours.integrals()[0], area, rtol=0, atol=1e-12 * scale * (times[-1] - times[0]) + 1e-300)
+    np.testing.assert_allclose(ours.integrals()[0], area, rtol=0, atol=1e-12 * scale * (times[-1] - times[0]))
 
 
 def test_resampling_returns_the_native_points():
