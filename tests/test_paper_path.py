@@ -9,7 +9,15 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 
 FIGURES = {"1", "2", "3", "4", "5", "6", "7", "architectures", "features", "fms-transfer", "learning-curves", "mse-mae"}
-TABLES = {"protocols-dataset", "dataset-summary", "protocols-canonical", "quartiles", "persson-brener", "models"}
+TABLES = {
+    "protocols-dataset",
+    "dataset-summary",
+    "protocols-canonical",
+    "quartiles",
+    "persson-brener",
+    "models",
+    "features",
+}
 
 
 @pytest.mark.slow
