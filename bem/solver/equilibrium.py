@@ -105,9 +105,10 @@ def _nodes_with_slope(influence: np.ndarray, gap: np.ndarray, tabor: float, resp
 
 
 @kernel
-def _factorise(
+def factorise(
     influence: np.ndarray, weights: np.ndarray, gap: np.ndarray, tabor: float, response: float, factor: Factor
 ) -> None:
+    """Linearise about `gap` (n,), and judge the stability there."""
     n = gap.size
     order = _nodes_with_slope(influence, gap, tabor, response)
     uniform = np.ones(n)
@@ -220,7 +221,7 @@ def solve_adhesive(
         allowed = min(tolerance, max(force_error / max(factor.stiffness[0], 1e-12), _SMALLEST_RESIDUAL))
         if known and worst < allowed:
             if factor.unstable[0]:  # of an earlier iterate, perhaps not of this state
-                _factorise(influence, weights, gap, tabor, response, factor)
+                factorise(influence, weights, gap, tabor, response, factor)
                 work[FACTORISATIONS] += 1
             return not factor.unstable[0]
         if iteration == _MOST_ITERATIONS:
@@ -228,7 +229,7 @@ def solve_adhesive(
         if not known or (worst > _SLOW * previous and not fresh):
             if refreshed == _MOST_FACTORISATIONS:
                 return False
-            _factorise(influence, weights, gap, tabor, response, factor)
+            factorise(influence, weights, gap, tabor, response, factor)
             refreshed += 1
             work[FACTORISATIONS] += 1
             fresh, can_extrapolate = True, False
