@@ -17,13 +17,11 @@ from typing import Any
 import numpy as np
 
 from surrogate.architectures.registry import source_of
-from surrogate.data.dataset import Split, TrajectoryDataset
+from surrogate.data.dataset import PARTS, Split, TrajectoryDataset
 from surrogate.training.recipe import Recipe
 
 PUBLISHED_SEED = "published_seed"
 """Key of `run.json` that says which of several seeds a published model is, where it stands for all of them."""
-
-PARTS = ("train", "validation", "test")
 
 WORDS = {
     "dataset": "data set",
