@@ -91,7 +91,7 @@ def test_a_folder_that_is_no_model_directory_is_never_removed(name, tmp_path):
         (place / name).write_text("precious")
     before = contents(tmp_path)
     for replace in (False, True):
-        with pytest.raises(ValueError, match=r"Expected a new place for the model.*mine, which holds '(thesis|notes)"):
+        with pytest.raises(ValueError, match=r"Expected a new path for the model.*mine, which holds '(thesis|notes)"):
             publish(tmp_path / "run", place, replace=replace)
     with pytest.raises(ValueError, match=r"which has no run\.json"):
         require_place(tmp_path / "run" / "model")
@@ -106,7 +106,7 @@ def test_a_model_is_replaced_when_asked_and_whole(tmp_path):
     models = tmp_path / "models"
     models.mkdir()
     (models / "mine").symlink_to(old)
-    with pytest.raises(ValueError, match=r"Expected --replace, since .*mine is already published"):
+    with pytest.raises(ValueError, match=r"Expected --replace, because .*mine is already published"):
         publish(tmp_path / "run", models / "mine")
     assert json.loads((models / "mine" / "run.json").read_text())["name"] == "old"
     publish(tmp_path / "run", models / "mine", replace=True)
