@@ -58,7 +58,7 @@ def test_marks_of_the_dwell_are_its_ends():
 
 
 def test_too_few_points_of_a_ramp_are_refused_with_advice():
-    with pytest.raises(ValueError, match=r"4 points in loading and in unloading.*, 2 in unloading; .*column edge, or"):
+    with pytest.raises(ValueError, match=r"4 points in loading and in unloading.*column edge, or.*, 2 in unloading"):
         fit_protocol(*unresolved())
 
 
