@@ -168,8 +168,8 @@ def test_a_label_takes_no_published_model_s_place_unless_asked(label, tmp_path, 
     ):
         refused = CliRunner().invoke(cli.app, [*words, *otherwise])
         assert isinstance(refused.exception, ValueError)
-        assert "Expected another --label, or --replace, since" in str(refused.exception)
+        assert "Expected another --label, or --replace, because" in str(refused.exception)
         assert why in str(refused.exception)
     words[1] = "M3-concat"
-    assert "there one of another architecture" in str(CliRunner().invoke(cli.app, words).exception)
+    assert "and a model of another architecture" in str(CliRunner().invoke(cli.app, words).exception)
     assert contents(tmp_path) == before
