@@ -221,7 +221,7 @@ def test_another_version_of_the_file_neither_resumes_nor_loads(own, tmp_path):
     (tmp_path / "own.py").write_text(narrow.replace("Dense(3", "Dense(3, activation='tanh'"))
     refused = own("train", "Own-1-concat", "--architecture", "own.py", fails=True)
     assert "Expected a checkpoint of the same training" in refused
-    assert refused.endswith("Received: one of another architecture file")
+    assert refused.endswith("Received: a checkpoint of another architecture file")
     (tmp_path / "own.py").write_text(narrow)
     own("train", "Own-1-concat", "--architecture", "own.py")
     (tmp_path / "own.py").write_text(narrow + "\n# Other words.\n")
