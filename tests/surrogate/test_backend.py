@@ -12,7 +12,7 @@ from surrogate.backend import has_fused_lstm, limit_threads, silent_stderr, vers
 def test_threads_are_limited_before_keras_is_imported(monkeypatch):
     with pytest.raises(ValueError, match="threads=0"):
         limit_threads(0)
-    with pytest.raises(RuntimeError, match="before keras"):
+    with pytest.raises(RuntimeError, match="before Keras"):
         limit_threads(1)
     monkeypatch.setattr("surrogate.backend.sys.modules", {})
     monkeypatch.setattr("surrogate.backend.os.environ", environment := {"XLA_FLAGS": "--kept"})
