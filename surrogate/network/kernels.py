@@ -119,7 +119,7 @@ def normalise(weights: np.ndarray, x: np.ndarray, result: np.ndarray) -> None:
 def convolve_step(
     weights: np.ndarray, x: np.ndarray, ring: np.ndarray, result: np.ndarray, points: int, dilation: int, steps: int
 ) -> None:
-    """Advance a causal convolution. `ring` is a ring buffer of past inputs; in `weights` the bias follows the kernel."""
+    """Advance a causal convolution; `ring` is a ring buffer of past inputs, and `weights` are kernel and bias, flat."""
     inputs, rows = x.size, ring.size // x.size
     row = steps % rows
     ring[row * inputs : (row + 1) * inputs] = x
