@@ -76,7 +76,7 @@ class Split:
         """Read what `save` wrote.
 
         Raises:
-            FileNotFoundError: no such file.
+            FileNotFoundError: the file does not exist.
             ValueError: the file is not a split.
         """
         try:

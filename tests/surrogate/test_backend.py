@@ -41,7 +41,7 @@ def test_versions_name_the_backend():
     assert set(versions()) == {"python", "keras", "numpy", keras.backend.backend()}
 
 
-def test_what_a_library_says_as_it_starts_is_held_back_unless_it_fails(capfd):
+def test_messages_of_a_library_at_its_start_are_shown_only_if_it_fails(capfd):
     with silent_stderr():
         os.write(2, b"E0000 Unable to register cuDNN factory\n")
     assert capfd.readouterr().err == ""

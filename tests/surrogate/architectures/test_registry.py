@@ -86,7 +86,7 @@ def test_a_registered_family_stands_beside_the_eighteen():
         ("M7", "lstm", {}, "Expected a builder .*'lstm'"),
     ],
 )
-def test_what_cannot_be_registered(family, builder, options, words):
+def test_architectures_that_cannot_be_registered(family, builder, options, words):
     before = surrogate.names(), dict(FAMILIES)
     with pytest.raises(ValueError, match=words):
         surrogate.register(family, builder, **options)

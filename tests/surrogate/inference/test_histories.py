@@ -145,7 +145,7 @@ def test_a_check_against_another_material_says_so(ratio, command):
         assert err == ""
 
 
-def test_a_model_that_does_not_tell_its_material_is_checked_with_a_word(command, monkeypatch):
+def test_the_check_of_a_model_without_a_recorded_material_warns(command, monkeypatch):
     monkeypatch.setattr("surrogate.inference.predictor.Surrogate.modulus_ratio", None)
     words = ["predict", "M1-concat", "--tabor", 1.0, *FLAGS, "--check"]
     _, _, err = command(*words)

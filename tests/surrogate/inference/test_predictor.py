@@ -102,7 +102,7 @@ def test_nearby_numbers_of_points_are_silent(predictor, inside, total):
 
 
 @pytest.mark.parametrize("total", [24, 30, 90, 150, 2000])
-def test_other_numbers_of_points_are_said(predictor, inside, total):
+def test_other_numbers_of_points_warn(predictor, inside, total):
     times, indentations, tabor = inside
     arguments = resampled(times, indentations, total)
     words = (
@@ -113,7 +113,7 @@ def test_other_numbers_of_points_are_said(predictor, inside, total):
     assert len(caught) == 1
 
 
-def test_other_shapes_are_said(predictor, inside):
+def test_other_shapes_warn(predictor, inside):
     times, indentations, tabor = (part[:1] for part in inside)
     peak = indentations.max()
 
@@ -137,7 +137,7 @@ def test_other_shapes_are_said(predictor, inside):
     )
 
 
-def test_other_numbers_of_points_of_a_protocol_are_said(predictor, dataset):
+def test_other_numbers_of_points_of_a_protocol_are_listed(predictor, dataset):
     index = dataset.split().train[0]
     values = {name: float(column[index]) for name, column in dataset.protocols.items()}
     tabor = values.pop("tabor")

@@ -72,7 +72,7 @@ def test_an_interrupted_training_follows_the_same_curve(plateau_runs):
             np.testing.assert_array_equal(item[()], expected[path][()], err_msg=path)
 
 
-def test_the_rate_and_the_end_follow_kerass_rules(plateau_runs):
+def test_learning_rate_and_early_stopping_follow_keras(plateau_runs):
     folder, whole, _ = plateau_runs
     rows = history(folder / "whole")
     rates = [row["learning_rate"] for row in rows]
@@ -125,7 +125,7 @@ def test_divergence_is_reported(tiny, dataset, tmp_path):
         execute(run_of(dataset, tmp_path, rate=1e30), tmp_path / "run")
 
 
-def test_of_two_backups_the_newer_whole_one_is_taken(plateau_runs, tmp_path):
+def test_the_newer_complete_backup_is_used(plateau_runs, tmp_path):
     folder, whole, _ = plateau_runs
     steps = STEPS
 

@@ -36,7 +36,7 @@ def test_plain_names(name):
 
 
 @pytest.mark.parametrize("name", PATHS)
-def test_what_is_no_plain_name(name):
+def test_names_that_are_not_plain(name):
     with pytest.raises(ValueError, match="Expected a name of at most 64 letters") as refused:
         plain_name(name, "a name")
     assert len(str(refused.value)) < 200
