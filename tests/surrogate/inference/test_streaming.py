@@ -83,9 +83,9 @@ def test_a_refused_step_leaves_the_stream_where_it_was(model, history):
     stream.reset()
     steps(stream, times[:19], indentations[:19])
     for time, depth, words in (
-        (times[18], 0.0, "time after .*that of the step before"),
-        (np.nan, 0.0, "finite step"),
-        (times[19], np.inf, "finite step"),
+        (times[18], 0.0, "time after .*that of the previous step"),
+        (np.nan, 0.0, "finite time, and an indentation"),
+        (times[19], np.inf, "finite time, and an indentation"),
         (times[19], 1e7, "indentations within"),
         (1e-320, 0.0, "time after"),
         (times[18] + 1e-13, 50.0, "a rate of at most 1e"),
@@ -117,7 +117,7 @@ def test_a_whole_history_is_its_steps_to_the_last_bit(model, history):
     first = stream.run(times[:70], indentations[:70], edge[:70])
     np.testing.assert_array_equal(np.concatenate([first, stream.run(times[70:], indentations[70:], edge[70:])]), whole)
     for bad, words in (
-        ((times, indentations[1:], edge), "one shape"),
+        ((times, indentations[1:], edge), "of the same shape"),
         ((times, indentations, edge[1:]), "edge marks of shape"),
         ((times, indentations, 0.5 * edge), "zero or one"),
         ((times[::-1], indentations, edge), "time after"),
