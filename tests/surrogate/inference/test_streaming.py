@@ -86,7 +86,7 @@ def test_a_refused_step_leaves_the_stream_where_it_was(model, history):
         (times[18], 0.0, "time after .*that of the previous step"),
         (np.nan, 0.0, "finite time, and an indentation"),
         (times[19], np.inf, "finite time, and an indentation"),
-        (times[19], 1e7, "indentations within"),
+        (times[19], 1e7, "an indentation within"),
         (1e-320, 0.0, "time after"),
         (times[18] + 1e-13, 50.0, "a rate of at most 1e"),
         (1e300, 0.0, "time after .* at most"),
