@@ -54,7 +54,7 @@ SHARDS = 2
 STARTS = {
     "command": "import bem.cli.campaign, bem.dataset.campaign.run",
     "worker": (
-        "from bem.dataset.campaign import executors, plan, work\nexecutors.own_process = True\nwork.warm_solver()"
+        "from bem.dataset.campaign import executors, plan, worker\nworker.own_process = True\nworker.warm_solver()"
     ),
 }
 
