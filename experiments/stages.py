@@ -1,8 +1,8 @@
 """The stages of the paper from scratch, and the expected hours of each, printed before the first and as each begins.
 
-Hours follow from the core seconds that published results took (`run.json` of the models, or their batches where
-`experiments.cost.training_speed` measured these on one machine; the result files of the studies that train; the data
-set); a stage of which something is not published shows its estimate, and says so.
+The hours follow from the core seconds stored with the published results: the data set, the result files of the studies
+that train, and `run.json` of the models, or their batches where `experiments.training.training_speed` measured these on
+one machine. A stage with an unpublished part shows an estimate and says so.
 
 Usage: `python -m experiments.stages [NAME] [--published DIR]`.
 """
@@ -18,9 +18,9 @@ import typer
 
 from bem._support.command_line import run_main
 from experiments import common
-from experiments.cost import training_speed
-from experiments.cost.training_cost import batch_seconds, training_seconds
 from experiments.paper.model_comparison import REFERENCE
+from experiments.training import training_speed
+from experiments.training.training_cost import batch_seconds, training_seconds
 from surrogate.architectures.naming import names
 
 CONFIG = common.CONFIGS / "stages.toml"

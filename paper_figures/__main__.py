@@ -19,7 +19,7 @@ from experiments.dependencies import Recorder
 from experiments.places import Places, keywords, replaced
 
 HERE = Path(__file__).parent
-KINDS = ("figures", "measurements", "tables")
+KINDS = ("figures", "models", "measurements", "tables")
 
 
 def modules() -> dict[str, str]:

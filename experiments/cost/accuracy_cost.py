@@ -25,10 +25,10 @@ from bem import simulate_paper_method
 from bem.accuracy import NAMED_TARGETS
 from bem.solver.version import SOLVER_VERSION
 from experiments.common import DATASET, MODELS
-from experiments.cost import solver_processes
 from experiments.cost.cases import Case, answered, held_out, solver_at
 from experiments.cost.closed_form_tools import FORMS, depths_of
 from experiments.cost.surrogate_cost import from_steps, missing, outdated, surrogate_tools
+from experiments.solver import solver_processes
 from experiments.timing import (
     CLOCK,
     MEASUREMENTS,

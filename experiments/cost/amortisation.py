@@ -1,10 +1,10 @@
 """When a surrogate pays for itself: core seconds of data set, training and queries against the number of queries.
 
-It reads only: the data set's core seconds, the core seconds of each published model's training (of its batches on one
-machine where `experiments.cost.training_speed` has measured them), and the seconds of one query in the measurement of
-`experiments.cost.accuracy_cost`. Every surrogate, in every way of calling it, is compared with the solver at its named
-accuracies; the paper's line has its own numbers. A model that was published or trained again after the measurement is
-named, and its seconds are not estimated.
+The study measures nothing. It reads the core seconds of the data set, the core seconds of the training of each
+published model (those of its batches on one machine, where `experiments.training.training_speed` measured them), and
+the seconds of one query from the measurement of `experiments.cost.accuracy_cost`. Each surrogate, in each way of
+calling it, is compared with the solver at its named accuracies. The paper's lines use the paper's own numbers. A model
+that was published or retrained after the measurement is listed by name; its seconds are not estimated.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ import typer
 
 from bem.dataset.file import load_dataset
 from experiments.common import DATASET, MODELS, write_result
-from experiments.cost import training_speed
 from experiments.cost.surrogate_cost import missing, outdated, published, weights_digest
-from experiments.cost.training_cost import batch_seconds, training_seconds
 from experiments.paper_numbers import paper_values
 from experiments.timing import MEASUREMENTS, DatasetFile, Models, Out, plain
+from experiments.training import training_speed
+from experiments.training.training_cost import batch_seconds, training_seconds
 
 OUT = MEASUREMENTS / "amortisation.json"
 COST = MEASUREMENTS / "accuracy_cost.json"

@@ -27,8 +27,8 @@ import typer
 from bem import Elastic, HardContact, LennardJones, LoadingProtocol, Scene, Trajectory, simulate, simulate_paper_method
 from bem._support.command_line import run_main
 from bem.reference_solutions import dmt, hertz, jkr, maugis_dugdale
-from experiments.cost.solver_processes import EXACT_TARGET
 from experiments.peers.other_software import INSTALL, PACKAGES, adhesion_largest_tension, installed, tamaas_hertz
+from experiments.solver.solver_processes import EXACT_TARGET
 from experiments.timing import MEASUREMENTS, NOT_PUBLISHED, Busy, progress, publish, timed
 
 OUT = MEASUREMENTS / "peers.json"

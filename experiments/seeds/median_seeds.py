@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from experiments.paper.ranking import EXPECTED, found_seeds
+from experiments.seeds.ranking import EXPECTED, found_seeds
 from surrogate.architectures.naming import paper_names
 from surrogate.data.dataset import TrajectoryDataset
 from surrogate.network.onnx_file import ONNX_NAME

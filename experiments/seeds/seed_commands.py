@@ -11,9 +11,9 @@ import shlex
 from pathlib import Path
 
 from experiments import common
-from experiments.paper.feature_sets import CONFIG
 from experiments.paper.model_comparison import REFERENCE
-from experiments.paper.ranking import EXPECTED, INPUTS, found_seeds
+from experiments.seeds.ranking import EXPECTED, INPUTS, found_seeds
+from experiments.training.feature_sets import CONFIG
 from surrogate.architectures.naming import paper_names
 from surrogate.data.dataset import TrajectoryDataset
 

@@ -10,8 +10,8 @@ from typing import Any
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from paper_figures.figures.figure_learning_curves import draw_curves
-from paper_figures.figures.figure_mse_mae import draw_models
+from paper_figures.models.figure_learning_curves import draw_curves
+from paper_figures.models.figure_mse_mae import draw_models
 from paper_figures.style import drawing, models_style
 
 

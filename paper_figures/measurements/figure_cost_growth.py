@@ -1,6 +1,6 @@
 """Figure and table: how seconds grow with nodes, steps, Tabor parameter, peak indentation and unloading rate.
 
-Reads the measurement of `experiments.cost.cost_growth`.
+Reads the measurement of `experiments.solver.cost_growth`.
 """
 
 from typing import Any

@@ -1,7 +1,7 @@
 """Figure: error against core minutes of training, and against the trajectories it was trained on.
 
 Curves are validation errors; held-out errors, measured once at the end of a run, are marked at its core minutes.
-Reads the result of `experiments.cost.training_cost`; a line above names runs that are not published yet.
+Reads the result of `experiments.training.training_cost`; a line above names runs that are not published yet.
 """
 
 from typing import Any

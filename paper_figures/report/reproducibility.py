@@ -10,7 +10,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from experiments.paper import ranking as study
+from experiments.seeds import ranking as study
 from paper_figures.report.claims import SOURCES
 from paper_figures.style import drawing, models_style
 from paper_figures.style.writing import number

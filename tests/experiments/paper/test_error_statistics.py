@@ -7,11 +7,11 @@ import pytest
 
 from experiments import common, lineage
 from experiments.paper import error_statistics, fms_transfer, model_comparison
-from experiments.paper.data_efficiency import KEYS as SHARES
-from experiments.paper.data_efficiency import share
-from experiments.paper.data_efficiency import variants as shares
-from experiments.paper.feature_sets import summary as feature_summary
-from experiments.paper.feature_sets import variants as feature_variants
+from experiments.training.data_efficiency import KEYS as SHARES
+from experiments.training.data_efficiency import share
+from experiments.training.data_efficiency import variants as shares
+from experiments.training.feature_sets import summary as feature_summary
+from experiments.training.feature_sets import variants as feature_variants
 from surrogate.architectures.naming import FAMILIES, names
 
 COLUMNS = (

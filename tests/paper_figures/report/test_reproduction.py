@@ -3,8 +3,8 @@ import re
 
 import pytest
 
-from experiments.paper.ranking import contenders
 from experiments.paper_numbers import stated, with_stated
+from experiments.seeds.ranking import contenders
 from paper_figures.report import claims as reproduction
 from paper_figures.report import write as reproduction_report
 from paper_figures.style import drawing

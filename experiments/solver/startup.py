@@ -18,8 +18,8 @@ from typing import Annotated
 
 import typer
 
-from experiments.cost.revision_comparison import checked_out
-from experiments.cost.solver_processes import ROOT
+from experiments.solver.revision_comparison import checked_out
+from experiments.solver.solver_processes import ROOT
 
 COMMAND = ["-m", "bem", "simulate", "--tabor", "3.2", "--peak-indentation", "15", "--loading-rate", "1000"]
 COMMAND += ["--dwell-time", "0.008", "--unloading-rate", "1000"]

@@ -22,7 +22,7 @@ from rich.console import Console
 from rich.table import Table
 
 from bem.accuracy import resolve_accuracy
-from experiments.cost.solver_processes import EXACT_TARGET, ROOT, WORK, Solver, drawn, in_turn, judged, refined
+from experiments.solver.solver_processes import EXACT_TARGET, ROOT, WORK, Solver, drawn, in_turn, judged, refined
 
 KEPT = Path("results/solver/revisions")
 ACCURACIES: tuple[str | float, ...] = ("draft", 1e-2, "standard", 2e-3, 1e-3, 3e-4, "reference")

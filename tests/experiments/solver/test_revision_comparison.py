@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from experiments.cost import bench_solver, revision_comparison, solver_processes
-from experiments.cost.revision_comparison import NOW
-from experiments.cost.solver_processes import ROOT, WORK
+from experiments.solver import bench_solver, revision_comparison, solver_processes
+from experiments.solver.revision_comparison import NOW
+from experiments.solver.solver_processes import ROOT, WORK
 
 
 def test_an_unknown_baseline_is_refused(tmp_path):

@@ -4,8 +4,8 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from experiments.cost import solver_child, solver_processes
-from experiments.cost.solver_processes import ROOT, Solver
+from experiments.solver import solver_child, solver_processes
+from experiments.solver.solver_processes import ROOT, Solver
 
 
 def test_what_a_solver_raises_is_its_status():

@@ -15,8 +15,8 @@ import numpy as np
 import typer
 
 from experiments import common
-from experiments.paper.trainings import WORK, Variant, earlier_trainings, train_variants
 from experiments.timing import DatasetFile, Out
+from experiments.training.trainings import WORK, Variant, earlier_trainings, train_variants
 
 CONFIG = common.CONFIGS / "data_efficiency.toml"
 OUT = Path("published/data_efficiency.json")

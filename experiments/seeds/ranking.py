@@ -20,8 +20,8 @@ from typing import Any
 import numpy as np
 
 from experiments import common
-from experiments import ranking_statistics as statistics
 from experiments.paper.model_comparison import REFERENCE, read_history
+from experiments.seeds import ranking_statistics as statistics
 from surrogate.architectures.naming import CONDITIONINGS, PAPER_FAMILIES, paper_names
 from surrogate.data.dataset import TrajectoryDataset
 

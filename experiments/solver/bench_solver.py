@@ -1,7 +1,7 @@
 """What accuracy costs: milliseconds and errors of the contact solver over a random sample of the paper's box.
 
 Trajectories run one after the other on one core. Seconds are processor seconds, errors are against refined solutions,
-both as in `experiments.cost.solver_processes`. Result: one JSON file, and the tables of `docs/solver-benchmark.md`.
+both as in `experiments.solver.solver_processes`. Result: one JSON file, and the tables of `docs/solver-benchmark.md`.
 With `--baseline REVISION` the solver of the working tree is compared with that of a git revision instead.
 
 Usage: `python -m experiments bench_solver [--count N] [--seed N] [--reference-count N] [--out FILE] [--report FILE]`,
@@ -27,9 +27,9 @@ from bem._support.provenance import provenance
 from bem.accuracy import resolve_accuracy
 from bem.solver.version import SOLVER_VERSION
 from experiments.common import write_result
-from experiments.cost import revision_comparison, solver_processes
-from experiments.cost.startup import command_seconds
 from experiments.robustness.known_results import known_results, summary
+from experiments.solver import revision_comparison, solver_processes
+from experiments.solver.startup import command_seconds
 from experiments.timing import in_fresh_process, plain
 
 RESULTS = Path("results/solver")
@@ -51,8 +51,8 @@ print(imported - started, called - imported, time.process_time() - called)
 MEMORY = """
 import resource, sys
 from pathlib import Path
-from experiments.cost.solver_child import answer
-from experiments.cost.solver_processes import drawn
+from experiments.solver.solver_child import answer
+from experiments.solver.solver_processes import drawn
 for request in drawn(int(sys.argv[1]), int(sys.argv[2])):
     answer(request | {"accuracy": "standard"})
 status = Path("/proc/self/status")

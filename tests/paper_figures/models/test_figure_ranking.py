@@ -4,7 +4,7 @@ import csv
 
 import pytest
 
-from paper_figures.figures import figure_ranking
+from paper_figures.models import figure_ranking
 from paper_figures.style import models_style
 from paper_figures.tables import table_ranking
 from surrogate.architectures.naming import names

@@ -4,9 +4,9 @@ import json
 
 import pytest
 
-from experiments.cost import training_cost
 from experiments.lineage import dataset_digest
 from experiments.paper.model_comparison import minutes_to, read_model
+from experiments.training import training_cost
 
 
 def write_model(folder, dataset, test_mse, **run):

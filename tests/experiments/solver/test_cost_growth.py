@@ -3,7 +3,7 @@
 import pytest
 
 from bem.dataset.file import Dataset, load_dataset
-from experiments.cost import cost_growth
+from experiments.solver import cost_growth
 
 
 def test_growth_of_both_solvers():

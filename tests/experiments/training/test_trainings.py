@@ -6,8 +6,8 @@ import shutil
 import pytest
 import typer
 
-from experiments.paper import data_efficiency, feature_sets, trainings
-from experiments.paper.trainings import Variant, is_trained
+from experiments.training import data_efficiency, feature_sets, trainings
+from experiments.training.trainings import Variant, is_trained
 from surrogate.data.dataset import TrajectoryDataset
 
 

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from experiments.cost import training_speed
+from experiments.training import training_speed
 from surrogate.architectures import naming
 from tests.surrogate.conftest import build_tiny
 

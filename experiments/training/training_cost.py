@@ -6,9 +6,9 @@ architecture: the published model, and those trained for shorter and longer, by 
 reads only `history.csv`, `metrics.json` and `run.json` of every published model; for the number of trajectories, the
 published study of data efficiency (models trained on shares of the data set), where there is one.
 
-Models were trained on processors of different speed. Where `experiments.cost.training_speed` has measured what a batch
-of a recipe costs an architecture, minutes are those of the batches on that one machine, without validation; else those
-that the training took.
+The models were trained on processors of different speed. Where `experiments.training.training_speed` measured the cost
+of a batch for a recipe and an architecture, the minutes are those of the batches on that one machine, without
+validation. Otherwise they are those that the training took.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ import typer
 
 from bem.dataset.file import load_dataset
 from experiments.common import DATASET, MODELS, write_result
-from experiments.cost import training_speed
 from experiments.lineage import dataset_digest
 from experiments.paper.model_comparison import REFERENCE, minutes_to, outdated, paper_mse, published, read_model
 from experiments.timing import MEASUREMENTS, DatasetFile, Models, Out, plain
+from experiments.training import training_speed
 from surrogate.architectures.naming import names
 from surrogate.training.identity import read_identity
 

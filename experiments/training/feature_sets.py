@@ -13,8 +13,8 @@ from typing import Annotated, Any
 import typer
 
 from experiments import common
-from experiments.paper.trainings import WORK, Variant, earlier_trainings, train_variants
 from experiments.timing import DatasetFile, Out
+from experiments.training.trainings import WORK, Variant, earlier_trainings, train_variants
 
 CONFIG = common.CONFIGS / "feature_sets.toml"
 OUT = Path("published/feature_sets.json")

@@ -5,9 +5,9 @@ import json
 import numpy as np
 import pytest
 
-from experiments.cost import bench_solver
-from experiments.cost import solver_processes as solvers
 from experiments.robustness import known_results
+from experiments.solver import bench_solver
+from experiments.solver import solver_processes as solvers
 from experiments.timing import in_fresh_process
 
 

@@ -5,7 +5,8 @@ import csv
 import numpy as np
 import pytest
 
-from paper_figures.figures import figure_5, figure_features, figure_learning_curves, figure_mse_mae
+from paper_figures.figures import figure_5
+from paper_figures.models import figure_features, figure_learning_curves, figure_mse_mae
 from paper_figures.style import drawing, models_style
 from paper_figures.tables import table_models
 from surrogate.architectures.naming import FAMILIES, names

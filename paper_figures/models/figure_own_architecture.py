@@ -5,7 +5,7 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from bem._support.outputs import plain_name
-from paper_figures.figures.figure_architectures import draw_family, ranks
+from paper_figures.models.figure_architectures import draw_family, ranks
 from paper_figures.style import drawing
 
 

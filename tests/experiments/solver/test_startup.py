@@ -1,7 +1,7 @@
 """What a command costs before it computes, beside another revision."""
 
-from experiments.cost import startup
-from experiments.cost.solver_processes import ROOT
+from experiments.solver import startup
+from experiments.solver.solver_processes import ROOT
 
 
 def test_a_ratio_of_startups_is_now_over_before(monkeypatch, capsys):

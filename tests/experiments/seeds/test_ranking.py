@@ -7,8 +7,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from experiments import ranking_statistics as statistics
-from experiments.paper import ranking
+from experiments.seeds import ranking
+from experiments.seeds import ranking_statistics as statistics
 from surrogate.architectures.naming import paper_names
 
 TRAJECTORIES = 200
