@@ -28,14 +28,14 @@ COST = MEASUREMENTS / "accuracy_cost.json"
 
 
 def line(name: str, kind: str, fixed: float, query: float, **more: Any) -> dict[str, Any]:
-    """Core seconds: once, and for each query."""
+    """One tool: its fixed cost and its cost per query, in core seconds."""
     return {"name": name, "kind": kind, "fixed_seconds": fixed, "query_seconds": query, **more}
 
 
-def break_even(dear: dict[str, Any], cheap: dict[str, Any]) -> float | None:
-    """Queries from which the tool with the larger fixed cost is the cheaper one; None where it never is."""
-    saved = cheap["query_seconds"] - dear["query_seconds"]
-    return (dear["fixed_seconds"] - cheap["fixed_seconds"]) / saved if saved > 0.0 else None
+def break_even(surrogate: dict[str, Any], solver: dict[str, Any]) -> float | None:
+    """Number of queries above which the surrogate costs less than the solver; `None` if it never does."""
+    saved = solver["query_seconds"] - surrogate["query_seconds"]
+    return (surrogate["fixed_seconds"] - solver["fixed_seconds"]) / saved if saved > 0.0 else None
 
 
 def paper_lines() -> list[dict[str, Any]]:
@@ -55,7 +55,7 @@ def main(
     speed: Annotated[Path, typer.Option(help="Measured seconds of a batch.")] = training_speed.OUT,
     out: Out = OUT,
 ) -> None:
-    """Collect the lines and where they cross."""
+    """Collect the costs and the break-even numbers of queries."""
     if not cost.is_file():
         raise FileNotFoundError(f"measurement {str(cost)!r} not found; `make measure-accuracy-cost` makes it")
     tools = json.loads(cost.read_text(encoding="utf-8"))["tools"]
@@ -95,5 +95,5 @@ def main(
         "outdated": outdated(models, dataset),
     }
     write_result(out, "amortisation", plain(content))
-    said = {"missing": "missing", "unmeasured": "not measured", "retrained": "trained anew since the measurement"}
+    said = {"missing": "missing", "unmeasured": "not measured", "retrained": "retrained since the measurement"}
     print("; ".join(f"{words}: {', '.join(content[key]) or 'nothing'}" for key, words in said.items()))

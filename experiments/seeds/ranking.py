@@ -1,10 +1,10 @@
 """Which of the paper's rankings hold: every published seed of every model, spreads, and the probability of each order.
 
-Reads `published/seeds/MODEL/seed-S/`; trains and predicts nothing. Only seeds of the shipped data set count, trained
-alike: the same recipe and test part. Another backend counts as another seed: it computes the same up to rounding, and
-draws other initial weights. What is ranked, and who is first, is the paper's and comes from the
-claims in `paper_values/claims.toml` that have a `ranking`; each order is judged by the held-out MSE, as in the paper.
-Percentages are medians over the test set, as in the table of the models; the other errors are means.
+The study reads `published/seeds/MODEL/seed-S/`; it trains and predicts nothing. Seeds are compared if they were trained
+on the shipped data set with the same recipe and the same test part. Another backend counts as another seed: it computes
+the same up to rounding errors, and draws other initial weights. The rankings, and the model that the paper ranks first,
+are the claims in `paper_values/claims.toml` that have a `ranking`. Each order is decided by the held-out MSE, as in the
+paper. Percentages are medians over the test set, as in the table of the models; the other errors are means.
 Source: the paper's section "Model-family selection" and its appendix on conditioning.
 """
 
@@ -32,19 +32,19 @@ COLUMNS = {
     "pull_off_percent": "pull_off_force_percent",
     "hysteresis_percent": "hysteresis_percent",
 }
-"""Names in `metrics.json` and `test_errors.csv`."""
+"""Names of the metrics in `metrics.json` and `test_errors.csv`."""
 EXPECTED = 3
-"""Seeds wanted of each model, counted from zero."""
+"""Number of seeds of each model; they are numbered from zero."""
 RESAMPLES = 4000
 INPUTS = {features: [f"features-{features}"] for features in "ABCD"}
-"""The seeds of the study of input representations, by the label of its trainings."""
+"""Labels of the seeds of the study of input representations."""
 
 
 def contenders(claim: dict[str, Any]) -> tuple[str, dict[str, list[str]]]:
-    """Who is first by a claim of the paper, and all it is compared with: labels and the models they stand for.
+    """The contender that the paper ranks first, and all contenders, by label, with the models of each.
 
     Raises:
-        ValueError: the claim is about no ranking that is known.
+        ValueError: The ranking of the claim is unknown.
     """
     kind, _, family = claim["ranking"].partition("/")
     by_family = {one: [f"{one}-{how}" for how in CONDITIONINGS] for one in PAPER_FAMILIES}
@@ -63,10 +63,10 @@ def contenders(claim: dict[str, Any]) -> tuple[str, dict[str, list[str]]]:
 
 
 def read_seed(folder: Path) -> dict[str, Any]:
-    """Errors of one training on the test set, and how it was trained.
+    """Errors of one training on the test set, and its settings.
 
     Raises:
-        ValueError: a file is missing or damaged.
+        ValueError: A file is missing or damaged.
     """
     try:
         run, metrics = (
@@ -102,12 +102,12 @@ def read_seed(folder: Path) -> dict[str, Any]:
 def found_seeds(
     seeds: Path, digest: str, forces: str | None = None
 ) -> tuple[dict[str, list[dict[str, Any]]], dict[str, str]]:
-    """What may be compared, by model and in the order of the seeds, and a sentence for each seed that is left out.
+    """Seeds that can be compared, by model and in order, and a sentence for each seed that is left out.
 
     Args:
-        seeds: Where they are.
+        seeds: Folder of the seeds.
         digest: Digest of the data set.
-        forces: Digest of its forces, for the seeds that record it.
+        forces: Digest of its forces, compared with those seeds that record it.
     """
     folders = {path.parent: read_seed(path.parent) for path in sorted(seeds.glob("*/seed-*/run.json"))}
     same = {folder: one for folder, one in folders.items() if one["data set"] == digest}
@@ -118,7 +118,7 @@ def found_seeds(
         name = folder.parent.name
         architecture = REFERENCE if name.startswith("features-") else name
         inputs = name.removeprefix("features-") if name.startswith("features-") else "D"
-        # The study of input representations has an equal budget of its own.
+        # The study of input representations has its own recipe.
         alike = [two for other, two in ours.items() if (other.parent.name in paper_names()) == (name in paper_names())]
         words = [] if folder in ours else ["forces" if folder in same else "data set"]
         words += [word for word in ("recipe", "test part") if not words and one[word] != _usual(alike, word)]
@@ -127,16 +127,16 @@ def found_seeds(
         if f"seed-{one['seed']}" != folder.name:
             words.append("seed")
         if words:
-            left_out[f"{name}/{folder.name}"] = f"left out, its {' and '.join(words)} being another"
+            left_out[f"{name}/{folder.name}"] = f"left out, because its {' and '.join(words)} differs"
         else:
             found[name].append(one)
     return {name: sorted(rows, key=lambda one: one["seed"]) for name, rows in found.items() if rows}, left_out
 
 
 def _usual(trainings: list[dict[str, Any]], word: str) -> Any:
-    """What most trainings share."""
-    counts = Counter(json.dumps(one[word], sort_keys=True) for one in trainings)
-    return json.loads(counts.most_common(1)[0][0])
+    """The most frequent value of a setting."""
+    frequency = Counter(json.dumps(one[word], sort_keys=True) for one in trainings)
+    return json.loads(frequency.most_common(1)[0][0])
 
 
 def ranked() -> list[dict[str, Any]]:
@@ -146,11 +146,11 @@ def ranked() -> list[dict[str, Any]]:
 
 
 def rankings(errors: dict[str, dict[str, np.ndarray]], rows: dict[str, list[dict[str, Any]]]) -> dict[str, Any]:
-    """Spreads and intervals of all models, and what the seeds say to each of the paper's rankings.
+    """Spreads and intervals of all models, and the decision on each of the paper's rankings.
 
     Args:
         errors: Arrays of shape (seeds, trajectories), by model and metric.
-        rows: One row for each seed, by model, as published.
+        rows: One row for each seed, by model.
     """
     spread: dict[str, dict[str, Any]] = {name: {} for name in errors}
     drawn: dict[str, dict[str, np.ndarray]] = {metric: {} for metric in COLUMNS}
@@ -167,11 +167,11 @@ def rankings(errors: dict[str, dict[str, np.ndarray]], rows: dict[str, list[dict
             drawn[metric][name] = statistics.hierarchical(replicates, name)
         values = [row["validation_mse"] for row in rows[name]]
         spread[name]["validation_mse"] = {"min": min(values), "median": float(np.median(values)), "max": max(values)}
-    counts = {name: len(found) for name, found in rows.items()}
+    seeds = {name: len(found) for name, found in rows.items()}
     pairs, claims = [], {}
     for claim in ranked():
         champion, known = contenders(claim)
-        found = statistics.duels(champion, known, drawn, counts)
+        found = statistics.duels(champion, known, drawn, seeds)
         pairs += [{"claim": claim["ranking"], **pair} for pair in found]
         medians = {
             label: min((spread[name]["test_mse"]["median"] for name in names if name in spread), default=np.inf)
@@ -187,7 +187,7 @@ def rankings(errors: dict[str, dict[str, np.ndarray]], rows: dict[str, list[dict
 
 
 def study(dataset: Path, seeds: Path) -> dict[str, Any]:
-    """Rank what is published; `curves` are validation errors by model, seed and epoch."""
+    """Rank the published seeds; `curves` holds the validation errors by model, seed and epoch."""
     data = TrajectoryDataset.load(dataset)
     digest = data.sha256
     found, left_out = found_seeds(seeds, digest, data.forces_sha256)

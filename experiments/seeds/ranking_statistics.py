@@ -1,9 +1,9 @@
-"""How sure a ranking is: spread over seeds, bootstrap intervals over the test set, and the probability of an order.
+"""Uncertainty of a ranking: spread over seeds, bootstrap intervals over the test set, and the probability of an order.
 
-Errors of a model are an array of shape (seeds, trajectories), the trajectories the same for all models. A resample of
-the trajectories is shared by all models, so that a hard trajectory is hard for all of them; the hierarchical bootstrap
-also draws as many seeds of each model, with replacement. The number that stands for several seeds is their median.
-Source: Efron and Tibshirani, An Introduction to the Bootstrap, sections 6.2, 8.3 and 13.3.
+The errors of a model are an array of shape (seeds, trajectories); the trajectories are the same for all models. All
+models share the resamples of the trajectories, so that a difficult trajectory is difficult for all of them. The
+hierarchical bootstrap also draws, with replacement, as many seeds of each model as it has. The error of several seeds
+is their median. Source: Efron and Tibshirani, An Introduction to the Bootstrap, sections 6.2, 8.3 and 13.3.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 
 CONFIDENCE = 0.95
 LEAST_SEEDS = 2
-"""Seeds that both sides of an order need for it to be decided."""
+"""Least number of seeds of each model for an order to be decided."""
 HOLDS, TIE, FAILS, NOT_DECIDED = "holds", "tie", "fails", "not decided"
 STATISTICS: dict[str, Callable[..., Any]] = {
     "test_mse": np.mean,
@@ -24,13 +24,13 @@ STATISTICS: dict[str, Callable[..., Any]] = {
     "pull_off_percent": np.median,
     "hysteresis_percent": np.median,
 }
-"""How the errors of the test trajectories become the error of a training."""
+"""Statistic that reduces the errors of the test trajectories to the error of a training, by metric."""
 CHUNK = 200
-"""Resamples taken at once; bounds memory."""
+"""Resamples computed at a time, which bounds the memory."""
 
 
 def resampled(trajectories: int, resamples: int) -> np.ndarray:
-    """Indices of shape (resamples, trajectories), drawn with replacement; the same ones at every call."""
+    """Indices of shape (resamples, trajectories), drawn with replacement from a fixed seed."""
     return np.random.default_rng(0).integers(trajectories, size=(resamples, trajectories), dtype=np.int32)
 
 
@@ -42,18 +42,18 @@ def replicates(errors: np.ndarray, indices: np.ndarray, metric: str) -> np.ndarr
 
 
 def interval(found: np.ndarray) -> tuple[float, float]:
-    """Percentile interval of the median over seeds, from replicates of shape (seeds, resamples)."""
+    """Percentile interval, at `CONFIDENCE`, of the median over seeds, from replicates of shape (seeds, resamples)."""
     tail = 0.5 * (1.0 - CONFIDENCE)
     low, high = np.quantile(np.median(found, axis=0), [tail, 1.0 - tail])
     return float(low), float(high)
 
 
 def hierarchical(found: np.ndarray, name: str) -> np.ndarray:
-    """Median error over seeds that are resampled too, shape (resamples,).
+    """Median error over resampled seeds, of shape (resamples,).
 
     Args:
         found: Replicates of shape (seeds, resamples).
-        name: The model; it decides which seeds are drawn, so that another model that is published moves nothing.
+        name: The model. It seeds the draw, so that the numbers of a model do not change when another is published.
     """
     seeds, resamples = found.shape
     drawn = np.random.default_rng([1, *name.encode()]).integers(seeds, size=(seeds, resamples))
@@ -61,13 +61,13 @@ def hierarchical(found: np.ndarray, name: str) -> np.ndarray:
 
 
 def probability(better: Sequence[np.ndarray], worse: Sequence[np.ndarray]) -> float:
-    """Share of the resamples where the best of the first models errs less than the best of the others."""
+    """Share of resamples in which the best model of `better` errs less than the best of `worse`; a tie counts half."""
     one, other = np.min(better, axis=0), np.min(worse, axis=0)
     return float(np.mean(one < other) + 0.5 * np.mean(one == other))
 
 
 def decision(chance: float | None) -> str:
-    """What a probability of the order says; `None` stands for too few seeds."""
+    """Decision on an order from its probability; `None` means too few seeds."""
     if chance is None:
         return NOT_DECIDED
     if chance >= CONFIDENCE:
@@ -76,9 +76,9 @@ def decision(chance: float | None) -> str:
 
 
 def verdict(decisions: Sequence[str]) -> str:
-    """Whether one contender is ahead of all others, from the decisions on each order.
+    """Decision on a ranking from the decisions on its orders.
 
-    A single order that fails is enough to refute; to confirm, all have to hold.
+    The ranking fails if one order fails, and holds only if all orders hold.
     """
     for word in (FAILS, NOT_DECIDED, TIE):
         if word in decisions:
@@ -92,13 +92,13 @@ def duels(
     drawn: Mapping[str, Mapping[str, np.ndarray]],
     seeds: Mapping[str, int],
 ) -> list[dict[str, Any]]:
-    """The order of the champion and each other contender, with its probability by every metric.
+    """The order of the champion and each other contender, with its probability by each metric.
 
     Args:
         champion: The contender that the paper ranks first.
-        contenders: The models that each contender stands for; its error is that of its best one.
+        contenders: The models of each contender; the error of a contender is that of its best model.
         drawn: What `hierarchical` returns, by metric and model.
-        seeds: Number of seeds by model; none where it is absent.
+        seeds: Number of seeds by model; zero for a model that is absent.
     """
 
     def least(label: str) -> int:
@@ -112,9 +112,9 @@ def duels(
     for other in contenders:
         if other == champion:
             continue
-        counts = [least(champion), least(other)]
-        enough = min(counts) >= LEAST_SEEDS
+        both = [least(champion), least(other)]
+        enough = min(both) >= LEAST_SEEDS
         chances = {metric: chance(metric, other) if enough else None for metric in STATISTICS}
         ruling = decision(chances["test_mse"])
-        found.append({"better": champion, "worse": other, "seeds": counts, "probability": chances, "decision": ruling})
+        found.append({"better": champion, "worse": other, "seeds": both, "probability": chances, "decision": ruling})
     return found

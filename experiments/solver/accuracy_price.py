@@ -1,8 +1,8 @@
 """What accuracy costs over the paper's design: the same protocols at draft, standard and reference.
 
-Protocols are the first of one random draw without repetition, so that fewer of them at `reference` are a random sample
-of those at `draft` and `standard`. Errors are differences from `reference` on that sample. Campaigns are kept in
-`results/accuracy_price/`, and an interrupted run continues.
+All campaigns use the first protocols of one random draw without repetition, so that fewer protocols at `reference` are
+a random sample of those at `draft` and `standard`. Errors are differences from `reference` on that sample. The
+campaigns are kept in `results/accuracy_price/`; an interrupted run continues.
 """
 
 from pathlib import Path
@@ -27,11 +27,14 @@ LEVELS = ("draft", "standard", "reference")
 
 
 def errors(dataset: Dataset, reference: Dataset) -> dict[str, FloatArray]:
-    """Relative differences of the trajectories completed in both, for the first protocols of one draw.
+    """Relative differences of the trajectories that both data sets completed.
 
     Returns:
-        by name, each of shape (m,): pull-off force, pull-off time and hysteresis relative to themselves, and the root
-        mean square of the force over the measurement steps relative to its range.
+        Differences by name, each of shape (m,): of pull-off force, pull-off time and hysteresis, relative to the
+        reference, and of the force, as the root mean square over the measurement steps relative to its range.
+
+    Raises:
+        ValueError: The data sets do not begin with the same protocols.
     """
     rows = np.intersect1d(dataset.completed, reference.completed)
     for name, values in reference.protocols.items():
@@ -48,7 +51,7 @@ def errors(dataset: Dataset, reference: Dataset) -> dict[str, FloatArray]:
 
 
 def price(datasets: dict[str, Dataset]) -> list[dict[str, Any]]:
-    """One entry for each accuracy: trajectories, seconds, and errors against the last of them."""
+    """One entry for each accuracy: trajectories, seconds, and errors against the last accuracy."""
     reference = list(datasets.values())[-1]
     rows = []
     for name, dataset in datasets.items():
@@ -73,14 +76,14 @@ def price(datasets: dict[str, Dataset]) -> list[dict[str, Any]]:
 def run(
     count: int, reference_count: int, seed: int, folder: Path, workers: int | None, solver: Solver | None = None
 ) -> dict[str, Dataset]:
-    """Compute, or read where already computed, the campaigns at each accuracy."""
+    """Data set of each accuracy; campaigns that were computed before are read."""
     whole_number("reference_count", reference_count, low=1, high=count)
     datasets = {}
     for level in LEVELS:
-        plan = Campaign(count=reference_count if level == "reference" else count, seed=seed, accuracy=level)
+        campaign = Campaign(count=reference_count if level == "reference" else count, seed=seed, accuracy=level)
         path = folder / f"{level}.h5"
-        with progress_bar(plan.count) as progress:
-            run_campaign(plan, path, workers=workers, solver=solver, progress=progress, replace=True)
+        with progress_bar(campaign.count) as progress:
+            run_campaign(campaign, path, workers=workers, solver=solver, progress=progress, replace=True)
         datasets[level] = load_dataset(path)
         print(f"{level}: {len(datasets[level])} trajectories", flush=True)
     return datasets
@@ -88,13 +91,13 @@ def run(
 
 def main(
     count: Annotated[int, typer.Option(help="Protocols at draft and standard.")] = 12_450,
-    reference_count: Annotated[int, typer.Option(help="How many of them at reference.")] = 12_450,
+    reference_count: Annotated[int, typer.Option(help="Protocols at reference, at most as many.")] = 12_450,
     seed: Annotated[int, typer.Option(help="Seed of the design.")] = 0,
-    workers: Annotated[int | None, typer.Option(help="Processes; as many as cores by default.")] = None,
-    folder: Annotated[Path, typer.Option(help="Where the campaigns are kept.")] = FOLDER,
+    workers: Annotated[int | None, typer.Option(help="Processes; one per core by default.")] = None,
+    folder: Annotated[Path, typer.Option(help="Folder in which the campaigns are kept.")] = FOLDER,
     out: Out = OUT,
 ) -> None:
-    """Measure and write the price of accuracy as JSON."""
+    """Measure the price of accuracy and write it as JSON."""
     datasets = run(count, reference_count, seed, folder, workers)
     content = {"design": "paper", "seed": seed, "levels": price(datasets)}
     write_result(out, f"accuracy_price --count {count} --reference-count {reference_count} --seed {seed}", content)

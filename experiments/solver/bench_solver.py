@@ -1,8 +1,9 @@
-"""What accuracy costs: milliseconds and errors of the contact solver over a random sample of the paper's box.
+"""What the contact solver costs: milliseconds and errors over a random sample of the paper's box.
 
-Trajectories run one after the other on one core. Seconds are processor seconds, errors are against refined solutions,
-both as in `experiments.solver.solver_processes`. Result: one JSON file, and the tables of `docs/solver-benchmark.md`.
-With `--baseline REVISION` the solver of the working tree is compared with that of a git revision instead.
+Trajectories run one after the other on one core. Times are processor seconds, and errors are against refined solutions,
+both as in `experiments.solver.solver_processes`. The result is one JSON file and the tables of
+`docs/solver-benchmark.md`. With `--baseline REVISION` the solver of the working tree is compared with that of a git
+revision instead.
 
 Usage: `python -m experiments bench_solver [--count N] [--seed N] [--reference-count N] [--out FILE] [--report FILE]`,
 or `python -m experiments bench_solver --baseline REVISION [--exact REVISION] [--accuracy NAME] [--count N]
@@ -64,7 +65,7 @@ else:
 
 
 class Section(NamedTuple):
-    """One table with its title and what must be said with it."""
+    """One table, with its title and a note."""
 
     title: str
     note: str
@@ -73,10 +74,10 @@ class Section(NamedTuple):
 
 
 def asked(words: str) -> str | float:
-    """The accuracy that somebody typed.
+    """Convert an option of the command line to an accuracy: a name or a target error.
 
     Raises:
-        ValueError: it is none.
+        ValueError: The text is neither.
     """
     accuracy: str | float = words
     with contextlib.suppress(ValueError):
@@ -99,7 +100,7 @@ def yardstick(repetitions: int = 200) -> float:
 
 
 def start_up(repetitions: int = 3) -> dict[str, dict[str, float]]:
-    """Seconds of import, first and second call, with the compiled kernels on disk and with nothing; of the command."""
+    """Seconds of import, first and second call, with and without compiled kernels on disk, and of the command."""
     names = ("import", "first call", "second call")
     warm = dict(zip(names, in_fresh_process(FIRST_CALL), strict=True))
     with tempfile.TemporaryDirectory() as empty:
@@ -215,14 +216,14 @@ def markdown(content: dict[str, Any]) -> str:
 def main(
     count: Annotated[int, typer.Option(help="Protocols in the sample.")] = 300,
     seed: Annotated[int, typer.Option(help="Seed of the sample.")] = 1,
-    reference_count: Annotated[int | None, typer.Option(help="How many of them at reference; all by default.")] = None,
+    reference_count: Annotated[int | None, typer.Option(help="Protocols at reference; all by default.")] = None,
     jobs: Annotated[int, typer.Option(help="Processes for the refined solutions, which are not timed.")] = 2,
     out: Annotated[Path | None, typer.Option(help="Result file to write.")] = None,
     report: Annotated[Path, typer.Option(help="Markdown file to write.")] = REPORT,
     baseline: Annotated[str, typer.Option(help="Git revision to compare with, instead of the report.")] = "",
-    exact_by: Annotated[str, typer.Option("--exact", help="Revision of the refined solutions; the baseline's.")] = "",
-    accuracy: Annotated[list[str] | None, typer.Option(help="An accuracy to run at; repeatable.")] = None,
-    repeats: Annotated[int, typer.Option(min=1, help="Runs of each revision, of which the fastest counts.")] = 3,
+    exact_by: Annotated[str, typer.Option("--exact", help="Revision of the refined solutions.")] = "",
+    accuracy: Annotated[list[str] | None, typer.Option(help="Accuracy; repeatable.")] = None,
+    repeats: Annotated[int, typer.Option(min=1, help="Runs of each revision; the fastest counts.")] = 3,
 ) -> None:
     """Measure, print the tables and write them."""
     accuracies = tuple(asked(words) for words in accuracy or ()) or revision_comparison.ACCURACIES

@@ -1,17 +1,16 @@
-"""How seconds grow with the size of the problem: nodes, steps, Tabor parameter, peak indentation, unloading rate.
+"""How the cost grows with the size of the problem: nodes, steps, Tabor parameter, peak indentation, unloading rate.
 
-Nodes and steps of the solver are varied on a fixed scene, one control of its accuracy at a time: nodes follow from the
-spacing at the contact edge, steps from the difference of prediction and solution allowed in one of them. Those of the
-paper's discretisation are its own arguments. The three quantities are varied around one protocol, for the solver at
-standard accuracy and for the paper's discretisation with a spacing and a time step that resolve what the solver
-resolves, so that its nodes and steps grow as its accuracy demands. The data set gives exponents over the whole box:
-least squares of log seconds over the logarithms of all five quantities.
+Nodes and steps of the solver are varied on a fixed scene by one control of its accuracy each: the nodes by the spacing
+at the contact edge, the steps by the difference allowed between prediction and solution in one step. Nodes and steps of
+the paper's discretisation are its own arguments. The three physical quantities are varied around one protocol, for the
+solver at standard accuracy, and for the paper's discretisation with a spacing and a time step that resolve what the
+solver resolves, so that its nodes and steps grow as its accuracy demands. The data set gives exponents over the whole
+box, by least squares of log seconds over the logarithms of all five quantities.
 
-All seconds are processor seconds, medians of at least three runs: of a step where nodes are varied, for both, and of
-the whole call elsewhere. Iterations per step are fitted beside them, the N_iter of the paper's O(N_s^2 N_t N_iter).
-With a fresh factorisation in every iteration the paper's method costs N_s^3 once systems are large, and its sum over
-the history costs N_t^2 once histories are long; the solver, which remembers by recursion and factorises seldom, has
-neither.
+Times are processor seconds, medians of at least three runs: of one step where nodes are varied, of the whole call
+elsewhere. The iterations per step are fitted too; they are N_iter in the paper's cost O(N_s^2 N_t N_iter). The paper's
+method factorises in every iteration, which costs N_s^3 for large systems, and sums over the history, which costs N_t^2
+for long histories. The solver remembers by recursion and factorises seldom, and has neither cost.
 """
 
 from __future__ import annotations
@@ -41,7 +40,7 @@ CONTROLS = {
     "nodes": ("edge_spacing", np.geomspace(2.0, 0.1, 9)),
     "steps": ("prediction", np.geomspace(4.0, 0.01, 9)),
 }
-"""What is varied for it, and by which factors; below, steps would follow the residual of an equilibrium."""
+"""Control of the accuracy that is varied, and its factors. Below these, the residual would decide the steps."""
 CENTRE = {
     "tabor": 1.0,
     "peak_indentation": 10.0,
@@ -61,14 +60,15 @@ LARGEST_BASELINE = (500, 4000)  # nodes, steps of one segment
 
 
 def controlled(repeats: int, **factors: float) -> dict[str, Any]:
-    """Cost of the fixed scene with some controls of accuracy standard times a factor.
+    """Cost of the fixed scene, with some controls of standard accuracy multiplied by factors.
 
     Raises:
-        RuntimeError: the simulation did not complete.
+        RuntimeError: The simulation did not complete.
     """
     usual = resolve_accuracy("standard").controls()
     controls = usual._replace(**{name: factor * getattr(usual, name) for name, factor in factors.items()})
-    with patch.object(Accuracy, "controls", return_value=controls):  # `simulate` takes targets, not single controls
+    # `simulate` accepts a target error, not single controls.
+    with patch.object(Accuracy, "controls", return_value=controls):
         found = _timed(lambda: simulate(SCENE, PROTOCOL), repeats)
     if not found.pop("completed"):
         raise RuntimeError(f"the simulation must complete; it did not with {factors}")
@@ -94,7 +94,7 @@ def _timed(run: Callable[[], Trajectory], repeats: int) -> dict[str, Any]:
 
 
 def resolution(quantities: dict[str, float]) -> tuple[int, int]:
-    """Nodes and steps with which equal spacing resolves the edge, and equal steps the path, as the solver does."""
+    """Nodes and steps of equal size that resolve the contact edge and the path as the solver does."""
     tabor, depth = quantities["tabor"], quantities["peak_indentation"]
     radius = largest_contact_radius(depth, tabor, False)
     spacing = resolve_accuracy("standard").line_controls().edge_spacing * edge_width(radius, tabor, False)
@@ -110,13 +110,13 @@ def baseline_seconds(quantities: dict[str, float], nodes: int, steps: int, repea
 
 
 def a_step(point: dict[str, Any]) -> dict[str, Any]:
-    """The same point with the seconds of one step."""
+    """The point with its seconds divided by its steps."""
     seconds = {key: value / (1.0 if key == "count" else point["steps"]) for key, value in point["seconds"].items()}
     return {**point, "seconds": seconds}
 
 
 def fitted(points: list[dict[str, Any]], name: str) -> dict[str, float]:
-    """Exponents of the median seconds and of the iterations a step in one column, with their standard errors."""
+    """Exponents, in one quantity, of median seconds and iterations per step, with standard errors."""
     places = [point[name] for point in points]
     slope, error = exponent(places, [point["seconds"]["median"] for point in points])
     iterations, doubt = exponent(places, [point["iterations_per_step"] for point in points])
@@ -124,7 +124,7 @@ def fitted(points: list[dict[str, Any]], name: str) -> dict[str, float]:
 
 
 def over_the_data_set(path: Path) -> dict[str, Any]:
-    """Exponents of the solver's seconds in all five quantities at once, over the data set."""
+    """Exponents of the solver's seconds in the five quantities, fitted together over the data set."""
     dataset = load_dataset(path)
     rows = dataset.completed
     columns = [np.log(dataset.protocols[name][rows]) for name in PAPER_RANGES]
@@ -155,22 +155,22 @@ def main(
         points = [controlled(repeats, **{control: float(factor)}) for factor in progress(factors, f"solver, {name}")]
         points = [a_step(point) for point in points] if name == "nodes" else points
         solver[name] = {"points": points, **fitted(points, name)}
-    counts = [n for n in BASELINE_NODES if n <= finest]
-    points = [a_step(baseline_seconds(CENTRE, n, 100, LEAST_REPEATS)) for n in progress(counts, "paper's, nodes")]
+    sizes = [n for n in BASELINE_NODES if n <= finest]
+    points = [a_step(baseline_seconds(CENTRE, n, 100, LEAST_REPEATS)) for n in progress(sizes, "paper's, nodes")]
     baseline["nodes"] = {"points": points, **fitted(points, "nodes")}
     points = [baseline_seconds(CENTRE, 50, n, LEAST_REPEATS) for n in progress(BASELINE_STEPS, "paper's, steps")]
     baseline["steps"] = {"points": points, **fitted(points, "steps")}
     for name, values in RANGES.items():
-        ours, theirs = [], []
+        of_solver, of_baseline = [], []
         for value in progress(values, name):
             quantities = CENTRE | {name: float(value)}
-            ours.append({name: float(value), **solver_seconds(quantities, repeats)})
+            of_solver.append({name: float(value), **solver_seconds(quantities, repeats)})
             nodes, steps = resolution(quantities)
-            theirs.append(
+            of_baseline.append(
                 {name: float(value), **baseline_seconds(quantities, min(nodes, finest), steps, LEAST_REPEATS)}
             )
-        solver[name] = {"points": ours, **fitted(ours, name)}
-        baseline[name] = {"points": theirs, **fitted(theirs, name)}
+        solver[name] = {"points": of_solver, **fitted(of_solver, name)}
+        baseline[name] = {"points": of_baseline, **fitted(of_baseline, name)}
     content = {"centre": CENTRE, "solver": solver, "baseline": baseline, "data_set": over_data_set}
     publish(out, f"cost_growth --repeats {repeats}", content, busy=busy)
     for tool, curves in (("solver", solver), ("paper's discretisation", baseline)):

@@ -1,8 +1,8 @@
-"""The solver of this working tree beside that of another git revision: cost and delivered errors in one run.
+"""The solver of the working tree compared with that of another git revision: cost and delivered errors in one run.
 
-Both solve the same protocols, which fill the paper's box off the grid of the data set, in two processes in turn, so
-that the ratio of their processor seconds holds on a machine of any speed and load. Errors are against one solution
-refined beyond `reference` by a revision that is not being worked on. Checked-out revisions are kept in
+Both solve the same protocols, which fill the paper's box off the grid of the data set. They run in two processes that
+take turns, so that the ratio of their processor seconds is valid on a machine of any speed and load. Errors are against
+one solution, refined beyond `reference` by a fixed revision. Checked-out revisions are kept in
 `results/solver/revisions`.
 """
 
@@ -31,10 +31,10 @@ ERRORS = {"pull_off_force": ("median", "p95"), "hysteresis": ("median", "p95", "
 
 
 def commit_of(revision: str) -> str:
-    """The commit that a git revision names.
+    """Hash of the commit of a git revision.
 
     Raises:
-        ValueError: git knows no such revision.
+        ValueError: There is no such revision.
     """
     command = ["git", "rev-parse", "--verify", "--quiet", "--end-of-options", f"{revision}^{{commit}}"]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
@@ -44,10 +44,10 @@ def commit_of(revision: str) -> str:
 
 
 def checked_out(revision: str, folder: Path) -> Path:
-    """The package `bem` of a git revision, in `folder`.
+    """Extract the package `bem` of a git revision into `folder`, and return `folder`.
 
     Raises:
-        ValueError: git knows no such revision.
+        ValueError: There is no such revision.
     """
     command = ["git", "archive", commit_of(revision), "bem"]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, check=True)
@@ -57,13 +57,13 @@ def checked_out(revision: str, folder: Path) -> Path:
 
 
 def source_of(revision: str) -> Path:
-    """The folder of a revision's package; kept, and its compiled kernels with it."""
+    """Folder of the package of a revision; it is kept, together with its compiled kernels."""
     folder = (KEPT / commit_of(revision)[:12]).resolve()
     return folder if (folder / "bem" / "__init__.py").is_file() else checked_out(revision, folder)
 
 
 def ratio(new: Sequence[float], old: Sequence[float], draws: int = 2000) -> tuple[float, float, float]:
-    """Ratio of the mean seconds, and its 95 % interval by resampling the protocols."""
+    """Ratio of the mean seconds, new over old, and its 95 % interval by resampling the protocols."""
     new, old = np.asarray(new), np.asarray(old)
     chosen = np.random.default_rng(0).integers(len(new), size=(draws, len(new)))
     low, high = np.percentile(new[chosen].sum(axis=1) / old[chosen].sum(axis=1), [2.5, 97.5])
@@ -73,7 +73,7 @@ def ratio(new: Sequence[float], old: Sequence[float], draws: int = 2000) -> tupl
 def compare(
     baseline: str, exact_by: str, accuracies: Sequence[str | float], count: int, seed: int, repeats: int, jobs: int
 ) -> dict[str, Any]:
-    """Run both solvers and judge them at every accuracy.
+    """Run both solvers and compare them at each accuracy.
 
     Args:
         baseline: Git revision to compare with.
@@ -81,7 +81,7 @@ def compare(
         accuracies: Names or target errors.
         count: Protocols.
         seed: Seed of the draw.
-        repeats: Runs of each while `BUDGET` lasts, of which the fastest counts for each protocol.
+        repeats: Most runs of each solver, as far as `BUDGET` allows; the fastest counts for each protocol.
         jobs: Processes for the refined solutions, which are not timed.
     """
     requests = drawn(count, seed)

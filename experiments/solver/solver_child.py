@@ -1,9 +1,10 @@
 """The solver of one git revision as a program that runs one simulation per line of input, for `solver_processes`.
 
-It runs in a process whose path begins with that revision's `bem`, so that it may use only what the public interface has
-in all of them. Each line of input is a JSON object: `tabor`, `modulus_ratio`, the
-arguments of `LoadingProtocol` as `protocol`, `accuracy`, and instants `times`. Each line of output is one too: seconds
-of this process, `status`, the statistics that this revision has, and, where completed, the results.
+It imports the `bem` of that revision, which is first on the path of its process, and therefore uses only the part of
+the public interface that all revisions share. Each line of input is a JSON object: `tabor`, `modulus_ratio`, `protocol`
+(the arguments of `LoadingProtocol`), `accuracy` and the instants `times`. Each line of output is a JSON object too:
+`seconds` (processor seconds of the simulation), `status`, `work` (the statistics that this revision has) and, if it
+completed, `results`.
 """
 
 import json
@@ -14,7 +15,7 @@ import bem
 
 
 def answer(asked: dict) -> dict:
-    """Simulate once; what the solver raises becomes the status."""
+    """Simulate once; an exception of the solver becomes the status."""
     started = time.process_time()
     try:
         scene = bem.Scene(asked["tabor"], bem.StandardLinearSolid(asked["modulus_ratio"]))
@@ -22,7 +23,7 @@ def answer(asked: dict) -> dict:
         started = time.process_time()
         trajectory = bem.simulate(scene, protocol, asked["accuracy"])
         seconds = time.process_time() - started
-    except Exception as error:  # one broken case must not end the comparison
+    except Exception as error:  # one failing case must not end the comparison
         return {"seconds": time.process_time() - started, "status": f"{type(error).__name__}: {error}", "work": {}}
     found = {
         "seconds": seconds,
@@ -36,7 +37,7 @@ def answer(asked: dict) -> dict:
 
 
 if __name__ == "__main__":
-    answers, sys.stdout = sys.stdout, sys.stderr  # so that nothing the solver prints is taken for an answer
+    answers, sys.stdout = sys.stdout, sys.stderr  # output of the solver must not mix with the answers
     print(bem.__file__, file=answers, flush=True)
     for line in sys.stdin:
         print(json.dumps(answer(json.loads(line))), file=answers, flush=True)

@@ -1,6 +1,6 @@
-"""Solvers in separate processes, of this working tree or another: called in turn and compared with refined solutions.
+"""Solvers in separate processes, of the working tree or of another revision, compared with refined solutions.
 
-Protocols are those of the paper's solid. Seconds are processor seconds of `simulate`. Refined solutions are kept in
+Protocols are those of the paper's solid. Times are processor seconds of `simulate`. Refined solutions are kept in
 `results/solver/refined`.
 """
 
@@ -26,17 +26,17 @@ from experiments.timing import fingerprint, force_error, progress, spread
 ROOT = Path(__file__).resolve().parents[2]
 KEPT = Path("results/solver/refined")
 EXACT_TARGET = 7e-5
-BUDGET = 60.0  # seconds of a solver at an accuracy, after which it is run no more
+BUDGET = 60.0  # seconds in all runs of a solver at one accuracy, beyond which it is not run again
 WORK = ("steps", "rejections", "iterations", "factorisations", "nodes")
 QUANTITIES = ("pull_off_force", "hysteresis", "force")
 Request = dict[str, Any]
 
 
 class Solver:
-    """The solver of one source folder in a process of its own.
+    """The solver of one source folder, in a process of its own.
 
     Raises:
-        RuntimeError: its process ended.
+        RuntimeError: The process ended, or imported another package.
     """
 
     def __init__(self, source: Path) -> None:
@@ -51,13 +51,13 @@ class Solver:
             raise RuntimeError(f"the solver must come from {str(source)!r}; received {str(package)!r}")
 
     def __call__(self, request: Request, accuracy: str | float) -> dict[str, Any]:
-        """What it answers to a request, as `solver_child` words it."""
+        """Answer to a request, as `solver_child` defines it."""
         self._process.stdin.write(json.dumps({**request, "accuracy": accuracy}) + "\n")
         self._process.stdin.flush()
         return json.loads(self._said())
 
     def close(self) -> None:
-        """End its process."""
+        """End the process."""
         self._process.communicate()
 
     def _said(self) -> str:
@@ -68,7 +68,7 @@ class Solver:
 
 
 def request(tabor: float, protocol: LoadingProtocol) -> Request:
-    """What a solver is asked of a protocol in the paper's solid, with its measurement steps."""
+    """Request to simulate a protocol in the paper's solid, with its measurement steps."""
     names = ("peak_indentation", "loading_rate", "dwell_time", "unloading_rate")
     return {
         "tabor": tabor,
@@ -86,20 +86,20 @@ def drawn(count: int, seed: int) -> list[Request]:
 
 
 def results(answer: dict[str, Any], size: int) -> np.ndarray:
-    """Pull-off force, hysteresis, and force at the measurement steps; NaN where not completed."""
+    """Pull-off force, hysteresis and forces at the measurement steps, (size + 2,); NaN if it did not complete."""
     return np.array(answer.get("results") or np.full(size + 2, np.nan))
 
 
 def refined(requests: list[Request], source: Path, known_as: str, jobs: int) -> np.ndarray:
-    """Solutions that a solver refined, (count, 122); computed once and kept.
+    """Refined solutions of shape (count, 122); computed once and kept.
 
     They are converged, not exact: all discretisation errors lie several times below those of `reference`.
 
     Args:
         requests: The protocols.
-        source: Folder of its package.
-        known_as: What tells this solver from others.
-        jobs: Its processes.
+        source: Folder of the solver's package.
+        known_as: Identifies the solver: its version or its commit.
+        jobs: Number of processes.
     """
     size = len(requests[0]["times"])
     key = fingerprint(solver=known_as, target=EXACT_TARGET, requests=requests)
@@ -125,7 +125,7 @@ def refined(requests: list[Request], source: Path, known_as: str, jobs: int) -> 
 def in_turn(
     solvers: dict[str, Solver], requests: list[Request], accuracy: str | float, repeats: int
 ) -> dict[str, tuple[np.ndarray, list[dict[str, Any]]]]:
-    """Least seconds of each request (count,) and the answers of each solver, which begins every other time."""
+    """Least seconds (count,) and answers of each solver. The solvers take turns, and each is first every other time."""
     names = list(solvers)
     seconds = {name: np.full(len(requests), np.inf) for name in names}
     answers: dict[str, list[dict[str, Any]]] = {name: [] for name in names}
@@ -146,13 +146,13 @@ def in_turn(
 
 
 def judged(seconds: np.ndarray, answers: list[dict[str, Any]], exact: np.ndarray, target: float) -> dict[str, Any]:
-    """One solver at one accuracy: cost, work, and errors of what completed in both it and the refined solutions.
+    """One solver at one accuracy: its cost and work, and its errors where it and the refined solution completed.
 
     Args:
-        seconds: Of each protocol, (count,).
-        answers: What it answered.
-        exact: Refined solutions, (count, 122).
-        target: The error that was asked for.
+        seconds: Seconds of each protocol, of shape (count,).
+        answers: Answer to each request.
+        exact: Refined solutions, of shape (count, 122).
+        target: Target error of the accuracy.
     """
     table = np.array([results(answer, exact.shape[1] - 2) for answer in answers])
     errors = dict(zip(QUANTITIES, np.abs(table[:, :2] / exact[:, :2] - 1.0).T, strict=False))

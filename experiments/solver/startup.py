@@ -1,7 +1,7 @@
-"""What a command costs before it computes: processor seconds of the first run on a machine, and of a warm one.
+"""What a command costs before it computes: processor seconds of its first run on a machine, and of a warm run.
 
-The first run compiles the kernels into an empty cache; a warm run finds them there. The same is measured of another
-revision, one run after the other in turn, so that the ratio holds on a machine of any speed and load.
+The first run compiles the kernels into an empty cache; a warm run finds them there. Another revision can be measured
+too; the two then take turns, so that the ratio is valid on a machine of any speed and load.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ COMMAND += ["--dwell-time", "0.008", "--unloading-rate", "1000"]
 
 
 def command_seconds(source: Path, **environment: str) -> tuple[float, float]:
-    """Wall and processor seconds of the command by the package in `source`, under these variables too."""
+    """Wall and processor seconds of the command with the package in `source` and additional environment variables."""
     before, started = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
     environment = {**os.environ, "PYTHONPATH": str(source), **environment}
     subprocess.run([sys.executable, *COMMAND], cwd=source, env=environment, check=True, capture_output=True)

@@ -1,9 +1,9 @@
 """How the held-out error grows with fewer training trajectories, in five nested families of subsets.
 
-Scaling statistics come from each subset alone; validation and test parts are those of the whole training part, the
-point at 100 %. It trains up to 36 models in hours, continues after an interruption, and keeps what the result file
-already holds. That file is published; without it, all models are trained again. Source: the paper's section
-"Model-family selection" and its appendix on training-set size.
+The scaling statistics come from each subset alone. Validation and test parts are those of the whole training part, the
+point at 100 %. The study trains up to 36 models in hours, continues after an interruption, and keeps the trainings that
+the result file already holds. That file is published; without it, all models are trained again. Source: the paper's
+section "Model-family selection" and its appendix on training-set size.
 """
 
 from __future__ import annotations
@@ -26,7 +26,11 @@ WHOLE = (100, 0)
 
 
 def variants(config: dict[str, Any]) -> dict[tuple[float, int], Variant]:
-    """One training for each percentage and fold: the whole, then all percentages of a fold before the next fold."""
+    """One training for each percentage and fold: the whole training part first, then fold by fold.
+
+    Raises:
+        ValueError: The configuration does not give one number of epochs for each percentage.
+    """
     if len(config["percents"]) != len(config["epochs"]):
         raise ValueError(f"epochs must be as many as percents; received {config['epochs']!r}")
     asked = [(*WHOLE, config["whole_epochs"])]
@@ -58,9 +62,14 @@ def share(percent: float, folds: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def result(config: dict[str, Any], trained: dict[tuple[float, int], dict[str, Any]]) -> dict[str, Any]:
-    """The result file's content from what is trained, by percentage and fold; the whole must be among it.
+    """Content of the result file.
 
-    The summary is empty while something is missing.
+    Args:
+        config: Configuration of the study.
+        trained: Trainings by percentage and fold; that of the whole training part must be among them.
+
+    Returns:
+        The content; the values of its summary are `None` while a training is missing.
     """
     shares = []
     for percent in config["percents"]:
@@ -82,11 +91,11 @@ def result(config: dict[str, Any], trained: dict[tuple[float, int], dict[str, An
 def main(
     config: Annotated[Path, typer.Option(help="TOML file.")] = CONFIG,
     dataset: DatasetFile = common.DATASET,
-    models: Annotated[Path, typer.Option(help="Published models, taken where trained alike.")] = common.MODELS,
-    work: Annotated[Path, typer.Option(help="Where the trainings are kept.")] = WORK / "data_efficiency",
+    models: Annotated[Path, typer.Option(help="Published models, used if trained in the same way.")] = common.MODELS,
+    work: Annotated[Path, typer.Option(help="Folder in which the trainings are kept.")] = WORK / "data_efficiency",
     out: Out = OUT,
 ) -> None:
-    """Train the subsets, or go on; the result file holds what is trained."""
+    """Train on the subsets, or continue; the result file is written after each training."""
     settings = common.read_config(config, *KEYS)
     wanted = variants(settings)
 

@@ -1,8 +1,8 @@
-"""The input representations A to D on the reference architecture, trained in the same way.
+"""The input representations A to D on the reference architecture, all else equal.
 
-It trains up to four models, continues after an interruption, and keeps what the result file already holds. That file is
-published, so that the figure is drawn at once; without it, all models are trained again. Source: the paper's appendix
-"Effects of training-set size and physics-guided input representation".
+The study trains up to four models, continues after an interruption, and keeps the trainings that the result file
+already holds. That file is published, so that the figure can be drawn at once; without it, all models are trained
+again. Source: the paper's appendix "Effects of training-set size and physics-guided input representation".
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ def variants(config: dict[str, Any]) -> dict[str, Variant]:
 
 
 def summary(sets: dict[str, dict[str, Any]]) -> dict[str, Any]:
-    """The factor between the extremes, and the order by validation error."""
+    """Order of the feature sets by validation error, and the factor between A and D."""
     order = sorted(sets, key=lambda name: sets[name]["validation_mse"])
     found: dict[str, Any] = {"order": order, "best": order[0]}
     errors = {name: sets[name]["validation_mse"] for name in order}
@@ -50,11 +50,11 @@ def summary(sets: dict[str, dict[str, Any]]) -> dict[str, Any]:
 def main(
     config: Annotated[Path, typer.Option(help="TOML file.")] = CONFIG,
     dataset: DatasetFile = common.DATASET,
-    models: Annotated[Path, typer.Option(help="Published models, taken where trained alike.")] = common.MODELS,
-    work: Annotated[Path, typer.Option(help="Where the trainings are kept.")] = WORK / "feature_sets",
+    models: Annotated[Path, typer.Option(help="Published models, used if trained in the same way.")] = common.MODELS,
+    work: Annotated[Path, typer.Option(help="Folder in which the trainings are kept.")] = WORK / "feature_sets",
     out: Out = OUT,
 ) -> None:
-    """Train the feature sets, or go on; the result file holds what is trained."""
+    """Train on each feature set, or continue; the result file is written after each training."""
     settings = common.read_config(config, "architecture", "recipe", "epochs", "sets", "jobs")
     wanted = variants(settings)
 

@@ -1,10 +1,10 @@
 """What training achieves: error against core minutes of training, and against the solver seconds of the trajectories.
 
-The history of a run holds validation errors alone; the held-out error is measured once, at its end. So the curve of a
-run is its validation error, and the test error over core minutes is one point for each run of the reference
-architecture: the published model, and those trained for shorter and longer, by the paper's recipe, or on more data. It
-reads only `history.csv`, `metrics.json` and `run.json` of every published model; for the number of trajectories, the
-published study of data efficiency (models trained on shares of the data set), where there is one.
+The record of a training holds validation errors only; the held-out error is measured once, at its end. The learning
+curve of a training therefore shows its validation error. The test error over core minutes is one point for each
+training of the reference architecture: the published model, and those trained for shorter and longer, by the paper's
+recipe, or on more data. The study reads `history.csv`, `metrics.json` and `run.json` of every published model, and the
+published study of data efficiency (models trained on shares of the data set), if there is one.
 
 The models were trained on processors of different speed. Where `experiments.training.training_speed` measured the cost
 of a batch for a recipe and an architecture, the minutes are those of the batches on that one machine, without
@@ -35,11 +35,11 @@ BUDGETS = (
     *(f"M1-concat-{epochs}-epochs" for epochs in (8, 15, 60)),
     *("M1-concat-paper", "M1-concat-inputs-C", "M1-concat-large"),
 )
-"""Runs of the reference architecture beside the published one, which `make more-models` trains."""
+"""Further trainings of the reference architecture, which `make more-models` publishes."""
 
 
 def learning(history: dict[str, list[float]]) -> dict[str, list[float]]:
-    """Core minutes and validation errors after each epoch, and the best so far."""
+    """Core minutes, validation error and least validation error so far, after each epoch."""
     return {
         "core_minutes": [seconds / 60.0 for seconds in history["cpu_seconds"]],
         "validation_mse": history["validation_mse"],
@@ -48,7 +48,7 @@ def learning(history: dict[str, list[float]]) -> dict[str, list[float]]:
 
 
 def batch_seconds(speed: Path) -> dict[tuple[str, str], float]:
-    """Seconds of a batch by recipe and architecture, measured on one machine; none where not measured."""
+    """Seconds of a batch by recipe and architecture, measured on one machine; empty if there is no measurement."""
     if not speed.is_file():
         return {}
     content = json.loads(speed.read_text(encoding="utf-8"))
@@ -57,12 +57,12 @@ def batch_seconds(speed: Path) -> dict[tuple[str, str], float]:
 
 
 def epoch_seconds(trajectories: int, recipe: dict[str, Any], each: float) -> float:
-    """Core seconds of the batches of an epoch, of so many seconds each."""
+    """Core seconds of the batches of an epoch, from the seconds of each batch."""
     return -(-trajectories // recipe["batch_size"]) * each
 
 
 def training_seconds(folder: Path, batch: dict[tuple[str, str], float]) -> float:
-    """Core seconds of a published model's training: of its batches where measured, else what its processor took."""
+    """Core seconds of a published model's training: of its batches if measured, otherwise as its record states."""
     run, recipe = json.loads((folder / "run.json").read_text(encoding="utf-8")), read_identity(folder).recipe
     each = batch.get((recipe["name"], run["architecture"]))
     if each is None:
@@ -71,14 +71,14 @@ def training_seconds(folder: Path, batch: dict[tuple[str, str], float]) -> float
 
 
 def on_one_machine(found: dict[str, Any], seconds: float) -> dict[str, Any]:
-    """A model's numbers with the core seconds of its batches, each of so many seconds, for those its training took."""
+    """The record of a model, with its core seconds replaced by those of its batches; `seconds` is that of a batch."""
     each = epoch_seconds(found["training_trajectories"], found["recipe"], seconds)
     spent = [epoch * each for epoch in found["history"]["epoch"]]
     return found | {"core_seconds": spent[-1], "history": found["history"] | {"cpu_seconds": spent}}
 
 
 def trained(folder: Path, batch: float | None = None) -> dict[str, Any]:
-    """One published model: the curve of its validation error, and its held-out error at the end."""
+    """One published model: its learning curve, and its held-out error at the end."""
     found = read_model(folder)
     if batch is not None:
         found = on_one_machine(found, batch)
@@ -95,7 +95,7 @@ def trained(folder: Path, batch: float | None = None) -> dict[str, Any]:
 
 
 def shares(path: Path, seconds_each: float) -> list[dict[str, Any]]:
-    """Test error against trajectories and the solver seconds they took; empty where not published."""
+    """Test error against the number of trajectories and their solver seconds; empty if not published."""
     if not path.is_file():
         return []
     content = json.loads(path.read_text(encoding="utf-8"))
@@ -114,7 +114,7 @@ def main(
     speed: Annotated[Path, typer.Option(help="Measured seconds of a batch.")] = training_speed.OUT,
     out: Out = OUT,
 ) -> None:
-    """Collect what is published; name what is missing."""
+    """Collect the published trainings, and list the missing ones."""
     data = load_dataset(dataset)
     seconds_each = float(data.scalars["solver_seconds"].mean())
     lineages = published(models)

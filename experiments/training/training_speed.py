@@ -1,11 +1,11 @@
-"""What training costs: the 18 architectures by one recipe, batch after batch on one core of one machine.
+"""What training costs: the 18 paper models by one recipe, batch after batch on one core of one machine.
 
-A published model says what its training took on the processor that trained it, and these differ. Here all 18 take
-batches of the data set's size one after another; a training's hours are those of its batches, without the validation
-after every epoch. A block holds as many batches as lie between two refinements of the optimizer's bases, which cost
-more than the batches between them.
+The record of a published model states what its training took on its own processor, and these processors differ. Here
+all 18 are timed on batches of the data set's size, one after another. The hours of a training are those of its batches,
+without the validation after each epoch. A block holds as many batches as lie between two refinements of the optimizer's
+bases, which cost more than the batches between them.
 
-`KERAS_BACKEND` chooses another backend.
+The environment variable `KERAS_BACKEND` selects another backend.
 """
 
 from __future__ import annotations
@@ -22,17 +22,17 @@ from experiments.timing import MEASUREMENTS, Busy, Out, progress, publish, sprea
 from surrogate.backend import import_keras, limit_threads, versions
 
 OUT = MEASUREMENTS / "training_speed.json"
-BLOCK = 10  # batches, where the optimizer refines no bases
+BLOCK = 10  # batches in a block if the optimizer has no bases
 
 
 def seconds_of_batches(name: str, recipe: Any, batches: int, repeats: int) -> list[float]:
-    """Seconds of one batch, the mean over each of `repeats` blocks, after a block that is not counted.
+    """Seconds of one batch: the mean over each of `repeats` blocks, after one block that is not counted.
 
     Args:
         name: An architecture.
-        recipe: The `surrogate.training.recipe.Recipe` that says batch size and optimizer.
-        batches: Batches in an epoch, which set the schedule of the rate.
-        repeats: Blocks that count.
+        recipe: A `surrogate.training.recipe.Recipe`, which sets batch size and optimizer.
+        batches: Batches in an epoch, which set the schedule of the learning rate.
+        repeats: Number of counted blocks.
     """
     import keras
 
@@ -58,9 +58,9 @@ def seconds_of_batches(name: str, recipe: Any, batches: int, repeats: int) -> li
 
 def main(
     recipe: Annotated[str, typer.Option(help="Name of a recipe, or its file.")] = "swift",
-    only: Annotated[list[str] | None, typer.Option(help="A model to time, and nothing is written; repeatable.")] = None,
+    only: Annotated[list[str] | None, typer.Option(help="Time this model only and write nothing; repeatable.")] = None,
     repeats: Annotated[int, typer.Option(min=1, help="Blocks of batches that are timed.")] = 3,
-    dataset: Annotated[Path, typer.Option(help="Data set file, which sets the batches of an epoch.")] = DATASET,
+    dataset: Annotated[Path, typer.Option(help="Data set file; its size sets the batches of an epoch.")] = DATASET,
     out: Out = OUT,
     busy: Busy = False,
 ) -> None:

@@ -1,9 +1,9 @@
-"""What the studies that train share: many variants of one model in a queue that resumes, and their collection.
+"""Code shared by the studies that train: a queue of variants of one model that can be resumed, and their results.
 
-A variant is trained by `surrogate train` in a separate process under a label. It is done when the study's published
-result file, its own model directory or that of a published model holds one of the same data set, split, recipe,
-features and architecture, so that a study goes on where it was interrupted, also in another clone of what is published.
-Result files keep learning curves and held-out errors, not the weights.
+A variant is trained by `surrogate train` in a separate process, under a label. It is done if a training of the same
+data set, split, recipe, features and architecture is in the published result file of the study, in its own model
+directory, or in that of a published model. A study therefore continues where it was interrupted, also in another clone
+of the published files. Result files keep learning curves and held-out errors, not the weights.
 """
 
 from __future__ import annotations
@@ -36,13 +36,13 @@ class Variant:
         label: Name of its directory, one plain name.
         architecture: One of the 18 paper models' names.
         recipe: Name or file of the recipe.
-        epochs: Number of epochs; the recipe's where 0.
+        epochs: Number of epochs; 0 for that of the recipe.
         features: Feature set.
         fraction: Share of the training part.
-        fold: Which nested family of shares.
+        fold: Index of the nested family of shares.
 
     Raises:
-        ValueError: the label is no plain name.
+        ValueError: The label is not a plain name.
     """
 
     label: str
@@ -57,7 +57,7 @@ class Variant:
         model_name(self.label, "a training's label")
 
     def command(self, *, dataset: Path, work: Path) -> list[str]:
-        """Arguments of `python -m surrogate` that train it."""
+        """Arguments of `python -m surrogate` that train the variant."""
         options = {
             "label": self.label,
             "recipe": self.recipe,
@@ -75,17 +75,17 @@ class Variant:
         return ["train", self.architecture, *flags]
 
     def identity(self, data: TrajectoryDataset) -> TrainingIdentity:
-        """What decides the training, but for the backend."""
+        """Identity of the training, the backend excepted."""
         recipe = Recipe.load(self.recipe).with_overrides(epochs=self.epochs or None)
         split = data.split().with_fraction(self.fraction, self.fold)
         return TrainingIdentity.of(self.architecture, data, split, recipe, features=self.features)
 
 
 def is_trained(variant: Variant, data: TrajectoryDataset, folder: Path) -> bool:
-    """Whether a model directory is there; the backend it was trained under is its own affair.
+    """Whether a model directory holds the training of a variant, on any backend.
 
     Raises:
-        ValueError: it is there, and comes from something else than the variant asks for.
+        ValueError: The directory holds another training.
     """
     if not (folder / "run.json").is_file():
         return False
@@ -93,7 +93,7 @@ def is_trained(variant: Variant, data: TrajectoryDataset, folder: Path) -> bool:
         raise ValueError(
             f"training {variant.label!r} must come from {variant.architecture}, recipe {variant.recipe!r} and the data "
             f"set of digest {data.sha256[:12]}; received one of another {', '.join(other)}: remove {str(folder)!r} to "
-            "train it anew"
+            "train it again"
         )
     return True
 
@@ -108,22 +108,22 @@ def train_variants(
     jobs: int,
     publish: Callable[[dict[str, dict[str, Any]]], None],
 ) -> None:
-    """Train what is not trained yet.
+    """Train the variants that are not trained yet.
 
     Args:
-        variants: What is wanted, in order.
+        variants: The variants, in the order of training.
         dataset: Data set file.
-        work: Where the trainings of this study are kept.
-        models: Where published models are, one of which may be what a variant asks for.
-        published: What `collect` returned in earlier calls, as the study's result file holds it.
+        work: Folder in which the trainings of this study are kept.
+        models: Folder of published models; one that was trained in the same way stands for a variant.
+        published: Earlier results of `collect`, from the result file of the study.
         jobs: Trainings at a time.
-        publish: Given what `collect` returns, by label, of all that is trained: at once, and after each training.
+        publish: Called with the results of `collect` by label, once at the start and after each training.
 
     Raises:
-        typer.Exit: the queue was stopped before all were trained; the same call resumes.
-        FileNotFoundError: no such data set.
-        ValueError: a training in `work` comes from another data set, split or recipe.
-        RuntimeError: a training failed.
+        typer.Exit: The queue was stopped before all variants were trained; the same call resumes.
+        FileNotFoundError: The data set file does not exist.
+        ValueError: A training in `work` has another data set, split or recipe.
+        RuntimeError: A training failed.
     """
     if not dataset.is_file():
         raise FileNotFoundError(f"data set {str(dataset)!r} not found; `make dataset` makes it")
@@ -170,9 +170,9 @@ def train_variants(
 
 
 def collect(variant: Variant, data: TrajectoryDataset, folder: Path) -> dict[str, Any]:
-    """Learning curve, held-out errors and cost of a trained variant, and which training that is.
+    """Learning curve, held-out errors, cost and identity of a trained variant.
 
-    `train_variants` adds as `taken_from` the published model that was taken instead of a training of its own.
+    If a published model stands for the variant, `train_variants` adds its name as `taken_from`.
     """
     found = read_model(folder)
     kept = ("mse", "mae", "dtw_rmse", "validation_mse", "epochs", "best_epoch", "hours", "training_trajectories")
@@ -181,21 +181,21 @@ def collect(variant: Variant, data: TrajectoryDataset, folder: Path) -> dict[str
 
 
 def earlier_trainings(out: Path, entries: Callable[[dict[str, Any]], Iterable[dict[str, Any]]]) -> list[dict[str, Any]]:
-    """What a study's result file holds of earlier trainings; nothing where there is no such file.
+    """Earlier trainings in the result file of a study; empty if there is no such file.
 
     Args:
         out: The result file.
-        entries: Takes the content apart into what `collect` returned.
+        entries: Function that extracts the results of `collect` from the content of the file.
     """
     return list(entries(json.loads(out.read_text(encoding="utf-8")))) if out.is_file() else []
 
 
 def _other(variant: Variant, data: TrajectoryDataset, folder: Path) -> list[str]:
-    """Words for what a model directory differs in from what is asked for."""
+    """Words for the differences between a model directory and a variant."""
     return differences(read_identity(folder), variant.identity(data), but=("backend",))
 
 
 def _published(variant: Variant, data: TrajectoryDataset, models: Path) -> Path | None:
-    """The directory of a published model that was trained alike."""
+    """Directory of a published model that was trained in the same way; `None` if there is none."""
     candidates = sorted(path.parent for path in models.glob(f"{variant.architecture}*/run.json"))
     return next((folder for folder in candidates if not _other(variant, data, folder)), None)

@@ -171,8 +171,8 @@ def test_an_outdated_model_comes_with_the_command_that_trains_it_anew(tmp_path, 
     write_model(tmp_path / "M1-FiLM", 0.1, recipe='name = "other"\n')
     write_model(tmp_path / "M1-concat-large", 0.1, dataset_sha256="of others")
     sentences = model_comparison.outdated(model_comparison.published(tmp_path), DIGEST, tmp_path)
-    assert sentences["M1-FiLM"].endswith(": `make models` trains it anew.")
-    remove = f": remove {str(tmp_path / 'M1-concat-large')!r} and train it anew."
+    assert sentences["M1-FiLM"].endswith(": `make models` trains it again.")
+    remove = f": remove {str(tmp_path / 'M1-concat-large')!r} and train it again."
     assert sentences["M1-concat-large"].endswith(remove)
 
 

@@ -51,7 +51,7 @@ def test_a_training_is_done_when_it_comes_from_what_is_asked_for(tmp_path, data)
 )
 def test_a_training_of_something_else_is_refused(change, word, tmp_path, data):
     write_training(tmp_path / "half", Variant(**(vars(VARIANT) | change)), data)
-    with pytest.raises(ValueError, match=f"received one of another {word}: remove .* to train it anew"):
+    with pytest.raises(ValueError, match=f"received one of another {word}: remove .* to train it again"):
         is_trained(VARIANT, data, tmp_path / "half")
 
 

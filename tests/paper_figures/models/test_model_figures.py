@@ -21,7 +21,7 @@ def test_what_is_trained_otherwise_is_not_called_untrained(tmp_path, cracks, kep
     assert {drawn.get_supxlabel() for drawn in kept} == {"trained with another recipe: M2-FiLM"}
     made(table_models, found, folder=tmp_path)
     text = (tmp_path / "models.md").read_text(encoding="utf-8")
-    assert "M2-FiLM is left out: `make models` trains it anew." in text
+    assert "M2-FiLM is left out: `make models` trains it again." in text
     assert "ot trained yet" not in text
 
 
