@@ -13,7 +13,11 @@ from pathlib import Path
 
 MAKEFILE = Path(__file__).parents[1] / "Makefile"
 LINE = re.compile(r"^([\w-]+)\.(paper|cost|study|makes|publishes) :=(.*?)(?:\s*## (.*))?$", re.MULTILINE)
-WHOLE = {"figures tables": "all of them", "paper": "and the report", "smoke": "the path from nothing, tiny"}
+WHOLE = {
+    "figures tables": "All figures and tables",
+    "paper": "Figures, tables and the report",
+    "smoke": "The reproduction from scratch on tiny data",
+}
 """Targets in the table of REPRODUCING.md besides the figures and tables of the paper, with their captions."""
 INPUTS = {
     "architectures": "Keras models, untrained",
@@ -21,7 +25,7 @@ INPUTS = {
     "dataset": "data set",
     "M1-concat": "M1-concat",
     "models": "all models",
-    "more-models": "M1-concat otherwise trained",
+    "more-models": "further trainings of M1-concat",
     "feature_sets": "`published/feature_sets.json`",
     "data_efficiency": "`published/data_efficiency.json`",
     "accuracy_price": "`published/accuracy_price.json`",

@@ -1,7 +1,8 @@
-"""Diagrams of the 18 paper models, or of one registered family, drawn from the Keras models' graphs.
+"""Diagrams of the 18 paper models, drawn from the graphs of the Keras models.
 
-One panel for each family, with its conditionings side by side. Solid arrows carry sequences, dotted ones
-the Tabor parameter; two boxes side by side are computed from the same input.
+There is one panel for each family, with its conditionings side by side. Solid arrows carry sequences, dotted arrows the
+Tabor parameter. Two boxes side by side have the same input. `figure_own_architecture` draws a user-defined family with
+these functions.
 """
 
 from typing import Any
@@ -27,7 +28,7 @@ BOX_WIDTH, BOX_HEIGHT, COLUMN_STEP = 0.78, 0.62, 1.22
 
 
 def ranks(layers: list[dict[str, Any]]) -> dict[str, int]:
-    """Row of each layer from the input down: one below the lowest of the layers it reads."""
+    """Row of each layer, counted from the input: one below the lowest of the layers that it reads."""
     rows: dict[str, int] = {}
     for layer in layers:
         above = [rows[name] for name in layer["inputs"] if name != TABOR]
@@ -36,7 +37,7 @@ def ranks(layers: list[dict[str, Any]]) -> dict[str, int]:
 
 
 def places(layers: list[dict[str, Any]]) -> dict[str, tuple[float, float]]:
-    """Centre of each box: rows downwards, boxes of one row side by side; the Tabor parameter beside its first use."""
+    """Centre of each box: rows go downwards, boxes of one row are side by side. The Tabor parameter has none."""
     rows = ranks(layers)
     by_row: dict[int, list[str]] = {}
     for layer in layers:
@@ -50,12 +51,12 @@ def places(layers: list[dict[str, Any]]) -> dict[str, tuple[float, float]]:
 
 
 def draw_arrow(axes: Axes, begin: tuple[float, float], end: tuple[float, float], **style: Any) -> None:
-    """An arrow between two points, smaller than in figures of fewer boxes."""
+    """Draw an arrow between two points, smaller than in the other figures."""
     schematics.arrow(axes, begin, end, **{"lw": 0.6, "mutation_scale": 5} | style)
 
 
 def draw_input(axes: Axes, source: str, where: dict[str, tuple[float, float]], name: str) -> None:
-    """The arrow from what a layer reads to the layer: straight from the row above, bent past boxes in between."""
+    """Draw the arrow from an input of a layer to the layer: straight from the row above, otherwise around boxes."""
     x, y = where[name]
     half, side = 0.5 * BOX_HEIGHT, 0.5 * BOX_WIDTH
     if source == TABOR:
@@ -71,14 +72,14 @@ def draw_input(axes: Axes, source: str, where: dict[str, tuple[float, float]], n
 
 
 def box_text(layer: dict[str, Any]) -> str:
-    """What stands in a box, on one line or two."""
+    """Text of a box, on one or two lines."""
     if layer["kind"] == "InputLayer":
         return f"history\n{layer['width']} channels"
     return layer["label"].replace(", ", "\n", 1)
 
 
 def draw_model(axes: Axes, graph: dict[str, Any], left: float) -> None:
-    """One wiring as a column."""
+    """Draw one model as a column of boxes, `left` data units from the left."""
     layers = [layer for layer in graph["layers"] if layer["name"] != TABOR]
     where = {name: (x + left, y) for name, (x, y) in places(graph["layers"]).items()}
     heights = [y for _, y in where.values()]
@@ -93,7 +94,7 @@ def draw_model(axes: Axes, graph: dict[str, Any], left: float) -> None:
 
 
 def draw_family(axes: Axes, graphs: dict[str, Any], family: str, deepest: int) -> None:
-    """The wirings of one family side by side, on a panel of so many rows."""
+    """Draw the models of one family side by side, in a panel of `deepest` rows."""
     for column, conditioning in enumerate(one for one in CONDITIONINGS if f"{family}-{one}" in graphs):
         graph, x = graphs[f"{family}-{conditioning}"], column * COLUMN_STEP
         draw_model(axes, graph, x)

@@ -1,4 +1,4 @@
-"""Input representations and training-set size: validation curves of feature sets, and of nested training shares."""
+"""Input representations and training-set size: validation curves of the feature sets, and of nested training shares."""
 
 from typing import Any
 
@@ -15,14 +15,14 @@ FOLD = 0
 
 
 def draw_curve(axes: Axes, history: dict[str, list[float]], color: Any, label: str) -> None:
-    """A validation curve, its least value marked."""
+    """Draw a validation curve, with its least value marked."""
     least = min(range(len(history["epoch"])), key=history["validation_mse"].__getitem__)
     axes.plot(history["epoch"], history["validation_mse"], color=color, linewidth=1.0, label=label)
     axes.plot(history["epoch"][least], history["validation_mse"][least], "o", color=color)
 
 
 def draw_feature_sets(axes: Axes, sets: dict[str, Any] | None, ranking: Any = None) -> None:
-    """One curve for each feature set, its least validation error in the legend; a band where there are two seeds."""
+    """One curve for each feature set, or a band if it has two seeds; the legend gives the least validation error."""
     names = [name for name in LABELS if name in (sets or {}) or models_style.seeds_of(ranking, f"features-{name}")]
     if not names:
         _absent(axes, "make feature-sets")
@@ -44,7 +44,7 @@ def draw_feature_sets(axes: Axes, sets: dict[str, Any] | None, ranking: Any = No
 
 
 def features_table(sets: dict[str, Any], ranking: Any = None) -> Table:
-    """One line for each feature set: its errors over seeds where there are two, else those of one training."""
+    """One row for each feature set: its errors over the seeds if it has two, otherwise those of one training."""
     rows = []
     for name, inputs in LABELS.items():
         count = models_style.seeds_of(ranking, f"features-{name}")
@@ -64,14 +64,14 @@ def features_table(sets: dict[str, Any], ranking: Any = None) -> Table:
 
 
 def range_text(spread: dict[str, float]) -> str:
-    """Median, and the extremes where they differ."""
+    """Median over the seeds, and the extremes if they differ."""
     text = number(spread["median"])
     same = spread["min"] == spread["max"]
     return text if same else f"{text} ({number(spread['min'])} to {number(spread['max'])})"
 
 
 def draw_shares(axes: Axes, content: dict[str, Any] | None) -> None:
-    """One curve for each share of the training part, of the first fold; the full part in black."""
+    """One curve for each share of the training part, from the first fold; the whole part in black."""
     if content is None:
         _absent(axes, "make data-efficiency")
         return
@@ -90,7 +90,11 @@ def _absent(axes: Axes, command: str) -> None:
 
 
 def compose(feature_sets: Any = None, data_efficiency: Any = None, ranking: Any = None) -> dict[str, Figure | Table]:
-    """Draw what is trained of both panels, and write the errors of the first one's as a table."""
+    """Draw the published trainings of both panels, and write the errors of the first panel as a table.
+
+    Raises:
+        FileNotFoundError: Nothing is published for either panel.
+    """
     if (
         feature_sets is None
         and data_efficiency is None

@@ -1,6 +1,6 @@
-"""FMS transfer: one trajectory predicted on other numbers of measurement steps, and the whole held-out set beside it.
+"""FMS transfer: one trajectory predicted at other numbers of measurement steps, and errors over the held-out set.
 
-The second panel is ours; the paper shows one trajectory only.
+The paper shows one trajectory only; the second panel is additional.
 """
 
 from typing import Any
@@ -14,7 +14,7 @@ from paper_figures.style import drawing, models_style
 
 
 def draw_sample(axes: Axes, sample: dict[str, Any], model: str) -> None:
-    """The solver's loop as a line, each prediction as the model's markers: fuller the more measurement steps."""
+    """Draw the solver's force as a line, and each prediction as markers that are darker for more measurement steps."""
     edge = to_rgb(models_style.color(model))
     shades = np.linspace(0.0, 1.0, len(sample["predictions"]))
     drawing.zero_line(axes)
@@ -28,7 +28,7 @@ def draw_sample(axes: Axes, sample: dict[str, Any], model: str) -> None:
 
 
 def draw_test_set(axes: Axes, test_set: dict[str, Any], color: str) -> None:
-    """Median and 90th percentile of the waveform error over the held-out set for each number of steps."""
+    """Draw median and 90th percentile of the force NMAE over the held-out set, for each number of steps."""
     totals = list(test_set["errors"])
     places = np.arange(len(totals))
     for shift, (name, text, shade) in enumerate((("median", "median", 1.0), ("p90", "90th percentile", 0.45))):

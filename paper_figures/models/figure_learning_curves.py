@@ -9,13 +9,13 @@ from paper_figures.style import drawing, models_style
 from surrogate.architectures.naming import PAPER_FAMILIES
 
 SHOWN = ("FiLM", "gated")
-"""One panel for each of these conditionings."""
+"""Conditionings, one panel each."""
 
 
 def draw_curves(axes: Axes, models: dict[str, Any], conditioning: str, ranking: Any = None) -> int:
-    """Validation MSE over epochs of the six models of a conditioning that are trained; returns how many.
+    """Draw the validation MSE over the epochs of the trained models of a conditioning, and return their number.
 
-    Where a model has two seeds or more, it is their median in a band from the least to the largest.
+    A model with two seeds or more is drawn as their median, in a band from the least to the largest.
     """
     drawn = 0
     for family in PAPER_FAMILIES:
@@ -42,7 +42,11 @@ def draw_curves(axes: Axes, models: dict[str, Any], conditioning: str, ranking: 
 
 
 def compose(model_comparison: Any, ranking: Any = None) -> Figure:
-    """Draw both panels, with the spread over seeds."""
+    """Draw both panels, with the spread over seeds.
+
+    Raises:
+        FileNotFoundError: No FiLM or gated model is trained.
+    """
     models = model_comparison["models"]
     missing = [name for name in model_comparison["missing"] if name.endswith(SHOWN)]
     otherwise = {name: words for name, words in model_comparison["differences"].items() if name.endswith(SHOWN)}

@@ -1,4 +1,4 @@
-"""Held-out MSE against MAE of every trained model: colour for the family, marker for the conditioning."""
+"""Held-out MSE against MAE of every trained model; the colour is the family, the marker the conditioning."""
 
 from typing import Any
 
@@ -11,7 +11,7 @@ from paper_figures.style import drawing, models_style
 def draw_models(
     axes: Axes, models: dict[str, Any], x: str, y: str, ranking: Any = None, *, factor: float = 1.0
 ) -> None:
-    """One marker for each model, its seeds' median and range where there are two; `factor` multiplies a size."""
+    """Draw one marker for each model, or median and range of its seeds if it has two; `factor` scales parameters."""
     for name, found in models.items():
         place = factor * found[x] if x == "parameters" else f"test_{x}"
         if not models_style.draw_spread(axes, ranking, name, place, f"test_{y}"):
@@ -19,7 +19,7 @@ def draw_models(
 
 
 def compose(model_comparison: Any, ranking: Any = None) -> Figure:
-    """Draw the models that are trained, with the spread over their seeds, beside the paper's best."""
+    """Draw the trained models, with the spread over their seeds, and the paper's best model."""
     paper = drawing.paper_values("reference_model")
     drawn = drawing.figure(width=drawing.COLUMN, height=3.4)
     axes = drawn.subplots()

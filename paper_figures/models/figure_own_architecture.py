@@ -1,4 +1,4 @@
-"""The models of one family of your own, read from the Keras models by `python -m experiments architecture_graphs`."""
+"""Diagrams of the models of one user-defined family, from `python -m experiments own_architecture_graphs`."""
 
 from typing import Any
 
@@ -10,10 +10,10 @@ from paper_figures.style import drawing
 
 
 def compose(own_architecture_graphs: Any, *, family: str) -> dict[str, Figure]:
-    """Draw one family alone.
+    """Draw one family.
 
     Raises:
-        ValueError: the results hold no family of that name.
+        ValueError: The result holds no family of that name.
     """
     plain_name(family, "a --family")
     words = own_architecture_graphs["families"].get(family)

@@ -1,6 +1,7 @@
 """Held-out errors of every seed: points for the trainings, bars for the bootstrap interval over the test set.
 
-Families stand side by side, their conditionings in the order of the paper; marker and colour are those of all figures.
+Families are side by side, with their conditionings in the order of the paper. Markers and colours are those of all
+figures.
 """
 
 from typing import Any
@@ -19,16 +20,16 @@ SHOWN = {
     "pull_off_percent": "median pull-off error (%)",
     "hysteresis_percent": "median hysteresis error (%)",
 }
-"""One panel for each."""
+"""Metrics and their labels, one panel each."""
 APART = 0.27
-"""Distance of the conditionings of a family, whose own distance is one."""
+"""Distance between the conditionings of a family; the distance between families is one."""
 WIDTH = 0.22
 LEAST_SPAN = 6.0
-"""Least ratio of the ends of an axis."""
+"""Least ratio of the upper to the lower end of an axis."""
 
 
 def limits(ranking: Any, metric: str) -> tuple[float, float]:
-    """Ends of an axis that holds all seeds and intervals, and at least two of its labels."""
+    """Ends of an axis that shows all seeds and intervals, and at least two labels."""
     ends = [value for spread in ranking["spread"].values() for value in spread[metric].values()] or [1.0]
     low, high = min(ends) / 1.2, max(ends) * 1.2
     wider = max(1.0, np.sqrt(LEAST_SPAN * low / high))
@@ -36,7 +37,7 @@ def limits(ranking: Any, metric: str) -> tuple[float, float]:
 
 
 def draw_errors(axes: Axes, ranking: Any, metric: str) -> None:
-    """Seeds and intervals of all models in one panel; a family without any seed says so."""
+    """Draw seeds and intervals of all models in one panel, and mark a family without seeds."""
     for place, family in enumerate(PAPER_FAMILIES):
         drawn = 0
         for shift, conditioning in zip((-APART, 0.0, APART), CONDITIONINGS, strict=True):
@@ -48,7 +49,7 @@ def draw_errors(axes: Axes, ranking: Any, metric: str) -> None:
             low, high = spread["low"], spread["high"]
             axes.bar(at, high - low, WIDTH, bottom=low, color=models_style.color(name), alpha=0.35, linewidth=0)
             axes.plot([at - 0.5 * WIDTH, at + 0.5 * WIDTH], [spread["median"]] * 2, color="0.2", linewidth=0.7)
-            # Side by side, so that seeds that agree stay countable.
+            # Side by side, so that equal seeds remain visible.
             across = at + 0.07 * (np.arange(len(rows)) - 0.5 * (len(rows) - 1))
             look = models_style.marker(name) | {"markersize": 0.62 * models_style.SIZES[conditioning]}
             axes.plot(across, [row[metric] for row in rows], label=name, zorder=3, **look)

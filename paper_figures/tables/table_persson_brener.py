@@ -1,4 +1,4 @@
-"""Table of the fourteen protocols of the relaxed short-range limit: crack velocities and amplifications."""
+"""Table: crack velocities and amplifications of the fourteen protocols of the relaxed short-range limit."""
 
 from typing import Any
 

@@ -196,7 +196,7 @@ def test_what_was_trained_otherwise_is_left_out(tmp_path, studied):
     reasons = {label: sentence.split("its ")[1] for label, sentence in content["left_out"].items()}
     words = ("data set", "model", "seed", "recipe", "forces")
     names = ("M1-FiLM", "M2-concat", "M2-FiLM", "M2-gated", "M3-FiLM")
-    assert reasons == {f"{name}/seed-0": f"{word} being another" for name, word in zip(names, words, strict=True)}
+    assert reasons == {f"{name}/seed-0": f"{word} differs" for name, word in zip(names, words, strict=True)}
 
 
 def test_an_incomplete_seed_is_one_sentence(tmp_path, studied):
