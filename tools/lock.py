@@ -67,7 +67,7 @@ def problems(settings: dict, lock_text: str) -> list[str]:
         if not versions:
             found.append(f"{requirement.name} is not in the lock")
         found += [
-            f"{requirement} is asked for, {version} is locked"
+            f"{requirement} is required, {version} is locked"
             for version in versions
             if not requirement.specifier.contains(version, prereleases=True)
         ]

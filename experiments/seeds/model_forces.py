@@ -11,7 +11,6 @@ from __future__ import annotations
 import csv
 import json
 import math
-import warnings
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +20,6 @@ from experiments import common
 from surrogate.data.dataset import Split, TrajectoryDataset
 from surrogate.data.features import edge_from_counts
 from surrogate.data.scaling import Scaling, symlog
-from surrogate.inference.validity import ExtrapolationWarning
 
 SAME = 1e-9
 """Largest relative difference of two means of the same forces; that of the earlier forces is 7e-6."""
@@ -52,8 +50,7 @@ def error_difference(folder: Path, data: TrajectoryDataset) -> float:
     trained = common.load_surrogate(folder.name, folder.parent)
     times, indentations = data.grid(indices)
     edge = edge_from_counts(data.points_per_phase, len(indices))
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ExtrapolationWarning)
+    with common.without_extrapolation_warnings():
         force = trained.predict(times, indentations, tabor=data.protocols["tabor"][indices], edge=edge)
     scale = trained.scaling.scale_force
     found = np.mean((scale(force) - scale(data.force[indices])) ** 2, axis=1)

@@ -13,7 +13,7 @@ from pathlib import Path
 from experiments import common
 from experiments.paper.model_comparison import REFERENCE
 from experiments.seeds.ranking import EXPECTED, INPUTS, found_seeds
-from experiments.training.feature_sets import CONFIG
+from experiments.training.feature_sets import CONFIG, KEYS
 from surrogate.architectures.naming import paper_names
 from surrogate.data.dataset import TrajectoryDataset
 
@@ -24,7 +24,7 @@ WORK = Path("results/seeds")
 
 def trainings(configs: Path) -> dict[str, list[str]]:
     """Arguments of `surrogate train` by the name of each model and input representation, without its seed."""
-    settings = common.read_config(configs / CONFIG.name, "architecture", "recipe", "epochs", "sets", "jobs")
+    settings = common.read_config(configs / CONFIG.name, *KEYS)
     found = {name: [name, "--recipe", "swift"] for name in paper_names()}
     for features, (label,) in INPUTS.items():
         given = ["--recipe", settings["recipe"], "--features", features]

@@ -170,8 +170,8 @@ def sections(content: dict[str, Any]) -> Iterator[Section]:
     )
     yield Section(
         "Start-up and memory",
-        "What the tables above leave out, in processor seconds but where it says otherwise. Numba compiles the kernels "
-        "once per machine and keeps them on disk.",
+        "Costs that the tables above leave out, in processor seconds unless stated otherwise. Numba compiles the "
+        "kernels once per machine and keeps them on disk.",
         ["Quantity", "Value"],
         [
             [f"{what}, {state} (s)", f"{seconds:.3g}"]

@@ -18,6 +18,7 @@ from experiments.training.trainings import WORK, Variant, earlier_trainings, tra
 
 CONFIG = common.CONFIGS / "feature_sets.toml"
 OUT = Path("published/feature_sets.json")
+KEYS = ("architecture", "recipe", "epochs", "sets", "jobs")
 
 
 def variants(config: dict[str, Any]) -> dict[str, Variant]:
@@ -55,7 +56,7 @@ def main(
     out: Out = OUT,
 ) -> None:
     """Train on each feature set, or continue; the result file is written after each training."""
-    settings = common.read_config(config, "architecture", "recipe", "epochs", "sets", "jobs")
+    settings = common.read_config(config, *KEYS)
     wanted = variants(settings)
 
     def publish(done: dict[str, dict[str, Any]]) -> None:

@@ -14,13 +14,6 @@ LABELS = {"A": "time, indentation", "B": "A + velocity", "C": "B + acceleration"
 FOLD = 0
 
 
-def draw_curve(axes: Axes, history: dict[str, list[float]], color: Any, label: str) -> None:
-    """Draw a validation curve, with its least value marked."""
-    least = min(range(len(history["epoch"])), key=history["validation_mse"].__getitem__)
-    axes.plot(history["epoch"], history["validation_mse"], color=color, linewidth=1.0, label=label)
-    axes.plot(history["epoch"][least], history["validation_mse"][least], "o", color=color)
-
-
 def draw_feature_sets(axes: Axes, sets: dict[str, Any] | None, ranking: Any = None) -> None:
     """One curve for each feature set, or a band if it has two seeds; the legend gives the least validation error."""
     names = [name for name in LABELS if name in (sets or {}) or models_style.seeds_of(ranking, f"features-{name}")]
@@ -35,11 +28,11 @@ def draw_feature_sets(axes: Axes, sets: dict[str, Any] | None, ranking: Any = No
             words = (
                 f"{label} ({low:.1e} to {high:.1e}, {count} seeds)" if count > 1 else f"{label} ({low:.1e}, one seed)"
             )
-            look = {"color": STYLES[name], "marker": "o"}
-            models_style.draw_curves_of_seeds(axes, curves, look, words)
+            models_style.draw_curves_of_seeds(axes, curves, _look(STYLES[name]), words)
             continue
         trained = sets[name] if sets else {}
-        draw_curve(axes, trained["history"], STYLES[name], f"{label} ({trained['validation_mse']:.1e})")
+        words = f"{label} ({trained['validation_mse']:.1e})"
+        models_style.draw_curve(axes, trained["history"], _look(STYLES[name]), words)
     axes.legend(loc="upper right")
 
 
@@ -77,11 +70,15 @@ def draw_shares(axes: Axes, content: dict[str, Any] | None) -> None:
         return
     shares = content["shares"]
     shades = colormaps["viridis"]
-    draw_curve(axes, content["full"]["history"], drawing.BLACK, "100 %")
+    models_style.draw_curve(axes, content["full"]["history"], _look(drawing.BLACK), "100 %")
     for index, one in enumerate(shares):
-        color = shades(0.9 * (index + 1) / len(shares))
-        draw_curve(axes, one["folds"][FOLD]["history"], color, f"{one['percent']:g} %")
+        look = _look(shades(0.9 * (index + 1) / len(shares)))
+        models_style.draw_curve(axes, one["folds"][FOLD]["history"], look, f"{one['percent']:g} %")
     axes.legend(loc="upper right", ncols=2)
+
+
+def _look(color: Any) -> dict[str, Any]:
+    return {"color": color, "marker": "o"}
 
 
 def _absent(axes: Axes, command: str) -> None:

@@ -23,15 +23,11 @@ def draw_curves(axes: Axes, models: dict[str, Any], conditioning: str, ranking: 
         if name not in models:
             continue
         drawn += 1
+        look = models_style.marker(name)
         if models_style.seeds_of(ranking, name) >= models_style.SEVERAL:
-            look = models_style.marker(name)
             models_style.draw_curves_of_seeds(axes, ranking["curves"][name], look, family)
-            continue
-        history = models[name]["history"]
-        least = min(range(len(history["epoch"])), key=history["validation_mse"].__getitem__)
-        color = models_style.color(name)
-        axes.plot(history["epoch"], history["validation_mse"], color=color, linewidth=1.0, label=family)
-        axes.plot(history["epoch"][least], history["validation_mse"][least], **models_style.marker(name))
+        else:
+            models_style.draw_curve(axes, models[name]["history"], look, family)
     axes.set(xlabel="epoch", ylabel="validation MSE", yscale="log")
     if drawn:
         axes.legend(loc="upper right", ncols=2)

@@ -168,7 +168,7 @@ def by_seeds(claim: dict[str, Any], results: Results) -> Finding | None:
     word = BY_SEEDS[found["decision"]]
     whole = claim["value"] == "true"
     ours = {REPRODUCED: claim["value"], TIE: " = ".join(found["level"]), DIFFERS: "false" if whole else found["first"]}
-    why = "By held-out MSE, seeds and test trajectories resampled: `make table-ranking` shows each order."
+    why = "By held-out MSE, with seeds and test trajectories resampled; `make table-ranking` shows each order."
     return Finding(claim, ours[word], word, why)
 
 

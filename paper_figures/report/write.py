@@ -111,8 +111,8 @@ def overview(findings: list[Finding]) -> str:
     ours = sum(bool(finding.claim.get("beyond")) for finding in findings)
     count = sum(len(group["parts"]) for group in settings())
     rest = (
-        f"Not counted: {count} settings of the paper and {ours} numbers of ours beyond the paper, each in a "
-        "section of their own."
+        f"Not counted: {count} settings of the paper, and {ours} numbers that the paper does not state. They have "
+        "sections of their own."
     )
     table = markdown_table(["verdict", "numbers"], rows, "lr")
     return f"{sum(counts.values())} numbers:\n\n{table}\n\n{rest}"

@@ -106,6 +106,14 @@ def draw_spread(axes: Axes, ranking: Any, name: str, x: str | float, y: str) -> 
     return True
 
 
+def draw_curve(axes: Axes, history: Mapping[str, Sequence[float]], look: Mapping[str, Any], label: str) -> None:
+    """Draw the validation error over the epochs of one training, with its least value marked."""
+    epochs, errors = history["epoch"], history["validation_mse"]
+    least = min(range(len(epochs)), key=errors.__getitem__)
+    axes.plot(epochs, errors, color=look["color"], linewidth=1.0, label=label)
+    axes.plot(epochs[least], errors[least], **look)
+
+
 def draw_curves_of_seeds(axes: Axes, curves: Sequence[Sequence[float]], look: Mapping[str, Any], label: str) -> None:
     """Draw median and range over the seeds of the validation error, over the epochs that all seeds have."""
     epochs = range(1, min(map(len, curves)) + 1)

@@ -103,12 +103,12 @@ def compose(accuracy_cost: Any) -> dict[str, Table]:
     first = Table(
         [*HEADER, *ERRORS.values()],
         [row_of(tool) for tool in content["tools"]],
-        f"Every tool on {content['protocols']} held-out protocols, or on as many of them as the row says (the paper's "
-        f"discretisation on the first, closed forms on those of their regime), one core of {content['host']}; time of "
-        "a whole call, over the protocols, each by the median of the repeats; run to run is the range of the totals "
-        f"over their median. Errors are median / 95th percentile against a solution refined to "
-        f"{number(content['truth_target'])}, which {_refined(content)} of the protocols have; of the force, mean |dP| "
-        "over the range. The paper's own seconds: "
+        f"Every tool on {content['protocols']} held-out protocols, or on the number that its row states (the paper's "
+        "discretisation on the first ones, closed forms on those of their regime), on one core of "
+        f"{content['host']}. Times are those of whole calls, for each protocol the median of the repeats; run to run "
+        "is the range of the totals over their median. Errors are median / 95th percentile against a solution refined "
+        f"to {number(content['truth_target'])}, which {_refined(content)} of the protocols have; that of the force is "
+        "mean |dP| over its range. The paper's own seconds: "
         f"{paper}.{_left_out(content)}",
     )
     second = Table(
