@@ -34,18 +34,12 @@ This report lists every number that the paper states, the number found here, and
 the result files. No number is typed by hand, except those of the paper, which are in `experiments/paper_values/`.
 
 The verdict follows a rule. Counts and words must be equal. Values must agree within the stated tolerance. For errors
-and
-costs, smaller is better: a number within the tolerance is reproduced, a smaller one is better, and a larger one
-differs.
-Bounds must hold. A ranking of models is judged by all published seeds. It is a tie if the probability of its order,
-when
-seeds and test trajectories are resampled, lies between 5 % and 95 %. If a model has fewer than two seeds, the ranking
-is
-judged by one training of each model, and its reason says so. "Not comparable" means that the two numbers do not measure
-the
-same quantity; "not yet" means that the result has not been computed. Settings of the paper that are adopted here are
-not
-results; they have a table of their own."""
+and costs, smaller is better: a number within the tolerance is reproduced, a smaller one is better, and a larger one
+differs. Bounds must hold. A ranking of models is judged by all published seeds. It is a tie if the probability of its
+order, when seeds and test trajectories are resampled, lies between 5 % and 95 %. If a model has fewer than two seeds,
+the ranking is judged by one training of each model, and its reason says so. "Not comparable" means that the two numbers
+do not measure the same quantity; "not yet" means that the result has not been computed. Settings of the paper that are
+followed here are not results; they have a table of their own."""
 
 
 def tolerances_text() -> str:
