@@ -35,7 +35,7 @@ MEASUREMENTS := $(PUBLISHED)/measurements
 MANIFEST := tools/manifest.py --root $(PUBLISHED)
 PLACES := --results $(OUT) --published $(PUBLISHED)
 
-##@ The paper, from what is published (minutes)
+##@ The paper, from published results (minutes)
 
 .PHONY: setup
 setup: $(INSTALLED)  ## Create .venv with the locked dependencies (Python 3.11 or 3.12; PYTHON=... chooses one)
@@ -60,7 +60,7 @@ $(INSTALLED): requirements.lock pyproject.toml
 	@echo "$(VENV) is ready, $$(du -sh $(VENV) | cut -f 1)"
 
 .PHONY: verify
-verify: setup  ## Compare what is published with its manifest
+verify: setup  ## Compare the published files with their manifest
 	$(PY) tools/manifest.py verify
 
 .PHONY: paper
@@ -100,7 +100,7 @@ figure-ranking.paper := ranking  ## Held-out errors of every seed, with bootstra
 figure-learning-curves.paper := model_comparison ranking?  ## Validation curves of the FiLM and gated models
 figure-features.paper := feature_sets? data_efficiency? ranking?  ## Input representations with a table, and training-set size
 figure-fms-transfer.paper := fms_transfer  ## The trained model at other numbers of measurement steps
-graphical-abstract.paper := canonical_regimes error_statistics  ## Protocol in, force history out
+graphical-abstract.paper := canonical_regimes error_statistics  ## Protocol, surrogate and predicted force
 table-protocols-dataset.paper := dataset_examples dataset_statistics  ## Protocols of figure 2, and the data set compared with the paper's
 table-protocols-canonical.paper := canonical_regimes  ## Canonical protocols and their cost
 table-quartiles.paper := error_statistics  ## Held-out errors by quartile
@@ -109,7 +109,7 @@ table-models.paper := model_comparison training_speed? model_forces? more-models
 table-ranking.paper := ranking  ## Spread over seeds, intervals, and which of the paper's rankings hold
 table-accuracy-price.paper := accuracy_price  ## Published cost of draft, standard and reference
 
-##@ Cost and hard cases (figure <- measurement)
+##@ Cost and difficult cases (figure <- measurement)
 
 .PHONY: cost-figures
 cost-figures: $$(COST)  ## All figures and tables of this group
@@ -238,7 +238,7 @@ MORE_MODELS ?= model-paper-recipe model-budgets model-inputs-c model-large
 more-models: $(MORE_MODELS)  ## Train M1-concat by the four targets above: another recipe, fewer and more epochs, other inputs, more data
 
 feature-sets.publishes := feature_sets  ## Train the input representations A to D and publish their errors
-data-efficiency.publishes := data_efficiency  ## Train on smaller and smaller shares of the data and publish the errors
+data-efficiency.publishes := data_efficiency  ## Train on decreasing shares of the data and publish the errors
 .PHONY: feature-sets data-efficiency
 feature-sets data-efficiency: $(DATASET) | $(INSTALLED)
 	$(PY) -m experiments $(call value_of,$@.publishes) --config $(CONFIGS)/$(call value_of,$@.publishes).toml --dataset $(DATASET) --models $(MODELS) \
@@ -374,7 +374,7 @@ bench-startup: setup  ## Processor seconds of a first and of a warm run of bem s
 	$(PY) -m experiments startup $(addprefix --baseline ,$(BASELINE))
 
 .PHONY: bench-solver
-bench-solver: setup  ## Write errors and cost of the solver to docs/solver-benchmark.md (BASELINE=REVISION compares instead)
+bench-solver: setup  ## Write errors and cost of the solver into docs/solver-benchmark.md (BASELINE=REVISION compares instead)
 	$(PY) -m experiments bench_solver $(addprefix --baseline ,$(BASELINE))
 
 .PHONY: table-solver-hard-cases
