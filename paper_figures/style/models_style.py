@@ -111,7 +111,7 @@ def draw_curve(axes: Axes, history: Mapping[str, Sequence[float]], look: Mapping
     epochs, errors = history["epoch"], history["validation_mse"]
     least = min(range(len(epochs)), key=errors.__getitem__)
     axes.plot(epochs, errors, color=look["color"], linewidth=1.0, label=label)
-    axes.plot(epochs[least], errors[least], **look)
+    axes.plot(epochs[least], errors[least], **{"linestyle": "", **look})
 
 
 def draw_curves_of_seeds(axes: Axes, curves: Sequence[Sequence[float]], look: Mapping[str, Any], label: str) -> None:
