@@ -160,7 +160,7 @@ def test_only_models_trained_alike_are_compared(tmp_path, dataset):
     found = model_comparison.study(tmp_path, dataset)
     # Another backend is no other training, as little as another seed is.
     assert list(found["models"]) == ["M1-concat", "M2-FiLM"]
-    words = {name: sentence.split("its ")[1].split(" being")[0] for name, sentence in found["outdated"].items()}
+    words = {name: sentence.split("its ")[1].split(" is not that")[0] for name, sentence in found["outdated"].items()}
     assert words == {"M1-FiLM": "recipe", "M1-gated": "split", "M2-concat": "data set"}
     assert found["differences"] == {name: [word] for name, word in words.items()}
     assert len(found["missing"]) == 13
