@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 import surrogate
 from experiments.paper import own_architecture_graphs
 from paper_figures.__main__ import save
-from paper_figures.figures import figure_own_architecture
+from paper_figures.models import figure_own_architecture
 from surrogate.architectures.common import inputs, readout
 from surrogate.architectures.layers import AppendTabor, FiLM, TaborGate
 from surrogate.architectures.naming import FAMILIES

@@ -7,7 +7,7 @@ from typer.testing import CliRunner
 
 from bem._support.outputs import plain_name
 from experiments.common import load_surrogate
-from experiments.paper.trainings import Variant
+from experiments.training.trainings import Variant
 from surrogate.cli import app as cli
 from surrogate.data.dataset import TrajectoryDataset
 from surrogate.inference.model_files import find_model
