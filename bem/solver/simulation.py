@@ -32,7 +32,7 @@ from bem.solver.time_stepping import (
     march,
 )
 from bem.solver.work import work_by_name
-from bem.tractions import HardContact
+from bem.tractions import HardContact, TractionLaw
 from bem.trajectory import Jump, Statistics, Trajectory
 
 MOST_STEPS = 400_000
@@ -150,6 +150,9 @@ def _prepare(
     problem, own_mesh = discretise(scene, deepest, controls, mesh, audit, by_force)
     if problem.series.size:  # a grid that moves interpolates by lines
         controls = accuracy.line_controls(elastic=scene.material.strengths.size == 0)
+        problem, own_mesh = discretise(scene, deepest, controls, mesh, audit, by_force)
+    if isinstance(scene.adhesion, TractionLaw):
+        controls = controls._replace(edge_spacing=scene.adhesion.fineness * controls.edge_spacing)
         problem, own_mesh = discretise(scene, deepest, controls, mesh, audit, by_force)
     values = path.forces if isinstance(path, ForceProtocol) else path.indentations
     return _Run(problem, own_mesh, np.array(path.times), np.array(values))
