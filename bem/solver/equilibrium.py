@@ -115,9 +115,10 @@ def _nodes_with_slope(influence: np.ndarray, gap: np.ndarray, tabor: float, law:
 
 
 @kernel
-def _factorise(
+def factorise(
     influence: np.ndarray, weights: np.ndarray, gap: np.ndarray, tabor: float, law: Law, response: float, factor: Factor
 ) -> None:
+    """Linearise about `gap` (n,), and judge the stability there."""
     n = gap.size
     order = _nodes_with_slope(influence, gap, tabor, law, response)
     uniform, pressed = np.ones(n), pressed_below(law)
@@ -234,7 +235,7 @@ def solve_adhesive(
         allowed = min(tolerance, max(force_error / max(factor.stiffness[0], 1e-12), _SMALLEST_RESIDUAL))
         if known and worst < allowed:
             if factor.unstable[0]:  # of an earlier iterate, perhaps not of this state
-                _factorise(influence, weights, gap, tabor, law, response, factor)
+                factorise(influence, weights, gap, tabor, law, response, factor)
                 work[FACTORISATIONS] += 1
             return not factor.unstable[0]
         if iteration == _MOST_ITERATIONS:
@@ -242,7 +243,7 @@ def solve_adhesive(
         if not known or (worst > _SLOW * previous and not fresh):
             if refreshed == _MOST_FACTORISATIONS:
                 return False
-            _factorise(influence, weights, gap, tabor, law, response, factor)
+            factorise(influence, weights, gap, tabor, law, response, factor)
             refreshed += 1
             work[FACTORISATIONS] += 1
             fresh, can_extrapolate = True, False
