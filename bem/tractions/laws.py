@@ -111,7 +111,7 @@ class Exponential(TractionLaw):
 
     Its range l is 1 / (e PEAK_TRACTION) = 0.358 h0. It ends where the traction is below rounding.
 
-    Source: Needleman, Int. J. Fracture 42 (1990) 21; Rose, Ferrante and Smith, Phys. Rev. Lett. 47 (1981) 675.
+    Source: Needleman, J. Mech. Phys. Solids 38 (1990) 289; Rose, Ferrante and Smith, Phys. Rev. Lett. 47 (1981) 675.
     """
 
     length: ClassVar[float] = 1.0 / (math.e * PEAK_TRACTION)

@@ -9,6 +9,7 @@ from scipy.integrate import quad
 from bem import tractions
 from bem.tractions import (
     GAP_AT_PEAK,
+    LAWS,
     LENNARD_JONES,
     PEAK_TRACTION,
     ConstantStress,
@@ -27,7 +28,7 @@ from bem.tractions import (
     traction_at,
 )
 
-OTHERS = (ConstantStress(), ConstantStress(width=0.05), Exponential())
+OTHERS = (*(law() for law in LAWS.values() if issubclass(law, TractionLaw)), ConstantStress(width=0.05))
 GAPS = (0.93, 1.0, 1.01, 1.04, 1.2, 1.5, 1.9, 1.98, 2.05, 3.0)
 
 
