@@ -13,7 +13,7 @@ Units: h0 pi R dgamma. Source: Greenwood, Proc. R. Soc. A 453 (1997) 1277, on th
 import numpy as np
 
 from bem._support.jit import kernel
-from bem.tractions import Law, potential_at, tail_energy_at
+from bem.tractions import Law, potential_at, tail_energy, tail_energy_at
 
 
 @kernel
@@ -33,4 +33,8 @@ def stored_energy(
         lifted = 1.0 - depth + 0.5 * tabor * radii[i] ** 2 - gap[i]
         surface = 0.0 if nonadhesive else tabor * potential_at(law, gap[i])
         total += weights[i] * (surface + 0.5 * tractions[i] * lifted)
-    return total if nonadhesive else total + tail_energy_at(law, gap[gap.size - 1])
+    if nonadhesive:
+        return total
+    if law.tabulated:
+        return total + tail_energy_at(law, gap[gap.size - 1])
+    return total + tail_energy(gap[gap.size - 1])

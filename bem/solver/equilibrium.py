@@ -26,9 +26,9 @@ import numpy as np
 
 from bem._support.jit import kernel
 from bem._support.linear_algebra import add_rows, copy_into, determinant_is_negative, dot, lu_factor, lu_solve
-from bem.solver.pressed import LARGEST_TENSION, pressed_gaps
+from bem.solver.pressed import LARGEST_TENSION, changed_gap, pressed_gaps
 from bem.solver.work import FACTORISATIONS, ITERATIONS, UNKNOWNS
-from bem.tractions import GAP_AT_PEAK, Law, slope_at, tail_force_at, traction, traction_at
+from bem.tractions import GAP_AT_PEAK, Law, slope_at, tail_force, tail_force_at, traction, traction_at
 
 PRESSED = 1.08  # below this gap (in h0) the traction is the unknown; other laws scale its distance from 1
 _MOST_ITERATIONS = 14
@@ -97,7 +97,9 @@ def residual_of(
 @kernel
 def force_of(weights: np.ndarray, tractions: np.ndarray, gap: np.ndarray, law: Law) -> float:
     """Force P in pi R dgamma, with the closed-form tail beyond the last node."""
-    return dot(weights, tractions) + tail_force_at(law, gap[gap.size - 1])
+    if law.tabulated:
+        return dot(weights, tractions) + tail_force_at(law, gap[gap.size - 1])
+    return dot(weights, tractions) + tail_force(gap[gap.size - 1])
 
 
 @kernel
@@ -167,14 +169,14 @@ def _update(
     pressed_gaps(wanted, inside, gap, law, pressed)
     for j in range(gap.size):
         if by_traction[j]:
-            scaled = 1.0 + (gap[j] - 1.0) / law.reach
-            if wanted[j] > LARGEST_TENSION:
-                scaled = min(max(scaled, 1.0) * 1.08, 1.15) if scaled < 1.1 else scaled * 1.05
-                gap[j] = 1.0 + law.reach * (scaled - 1.0)
-            elif scaled < 0.98 * GAP_AT_PEAK:
+            if law.tabulated:
+                gap[j] = changed_gap(law, gap[j], wanted[j], pressed[j])
+            elif wanted[j] > LARGEST_TENSION:
+                gap[j] = min(max(gap[j], 1.0) * 1.08, 1.15) if gap[j] < 1.1 else gap[j] * 1.05
+            elif gap[j] < 0.98 * GAP_AT_PEAK:
                 gap[j] = pressed[j]
             else:
-                gap[j] = 1.0 + law.reach * (0.95 * scaled - 1.0)
+                gap[j] *= 0.95
         else:
             gap[j] += min(max(-correction[j], -0.3 * (gap[j] - law.floor)), 0.5 * gap[j])
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from bem._support.jit import kernel
-from bem.tractions import PEAK_TRACTION, Law, slope_at, traction_at
+from bem.tractions import GAP_AT_PEAK, PEAK_TRACTION, Law, slope_at, traction_at
 
 LARGEST_TENSION = 0.9 * PEAK_TRACTION  # of a node whose unknown is the traction
 
@@ -71,3 +71,19 @@ def pressed_gaps(scaled: np.ndarray, count: int, guess: np.ndarray, law: Law, ou
     for j in range(count):
         if not out[j] > 0.0:
             out[j] = pressed_gap(min(scaled[j], LARGEST_TENSION), guess[j])
+
+
+@kernel
+def changed_gap(law: Law, gap: float, wanted: float, pressed: float) -> float:
+    """The gap of a node whose traction is to become `wanted`, on the scale on which the law rises.
+
+    `pressed` is the gap of that traction. A node that tension takes off the steep branch moves outwards a little.
+    """
+    scaled = 1.0 + (gap - 1.0) / law.reach
+    if wanted > LARGEST_TENSION:
+        scaled = min(max(scaled, 1.0) * 1.08, 1.15) if scaled < 1.1 else scaled * 1.05
+    elif scaled < 0.98 * GAP_AT_PEAK:
+        return pressed
+    else:
+        scaled *= 0.95
+    return 1.0 + law.reach * (scaled - 1.0)

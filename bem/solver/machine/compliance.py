@@ -29,7 +29,7 @@ import numpy as np
 
 from bem._support.jit import kernel
 from bem.solver.discretisation.mesh import Mesh
-from bem.tractions import Law, slope_at, tail_force_at, traction_at
+from bem.tractions import Law, slope, slope_at, tail_force, tail_force_at, traction, traction_at
 
 _FAR = 1.5  # gap from which the force beyond a node follows the traction at the node
 
@@ -48,11 +48,14 @@ def _tail(tabor: float, law: Law, nonadhesive: bool, gap: float) -> tuple[float,
     """The force beyond the last node as a line in the traction there: its value without traction, and its weight."""
     if nonadhesive:
         return 0.0, 0.0
-    stress, stiffness = traction_at(law, gap), tabor * slope_at(law, gap)
-    if gap < _FAR or stiffness == 0.0:
-        return tail_force_at(law, gap), 0.0
-    weight = -2.0 * stress / stiffness  # the tail's slope over the gap is -2 sigma / mu
-    return tail_force_at(law, gap) - weight * tabor * stress, weight
+    if law.tabulated:
+        stiffness = tabor * slope_at(law, gap)
+        weight = -2.0 * traction_at(law, gap) / stiffness if gap >= _FAR and stiffness != 0.0 else 0.0
+        return tail_force_at(law, gap) - weight * tabor * traction_at(law, gap), weight
+    if gap < _FAR:
+        return tail_force(gap), 0.0
+    weight = -2.0 * traction(gap) / (tabor * slope(gap))  # the tail's slope over the gap is -2 sigma / mu
+    return tail_force(gap) - weight * tabor * traction(gap), weight
 
 
 @kernel
