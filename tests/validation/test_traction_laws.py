@@ -7,7 +7,16 @@ this smoothing and of the standard accuracy together. Source: Maugis, J. Colloid
 import numpy as np
 import pytest
 
-from bem import ConstantStress, Elastic, Exponential, LoadingProtocol, Scene, StandardLinearSolid, simulate
+from bem import (
+    ConstantStress,
+    Elastic,
+    Exponential,
+    LennardJones,
+    LoadingProtocol,
+    Scene,
+    StandardLinearSolid,
+    simulate,
+)
 from bem.reference_solutions import maugis_dugdale
 from bem.solver.simulation import count_unstable
 
@@ -33,30 +42,45 @@ def test_the_pull_off_is_maugis_to_half_a_per_cent(tabor):
 def test_a_steeper_fall_of_the_traction_is_nearer_to_maugis():
     expected = maugis_dugdale.pull_off_force(0.5)
     wide, narrow = (run(0.5, ConstantStress(width), accuracy=1e-3).pull_off_force for width in (1.0, 0.15))
-    assert abs(narrow / expected - 1.0) < 2e-3 < abs(wide / expected - 1.0)
+    assert abs(narrow / expected - 1.0) < 3e-3  # what remains is the rise, and the repulsion that yields
+    assert abs(wide / expected - 1.0) > 2.0 * abs(narrow / expected - 1.0)
 
 
-@pytest.mark.parametrize("tabor", [0.2, 1.0, 3.0])
-def test_force_and_contact_radius_follow_maugis_while_the_contact_opens(tabor):
-    trajectory = run(tabor, ConstantStress())
+def deviation(tabor, law):
+    """Largest deviations from Maugis while the contact opens: of the force, in units of the larger of the force and the
+    pull-off force, and of the contact radius."""
+    trajectory = run(tabor, law)
     radius, depth, force = maugis_dugdale.solution_at_angle(np.geomspace(1e-3, 1.57, 4000)[::-1], tabor)
     stable = slice(int(np.argmin(depth)), None)  # from the fold to the deepest contact
     contact = trajectory.unloading & (trajectory.contact_radius > 0.2)
     contact &= (trajectory.indentation > depth[stable][0] + 0.02) & (trajectory.indentation < 1.9)
     assert np.sum(contact) > 10
-    depths = trajectory.indentation[contact]
-    off = trajectory.force[contact] - np.interp(depths, depth[stable], force[stable])
-    assert np.max(np.abs(off)) < 0.02 * maugis_dugdale.pull_off_force(tabor)
+    depths, found = trajectory.indentation[contact], trajectory.force[contact]
+    off = found - np.interp(depths, depth[stable], force[stable])
     miss = trajectory.contact_radius[contact] - np.interp(depths, depth[stable], radius[stable])
-    assert np.max(np.abs(miss)) < 0.05
+    scale = np.maximum(np.abs(found), maugis_dugdale.pull_off_force(tabor))
+    return np.max(np.abs(off) / scale), np.max(np.abs(miss))
+
+
+@pytest.mark.parametrize(
+    ("tabor", "of_force", "of_radius"), [(0.2, 0.05, 0.25), (1.0, 0.012, 0.06), (3.0, 0.012, 0.02)]
+)
+def test_force_and_contact_radius_follow_maugis_while_the_contact_opens(tabor, of_force, of_radius):
+    """At long range, where the contact is small, the rise of the traction and the repulsion that yields count most."""
+    force, radius = deviation(tabor, ConstantStress())
+    assert force < of_force
+    assert radius < of_radius
+    force, radius = deviation(tabor, LennardJones())
+    assert force > 4.0 * of_force
+    assert radius > 2.0 * of_radius
 
 
 def test_the_exponential_law_tends_to_dmt_and_to_jkr():
-    tabors = (0.02, 0.2, 1.0, 3.0, 5.0)
+    tabors = (0.02, 0.2, 1.0, 5.0)
     found = np.array([run(tabor, Exponential()).pull_off_force for tabor in tabors])
     assert np.all(np.diff(found) < 0.0)
     assert found[0] == pytest.approx(2.0, rel=5e-3)
-    assert found[-1] == pytest.approx(1.5, rel=2e-2)
+    assert found[-1] == pytest.approx(1.5, rel=1e-2)
 
 
 @pytest.mark.parametrize("law", [ConstantStress(), Exponential()])
