@@ -15,7 +15,8 @@ A state is accepted on its residual, which must be small enough that neither the
 allowed: the stiffer the contact, the more force a residual is worth. It must be stable besides. A change of variables
 of positive slope, such as the one from gap to traction where surfaces press, keeps the sign of the determinant, and
 iterations with a kept factorisation only converge to states of the same sign (all eigenvalues of the quotient of both
-Jacobians lie within 1 of 1, and the extrapolation is bounded). So the sign is known from the last factorisation.
+Jacobians lie within 1 of 1, and the extrapolation is bounded). So the sign is known from the last factorisation. At a
+fold, where few iterations leave this open, `bem.solver.trial_step` factorises at the solution itself.
 Source: paper, Appendix "BEM discretisation details", Eqs. (LJdisc) to (uzdisc2); Walker and Ni, SIAM J. Numer. Anal. 49
 (2011) 1715.
 """

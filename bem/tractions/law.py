@@ -12,6 +12,8 @@ import numpy as np
 from bem._support.jit import kernel
 from bem.tractions.lennard_jones import GAP_AT_PEAK, potential, slope, tail_energy, tail_force, traction
 
+_TRACTION, _SLOPE, _POTENTIAL, _ENERGY = 0, 1, 2, 3
+
 
 class Law(NamedTuple):
     """A law in numbers, as the kernels take it."""
@@ -31,71 +33,62 @@ LENNARD_JONES = Law(False, GAP_AT_PEAK, 1.0, 0.0, np.empty(0), np.empty((0, 7)))
 
 
 @kernel
-def _piece(law: Law, gap: float) -> np.ndarray:
-    """The piece (7,) of a tabulated law that holds a `gap`; the last one has no end and no traction."""
-    low, high = 0, law.pieces.shape[0]
+def _tabulated(law: Law, gap: float, which: int) -> float:
+    """One of the formulas of a tabulated law; one function for all, so that less code is compiled."""
+    if gap < law.pressed[0]:
+        scale, unit, place = law.pressed[1], law.pressed[2], 1.0 + (gap - 1.0) / law.pressed[2]
+        if which == _TRACTION:
+            return scale * traction(place)
+        if which == _SLOPE:
+            return scale / unit * slope(place)
+        if which == _POTENTIAL:
+            return scale * unit * potential(place) + law.pressed[3]
+        beyond = law.pressed[4] + 2.0 * law.pressed[3] * (law.pressed[0] - gap)
+        return scale * unit * unit * tail_energy(place) + beyond
+    low, high = 0, law.pieces.shape[0]  # the last piece has no end and no traction
     while high - low > 1:
         middle = (low + high) // 2
         if law.pieces[middle, 0] <= gap:
             low = middle
         else:
             high = middle
-    return law.pieces[low]
+    row = law.pieces[low]
+    x = gap - row[0]
+    if which == _TRACTION:
+        return row[1] + x * (row[2] + x * (row[3] + x * row[4]))
+    if which == _SLOPE:
+        return row[2] + x * (2.0 * row[3] + x * 3.0 * row[4])
+    if which == _POTENTIAL:
+        return row[5] + x * (row[1] + x * (row[2] / 2.0 + x * (row[3] / 3.0 + x * row[4] / 4.0)))
+    work = row[1] / 2.0 + x * (row[2] / 6.0 + x * (row[3] / 12.0 + x * row[4] / 20.0))
+    return row[6] - 2.0 * x * (row[5] + x * work)
 
 
 @kernel
 def traction_at(law: Law, gap: float) -> float:
     """Traction of a law at a `gap` above its floor."""
-    if not law.tabulated:
-        return traction(gap)
-    if gap < law.pressed[0]:
-        return law.pressed[1] * traction(1.0 + (gap - 1.0) / law.pressed[2])
-    row = _piece(law, gap)
-    x = gap - row[0]
-    return row[1] + x * (row[2] + x * (row[3] + x * row[4]))
+    return _tabulated(law, gap, _TRACTION) if law.tabulated else traction(gap)
 
 
 @kernel
 def slope_at(law: Law, gap: float) -> float:
     """Derivative of the traction of a law with respect to the `gap`."""
-    if not law.tabulated:
-        return slope(gap)
-    if gap < law.pressed[0]:
-        return law.pressed[1] / law.pressed[2] * slope(1.0 + (gap - 1.0) / law.pressed[2])
-    row = _piece(law, gap)
-    x = gap - row[0]
-    return row[2] + x * (2.0 * row[3] + x * 3.0 * row[4])
+    return _tabulated(law, gap, _SLOPE) if law.tabulated else slope(gap)
 
 
 @kernel
 def potential_at(law: Law, gap: float) -> float:
-    """`potential` of a law; the `tail_force` is minus twice this."""
-    if not law.tabulated:
-        return potential(gap)
-    if gap < law.pressed[0]:
-        unit = law.pressed[2]
-        return law.pressed[3] + law.pressed[1] * unit * potential(1.0 + (gap - 1.0) / unit)
-    row = _piece(law, gap)
-    x = gap - row[0]
-    return row[5] + x * (row[1] + x * (row[2] / 2.0 + x * (row[3] / 3.0 + x * row[4] / 4.0)))
+    """`potential` of a law."""
+    return _tabulated(law, gap, _POTENTIAL) if law.tabulated else potential(gap)
 
 
 @kernel
 def tail_force_at(law: Law, gap: float) -> float:
-    """`tail_force` of a law."""
-    return -2.0 * potential_at(law, gap) if law.tabulated else tail_force(gap)
+    """`tail_force` of a law, minus twice its potential."""
+    return -2.0 * _tabulated(law, gap, _POTENTIAL) if law.tabulated else tail_force(gap)
 
 
 @kernel
 def tail_energy_at(law: Law, gap: float) -> float:
     """`tail_energy` of a law."""
-    if not law.tabulated:
-        return tail_energy(gap)
-    if gap < law.pressed[0]:
-        joint, unit = law.pressed[0], law.pressed[2]
-        continued = law.pressed[4] + 2.0 * law.pressed[3] * (joint - gap)
-        return continued + law.pressed[1] * unit * unit * tail_energy(1.0 + (gap - 1.0) / unit)
-    row = _piece(law, gap)
-    x = gap - row[0]
-    work = row[1] / 2.0 + x * (row[2] / 6.0 + x * (row[3] / 12.0 + x * row[4] / 20.0))
-    return row[6] - 2.0 * x * (row[5] + x * work)
+    return _tabulated(law, gap, _ENERGY) if law.tabulated else tail_energy(gap)

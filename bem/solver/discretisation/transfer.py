@@ -67,9 +67,9 @@ def transfer(
             else:
                 stress = tractions[k] + part * (tractions[k + 1] - tractions[k])
             new_gap[i] = pressed_gap_of(law, stress / tabor, gap[k] + part * (gap[k + 1] - gap[k]))
-            new_traction[i] = tabor * traction_at(law, new_gap[i])
         else:
             low, high = min(gap[k], gap[k + 1]), max(gap[k], gap[k + 1])
             margin = 0.1 * (high - low)
             new_gap[i] = min(max(_cubic(old.radii, gap, first, x), low - margin), high + margin)
+        if not nonadhesive:
             new_traction[i] = tabor * traction_at(law, new_gap[i])

@@ -49,9 +49,9 @@ def _tail(tabor: float, law: Law, nonadhesive: bool, gap: float) -> tuple[float,
     if nonadhesive:
         return 0.0, 0.0
     if law.tabulated:
-        stiffness = tabor * slope_at(law, gap)
-        weight = -2.0 * traction_at(law, gap) / stiffness if gap >= _FAR and stiffness != 0.0 else 0.0
-        return tail_force_at(law, gap) - weight * tabor * traction_at(law, gap), weight
+        stress, stiffness = traction_at(law, gap), tabor * slope_at(law, gap)
+        weight = -2.0 * stress / stiffness if gap >= _FAR and stiffness != 0.0 else 0.0
+        return tail_force_at(law, gap) - weight * tabor * stress, weight
     if gap < _FAR:
         return tail_force(gap), 0.0
     weight = -2.0 * traction(gap) / (tabor * slope(gap))  # the tail's slope over the gap is -2 sigma / mu
