@@ -22,14 +22,16 @@ if TYPE_CHECKING:
     from bem.scene import Scene
     from bem.solver.paper_method import simulate_paper_method
     from bem.solver.simulation import simulate
-    from bem.tractions import HardContact, LennardJones
+    from bem.tractions import ConstantStress, Exponential, HardContact, LennardJones, TractionLaw
     from bem.trajectory import Trajectory
 
 __version__ = "0.1.0"
 
 __all__ = [
     "Cases",
+    "ConstantStress",
     "Elastic",
+    "Exponential",
     "ForceProtocol",
     "HardContact",
     "LennardJones",
@@ -38,6 +40,7 @@ __all__ = [
     "PronySeries",
     "Scene",
     "StandardLinearSolid",
+    "TractionLaw",
     "Trajectory",
     "load_cases",
     "recommend",
@@ -48,7 +51,9 @@ __all__ = [
 
 _HOME = {
     "Cases": "dataset.campaign.cases",
+    "ConstantStress": "tractions",
     "Elastic": "materials",
+    "Exponential": "tractions",
     "ForceProtocol": "protocol",
     "HardContact": "tractions",
     "LennardJones": "tractions",
@@ -57,6 +62,7 @@ _HOME = {
     "PronySeries": "materials",
     "Scene": "scene",
     "StandardLinearSolid": "materials",
+    "TractionLaw": "tractions",
     "Trajectory": "trajectory",
     "load_cases": "dataset.campaign.cases",
     "recommend": "effects.recommendation",

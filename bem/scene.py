@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 from bem._support.validation import finite_number, instance
 from bem.materials import Elastic, PronySeries, StandardLinearSolid
-from bem.tractions import HardContact, LennardJones
+from bem.tractions import ConstantStress, Exponential, HardContact, LennardJones, TractionLaw
 
 SMALLEST_TABOR = 1e-6
 LARGEST_TABOR = 1e4
@@ -24,7 +24,8 @@ class Scene:
         tabor: Tabor parameter mu, from 1e-6 (rigid) to 1e4; the solver resolves elastic contacts up to about 1000 and
             viscoelastic ones up to about 100, and says so beyond.
         material: `Elastic()`, `StandardLinearSolid(...)` or `PronySeries(...)`.
-        adhesion: `LennardJones()` or `HardContact()`.
+        adhesion: the traction law, `LennardJones()`, `ConstantStress()`, `Exponential()` or a `TractionLaw` of your
+            own; `HardContact()` is none.
         spring: stiffness of a spring between stage and sphere, a cantilever or the machine's own compliance, in
             pi R dgamma / h0, from 1e-6 to 1e12. An infinite one is none: the protocol then moves the sphere itself.
 
@@ -34,14 +35,14 @@ class Scene:
 
     tabor: float
     material: Elastic | StandardLinearSolid | PronySeries = field(default_factory=Elastic)
-    adhesion: LennardJones | HardContact = field(default_factory=LennardJones)
+    adhesion: LennardJones | HardContact | TractionLaw = field(default_factory=LennardJones)
     spring: float | None = None
 
     def __post_init__(self) -> None:
         tabor = finite_number("tabor", self.tabor, low=SMALLEST_TABOR, high=LARGEST_TABOR)
         object.__setattr__(self, "tabor", tabor)
         instance("material", self.material, (Elastic, StandardLinearSolid, PronySeries))
-        instance("adhesion", self.adhesion, (LennardJones, HardContact))
+        instance("adhesion", self.adhesion, (LennardJones, ConstantStress, Exponential, HardContact, TractionLaw))
         spring = self.spring
         if spring is not None:
             endless = isinstance(spring, float) and spring == math.inf

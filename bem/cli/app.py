@@ -32,7 +32,9 @@ MATERIAL_HELP = (
     "strengths as fractions of the relaxed compliance, at retardation times)."
 )
 
-
+ADHESION_HELP = (
+    "Traction law: lennard-jones, constant-stress (Maugis-Dugdale) or exponential; none for impenetrable surfaces."
+)
 TIMES_HELP = "Instants of a prescribed force, separated by commas; in place of a cycle."
 FORCES_HELP = "Force at these times, separated by commas, linear between them,"
 STILL_ATTACHED = "still attached at the end: the pull-off force is the largest so far"
@@ -74,7 +76,7 @@ def simulate(
         float | None, typer.Option(help="Stiffness between stage and sphere, in pi R dgamma / h0; none by default.")
     ] = None,
     material: Annotated[str, typer.Option(help=MATERIAL_HELP)] = "sls:0.1",
-    adhesion: Annotated[str, typer.Option(help="lennard-jones, or none for impenetrable surfaces.")] = "lennard-jones",
+    adhesion: Annotated[str, typer.Option("--adhesion", "--traction", help=ADHESION_HELP)] = "lennard-jones",
     initial_state: Annotated[str, typer.Option(help="relaxed or glassy.")] = "relaxed",
     accuracy: Annotated[
         str, typer.Option(help="draft, standard, reference, or a target relative error such as 1e-3.")
@@ -172,12 +174,11 @@ def parse_numbers(name: str, text: str | None) -> list[float]:
 
 def parse_adhesion(text: str) -> Any:
     """The adhesion a word names."""
-    from bem.tractions import HardContact, LennardJones
+    from bem.tractions import LAWS
 
-    laws = {"lennard-jones": LennardJones, "none": HardContact}
-    if text not in laws:
-        raise ValueError(f"adhesion must be {' or '.join(laws)}; received {shown(text)}")
-    return laws[text]()
+    if text not in LAWS:
+        raise ValueError(f"adhesion must be {', '.join(LAWS)}; received {shown(text)}")
+    return LAWS[text]()
 
 
 def title(scene: Any, protocol: Any) -> str:

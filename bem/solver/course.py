@@ -62,10 +62,10 @@ def with_jump(problem: Problem, course: Course, time: float, before: State, afte
         scale += machine.compliance * problem.scales.force / machine.depth_scale
     if not problem.nonadhesive:
         influence = influence_of(problem, before.mesh, response, before.gap)
-        eigenvalue_before = smallest_eigenvalue(influence, tabor, response, before.gap) / scale
+        eigenvalue_before = smallest_eigenvalue(influence, tabor, problem.law, response, before.gap) / scale
     if not np.isnan(after.depth):
         influence = influence_of(problem, after.mesh, response, after.gap)
-        eigenvalue_after = smallest_eigenvalue(influence, tabor, response, after.gap) / scale
+        eigenvalue_after = smallest_eigenvalue(influence, tabor, problem.law, response, after.gap) / scale
     if problem.strengths.size == 0:
         work_done = -before.force * (after.depth - before.depth)
         lost = energy_of(problem, before) + work_done - energy_of(problem, after)

@@ -4,7 +4,7 @@ The gap h (in h0) at every node satisfies
 
     F(h) = h + a G sigma(h) - rhs = 0,        rhs = 1 - delta + mu r^2 / 2 - G sigma_remembered,
 
-where G carries the factor mu, sigma is the Lennard-Jones traction (positive in tension, in dgamma/(mu h0)) and a the
+where G carries the factor mu, sigma is the traction of the law (positive in tension, in dgamma/(mu h0)) and a the
 response of the material over the step (`bem.solver.hereditary`). Where surfaces press on each other the gap hardly
 moves and the traction does: there the unknown is the traction, elsewhere the gap. In these unknowns the Jacobian
 changes little from step to step, so its factorisation is kept until convergence slows. The errors that remain shrink by
@@ -27,11 +27,11 @@ import numpy as np
 
 from bem._support.jit import kernel
 from bem._support.linear_algebra import add_rows, copy_into, determinant_is_negative, dot, lu_factor, lu_solve
-from bem.solver.pressed import LARGEST_TENSION, pressed_gaps
+from bem.solver.pressed import LARGEST_TENSION, changed_gap, pressed_gaps
 from bem.solver.work import FACTORISATIONS, ITERATIONS, UNKNOWNS
-from bem.tractions import GAP_AT_PEAK, slope, tail_force, traction
+from bem.tractions import GAP_AT_PEAK, Law, slope_at, tail_force, tail_force_at, traction, traction_at
 
-PRESSED = 1.08  # below this gap (in h0) the traction is the unknown
+PRESSED = 1.08  # below this gap (in h0) the traction is the unknown; other laws scale its distance from 1
 _MOST_ITERATIONS = 14
 _MOST_FACTORISATIONS = 8
 _SLOW = 0.8  # refactorise when the residual falls by less; that costs as much as several iterations
@@ -67,10 +67,20 @@ def new_factor(nodes: int) -> Factor:
 
 
 @kernel
-def tractions_of(gap: np.ndarray, tabor: float, out: np.ndarray) -> None:
+def pressed_below(law: Law) -> float:
+    """Gap below which the traction is the unknown."""
+    return 1.0 + (PRESSED - 1.0) * law.reach
+
+
+@kernel
+def tractions_of(gap: np.ndarray, tabor: float, law: Law, out: np.ndarray) -> None:
     """Traction of every node into `out`."""
-    for i in range(gap.size):
-        out[i] = tabor * traction(gap[i])
+    if law.tabulated:
+        for i in range(gap.size):
+            out[i] = tabor * traction_at(law, gap[i])
+    else:  # a loop without a choice, which the compiler vectorises
+        for i in range(gap.size):
+            out[i] = tabor * traction(gap[i])
 
 
 @kernel
@@ -86,20 +96,22 @@ def residual_of(
 
 
 @kernel
-def force_of(weights: np.ndarray, tractions: np.ndarray, gap: np.ndarray) -> float:
+def force_of(weights: np.ndarray, tractions: np.ndarray, gap: np.ndarray, law: Law) -> float:
     """Force P in pi R dgamma, with the closed-form tail beyond the last node."""
+    if law.tabulated:
+        return dot(weights, tractions) + tail_force_at(law, gap[gap.size - 1])
     return dot(weights, tractions) + tail_force(gap[gap.size - 1])
 
 
 @kernel
-def _nodes_with_slope(influence: np.ndarray, gap: np.ndarray, tabor: float, response: float) -> int:
+def _nodes_with_slope(influence: np.ndarray, gap: np.ndarray, tabor: float, law: Law, response: float) -> int:
     """Number of inner nodes whose traction answers to the gap enough to enter the linear system."""
     count = gap.size
     while count > 3 and gap[count - 1] > 2.5:
         largest = 0.0
         for i in range(gap.size):
             largest = max(largest, influence[count - 1, i])
-        if response * tabor * abs(slope(gap[count - 1])) * largest > _NEGLIGIBLE_SLOPE:
+        if response * tabor * abs(slope_at(law, gap[count - 1])) * largest > _NEGLIGIBLE_SLOPE:
             break
         count -= 1
     return count
@@ -107,15 +119,15 @@ def _nodes_with_slope(influence: np.ndarray, gap: np.ndarray, tabor: float, resp
 
 @kernel
 def factorise(
-    influence: np.ndarray, weights: np.ndarray, gap: np.ndarray, tabor: float, response: float, factor: Factor
+    influence: np.ndarray, weights: np.ndarray, gap: np.ndarray, tabor: float, law: Law, response: float, factor: Factor
 ) -> None:
     """Linearise about `gap` (n,), and judge the stability there."""
     n = gap.size
-    order = _nodes_with_slope(influence, gap, tabor, response)
-    uniform = np.ones(n)
+    order = _nodes_with_slope(influence, gap, tabor, law, response)
+    uniform, pressed = np.ones(n), pressed_below(law)
     for j in range(order):
-        factor.by_traction[j] = gap[j] < PRESSED
-        stiffness = tabor * slope(gap[j])
+        factor.by_traction[j] = gap[j] < pressed
+        stiffness = tabor * slope_at(law, gap[j])
         scale = response if factor.by_traction[j] else response * stiffness
         column, hat = factor.columns[j], influence[j]
         for i in range(order):
@@ -129,7 +141,7 @@ def factorise(
     lu_solve(factor.columns, order, factor.pivots, uniform)
     change = 0.0
     for j in range(order):
-        change += weights[j] * uniform[j] * (1.0 if factor.by_traction[j] else tabor * slope(gap[j]))
+        change += weights[j] * uniform[j] * (1.0 if factor.by_traction[j] else tabor * slope_at(law, gap[j]))
     factor.stiffness[0] = abs(change)
 
 
@@ -139,6 +151,7 @@ def _update(
     tractions: np.ndarray,
     correction: np.ndarray,
     tabor: float,
+    law: Law,
     by_traction: np.ndarray,
     wanted: np.ndarray,
     pressed: np.ndarray,
@@ -154,17 +167,19 @@ def _update(
     for j in range(inside):
         # Where the traction is no unknown, what is found is not used.
         wanted[j] = (tractions[j] - correction[j]) / tabor if by_traction[j] else -1.0
-    pressed_gaps(wanted, inside, gap, pressed)
+    pressed_gaps(wanted, inside, gap, law, pressed)
     for j in range(gap.size):
         if by_traction[j]:
-            if wanted[j] > LARGEST_TENSION:
+            if law.tabulated:
+                gap[j] = changed_gap(law, gap[j], wanted[j], pressed[j])
+            elif wanted[j] > LARGEST_TENSION:
                 gap[j] = min(max(gap[j], 1.0) * 1.08, 1.15) if gap[j] < 1.1 else gap[j] * 1.05
             elif gap[j] < 0.98 * GAP_AT_PEAK:
                 gap[j] = pressed[j]
             else:
                 gap[j] *= 0.95
         else:
-            gap[j] += min(max(-correction[j], -0.3 * gap[j]), 0.5 * gap[j])
+            gap[j] += min(max(-correction[j], -0.3 * (gap[j] - law.floor)), 0.5 * gap[j])
 
 
 @kernel
@@ -183,6 +198,7 @@ def solve_adhesive(
     influence: np.ndarray,
     weights: np.ndarray,
     tabor: float,
+    law: Law,
     rhs: np.ndarray,
     response: float,
     tolerance: float,
@@ -211,7 +227,7 @@ def solve_adhesive(
     previous = np.inf
     refreshed, fresh = 0, False
     for iteration in range(_MOST_ITERATIONS + 1):
-        tractions_of(gap, tabor, tractions)
+        tractions_of(gap, tabor, law, tractions)
         residual_of(influence, gap, tractions, response, rhs, residual)
         worst = 0.0
         for i in range(n):
@@ -222,7 +238,7 @@ def solve_adhesive(
         allowed = min(tolerance, max(force_error / max(factor.stiffness[0], 1e-12), _SMALLEST_RESIDUAL))
         if known and worst < allowed:
             if factor.unstable[0]:  # of an earlier iterate, perhaps not of this state
-                factorise(influence, weights, gap, tabor, response, factor)
+                factorise(influence, weights, gap, tabor, law, response, factor)
                 work[FACTORISATIONS] += 1
             return not factor.unstable[0]
         if iteration == _MOST_ITERATIONS:
@@ -230,7 +246,7 @@ def solve_adhesive(
         if not known or (worst > _SLOW * previous and not fresh):
             if refreshed == _MOST_FACTORISATIONS:
                 return False
-            factorise(influence, weights, gap, tabor, response, factor)
+            factorise(influence, weights, gap, tabor, law, response, factor)
             refreshed += 1
             work[FACTORISATIONS] += 1
             fresh, can_extrapolate = True, False
@@ -246,7 +262,7 @@ def solve_adhesive(
             move[i] = correction[i] - share * change
             last_residual[i], last_correction[i] = residual[i], correction[i]
         can_extrapolate = True
-        _update(gap, tractions, move, tabor, factor.by_traction, wanted, pressed)
+        _update(gap, tractions, move, tabor, law, factor.by_traction, wanted, pressed)
         work[ITERATIONS] += 1
         work[UNKNOWNS] += order
     return False

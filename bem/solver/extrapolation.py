@@ -12,9 +12,9 @@ import numpy as np
 
 from bem._support.jit import kernel
 from bem._support.linear_algebra import copy_into, dot
-from bem.solver.equilibrium import PRESSED, force_of
+from bem.solver.equilibrium import force_of, pressed_below
 from bem.solver.pressed import pressed_gaps
-from bem.tractions import PEAK_TRACTION, traction
+from bem.tractions import PEAK_TRACTION, Law, traction_at
 
 DEPTH = 4  # solutions kept, all of which the iteration starts from
 CONTROL = 3  # solutions whose polynomial is judged
@@ -95,6 +95,7 @@ def predict(
     recent: Recent,
     time: float,
     tabor: float,
+    law: Law,
     nonadhesive: bool,
     gap: np.ndarray,
     tractions: np.ndarray,
@@ -106,10 +107,10 @@ def predict(
     Where it is only `judged`, pressed nodes keep their last gap, which nobody looks at.
     """
     weights = _lagrange_weights(recent, time, most)
-    n, inside = gap.size, 0
+    n, inside, below = gap.size, 0, pressed_below(law)
     for j in range(n):
         gap[j], tractions[j] = 0.0, 0.0
-        if recent.gap[0, j] < PRESSED:
+        if recent.gap[0, j] < below:
             inside = j + 1
     for k in range(min(recent.count[0], most)):
         weight, openings, stresses = weights[k], recent.gap[k], recent.traction[k]
@@ -124,24 +125,25 @@ def predict(
     pressed, scaled, last = np.empty(inside), np.empty(inside), recent.gap[0]
     for j in range(inside):
         # Where the traction is not extrapolated, what is found is not used.
-        scaled[j] = tractions[j] / tabor if last[j] < PRESSED else -1.0
+        scaled[j] = tractions[j] / tabor if last[j] < below else -1.0
     if not judged:
-        pressed_gaps(scaled, inside, last, pressed)
+        pressed_gaps(scaled, inside, last, law, pressed)
     for j in range(n):
-        if last[j] >= PRESSED:
-            gap[j] = min(max(gap[j], 0.7 * last[j]), 1.6 * last[j])
+        if last[j] >= below:
+            gap[j] = min(max(gap[j], law.floor + 0.7 * (last[j] - law.floor)), 1.6 * last[j])
         elif scaled[j] >= 0.85 * PEAK_TRACTION:
-            gap[j] = 1.12
+            gap[j] = 1.0 + 0.12 * law.reach
         else:
             gap[j] = last[j] if judged else pressed[j]
             continue
-        tractions[j] = tabor * traction(gap[j])
+        tractions[j] = tabor * traction_at(law, gap[j])
 
 
 @kernel
 def prediction_error(
     weights: np.ndarray,
     tabor: float,
+    law: Law,
     nonadhesive: bool,
     guess_gap: np.ndarray,
     guess_traction: np.ndarray,
@@ -160,19 +162,19 @@ def prediction_error(
         force = dot(weights, tractions)
         difference = abs(dot(weights, guess_traction) - force)
         return scales.force_weight * difference / max(abs(force), scales.force)
-    largest_pressure, worst = tabor, 0.0
+    largest_pressure, worst, below = tabor, 0.0, pressed_below(law)
     for j in range(gap.size):
         largest_pressure = max(largest_pressure, -tractions[j])
     for j in range(gap.size):
-        if gap[j] < PRESSED and guess_gap[j] < PRESSED:
+        if gap[j] < below and guess_gap[j] < below:
             error = abs(guess_traction[j] - tractions[j]) / largest_pressure
         else:
             error = abs(guess_gap[j] - gap[j]) / gap[j]
             if gap[j] > 2.0:
                 error *= (2.0 / gap[j]) ** 2
         worst = max(worst, error)
-    force = force_of(weights, tractions, gap)
-    expected = force_of(weights, guess_traction, guess_gap) if np.isnan(force_expected) else force_expected
+    force = force_of(weights, tractions, gap, law)
+    expected = force_of(weights, guess_traction, guess_gap, law) if np.isnan(force_expected) else force_expected
     difference = abs(expected - force)
     return max(scales.local_weight * worst, scales.force_weight * difference / max(abs(force), scales.force))
 
@@ -188,7 +190,14 @@ def bend_of_force(recent: Recent, time: float, force: float) -> float:
 
 @kernel
 def history_error(
-    recent: Recent, weights: np.ndarray, tabor: float, nonadhesive: bool, time: float, force: float, scales: Scales
+    recent: Recent,
+    weights: np.ndarray,
+    tabor: float,
+    law: Law,
+    nonadhesive: bool,
+    time: float,
+    force: float,
+    scales: Scales,
 ) -> float:
     """How far the force history between two steps lies from the parabola through them, as `prediction_error`.
 
@@ -198,7 +207,7 @@ def history_error(
     Args:
         recent: at least two solutions before the step.
         weights: of the force on their mesh.
-        tabor, nonadhesive: Tabor parameter, and whether there is no adhesion.
+        tabor, law, nonadhesive: Tabor parameter, traction law, and whether there is no adhesion.
         time: at the end of the step.
         force: there.
         scales: by which the difference is weighed.
@@ -210,6 +219,6 @@ def history_error(
     curvature = (rise - rise_before) / (time - before)
     parabola = recent.force[0] + rise * (middle - newest) + curvature * (middle - newest) * (middle - time)
     gap, tractions = np.empty(recent.gap.shape[1]), np.empty(recent.gap.shape[1])
-    predict(recent, middle, tabor, nonadhesive, gap, tractions, CONTROL, True)
-    expected = force_of(weights, tractions, gap)
+    predict(recent, middle, tabor, law, nonadhesive, gap, tractions, CONTROL, True)
+    expected = force_of(weights, tractions, gap, law)
     return scales.force_weight * abs(expected - parabola) / max(abs(expected), scales.force)

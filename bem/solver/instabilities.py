@@ -15,7 +15,7 @@ from bem._support.jit import kernel
 from bem._support.linear_algebra import copy_into, determinant_is_negative, dot, lu_factor, lu_solve
 from bem.solver.equilibrium import residual_of, tractions_of
 from bem.solver.work import FACTORISATIONS, ITERATIONS
-from bem.tractions import slope
+from bem.tractions import Law, slope_at
 
 _MOST_STEPS = 800
 _LARGEST_CHANGE = 0.2  # of the gap, relative, in one pseudo-time step
@@ -24,12 +24,12 @@ _SETTLED = 1e4  # pseudo-time step from which a small residual counts as an equi
 
 @kernel
 def jacobian(
-    influence: np.ndarray, gap: np.ndarray, tabor: float, response: float, shift: float, out: np.ndarray
+    influence: np.ndarray, gap: np.ndarray, tabor: float, law: Law, response: float, shift: float, out: np.ndarray
 ) -> None:
     """The Jacobian I (1 + shift) + a G diag(sigma') into `out`, by columns."""
     n = gap.size
     for j in range(n):
-        factor = response * tabor * slope(gap[j])
+        factor = response * tabor * slope_at(law, gap[j])
         for i in range(n):
             out[j, i] = influence[j, i] * factor
         out[j, j] += 1.0 + shift
@@ -39,6 +39,7 @@ def jacobian(
 def settle(
     influence: np.ndarray,
     tabor: float,
+    law: Law,
     rhs: np.ndarray,
     response: float,
     tolerance: float,
@@ -55,14 +56,14 @@ def settle(
     matrix, pivots = np.empty((n, n)), np.empty(n, dtype=np.int32)
     pseudo_step = 1.0
     for _ in range(_MOST_STEPS):
-        tractions_of(gap, tabor, tractions)
+        tractions_of(gap, tabor, law, tractions)
         residual_of(influence, gap, tractions, response, rhs, residual)
         worst = 0.0
         for i in range(n):
             worst = max(worst, abs(residual[i]))
         largest = 0.0
         for _ in range(60):
-            jacobian(influence, gap, tabor, response, 1.0 / pseudo_step, matrix)
+            jacobian(influence, gap, tabor, law, response, 1.0 / pseudo_step, matrix)
             lu_factor(matrix, n, pivots)
             work[FACTORISATIONS] += 1
             if determinant_is_negative(matrix, n, pivots):
@@ -72,7 +73,7 @@ def settle(
             lu_solve(matrix, n, pivots, correction)
             largest = 0.0
             for i in range(n):
-                largest = max(largest, abs(correction[i]) * min(1.0, 3.0 / gap[i]) / gap[i])
+                largest = max(largest, abs(correction[i]) * min(1.0, 3.0 / gap[i]) / (gap[i] - law.floor))
             if largest < _LARGEST_CHANGE or pseudo_step < 1e-6:
                 break
             pseudo_step *= max(0.1, 0.5 * _LARGEST_CHANGE / largest)
@@ -80,27 +81,27 @@ def settle(
             return True
         work[ITERATIONS] += 1
         for i in range(n):
-            gap[i] = max(gap[i] - correction[i], 0.05 * gap[i])
+            gap[i] = max(gap[i] - correction[i], law.floor + 0.05 * (gap[i] - law.floor))
         pseudo_step = min(pseudo_step * min(3.0, 0.5 * _LARGEST_CHANGE / max(largest, 1e-12)), 1e6)
     return False
 
 
 @kernel
-def is_unstable(influence: np.ndarray, tabor: float, response: float, gap: np.ndarray) -> bool:
+def is_unstable(influence: np.ndarray, tabor: float, law: Law, response: float, gap: np.ndarray) -> bool:
     """Whether an odd number of eigenvalues of the Jacobian is negative, by a factorisation of its own."""
     n = gap.size
     columns, pivots = np.empty((n, n)), np.empty(n, dtype=np.int32)
-    jacobian(influence, gap, tabor, response, 0.0, columns)
+    jacobian(influence, gap, tabor, law, response, 0.0, columns)
     lu_factor(columns, n, pivots)
     return determinant_is_negative(columns, n, pivots)
 
 
 @kernel
-def smallest_eigenvalue(influence: np.ndarray, tabor: float, response: float, gap: np.ndarray) -> float:
+def smallest_eigenvalue(influence: np.ndarray, tabor: float, law: Law, response: float, gap: np.ndarray) -> float:
     """Eigenvalue of the Jacobian nearest to zero, by inverse iteration: zero at a fold, positive when stable."""
     n = gap.size
     matrix, pivots = np.empty((n, n)), np.empty(n, dtype=np.int32)
-    jacobian(influence, gap, tabor, response, 0.0, matrix)
+    jacobian(influence, gap, tabor, law, response, 0.0, matrix)
     lu_factor(matrix, n, pivots)
     vector = np.ones(n) / np.sqrt(n)
     value = 0.0

@@ -32,7 +32,7 @@ from bem.solver.discretisation.mesh import Mesh, fixed_mesh, uniform_mesh
 from bem.solver.equilibrium import force_of, residual_of, tractions_of
 from bem.solver.instabilities import jacobian, settle, smallest_eigenvalue
 from bem.solver.work import FACTORISATIONS, FOLD_SOLVES, ITERATIONS, REJECTIONS, STEPS, new_work, work_by_name
-from bem.tractions import LennardJones
+from bem.tractions import LENNARD_JONES, Law, LennardJones
 from bem.trajectory import Jump, Statistics, Trajectory
 
 FAR_GAP = 20.0
@@ -76,7 +76,7 @@ def simulate_paper_method(
     mesh = fixed_mesh(tabor, uniform_mesh(math.sqrt(touching**2 + 2.0 * FAR_GAP / tabor), nodes), False)
     strengths, times = np.array(material.strengths), np.array(material.times)
     records, jumps, work, by_segment, solved = _march(
-        mesh, tabor, strengths, times, np.array(history.times), np.array(history.indentations), steps
+        mesh, tabor, LENNARD_JONES, strengths, times, np.array(history.times), np.array(history.indentations), steps
     )
     seconds = time.perf_counter() - started
     by_phase: dict[str, int] = {}
@@ -111,14 +111,21 @@ def _while_unloading(segment: np.ndarray, phases: tuple[str, ...]) -> np.ndarray
 
 @kernel
 def _newton(
-    mesh: Mesh, tabor: float, rhs: np.ndarray, response: float, gap: np.ndarray, tractions: np.ndarray, work: np.ndarray
+    mesh: Mesh,
+    tabor: float,
+    law: Law,
+    rhs: np.ndarray,
+    response: float,
+    gap: np.ndarray,
+    tractions: np.ndarray,
+    work: np.ndarray,
 ) -> bool:
     """Plain Newton-Raphson in the gap (n,), overwritten with `tractions` (n,); whether the residual became small."""
     n = gap.size
     columns, pivots = np.empty((n, n)), np.empty(n, dtype=np.int32)
     residual = np.empty(n)
     for _ in range(MOST_ITERATIONS):
-        tractions_of(gap, tabor, tractions)
+        tractions_of(gap, tabor, law, tractions)
         residual_of(mesh.influence, gap, tractions, response, rhs, residual)
         worst = 0.0
         for i in range(n):
@@ -127,7 +134,7 @@ def _newton(
             return True
         if not worst < 1e12:
             return False
-        jacobian(mesh.influence, gap, tabor, response, 0.0, columns)
+        jacobian(mesh.influence, gap, tabor, law, response, 0.0, columns)
         lu_factor(columns, n, pivots)
         lu_solve(columns, n, pivots, residual)
         work[ITERATIONS] += 1
@@ -156,6 +163,7 @@ def _history_sum(
 def _march(
     mesh: Mesh,
     tabor: float,
+    law: Law,
     strengths: np.ndarray,
     times: np.ndarray,
     corners: np.ndarray,
@@ -173,10 +181,10 @@ def _march(
     shape = 1.0 + 0.5 * tabor * mesh.radii**2
     gap = np.maximum(shape - depths[0], 0.95)
     tractions = np.zeros(n)
-    solved = settle(mesh.influence, tabor, shape - depths[0], 1.0, RESIDUAL, gap, tractions, of_settling)
+    solved = settle(mesh.influence, tabor, law, shape - depths[0], 1.0, RESIDUAL, gap, tractions, of_settling)
     settled = tractions.copy()  # relaxed: felt through the whole compliance
-    force = force_of(mesh.force_weights, tractions, gap)
-    records[0] = np.array([corners[0], depths[0], force, contact_edge(mesh.radii, gap), 0.0])
+    force = force_of(mesh.force_weights, tractions, gap, law)
+    records[0] = np.array([corners[0], depths[0], force, contact_edge(mesh.radii, gap, law.peak_gap), 0.0])
     recorded = 1
     for segment in range(corners.size - 1):
         duration = corners[segment + 1] - corners[segment]
@@ -196,7 +204,7 @@ def _march(
             add_rows(mesh.influence, known, displaced)
             rhs = shape - depth - displaced
             new_gap, new_traction = gap.copy(), tractions.copy()
-            converged = _newton(mesh, tabor, rhs, glassy, new_gap, new_traction, work)
+            converged = _newton(mesh, tabor, law, rhs, glassy, new_gap, new_traction, work)
             if not converged and step > 1.01 * smallest:
                 work[REJECTIONS] += 1
                 step *= 0.5
@@ -204,21 +212,23 @@ def _march(
             old_force, eigenvalue = force, 0.0
             if not converged:
                 work[FOLD_SOLVES] += 1
-                eigenvalue = smallest_eigenvalue(mesh.influence, tabor, glassy, gap)
+                eigenvalue = smallest_eigenvalue(mesh.influence, tabor, law, glassy, gap)
                 new_gap = gap.copy()
-                solved = settle(mesh.influence, tabor, rhs, glassy, RESIDUAL, new_gap, new_traction, of_settling)
+                solved = settle(mesh.influence, tabor, law, rhs, glassy, RESIDUAL, new_gap, new_traction, of_settling)
                 if not solved:
                     break
-            new_force = force_of(mesh.force_weights, new_traction, new_gap)
+            new_force = force_of(mesh.force_weights, new_traction, new_gap, law)
             if recorded + 2 > records.shape[0]:
                 records = np.concatenate((records, np.empty_like(records)))
             if not converged and abs(new_force - old_force) > _LEAST_JUMP * max(abs(old_force), 1.0):
                 if jumped == jumps.shape[0]:
                     jumps = np.concatenate((jumps, np.empty_like(jumps)))
-                stiffness = smallest_eigenvalue(mesh.influence, tabor, glassy, new_gap)
+                stiffness = smallest_eigenvalue(mesh.influence, tabor, law, glassy, new_gap)
                 jumps[jumped] = np.array([instant, depth, old_force, new_force, eigenvalue, stiffness])
                 jumped += 1
-                records[recorded] = np.array([instant, depth, old_force, contact_edge(mesh.radii, gap), float(segment)])
+                records[recorded] = np.array(
+                    [instant, depth, old_force, contact_edge(mesh.radii, gap, law.peak_gap), float(segment)]
+                )
                 recorded += 1
             if strengths.size > 0:
                 if past == instants.size:
@@ -230,7 +240,9 @@ def _march(
             else:
                 settled = new_traction.copy()
             gap, tractions, force, now = new_gap, new_traction, new_force, after
-            records[recorded] = np.array([instant, depth, force, contact_edge(mesh.radii, gap), float(segment)])
+            records[recorded] = np.array(
+                [instant, depth, force, contact_edge(mesh.radii, gap, law.peak_gap), float(segment)]
+            )
             recorded += 1
             by_segment[segment] += 1
             work[STEPS] += 1

@@ -1,9 +1,9 @@
-"""The gap where surfaces press on each other, from the traction: the Lennard-Jones law inverted on its steep branch."""
+"""The gap where surfaces press on each other, from the traction: the law inverted on its steep branch."""
 
 import numpy as np
 
 from bem._support.jit import kernel
-from bem.tractions import PEAK_TRACTION
+from bem.tractions import GAP_AT_PEAK, PEAK_TRACTION, Law, slope_at, traction_at
 
 LARGEST_TENSION = 0.9 * PEAK_TRACTION  # of a node whose unknown is the traction
 
@@ -27,12 +27,35 @@ def pressed_gap(scaled_traction: float, guess: float) -> float:
 
 
 @kernel
-def pressed_gaps(scaled: np.ndarray, count: int, guess: np.ndarray, out: np.ndarray) -> None:
+def pressed_gap_of(law: Law, scaled_traction: float, guess: float) -> float:
+    """`pressed_gap` of any law; tension counts up to `LARGEST_TENSION`."""
+    if not law.tabulated:
+        return pressed_gap(scaled_traction, guess)
+    wanted, joint = min(scaled_traction, LARGEST_TENSION), law.pressed[0]
+    if wanted <= traction_at(law, joint):
+        unit = law.pressed[2]
+        near = max(1.0 + (min(guess, joint) - 1.0) / unit, 0.3)
+        return 1.0 + unit * (pressed_gap(wanted / law.pressed[1], near) - 1.0)
+    gap = joint  # the traction rises ever more slowly, so that Newton's method comes from below
+    for _ in range(40):
+        change = (wanted - traction_at(law, gap)) / slope_at(law, gap)
+        gap = min(gap + change, law.peak_gap)
+        if abs(change) <= 1e-10:
+            break
+    return gap
+
+
+@kernel
+def pressed_gaps(scaled: np.ndarray, count: int, guess: np.ndarray, law: Law, out: np.ndarray) -> None:
     """`pressed_gap` of the first `count` nodes at once, from `guess` (n,) near the answer, into `out` (n,).
 
     Two steps of Newton's method for z = 1/h^3 and three for its cube root, without a branch, so that the compiler
     vectorises them; a node that they do not settle is solved by itself. Tension counts up to `LARGEST_TENSION`.
     """
+    if law.tabulated:
+        for j in range(count):
+            out[j] = pressed_gap_of(law, scaled[j], guess[j])
+        return
     for j in range(count):
         near = guess[j]
         c = 0.375 * scaled[j]
@@ -48,3 +71,19 @@ def pressed_gaps(scaled: np.ndarray, count: int, guess: np.ndarray, out: np.ndar
     for j in range(count):
         if not out[j] > 0.0:
             out[j] = pressed_gap(min(scaled[j], LARGEST_TENSION), guess[j])
+
+
+@kernel
+def changed_gap(law: Law, gap: float, wanted: float, pressed: float) -> float:
+    """The gap of a node whose traction is to become `wanted`, on the scale on which the law rises.
+
+    `pressed` is the gap of that traction. A node that tension takes off the steep branch moves outwards a little.
+    """
+    scaled = 1.0 + (gap - 1.0) / law.reach
+    if wanted > LARGEST_TENSION:
+        scaled = min(max(scaled, 1.0) * 1.08, 1.15) if scaled < 1.1 else scaled * 1.05
+    elif scaled < 0.98 * GAP_AT_PEAK:
+        return pressed
+    else:
+        scaled *= 0.95
+    return 1.0 + law.reach * (scaled - 1.0)

@@ -17,7 +17,7 @@ from bem.solver.discretisation.mesh import Mesh, fixed_mesh
 from bem.solver.extrapolation import Scales
 from bem.solver.machine.compliance import Machine
 from bem.solver.machine.reach import machine_of
-from bem.tractions import HardContact
+from bem.tractions import HardContact, Law, law_of
 
 _NOISE = 0.04
 _LOCAL_WEIGHT_ELASTIC = 0.1  # the next step depends on what happens at the edge only where it is remembered
@@ -27,6 +27,7 @@ class Problem(NamedTuple):
     """One scene, discretised."""
 
     tabor: float
+    law: Law
     nonadhesive: bool
     strengths: np.ndarray  # (m,) of the material
     times: np.ndarray  # (m,)
@@ -83,6 +84,7 @@ def discretise(
     grid = own_mesh.grid if radii.size else master_grid(tabor, deepest, nonadhesive, controls, strengths.size > 0)
     problem = Problem(
         tabor=tabor,
+        law=law_of(scene.adhesion),
         nonadhesive=nonadhesive,
         strengths=strengths,
         times=times,

@@ -13,7 +13,7 @@ from bem._support.jit import announce_compilation
 from bem._support.peaks import with_peaks
 from bem._support.validation import instance
 from bem._support.wording import shown
-from bem.accuracy import Accuracy, resolve_accuracy
+from bem.accuracy import Accuracy, Controls, resolve_accuracy
 from bem.protocol import ForceProtocol, LoadingProtocol, PiecewiseLinearProtocol
 from bem.reference_solutions import hertz
 from bem.scene import Scene
@@ -32,7 +32,7 @@ from bem.solver.time_stepping import (
     march,
 )
 from bem.solver.work import work_by_name
-from bem.tractions import HardContact
+from bem.tractions import HardContact, TractionLaw
 from bem.trajectory import Jump, Statistics, Trajectory
 
 MOST_STEPS = 400_000
@@ -146,13 +146,20 @@ def _prepare(
 ) -> _Run:
     deepest, adhesive = deepest_indentation(scene, path), not isinstance(scene.adhesion, HardContact)
     by_force = isinstance(path, ForceProtocol)
-    controls = accuracy.controls(_edge_resistance(scene, path, deepest) if adhesive else 0.0, adhesive)
+    controls = _for_law(accuracy.controls(_edge_resistance(scene, path, deepest) if adhesive else 0.0, adhesive), scene)
     problem, own_mesh = discretise(scene, deepest, controls, mesh, audit, by_force)
     if problem.series.size:  # a grid that moves interpolates by lines
-        controls = accuracy.line_controls(elastic=scene.material.strengths.size == 0)
+        controls = _for_law(accuracy.line_controls(elastic=scene.material.strengths.size == 0), scene)
         problem, own_mesh = discretise(scene, deepest, controls, mesh, audit, by_force)
     values = path.forces if isinstance(path, ForceProtocol) else path.indentations
     return _Run(problem, own_mesh, np.array(path.times), np.array(values))
+
+
+def _for_law(controls: Controls, scene: Scene) -> Controls:
+    """Controls with the spacing at the edge that the traction law takes."""
+    if isinstance(scene.adhesion, TractionLaw):
+        return controls._replace(edge_spacing=scene.adhesion.fineness * controls.edge_spacing)
+    return controls
 
 
 def _edge_resistance(scene: Scene, path: _Path, deepest: float) -> float:

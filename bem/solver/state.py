@@ -50,7 +50,8 @@ def state_of(problem: Problem, mesh: Mesh, depth: float, gap: np.ndarray, tracti
     if problem.nonadhesive:
         force, edge = dot(mesh.force_weights, traction), nonadhesive_edge(mesh.radii, traction)
     else:
-        force, edge = force_of(mesh.force_weights, traction, gap), contact_edge(mesh.radii, gap)
+        force = force_of(mesh.force_weights, traction, gap, problem.law)
+        edge = contact_edge(mesh.radii, gap, problem.law.peak_gap)
     return State(mesh, depth, gap, traction, force, edge)
 
 
@@ -83,7 +84,9 @@ def flown_off(state: State) -> State:
 def influence_of(problem: Problem, mesh: Mesh, response: float, gap: np.ndarray) -> np.ndarray:
     """Influence matrix of contact and machine; `gap` (n,) is near the solution."""
     if problem.machine.compliance > 0.0:
-        return influence_with_spring(problem.machine, mesh, problem.tabor, problem.nonadhesive, response, gap)
+        return influence_with_spring(
+            problem.machine, mesh, problem.tabor, problem.law, problem.nonadhesive, response, gap
+        )
     return mesh.influence
 
 
@@ -92,7 +95,14 @@ def energy_of(problem: Problem, state: State) -> float:
     """Energy stored in an elastic contact."""
     mesh = state.mesh
     return stored_energy(
-        mesh.radii, mesh.force_weights, problem.tabor, problem.nonadhesive, state.depth, state.gap, state.traction
+        mesh.radii,
+        mesh.force_weights,
+        problem.tabor,
+        problem.law,
+        problem.nonadhesive,
+        state.depth,
+        state.gap,
+        state.traction,
     )
 
 
@@ -132,12 +142,14 @@ def equilibrate(
         if machine.compliance > 0.0:
             influence = influence_of(problem, mesh, response, gap)
             rhs = right_side_with_spring(
-                machine, mesh, tabor, problem.nonadhesive, control, response, rhs, gap, traction
+                machine, mesh, tabor, problem.law, problem.nonadhesive, control, response, rhs, gap, traction
             )
         if problem.nonadhesive:
             solved = solve_nonadhesive(influence, rhs, response, gap, traction, work)
         else:
-            solved = settle(influence, tabor, rhs, response, problem.controls.residual, gap, traction, work)
+            solved = settle(
+                influence, tabor, problem.law, rhs, response, problem.controls.residual, gap, traction, work
+            )
         state = state_under(problem, mesh, control, known, response, gap, traction)
         if machine.compliance > 0.0:
             if has_flown_off(machine, control, state.force, problem.scales.force):
@@ -150,7 +162,7 @@ def equilibrate(
         if not same_grid(new.grid, mesh.grid):
             known = carried(remembered, start.mesh.grid, new.grid)
         moved_gap, moved_traction = np.empty(new.radii.size), np.empty(new.radii.size)
-        transfer(mesh, gap, traction, new, tabor, problem.nonadhesive, moved_gap, moved_traction)
+        transfer(mesh, gap, traction, new, tabor, problem.law, problem.nonadhesive, moved_gap, moved_traction)
         mesh, gap, traction = new, moved_gap, moved_traction
         work[REMESHINGS] += 1
     return state_under(problem, mesh, control, remembered, response, gap, traction), False
@@ -193,6 +205,7 @@ def follow_edge(
             recent.traction[k],
             new,
             problem.tabor,
+            problem.law,
             problem.nonadhesive,
             moved.gap[k],
             moved.traction[k],

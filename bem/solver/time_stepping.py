@@ -201,7 +201,7 @@ def _follow(
         work[NODES] += state.gap.size
         if problem.audit and not problem.nonadhesive:
             influence = influence_of(problem, state.mesh, factors.response, state.gap)
-            work[UNSTABLE] += is_unstable(influence, tabor, factors.response, state.gap)
+            work[UNSTABLE] += is_unstable(influence, tabor, problem.law, factors.response, state.gap)
         if another_branch or not same_nodes(state.mesh, before.mesh):
             # Solutions on another branch or on other nodes cannot be extrapolated.
             recent = start_recent(state.gap, state.traction, now, state.force)

@@ -55,18 +55,18 @@ def try_step(
     Returns:
         gap and traction (n,); whether they are a solution and accepted; and the factor by which to change the step.
     """
-    tabor, mesh = problem.tabor, state.mesh
+    tabor, law, mesh = problem.tabor, problem.law, state.mesh
     rigid, influence = right_side(tabor, mesh, control, remembered), mesh.influence
     rhs = rigid
     guess_gap, guess_traction = np.empty(rhs.size), np.empty(rhs.size)
-    predict(recent, time, tabor, problem.nonadhesive, guess_gap, guess_traction, CONTROL, True)
+    predict(recent, time, tabor, law, problem.nonadhesive, guess_gap, guess_traction, CONTROL, True)
     gap, traction = guess_gap.copy(), guess_traction.copy()
     if not problem.nonadhesive:
-        predict(recent, time, tabor, False, gap, traction, DEPTH, False)
+        predict(recent, time, tabor, law, False, gap, traction, DEPTH, False)
     if problem.machine.compliance > 0.0:
         influence = influence_of(problem, mesh, response, gap)
         rhs = right_side_with_spring(
-            problem.machine, mesh, tabor, problem.nonadhesive, control, response, rigid, gap, traction
+            problem.machine, mesh, tabor, law, problem.nonadhesive, control, response, rigid, gap, traction
         )
     if problem.nonadhesive:
         solved = solve_nonadhesive(influence, rhs, response, gap, traction, work)
@@ -76,6 +76,7 @@ def try_step(
             influence,
             mesh.force_weights,
             tabor,
+            law,
             rhs,
             response,
             # a stiff response turns a small residual into a large traction
@@ -87,7 +88,7 @@ def try_step(
             work,
         )
         if solved and shortened:
-            factorise(influence, mesh.force_weights, gap, tabor, response, factor)
+            factorise(influence, mesh.force_weights, gap, tabor, law, response, factor)
             work[FACTORISATIONS] += 1
             solved = not factor.unstable[0]
         if not solved or work[ITERATIONS] - before >= _STALE_AFTER:
@@ -130,19 +131,19 @@ def _judge(
     can_shrink: bool,
 ) -> tuple[bool, float]:
     """Whether a solution is near enough to its prediction, and the factor by which to change the step."""
-    tabor, nonadhesive, weights = problem.tabor, problem.nonadhesive, state.mesh.force_weights
+    tabor, law, nonadhesive, weights = problem.tabor, problem.law, problem.nonadhesive, state.mesh.force_weights
     allowed, order = problem.controls.prediction, min(recent.count[0], CONTROL)
     expected = np.nan if problem.strengths.size > 0 or nonadhesive else expected_force(recent, time)
     error = prediction_error(
-        weights, tabor, nonadhesive, guess_gap, guess_traction, gap, traction, problem.scales, expected
+        weights, tabor, law, nonadhesive, guess_gap, guess_traction, gap, traction, problem.scales, expected
     )
     shrink = 0.9 * (allowed / max(error, 1e-12)) ** (1.0 / order)
     if can_shrink and error > 2.0 * allowed:
         return False, max(0.2, min(0.8, shrink))
     if can_shrink and order >= 2 and not nonadhesive:
-        force = force_of(weights, traction, gap)
+        force = force_of(weights, traction, gap, law)
         if bend_of_force(recent, time, force) > _BEND * max(abs(force), problem.scales.force):
-            error = history_error(recent, weights, tabor, nonadhesive, time, force, problem.scales)
+            error = history_error(recent, weights, tabor, law, nonadhesive, time, force, problem.scales)
             if error > 0.5 * allowed:
                 return False, 0.5
     return True, shrink

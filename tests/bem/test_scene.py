@@ -5,7 +5,7 @@ import pytest
 
 from bem.materials import Elastic, StandardLinearSolid
 from bem.scene import Scene
-from bem.tractions import HardContact, LennardJones
+from bem.tractions import ConstantStress, HardContact, LennardJones, TractionLaw
 
 
 def test_defaults():
@@ -28,9 +28,10 @@ def test_wrong_material(material):
         Scene(tabor=1.0, material=material)
 
 
-def test_wrong_adhesion():
+@pytest.mark.parametrize("adhesion", [Elastic(), "exponential", ConstantStress, TractionLaw])
+def test_wrong_adhesion(adhesion):
     with pytest.raises(ValueError, match="adhesion must be one of LennardJones"):
-        Scene(tabor=1.0, material=StandardLinearSolid(0.1), adhesion=Elastic())
+        Scene(tabor=1.0, material=StandardLinearSolid(0.1), adhesion=adhesion)
 
 
 def test_a_spring_is_none_by_default_and_where_it_is_infinitely_stiff():

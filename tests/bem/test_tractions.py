@@ -1,3 +1,5 @@
+import itertools
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -5,7 +7,29 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 from bem import tractions
-from bem.tractions import GAP_AT_PEAK, PEAK_TRACTION, potential, slope, tail_energy, tail_force, traction
+from bem.tractions import (
+    GAP_AT_PEAK,
+    LAWS,
+    LENNARD_JONES,
+    PEAK_TRACTION,
+    ConstantStress,
+    Exponential,
+    TractionLaw,
+    law_of,
+    potential,
+    potential_at,
+    slope,
+    slope_at,
+    tail_energy,
+    tail_energy_at,
+    tail_force,
+    tail_force_at,
+    traction,
+    traction_at,
+)
+
+OTHERS = (*(law() for law in LAWS.values() if issubclass(law, TractionLaw)), ConstantStress(width=0.05))
+GAPS = (0.93, 1.0, 1.01, 1.04, 1.2, 1.5, 1.9, 1.98, 2.05, 3.0)
 
 
 def test_equilibrium_and_peak():
@@ -45,3 +69,84 @@ def test_kernels_are_compiled_and_the_laws_are_values():
     assert all(hasattr(getattr(tractions, name), "py_func") for name in ("traction", "slope", "tail_force"))
     assert tractions.LennardJones() == tractions.LennardJones()
     assert tractions.LennardJones() != tractions.HardContact()
+
+
+@pytest.mark.parametrize("gap", GAPS)
+def test_the_formulas_of_any_law_are_those_of_lennard_jones_by_default(gap):
+    law = law_of(tractions.LennardJones())
+    assert law is LENNARD_JONES
+    found = [formula(law, gap) for formula in (traction_at, slope_at, potential_at, tail_force_at, tail_energy_at)]
+    assert found == [formula(gap) for formula in (traction, slope, potential, tail_force, tail_energy)]
+
+
+@pytest.mark.parametrize("adhesion", OTHERS)
+def test_other_laws_have_the_work_and_the_largest_traction_of_lennard_jones(adhesion):
+    law = law_of(adhesion)
+    assert traction_at(law, 1.0) == pytest.approx(0.0, abs=1e-12)
+    places = np.linspace(1.0, 3.0, 4001)
+    assert max(traction_at(law, gap) for gap in places) == pytest.approx(PEAK_TRACTION, rel=1e-5)
+    assert traction_at(law, adhesion.peak_gap) == pytest.approx(PEAK_TRACTION, rel=1e-5)
+    ends = [1.0, *adhesion.breaks]
+    work = sum(quad(lambda h: traction_at(law, h), a, b)[0] for a, b in itertools.pairwise(ends))
+    assert work == pytest.approx(1.0, abs=1e-8)
+    assert potential_at(law, 1.0) == pytest.approx(-1.0, abs=1e-8)
+    assert traction_at(law, adhesion.breaks[-1] + 1e-9) == tail_force_at(law, 20.0) == tail_energy_at(law, 20.0) == 0.0
+
+
+@pytest.mark.parametrize("adhesion", OTHERS)
+@pytest.mark.parametrize("gap", GAPS)
+def test_of_every_law_each_formula_is_the_derivative_of_the_next(adhesion, gap):
+    law, step = law_of(adhesion), 1e-6
+
+    def change(formula):
+        return (formula(law, gap + step) - formula(law, gap - step)) / (2.0 * step)
+
+    assert slope_at(law, gap) == pytest.approx(change(traction_at), rel=2e-5, abs=1e-5)
+    assert traction_at(law, gap) == pytest.approx(change(potential_at), rel=1e-6, abs=1e-8)
+    assert potential_at(law, gap) == pytest.approx(-0.5 * change(tail_energy_at), rel=1e-6, abs=1e-8)
+    assert tail_force_at(law, gap) == -2.0 * potential_at(law, gap)
+
+
+def test_the_constant_stress_is_constant_between_rise_and_fall():
+    narrow = ConstantStress(width=0.05)
+    law = law_of(narrow)
+    plateau = np.linspace(narrow.peak_gap, narrow.range - 0.025, 50)
+    assert [traction_at(law, gap) for gap in plateau] == pytest.approx([PEAK_TRACTION] * 50, rel=1e-12)
+    assert narrow.range == pytest.approx(1.0 + 1.0 / PEAK_TRACTION, abs=0.01)  # Dugdale's, without a rise
+    assert traction_at(law, narrow.range) == pytest.approx(0.5 * PEAK_TRACTION)
+
+
+@pytest.mark.parametrize("width", [0.0, 0.01, 2.0, np.nan, "wide", True])
+def test_bad_width(width):
+    with pytest.raises(ValueError, match=r"width must be a finite number at least 0\.05 and at most 1; received"):
+        ConstantStress(width=width)
+
+
+def test_a_law_of_another_work_of_adhesion_is_refused():
+    class Twice(Exponential):
+        def traction(self, gap):
+            return 2.0 * super().traction(gap)
+
+    with pytest.raises(ValueError, match=r"the work of adhesion of a traction law must be 1; received .* with "):
+        law_of(Twice())
+
+
+def test_a_law_of_ones_own_is_one_class():
+    """Inverse powers: Lennard-Jones itself, as numbers from its largest traction outwards."""
+
+    class Numbers(TractionLaw):
+        breaks = (GAP_AT_PEAK, 1.5, 2.5, 5.0, 12.0, 40.0, 200.0, 2000.0)
+        peak_gap = GAP_AT_PEAK
+        repulsion = (1.0, 1.0)
+
+        def traction(self, gap):
+            return 8.0 / 3.0 * (gap**-3.0 - gap**-9.0)
+
+        def slope(self, gap):
+            return 8.0 * (3.0 * gap**-10.0 - gap**-4.0)
+
+    law = law_of(Numbers())
+    for gap in (0.8, 1.1, *GAPS, 15.0, 90.0):
+        assert traction_at(law, gap) == pytest.approx(traction(gap), rel=1e-6, abs=1e-12)
+        assert slope_at(law, gap) == pytest.approx(slope(gap), rel=1e-4, abs=1e-12)
+        assert potential_at(law, gap) == pytest.approx(potential(gap), rel=1e-2, abs=1e-6)  # it ends at 2000

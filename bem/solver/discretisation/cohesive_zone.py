@@ -12,7 +12,6 @@ import math
 import numpy as np
 
 from bem._support.jit import in_python, kernel
-from bem.tractions import GAP_AT_PEAK
 
 CRACK_LENGTH = 2.48
 NONADHESIVE_EDGE = 0.12  # without adhesion there is no such zone: resolve this fraction of the contact radius
@@ -32,11 +31,11 @@ def edge_width(contact_radius: float, tabor: float, nonadhesive: bool) -> float:
 
 
 @kernel
-def contact_edge(radii, gap) -> float:
+def contact_edge(radii, gap, peak_gap) -> float:
     """Outermost radius at which the gap passes the one of largest tension, 0 where the surfaces do not touch."""
     for j in range(gap.size - 2, -1, -1):
-        if gap[j] < GAP_AT_PEAK:
-            part = (GAP_AT_PEAK - gap[j]) / (gap[j + 1] - gap[j])
+        if gap[j] < peak_gap:
+            part = (peak_gap - gap[j]) / (gap[j + 1] - gap[j])
             return radii[j] + part * (radii[j + 1] - radii[j])
     return 0.0
 

@@ -9,9 +9,9 @@ import numpy as np
 
 from bem._support.jit import kernel
 from bem.solver.discretisation.mesh import Mesh
-from bem.solver.equilibrium import PRESSED
-from bem.solver.pressed import pressed_gap
-from bem.tractions import traction
+from bem.solver.equilibrium import pressed_below
+from bem.solver.pressed import pressed_gap_of
+from bem.tractions import Law, traction_at
 
 
 @kernel
@@ -34,6 +34,7 @@ def transfer(
     tractions: np.ndarray,
     new: Mesh,
     tabor: float,
+    law: Law,
     nonadhesive: bool,
     new_gap: np.ndarray,
     new_traction: np.ndarray,
@@ -42,13 +43,13 @@ def transfer(
 
     Beyond the old mesh the sphere is undeformed and carries nothing.
     """
-    n = old.radii.size
+    n, below = old.radii.size, pressed_below(law)
     k = 0
     for i in range(new.radii.size):
         x = new.radii[i]
         if x > old.radii[n - 1]:
             new_gap[i] = gap[n - 1] + 0.5 * tabor * (x * x - old.radii[n - 1] ** 2)
-            new_traction[i] = 0.0 if nonadhesive else tabor * traction(new_gap[i])
+            new_traction[i] = 0.0 if nonadhesive else tabor * traction_at(law, new_gap[i])
             continue
         while k < n - 2 and old.radii[k + 1] < x:
             k += 1
@@ -60,15 +61,15 @@ def transfer(
         if nonadhesive:
             new_gap[i] = gap[k] + part * (gap[k + 1] - gap[k])
             new_traction[i] = tractions[k] + part * (tractions[k + 1] - tractions[k])
-        elif gap[k] < PRESSED and gap[k + 1] < PRESSED:
-            if max(max(gap[first], gap[first + 1]), max(gap[first + 2], gap[first + 3])) < PRESSED:
+        elif gap[k] < below and gap[k + 1] < below:
+            if max(max(gap[first], gap[first + 1]), max(gap[first + 2], gap[first + 3])) < below:
                 stress = _cubic(old.radii, tractions, first, x)
             else:
                 stress = tractions[k] + part * (tractions[k + 1] - tractions[k])
-            new_gap[i] = pressed_gap(stress / tabor, gap[k] + part * (gap[k + 1] - gap[k]))
-            new_traction[i] = tabor * traction(new_gap[i])
+            new_gap[i] = pressed_gap_of(law, stress / tabor, gap[k] + part * (gap[k + 1] - gap[k]))
         else:
             low, high = min(gap[k], gap[k + 1]), max(gap[k], gap[k + 1])
             margin = 0.1 * (high - low)
             new_gap[i] = min(max(_cubic(old.radii, gap, first, x), low - margin), high + margin)
-            new_traction[i] = tabor * traction(new_gap[i])
+        if not nonadhesive:
+            new_traction[i] = tabor * traction_at(law, new_gap[i])

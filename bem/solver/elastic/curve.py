@@ -29,7 +29,7 @@ from bem.solver.equilibrium import PRESSED, force_of
 from bem.solver.pressed import LARGEST_TENSION, pressed_gaps
 from bem.solver.problem import Problem
 from bem.solver.work import FACTORISATIONS, ITERATIONS, REJECTIONS, UNKNOWNS
-from bem.tractions import GAP_AT_PEAK, slope, traction
+from bem.tractions import GAP_AT_PEAK, LENNARD_JONES, slope, traction
 
 _MOST_ITERATIONS = 25
 _SETTLED = 1e-7  # last relative change of a gap; that after it is below rounding
@@ -130,14 +130,14 @@ def _solve(
         change = np.max(np.abs(np.where(pressed, correction / tabor, correction / gap)))
         # Each unknown stays on the branch of the law on which it was linearised.
         wanted = np.where(pressed, (stress - correction) / tabor, -1.0)
-        pressed_gaps(wanted, n, gap, inside)
+        pressed_gaps(wanted, n, gap, LENNARD_JONES, inside)
         inside[wanted > LARGEST_TENSION] = 1.05 * gap[wanted > LARGEST_TENSION]
         gap = np.where(pressed, inside, gap + np.clip(-correction, -0.3 * gap, 0.5 * gap))
         gap[held] = fixed
         stress = tabor * law(gap)
         if change < _SETTLED:
-            force = force_of(mesh.force_weights, stress, gap)
-            energy = stored_energy(mesh.radii, mesh.force_weights, tabor, False, depth, gap, stress)
+            force = force_of(mesh.force_weights, stress, gap, LENNARD_JONES)
+            energy = stored_energy(mesh.radii, mesh.force_weights, tabor, LENNARD_JONES, False, depth, gap, stress)
             edge = float(mesh.radii[held])
             return Equilibrium(mesh, gap, stress, float(depth), float(force), edge, float(energy))
     return None
@@ -177,7 +177,9 @@ def solve_closed(lattice: Lattice, edge: float, start: Equilibrium, work: np.nda
         moved = radii + edge * -np.expm1(-radii / edge)
     gap, stress = np.empty(mesh.radii.size), np.empty(mesh.radii.size)
     tabor = lattice.problem.tabor
-    transfer(start.mesh._replace(radii=moved), start.gap, start.traction, mesh, tabor, False, gap, stress)
+    transfer(
+        start.mesh._replace(radii=moved), start.gap, start.traction, mesh, tabor, LENNARD_JONES, False, gap, stress
+    )
     gap[held] = GAP_AT_PEAK
     return _solve(lattice, mesh, held, gap, start.depth, work)
 

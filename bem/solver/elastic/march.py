@@ -16,6 +16,7 @@ from bem.solver.instabilities import smallest_eigenvalue
 from bem.solver.problem import Problem
 from bem.solver.time_stepping import COMPLETED, NO_EQUILIBRIUM, Marched
 from bem.solver.work import FOLD_SOLVES, NODES, STEPS, new_work
+from bem.tractions import LENNARD_JONES
 
 _BETWEEN = 48  # samples from one solved point to the next ...
 _RECORDED = 8  # ... of which one in so many is recorded
@@ -140,13 +141,15 @@ class _Walk:
             near = self.contact[round((position - first) / _BETWEEN)]
             point = solve_closed(self.lattice, _at(self.curve.edge, position), near, self.work)
         point = near if point is None else point
-        return float(smallest_eigenvalue(point.mesh.influence, self.lattice.problem.tabor, 1.0, point.gap))
+        return float(
+            smallest_eigenvalue(point.mesh.influence, self.lattice.problem.tabor, LENNARD_JONES, 1.0, point.gap)
+        )
 
 
 def has_curve(problem: Problem) -> bool:
-    """Whether a contact is elastic, adhesive and moved directly, at a large Tabor parameter on a grid that moves."""
+    """Whether a Lennard-Jones contact is elastic and moved directly, of a large Tabor parameter on a moving grid."""
     elastic = problem.strengths.size == 0 and not problem.nonadhesive and problem.machine.compliance == 0.0
-    return elastic and problem.tabor >= _SMALLEST_TABOR and problem.series.size > 0
+    return elastic and not problem.law.tabulated and problem.tabor >= _SMALLEST_TABOR and problem.series.size > 0
 
 
 def march_elastic(problem: Problem, times: np.ndarray, depths: np.ndarray) -> Marched:

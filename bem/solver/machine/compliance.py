@@ -29,7 +29,7 @@ import numpy as np
 
 from bem._support.jit import kernel
 from bem.solver.discretisation.mesh import Mesh
-from bem.tractions import slope, tail_force, traction
+from bem.tractions import Law, slope, slope_at, tail_force, tail_force_at, traction, traction_at
 
 _FAR = 1.5  # gap from which the force beyond a node follows the traction at the node
 
@@ -44,10 +44,14 @@ class Machine(NamedTuple):
 
 
 @kernel
-def _tail(tabor: float, nonadhesive: bool, gap: float) -> tuple[float, float]:
+def _tail(tabor: float, law: Law, nonadhesive: bool, gap: float) -> tuple[float, float]:
     """The force beyond the last node as a line in the traction there: its value without traction, and its weight."""
     if nonadhesive:
         return 0.0, 0.0
+    if law.tabulated:
+        stress, stiffness = traction_at(law, gap), tabor * slope_at(law, gap)
+        weight = -2.0 * stress / stiffness if gap >= _FAR and stiffness != 0.0 else 0.0
+        return tail_force_at(law, gap) - weight * tabor * stress, weight
     if gap < _FAR:
         return tail_force(gap), 0.0
     weight = -2.0 * traction(gap) / (tabor * slope(gap))  # the tail's slope over the gap is -2 sigma / mu
@@ -56,12 +60,12 @@ def _tail(tabor: float, nonadhesive: bool, gap: float) -> tuple[float, float]:
 
 @kernel
 def influence_with_spring(
-    machine: Machine, mesh: Mesh, tabor: float, nonadhesive: bool, response: float, gap: np.ndarray
+    machine: Machine, mesh: Mesh, tabor: float, law: Law, nonadhesive: bool, response: float, gap: np.ndarray
 ) -> np.ndarray:
     """The influence matrix (n, n), to be multiplied by `response`, with the spring; `gap` (n,) is near the solution."""
     n = gap.size
     out = np.empty((n, n))
-    _, weight = _tail(tabor, nonadhesive, gap[n - 1])
+    _, weight = _tail(tabor, law, nonadhesive, gap[n - 1])
     for j in range(n):
         total = mesh.force_weights[j] + (weight if j == n - 1 else 0.0)
         lift, column, rigid = machine.compliance * total / response, out[j], mesh.influence[j]
@@ -85,6 +89,7 @@ def right_side_with_spring(
     machine: Machine,
     mesh: Mesh,
     tabor: float,
+    law: Law,
     nonadhesive: bool,
     control: float,
     response: float,
@@ -97,13 +102,13 @@ def right_side_with_spring(
     Args:
         machine: not rigid.
         mesh: n nodes.
-        tabor, nonadhesive: Tabor parameter, and whether there is no adhesion.
+        tabor, law, nonadhesive: Tabor parameter, traction law, and whether there is no adhesion.
         control: what the protocol prescribes, a displacement of the stage or a force.
         response: of the material over the step.
         rhs: (n,) of a rigid machine at the indentation `control`.
         gap, tractions: (n,) a prediction.
     """
-    constant, _ = _tail(tabor, nonadhesive, gap[gap.size - 1])
+    constant, _ = _tail(tabor, law, nonadhesive, gap[gap.size - 1])
     shift = -machine.compliance * constant
     if machine.by_force:
         shift += control - expected_depth(mesh, rhs + control, response, gap, tractions) + machine.compliance * control

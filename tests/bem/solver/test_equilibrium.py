@@ -4,7 +4,7 @@ import pytest
 from bem.solver.discretisation.cohesive_zone import contact_edge
 from bem.solver.equilibrium import PRESSED, anderson_share, force_of, new_factor, solve_adhesive, tractions_of
 from bem.solver.work import FACTORISATIONS, ITERATIONS, UNKNOWNS, new_work
-from bem.tractions import GAP_AT_PEAK, slope, tail_force, traction
+from bem.tractions import GAP_AT_PEAK, LENNARD_JONES, slope, tail_force, traction
 from tests.bem.solver.contacts import mesh_for, right_side
 
 
@@ -20,6 +20,7 @@ def solved(tabor, indentation, response=1.0, tolerance=1e-7, force_error=np.inf)
             mesh.influence,
             mesh.force_weights,
             tabor,
+            LENNARD_JONES,
             now,
             response,
             tolerance,
@@ -38,7 +39,7 @@ def test_an_accepted_state_satisfies_the_gap_equation(tabor, indentation, respon
     mesh, rhs, gap, tractions, work, _, found = solved(tabor, indentation, response)
     assert found
     expected = np.empty(gap.size)
-    tractions_of(gap, tabor, expected)
+    tractions_of(gap, tabor, LENNARD_JONES, expected)
     np.testing.assert_array_equal(tractions, expected)
     residual = gap + response * mesh.influence.T @ tractions - rhs
     assert np.max(np.abs(residual)) < 1e-7
@@ -65,7 +66,7 @@ def test_a_residual_that_cannot_be_reached_is_not_accepted():
 
 def test_the_force_includes_the_tail_beyond_the_mesh():
     mesh, _, gap, tractions, *_ = solved(0.2, 0.5)
-    assert force_of(mesh.force_weights, tractions, gap) == pytest.approx(
+    assert force_of(mesh.force_weights, tractions, gap, LENNARD_JONES) == pytest.approx(
         mesh.force_weights @ tractions + tail_force(gap[-1])
     )
     assert tail_force(gap[-1]) > 1e-3
@@ -75,8 +76,8 @@ def test_the_contact_edge_is_where_the_tension_peaks():
     radii = np.array([0.0, 1.0, 2.0, 3.0])
     gap = np.array([0.9, 1.0, GAP_AT_PEAK + 1.0, 5.0])
     expected = 1.0 + (GAP_AT_PEAK - 1.0) / GAP_AT_PEAK
-    assert contact_edge(radii, gap) == pytest.approx(expected)
-    assert contact_edge(radii, gap + 2.0) == 0.0
+    assert contact_edge(radii, gap, GAP_AT_PEAK) == pytest.approx(expected)
+    assert contact_edge(radii, gap + 2.0, GAP_AT_PEAK) == 0.0
 
 
 def test_pressed_nodes_lie_on_the_steep_branch():
@@ -90,7 +91,10 @@ def test_the_force_is_as_exact_as_asked_however_stiff_the_contact(response):
     *_, exact_gap, exact, _, _, _ = solved(0.2, 0.5, response, tolerance=1e-9)
     assert found
     assert (
-        abs(force_of(mesh.force_weights, tractions, gap) - force_of(mesh.force_weights, exact, exact_gap))
+        abs(
+            force_of(mesh.force_weights, tractions, gap, LENNARD_JONES)
+            - force_of(mesh.force_weights, exact, exact_gap, LENNARD_JONES)
+        )
         < 2.0 * allowed
     )
     moved, lifted = gap.copy(), tractions.copy()
@@ -99,6 +103,7 @@ def test_the_force_is_as_exact_as_asked_however_stiff_the_contact(response):
         mesh.influence,
         mesh.force_weights,
         0.2,
+        LENNARD_JONES,
         rhs + lift,
         response,
         1e-8,
@@ -108,7 +113,10 @@ def test_the_force_is_as_exact_as_asked_however_stiff_the_contact(response):
         lifted,
         new_work(),
     )
-    difference = abs(force_of(mesh.force_weights, lifted, moved) - force_of(mesh.force_weights, exact, exact_gap))
+    difference = abs(
+        force_of(mesh.force_weights, lifted, moved, LENNARD_JONES)
+        - force_of(mesh.force_weights, exact, exact_gap, LENNARD_JONES)
+    )
     assert factor.stiffness[0] == pytest.approx(difference / lift, rel=0.1)
 
 
@@ -120,7 +128,9 @@ def test_an_equilibrium_with_a_negative_eigenvalue_is_not_accepted(stiffness, st
     assert (1.0 + stiffness * slope(1.5) > 0.0) == stable
     influence, weights = stiffness * np.eye(4), np.ones(4)
     start = gap.copy()
-    found = solve_adhesive(influence, weights, 1.0, rhs, 1.0, 1e-9, np.inf, new_factor(4), start, tractions, new_work())
+    found = solve_adhesive(
+        influence, weights, 1.0, LENNARD_JONES, rhs, 1.0, 1e-9, np.inf, new_factor(4), start, tractions, new_work()
+    )
     assert found == stable
     np.testing.assert_allclose(start, gap, rtol=1e-9)
 

@@ -13,7 +13,7 @@ from bem.solver.extrapolation import (
     push_recent,
     start_recent,
 )
-from bem.tractions import PEAK_TRACTION, traction
+from bem.tractions import LENNARD_JONES, PEAK_TRACTION, traction
 from tests.bem.solver.contacts import mesh_for, right_side
 
 TABOR = 2.0
@@ -28,7 +28,7 @@ def history(gaps, tractions, times):
 
 def predicted(recent, time, nonadhesive=False):
     gap, stress = np.empty(recent.gap.shape[1]), np.empty(recent.gap.shape[1])
-    predict(recent, time, TABOR, nonadhesive, gap, stress)
+    predict(recent, time, TABOR, LENNARD_JONES, nonadhesive, gap, stress)
     return gap, stress
 
 
@@ -81,7 +81,7 @@ def test_only_the_last_four_solutions_are_kept_and_three_are_judged_by():
     recent = history(gaps, [law(g) for g in gaps], [0.0, 1.0, 2.0, 3.0, 4.0])
     assert recent.count[0] == DEPTH == 4
     gap, stress = np.empty(1), np.empty(1)
-    predict(recent, 4.1, TABOR, False, gap, stress, DEPTH)
+    predict(recent, 4.1, TABOR, LENNARD_JONES, False, gap, stress, DEPTH)
     assert gap[0] == pytest.approx(2.0 + 0.1 * 4.1**3)
     assert predicted(recent, 4.1)[0][0] == pytest.approx(2.0 + 0.1 * (4.1**3 - 1.1 * 2.1 * 0.1))
 
@@ -91,7 +91,9 @@ def error_of(changed_node, change):
     gap = np.maximum(right_side(mesh, TABOR, -1.0), 1.2)
     guess = gap.copy()
     guess[changed_node] *= 1.0 + change
-    return prediction_error(mesh.force_weights, TABOR, False, guess, law(guess), gap, law(gap), Scales(1.0), np.nan)
+    return prediction_error(
+        mesh.force_weights, TABOR, LENNARD_JONES, False, guess, law(guess), gap, law(gap), Scales(1.0), np.nan
+    )
 
 
 def test_the_error_is_relative_and_forgives_the_far_field():
@@ -112,9 +114,11 @@ def test_the_expected_force_is_the_polynomial_through_the_last_ones():
 
 def test_a_force_off_the_expected_one_counts_relative_to_the_larger_of_itself_and_its_scale():
     gap, weights = np.array([1.3, 2.0]), np.array([3.0, 1.0])
-    force = force_of(weights, law(gap), gap)
+    force = force_of(weights, law(gap), gap, LENNARD_JONES)
     for scale in (0.1, 100.0):
-        off = prediction_error(weights, TABOR, False, gap, law(gap), gap, law(gap), Scales(scale, 5.0), force + 0.2)
+        off = prediction_error(
+            weights, TABOR, LENNARD_JONES, False, gap, law(gap), gap, law(gap), Scales(scale, 5.0), force + 0.2
+        )
         assert off == pytest.approx(5.0 * 0.2 / max(force, scale))
 
 
@@ -122,7 +126,9 @@ def test_a_force_off_the_expected_one_counts_relative_to_the_larger_of_itself_an
 def test_without_adhesion_the_force_alone_decides(force, expected):
     gap, stress = np.array([1.0, 3.0]), np.array([0.5 * force, 0.0])
     guess = stress - np.array([0.05, 0.0])
-    found = prediction_error(np.full(2, 2.0), TABOR, True, 2.0 * gap, guess, gap, stress, Scales(1.0), np.nan)
+    found = prediction_error(
+        np.full(2, 2.0), TABOR, LENNARD_JONES, True, 2.0 * gap, guess, gap, stress, Scales(1.0), np.nan
+    )
     assert found == pytest.approx(expected)
 
 
@@ -141,10 +147,10 @@ def test_the_history_errs_by_what_lies_between_the_steps():
     def gap_at(time):
         return np.array([2.0 - 0.3 * time, 3.0 - 0.2 * time])
 
-    forces = [force_of(weights, law(gap_at(time)), gap_at(time)) for time in (*times, 1.75)]
+    forces = [force_of(weights, law(gap_at(time)), gap_at(time), LENNARD_JONES) for time in (*times, 1.75)]
     recent = start_recent(gap_at(0.0), law(gap_at(0.0)), 0.0, forces[0])
     push_recent(recent, gap_at(1.0), law(gap_at(1.0)), 1.0, forces[1])
     parabola = np.polyval(np.polyfit(times, forces[:3], 2), 1.75)
-    found = history_error(recent, weights, TABOR, False, 2.5, forces[2], Scales(1e-3, 4.0))
+    found = history_error(recent, weights, TABOR, LENNARD_JONES, False, 2.5, forces[2], Scales(1e-3, 4.0))
     assert found == pytest.approx(4.0 * abs(forces[3] - parabola) / forces[3], rel=1e-6)
     assert found > 1e-3

@@ -7,7 +7,7 @@ from bem.solver.discretisation.master_grid import master_grid
 from bem.solver.discretisation.mesh import Mesh, condense
 from bem.solver.instabilities import settle, smallest_eigenvalue
 from bem.solver.work import new_work
-from bem.tractions import slope
+from bem.tractions import LENNARD_JONES, slope
 from tests.bem.solver.contacts import right_side
 
 TABOR = 3.0
@@ -17,7 +17,7 @@ JUMP_IN, JUMP_OUT = -3.228, -4.988  # indentations at which the elastic branches
 def settled(indentation, gap, mesh):
     gap, tractions = gap.copy(), np.zeros(gap.size)
     rhs = right_side(mesh, TABOR, indentation)
-    found = settle(mesh.influence, TABOR, rhs, 1.0, 1e-6, gap, tractions, new_work())
+    found = settle(mesh.influence, TABOR, LENNARD_JONES, rhs, 1.0, 1e-6, gap, tractions, new_work())
     assert found
     residual = gap + mesh.influence.T @ tractions - rhs
     assert np.max(np.abs(residual)) < 1e-6
@@ -52,7 +52,7 @@ def test_two_stable_states_coexist_between_the_folds(mesh, both):
     assert closed[0] < 1.2
     for gap in both:
         assert np.min(np.linalg.eigvals(jacobian(mesh, gap, 1.0)).real) > 0.0
-        assert smallest_eigenvalue(mesh.influence, TABOR, 1.0, gap) > 0.0
+        assert smallest_eigenvalue(mesh.influence, TABOR, LENNARD_JONES, 1.0, gap) > 0.0
 
 
 def test_beyond_the_folds_one_state_attracts_from_everywhere(mesh, both):
@@ -72,7 +72,9 @@ def test_the_eigenvalue_is_the_one_nearest_to_zero(mesh, both, response):
     for gap in both:
         values = np.linalg.eigvals(jacobian(mesh, gap, response)).real
         nearest = values[np.argmin(np.abs(values))]
-        assert smallest_eigenvalue(mesh.influence, TABOR, response, gap) == pytest.approx(nearest, rel=5e-3)
+        assert smallest_eigenvalue(mesh.influence, TABOR, LENNARD_JONES, response, gap) == pytest.approx(
+            nearest, rel=5e-3
+        )
 
 
 def test_an_unstable_state_has_a_negative_eigenvalue(mesh, both):
@@ -85,4 +87,6 @@ def test_an_unstable_state_has_a_negative_eigenvalue(mesh, both):
     # on the way from one stable state to the other a direction turns unstable
     part = brentq(lambda part: lowest(part) + 0.01, 0.0, 0.2, xtol=1e-6)
     unstable = closed + part * (opened - closed)
-    assert smallest_eigenvalue(mesh.influence, TABOR, 1.0, unstable) == pytest.approx(lowest(part), rel=1e-2)
+    assert smallest_eigenvalue(mesh.influence, TABOR, LENNARD_JONES, 1.0, unstable) == pytest.approx(
+        lowest(part), rel=1e-2
+    )

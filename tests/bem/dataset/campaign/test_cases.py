@@ -240,3 +240,11 @@ def test_a_scene_without_a_spring_is_described_as_before_there_were_springs():
     assert "spring" not in described(Scene(1.0))
     assert restored(described(Scene(1.0))) == Scene(1.0)
     assert restored(described(Scene(1.0, spring=2.0))) == Scene(1.0, spring=2.0)
+
+
+def test_the_traction_law_belongs_to_the_identity_of_a_case():
+    laws = (bem.LennardJones(), bem.ConstantStress(), bem.ConstantStress(width=0.2), bem.Exponential())
+    scenes = [Scene(1.0, adhesion=law) for law in laws]
+    assert described(scenes[0])["adhesion"] == {"type": "LennardJones"}  # as before there were others
+    assert [restored(described(scene)) for scene in scenes] == scenes
+    assert len({Cases([(scene, RAMP)]).identity()["cases"] for scene in scenes}) == len(laws)

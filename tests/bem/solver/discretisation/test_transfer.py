@@ -4,7 +4,7 @@ import pytest
 from bem.solver.discretisation.mesh import condense
 from bem.solver.discretisation.transfer import transfer
 from bem.solver.pressed import pressed_gap
-from bem.tractions import traction
+from bem.tractions import LENNARD_JONES, traction
 from tests.bem.solver.contacts import mesh_for
 
 TABOR = 2.0
@@ -16,7 +16,7 @@ def law(gap):
 
 def moved(old, gap, stress, new, nonadhesive=False):
     new_gap, new_stress = np.empty(new.radii.size), np.empty(new.radii.size)
-    transfer(old, gap, stress, new, TABOR, nonadhesive, new_gap, new_stress)
+    transfer(old, gap, stress, new, TABOR, LENNARD_JONES, nonadhesive, new_gap, new_stress)
     return new_gap, new_stress
 
 

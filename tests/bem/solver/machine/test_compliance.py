@@ -15,7 +15,7 @@ from bem.solver.machine.compliance import (
 )
 from bem.solver.machine.reach import deepest_indentation, machine_of
 from bem.solver.state import right_side
-from bem.tractions import tail_force, traction
+from bem.tractions import LENNARD_JONES, tail_force, traction
 from tests.bem.solver.contacts import mesh_for
 
 TABOR, STIFFNESS, RESPONSE = 1.0, 0.7, 0.6
@@ -39,8 +39,8 @@ def test_the_gap_equation_with_a_spring_is_that_at_the_indentation_of_the_sphere
     machine = Machine(1.0 / STIFFNESS, False, 1.0, 1.0)
     stage = -0.4
     rigid = right_side(TABOR, mesh, stage, NOTHING)
-    influence = influence_with_spring(machine, mesh, TABOR, False, RESPONSE, gap)
-    rhs = right_side_with_spring(machine, mesh, TABOR, False, stage, RESPONSE, rigid, gap, tractions)
+    influence = influence_with_spring(machine, mesh, TABOR, LENNARD_JONES, False, RESPONSE, gap)
+    rhs = right_side_with_spring(machine, mesh, TABOR, LENNARD_JONES, False, stage, RESPONSE, rigid, gap, tractions)
     found = gap + RESPONSE * influence.T @ tractions - rhs
     sphere = stage + force_of(mesh, gap, tractions) / STIFFNESS
     expected = gap + RESPONSE * mesh.influence.T @ tractions - right_side(TABOR, mesh, sphere, NOTHING)
@@ -53,7 +53,11 @@ def test_the_matrix_holds_the_slope_of_the_far_force(contact):
     """A small change of the last gap changes the force by the weight that the matrix gives to the last traction."""
     mesh, gap, tractions = contact
     machine = Machine(1.0 / STIFFNESS, False, 1.0, 1.0)
-    lifts = (influence_with_spring(machine, mesh, TABOR, False, RESPONSE, gap) - mesh.influence) * RESPONSE * STIFFNESS
+    lifts = (
+        (influence_with_spring(machine, mesh, TABOR, LENNARD_JONES, False, RESPONSE, gap) - mesh.influence)
+        * RESPONSE
+        * STIFFNESS
+    )
     np.testing.assert_allclose(lifts, np.repeat(lifts[:, :1], gap.size, axis=1), atol=1e-9)
     np.testing.assert_allclose(lifts[:-1, 0], mesh.force_weights[:-1], rtol=1e-6, atol=1e-9)
     moved = gap.copy()
@@ -68,8 +72,8 @@ def test_a_prescribed_force_is_a_soft_spring_from_where_the_sphere_is_expected(c
     machine = Machine(1e3, True, 1.0, 1.0)
     load = -2.0
     rigid = right_side(TABOR, mesh, load, NOTHING)
-    influence = influence_with_spring(machine, mesh, TABOR, False, RESPONSE, gap)
-    rhs = right_side_with_spring(machine, mesh, TABOR, False, load, RESPONSE, rigid, gap, tractions)
+    influence = influence_with_spring(machine, mesh, TABOR, LENNARD_JONES, False, RESPONSE, gap)
+    rhs = right_side_with_spring(machine, mesh, TABOR, LENNARD_JONES, False, load, RESPONSE, rigid, gap, tractions)
     # Where the outermost node has its expected gap, what is left there is the difference of the forces.
     left = (gap + RESPONSE * influence.T @ tractions - rhs)[-1]
     assert left == pytest.approx(1e3 * (force_of(mesh, gap, tractions) - load), rel=1e-6)

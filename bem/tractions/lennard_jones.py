@@ -1,29 +1,16 @@
-"""What the two surfaces do to each other across the gap.
+"""The Lennard-Jones law as formulas.
 
-Units: gap in h0 (the actual gap, 1 at equilibrium), traction in dgamma/h0, positive in tension; forces in
-pi R dgamma. The Lennard-Jones law is the paper's Eq. (LJ),
+The paper's Eq. (LJ),
 
     sigma(h) = (8/3) (h^-3 - h^-9),
 
-of unit work of adhesion, largest at h = 3^(1/6), where it is 16 / (9 sqrt 3).
+of unit work of adhesion, largest at h = 3^(1/6), where it is 16 / (9 sqrt 3). Units: see `bem.tractions`.
 """
-
-from dataclasses import dataclass
 
 from bem._support.jit import kernel
 
 GAP_AT_PEAK = 3.0 ** (1.0 / 6.0)
 PEAK_TRACTION = 16.0 / (9.0 * 3.0**0.5)
-
-
-@dataclass(frozen=True)
-class LennardJones:
-    """Attraction at a distance and steep repulsion below the equilibrium gap."""
-
-
-@dataclass(frozen=True)
-class HardContact:
-    """Impenetrable surfaces without attraction: gap >= 1, traction <= 0, and one of them zero."""
 
 
 @kernel

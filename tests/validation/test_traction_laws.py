@@ -1,0 +1,112 @@
+"""Traction laws other than Lennard-Jones: Maugis's closed form, the limits of JKR and DMT, and energy.
+
+Maugis's law has two jumps; the solver's rises within 0.02 and falls within `width`. The deviations below are those of
+this smoothing and of the standard accuracy together. Source: Maugis, J. Colloid Interface Sci. 150 (1992) 243.
+"""
+
+import numpy as np
+import pytest
+
+from bem import (
+    ConstantStress,
+    Elastic,
+    Exponential,
+    LennardJones,
+    LoadingProtocol,
+    Scene,
+    StandardLinearSolid,
+    simulate,
+)
+from bem.reference_solutions import maugis_dugdale
+from bem.solver.simulation import count_unstable
+
+CYCLE = LoadingProtocol(peak_indentation=2.0, loading_rate=1.0, dwell_time=0.0, unloading_rate=1.0)
+FAR = LoadingProtocol(
+    peak_indentation=2.0, loading_rate=1.0, dwell_time=0.0, unloading_rate=1.0, start_indentation=-5.0
+)
+
+
+def run(tabor, law, material=None, accuracy="standard", protocol=CYCLE):
+    trajectory = simulate(Scene(tabor, material or Elastic(), law), protocol, accuracy)
+    assert trajectory.completed, trajectory.status
+    return trajectory
+
+
+@pytest.mark.parametrize("tabor", [0.2, 0.5, 1.0, 2.0, 3.0])
+def test_the_pull_off_is_maugis_to_half_a_per_cent(tabor):
+    expected = maugis_dugdale.pull_off_force(tabor)
+    assert run(tabor, ConstantStress()).pull_off_force == pytest.approx(expected, rel=5e-3)
+    assert run(tabor, Exponential()).pull_off_force > 1.005 * expected  # so that the comparison can fail
+
+
+def test_a_steeper_fall_of_the_traction_is_nearer_to_maugis():
+    expected = maugis_dugdale.pull_off_force(0.5)
+    wide, narrow = (run(0.5, ConstantStress(width), accuracy=1e-3).pull_off_force for width in (1.0, 0.15))
+    assert abs(narrow / expected - 1.0) < 3e-3  # what remains is the rise, and the repulsion that yields
+    assert abs(wide / expected - 1.0) > 2.0 * abs(narrow / expected - 1.0)
+
+
+def deviation(tabor, law):
+    """Largest deviations from Maugis while the contact opens: of the force, in units of the larger of the force and the
+    pull-off force, and of the contact radius."""
+    trajectory = run(tabor, law)
+    radius, depth, force = maugis_dugdale.solution_at_angle(np.geomspace(1e-3, 1.57, 4000)[::-1], tabor)
+    stable = slice(int(np.argmin(depth)), None)  # from the fold to the deepest contact
+    contact = trajectory.unloading & (trajectory.contact_radius > 0.2)
+    contact &= (trajectory.indentation > depth[stable][0] + 0.02) & (trajectory.indentation < 1.9)
+    assert np.sum(contact) > 10
+    depths, found = trajectory.indentation[contact], trajectory.force[contact]
+    off = found - np.interp(depths, depth[stable], force[stable])
+    miss = trajectory.contact_radius[contact] - np.interp(depths, depth[stable], radius[stable])
+    scale = np.maximum(np.abs(found), maugis_dugdale.pull_off_force(tabor))
+    return np.max(np.abs(off) / scale), np.max(np.abs(miss))
+
+
+@pytest.mark.parametrize(
+    ("tabor", "of_force", "of_radius"), [(0.2, 0.05, 0.25), (1.0, 0.012, 0.06), (3.0, 0.012, 0.02)]
+)
+def test_force_and_contact_radius_follow_maugis_while_the_contact_opens(tabor, of_force, of_radius):
+    """At long range, where the contact is small, the rise of the traction and the repulsion that yields count most."""
+    force, radius = deviation(tabor, ConstantStress())
+    assert force < of_force
+    assert radius < of_radius
+    force, radius = deviation(tabor, LennardJones())
+    assert force > 4.0 * of_force
+    assert radius > 2.0 * of_radius
+
+
+def test_the_exponential_law_tends_to_dmt_and_to_jkr():
+    tabors = (0.02, 0.2, 1.0, 5.0)
+    found = np.array([run(tabor, Exponential()).pull_off_force for tabor in tabors])
+    assert np.all(np.diff(found) < 0.0)
+    assert found[0] == pytest.approx(2.0, rel=5e-3)
+    assert found[-1] == pytest.approx(1.5, rel=1e-2)
+
+
+@pytest.mark.parametrize("law", [ConstantStress(), Exponential()])
+@pytest.mark.parametrize("tabor", [0.2, 1.0])
+def test_an_elastic_loop_loses_what_its_jumps_lose(law, tabor):
+    trajectory = run(tabor, law, accuracy=1e-3)
+    depth, force = trajectory.indentation, trajectory.force
+    area = -np.sum(0.5 * (force[1:] + force[:-1]) * np.diff(depth))
+    assert trajectory.energy_balance == pytest.approx(area, abs=2e-3 * trajectory.turnover())
+    assert trajectory.energy_balance == pytest.approx(sum(jump.energy_lost for jump in trajectory.jumps), abs=1e-3)
+    assert all(jump.energy_lost > 0.0 for jump in trajectory.jumps)
+
+
+@pytest.mark.parametrize("law", [ConstantStress(), Exponential()])
+@pytest.mark.parametrize("rate", [0.3, 10.0])
+def test_a_viscoelastic_loop_runs_stable_and_dissipates(law, rate):
+    protocol = LoadingProtocol(peak_indentation=3.0, loading_rate=rate, dwell_time=0.5, unloading_rate=rate)
+    scene = Scene(1.0, StandardLinearSolid(0.1), law)
+    trajectory = run(scene.tabor, law, scene.material, protocol=protocol)
+    assert trajectory.work() > 0.0
+    assert trajectory.pull_off_force > 1.2 * run(scene.tabor, law).pull_off_force
+    assert count_unstable(scene, protocol) <= sum(jump.eigenvalue_before <= 0.0 for jump in trajectory.jumps)
+
+
+def test_the_pull_off_force_of_an_elastic_contact_does_not_depend_on_its_spring():
+    expected = run(1.0, ConstantStress()).pull_off_force
+    soft = simulate(Scene(1.0, adhesion=ConstantStress(), spring=2.0), FAR)
+    assert soft.completed, soft.status
+    assert soft.pull_off_force == pytest.approx(expected, rel=5e-3)
