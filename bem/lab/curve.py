@@ -97,6 +97,16 @@ class ForceCurve(Tabular):
         return self.force if self.force_sign == "tension" else -self.force
 
     @property
+    def stiffness(self) -> float | None:
+        """Stiffness, in N/m, of the spring that stage, indentation and force belong to; `None` without a stage."""
+        if self.stage is None:
+            return None
+        stretched = self.indentation - self.stage
+        stretched = stretched - stretched.mean()
+        square, product = float(stretched @ stretched), float(stretched @ self.tension)
+        return product / square if product > 0.0 else None
+
+    @property
     def pull_off_force(self) -> float:
         """Largest tension after the deepest indentation, in N, always positive in tension."""
         return float(np.max(self.tension[int(np.argmax(self.indentation)) :]))

@@ -12,6 +12,7 @@ from scipy.stats import t as student
 
 from bem._support.validation import FloatArray
 from bem.lab.curve import ForceCurve
+from bem.lab.model import prescribed_path
 from bem.lab.parameters import PARAMETERS
 from bem.lab.setup import Setup
 from bem.lab.units import readable
@@ -149,14 +150,24 @@ def result_of(search: Search, x: FloatArray, residuals: FloatArray, jacobian: Fl
         intervals=intervals,
         correlations=correlations,
         residuals=tension + offset - curve.tension,
-        curve=ForceCurve(
-            time=curve.time, indentation=curve.indentation, force=sign * (tension + offset), force_sign=curve.force_sign
-        ),
+        curve=_fitted_curve(curve, setup, tension + offset),
         measured=curve,
         setup=setup,
         noise=noise,
         sentences=_sentences(names, fitted, spreads, correlations, residuals, setup),
         simulations=search.model.evaluations,
+    )
+
+
+def _fitted_curve(curve: ForceCurve, setup: Setup, tension: FloatArray) -> ForceCurve:
+    """The model at the measured instants, in the measured sign; behind a spring its indentation follows its force."""
+    stage = prescribed_path(curve, setup)
+    return ForceCurve(
+        time=curve.time,
+        indentation=stage if setup.stiffness is None else stage + tension / setup.stiffness,
+        force=tension if curve.force_sign == "tension" else -tension,
+        force_sign=curve.force_sign,
+        stage=None if setup.stiffness is None else stage,
     )
 
 

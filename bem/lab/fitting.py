@@ -23,7 +23,7 @@ from bem.lab.contact_point import Contact, noise_of
 from bem.lab.curve import ForceCurve
 from bem.lab.fit_result import FitError, FitResult, result_of
 from bem.lab.guess import first_contact
-from bem.lab.model import Model, with_memory
+from bem.lab.model import Model, prescribed_path, with_memory
 from bem.lab.model_choice import effects_called_for, sentence
 from bem.lab.parameters import PARAMETERS
 from bem.lab.setup import Setup
@@ -141,6 +141,8 @@ def fit(
     Args:
         curve: the measurement, from out of contact to out of contact.
         setup: what is known, and first guesses of what is free; `bem.lab.guess.guess_setup` makes one from the curve.
+            With its `stiffness`, or that of a curve with a stage, the fit moves the stage: jumps into and out of
+            contact are those of contact and spring, and the contact point is a position of the stage.
         free: the parameters to fit, of relaxed_modulus, work_of_adhesion, retardation_time, modulus_ratio,
             contact_point and force_offset. `None` fits all of them and then leaves the relaxation out where the curve
             does not call for it.
@@ -161,7 +163,10 @@ def fit(
     if unknown or not chosen or set(chosen) == {"force_offset"}:
         raise ValueError(f"free must be one or more of {', '.join(ALL)}; received {shown(free)}")
     chosen = tuple(name for name in ALL if name in chosen)
+    if setup.stiffness is None and curve.stiffness is not None:
+        setup = setup.replaced(stiffness=curve.stiffness)
     contact = first_contact(curve)
+    contact = dataclasses.replace(contact, contact_point=float(prescribed_path(curve, setup)[contact.index]))
     duration = float(curve.time[-1] - curve.time[contact.index])
     if set(chosen) & set(MEMORY):
         setup = with_memory(setup, duration)
