@@ -352,6 +352,7 @@ measure-large-tabor.makes := large_tabor  ## Pull-off, a viscoelastic crack and 
 measure-surrogate-map.makes := surrogate_map  ## Errors of M1-concat over the box, worst trajectories, out of range
 measure-surrogate-map.with := --model M1-concat $(DATA) $(ALL_MODELS)
 measure-surrogate-map.needs := dataset
+measure-fit-coverage.makes := lab_coverage  ## How often 95 % intervals of fitted force curves contain the truth; continues after an interruption
 bench-training.makes := training_speed  ## What a batch of training costs for each of the 18 paper models
 bench-training.with := $(DATA) $(IDLE)
 bench-training.needs := dataset
@@ -445,6 +446,10 @@ docs-cost: $(addprefix $(MEASUREMENTS)/,accuracy_cost.json peers.json campaign_s
 .PHONY: docs-control
 docs-control: setup  ## Renew the seconds of a prediction and of a step in docs/control.md, as published
 	$(PY) tools/fill.py docs/control.md --published $(PUBLISHED)
+
+.PHONY: docs-laboratory
+docs-laboratory: $(MEASUREMENTS)/lab_coverage.json | $(INSTALLED)  ## Renew the table of docs/laboratory.md
+	$(PY) tools/fill.py docs/laboratory.md --published $(PUBLISHED)
 
 ##@ Demonstrator
 

@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import maximum_filter1d
+from scipy.ndimage import maximum_filter1d, median_filter
 from scipy.optimize import OptimizeResult, least_squares
 
 from bem._support.validation import FloatArray, instance
@@ -22,24 +22,22 @@ from bem.accuracy import TIGHTEST, resolve_accuracy
 from bem.lab.contact_point import Contact, noise_of
 from bem.lab.curve import ForceCurve
 from bem.lab.fit_result import FitError, FitResult, result_of
-from bem.lab.guess import first_contact
+from bem.lab.guess import first_contact, starting_points
 from bem.lab.model import Model, prescribed_path, with_memory
 from bem.lab.model_choice import effects_called_for, sentence
-from bem.lab.parameters import PARAMETERS
+from bem.lab.parameters import MEMORY, PARAMETERS
 from bem.lab.setup import Setup
 from bem.materials import Elastic, StandardLinearSolid
 
 ALL = tuple(PARAMETERS)
 ELASTIC = ("relaxed_modulus", "work_of_adhesion", "contact_point", "force_offset")
-MEMORY = ("retardation_time", "modulus_ratio")
 
 DIFFERENCE = 0.02  # of a logarithm, or of the adhesion length; large enough that the solver's own errors do not matter
-_RATIOS = (0.5, 0.15)
-_TIME_SHARES = (0.02, 0.1, 0.5)  # of the duration in contact, at which retardation times are tried
 _SHORT, _LONG, _POLISH = 4, 14, 12  # evaluations of the Jacobian
 _KEPT = 2
 _CORRECTIONS, _TIGHTER = 2, 4.0
 _AS_GOOD = 1.1  # noise of a simpler fit over that of the full one
+_AROUND, _ABOVE = 11, 3.0  # points around a change of the force, and how many times theirs a jump is
 _BAD = 30.0  # residual, in standard deviations, of a contact that the solver did not complete
 
 
@@ -198,7 +196,7 @@ def _fitted(
         fixed["force_offset"] = 0.0
     unit = {name: DIFFERENCE * (1.0 if PARAMETERS[name].scale != "linear" else setup.adhesion_length) for name in free}
     unit |= {"modulus_ratio": 2.0 * DIFFERENCE}
-    starts = _starts(setup, contact, duration, free)
+    starts = starting_points(curve, setup, contact, duration, free)
     search = Search(Model(curve, setup), free, fixed, unit, starts[0], _weights(curve, contact.noise), report=report)
     runs = [search.run(search.point(start), _SHORT) for start in starts]
     kept = sorted(runs, key=lambda run: run.cost)[:_KEPT]
@@ -233,39 +231,15 @@ def _settled(search: Search, x: FloatArray) -> tuple[FloatArray, FloatArray, Flo
     return x, residuals[smooth], jacobian[smooth]
 
 
-def _starts(setup: Setup, contact: Contact, duration: float, free: tuple[str, ...]) -> list[dict[str, float]]:
-    """Points to start from: the setup's own values, with several retardation times and modulus ratios."""
-    base = {
-        "relaxed_modulus": setup.relaxed_modulus,
-        "work_of_adhesion": setup.work_of_adhesion,
-        # The force leaves the baseline by attraction, before the undeformed sphere would touch.
-        "contact_point": contact.contact_point + 0.5 * setup.adhesion_length,
-        "retardation_time": setup.time_scale,
-        "modulus_ratio": setup.material.modulus_ratio,
-    }
-    if not set(free) & set(MEMORY):
-        return [base, base | {"work_of_adhesion": 0.5 * base["work_of_adhesion"]}]
-    times = [share * duration for share in _TIME_SHARES] if "retardation_time" in free else [base["retardation_time"]]
-    ratios = _RATIOS if "modulus_ratio" in free else (base["modulus_ratio"],)
-    starts = [base]
-    for time in times:
-        for ratio in ratios:
-            # A force measured at speed is that of a stiffer solid, and adheres more, than the relaxed one.
-            softer = {
-                "relaxed_modulus": base["relaxed_modulus"] * ratio**0.5,
-                "work_of_adhesion": base["work_of_adhesion"] * ratio**0.5,
-            }
-            starts.append(base | softer | {"retardation_time": time, "modulus_ratio": ratio})
-    return starts
-
-
 def _weights(curve: ForceCurve, noise: float) -> FloatArray:
     """One over the uncertainty of each point: the noise, and around a jump what the force does between samples.
 
     An instability falls somewhere between two samples. Where exactly is not measured, so the points beside it must
-    not determine the fit; a model that jumps elsewhere still misses the points between.
+    not determine the fit; a model that jumps elsewhere still misses the points between. A jump is a change above the
+    noise that is several times those around it: a force that is merely steep is none.
     """
     scale = max(noise, noise_of(curve.tension), 1e-4 * float(np.ptp(curve.tension)))
     change = np.abs(np.gradient(curve.tension))
-    steep = maximum_filter1d(np.where(change > 5.0 * scale, change, 0.0), 3)
+    usual = median_filter(change, _AROUND, mode="nearest")
+    steep = maximum_filter1d(np.where(change > np.maximum(5.0 * scale, _ABOVE * usual), change, 0.0), 3)
     return 1.0 / np.hypot(scale, 2.0 * steep)
