@@ -30,7 +30,7 @@ BEAD = Setup(
 APPROACHES = (2e-7, 2e-6, 2e-5, 2e-4)  # m/s
 RETRACTION = 2e-5  # m/s
 DEPTH, START = 0.5e-6, -1.5e-6  # m
-DWELLS = (0.0, *np.geomspace(1e-3, 1.0, 10))  # s
+DWELLS = (0.0, *np.geomspace(1e-3, 3.0, 11))  # s
 TOLERANCE = 0.02
 
 
@@ -76,7 +76,7 @@ def draw(forces: np.ndarray, dwell: float | None, path: str | Path) -> None:
     axes.xaxis.set_major_formatter(EngFormatter("s"))
     axes.yaxis.set_major_formatter(EngFormatter("N"))
     axes.set(xlabel="dwell", ylabel=f"pull-off force, retracted at {readable(RETRACTION, 'm/s')}")
-    axes.legend(title="approach", frameon=False)
+    axes.legend(title="approach", framealpha=1.0, edgecolor="none")
     axes.spines[["top", "right"]].set_visible(False)
     figure.savefig(path, dpi=150)
 

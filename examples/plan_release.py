@@ -2,7 +2,8 @@
 
 A glass lens is pressed into a soft viscoelastic solid and withdrawn. Pulled fast it holds more than it would at rest,
 as the edge of the contact dissipates; pulled slowly it lets go. The answer is two speeds: the slowest retraction that
-holds, and the fastest that still lets go.
+holds, and the fastest that still lets go. Both belong to the effective range of adhesion, which `docs/units.md`
+explains: a range half as long dissipates as much at about a third of the speed.
 
 Run: `python examples/plan_release.py [PICTURE]`. It draws the pull-off force over the speed into `plan_release.png`, or
 the file named.
@@ -67,7 +68,7 @@ def draw(planned: dict[float, float], path: str | Path) -> None:
     figure = Figure(figsize=(5.5, 3.8), layout="constrained")
     FigureCanvasAgg(figure)
     axes = figure.subplots()
-    speeds = np.geomspace(*SPEEDS, 13)
+    speeds = np.geomspace(*SPEEDS, 25)
     axes.loglog(speeds, [pull_off_force(speed) for speed in speeds], color="#0072B2", linewidth=1.4)
     at_rest = PULL_OFF_FORCE * LENS.force_scale
     axes.axhline(at_rest, color="0.6", linewidth=0.8)
@@ -78,6 +79,7 @@ def draw(planned: dict[float, float], path: str | Path) -> None:
         axes.annotate(words, (speed, force), xytext=(8, -4), textcoords="offset points", color="#D55E00")
     axes.xaxis.set_major_formatter(EngFormatter("m/s"))
     axes.yaxis.set_major_formatter(EngFormatter("N"))
+    axes.set_yticks([1e-3, 2e-3, 5e-3])
     axes.yaxis.set_minor_formatter(lambda *_: "")
     axes.set(xlabel="speed of retraction", ylabel="pull-off force")
     axes.spines[["top", "right"]].set_visible(False)
@@ -91,6 +93,7 @@ def main(path: str | Path = "plan_release.png") -> None:
     print(f"to let go below {readable(LET_GO, 'N')}: retract slower than {readable(let_go, 'm/s')}")
     for dwell in (0.0, 0.1, 1.0):
         print(f"dwell {readable(dwell, 's'):>6}: pull-off {readable(pull_off_force(hold, dwell=dwell), 'N')}")
+    print(f"these speeds belong to an effective range of adhesion of {readable(LENS.gap, 'm')}")
     draw({HOLD: hold, LET_GO: let_go}, path)
 
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.ndimage import maximum_filter1d, median_filter
@@ -33,8 +34,8 @@ ALL = tuple(PARAMETERS)
 ELASTIC = ("relaxed_modulus", "work_of_adhesion", "contact_point", "force_offset")
 
 DIFFERENCE = 0.02  # of a logarithm, or of the adhesion length; large enough that the solver's own errors do not matter
-_SHORT, _LONG, _POLISH = 4, 14, 12  # evaluations of the Jacobian
-_KEPT = 2
+_SHORT, _LONG, _POLISH, _ROUNDS = 4, 14, 12, 3  # evaluations of the Jacobian, and times it is polished
+_KEPT, _GOOD = 2, 1.1  # runs continued, and the misfit in standard deviations of the noise at which one is enough
 _CORRECTIONS, _TIGHTER = 2, 4.0
 _AS_GOOD = 1.1  # noise of a simpler fit over that of the full one
 _AROUND, _ABOVE = 11, 3.0  # points around a change of the force, and how many times theirs a jump is
@@ -55,6 +56,7 @@ class Search:
     weights: FloatArray
     accuracy: str | float = "draft"
     report: Callable[[int, float], None] | None = None
+    _last: tuple[Any, FloatArray | None] = (None, None)
 
     @property
     def searched(self) -> tuple[str, ...]:
@@ -86,7 +88,11 @@ class Search:
 
     def residuals(self, x: FloatArray, offset: float | None = None) -> FloatArray:
         """Weighted model minus measurement, shape (n,); with the best force offset unless one is given."""
-        tension = self.model.tension(self.values(x), self.accuracy)
+        # The Jacobian begins where the search has just been.
+        asked = (x.tobytes(), self.accuracy)
+        if asked != self._last[0]:
+            self._last = asked, self.model.tension(self.values(x), self.accuracy)
+        tension = self._last[1]
         if tension is None:
             return np.full(len(self.model.curve), _BAD)
         added = self.offset(tension) if offset is None else offset
@@ -94,6 +100,19 @@ class Search:
         if self.report is not None:
             self.report(self.model.evaluations, float(np.sqrt(np.mean(found**2))))
         return found
+
+    def misfit(self, x: FloatArray) -> float:
+        """Root mean square of the residuals."""
+        return float(np.sqrt(np.mean(self.residuals(x) ** 2)))
+
+    def until_good(self, points: Sequence[FloatArray], evaluations: int) -> list[OptimizeResult]:
+        """Least squares from each point, the best first; once one describes the curve, no other is tried."""
+        runs: list[OptimizeResult] = []
+        for x in points:
+            runs.append(self.run(x, evaluations))
+            if np.mean(runs[-1].fun ** 2) < _GOOD**2:
+                break
+        return sorted(runs, key=lambda run: run.cost)
 
     def jacobian(self, x: FloatArray) -> FloatArray:
         """Derivative of the residuals with the best offset at each point, shape (n, searched)."""
@@ -197,18 +216,21 @@ def _fitted(
     unit = {name: DIFFERENCE * (1.0 if PARAMETERS[name].scale != "linear" else setup.adhesion_length) for name in free}
     unit |= {"modulus_ratio": 2.0 * DIFFERENCE}
     starts = starting_points(curve, setup, contact, duration, free)
-    search = Search(Model(curve, setup), free, fixed, unit, starts[0], _weights(curve, contact.noise), report=report)
-    runs = [search.run(search.point(start), _SHORT) for start in starts]
-    kept = sorted(runs, key=lambda run: run.cost)[:_KEPT]
-    runs = [search.run(run.x, _LONG) for run in kept]
-    best = min(runs, key=lambda run: run.cost)
+    search = Search(Model(curve, setup), free, fixed, unit, starts[0], weights_of(curve, contact.noise), report=report)
+    points = sorted((search.point(start) for start in starts), key=search.misfit)
+    runs = search.until_good(points, _SHORT)
+    best = min(search.until_good([run.x for run in runs[:_KEPT]], _LONG), key=lambda run: run.cost)
     search.accuracy = accuracy
-    final = search.run(best.x, _POLISH)
-    if not np.isfinite(final.cost) or np.all(final.fun == _BAD):
+    for _ in range(_ROUNDS):
+        last, best = best, search.run(best.x, _POLISH)
+        unfinished = best.status == 0 and best.cost < 0.9 * last.cost
+        if not unfinished:
+            break
+    if not np.isfinite(best.cost) or np.all(best.fun == _BAD):
         raise FitError("the fit did not converge: the solver completes no contact near the measured curve")
-    if final.status == 0 and final.cost < 0.9 * best.cost:
+    if unfinished:
         raise FitError(f"the fit did not converge in {search.model.evaluations} simulations; give a closer first guess")
-    return result_of(search, *_settled(search, final.x))
+    return result_of(search, *_settled(search, best.x))
 
 
 def _settled(search: Search, x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -231,7 +253,7 @@ def _settled(search: Search, x: FloatArray) -> tuple[FloatArray, FloatArray, Flo
     return x, residuals[smooth], jacobian[smooth]
 
 
-def _weights(curve: ForceCurve, noise: float) -> FloatArray:
+def weights_of(curve: ForceCurve, noise: float) -> FloatArray:
     """One over the uncertainty of each point: the noise, and around a jump what the force does between samples.
 
     An instability falls somewhere between two samples. Where exactly is not measured, so the points beside it must

@@ -72,8 +72,10 @@ class Model:
     jumps: tuple[float, ...] = ()
     """Instants of the curve at which the last prediction jumped, in s."""
     _lines: tuple[FloatArray, FloatArray] = field(init=False)
+    _sample: float = field(init=False)
 
     def __post_init__(self) -> None:
+        self._sample = float(np.median(np.diff(np.unique(self.curve.time))))
         self._lines = straight_lines(self.curve.time, prescribed_path(self.curve, self.setup))
 
     def setup_of(self, values: Mapping[str, float]) -> Setup:
@@ -120,12 +122,18 @@ class Model:
         self.jumps = tuple(origin + setup.time_scale * jump.time for jump in trajectory.jumps)
         instants = (self.curve.time - origin) / setup.time_scale
         force = trajectory.at(np.clip(instants, 0.0, trajectory.time[-1]))
+        # A jump is spread over one sample, so that predictions change steadily when it moves from one to the next.
+        sample = self._sample / setup.time_scale
+        for jump in trajectory.jumps:
+            late = (instants - jump.time) / sample
+            share = 0.5 - np.abs(late)
+            other = np.where(late >= 0.0, jump.force_before, jump.force_after)
+            force = np.where(share > 0.0, (1.0 - share) * force + share * other, force)
         return setup.force_scale * np.where(instants >= 0.0, force, 0.0)
 
     def away_from_jumps(self) -> np.ndarray:
         """Which points of the curve, (n,) bool, lie more than two samples from every jump of the last prediction."""
-        sample = float(np.median(np.diff(self.curve.time)))
-        far = [np.abs(self.curve.time - jump) > _BESIDE * sample for jump in self.jumps]
+        far = [np.abs(self.curve.time - jump) > _BESIDE * self._sample for jump in self.jumps]
         return np.logical_and.reduce([np.ones(len(self.curve), dtype=bool), *far])
 
 
