@@ -115,7 +115,7 @@ def simulate_si(
     lines = {
         "Tabor parameter": f"{setup.physical_tabor:.4g}: {setup.regime}",
         "pull-off force": f"{readable(curve.pull_off_force, 'N')} (tension)",
-        "compression": readable(-float(curve.tension.min()), "N"),
+        "compression": readable(-float(curve.tension.min()), "N") if curve.tension.min() < 0.0 else "none",
         "contact radius": f"{readable(float(curve.contact_radius.max()), 'm')} at most",
         "duration": readable(float(curve.time[-1]), "s"),
     }

@@ -11,6 +11,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -39,7 +40,6 @@ _KEPT, _GOOD = 2, 1.1  # runs continued, and the misfit in standard deviations o
 _CORRECTIONS, _TIGHTER = 2, 4.0
 _AS_GOOD = 1.1  # noise of a simpler fit over that of the full one
 _AROUND, _ABOVE = 11, 3.0  # points around a change of the force, and how many times theirs a jump is
-_BAD = 30.0  # residual, in standard deviations, of a contact that the solver did not complete
 
 
 @dataclass
@@ -62,6 +62,12 @@ class Search:
     def searched(self) -> tuple[str, ...]:
         """The free parameters that the search moves: all but the linear offset."""
         return tuple(name for name in self.free if name != "force_offset")
+
+    @cached_property
+    def bad(self) -> float:
+        """Residual of a contact that the solver does not complete: more than no contact at all would leave."""
+        tension = self.model.curve.tension
+        return 1.0 + 2.0 * float(np.max(self.weights * np.abs(tension - np.median(tension))))
 
     def values(self, x: FloatArray) -> dict[str, float]:
         """Parameters in SI of a point of the search."""
@@ -94,7 +100,7 @@ class Search:
             self._last = asked, self.model.tension(self.values(x), self.accuracy)
         tension = self._last[1]
         if tension is None:
-            return np.full(len(self.model.curve), _BAD)
+            return np.full(len(self.model.curve), self.bad)
         added = self.offset(tension) if offset is None else offset
         found = self.weights * (tension + added - self.model.curve.tension)
         if self.report is not None:
@@ -185,6 +191,8 @@ def fit(
     contact = first_contact(curve)
     contact = dataclasses.replace(contact, contact_point=float(prescribed_path(curve, setup)[contact.index]))
     duration = float(curve.time[-1] - curve.time[contact.index])
+    if not duration > 0.0:
+        raise ValueError(f"time must increase after contact; received {curve.time[-1]:g} s to the end")
     if set(chosen) & set(MEMORY):
         setup = with_memory(setup, duration)
     if "modulus_ratio" in chosen:
@@ -226,7 +234,7 @@ def _fitted(
         unfinished = best.status == 0 and best.cost < 0.9 * last.cost
         if not unfinished:
             break
-    if not np.isfinite(best.cost) or np.all(best.fun == _BAD):
+    if not np.isfinite(best.cost) or np.all(best.fun == search.bad):
         raise FitError("the fit did not converge: the solver completes no contact near the measured curve")
     if unfinished:
         raise FitError(f"the fit did not converge in {search.model.evaluations} simulations; give a closer first guess")

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from bem._support.validation import finite_number
 from bem.lab.contact_point import Contact, find_contact
 from bem.lab.curve import ForceCurve
 from bem.lab.parameters import MEMORY
@@ -31,10 +32,10 @@ def guess_setup(curve: ForceCurve, *, radius: Quantity, **known: Any) -> Setup:
         known: other quantities of a `Setup`; a modulus or work of adhesion among them is kept.
 
     Raises:
-        ValueError: the curve shows no contact.
+        ValueError: the curve shows no contact, or a quantity is out of range.
     """
+    r = finite_number("radius", to_si("radius", radius, "length"), above=0.0)
     contact = find_contact(curve)
-    r = to_si("radius", radius, "length")
     offset = contact.force_offset if curve.force_sign == "tension" else -contact.force_offset
     tension = curve.tension - offset
     pulled = max(curve.pull_off_force - offset, 3.0 * contact.noise)

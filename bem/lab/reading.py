@@ -215,6 +215,6 @@ def _numbers(rows: list[list[str]], number: int, title: str, path: Path) -> Floa
     if not np.all(np.isfinite(values)):
         raise ValueError(
             f"Expected finite numbers in column {shown(title)} of {path}; received "
-            f"{shown(values[~np.isfinite(values)][0])}"
+            f"{shown(float(values[~np.isfinite(values)][0]))}"
         )
     return values
