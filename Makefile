@@ -355,6 +355,7 @@ measure-large-tabor.makes := large_tabor  ## Pull-off, a viscoelastic crack and 
 measure-surrogate-map.makes := surrogate_map  ## Errors of M1-concat over the box, in its worst trajectories, and out of range
 measure-surrogate-map.with := --model M1-concat $(DATA) $(ALL_MODELS)
 measure-surrogate-map.needs := dataset
+measure-fit-coverage.makes := lab_coverage  ## How often 95 % intervals of fitted force curves contain the truth; continues after an interruption
 bench-training.makes := training_speed  ## Cost of a training batch of each of the 18 paper models
 bench-training.with := $(DATA) $(IDLE)
 bench-training.needs := dataset
@@ -448,6 +449,10 @@ docs-cost: $(addprefix $(MEASUREMENTS)/,accuracy_cost.json peers.json campaign_s
 .PHONY: docs-control
 docs-control: setup  ## Update the times of a prediction and of a step in docs/control.md
 	$(PY) tools/fill.py docs/control.md --published $(PUBLISHED)
+
+.PHONY: docs-laboratory
+docs-laboratory: $(MEASUREMENTS)/lab_coverage.json | $(INSTALLED)  ## Renew the table of docs/laboratory.md
+	$(PY) tools/fill.py docs/laboratory.md --published $(PUBLISHED)
 
 ##@ Demonstrator
 

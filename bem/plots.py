@@ -1,4 +1,4 @@
-"""Plot of one trajectory: the force history and the force-indentation loop."""
+"""Plot of one trajectory: the history of the force, or of the indentation under a prescribed force, and the loop."""
 
 from __future__ import annotations
 
@@ -14,12 +14,13 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 FORCE_LABEL = r"force $P/(\pi R \Delta\gamma_0)$, tension positive"
+INDENTATION_LABEL = r"indentation $\delta/h_0$"
 POINTS_BETWEEN = 7
 """Points drawn between two records."""
 
 
 def plot_trajectory(trajectory: Trajectory, path: str | Path, title: str = "") -> None:
-    """Draw force against time and against indentation into an image file; the suffix chooses the format.
+    """Draw a trajectory as `draw_trajectory` into an image file; the suffix chooses the format.
 
     Raises:
         ValueError: when the trajectory is empty or the format is unknown.
@@ -28,7 +29,7 @@ def plot_trajectory(trajectory: Trajectory, path: str | Path, title: str = "") -
 
 
 def draw_trajectory(trajectory: Trajectory, title: str = "") -> Figure:
-    """Draw force against time and against indentation into a new figure.
+    """Draw force, or indentation where the force is prescribed, against time; and force against indentation.
 
     Raises:
         ValueError: when the trajectory is empty.
@@ -41,26 +42,29 @@ def draw_trajectory(trajectory: Trajectory, title: str = "") -> Figure:
 
     figure = Figure(figsize=(9.0, 3.8), layout="constrained")
     FigureCanvasAgg(figure)
-    history, loop = figure.subplots(1, 2, sharey=True)
+    history, loop = figure.subplots(1, 2, sharey=not trajectory.by_force)
     time, indentation, force = _smooth(trajectory)
-    for axes, values, label in (
-        (history, time, r"time $t/\tau$"),
-        (loop, indentation, r"indentation $\delta/h_0$"),
+    for axes, values, shown, label in (
+        (history, time, indentation if trajectory.by_force else force, r"time $t/\tau$"),
+        (loop, indentation, force, INDENTATION_LABEL),
     ):
         axes.axhline(0.0, color="0.8", linewidth=0.8)
-        axes.plot(values, force, color="#0072B2", linewidth=1.4)
+        axes.plot(values, shown, color="#0072B2", linewidth=1.4)
         axes.margins(y=0.1)
         axes.set_xlabel(label)
         axes.spines[["top", "right"]].set_visible(False)
-    history.set_ylabel(FORCE_LABEL)
+    history.set_ylabel(INDENTATION_LABEL if trajectory.by_force else FORCE_LABEL)
+    if trajectory.by_force:
+        loop.set_ylabel(FORCE_LABEL)
     if trajectory.completed and trajectory.unloading.any():
         at = trajectory.pull_off_time
         depth = float(trajectory.indentation[trajectory.time.searchsorted(at)])
-        for axes, position in ((history, at), (loop, depth)):
-            axes.plot(position, trajectory.pull_off_force, "o", color="#D55E00", markersize=5)
-        history.annotate(
-            f"pull-off {trajectory.pull_off_force:.4g}",
-            (at, trajectory.pull_off_force),
+        largest = trajectory.pull_off_force
+        for axes, *position in ((history, at, depth if trajectory.by_force else largest), (loop, depth, largest)):
+            axes.plot(*position, "o", color="#D55E00", markersize=5)
+        (loop if trajectory.by_force else history).annotate(
+            f"pull-off {largest:.4g}",
+            (depth if trajectory.by_force else at, largest),
             xytext=(-8, 6),
             textcoords="offset points",
             ha="right",

@@ -257,7 +257,7 @@ class Trajectory(Tabular):
         return facts | ({"jumps": str(len(self.jumps))} if self.jumps else {})
 
     def plot(self, *, title: str = "") -> Figure:
-        """Draw force against time and against indentation; see `bem.plots.draw_trajectory`."""
+        """Draw the history and the loop of the force; see `bem.plots.draw_trajectory`."""
         from bem.plots import draw_trajectory
 
         return draw_trajectory(self, title)

@@ -1,13 +1,18 @@
-"""Plan an experiment in newtons and seconds: how fast to retract to hold one force, or to let go below another.
+"""Plan an experiment in newtons and seconds: how fast to retract to hold 5 mN, and to let go below 1 mN.
 
 A glass lens is pressed into a soft viscoelastic solid and withdrawn. Pulled fast it holds more than it would at rest,
 as the edge of the contact dissipates; pulled slowly it lets go. The answer is two speeds: the slowest retraction that
-holds, and the fastest that still lets go.
+holds, and the fastest that still lets go. Both belong to the effective range of adhesion, which `docs/units.md`
+explains: a range half as long dissipates as much at about a third of the speed.
 
-Run: `python examples/plan_release.py`.
+Run: `python examples/plan_release.py [PICTURE]`. It draws the pull-off force over the speed into `plan_release.png`, or
+the file named.
 """
 
 from __future__ import annotations
+
+import sys
+from pathlib import Path
 
 import numpy as np
 from scipy.optimize import brentq
@@ -15,17 +20,18 @@ from scipy.optimize import brentq
 from bem import StandardLinearSolid
 from bem.lab import Setup
 from bem.lab.units import readable
+from bem.reference_solutions.jkr import PULL_OFF_FORCE
 
 LENS = Setup(
-    radius=20e-3,
+    radius=3.5e-3,
     work_of_adhesion=0.05,
     relaxed_modulus=2e6,
     retardation_time=0.1,
     material=StandardLinearSolid(modulus_ratio=0.1),
 )
-HOLD, LET_GO = 10e-3, 6e-3  # N
-SPEEDS = (1e-7, 1e-1)  # m/s
-DEPTH, LOADING, DWELL = 20e-6, 20e-6, 1.0  # m, m/s, s
+HOLD, LET_GO = 5e-3, 1e-3  # N
+SPEEDS = (1e-8, 1e-2)  # m/s
+DEPTH, LOADING, DWELL = 10e-6, 10e-6, 1.0  # m, m/s, s
 
 
 def pull_off_force(speed: float, setup: Setup = LENS, dwell: float = DWELL) -> float:
@@ -53,14 +59,43 @@ def speed_for(force: float) -> float:
     return float(np.exp(logarithm))
 
 
-def main() -> None:
-    """Answer the question, and show what a change of dwell does to the answer."""
+def draw(planned: dict[float, float], path: str | Path) -> None:
+    """Pull-off force over speed, with the planned speed of each force."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+    from matplotlib.ticker import EngFormatter
+
+    figure = Figure(figsize=(5.5, 3.8), layout="constrained")
+    FigureCanvasAgg(figure)
+    axes = figure.subplots()
+    speeds = np.geomspace(*SPEEDS, 25)
+    axes.loglog(speeds, [pull_off_force(speed) for speed in speeds], color="#0072B2", linewidth=1.4)
+    at_rest = PULL_OFF_FORCE * LENS.force_scale
+    axes.axhline(at_rest, color="0.6", linewidth=0.8)
+    axes.annotate("elastic", (SPEEDS[1], at_rest), xytext=(0, -10), textcoords="offset points", ha="right", color="0.4")
+    for force, speed in planned.items():
+        axes.plot(speed, force, "o", color="#D55E00", markersize=5)
+        words = f"{readable(force, 'N')} at {readable(speed, 'm/s')}"
+        axes.annotate(words, (speed, force), xytext=(8, -4), textcoords="offset points", color="#D55E00")
+    axes.xaxis.set_major_formatter(EngFormatter("m/s"))
+    axes.yaxis.set_major_formatter(EngFormatter("N"))
+    axes.set_yticks([1e-3, 2e-3, 5e-3])
+    axes.yaxis.set_minor_formatter(lambda *_: "")
+    axes.set(xlabel="speed of retraction", ylabel="pull-off force")
+    axes.spines[["top", "right"]].set_visible(False)
+    figure.savefig(path, dpi=150)
+
+
+def main(path: str | Path = "plan_release.png") -> None:
+    """Answer the question, show what a change of dwell does to the answer, and draw it."""
     hold, let_go = speed_for(HOLD), speed_for(LET_GO)
     print(f"to hold {readable(HOLD, 'N')}: retract faster than {readable(hold, 'm/s')}")
     print(f"to let go below {readable(LET_GO, 'N')}: retract slower than {readable(let_go, 'm/s')}")
     for dwell in (0.0, 0.1, 1.0):
         print(f"dwell {readable(dwell, 's'):>6}: pull-off {readable(pull_off_force(hold, dwell=dwell), 'N')}")
+    print(f"these speeds belong to an effective range of adhesion of {readable(LENS.gap, 'm')}")
+    draw({HOLD: hold, LET_GO: let_go}, path)
 
 
 if __name__ == "__main__":
-    main()
+    main(*sys.argv[1:2])

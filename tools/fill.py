@@ -40,6 +40,7 @@ FILES = {
     "cost": "measurements/accuracy_cost.json",
     "peers": "measurements/peers.json",
     "scale": "measurements/campaign_scale.json",
+    "coverage": "measurements/lab_coverage.json",
 }
 
 
@@ -129,6 +130,13 @@ def of_scale(published: Path) -> dict[str, str]:
     return {"ten million": page_text(_read(published / FILES["scale"], "make bench-campaign"))}
 
 
+def of_fits(published: Path) -> dict[str, str]:
+    """How often intervals of fitted force curves contain the truth."""
+    from experiments.lab.lab_coverage import page_text
+
+    return {"fit coverage": page_text(_read(published / FILES["coverage"], "make measure-fit-coverage"))}
+
+
 SOURCES: dict[tuple[str, ...], Callable[[Path], dict[str, str]]] = {
     ("trajectories", "core-minutes", "milliseconds", "paper-cpu-hours"): of_dataset,
     ("seconds of a prediction", "seconds of a step"): of_latency,
@@ -137,6 +145,7 @@ SOURCES: dict[tuple[str, ...], Callable[[Path], dict[str, str]]] = {
     REPRODUCIBILITY: of_reproducibility,
     ("peers",): of_peers,
     ("ten million",): of_scale,
+    ("fit coverage",): of_fits,
 }
 """Function that returns the text of the places with these names."""
 

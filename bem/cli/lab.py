@@ -69,13 +69,16 @@ def simulate_si(
     csv: Annotated[
         Path | None, typer.Option(help="Write time, indentation, force and contact radius in SI here.")
     ] = None,
+    plot: Annotated[
+        Path | None, typer.Option(help="Draw the curve here (.png, .pdf, .svg): indentation over time under a force.")
+    ] = None,
 ) -> None:
     """Simulate one load-dwell-unload cycle, or a prescribed force, in newtons, metres and seconds.
 
     Either a cycle is given (peak-indentation, loading-rate, unloading-rate), or times and forces.
 
     Example: bem simulate --radius 50um --work-of-adhesion 50mJ/m2 --modulus 2MPa --peak-indentation 1um --loading-rate
-    2um/s --unloading-rate 2um/s --material sls:0.3 --retardation-time 100ms
+    2um/s --unloading-rate 2um/s --material sls:0.3 --retardation-time 100ms --plot loop.png
     """
     from bem.cli.app import one_of_cycle_and_forces, parse_material
     from bem.lab.setup import Setup
@@ -94,20 +97,25 @@ def simulate_si(
     )
     cycle = {"peak_indentation": peak_indentation, "loading_rate": loading_rate, "unloading_rate": unloading_rate}
     protocol: Any
-    if one_of_cycle_and_forces(cycle, times, forces):
+    by_force = one_of_cycle_and_forces(cycle, times, forces)
+    if by_force:
         pairs = {"times": (times or "").split(","), "forces": (forces or "").split(",")}
         protocol = setup.force_protocol(**pairs, force_sign=force_sign)  # type: ignore[arg-type]
     else:
         protocol = setup.protocol(**cycle, dwell_time=dwell_time, start_indentation=start_indentation)  # type: ignore[arg-type]
-    with one_sentence("bem"), Outputs(csv) as outputs, _warnings_are_sentences():
+    require_suffix(plot, IMAGES)
+    with one_sentence("bem"), Outputs(csv, plot) as outputs, _warnings_are_sentences():
         curve = setup.simulate(protocol, parse_accuracy(accuracy), force_sign=force_sign)
         if csv is not None:
             with outputs.write(csv) as part:
                 curve.write(part)
+        if plot is not None:
+            with outputs.write(plot) as part:
+                curve.plot(over_time="indentation" if by_force else "force").savefig(part, dpi=150)
     lines = {
         "Tabor parameter": f"{setup.physical_tabor:.4g}: {setup.regime}",
         "pull-off force": f"{readable(curve.pull_off_force, 'N')} (tension)",
-        "compression": readable(-float(curve.tension.min()), "N"),
+        "compression": readable(-float(curve.tension.min()), "N") if curve.tension.min() < 0.0 else "none",
         "contact radius": f"{readable(float(curve.contact_radius.max()), 'm')} at most",
         "duration": readable(float(curve.time[-1]), "s"),
     }

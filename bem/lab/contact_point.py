@@ -19,6 +19,7 @@ FEWEST = 10
 _FIRST_PART = 0.2  # of the approach, taken for the baseline at first
 _LEAVES = 4.0  # standard deviations off the baseline
 _DRIFT = 0.1  # of the largest force, between the halves of a baseline
+_NONE = 1e-300  # N; stands for a baseline without noise
 _STANDS_OUT = 8.0  # standard deviations that the largest force must be off it
 
 
@@ -59,7 +60,7 @@ def find_contact(curve: ForceCurve) -> Contact:
     if not largest > _STANDS_OUT * noise or index >= force.size:
         raise ValueError(
             f"the curve shows no contact: its force stays within {largest:.3g} N of the baseline, whose noise is "
-            f"{noise:.3g} N"
+            f"{noise if noise > _NONE else 0.0:.3g} N"
         )
     halves = force[: index // 2], force[index // 2 : index]
     drift = float(np.median(halves[1]) - np.median(halves[0])) if index >= FEWEST else 0.0
@@ -81,7 +82,7 @@ def noise_of(values: FloatArray) -> float:
 
 def _level(force: FloatArray) -> tuple[float, float]:
     level = float(np.median(force))
-    return level, max(float(1.4826 * np.median(np.abs(force - level))), 1e-300)
+    return level, max(float(1.4826 * np.median(np.abs(force - level))), _NONE)
 
 
 def _leaves(force: FloatArray, offset: float, noise: float) -> int:

@@ -97,6 +97,16 @@ class ForceCurve(Tabular):
         return self.force if self.force_sign == "tension" else -self.force
 
     @property
+    def stiffness(self) -> float | None:
+        """Stiffness, in N/m, of the spring that stage, indentation and force belong to; `None` without a stage."""
+        if self.stage is None:
+            return None
+        stretched = self.indentation - self.stage
+        stretched = stretched - stretched.mean()
+        square, product = float(stretched @ stretched), float(stretched @ self.tension)
+        return product / square if product > 0.0 else None
+
+    @property
     def pull_off_force(self) -> float:
         """Largest tension after the deepest indentation, in N, always positive in tension."""
         return float(np.max(self.tension[int(np.argmax(self.indentation)) :]))
@@ -147,24 +157,23 @@ class ForceCurve(Tabular):
         """Pull-off force in N, and which force is positive."""
         return {"pull_off_force": self.pull_off_force, "force_sign": self.force_sign}
 
-    def plot(self) -> Figure:
-        """Draw the force against time and against indentation, in SI units, into a new figure."""
+    def plot(self, *, over_time: Literal["force", "indentation"] = "force") -> Figure:
+        """Draw the force against indentation, and beside it force or indentation against time, into a new figure."""
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
         from matplotlib.ticker import EngFormatter
 
         figure = Figure(figsize=(9.0, 3.8), layout="constrained")
         FigureCanvasAgg(figure)
-        panels = figure.subplots(1, 2, sharey=True)
-        for axes, name in zip(panels, ("time", "indentation"), strict=True):
-            values, unit = self.columns()[name]
+        panels = figure.subplots(1, 2)
+        names = {"force": f"force, {self.force_sign} positive"}
+        for axes, across, up in zip(panels, ("time", "indentation"), (over_time, "force"), strict=True):
             axes.axhline(0.0, color="0.8", linewidth=0.8)
-            axes.plot(values, self.force, color="#0072B2", linewidth=1.2)
-            axes.xaxis.set_major_formatter(EngFormatter(unit))
-            axes.set_xlabel(name)
+            axes.plot(*(self.columns()[name].values for name in (across, up)), color="#0072B2", linewidth=1.2)
+            for axis, name in ((axes.xaxis, across), (axes.yaxis, up)):
+                axis.set_major_formatter(EngFormatter(self.columns()[name].unit))
+                axis.set_label_text(names.get(name, name))
             axes.spines[["top", "right"]].set_visible(False)
-        panels[0].yaxis.set_major_formatter(EngFormatter("N"))
-        panels[0].set_ylabel(f"force, {self.force_sign} positive")
         return figure
 
     def write(self, path: str | Path) -> None:

@@ -14,23 +14,31 @@ def plot_fit(result: FitResult, path: str | Path) -> None:
     # Drawing without a display, and without touching a caller's pyplot state.
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
+    from matplotlib.ticker import EngFormatter
 
     figure = Figure(figsize=(9.0, 3.8), layout="constrained")
     FigureCanvasAgg(figure)
     loop, history = figure.subplots(1, 2)
     measured, model = result.measured, result.curve
-    loop.plot(1e6 * measured.indentation, 1e6 * measured.force, ".", color="0.6", markersize=3, label="measured")
-    loop.plot(1e6 * model.indentation, 1e6 * model.force, color="#0072B2", linewidth=1.4, label="fit")
+    loop.plot(measured.indentation, measured.force, ".", color="0.6", markersize=3, label="measured")
+    loop.plot(model.indentation, model.force, color="#0072B2", linewidth=1.4, label="fit")
+    offset = result.values.get("force_offset", 0.0)
     if "contact_point" in result.values:
-        loop.axvline(1e6 * result.values["contact_point"], color="#D55E00", linewidth=0.8, label="contact point")
-    loop.axhline(1e6 * result.values.get("force_offset", 0.0), color="0.8", linewidth=0.8)
-    loop.set_xlabel("indentation (µm)")
-    loop.set_ylabel(f"force (µN), {measured.force_sign} positive")
+        # The contact point is that of the stage; the offset of the force bends the spring of a measured indentation.
+        bent = 0.0 if result.setup.stiffness is None else offset / result.setup.stiffness
+        touched = result.values["contact_point"] + (bent if measured.force_sign == "tension" else -bent)
+        loop.axvline(touched, color="#D55E00", linewidth=0.8, label="contact point")
+    loop.axhline(offset, color="0.8", linewidth=0.8)
+    loop.set_xlabel("indentation")
+    loop.set_ylabel(f"force, {measured.force_sign} positive")
+    loop.xaxis.set_major_formatter(EngFormatter("m"))
     loop.legend(frameon=False)
     history.axhline(0.0, color="0.8", linewidth=0.8)
-    history.plot(measured.time, 1e6 * result.residuals, ".", color="#009E73", markersize=3)
-    history.set_xlabel("time (s)")
-    history.set_ylabel("model minus measurement (µN), in tension")
+    history.plot(measured.time, result.residuals, ".", color="#009E73", markersize=3)
+    history.set_xlabel("time")
+    history.set_ylabel("model minus measurement, in tension")
+    history.xaxis.set_major_formatter(EngFormatter("s"))
     for axes in (loop, history):
+        axes.yaxis.set_major_formatter(EngFormatter("N"))
         axes.spines[["top", "right"]].set_visible(False)
     figure.savefig(path, dpi=150)

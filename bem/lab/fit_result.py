@@ -12,6 +12,7 @@ from scipy.stats import t as student
 
 from bem._support.validation import FloatArray
 from bem.lab.curve import ForceCurve
+from bem.lab.model import prescribed_path
 from bem.lab.parameters import PARAMETERS
 from bem.lab.setup import Setup
 from bem.lab.units import readable
@@ -149,14 +150,24 @@ def result_of(search: Search, x: FloatArray, residuals: FloatArray, jacobian: Fl
         intervals=intervals,
         correlations=correlations,
         residuals=tension + offset - curve.tension,
-        curve=ForceCurve(
-            time=curve.time, indentation=curve.indentation, force=sign * (tension + offset), force_sign=curve.force_sign
-        ),
+        curve=_fitted_curve(curve, setup, tension + offset),
         measured=curve,
         setup=setup,
         noise=noise,
-        sentences=_sentences(names, fitted, spreads, correlations, residuals, setup),
+        sentences=_sentences(names, fitted, spreads, float(np.sqrt(variance)), correlations, residuals, setup),
         simulations=search.model.evaluations,
+    )
+
+
+def _fitted_curve(curve: ForceCurve, setup: Setup, tension: FloatArray) -> ForceCurve:
+    """The model at the measured instants, in the measured sign; behind a spring its indentation follows its force."""
+    stage = prescribed_path(curve, setup)
+    return ForceCurve(
+        time=curve.time,
+        indentation=stage if setup.stiffness is None else stage + tension / setup.stiffness,
+        force=tension if curve.force_sign == "tension" else -tension,
+        force_sign=curve.force_sign,
+        stage=None if setup.stiffness is None else stage,
     )
 
 
@@ -190,16 +201,21 @@ def _sentences(
     names: Sequence[str],
     values: Mapping[str, float],
     spreads: Mapping[str, float],
+    widened: float,
     correlations: Mapping[str, Mapping[str, float]],
     residuals: FloatArray,
     setup: Setup,
 ) -> tuple[str, ...]:
-    found = []
+    """Sentences of a fit; `widened` is the factor by which residuals above the noise widen every interval."""
+    found, misfit = [], float(np.sqrt(np.mean(residuals**2)))
+    blurred = []
     for name in names:
         parameter = PARAMETERS[name]
         limit = _LOOSE.get(parameter.scale, setup.adhesion_length if name == "contact_point" else np.inf)
         inside = parameter.low * 1.001 < values[name] < parameter.high * 0.999 if parameter.scale != "linear" else True
-        if not spreads[name] < limit or not inside:
+        if inside and misfit > _UNLIKE and spreads[name] / widened < limit <= spreads[name]:
+            blurred.append(name)
+        elif not spreads[name] < limit or not inside:
             found.append(f"The curve does not determine {name}: {parameter.advice} would.")
     for i, one in enumerate(names):
         for other in names[i + 1 :]:
@@ -208,10 +224,11 @@ def _sentences(
                     f"The curve hardly tells {one} from {other} (correlation {correlations[one][other]:.3f}): "
                     "a measured value of one would sharpen the other."
                 )
-    misfit = float(np.sqrt(np.mean(residuals**2)))
     if misfit > _UNLIKE:
+        also = f", which widens the intervals, most of all of {' and '.join(blurred)}" if blurred else ""
         found.append(
-            f"The model does not describe the curve: its residuals are {misfit:.1f} times the noise of the measurement."
+            f"The model does not describe the curve: its residuals are {misfit:.1f} times the noise of the "
+            f"measurement{also}."
         )
     if setup.range_is_effective and "retardation_time" in names:
         found.append(

@@ -11,9 +11,11 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
 
 import numpy as np
-from scipy.ndimage import maximum_filter1d
+from scipy.ndimage import maximum_filter1d, median_filter
 from scipy.optimize import OptimizeResult, least_squares
 
 from bem._support.validation import FloatArray, instance
@@ -22,25 +24,22 @@ from bem.accuracy import TIGHTEST, resolve_accuracy
 from bem.lab.contact_point import Contact, noise_of
 from bem.lab.curve import ForceCurve
 from bem.lab.fit_result import FitError, FitResult, result_of
-from bem.lab.guess import first_contact
-from bem.lab.model import Model, with_memory
+from bem.lab.guess import first_contact, starting_points
+from bem.lab.model import Model, prescribed_path, with_memory
 from bem.lab.model_choice import effects_called_for, sentence
-from bem.lab.parameters import PARAMETERS
+from bem.lab.parameters import MEMORY, PARAMETERS
 from bem.lab.setup import Setup
 from bem.materials import Elastic, StandardLinearSolid
 
 ALL = tuple(PARAMETERS)
 ELASTIC = ("relaxed_modulus", "work_of_adhesion", "contact_point", "force_offset")
-MEMORY = ("retardation_time", "modulus_ratio")
 
 DIFFERENCE = 0.02  # of a logarithm, or of the adhesion length; large enough that the solver's own errors do not matter
-_RATIOS = (0.5, 0.15)
-_TIME_SHARES = (0.02, 0.1, 0.5)  # of the duration in contact, at which retardation times are tried
-_SHORT, _LONG, _POLISH = 4, 14, 12  # evaluations of the Jacobian
-_KEPT = 2
+_SHORT, _LONG, _POLISH, _ROUNDS = 4, 14, 12, 3  # evaluations of the Jacobian, and times it is polished
+_KEPT, _GOOD = 2, 1.1  # runs continued, and the misfit in standard deviations of the noise at which one is enough
 _CORRECTIONS, _TIGHTER = 2, 4.0
 _AS_GOOD = 1.1  # noise of a simpler fit over that of the full one
-_BAD = 30.0  # residual, in standard deviations, of a contact that the solver did not complete
+_AROUND, _ABOVE = 11, 3.0  # points around a change of the force, and how many times theirs a jump is
 
 
 @dataclass
@@ -57,11 +56,18 @@ class Search:
     weights: FloatArray
     accuracy: str | float = "draft"
     report: Callable[[int, float], None] | None = None
+    _last: tuple[Any, FloatArray | None] = (None, None)
 
     @property
     def searched(self) -> tuple[str, ...]:
         """The free parameters that the search moves: all but the linear offset."""
         return tuple(name for name in self.free if name != "force_offset")
+
+    @cached_property
+    def bad(self) -> float:
+        """Residual of a contact that the solver does not complete: more than no contact at all would leave."""
+        tension = self.model.curve.tension
+        return 1.0 + 2.0 * float(np.max(self.weights * np.abs(tension - np.median(tension))))
 
     def values(self, x: FloatArray) -> dict[str, float]:
         """Parameters in SI of a point of the search."""
@@ -88,14 +94,31 @@ class Search:
 
     def residuals(self, x: FloatArray, offset: float | None = None) -> FloatArray:
         """Weighted model minus measurement, shape (n,); with the best force offset unless one is given."""
-        tension = self.model.tension(self.values(x), self.accuracy)
+        # The Jacobian begins where the search has just been.
+        asked = (x.tobytes(), self.accuracy)
+        if asked != self._last[0]:
+            self._last = asked, self.model.tension(self.values(x), self.accuracy)
+        tension = self._last[1]
         if tension is None:
-            return np.full(len(self.model.curve), _BAD)
+            return np.full(len(self.model.curve), self.bad)
         added = self.offset(tension) if offset is None else offset
         found = self.weights * (tension + added - self.model.curve.tension)
         if self.report is not None:
             self.report(self.model.evaluations, float(np.sqrt(np.mean(found**2))))
         return found
+
+    def misfit(self, x: FloatArray) -> float:
+        """Root mean square of the residuals."""
+        return float(np.sqrt(np.mean(self.residuals(x) ** 2)))
+
+    def until_good(self, points: Sequence[FloatArray], evaluations: int) -> list[OptimizeResult]:
+        """Least squares from each point, the best first; once one describes the curve, no other is tried."""
+        runs: list[OptimizeResult] = []
+        for x in points:
+            runs.append(self.run(x, evaluations))
+            if np.mean(runs[-1].fun ** 2) < _GOOD**2:
+                break
+        return sorted(runs, key=lambda run: run.cost)
 
     def jacobian(self, x: FloatArray) -> FloatArray:
         """Derivative of the residuals with the best offset at each point, shape (n, searched)."""
@@ -141,6 +164,8 @@ def fit(
     Args:
         curve: the measurement, from out of contact to out of contact.
         setup: what is known, and first guesses of what is free; `bem.lab.guess.guess_setup` makes one from the curve.
+            With its `stiffness`, or that of a curve with a stage, the fit moves the stage: jumps into and out of
+            contact are those of contact and spring, and the contact point is a position of the stage.
         free: the parameters to fit, of relaxed_modulus, work_of_adhesion, retardation_time, modulus_ratio,
             contact_point and force_offset. `None` fits all of them and then leaves the relaxation out where the curve
             does not call for it.
@@ -161,8 +186,13 @@ def fit(
     if unknown or not chosen or set(chosen) == {"force_offset"}:
         raise ValueError(f"free must be one or more of {', '.join(ALL)}; received {shown(free)}")
     chosen = tuple(name for name in ALL if name in chosen)
+    if setup.stiffness is None and curve.stiffness is not None:
+        setup = setup.replaced(stiffness=curve.stiffness)
     contact = first_contact(curve)
+    contact = dataclasses.replace(contact, contact_point=float(prescribed_path(curve, setup)[contact.index]))
     duration = float(curve.time[-1] - curve.time[contact.index])
+    if not duration > 0.0:
+        raise ValueError(f"time must increase after contact; received {curve.time[-1]:g} s to the end")
     if set(chosen) & set(MEMORY):
         setup = with_memory(setup, duration)
     if "modulus_ratio" in chosen:
@@ -193,19 +223,22 @@ def _fitted(
         fixed["force_offset"] = 0.0
     unit = {name: DIFFERENCE * (1.0 if PARAMETERS[name].scale != "linear" else setup.adhesion_length) for name in free}
     unit |= {"modulus_ratio": 2.0 * DIFFERENCE}
-    starts = _starts(setup, contact, duration, free)
-    search = Search(Model(curve, setup), free, fixed, unit, starts[0], _weights(curve, contact.noise), report=report)
-    runs = [search.run(search.point(start), _SHORT) for start in starts]
-    kept = sorted(runs, key=lambda run: run.cost)[:_KEPT]
-    runs = [search.run(run.x, _LONG) for run in kept]
-    best = min(runs, key=lambda run: run.cost)
+    starts = starting_points(curve, setup, contact, duration, free)
+    search = Search(Model(curve, setup), free, fixed, unit, starts[0], weights_of(curve, contact.noise), report=report)
+    points = sorted((search.point(start) for start in starts), key=search.misfit)
+    runs = search.until_good(points, _SHORT)
+    best = min(search.until_good([run.x for run in runs[:_KEPT]], _LONG), key=lambda run: run.cost)
     search.accuracy = accuracy
-    final = search.run(best.x, _POLISH)
-    if not np.isfinite(final.cost) or np.all(final.fun == _BAD):
+    for _ in range(_ROUNDS):
+        last, best = best, search.run(best.x, _POLISH)
+        unfinished = best.status == 0 and best.cost < 0.9 * last.cost
+        if not unfinished:
+            break
+    if not np.isfinite(best.cost) or np.all(best.fun == search.bad):
         raise FitError("the fit did not converge: the solver completes no contact near the measured curve")
-    if final.status == 0 and final.cost < 0.9 * best.cost:
+    if unfinished:
         raise FitError(f"the fit did not converge in {search.model.evaluations} simulations; give a closer first guess")
-    return result_of(search, *_settled(search, final.x))
+    return result_of(search, *_settled(search, best.x))
 
 
 def _settled(search: Search, x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -228,39 +261,15 @@ def _settled(search: Search, x: FloatArray) -> tuple[FloatArray, FloatArray, Flo
     return x, residuals[smooth], jacobian[smooth]
 
 
-def _starts(setup: Setup, contact: Contact, duration: float, free: tuple[str, ...]) -> list[dict[str, float]]:
-    """Points to start from: the setup's own values, with several retardation times and modulus ratios."""
-    base = {
-        "relaxed_modulus": setup.relaxed_modulus,
-        "work_of_adhesion": setup.work_of_adhesion,
-        # The force leaves the baseline by attraction, before the undeformed sphere would touch.
-        "contact_point": contact.contact_point + 0.5 * setup.adhesion_length,
-        "retardation_time": setup.time_scale,
-        "modulus_ratio": setup.material.modulus_ratio,
-    }
-    if not set(free) & set(MEMORY):
-        return [base, base | {"work_of_adhesion": 0.5 * base["work_of_adhesion"]}]
-    times = [share * duration for share in _TIME_SHARES] if "retardation_time" in free else [base["retardation_time"]]
-    ratios = _RATIOS if "modulus_ratio" in free else (base["modulus_ratio"],)
-    starts = [base]
-    for time in times:
-        for ratio in ratios:
-            # A force measured at speed is that of a stiffer solid, and adheres more, than the relaxed one.
-            softer = {
-                "relaxed_modulus": base["relaxed_modulus"] * ratio**0.5,
-                "work_of_adhesion": base["work_of_adhesion"] * ratio**0.5,
-            }
-            starts.append(base | softer | {"retardation_time": time, "modulus_ratio": ratio})
-    return starts
-
-
-def _weights(curve: ForceCurve, noise: float) -> FloatArray:
+def weights_of(curve: ForceCurve, noise: float) -> FloatArray:
     """One over the uncertainty of each point: the noise, and around a jump what the force does between samples.
 
     An instability falls somewhere between two samples. Where exactly is not measured, so the points beside it must
-    not determine the fit; a model that jumps elsewhere still misses the points between.
+    not determine the fit; a model that jumps elsewhere still misses the points between. A jump is a change above the
+    noise that is several times those around it: a force that is merely steep is none.
     """
     scale = max(noise, noise_of(curve.tension), 1e-4 * float(np.ptp(curve.tension)))
     change = np.abs(np.gradient(curve.tension))
-    steep = maximum_filter1d(np.where(change > 5.0 * scale, change, 0.0), 3)
+    usual = median_filter(change, _AROUND, mode="nearest")
+    steep = maximum_filter1d(np.where(change > np.maximum(5.0 * scale, _ABOVE * usual), change, 0.0), 3)
     return 1.0 / np.hypot(scale, 2.0 * steep)

@@ -6,13 +6,18 @@ from typing import Any
 
 import numpy as np
 
+from bem._support.validation import finite_number
 from bem.lab.contact_point import Contact, find_contact
 from bem.lab.curve import ForceCurve
+from bem.lab.parameters import MEMORY
 from bem.lab.setup import Setup
 from bem.lab.units import Quantity, to_si
 from bem.reference_solutions import jkr
 
 _STEPS = 60
+_RATIOS = (0.5, 0.15)
+_TIME_SHARES = (0.02, 0.1, 0.5)  # of the duration in contact, at which retardation times are tried
+_DEEP = 0.3  # of the largest compression, above which a curve is taken for Hertz's
 
 
 def guess_setup(curve: ForceCurve, *, radius: Quantity, **known: Any) -> Setup:
@@ -27,10 +32,10 @@ def guess_setup(curve: ForceCurve, *, radius: Quantity, **known: Any) -> Setup:
         known: other quantities of a `Setup`; a modulus or work of adhesion among them is kept.
 
     Raises:
-        ValueError: the curve shows no contact.
+        ValueError: the curve shows no contact, or a quantity is out of range.
     """
+    r = finite_number("radius", to_si("radius", radius, "length"), above=0.0)
     contact = find_contact(curve)
-    r = to_si("radius", radius, "length")
     offset = contact.force_offset if curve.force_sign == "tension" else -contact.force_offset
     tension = curve.tension - offset
     pulled = max(curve.pull_off_force - offset, 3.0 * contact.noise)
@@ -61,3 +66,60 @@ def first_contact(curve: ForceCurve) -> Contact:
     if curve.force_sign == "tension":
         return contact
     return Contact(contact.contact_point, -contact.force_offset, contact.noise, contact.index)
+
+
+def deep_contact(curve: ForceCurve, contact: Contact, radius: float) -> tuple[float, float] | None:
+    """Contact point, in m of indentation, and contact modulus E*, in Pa, that Hertz gives the deep part of an approach.
+
+    A rough or hairy surface is felt long before it carries load; the deep part shows where the solid begins. `None`
+    where the curve has too few points there or does not grow.
+
+    Args:
+        curve: the measurement.
+        contact: of `first_contact`.
+        radius: of the sphere, in m.
+    """
+    deepest = int(np.argmax(curve.indentation))
+    compression = contact.force_offset - curve.tension[: deepest + 1]
+    deep = compression > _DEEP * float(np.max(compression))
+    depth, power = curve.indentation[: deepest + 1][deep], np.cbrt(compression[deep]) ** 2
+    if depth.size < 5 or not np.ptp(depth) > 0.0:
+        return None
+    slope, at_zero = np.polyfit(depth, power, 1)
+    if not slope > 0.0:
+        return None
+    return float(-at_zero / slope), float(0.75 * slope**1.5 / np.sqrt(radius))
+
+
+def starting_points(
+    curve: ForceCurve, setup: Setup, contact: Contact, duration: float, free: tuple[str, ...]
+) -> list[dict[str, float]]:
+    """Points to start from: the setup's own values, Hertz's, and several retardation times and modulus ratios."""
+    base = {
+        "relaxed_modulus": setup.relaxed_modulus,
+        "work_of_adhesion": setup.work_of_adhesion,
+        # The force leaves the baseline by attraction, before the undeformed sphere would touch.
+        "contact_point": contact.contact_point + 0.5 * setup.adhesion_length,
+        "retardation_time": setup.time_scale,
+        "modulus_ratio": setup.material.modulus_ratio,
+    }
+    bases = [base]
+    if {"contact_point", "relaxed_modulus"} <= set(free) and (deep := deep_contact(curve, contact, setup.radius)):
+        # The stage is as much further as the force offset bends the spring.
+        bent = 0.0 if setup.stiffness is None else contact.force_offset / setup.stiffness
+        modulus = deep[1] * (1.0 - setup.poisson_ratio**2)
+        bases.append(base | {"contact_point": deep[0] - bent, "relaxed_modulus": modulus})
+    if not set(free) & set(MEMORY):
+        return [*bases, base | {"work_of_adhesion": 0.5 * base["work_of_adhesion"]}]
+    times = [share * duration for share in _TIME_SHARES] if "retardation_time" in free else [base["retardation_time"]]
+    ratios = _RATIOS if "modulus_ratio" in free else (base["modulus_ratio"],)
+    starts = bases
+    for time in times:
+        for ratio in ratios:
+            # A force measured at speed is that of a stiffer solid, and adheres more, than the relaxed one.
+            softer = {
+                "relaxed_modulus": base["relaxed_modulus"] * ratio**0.5,
+                "work_of_adhesion": base["work_of_adhesion"] * ratio**0.5,
+            }
+            starts.append(base | softer | {"retardation_time": time, "modulus_ratio": ratio})
+    return starts

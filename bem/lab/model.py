@@ -1,4 +1,7 @@
-"""The force that a setup predicts along a measured history, which a few straight lines approximate."""
+"""The force that a setup predicts along a measured history, which a few straight lines approximate.
+
+The history is the path of the sphere; behind a spring, it is the path of the stage, and the sphere's follows.
+"""
 
 from __future__ import annotations
 
@@ -22,14 +25,24 @@ MOST_KNOTS = 400
 SETUP_PARAMETERS = ("relaxed_modulus", "work_of_adhesion", "retardation_time", "modulus_ratio")
 
 
-def straight_lines(curve: ForceCurve) -> tuple[FloatArray, FloatArray]:
-    """Instants from zero, in s, and indentations, in m, of few points between which the measured path is straight.
+def prescribed_path(curve: ForceCurve, setup: Setup) -> FloatArray:
+    """What the instrument moved at each point of a curve, in m: the sphere, or the stage behind the setup's spring.
+
+    A curve without a stage gives it as indentation plus compression over stiffness.
+    """
+    if setup.stiffness is None:
+        return curve.indentation
+    return curve.indentation - curve.tension / setup.stiffness if curve.stage is None else curve.stage
+
+
+def straight_lines(time: FloatArray, path: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Instants from zero, in s, and positions, in m, of few points between which a measured path is straight.
 
     Lines are split at the point they miss most (Ramer, 1972; Douglas and Peucker, 1973) until none is missed by more
     than a thousandth of the range, or by three standard deviations of the noise.
     """
-    time, first = np.unique(curve.time - curve.time[0], return_index=True)
-    depth = curve.indentation[first]
+    time, first = np.unique(time - time[0], return_index=True)
+    depth = path[first]
     allowed = max(_CLOSENESS * float(np.ptp(depth)), 3.0 * noise_of(depth))
     kept, open_pieces = {0, time.size - 1}, [(0, time.size - 1)]
     while open_pieces and len(kept) < MOST_KNOTS:
@@ -59,9 +72,11 @@ class Model:
     jumps: tuple[float, ...] = ()
     """Instants of the curve at which the last prediction jumped, in s."""
     _lines: tuple[FloatArray, FloatArray] = field(init=False)
+    _sample: float = field(init=False)
 
     def __post_init__(self) -> None:
-        self._lines = straight_lines(self.curve)
+        self._sample = float(np.median(np.diff(np.unique(self.curve.time))))
+        self._lines = straight_lines(self.curve.time, prescribed_path(self.curve, self.setup))
 
     def setup_of(self, values: Mapping[str, float]) -> Setup:
         """The setup with the values of its parameters."""
@@ -99,21 +114,26 @@ class Model:
 
         self.evaluations += 1
         setup = self.setup_of(values)
-        # The measured path is that of the sphere.
         protocol, begin = self.protocol(setup, values.get("contact_point", 0.0))
-        trajectory = simulate(setup.scene(with_spring=False), protocol, accuracy)
+        trajectory = simulate(setup.scene(), protocol, accuracy)
         if not trajectory.completed:
             return None
         origin = self.curve.time[0] + begin
         self.jumps = tuple(origin + setup.time_scale * jump.time for jump in trajectory.jumps)
         instants = (self.curve.time - origin) / setup.time_scale
         force = trajectory.at(np.clip(instants, 0.0, trajectory.time[-1]))
+        # A jump is spread over one sample, so that predictions change steadily when it moves from one to the next.
+        sample = self._sample / setup.time_scale
+        for jump in trajectory.jumps:
+            late = (instants - jump.time) / sample
+            share = 0.5 - np.abs(late)
+            other = np.where(late >= 0.0, jump.force_before, jump.force_after)
+            force = np.where(share > 0.0, (1.0 - share) * force + share * other, force)
         return setup.force_scale * np.where(instants >= 0.0, force, 0.0)
 
     def away_from_jumps(self) -> np.ndarray:
         """Which points of the curve, (n,) bool, lie more than two samples from every jump of the last prediction."""
-        sample = float(np.median(np.diff(self.curve.time)))
-        far = [np.abs(self.curve.time - jump) > _BESIDE * sample for jump in self.jumps]
+        far = [np.abs(self.curve.time - jump) > _BESIDE * self._sample for jump in self.jumps]
         return np.logical_and.reduce([np.ones(len(self.curve), dtype=bool), *far])
 
 

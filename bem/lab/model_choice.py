@@ -20,7 +20,7 @@ def effects_called_for(result: FitResult) -> Effects:
     model = Model(result.measured, result.setup)
     protocol, _ = model.protocol(result.setup, result.values.get("contact_point", 0.0))
     tolerance = float(np.clip(_SHARE * result.noise / np.ptp(result.curve.force), 1e-3, 1.0))
-    return recommend(result.setup.scene(with_spring=False), protocol, tolerance, best="fewest").effects
+    return recommend(result.setup.scene(), protocol, tolerance, best="fewest").effects
 
 
 def sentence(effects: Effects) -> str:

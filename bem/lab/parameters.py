@@ -48,3 +48,6 @@ PARAMETERS = {
         Parameter("force_offset", "N", "linear", -math.inf, math.inf, "a baseline out of contact"),
     )
 }
+
+MEMORY = ("retardation_time", "modulus_ratio")
+"""The parameters of relaxation."""

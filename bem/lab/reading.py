@@ -9,6 +9,7 @@ first ends.
 from __future__ import annotations
 
 import csv
+import itertools
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -31,6 +32,7 @@ _ALIASES = {
     "contact_radius": ("contact_radius", "contact radius"),
 }
 _DIMENSION = {"time": "time", "force": "force"}
+_NUMBER = re.compile(r"\s*[-+]?\.?\d")
 _COLUMN = re.compile(r"\s*([A-Za-z][A-Za-z _]*?)\s*(?:\(([^)]*)\)|\[([^\]]*)\]|/\s*(\S+)|_([^\s_]+))?\s*")
 
 
@@ -171,10 +173,12 @@ def _table(path: Path) -> tuple[list[str], list[list[str]]]:
         text = path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError as error:
         raise ValueError(f"Expected a text file of columns; received {path}, which is not UTF-8 text") from error
-    lines = [line for line in text.splitlines() if line.strip()]
-    # A header may be a comment, as NumPy writes it; comments after it are left out.
-    lines = [line.lstrip("# ") if number == 0 else line for number, line in enumerate(lines)]
-    lines = [line for line in lines if not line.startswith("#")]
+    written = [line for line in text.splitlines() if line.strip()]
+    lines = [line for line in written if not line.startswith("#")]
+    comments = [line.lstrip("# ") for line in itertools.takewhile(lambda line: line.startswith("#"), written)]
+    # A header may be a comment, as NumPy writes it; other comments are left out.
+    if comments and lines and _NUMBER.match(lines[0]):
+        lines.insert(0, comments[-1])
     if len(lines) < 3:
         raise ValueError(f"Expected a header and at least two rows; received {path} with {len(lines)} lines")
     separator = max(",;\t", key=lines[0].count)
@@ -211,6 +215,6 @@ def _numbers(rows: list[list[str]], number: int, title: str, path: Path) -> Floa
     if not np.all(np.isfinite(values)):
         raise ValueError(
             f"Expected finite numbers in column {shown(title)} of {path}; received "
-            f"{shown(values[~np.isfinite(values)][0])}"
+            f"{shown(float(values[~np.isfinite(values)][0]))}"
         )
     return values

@@ -23,7 +23,7 @@ from bem._support.validation import finite_number, instance
 from bem._support.wording import shown
 from bem.lab.curve import ForceCurve, require_sign
 from bem.lab.effective_range import range_sensitivity, warn_of_range
-from bem.lab.units import Quantity, to_si
+from bem.lab.units import Quantity, readable, to_si
 from bem.materials import Elastic, PronySeries, StandardLinearSolid
 from bem.protocol import ForceProtocol, LoadingProtocol, PiecewiseLinearProtocol, default_start_indentation
 from bem.scene import Scene
@@ -46,9 +46,7 @@ _QUANTITIES = {
 
 @dataclass(frozen=True, kw_only=True)
 class Setup:
-    """A sphere on a half-space, in SI units.
-
-    Each quantity is a plain number in SI, or text with a unit such as "50 um" (with Pint).
+    """A sphere on a half-space, in SI units: plain numbers, or text with a unit such as "50 um" (with Pint).
 
     Args:
         radius: of the sphere, in m.
@@ -144,10 +142,8 @@ class Setup:
         """The product pi R dgamma, in N."""
         return float(np.pi * self.radius * self.work_of_adhesion)
 
-    @property
-    def indentation_scale(self) -> float:
-        """The gap h0 simulated, in m."""
-        return self.gap
+    indentation_scale = gap
+    """The gap h0 simulated, in m."""
 
     @property
     def time_scale(self) -> float:
@@ -176,9 +172,9 @@ class Setup:
         """The stiffness pi R dgamma / h0, in N/m."""
         return self.force_scale / self.indentation_scale
 
-    def scene(self, *, with_spring: bool = True) -> Scene:
-        """The contact in the solver's units; without its spring, a protocol moves the sphere, not the stage."""
-        spring = self.stiffness / self.stiffness_scale if with_spring and self.stiffness is not None else None
+    def scene(self) -> Scene:
+        """The contact in the solver's units."""
+        spring = None if self.stiffness is None else self.stiffness / self.stiffness_scale
         return Scene(tabor=self.tabor, material=self.material, spring=spring)
 
     def protocol(
@@ -199,18 +195,23 @@ class Setup:
             start_indentation: in m; by default -pi^(2/3) `adhesion_length`, where adhesion is still weak, and with a
                 spring as much further as 2 pi R dgamma, the largest elastic adhesion, stretches it.
         """
-        start = None
-        if self.stiffness is not None:
-            start = default_start_indentation(self.tabor) - 2.0 * self.stiffness_scale / self.stiffness
-        if start_indentation is not None:
-            start = to_si("start_indentation", start_indentation, "length") / self.indentation_scale
-        return LoadingProtocol(
-            peak_indentation=to_si("peak_indentation", peak_indentation, "length") / self.indentation_scale,
-            loading_rate=to_si("loading_rate", loading_rate, "speed") / self.speed_scale,
-            dwell_time=to_si("dwell_time", dwell_time, "time") / self.time_scale,
-            unloading_rate=to_si("unloading_rate", unloading_rate, "speed") / self.speed_scale,
-            start_indentation=start,
+        start = (
+            None if start_indentation is None else to_si("start_indentation", start_indentation, "length") / self.gap
         )
+        if start is None and self.stiffness is not None:
+            start = default_start_indentation(self.tabor) - 2.0 * self.stiffness_scale / self.stiffness
+        quantities = {
+            "peak_indentation": to_si("peak_indentation", peak_indentation, "length") / self.gap,
+            "loading_rate": to_si("loading_rate", loading_rate, "speed") / self.speed_scale,
+            "dwell_time": to_si("dwell_time", dwell_time, "time") / self.time_scale,
+            "unloading_rate": to_si("unloading_rate", unloading_rate, "speed") / self.speed_scale,
+        }
+        try:
+            protocol = LoadingProtocol(**quantities, start_indentation=start)
+            protocol.history(self.tabor)
+        except ValueError as error:
+            raise ValueError(f"{error} (in {readable(self.gap, 'm')} and {readable(self.time_scale, 's')})") from error
+        return protocol
 
     def force_protocol(
         self,

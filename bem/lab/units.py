@@ -59,13 +59,14 @@ def to_si(name: str, value: Any, dimension: str) -> float:
     if isinstance(value, Real) and not isinstance(value, bool):
         return float(value)
     unit = DIMENSIONS[dimension]
-    wanted = f"{name} must be a {dimension}, such as {_example(unit)}"
+    wanted = f"{name} must be {_a(dimension)}, such as {_example(unit)}"
     if isinstance(value, str):
         try:
             return float(value)
         except ValueError:
             number, written = _split(value, wanted)
-        return number * factor(name, written, dimension)
+        # To 15 digits, so that 5 um is 5e-06 and not a neighbour of it.
+        return float(f"{number * factor(name, written, dimension):.15g}")
     if hasattr(value, "to") and hasattr(value, "units"):
         try:
             return float(value.to(unit or "dimensionless").magnitude)
@@ -93,10 +94,10 @@ def factor(name: str, unit: str, dimension: str) -> float:
         found = float(registry.Quantity(1.0, _spelled_out(unit)).to(si or "dimensionless").magnitude)
     except Exception as error:  # an unknown unit, a unit of another dimension, or text that is no unit
         raise ValueError(
-            f"{name} must be a {dimension}, in a unit such as {si}; received the unit {shown(unit)}"
+            f"{name} must be {_a(dimension)}, in a unit such as {si}; received the unit {shown(unit)}"
         ) from error
     if not math.isfinite(found):
-        raise ValueError(f"{name} must be a {dimension}, in a unit such as {si}; received the unit {shown(unit)}")
+        raise ValueError(f"{name} must be {_a(dimension)}, in a unit such as {si}; received the unit {shown(unit)}")
     return found
 
 
@@ -124,6 +125,10 @@ def _spelled_out(unit: str) -> str:
     """A unit with its exponents marked, `m2` as `m^2`, and the two micro signs as `u`."""
     plain = unit.strip().replace("µ", "u").replace("μ", "u").replace("²", "^2").replace("³", "^3")
     return re.sub(r"(?<=[A-Za-z])(-?\d+)", r"^\1", plain)
+
+
+def _a(dimension: str) -> str:
+    return f"an {dimension}" if dimension[0] in "aeiou" else f"a {dimension}"
 
 
 def _example(unit: str) -> str:

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from bem import Elastic, ForceProtocol, Scene, simulate
 from bem.plots import draw_trajectory
 from tests.bem.test_trajectory import trajectory_of
 
@@ -32,3 +33,13 @@ def test_the_curve_breaks_at_a_jump():
 def test_nothing_is_drawn_of_a_trajectory_that_was_not_started():
     with pytest.raises(ValueError, match="received status 'refused'"):
         draw_trajectory(trajectory_of([], [], [], status="refused"))
+
+
+def test_under_a_prescribed_force_the_indentation_is_drawn_over_time():
+    weight = ForceProtocol(times=[0.0, 1.0, 2.0], forces=[-1.0, -5.0, 1.0])
+    trajectory = simulate(Scene(tabor=1.0, material=Elastic()), weight, "draft")
+    history, loop = draw_trajectory(trajectory).axes
+    np.testing.assert_allclose(history.lines[1].get_ydata().max(), trajectory.indentation.max())
+    assert "indentation" in history.get_ylabel()
+    assert "force" in loop.get_ylabel()
+    np.testing.assert_allclose(np.nanmin(loop.lines[1].get_ydata()), -5.0, rtol=1e-3)

@@ -65,6 +65,8 @@ def failed(arguments, monkeypatch, capsys):
     [
         ({"radius": "-1"}, 2, "radius must be a finite number greater than 0"),
         ({"radius": "many"}, 2, "radius must be a length, such as '50 um'; received 'many'"),
+        ({"unloading_rate": "-1e-6"}, 2, "(in 86.67 nm and 100 ms)"),
+        ({"plot": "a.doc"}, 2, "Expected an output file called .png"),
         ({"force_sign": "up"}, 2, "force_sign must be 'tension' or 'compression'"),
         ({"largest_tabor": "50", "accuracy": "2e-5"}, 1, "the simulation did not complete: not started"),
     ],
@@ -100,6 +102,9 @@ def test_fit_writes_its_json_and_its_picture(tmp_path):
         ("time (s),indentation (m),force (N)", ["--free", "colour"], "the curve shows no contact"),
         ("time (s),indentation (m),force (N)", ["--plot", "a.txt"], "Expected an output file called .png"),
         ("time (s),indentation (m),force (N)", ["--out", "a.txt"], "Expected an output file called .json"),
+        ("time (s),indentation (m),force (N)", ["--radius", "0"], "radius must be a finite number greater than 0"),
+        ("time (s),indentation (m),force (kg)", [], "must be a force, in a unit such as N; received the unit 'kg'"),
+        ("time (s),displacement (m),force (N)", [], "Expected the stiffness"),
     ],
 )
 def test_a_measurement_that_is_none_is_one_sentence_and_writes_nothing(
@@ -125,11 +130,15 @@ def test_a_stiffness_moves_the_stage(tmp_path):
     np.testing.assert_allclose(curve.stage, curve.indentation - curve.force / 50.0, atol=1e-14)
 
 
-def test_forces_in_place_of_a_cycle():
+def test_forces_in_place_of_a_cycle(tmp_path):
     given = {name: CONTACT[name] for name in ("radius", "work-of-adhesion", "modulus", "accuracy")}
     words = [word for name, value in given.items() for word in (f"--{name}", value)]
-    run = CliRunner().invoke(app, ["simulate", *words, "--times", "0,1,2", "--forces", "0,-5e-6,2e-5"])
+    plot = tmp_path / "creep.png"
+    run = CliRunner().invoke(
+        app, ["simulate", *words, "--times", "0,1,2", "--forces", "0,-5e-6,2e-5", "--plot", str(plot)]
+    )
     assert run.exit_code == 0, run.output
+    assert plot.stat().st_size > 10_000
     assert "pull-off force" in run.output
     for extra in (["--times", "0,1"], ["--times", "0,1", "--forces", "0,1", "--loading-rate", "1"], []):
         refused = CliRunner().invoke(app, ["simulate-si", *words, *extra])

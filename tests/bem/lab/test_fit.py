@@ -9,9 +9,9 @@ from bem import Elastic, StandardLinearSolid
 from bem.effects.scene_effects import Effects
 from bem.lab import ForceCurve, Setup, fit
 from bem.lab.fit_result import result_of
-from bem.lab.fitting import ALL, ELASTIC, FitError, Search
-from bem.lab.guess import guess_setup
-from bem.lab.model import Model, straight_lines
+from bem.lab.fitting import ALL, ELASTIC, FitError, Search, weights_of
+from bem.lab.guess import deep_contact, first_contact, guess_setup, starting_points
+from bem.lab.model import Model, prescribed_path, straight_lines
 from bem.lab.model_choice import effects_called_for, sentence
 from bem.lab.parameters import PARAMETERS
 from bem.solver.discretisation import master_grid
@@ -133,6 +133,12 @@ def test_what_is_no_fit_is_one_sentence(curve, arguments, message):
         fit(curve, *arguments)
 
 
+def test_a_curve_whose_time_stands_still_is_one_sentence(curve):
+    still = ForceCurve(time=np.zeros(len(curve)), indentation=curve.indentation, force=curve.force)
+    with pytest.raises(ValueError, match="time must increase after contact; received 0 s to the end"):
+        fit(still, BEAD)
+
+
 def test_a_fit_the_solver_cannot_follow_is_an_error(curve, monkeypatch):
     stuck = BEAD.replaced(largest_tabor=50.0)
     for limit in ("LARGEST_GRID", "LARGEST_LATTICE", "LARGEST_REMEMBERED"):
@@ -142,7 +148,7 @@ def test_a_fit_the_solver_cannot_follow_is_an_error(curve, monkeypatch):
 
 
 def test_a_measured_path_becomes_few_straight_lines(curve):
-    times, depths = straight_lines(curve)
+    times, depths = straight_lines(curve.time, curve.indentation)
     assert times.size < 8
     assert np.max(np.abs(np.interp(curve.time, times, depths) - curve.indentation)) < 1.1e-3 * np.ptp(curve.indentation)
 
@@ -175,3 +181,70 @@ def test_what_is_known_may_have_a_unit(curve):
     plain = guess_setup(curve, radius=50e-6, work_of_adhesion=0.05)
     assert guess.work_of_adhesion == pytest.approx(0.05)
     assert guess.relaxed_modulus == pytest.approx(plain.relaxed_modulus)
+
+
+CANTILEVER = BEAD.replaced(stiffness=25.0)
+
+
+@pytest.fixture(scope="module")
+def behind_a_cantilever():
+    """A curve of the stage; the indentation is that of stage and measured force, offset and noise included."""
+    path = {"peak_indentation": 2.5e-6, "loading_rate": 8e-6, "unloading_rate": 8e-6, "start_indentation": -2.5e-6}
+    curve = measured(CANTILEVER, **path)
+    stage = curve.indentation
+    return ForceCurve(time=curve.time, indentation=stage + curve.force / 25.0, force=curve.force, stage=stage)
+
+
+def test_a_fit_knows_the_cantilever(behind_a_cantilever):
+    curve = behind_a_cantilever
+    assert curve.stiffness == pytest.approx(25.0)
+    free = ("work_of_adhesion", "contact_point", "force_offset")
+    result = fit(curve, BEAD, free, accuracy="draft")
+    assert result.setup.stiffness == pytest.approx(25.0)
+    for name in free:
+        low, high = result.intervals[name]
+        assert abs(result.values[name] - TRUTH[name]) < high - low, name
+    model = result.curve
+    np.testing.assert_allclose(model.stage, curve.stage)
+    np.testing.assert_allclose(model.indentation, model.stage + model.force / 25.0)
+    # It jumps into contact, as the sphere alone does not: without the cantilever the fit is worse.
+    alone = ForceCurve(time=curve.time, indentation=curve.indentation, force=curve.force)
+    assert fit(alone, BEAD, free, accuracy="draft").noise > 1.5 * result.noise
+
+
+def test_a_stage_is_found_from_the_indentation_where_a_curve_has_none(behind_a_cantilever):
+    curve = behind_a_cantilever
+    alone = ForceCurve(time=curve.time, indentation=curve.indentation, force=curve.force)
+    assert alone.stiffness is None
+    np.testing.assert_allclose(prescribed_path(alone, CANTILEVER), curve.stage, atol=1e-18)
+    np.testing.assert_array_equal(prescribed_path(curve, BEAD), curve.indentation)
+    rigid = ForceCurve(time=curve.time, indentation=curve.stage, force=curve.force, stage=curve.stage)
+    assert rigid.stiffness is None
+
+
+def test_a_jump_weighs_little_and_a_steep_force_as_much_as_any():
+    time = np.linspace(0.0, 1.0, 201)
+    steep = 1e-9 * np.random.default_rng(0).standard_normal(201) + 1e-5 * np.maximum(time - 0.5, 0.0)
+    weights = weights_of(ForceCurve(time=time, indentation=time, force=steep), 1e-9)
+    assert weights.min() == pytest.approx(weights.max())
+    jump = np.where(time > 0.7, steep - 1e-6, steep)
+    weights = weights_of(ForceCurve(time=time, indentation=time, force=jump), 1e-9)
+    away = np.abs(time - 0.7025)
+    assert weights[away < 0.006].max() < 0.1 * weights[away > 0.021].min()
+
+
+def test_the_deep_part_of_an_approach_shows_where_the_solid_begins():
+    """Hertz's parabola after a long soft tail."""
+    depth = np.linspace(-20e-6, 5e-6, 400)
+    force = -4.0 / 3.0 * 100.0 * np.sqrt(10e-6) * np.maximum(depth, 0.0) ** 1.5 - 2e-11 * np.exp(depth / 3e-6)
+    curve = ForceCurve(time=np.linspace(0.0, 1.0, 400), indentation=depth, force=force)
+    contact = first_contact(curve)
+    assert contact.contact_point < -3e-6
+    point, modulus = deep_contact(curve, contact, 10e-6)
+    assert abs(point) < 0.2e-6
+    assert modulus == pytest.approx(100.0, rel=0.1)
+    setup = Setup(radius=10e-6, work_of_adhesion=1e-6, relaxed_modulus=50.0)
+    starts = starting_points(curve, setup, contact, 1.0, ELASTIC)
+    assert any(abs(start["contact_point"]) < 0.2e-6 for start in starts)
+    flat = ForceCurve(time=curve.time, indentation=depth, force=-force)
+    assert deep_contact(flat, contact, 10e-6) is None

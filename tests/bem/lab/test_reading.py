@@ -38,6 +38,16 @@ def test_a_written_curve_is_read_again_without_pint(tmp_path, curve, monkeypatch
     np.testing.assert_allclose(found.force, curve.force, rtol=1e-8)
 
 
+@pytest.mark.parametrize(
+    "lines", ["# a note\n# another, with a comma\n{header}\n", "# a note\n# {header}\n", "{header}\n# a note\n"]
+)
+def test_comments_are_left_out_and_a_header_may_be_one(tmp_path, curve, lines):
+    curve.write(tmp_path / "a.csv")
+    header, rows = (tmp_path / "a.csv").read_text().split("\n", 1)
+    (tmp_path / "b.csv").write_text(lines.format(header=header) + rows)
+    np.testing.assert_array_equal(ForceCurve.read(tmp_path / "b.csv").force, ForceCurve.read(tmp_path / "a.csv").force)
+
+
 def test_the_sign_is_the_readers_choice_and_the_wrong_one_is_refused(tmp_path, curve):
     path = written(
         tmp_path / "a.csv", "time (s),indentation (m),force (N)", curve.time, curve.indentation, -curve.force

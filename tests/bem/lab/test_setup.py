@@ -123,7 +123,6 @@ def test_a_curve_checks_its_columns():
 def test_a_cantilever_moves_the_stage_and_not_the_sphere():
     tip = Setup(**AFM, stiffness=2.0)
     assert tip.scene().spring == pytest.approx(2.0 * 0.3e-9 / tip.force_scale)
-    assert tip.scene(with_spring=False).spring is None
     protocol = tip.protocol(peak_indentation=2e-9, loading_rate=1e-8, unloading_rate=1e-8)
     # As much further away as the largest adhesion stretches the spring.
     rigid = Setup(**AFM).protocol(peak_indentation=2e-9, loading_rate=1e-8, unloading_rate=1e-8)
@@ -162,6 +161,11 @@ def test_a_weight_in_newtons():
     curve = setup.simulate(protocol, "draft", force_sign="compression")
     assert curve.force[-1] == pytest.approx(5e-9, rel=1e-3)
     assert curve.indentation[-1] > 1.5 * curve.indentation[0] > 0.0
+    over_time, loop = curve.plot(over_time="indentation").axes
+    np.testing.assert_array_equal(over_time.lines[1].get_ydata(), curve.indentation)
+    np.testing.assert_array_equal(loop.lines[1].get_ydata(), curve.force)
+    assert over_time.get_ylabel() == "indentation"
+    assert curve.plot().axes[0].get_ylabel() == "force, compression positive"
 
 
 def test_the_effective_range_of_a_contact_behind_a_spring_or_under_a_weight():

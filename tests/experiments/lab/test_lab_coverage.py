@@ -4,6 +4,7 @@ import json
 import types
 
 import numpy as np
+import pytest
 
 from bem.lab.fitting import ALL
 from experiments.lab import lab_coverage
@@ -26,23 +27,38 @@ def test_noise_is_a_share_of_the_range_of_the_force(monkeypatch):
     np.testing.assert_allclose(noisy.force - clean.force, lab_coverage.NOISE * np.ptp(clean.force))
 
 
+def test_behind_a_cantilever_the_indentation_is_that_of_stage_and_measured_force():
+    truth = lab_coverage.drawn(np.random.default_rng(0), "stage")
+    curve = lab_coverage.measured(truth, np.random.default_rng(1))
+    assert curve.stiffness == pytest.approx(truth["stiffness"])
+    np.testing.assert_allclose(curve.stage, curve.indentation - curve.force / truth["stiffness"])
+    assert lab_coverage.drawn(np.random.default_rng(0)).items() <= truth.items()
+
+
 def test_a_fit_that_fails_counts_as_a_miss(tmp_path, monkeypatch, capsys):
     def fails(*_):
         raise lab_coverage.FitError("the fit did not converge")
 
     monkeypatch.setattr(lab_coverage, "fit", fails)
-    lab_coverage.main(cases=1, seed=0, jobs=1, out=tmp_path / "a.json")
+    lab_coverage.main(cases=1, seed=0, jobs=1, folder=tmp_path, out=tmp_path / "a.json")
     found = json.loads((tmp_path / "a.json").read_text())
-    assert found["fitted"] == 0
-    assert found["inside"] == dict.fromkeys(ALL, 0)
-    assert found["results"][0]["failure"] == "the fit did not converge"
-    assert "0 of 1 fitted" in capsys.readouterr().out
+    for instrument in lab_coverage.INSTRUMENTS:
+        assert found[instrument]["fitted"] == 0
+        assert found[instrument]["inside"] == dict.fromkeys(ALL, 0)
+        assert found[instrument]["results"][0]["failure"] == "the fit did not converge"
+    assert "| fitted at all | 0 | 0 |" in capsys.readouterr().out
 
 
-def test_a_case_says_which_intervals_hold_the_truth(tmp_path):
-    lab_coverage.main(cases=1, seed=0, jobs=1, out=tmp_path / "a.json")
-    found = json.loads((tmp_path / "a.json").read_text())
-    assert found["fitted"] == 1
-    result = found["results"][0]
-    assert set(result["inside"]) == set(ALL)
-    assert sum(result["inside"].values()) >= 4
+def test_a_case_says_which_intervals_hold_the_truth_and_is_kept(tmp_path, monkeypatch):
+    lab_coverage.main(cases=1, seed=0, jobs=1, folder=tmp_path / "kept", out=tmp_path / "a.json")
+    first = json.loads((tmp_path / "a.json").read_text())
+    for instrument in lab_coverage.INSTRUMENTS:
+        assert first[instrument]["fitted"] == 1
+        assert sum(first[instrument]["results"][0]["inside"].values()) >= 4
+    assert lab_coverage.page_text(first).count("|") > 20
+    # The same command reads what it has; another seed computes.
+    monkeypatch.setattr(lab_coverage, "measured", None)
+    lab_coverage.main(cases=1, seed=0, jobs=1, folder=tmp_path / "kept", out=tmp_path / "b.json")
+    assert json.loads((tmp_path / "b.json").read_text())["stage"] == first["stage"]
+    with pytest.raises(TypeError):
+        lab_coverage.main(cases=1, seed=1, jobs=1, folder=tmp_path / "kept", out=tmp_path / "b.json")
