@@ -14,6 +14,7 @@ MAKEFLAGS += --no-builtin-rules
 VENV := .venv
 PY := $(VENV)/bin/python
 INSTALLED := $(VENV)/.installed
+comma := ,
 TEST_WORKERS ?= 2
 
 # Folders of results and of published files; `make smoke` and `make paper-from-scratch` choose others.
@@ -35,29 +36,44 @@ PLACES := --results $(OUT) --published $(PUBLISHED)
 ##@ The paper, from what is published (minutes)
 
 .PHONY: setup
-setup: $(INSTALLED)  ## Create .venv with the locked dependencies (Python 3.11 or 3.12; PYTHON=... chooses one)
+setup: $(INSTALLED)  ## Create .venv with the locked dependencies, 3 GB (Python 3.11 or 3.12; PYTHON=... chooses one)
+	@! grep -qs small $(INSTALLED) || { rm $(INSTALLED); $(MAKE) --no-print-directory $(INSTALLED); }
+
+.PHONY: setup-small
+setup-small:  ## Only what simulates, predicts and redraws the paper, 1 GB (any Python from 3.11 on)
+	@[ -e $(INSTALLED) ] || $(MAKE) --no-print-directory $(INSTALLED) SMALL=yes
+
+# The locked versions are a limit for the small installation, which takes from them what it needs.
+SMALL ?=
+PYTHONS := $(if $(SMALL),python3 python3.14 python3.13 python3.12 python3.11,python3.11 python3.12 python3) python
+BELOW := $(if $(SMALL),(4,),(3, 13))
 
 $(INSTALLED): requirements.lock pyproject.toml
 	@chosen=""; \
-	for candidate in "$${PYTHON:-}" python3.11 python3.12 python3 python; do \
+	for candidate in "$${PYTHON:-}" $(PYTHONS); do \
 		[ -n "$$candidate" ] || continue; \
-		if "$$candidate" -c 'import ensurepip, sys, venv; sys.exit(not (3, 11) <= sys.version_info[:2] < (3, 13))' \
+		if "$$candidate" -c 'import ensurepip, sys, venv; sys.exit(not (3, 11) <= sys.version_info[:2] < $(BELOW))' \
 			>/dev/null 2>&1; then chosen="$$candidate"; break; fi; \
 	done; \
 	if [ -z "$$chosen" ]; then \
-		echo "Python 3.11 or 3.12 (with venv) not found; install one, or name it: make setup PYTHON=/path/to/python" >&2; exit 1; \
+		echo "Python 3.11 or $(if $(SMALL),newer,3.12) (with venv) not found; install one, or name it: make setup$(if $(SMALL),-small) PYTHON=/path/to/python" >&2; exit 1; \
 	fi; \
-	echo "Installing the locked packages into $(VENV): about 3 GB on disk, 3 to 10 minutes with a fast network"; \
+	echo "Installing the locked packages into $(VENV): about $(if $(SMALL),1 GB on disk$(comma) 1 to 3,3 GB on disk$(comma) 3 to 10) minutes with a fast network"; \
 	[ -x $(PY) ] || "$$chosen" -m venv $(VENV)
+ifdef SMALL
+	@grep -oE '^[A-Za-z0-9._-]+==[^\]+' requirements.lock > $(VENV)/versions.txt
+	@$(PY) -m pip install --disable-pip-version-check --constraint $(VENV)/versions.txt --editable '.[tables]' scikit-learn dtw-python
+else
 	@$(PY) -m pip install --disable-pip-version-check --require-hashes --requirement requirements.lock
 	@$(PY) -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
+endif
 	@echo "Compiling the solver for this processor: about a minute"
 	@$(VENV)/bin/bem compile
-	@touch $@
+	@echo "$(if $(SMALL),small)" > $@
 	@echo "$(VENV) is ready, $$(du -sh $(VENV) | cut -f 1)"
 
 .PHONY: verify
-verify: setup  ## Compare what is published with its manifest
+verify: | $(INSTALLED)  ## Compare what is published with its manifest
 	$(PY) tools/manifest.py verify
 
 .PHONY: paper
@@ -269,7 +285,7 @@ median-seeds: $(DATASET) | $(INSTALLED)  ## Publish the median of each model's t
 	$(MAKE) --no-print-directory model-forces
 
 .PHONY: cards
-cards: setup  ## Write the card of each published model, and the metadata of the data set
+cards: setup  ## Write the cards of the data set and of each published model, and the metadata
 	$(PY) -m paper_figures.report.cards --published $(PUBLISHED)
 	$(PY) $(MANIFEST) add $(PUBLISHED)/dataset.croissant.json $(PUBLISHED)/models
 
@@ -423,16 +439,27 @@ clean:  ## Remove caches and build files; never results/, published/ or .venv
 
 ##@ Documentation
 
+# Pages of the tutorials are kept until a tutorial or the solver changes.
+TUTORIALS := docs/gallery/.solver
+$(TUTORIALS): bem/solver/version.py
+	rm -rf $(@D)
+	mkdir -p $(@D)
+	touch $@
+
 .PHONY: docs
-docs: setup  ## Build the documentation into build/site; a broken link fails
-	NO_MKDOCS_2_WARNING=1 $(PY) -m mkdocs build --strict --quiet
+docs: setup $(TUTORIALS)  ## Build the documentation into build/site, with its tutorials (4 minutes the first time); a broken link fails
+	OMP_NUM_THREADS=1 NO_MKDOCS_2_WARNING=1 $(PY) -m mkdocs build --strict --quiet
 
 .PHONY: readme-pictures
-readme-pictures: setup $(FIGURES)/figure-6.pdf  ## The pictures of the README, by the README's own commands
+readme-pictures: setup $(FIGURES)/graphical-abstract.pdf  ## The pictures of the README, by the README's own commands
 	@for program in bem surrogate; do \
 		command="$$(grep "^$(VENV)/bin/$$program .*--plot" README.md)"; set -x; $${command/--plot /--plot docs/images/}; { set +x; } 2>/dev/null; \
 	done
-	cp $(FIGURES)/figure-6.png docs/images/figure-6.png
+	cp $(FIGURES)/graphical-abstract.png docs/images/
+
+.PHONY: docs-sketch
+docs-sketch: setup  ## Draw the sketch of the quantities, for the guide and the demonstrator
+	$(PY) tools/sketch.py
 
 .PHONY: docs-effects
 docs-effects: figure-effects  ## Renew the picture of docs/effects.md
