@@ -43,7 +43,7 @@ setup: $(INSTALLED)  ## Create .venv with the locked dependencies, 3 GB (Python 
 setup-small:  ## Only what simulates, predicts and redraws the paper, 1 GB (any Python from 3.11 on)
 	@[ -e $(INSTALLED) ] || $(MAKE) --no-print-directory $(INSTALLED) SMALL=yes
 
-# The locked versions are a limit for the small installation, which takes from them what it needs.
+# The small installation takes the locked versions where they exist for its Python, and else the newest.
 SMALL ?=
 PYTHONS := $(if $(SMALL),python3 python3.14 python3.13 python3.12 python3.11,python3.11 python3.12 python3) python
 BELOW := $(if $(SMALL),(4,),(3, 13))
@@ -62,7 +62,8 @@ $(INSTALLED): requirements.lock pyproject.toml
 	[ -x $(PY) ] || "$$chosen" -m venv $(VENV)
 ifdef SMALL
 	@grep -oE '^[A-Za-z0-9._-]+==[^\]+' requirements.lock > $(VENV)/versions.txt
-	@$(PY) -m pip install --disable-pip-version-check --constraint $(VENV)/versions.txt --editable '.[tables]' scikit-learn dtw-python
+	@$(PY) -c 'import sys; sys.exit(sys.version_info[:2] < (3, 13))' || limit="--constraint $(VENV)/versions.txt"; \
+		$(PY) -m pip install --disable-pip-version-check $${limit:-} --editable '.[tables]'
 else
 	@$(PY) -m pip install --disable-pip-version-check --require-hashes --requirement requirements.lock
 	@$(PY) -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
@@ -456,10 +457,6 @@ readme-pictures: setup $(FIGURES)/graphical-abstract.pdf  ## The pictures of the
 		command="$$(grep "^$(VENV)/bin/$$program .*--plot" README.md)"; set -x; $${command/--plot /--plot docs/images/}; { set +x; } 2>/dev/null; \
 	done
 	cp $(FIGURES)/graphical-abstract.png docs/images/
-
-.PHONY: docs-sketch
-docs-sketch: setup  ## Draw the sketch of the quantities, for the guide and the demonstrator
-	$(PY) tools/sketch.py
 
 .PHONY: docs-effects
 docs-effects: figure-effects  ## Renew the picture of docs/effects.md
