@@ -80,7 +80,7 @@ def draw_shares(axes: Axes, content: dict[str, Any] | None) -> None:
     draw_curve(axes, content["full"]["history"], drawing.BLACK, "100 %")
     for index, one in enumerate(shares):
         color = shades(0.9 * (index + 1) / len(shares))
-        draw_curve(axes, one["folds"][FOLD]["history"], color, f"{one['percent']:g} %")
+        draw_curve(axes, one["folds"][FOLD]["history"], color, f"{one['percent']:.3g} %")
     axes.legend(loc="upper right", ncols=2)
 
 
