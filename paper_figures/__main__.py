@@ -34,29 +34,35 @@ def modules() -> dict[str, str]:
 def caption(name: str, sources: Sequence[Path]) -> str:
     """The text beside a figure: what is shown, from which data, and what differs from the paper."""
     words = tomllib.loads(CAPTIONS.read_text(encoding="utf-8"))[name]
+    data = ", ".join(f"`{source}`" for source in sources)
     parts = {
         "Shown": words["shown"],
-        "Data": ", ".join(f"`{source}`" for source in sources)
-        + f". `make {name}` draws the figure and writes this text.",
+        "Data": f"{data}. `python -m paper_figures {name}` draws the figure and writes this text.",
         "Different from the paper": words.get("differs", "The paper has no such figure."),
     }
     lines = [f"**{title}.** {' '.join(text.split())}" for title, text in parts.items()]
     return "\n\n".join([f"# {name.replace('-', ' ').capitalize()}", *lines]) + "\n"
 
 
-def save(products: Any, name: str, figures: Path, tables: Path, sources: Sequence[Path] = ()) -> None:
-    """Write what a module composed: figures as PDF and PNG with their caption, tables as Markdown, CSV and LaTeX."""
+def save(products: Any, name: str, figures: Path, tables: Path) -> list[Path]:
+    """Write what a module composed: figures as PDF and PNG, tables as Markdown, CSV and LaTeX.
+
+    Returns:
+        where the caption of each figure belongs.
+    """
     from paper_figures.style import drawing
     from paper_figures.style.writing import Table
 
     if not isinstance(products, dict):
         products = {name.removeprefix("table-"): products}
+    beside = []
     for stem, product in products.items():
         if isinstance(product, Table):
             product.save(stem, tables)
         else:
             drawing.save(product, stem, figures)
-            write_whole(figures / f"{stem}.md", caption(name, sources))
+            beside.append(figures / f"{stem}.md")
+    return beside
 
 
 def main(
@@ -79,7 +85,8 @@ def main(
     products = compose(**arguments, **keywords(context.args, compose))
     inner = plain_name(under, "--under") if under else ""
     sources = [path for path in map(places.path, arguments) if path.exists()]
-    save(products, name, results / "figures" / inner, results / "tables" / inner, sources)
+    for place in save(products, name, results / "figures" / inner, results / "tables" / inner):
+        write_whole(place, caption(name, sources))
     if recorder and depends:
         recorder.add(*(value for value in arguments.values() if isinstance(value, Path) and value.is_file()))
         recorder.write(depends, results, published)

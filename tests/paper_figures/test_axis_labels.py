@@ -21,7 +21,6 @@ def test_only_a_short_logarithmic_axis_has_ticks_between_powers_of_ten(label, la
 
 def test_figures_and_tables_have_folders_of_their_own(kept, tmp_path):
     figures, tables = tmp_path / "figures", tmp_path / "tables"
-    save({"one": Table(["n"], [["1"]], "."), "two": drawing.figure(height=2.0)}, "figure-1", figures, tables)
-    assert len(kept) == 1
-    assert {path.name for path in figures.iterdir()} == {"two.md"}
+    save({"one": Table(["n"], [["1"]], "."), "two": drawing.figure(height=2.0)}, "both", figures, tables)
+    assert (len(kept), figures.exists()) == (1, False)
     assert {path.name for path in tables.iterdir()} == {"one.md", "one.csv", "one.tex"}

@@ -1,12 +1,17 @@
 """Every figure has a caption beside it, which names the data it was drawn from."""
 
+import subprocess
+import sys
 import tomllib
+from pathlib import Path
 
 import pytest
 
 from paper_figures.__main__ import CAPTIONS, caption, modules, save
 from paper_figures.style import drawing
+from paper_figures.style.writing import Table
 
+ROOT = Path(__file__).resolve().parents[2]
 FIGURES = [name for name, module in modules().items() if not module.startswith("paper_figures.tables.")]
 
 
@@ -24,6 +29,14 @@ def test_a_caption_says_what_is_shown_and_what_differs(name, tmp_path):
     assert f"`python -m paper_figures {name}`" in text
 
 
-def test_the_caption_lies_beside_the_figure(tmp_path):
-    save(drawing.figure(height=2.0), "figure-1", tmp_path / "figures", tmp_path / "tables", [tmp_path / "data.json"])
-    assert {path.name for path in (tmp_path / "figures").iterdir()} == {"figure-1.pdf", "figure-1.png", "figure-1.md"}
+def test_a_caption_belongs_beside_each_figure_of_a_target(tmp_path):
+    figures, tables = tmp_path / "figures", tmp_path / "tables"
+    products = {"a": drawing.figure(height=2.0), "n": Table(["n"], [["1"]], "."), "b": drawing.figure(height=2.0)}
+    assert save(products, "figure-1", figures, tables) == [figures / "a.md", figures / "b.md"]
+
+
+def test_the_command_writes_the_caption(tmp_path, examples_path):
+    command = [sys.executable, "-m", "paper_figures", "figure-3", "--results", str(tmp_path)]
+    subprocess.run([*command, "--take", f"dataset_examples={examples_path}"], cwd=ROOT, check=True)
+    written = (tmp_path / "figures" / "figure-3.md").read_text(encoding="utf-8")
+    assert written == caption("figure-3", [examples_path])
