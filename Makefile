@@ -85,6 +85,7 @@ paper: figures tables report  ## Figures, tables and the report
 figures: $$(filter-out table-% $$(LEFT_OUT),$$(PAPER))  ## Every figure of the paper whose inputs are published
 	@$(if $(filter figure-learning-curves,$(LEFT_OUT)),echo "figure-learning-curves is left out: no FiLM or gated model is published; \`make models\` trains them")
 	@$(if $(filter figure-features,$(LEFT_OUT)),echo "figure-features is left out: \`make feature-sets data-efficiency\` trains what it shows")
+	@$(if $(WITHOUT_KERAS),echo "$(WITHOUT_KERAS) are left out: they are drawn from the Keras models; \`make setup\` installs Keras")
 	@echo "figures are in $(FIGURES)"
 
 .PHONY: tables
@@ -531,6 +532,10 @@ inputs = $(foreach one,$(1),$(if $(filter %?,$(one)),$(wildcard $(call path,$(on
 LEFT_OUT := $(if $(wildcard $(addprefix $(MODELS)/M[1-6]-,FiLM/run.json gated/run.json)),,figure-learning-curves) \
 	$(if $(wildcard $(path.feature_sets) $(path.data_efficiency)),,figure-features) \
 	$(if $(wildcard $(path.accuracy_price)),,table-accuracy-price) $(if $(wildcard $(path.ranking)),,figure-ranking table-ranking)
+
+# `make setup-small` installs no Keras, from whose models these are drawn.
+WITHOUT_KERAS := $(if $(shell grep -s small $(INSTALLED)),figure-4 figure-architectures)
+LEFT_OUT += $(WITHOUT_KERAS)
 
 # The file that stands for a figure or table, and the name of the one that a file stands for.
 product = $(if $(filter table-%,$(1)),$(TABLES)/$(1:table-%=%).md,$(FIGURES)$($(1).under)/$(1).pdf)

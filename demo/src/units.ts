@@ -47,14 +47,16 @@ export function unitsOf({ radius, adhesion, modulus, retardation }: Contact, tab
   };
 }
 
-const PREFIXES = ["f", "p", "n", "µ", "m", "", "k", "M", "G"];
+const PREFIXES = ["a", "f", "p", "n", "µ", "m", "", "k", "M", "G"];
+
+const ONE = PREFIXES.indexOf("");
 
 /** A scale whose numbers are handy for values up to this one: with a prefix where it is in SI units. */
 export function handy(scale: Scale, laboratory: boolean, largest: number): Scale {
   if (!laboratory || largest === 0) return scale;
   const thousands = Math.floor(Math.log10(Math.abs(largest) * scale.size) / 3 + 1e-9);
-  const place = Math.min(Math.max(thousands + 5, 0), PREFIXES.length - 1);
-  return { size: scale.size / Math.pow(1000, place - 5), name: PREFIXES[place] + scale.name };
+  const place = Math.min(Math.max(thousands + ONE, 0), PREFIXES.length - 1);
+  return { size: scale.size / Math.pow(1000, place - ONE), name: PREFIXES[place] + scale.name };
 }
 
 /** A value with its unit, in two parts. */

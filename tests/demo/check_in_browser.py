@@ -129,7 +129,7 @@ def test_laboratory_units_are_those_of_the_laboratory_package(browsed, folder):
         "pull-off-time": (0.01, "s"),
         "hysteresis": (setup.force_scale * setup.indentation_scale, "J"),
     }
-    prefixes = {"f": 1e-15, "p": 1e-12, "n": 1e-9, "µ": 1e-6, "m": 1e-3, "": 1.0}
+    prefixes = {"a": 1e-18, "f": 1e-15, "p": 1e-12, "n": 1e-9, "µ": 1e-6, "m": 1e-3, "": 1.0}
     for name, (scale, unit) in scales.items():
         prefix = seen["units"][name].removesuffix(unit)
         value = float(seen["shown"][name].replace("−", "-")) * prefixes[prefix]
