@@ -1,8 +1,11 @@
-# Two layers: a result depends on its inputs, a figure on results. Each run notes the modules, settings and values of the
-# paper that it used in a folder `.depends` beside its result, so that they are not listed here.
+# There are two layers: a result depends on its inputs, and a figure on results. Each run records the modules, settings
+# and
+# values of the paper that it used, in a folder `.depends` beside its result; they are not listed here.
 #
-# A figure or table is one line here, `NAME.GROUP := RESULTS  ## CAPTION`, and one module of `paper_figures`; a study is
-# one line and one module of `experiments`. `RESULT?` may be missing. `make help` shows the captions.
+# A figure or table is one line of this file, `NAME.GROUP := RESULTS  ## CAPTION`, and one module of `paper_figures`. A
+# study
+# is one line and one module of `experiments`. `RESULT?` marks a result that may be missing. `make help` shows the
+# captions.
 
 SHELL := /bin/bash
 .SHELLFLAGS := -eu -o pipefail -c
@@ -33,7 +36,7 @@ MEASUREMENTS := $(PUBLISHED)/measurements
 MANIFEST := tools/manifest.py --root $(PUBLISHED)
 PLACES := --results $(OUT) --published $(PUBLISHED)
 
-##@ The paper, from what is published (minutes)
+##@ The paper, from published results (minutes)
 
 .PHONY: setup
 setup: $(INSTALLED)  ## Create .venv with the locked dependencies, 3 GB (Python 3.11 or 3.12; PYTHON=... chooses one)
@@ -74,13 +77,13 @@ endif
 	@echo "$(VENV) is ready, $$(du -sh $(VENV) | cut -f 1)"
 
 .PHONY: verify
-verify: | $(INSTALLED)  ## Compare what is published with its manifest
+verify: | $(INSTALLED)  ## Compare the published files with their manifest
 	$(PY) tools/manifest.py verify
 
 .PHONY: paper
 paper: figures tables report  ## Figures, tables and the report
 
-# A figure none of whose inputs is trained yet is left out with a message, so that the others are drawn.
+# A figure is left out, with a message, if none of its inputs is trained yet; the others are drawn.
 .PHONY: figures
 figures: $$(filter-out table-% $$(LEFT_OUT),$$(PAPER))  ## Every figure of the paper whose inputs are published
 	@$(if $(filter figure-learning-curves,$(LEFT_OUT)),echo "figure-learning-curves is left out: no FiLM or gated model is published; \`make models\` trains them")
@@ -93,10 +96,10 @@ tables: $$(filter-out $$(LEFT_OUT),$$(filter table-%,$$(PAPER)))  ## Every table
 	@echo "tables are in $(TABLES)"
 
 REPORT ?= REPRODUCTION.md
-# Its hours and minutes are those of the published files.
+# Its hours and minutes come from the published files.
 REPRODUCING ?= $(if $(filter published,$(PUBLISHED)),REPRODUCING.md)
 .PHONY: report
-report: $$(STUDY_RESULTS) | $(INSTALLED)  ## Write REPRODUCTION.md: each number of the paper beside ours
+report: $$(STUDY_RESULTS) | $(INSTALLED)  ## Write REPRODUCTION.md: each number of the paper, and ours
 	$(PY) -m paper_figures.report.write $(PLACES) --out $(REPORT)
 	$(if $(REPRODUCING),$(PY) tools/fill.py $(REPRODUCING) --published $(PUBLISHED))
 
@@ -113,41 +116,41 @@ figure-architectures.paper := architecture_graphs  ## Diagrams of the 18 paper m
 figure-mse-mae.paper := model_comparison ranking?  ## Held-out MSE against MAE of every trained model
 figure-ranking.paper := ranking  ## Held-out errors of every seed, with bootstrap intervals
 figure-learning-curves.paper := model_comparison ranking?  ## Validation curves of the FiLM and gated models
-figure-features.paper := feature_sets? data_efficiency? ranking?  ## Input representations with their table, and training-set size
-figure-fms-transfer.paper := fms_transfer  ## The same weights on other numbers of measurement steps
-graphical-abstract.paper := canonical_regimes error_statistics  ## Protocol in, force history out
-table-protocols-dataset.paper := dataset_examples dataset_statistics  ## Protocols of figure 2, and the data set beside the paper's
-table-protocols-canonical.paper := canonical_regimes  ## Canonical protocols and what they cost
+figure-features.paper := feature_sets? data_efficiency? ranking?  ## Input representations with a table, and training-set size
+figure-fms-transfer.paper := fms_transfer  ## The trained model at other numbers of measurement steps
+graphical-abstract.paper := canonical_regimes error_statistics  ## Protocol, surrogate and predicted force
+table-protocols-dataset.paper := dataset_examples dataset_statistics  ## Protocols of figure 2, and the data set compared with the paper's
+table-protocols-canonical.paper := canonical_regimes  ## Canonical protocols and their cost
 table-quartiles.paper := error_statistics  ## Held-out errors by quartile
 table-persson-brener.paper := persson_brener  ## Crack velocities and amplifications
 table-models.paper := model_comparison training_speed? model_forces? more-models  ## Every trained model: size, errors, cost
 table-ranking.paper := ranking  ## Spread over seeds, intervals, and which of the paper's rankings hold
-table-accuracy-price.paper := accuracy_price  ## What draft, standard and reference cost, as published
+table-accuracy-price.paper := accuracy_price  ## Published cost of draft, standard and reference
 
-##@ Cost and hard cases (figure <- measurement)
+##@ Cost and difficult cases (figure <- measurement)
 
 .PHONY: cost-figures
-cost-figures: $$(COST)  ## All figures and tables below
+cost-figures: $$(COST)  ## All figures and tables of this group
 
-figure-effects.cost := effects  ## One path under seven scenes; when a simpler scene may stand in
-table-effects.cost := effects  ## What each effect costs, and where a simpler scene is a safe stand-in
-table-recommendations.cost := recommendations  ## How often `recommend` keeps its promise
+figure-effects.cost := effects  ## One path under seven scenes, and the errors of simpler scenes
+table-effects.cost := effects  ## What each effect costs, and where a simpler scene suffices
+table-recommendations.cost := recommendations  ## How often `recommend` meets its tolerance
 figure-accuracy-cost.cost := accuracy_cost  ## Seconds against error, every tool on one chart
-table-accuracy-cost.cost := accuracy_cost  ## The same as a table, and the fastest tool for a wanted error
-figure-cost-growth.cost := cost_growth  ## How seconds grow, with fitted powers; and its table
-figure-solver-scaling.cost := cost_growth  ## How the cost of the solver grows with nodes and steps
-figure-amortisation.cost := amortisation  ## When a surrogate pays for itself; and its table
+table-accuracy-cost.cost := accuracy_cost  ## Seconds and errors as a table, and the fastest tool for a wanted error
+figure-cost-growth.cost := cost_growth  ## Growth of the cost with fitted powers, and a table
+figure-solver-scaling.cost := cost_growth  ## Growth of the solver's cost with nodes and steps
+figure-amortisation.cost := amortisation  ## When a surrogate pays for itself, and a table
 figure-training-cost.cost := training_cost  ## Error against time of training and number of trajectories
-figure-peers.cost := peers  ## Error against time on the same elastic sphere, beside other software
-table-peers.cost := peers  ## The same as a table
+figure-peers.cost := peers  ## Error against time on one elastic sphere, also in other software
+table-peers.cost := peers  ## Errors and times on the elastic sphere as a table
 figure-hard-cases.cost := hard_case_map soak?  ## Difficult cases of the solver, as a map and a table, and the result of the soak
-figure-surrogate-map.cost := surrogate_map  ## Where MODEL=M1-concat errs, its worst twenty trajectories, and their table
+figure-surrogate-map.cost := surrogate_map  ## Errors of MODEL=M1-concat over the box, its twenty worst trajectories, and a table
 figure-broad-band.cost := broad_band  ## Pull-off of broad-band solids over the unloading rate
 
 .PHONY: table-hard-cases
 table-hard-cases: figure-hard-cases
 
-# Whose map of errors is drawn; that of any model but the first is measured where it is not there.
+# The model whose errors are drawn. The map of any model but M1-concat is measured if it does not exist.
 MODEL ?= M1-concat
 ifneq ($(words $(MODEL))$(findstring /,$(MODEL))$(filter .% -%,$(MODEL)),1)
 $(error MODEL must be the plain name of a published model; received '$(MODEL)')
@@ -176,7 +179,7 @@ architecture_graphs.study := architectures
 adopted_settings.study :=
 inconsistencies.study := solver dataset
 
-##@ Data set and trainings (long; interrupted by Ctrl-C, continued by the same command)
+##@ Data set and trainings (long; Ctrl-C interrupts them, the same command continues)
 
 .PHONY: require-full-dataset
 require-full-dataset:
@@ -200,10 +203,10 @@ accuracy-price: setup  ## Measure what draft, standard and reference cost over t
 
 RECIPE ?= swift
 JOBS ?= 2
-# Models to train, all 18 paper models when empty, and epochs instead of the recipe's.
+# ONLY names the models to train, by default all 18 paper models; EPOCHS replaces the epochs of the recipe.
 ONLY ?=
 EPOCHS ?=
-# A stopped training has published the models that it finished.
+# An interrupted command has published the models that it finished.
 list_also_unfinished = || status=$$?; [ ! -e $(1) ] || $(PY) $(MANIFEST) add $(1); exit $${status:-0}
 
 .PHONY: models
@@ -212,7 +215,7 @@ models: $(DATASET) | $(INSTALLED)  ## Train and publish the models that are not 
 		$(addprefix --only ,$(ONLY)) $(addprefix --epochs ,$(EPOCHS)) --runs $(OUT)/training --models $(MODELS) \
 		$(call list_also_unfinished,$(MODELS))
 
-# $(call beside,LABEL,OPTIONS) trains M1-concat differently from the 18 paper models, unless it is published.
+# $(call beside,LABEL,OPTIONS) trains M1-concat differently from the 18 paper models, unless LABEL is published.
 define beside
 	[ -f $(MODELS)/$(1)/run.json ] || $(VENV)/bin/surrogate train M1-concat --label $(1) $(2) --dataset $(DATASET) \
 		--threads 1 --runs $(OUT)/training --models $(MODELS)
@@ -223,17 +226,17 @@ endef
 model-paper-recipe: $(DATASET) | $(INSTALLED)  ## Train M1-concat by the paper's own recipe, as M1-concat-paper (hours)
 	$(call beside,M1-concat-paper,--recipe paper $(addprefix --epochs ,$(EPOCHS)))
 
-# The third input representation errs least of the four (`make feature-sets`).
+# The third of the four input representations has the least error (`make feature-sets`).
 .PHONY: model-inputs-c
 model-inputs-c: $(DATASET) | $(INSTALLED)  ## Train M1-concat on the input representation C, as M1-concat-inputs-C
 	$(call beside,M1-concat-inputs-C,--recipe swift --features C $(addprefix --epochs ,$(EPOCHS)))
 
-# Nine times as many trajectories, from another seed than the data set's, in addition to it. Not published.
+# Nine times as many additional trajectories, from another seed than that of the data set. They are not published.
 EXTRA ?= $(shell echo $$((9 * $(COUNT))))
 EXTRA_DATASET := $(OUT)/dataset/extra.h5
 
 .PHONY: model-large
-model-large: $(DATASET) | $(INSTALLED)  ## Train M1-concat on ten times the trajectories, from inputs C, as M1-concat-large (simulates them first)
+model-large: $(DATASET) | $(INSTALLED)  ## Train M1-concat on ten times the trajectories and inputs C, as M1-concat-large (simulates them first)
 	[ -f $(MODELS)/M1-concat-large/run.json ] || $(MAKE) --no-print-directory $(EXTRA_DATASET)
 	$(call beside,M1-concat-large,--recipe swift --features C --extra $(EXTRA_DATASET) --epochs $(or $(EPOCHS),5))
 
@@ -243,7 +246,7 @@ $(EXTRA_DATASET): bem/solver/version.py | $(INSTALLED)
 	@touch $@
 
 .PHONY: model-budgets
-model-budgets: $(DATASET) | $(INSTALLED)  ## Train M1-concat for 8, 15 and 60 epochs, for the error against core-minutes
+model-budgets: $(DATASET) | $(INSTALLED)  ## Train M1-concat for 8, 15 and 60 epochs, for the figure of error against core minutes
 	$(call beside,M1-concat-8-epochs,--recipe swift --epochs $(or $(EPOCHS),8))
 	$(call beside,M1-concat-15-epochs,--recipe swift --epochs $(or $(EPOCHS),15))
 	$(call beside,M1-concat-60-epochs,--recipe swift --epochs $(or $(EPOCHS),60))
@@ -253,7 +256,7 @@ MORE_MODELS ?= model-paper-recipe model-budgets model-inputs-c model-large
 more-models: $(MORE_MODELS)  ## Train M1-concat by the four targets above: another recipe, fewer and more epochs, other inputs, more data
 
 feature-sets.publishes := feature_sets  ## Train the input representations A to D and publish their errors
-data-efficiency.publishes := data_efficiency  ## Train on smaller and smaller shares of the data and publish the errors
+data-efficiency.publishes := data_efficiency  ## Train on decreasing shares of the data and publish the errors
 .PHONY: feature-sets data-efficiency
 feature-sets data-efficiency: $(DATASET) | $(INSTALLED)
 	$(PY) -m experiments $(call value_of,$@.publishes) --config $(CONFIGS)/$(call value_of,$@.publishes).toml --dataset $(DATASET) --models $(MODELS) \
@@ -269,7 +272,7 @@ ranking: $(DATASET) | $(INSTALLED)
 	$(PY) $(MANIFEST) add $(path.ranking)
 	$(fill-reproducibility)
 
-model-forces.publishes := model_forces  ## Compare the published models with the forces of the data set, and publish which belong to it
+model-forces.publishes := model_forces  ## Publish which models were trained on the forces of the published data set
 .PHONY: model-forces
 model-forces: $(DATASET) | $(INSTALLED)
 	$(PY) -m experiments model_forces $(PLACES)
@@ -277,11 +280,11 @@ model-forces: $(DATASET) | $(INSTALLED)
 	$(fill-reproducibility)
 
 .PHONY: seed-commands
-seed-commands: $(DATASET) | $(INSTALLED)  ## Print the commands that train the seeds still missing, of the models and of the inputs A to D
+seed-commands: $(DATASET) | $(INSTALLED)  ## Print the commands that train the missing seeds of the models and of the inputs A to D
 	@$(PY) -m experiments seed_commands $(PLACES)
 
 .PHONY: median-seeds
-median-seeds: $(DATASET) | $(INSTALLED)  ## Publish the median of each model's three seeds in the place of the model
+median-seeds: $(DATASET) | $(INSTALLED)  ## Replace each model by the median of its three seeds
 	$(PY) -m experiments median_seeds $(PLACES)
 	$(PY) $(MANIFEST) add $(MODELS)
 	$(MAKE) --no-print-directory model-forces
@@ -304,27 +307,27 @@ from-scratch:
 
 SCRATCH := results/scratch
 .PHONY: paper-from-scratch
-paper-from-scratch: setup  ## Compute everything into results/scratch without published files; prints its hours, resumes
+paper-from-scratch: setup  ## Compute everything into results/scratch without published files; prints the expected hours, resumes
 	@$(PY) -m experiments.stages
 	@mkdir -p $(SCRATCH)
 	+$(MAKE) --no-print-directory from-scratch OUT=$(SCRATCH) PUBLISHED=$(SCRATCH)/published REPORT=$(SCRATCH)/REPRODUCTION.md
 
 SMOKE ?= results/smoke
 .PHONY: smoke
-smoke: setup  ## The same path on tiny data and one epoch, in minutes; the numbers have no meaning
+smoke: setup  ## The same steps on tiny data with one epoch, in minutes; the numbers have no meaning
 	@mkdir -p $(SMOKE)
 	+$(MAKE) --no-print-directory from-scratch OUT=$(SMOKE) PUBLISHED=$(SMOKE)/published REPORT=$(SMOKE)/REPRODUCTION.md \
 		HOURS=--no-hours CONFIGS=experiments/configs/smoke COUNT=120 EPOCHS=1 ONLY="M1-concat M4-FiLM" \
 		MORE_MODELS=model-large EXTRA=40
 
-##@ Measurements (long, or of one machine; on an idle one; published)
+##@ Measurements (long, or specific to a machine; need an idle machine; published)
 
 PROTOCOLS ?= 200
 FINEST ?= 200
 FINEST_PEER ?= 128
 SOAK ?= 100000
 SOAK_BEYOND ?= 20000
-# BUSY=yes publishes seconds measured on a busy machine too.
+# BUSY=yes publishes times even if the machine was busy.
 BUSY ?=
 IDLE := $(if $(BUSY),--busy)
 SPEED := --speed $(MEASUREMENTS)/training_speed.json
@@ -333,14 +336,14 @@ ALL_MODELS := --models $(MODELS)
 
 .PHONY: measurements
 measurements: $$(filter-out soak measure-peers,$$(MEASURING))  ## All measurements except the soak and those of other software
-# Two measurements at once would measure each other.
+# Two simultaneous measurements would disturb each other.
 .NOTPARALLEL: measurements
 
-# TARGET.makes := RESULT; TARGET.runs is its study where that has another name, .with its options, .needs its inputs.
+# TARGET.makes := RESULT. TARGET.runs is its module, if its name differs; .with are its options, .needs its inputs.
 measure-effects.makes := effects  ## Seconds and errors of scenes that add one effect at a time
 measure-effects.runs := measure
 measure-effects.with := $(IDLE)
-measure-recommendations.makes := recommendations  ## How often `recommend` keeps its promise, and what it saves
+measure-recommendations.makes := recommendations  ## How often `recommend` meets its tolerance, and what it saves
 measure-recommendations.with := $(IDLE)
 measure-canonical-times.makes := canonical_times  ## Seconds of solver and surrogate on the twelve canonical protocols
 measure-canonical-times.with := --config $(CONFIGS)/canonical_times.toml $(ALL_MODELS) $(IDLE)
@@ -348,48 +351,48 @@ measure-canonical-times.needs := M1-concat
 measure-accuracy-cost.makes := accuracy_cost  ## Seconds against errors of every tool (PROTOCOLS=200; FINEST=200 nodes of the paper's discretisation at most)
 measure-accuracy-cost.with := --count $(PROTOCOLS) --finest $(FINEST) $(DATA) $(ALL_MODELS) $(IDLE)
 measure-accuracy-cost.needs := dataset
-measure-cost-growth.makes := cost_growth  ## How seconds grow with nodes, steps and the scene
+measure-cost-growth.makes := cost_growth  ## Growth of the cost with nodes, steps and the scene
 measure-cost-growth.with := $(DATA) $(IDLE)
 measure-cost-growth.needs := dataset
-measure-amortisation.makes := amortisation  ## When a surrogate pays for itself; reads the measurement of accuracy and cost
+measure-amortisation.makes := amortisation  ## When a surrogate pays for itself; uses the measurement of accuracy and cost
 measure-amortisation.with := --cost $(MEASUREMENTS)/accuracy_cost.json $(DATA) $(ALL_MODELS) $(SPEED)
 measure-amortisation.needs := dataset accuracy_cost
 measure-peers.makes := peers  ## The same elastic sphere in Adhesion and tamaas (FINEST_PEER=128 points a side)
 measure-peers.with := --finest $(FINEST_PEER) $(IDLE)
-bench-campaign.makes := campaign_scale  ## What a campaign costs besides its trajectories: two processes, Dask, storage
+bench-campaign.makes := campaign_scale  ## Cost of a campaign besides its trajectories: two processes, Dask, storage
 bench-campaign.runs := bench_campaign
 bench-campaign.with := $(DATA) $(IDLE)
 bench-campaign.needs := dataset
-measure-training-cost.makes := training_cost  ## Error against time of training, from what is published
+measure-training-cost.makes := training_cost  ## Error against time of training, from the published models
 measure-training-cost.with := $(DATA) $(ALL_MODELS) --shares $(PUBLISHED)/data_efficiency.json $(SPEED)
 measure-training-cost.needs := dataset
-measure-hard-cases.makes := hard_case_map  ## The solver over the box, beyond it, and at named extremes, refined
+measure-hard-cases.makes := hard_case_map  ## The solver over the box, beyond it and at named extremes, with refinement
 measure-broad-band.makes := broad_band  ## Pull-off of broad-band solids over the unloading rate
 measure-broad-band.beside := broad_band.csv
 measure-large-tabor.makes := large_tabor  ## Pull-off, a viscoelastic crack and their cost at large Tabor parameters
-measure-surrogate-map.makes := surrogate_map  ## Errors of M1-concat over the box, worst trajectories, out of range
+measure-surrogate-map.makes := surrogate_map  ## Errors of M1-concat over the box, in its worst trajectories, and out of range
 measure-surrogate-map.with := --model M1-concat $(DATA) $(ALL_MODELS)
 measure-surrogate-map.needs := dataset
-bench-training.makes := training_speed  ## What a batch of training costs for each of the 18 paper models
+bench-training.makes := training_speed  ## Cost of a training batch of each of the 18 paper models
 bench-training.with := $(DATA) $(IDLE)
 bench-training.needs := dataset
-bench-surrogate.makes := surrogate_latency  ## What a prediction costs, against Keras's model.predict
+bench-surrogate.makes := surrogate_latency  ## Cost of a prediction, compared with Keras's model.predict
 bench-surrogate.runs := bench_surrogate
 bench-surrogate.with := $(ALL_MODELS) $(IDLE)
 bench-stream.makes := stream_latency  ## The latency of a million steps of a stream
 bench-stream.runs := bench_surrogate
 bench-stream.with := --stream $(ALL_MODELS) $(IDLE)
-bench-targets.makes := target_minutes  ## What each target of REPRODUCING.md takes from published results (TARGETS="figure-1 ..." for some)
+bench-targets.makes := target_minutes  ## Minutes of each target of REPRODUCING.md (TARGETS="figure-1 ..." selects some)
 bench-targets.with := $(addprefix --only ,$(TARGETS))
-soak.makes := soak  ## SOAK=100000 random protocols in the box, SOAK_BEYOND=20000 beyond it; continues after an interruption
+soak.makes := soak  ## Run SOAK=100000 random protocols in the box and SOAK_BEYOND=20000 beyond it; resumes
 soak.with := --count $(SOAK) --beyond $(SOAK_BEYOND)
 
 .PHONY: bench-startup
-bench-startup: setup  ## Processor seconds of the first and of a warm run of bem simulate (BASELINE=REVISION beside it)
+bench-startup: setup  ## Processor seconds of a first and of a warm run of bem simulate (BASELINE=REVISION adds a revision)
 	$(PY) -m experiments startup $(addprefix --baseline ,$(BASELINE))
 
 .PHONY: bench-solver
-bench-solver: setup  ## Accuracy against cost of the solver, into docs/solver-benchmark.md (BASELINE=REVISION compares instead)
+bench-solver: setup  ## Write errors and cost of the solver into docs/solver-benchmark.md (BASELINE=REVISION compares instead)
 	$(PY) -m experiments bench_solver $(addprefix --baseline ,$(BASELINE))
 
 .PHONY: table-solver-hard-cases
@@ -403,26 +406,26 @@ test: check-lock lint  ## Everything continuous integration runs: lock, lint, fo
 	$(PY) -m pytest -n $(TEST_WORKERS) --dist loadfile
 
 .PHONY: test-slow
-test-slow: setup  ## The tests too costly for every commit
+test-slow: setup  ## Run the long tests
 	$(PY) -m pytest -n $(TEST_WORKERS) -m slow
 
 .PHONY: golden-trajectories
-golden-trajectories: setup  ## Renew the numbers that guard the solver's version, after it was raised
+golden-trajectories: setup  ## Update the trajectories that guard the solver's results, after its version was raised
 	$(PY) -m experiments golden_trajectories
 
 .PHONY: lint
-lint: setup  ## Report style problems, and wrong types of the public face
+lint: setup  ## Check style, and the types of the public interface
 	$(PY) -m ruff check .
 	$(PY) -m ruff format --check .
 	$(PY) -m mypy
 
 .PHONY: format
-format: setup  ## Rewrite the code in the house format
+format: setup  ## Format the code
 	$(PY) -m ruff check --fix .
 	$(PY) -m ruff format .
 
 .PHONY: check-lock
-check-lock: setup  ## Fail when requirements.lock does not match pyproject.toml
+check-lock: setup  ## Fail if requirements.lock does not match pyproject.toml
 	$(PY) tools/lock.py check
 
 .PHONY: lock
@@ -453,22 +456,22 @@ docs: setup $(TUTORIALS)  ## Build the documentation into build/site, with its t
 	OMP_NUM_THREADS=1 NO_MKDOCS_2_WARNING=1 $(PY) -m mkdocs build --strict --quiet
 
 .PHONY: readme-pictures
-readme-pictures: setup $(FIGURES)/graphical-abstract.pdf  ## The pictures of the README, by the README's own commands
+readme-pictures: setup $(FIGURES)/graphical-abstract.pdf  ## Update the pictures of the README, with its own commands
 	@for program in bem surrogate; do \
 		command="$$(grep "^$(VENV)/bin/$$program .*--plot" README.md)"; set -x; $${command/--plot /--plot docs/images/}; { set +x; } 2>/dev/null; \
 	done
 	cp $(FIGURES)/graphical-abstract.png docs/images/
 
 .PHONY: docs-effects
-docs-effects: figure-effects  ## Renew the picture of docs/effects.md
+docs-effects: figure-effects  ## Update the picture of docs/effects.md
 	cp $(FIGURES)/figure-effects.png docs/images/
 
 .PHONY: docs-cost
-docs-cost: $(addprefix $(MEASUREMENTS)/,accuracy_cost.json peers.json campaign_scale.json) | $(INSTALLED)  ## Renew the tables of docs/cost.md and docs/cluster.md
+docs-cost: $(addprefix $(MEASUREMENTS)/,accuracy_cost.json peers.json campaign_scale.json) | $(INSTALLED)  ## Update the tables of docs/cost.md and docs/cluster.md
 	$(PY) tools/fill.py docs/cost.md docs/cluster.md --published $(PUBLISHED)
 
 .PHONY: docs-control
-docs-control: setup  ## Renew the seconds of a prediction and of a step in docs/control.md, as published
+docs-control: setup  ## Update the times of a prediction and of a step in docs/control.md
 	$(PY) tools/fill.py docs/control.md --published $(PUBLISHED)
 
 ##@ Demonstrator
@@ -485,11 +488,11 @@ demo: demo-build  ## Build the demonstrator and serve it at http://localhost:800
 	@python3 tools/serve.py demo/dist --port $(DEMO_PORT)
 
 .PHONY: test-demo
-test-demo: setup  ## Use the demonstrator in headless Chromium and compare it with Python; installs Debian's packages if missing
+test-demo: setup  ## Test the demonstrator in headless Chromium against Python; installs missing Debian packages
 	tests/demo/run.sh $(DEMO_MODEL)
 
 .PHONY: demo-curves
-demo-curves: setup  ## Choose and simulate the solver curves the demonstrator overlays (demo/public/curves.json)
+demo-curves: setup  ## Choose and simulate the solver curves of the demonstrator (demo/public/curves.json)
 	$(PY) -m experiments.demo_curves
 
 demo/node_modules/.installed: demo/package.json demo/package-lock.json demo/.npmrc
@@ -500,14 +503,14 @@ demo/node_modules/.installed: demo/package.json demo/package-lock.json demo/.npm
 ##@ More
 
 .PHONY: help help-all
-help:  ## The targets that rest on published results, and the groups of the others
+help:  ## List the targets that use published results, and the names of the others
 	@awk -f tools/help.awk Makefile
-help-all:  ## Every target
+help-all:  ## List every target
 	@awk -v all=1 -f tools/help.awk Makefile
 
-# The rules for the lines above.
+# Rules for the lines above.
 
-# A value, without the blanks before its caption.
+# A value, without the spaces before its caption.
 value_of = $(strip $($(1)))
 named = $(sort $(patsubst %.$(1),%,$(filter %.$(1),$(.VARIABLES))))
 PAPER := $(call named,paper)
@@ -516,7 +519,7 @@ SHOWN := $(PAPER) $(COST)
 MEASURING := $(call named,makes)
 STUDY_RESULTS := $(patsubst %,$(STUDIES)/%.json,$(call named,study))
 path.dataset := $(DATASET)
-# The folder as well as its files: it changes when an entry is removed, which a wildcard does not show.
+# The folder and its files: the folder changes if an entry is removed, which a wildcard does not show.
 path.models = $(MODELS) $(wildcard $(MODELS)/*/run.json)
 path.M1-concat = $(addprefix $(REFERENCE)/,run.json model.weights.h5 scaling.json) $(wildcard $(REFERENCE)/model.onnx)
 path.more-models = $(path.models)
@@ -537,7 +540,7 @@ LEFT_OUT := $(if $(wildcard $(addprefix $(MODELS)/M[1-6]-,FiLM/run.json gated/ru
 WITHOUT_KERAS := $(if $(shell grep -s small $(INSTALLED)),figure-4 figure-architectures)
 LEFT_OUT += $(WITHOUT_KERAS)
 
-# The file that stands for a figure or table, and the name of the one that a file stands for.
+# The file of a figure or table, and the figure or table of a file.
 product = $(if $(filter table-%,$(1)),$(TABLES)/$(1:table-%=%).md,$(FIGURES)$($(1).under)/$(1).pdf)
 shown = $(if $(filter %.md,$(1)),table-)$(basename $(notdir $(1)))
 depends = $(foreach one,$(1),$(dir $(one)).depends/$(basename $(notdir $(one))).d)
@@ -553,18 +556,18 @@ $(FILES): $$(call inputs,$$($$(call shown,$$@).paper) $$($$(call shown,$$@).cost
 $(STUDY_RESULTS): $(STUDIES)/%.json: $$(call inputs,$$($$*.study)) $$(call depends,$$@) | $(INSTALLED)
 	$(PY) -m experiments --depends $@ $* $(PLACES) --configs $(CONFIGS)
 
-# A result without a note is made again; with one, it is made again when a noted file changes.
+# A result without such a record is made again; with one, it is made again if a recorded file has changed.
 $(DEPENDS): ;
 include $(wildcard $(DEPENDS))
 
-# One core: BLAS and the backends of the surrogates must not use more.
+# BLAS and the backends of the surrogates must use one core only.
 $(MEASURING): export OMP_NUM_THREADS := 1
 $(MEASURING): %: $$(call inputs,$$($$*.needs)) | $(INSTALLED)
 	$(PY) -m experiments $(or $($*.runs),$(call value_of,$*.makes)) $($*.with) --out $(MEASUREMENTS)/$(call value_of,$*.makes).json
 	$(PY) $(MANIFEST) add $(MEASUREMENTS)/$(call value_of,$*.makes).json
 	$(if $($*.beside),$(PY) $(MANIFEST) add $(MEASUREMENTS)/$($*.beside) --command "python -m experiments $(call value_of,$*.makes)")
 
-# The message for a missing file names the target that makes it.
+# The message about a missing file names the target that makes it.
 maker = $(strip $(foreach one,$(MEASURING),$(if $(filter $(1),$($(one).makes)),$(one))))
 missing = echo "$@ is missing; restore it from the repository, or run \`make $(1)\`" >&2; exit 1
 $(MEASUREMENTS)/%.json:

@@ -1,1 +1,1 @@
-"""The studies of the paper and of the solver's design, each run by `python -m experiments NAME`."""
+"""Studies of the paper and measurements of the software, each run by `python -m experiments NAME`."""

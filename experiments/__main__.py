@@ -1,9 +1,9 @@
-"""`python -m experiments NAME ...` runs the study of that name, in whichever folder it is.
+"""Run one study: `python -m experiments NAME ...`.
 
-The function `study` of a module returns the content of a result: the runner finds its arguments, as
-`experiments.places` describes, and writes the result under the module's name. A module with a `main` has options of its
-own, which `--help` shows. `--depends FILE` before the name also writes the rule that tells make what the result was
-made from.
+A module with a function `study` returns the content of one result. The runner supplies the arguments of the function,
+as `experiments.places` describes, and writes the result under the name of the module. A module with a function `main`
+has options of its own; `--help` lists them. The option `--depends FILE` before the name also writes the make rule of
+`FILE`: the files from which the result was made.
 """
 
 import re
@@ -24,13 +24,13 @@ RUNS = re.compile(r"^def (?:main|study)\(", re.MULTILINE)
 
 
 def modules() -> dict[str, str]:
-    """Every study's name and its module; the other modules of the folders are what studies share."""
+    """Module of each study, by the name of the study; modules without `main` or `study` are shared code."""
     files = sorted(path for path in HERE.glob("*/*.py") if RUNS.search(path.read_text(encoding="utf-8")))
     return {path.stem: f"experiments.{path.parent.name}.{path.stem}" for path in files}
 
 
 def main() -> None:
-    """Run one study with the words that follow its name."""
+    """Run the study that the command line names, with the options that follow the name."""
     words = sys.argv[1:]
     target = Path(words[1]) if words[:1] == ["--depends"] and len(words) > 1 else None
     name, *rest = (words[2:] if target else words) or [""]
@@ -48,9 +48,9 @@ def main() -> None:
 
     def command(
         context: typer.Context,
-        results: Annotated[Path, typer.Option(help="Where results are.")] = Path("results"),
-        published: Annotated[Path, typer.Option(help="Where published files are.")] = Path("published"),
-        configs: Annotated[Path, typer.Option(help="Where the studies' TOML files are.")] = CONFIGS,
+        results: Annotated[Path, typer.Option(help="Folder of results.")] = Path("results"),
+        published: Annotated[Path, typer.Option(help="Folder of published files.")] = Path("published"),
+        configs: Annotated[Path, typer.Option(help="Folder of the TOML files of studies.")] = CONFIGS,
         take: Annotated[list[str] | None, typer.Option(help="NAME=FILE: read this file instead.")] = None,
         out: Annotated[Path | None, typer.Option(help="Result file to write.")] = None,
     ) -> None:

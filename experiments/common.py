@@ -1,7 +1,8 @@
-"""What the studies share: their configurations, the simulations and predictions they compare, and their result files.
+"""Code shared by the studies: configurations, simulations, predictions and result files.
 
-Each study reads `experiments/configs/NAME.toml` (another file with `--config`) and writes one JSON result file under
-`results/studies/`, or under `published/` where computing it takes hours.
+A study that has settings reads `experiments/configs/NAME.toml`. A study writes one JSON result file: under
+`results/studies/`, or under `published/` if its computation takes hours. All quantities are dimensionless, as in
+`bem.trajectory`.
 """
 
 from __future__ import annotations
@@ -31,15 +32,15 @@ CONFIGS = Path(__file__).parent / "configs"
 DATASET = Path("published/dataset.h5")
 MODELS = Path("published/models")
 MODULUS_RATIO = 0.1
-"""Relaxed over instantaneous modulus of the paper's solid."""
+"""Relaxed over instantaneous modulus, k = E0/Einf, of the paper's solid."""
 
 
 def read_config(path: Path, *keys: str) -> dict[str, Any]:
-    """Read a study's TOML file, which must hold exactly these keys.
+    """Read a study's TOML file. It must hold exactly the given keys.
 
     Raises:
-        FileNotFoundError: no such file.
-        ValueError: not TOML, or other keys.
+        FileNotFoundError: The file does not exist.
+        ValueError: The file is not TOML, or holds other keys.
     """
     if not path.is_file():
         raise FileNotFoundError(f"configuration not found; received {str(path)!r}")
@@ -53,15 +54,15 @@ def read_config(path: Path, *keys: str) -> dict[str, Any]:
 
 
 def write_result(out: Path, study: str, content: dict[str, Any]) -> None:
-    """Write a result file with where it comes from; whole or not at all."""
+    """Write a result file atomically, together with its provenance (command, versions, host, revision)."""
     out.parent.mkdir(parents=True, exist_ok=True)
     complete = {**provenance(f"python -m experiments {study}"), **content}
     write_whole(out, json.dumps(complete, allow_nan=False) + "\n")
 
 
 def problem(quantities: Mapping[str, float], modulus_ratio: float = MODULUS_RATIO) -> tuple[Scene, LoadingProtocol]:
-    """Scene and protocol of `QUANTITIES`, of which others are left out, in a standard linear solid."""
-    # What simulates nothing is not to depend on the solver.
+    """Scene of a standard linear solid, and protocol, from the five `QUANTITIES`; other keys are ignored."""
+    # Imported here, so that a study that simulates nothing does not depend on the solver.
     from bem import LoadingProtocol, Scene, StandardLinearSolid
 
     values = {name: float(quantities[name]) for name in QUANTITIES}
@@ -71,10 +72,10 @@ def problem(quantities: Mapping[str, float], modulus_ratio: float = MODULUS_RATI
 def simulated(
     quantities: Mapping[str, float], *, accuracy: str | float, modulus_ratio: float = MODULUS_RATIO
 ) -> Trajectory:
-    """Simulate one protocol of `QUANTITIES`.
+    """Simulate the protocol that the five values of `QUANTITIES` define, in a standard linear solid.
 
     Raises:
-        RuntimeError: the simulation did not complete.
+        RuntimeError: The simulation did not complete.
     """
     from bem import simulate
 
@@ -85,19 +86,19 @@ def simulated(
 
 
 def on_steps(
-    quantities: dict[str, float], trajectory: Trajectory, counts: tuple[int, int, int] = FMS
+    quantities: dict[str, float], trajectory: Trajectory, points_per_phase: tuple[int, int, int] = FMS
 ) -> dict[str, np.ndarray]:
-    """Times, indentations and simulated force on the measurement steps, each of shape (steps,)."""
-    times, indentations = measurement_grid(**{name: quantities[name] for name in QUANTITIES}, counts=counts)
+    """Time, indentation and simulated force at the measurement steps, each of shape (steps,)."""
+    times, indentations = measurement_grid(**{name: quantities[name] for name in QUANTITIES}, counts=points_per_phase)
     force = trajectory.at(times[0].clip(max=trajectory.time[-1]))
     return {"time": times[0], "indentation": indentations[0], "force": force}
 
 
 def load_surrogate(model: str, models: Path, backend: str | None = None) -> Surrogate:
-    """A trained model on one thread; ONNX Runtime where it is exported, else Keras.
+    """Load a trained model for one thread: by ONNX Runtime if the model was exported, otherwise by Keras.
 
     Raises:
-        ValueError: the model's name is no plain one.
+        ValueError: The name of the model is not a plain name.
     """
     from surrogate.backend import limit_threads
     from surrogate.training.publishing import model_name
@@ -114,7 +115,7 @@ def load_surrogate(model: str, models: Path, backend: str | None = None) -> Surr
 
 @contextlib.contextmanager
 def without_extrapolation_warnings() -> Iterator[None]:
-    """Let surrogates predict beyond their range in silence, where the study itself speaks of it."""
+    """Silence the extrapolation warning of surrogates, for studies that report the extrapolation themselves."""
     from surrogate.inference.predictor import ExtrapolationWarning
 
     with warnings.catch_warnings():
@@ -123,9 +124,9 @@ def without_extrapolation_warnings() -> Iterator[None]:
 
 
 def predicted(
-    trained: Surrogate, steps: dict[str, np.ndarray], counts: tuple[int, int, int], tabor: float
+    trained: Surrogate, steps: dict[str, np.ndarray], points_per_phase: tuple[int, int, int], tabor: float
 ) -> np.ndarray:
-    """Force a surrogate predicts on measurement steps, shape (steps,); extrapolation is the study's to mention."""
+    """Force that a surrogate predicts at the measurement steps, of shape (steps,), without extrapolation warnings."""
     from surrogate.data.features import edge_from_counts
 
     with without_extrapolation_warnings():
@@ -133,7 +134,7 @@ def predicted(
             steps["time"][np.newaxis],
             steps["indentation"][np.newaxis],
             tabor=np.array([tabor]),
-            edge=edge_from_counts(counts, 1),
+            edge=edge_from_counts(points_per_phase, 1),
         )
     return force[0]
 
@@ -144,5 +145,5 @@ def percent(value: float, reference: float) -> float:
 
 
 def lists(arrays: dict[str, np.ndarray]) -> dict[str, list[float]]:
-    """Arrays as lists, ready for JSON."""
+    """Convert arrays to lists, for JSON."""
     return {name: np.asarray(values, dtype=float).tolist() for name, values in arrays.items()}

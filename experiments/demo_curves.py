@@ -1,9 +1,9 @@
 """Solver curves that the browser demonstrator draws over the predictions of the surrogate.
 
-Two kinds: the paper's twelve representative samples (its table of figure-9 protocols), simulated at the accuracy of the
-data set, and trajectories of the published data set that no model was trained on. The latter are the held-out protocols
-nearest to the points of a Sobol sequence in the logarithms of the five quantities, so that few of them cover the whole
-box.
+There are two kinds. The first are the paper's twelve canonical protocols (its timing table), simulated at the accuracy
+of the data set. The second are trajectories of the published data set on which no model was trained: the held-out
+protocols nearest to the points of a Sobol sequence in the logarithms of the five quantities, so that a few of them
+cover the whole box.
 
 Usage: `python -m experiments.demo_curves [--count N] [--out FILE]`.
 """
@@ -29,12 +29,12 @@ OUT = Path("demo/public/curves.json")
 ACCURACY = "standard"
 COUNT = 36
 RESULTS = ("pull_off_force", "pull_off_time", "hysteresis")
-# As precise as the data set's single-precision forces, in as few bytes as that takes.
+# Forces of the data set have single precision; more digits would only lengthen the file.
 SIGNIFICANT_DIGITS = 7
 
 
 def rounded(values: np.ndarray) -> list[float]:
-    """Numbers at the precision of the file."""
+    """Values rounded to the precision of the file."""
     return [float(f"{value:.{SIGNIFICANT_DIGITS}g}") for value in np.asarray(values, dtype=np.float64)]
 
 
@@ -42,15 +42,15 @@ def spread(protocols: dict[str, np.ndarray], count: int, seed: int = 0) -> np.nd
     """Choose protocols that cover their box evenly.
 
     Args:
-        protocols: the five quantities by name, each of shape (n,).
-        count: how many to choose, at most n.
-        seed: seed of the Sobol sequence.
+        protocols: The five quantities by name, each of shape (n,).
+        count: Number of protocols to choose, from 1 to n.
+        seed: Seed of the Sobol sequence.
 
     Returns:
-        positions in the arrays, in the order of the sequence, none twice.
+        Distinct indices into the arrays, of shape (count,), in the order of the sequence.
 
     Raises:
-        ValueError: more are wanted than there are.
+        ValueError: `count` is not between 1 and n.
     """
     logarithms = np.log([protocols[name] for name in QUANTITIES]).T
     if not 0 < count <= len(logarithms):
@@ -70,7 +70,7 @@ def paper_curve(row: dict[str, Any]) -> dict[str, Any]:
     """Simulate one of the paper's samples.
 
     Raises:
-        RuntimeError: the simulation did not complete.
+        RuntimeError: The simulation did not complete.
     """
     trajectory = simulated(row, accuracy=ACCURACY)
     return {
@@ -83,7 +83,7 @@ def paper_curve(row: dict[str, Any]) -> dict[str, Any]:
 
 
 def held_out_curves(dataset: TrajectoryDataset, split: Split, count: int) -> list[dict[str, Any]]:
-    """Take trajectories of the data set's test part."""
+    """Select trajectories of the test part of the data set."""
     rows = split.test[spread(dataset.protocols_of(split.test), count)]
     return [
         {

@@ -1,8 +1,9 @@
 """The files on which a result depends, for make: the modules that were imported and the files that were read.
 
-It works as `gcc -MD -MP` does for a compiled file. The rule names what was used, so that nothing is listed by hand. A
-rule without commands for each of these makes a removed file cause a new run instead of an error. Only modules and files
-under the working directory or one of the given folders are named, without those of the environment.
+The rule is written as `gcc -MD -MP` does it for a compiled file. It names the files that the run used, so that no list
+is kept by hand. Each named file also has a rule without commands: if the file is removed, make runs the target again
+instead of failing. Only files under the working directory or under one of the given folders are named; those of the
+Python environment are not.
 """
 
 from __future__ import annotations
@@ -14,18 +15,18 @@ from pathlib import Path
 from typing import Any
 
 CODE = {".py", ".pyc", ".nbi", ".nbc", ".so"}
-"""Files that are read whenever a module is imported or a compiled kernel is loaded; the modules themselves count."""
+"""Suffixes of files that Python reads to import a module or to load a compiled kernel; `Recorder` lists the modules."""
 SUMS = "MANIFEST.json"
-"""The list of published sums, which changes with whatever else is published."""
+"""The manifest; it changes whenever any file is published, and is therefore not a dependency."""
 
 
 def beside(target: Path) -> Path:
-    """The file that holds the rule of a target."""
+    """Path of the file that holds the rule of a target."""
     return target.parent / ".depends" / f"{target.stem}.d"
 
 
 class Recorder:
-    """Hears of every file and folder that is read from now on; one for each process, as Python offers no way back."""
+    """Records each file and folder that is read from now on. One per process: an audit hook cannot be removed."""
 
     def __init__(self) -> None:
         self.started = time.time()
@@ -34,20 +35,20 @@ class Recorder:
         sys.addaudithook(self._hear)
 
     def add(self, *paths: Path) -> None:
-        """Count files that libraries read past Python, such as HDF5."""
+        """Add files that a library reads without Python's `open`, such as HDF5."""
         self.read.update(os.fspath(path) for path in paths if path.exists())
 
     def write(self, target: Path, *roots: Path) -> None:
-        """Write the rule of a target; it is as old as the run, so that the target is newer.
+        """Write the rule of a target. The file gets the start time of the run, so that the target is newer.
 
         Args:
-            target: What was made.
-            roots: Folders in which files count, besides the one the program runs in.
+            target: The file that was made.
+            roots: Folders whose files are recorded, besides the working directory.
         """
         places = [Path.cwd(), *map(_absolute, roots)]
         modules = {getattr(module, "__file__", None) for module in list(sys.modules.values())} - {None}
         used = {_absolute(path) for path in (self.read - self.written) | modules}
-        # Whole files are written by opening their folder too; what the run changed itself is no input.
+        # Writing a file atomically also opens its folder; a file that the run wrote itself is not an input.
         used -= {_absolute(target), *(_absolute(path).parent for path in (target, *self.written))}
         names = sorted({shown for path in used if (shown := _shown(path, places))})
         rule = " \\\n ".join([f"{target}:", *names])
@@ -69,12 +70,12 @@ class Recorder:
 
 
 def _absolute(path: str | Path) -> Path:
-    """A path from the root on, links kept, since make compares names."""
+    """An absolute path; symbolic links are kept, since make compares names."""
     return Path(os.path.normpath(Path.cwd() / path))
 
 
 def _shown(whole: Path, places: list[Path]) -> str | None:
-    """A path as make knows it: relative below the working folder; `None` where it does not count."""
+    """A path as make writes it, relative if below the working directory; `None` if it is not recorded."""
     if not any(whole.is_relative_to(root) for root in places) or not whole.exists():
         return None
     if whole.is_relative_to(Path(sys.prefix)) or whole.is_relative_to(Path(sys.base_prefix)):
@@ -84,7 +85,7 @@ def _shown(whole: Path, places: list[Path]) -> str | None:
         part in ("__pycache__", "site-packages") or part.startswith(".") for part in inner.parts
     ):
         return None
-    # A package's folder is listed whenever a module is looked for in it.
+    # Python lists the folder of a package whenever it looks for a module in it.
     if not inner.parts or (whole.is_dir() and any(whole.glob("*.py"))):
         return None
     return str(inner).replace(" ", "\\ ")

@@ -1,6 +1,6 @@
-"""Whether a model and a data set belong together: trajectory indices are valid in one data set only.
+"""Check that a model and a data set belong together: a trajectory index is valid in one data set only.
 
-`surrogate.training.identity` says from which training a model comes, and how two trainings differ.
+`surrogate.training.identity` states how a model was trained, and how two trainings differ.
 """
 
 from __future__ import annotations
@@ -11,10 +11,10 @@ from surrogate.training.identity import read_identity
 
 
 def dataset_digest(path: Path) -> str:
-    """Digest of a data set file, the one that trainings record.
+    """Digest of a data set file, as trainings record it.
 
     Raises:
-        FileNotFoundError: no such file.
+        FileNotFoundError: The file does not exist.
     """
     from surrogate.data.dataset import TrajectoryDataset
 
@@ -24,15 +24,16 @@ def dataset_digest(path: Path) -> str:
 
 
 def require_dataset(folder: Path, dataset: Path) -> str:
-    """Digest of the data set a model was trained on, which must be that file's.
+    """Digest of a data set file on which the model must have been trained.
 
     Raises:
-        ValueError: the model was trained on another data set.
+        FileNotFoundError: The data set file does not exist.
+        ValueError: The model was trained on another data set.
     """
     trained_on, received = read_identity(folder).dataset, dataset_digest(dataset)
     if trained_on != received:
         raise ValueError(
             f"model {folder.name!r} must have been trained on {str(dataset)!r}, of digest {received[:12]}; "
-            f"received one trained on a data set of digest {trained_on[:12]}: remove {str(folder)!r} and train it anew"
+            f"received one trained on a data set of digest {trained_on[:12]}: remove {str(folder)!r} and train it again"
         )
     return received

@@ -1,4 +1,4 @@
-"""The paper's own numbers, each transcribed once in `experiments/paper_values/`: TOML files and tables in CSV."""
+"""The paper's own numbers, each transcribed once, in TOML and CSV files of `experiments/paper_values/`."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ def paper_values(name: str) -> dict[str, Any]:
 
 
 def paper_rows(name: str) -> list[dict[str, Any]]:
-    """The rows of `paper_values/NAME.csv`, every cell a number that can be one."""
+    """The rows of `paper_values/NAME.csv`; a cell that reads as a number becomes a `float`."""
     with (PAPER_VALUES / f"{name}.csv").open(encoding="utf-8", newline="") as file:
         return [{key: _number(value) for key, value in row.items()} for row in csv.DictReader(file)]
 
 
 def stated(place: str) -> Any:
-    """A number of the paper by its place, as `dataset:ranges/tabor/0`.
+    """A number of the paper by its place, for example `dataset:ranges/tabor/0`.
 
     Raises:
-        ValueError: there is none at that place.
+        ValueError: There is no such place.
     """
     name, _, path = place.partition(":")
     found: Any = paper_values(name)
@@ -41,7 +41,7 @@ def stated(place: str) -> Any:
 
 
 def with_stated(text: str) -> str:
-    """A text whose `{FILE:KEY}` are filled with the paper's numbers."""
+    """Replace each `{FILE:KEY/...}` in a text by the paper's number at that place."""
     return re.sub(r"\{(\w+:[\w/]+)\}", lambda match: f"{stated(match[1]):g}", text)
 
 

@@ -1,8 +1,9 @@
-"""Where results and published files are, and what the parameters of a study, a figure or a table stand for.
+"""Paths of results and published files, and the arguments of a study, a figure or a table.
 
-A parameter `config` is the module's own TOML file, `dataset`, `models`, `seeds` and `configs` are paths, and any other
-is the content of the result of that name, `None` where it defaults to that and nothing is there. Results of the studies
-in `experiments/paper/` are in `RESULTS/studies`; those that take hours, and measurements, are published.
+The name of a parameter decides its argument. `config` is the content of the module's own TOML file; `dataset`,
+`models`, `seeds` and `configs` are paths. Any other name is that of a result, and the argument is its content. It is
+`None` if the parameter defaults to `None` and the result file does not exist. Results of the studies in
+`experiments/paper/` are in `RESULTS/studies`; results that take hours, and measurements, are published.
 """
 
 from __future__ import annotations
@@ -20,12 +21,12 @@ from experiments.registry import maker
 HERE = Path(__file__).parent
 CONFIGS = HERE / "configs"
 PUBLISHED_STUDIES = ("feature_sets", "data_efficiency", "accuracy_price", "ranking", "model_forces")
-"""Results published beside the data set."""
+"""Results that are published in the same folder as the data set."""
 
 
 @dataclass(frozen=True)
 class Places:
-    """Folders of results, of published files and of configurations; `taken` are files to read instead of the usual."""
+    """Folders of results, published files and configurations; `taken` maps names to files that are read instead."""
 
     results: Path = Path("results")
     published: Path = Path("published")
@@ -33,7 +34,7 @@ class Places:
     taken: Mapping[str, Path] = field(default_factory=dict)
 
     def path(self, name: str) -> Path:
-        """The place of the data set, the models, their seeds or a result."""
+        """Path of the data set, the models, their seeds or a result, by name."""
         if name in self.taken:
             return self.taken[name]
         if name in ("dataset", "models", "seeds"):
@@ -47,8 +48,13 @@ class Places:
     def read(self, name: str, asked_by: str) -> Any:
         """Content of a result.
 
+        Args:
+            name: The result.
+            asked_by: Make target that reads it.
+
         Raises:
-            FileNotFoundError: naming the target that makes it; where that is a study, the target that asked.
+            FileNotFoundError: The file does not exist. The message names the target that publishes the result, or, for
+                the result of a study, `asked_by`.
         """
         path = self.path(name)
         if not path.is_file():
@@ -57,7 +63,7 @@ class Places:
         return json.loads(path.read_text(encoding="utf-8"))
 
     def arguments(self, function: Callable[..., Any], asked_by: str) -> dict[str, Any]:
-        """What the parameters of a function stand for; those by keyword alone are the caller's."""
+        """Arguments of a function by the names of its parameters, keyword-only parameters excepted."""
         return {
             name: self._argument(parameter, function, asked_by)
             for name, parameter in inspect.signature(function).parameters.items()
@@ -76,7 +82,7 @@ class Places:
         return self.read(name, asked_by)
 
     def _config(self, module: ModuleType | None) -> dict[str, Any]:
-        # What draws reads no settings, and is not to depend on all that a study shares.
+        # Imported here, so that a figure, which has no settings, does not depend on the modules that studies share.
         from experiments.common import read_config
 
         name = module.__name__.rpartition(".")[2] if module else ""
@@ -85,10 +91,10 @@ class Places:
 
 
 def keywords(words: list[str], function: Callable[..., Any]) -> dict[str, Any]:
-    """`--NAME VALUE ...` as the keyword parameters of a function; a parameter that is a tuple may be given repeatedly.
+    """Convert `--NAME VALUE ...` to keyword arguments of a function; an option whose type is a tuple is repeatable.
 
     Raises:
-        ValueError: another option, or one without its value.
+        ValueError: An option is unknown, lacks its value, or is required and missing.
     """
     known = {
         name: parameter
@@ -101,7 +107,7 @@ def keywords(words: list[str], function: Callable[..., Any]) -> dict[str, Any]:
         if name not in known or not option.startswith("--") or value is None:
             allowed = ", ".join(f"--{one} VALUE" for one in known) or "no other options"
             raise ValueError(f"options must be {allowed}; received {' '.join(words)!r}")
-        repeated = str(known[name].annotation).startswith("tuple[")  # a text, or what prints as one
+        repeated = str(known[name].annotation).startswith("tuple[")  # a string, or an object whose text is the same
         found[name] = (*found.get(name, ()), value) if repeated else value
     absent = [name for name, parameter in known.items() if parameter.default is parameter.empty and name not in found]
     if absent:
@@ -110,10 +116,10 @@ def keywords(words: list[str], function: Callable[..., Any]) -> dict[str, Any]:
 
 
 def replaced(pairs: list[str]) -> dict[str, Path]:
-    """`NAME=FILE ...` as files by name.
+    """Convert `NAME=FILE ...` to files by name.
 
     Raises:
-        ValueError: a pair without a name or a file.
+        ValueError: A pair lacks its name or its file.
     """
     split = [pair.partition("=") for pair in pairs]
     if wrong := [pair for pair, (name, _, file) in zip(pairs, split, strict=True) if not (name and file)]:

@@ -1,8 +1,8 @@
-"""The stages of the paper from scratch, and the expected hours of each, printed before the first and as each begins.
+"""The stages of the reproduction from scratch and the expected hours of each, printed before each stage begins.
 
-Hours follow from the core seconds that published results took (`run.json` of the models, or their batches where
-`experiments.cost.training_speed` measured these on one machine; the result files of the studies that train; the data
-set); a stage of which something is not published shows its estimate, and says so.
+The hours follow from the core seconds stored with the published results: the data set, the result files of the studies
+that train, and `run.json` of the models, or their batches if `experiments.training.training_speed` measured these on
+one machine. A stage with an unpublished part shows an estimate and says so.
 
 Usage: `python -m experiments.stages [NAME] [--published DIR]`.
 """
@@ -18,9 +18,9 @@ import typer
 
 from bem._support.command_line import run_main
 from experiments import common
-from experiments.cost import training_speed
-from experiments.cost.training_cost import batch_seconds, training_seconds
 from experiments.paper.model_comparison import REFERENCE
+from experiments.training import training_speed
+from experiments.training.training_cost import batch_seconds, training_seconds
 from surrogate.architectures.naming import names
 
 CONFIG = common.CONFIGS / "stages.toml"
@@ -29,16 +29,16 @@ SPEED = Path("measurements") / training_speed.OUT.name
 
 
 def read_stages() -> dict[str, dict[str, Any]]:
-    """Stages by name, in order."""
+    """Settings of the stages by name, in order, from `experiments/configs/stages.toml`."""
     return tomllib.loads(CONFIG.read_text(encoding="utf-8"))["stages"]
 
 
 def core_seconds(stage: str, published: Path, labels: tuple[str, ...] = ()) -> float | None:
-    """Core seconds that a stage took according to what is published; `None` where a part is missing.
+    """Core seconds that a stage took according to the published files; `None` if one of them is missing.
 
     Args:
-        stage: Its name.
-        published: Where published files are.
+        stage: Name of the stage.
+        published: Folder of published files.
         labels: Model directories of the stage.
     """
     if labels:
@@ -63,7 +63,7 @@ def core_seconds(stage: str, published: Path, labels: tuple[str, ...] = ()) -> f
 
 
 def hours_of(name: str, stages: dict[str, dict[str, Any]], published: Path) -> tuple[float, bool]:
-    """Hours a stage takes, and whether that follows from published results."""
+    """Hours that a stage takes, and whether they follow from published results (`True`) or are an estimate."""
     if name == "reference":  # a part of `models`
         stage = {"labels": [REFERENCE], "jobs": 1, "estimate": stages["models"]["estimate"] / len(names())}
     else:
@@ -75,13 +75,13 @@ def hours_of(name: str, stages: dict[str, dict[str, Any]], published: Path) -> t
 
 
 def hours_text(hours: float, measured: bool) -> str:
-    """Hours as they are read, an estimate called one."""
+    """Hours or minutes in words, marked if they are an estimate."""
     text = f"{hours:.2g} hours" if hours >= 1.0 else f"{60.0 * hours:.0f} minutes"
     return f"about {text}" + ("" if measured else " by estimate")
 
 
 def describe(name: str, stages: dict[str, dict[str, Any]], published: Path = PUBLISHED, *, hours: bool = True) -> str:
-    """One line about a stage."""
+    """One line about a stage: its place, what it does, and its expected hours."""
     place = list(stages).index(name) + 1
     if not hours:
         return f"stage {place} of {len(stages)}, {name}"
@@ -91,10 +91,10 @@ def describe(name: str, stages: dict[str, dict[str, Any]], published: Path = PUB
 
 def main(
     name: Annotated[str | None, typer.Argument(help="A stage; all of them by default.")] = None,
-    hours: Annotated[bool, typer.Option(help="Say what it does and how long that takes.")] = True,
-    published: Annotated[Path, typer.Option(help="Where published files are.")] = PUBLISHED,
+    hours: Annotated[bool, typer.Option(help="Print what the stage does and how long it takes.")] = True,
+    published: Annotated[Path, typer.Option(help="Folder of published files.")] = PUBLISHED,
 ) -> None:
-    """Say what a stage does and how long it takes."""
+    """Print what each stage does and how long it takes."""
     stages = read_stages()
     if name is not None and name not in stages:
         raise typer.BadParameter(f"expected one of {', '.join(stages)}; received {name!r}")
@@ -102,7 +102,9 @@ def main(
         print(describe(one, stages, published, hours=hours), flush=True)
     if name is None:
         total = sum(hours_of(one, stages, published)[0] for one in stages)
-        print(f"about {total:.0f} hours in all on two cores; interrupt at will, the same command goes on", flush=True)
+        print(
+            f"about {total:.0f} hours in total on two cores; the same command continues an interrupted run", flush=True
+        )
 
 
 def _read(path: Path) -> dict[str, Any]:

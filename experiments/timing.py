@@ -1,8 +1,8 @@
-"""What measurements share: options, seconds with their spread, progress, many processes.
+"""Code shared by the measurements: options, timing, statistics, progress, and parallel processes.
 
-Seconds are processor seconds of whole calls on one thread. A first call, which loads compiled kernels, is never
-counted. Where other programs compete for the core, processor seconds are fewer than wall seconds, and also longer than
-on an idle machine: a measurement is not published when they were too small a share of the wall seconds.
+Times are processor seconds of whole calls on one thread. The first call, which loads compiled kernels, is not counted.
+If other programs compete for the core, processor seconds fall below wall seconds, and also exceed those of an idle
+machine. A measurement is therefore not published if its processor seconds are too small a share of the wall seconds.
 """
 
 from __future__ import annotations
@@ -24,29 +24,29 @@ import typer
 from bem._support.plain_json import plain
 
 MEASUREMENTS = Path("published/measurements")
-"""Where measurements go that take long or belong to one machine."""
+"""Folder of measurements: results that take long or depend on the machine."""
 FORCE_ERROR = "mean |P - P*| / range of P*"
-"""The one error of a force history in the measurements of cost: see `force_error`."""
+"""The error of a force history in all measurements of cost: see `force_error`."""
 NOT_PUBLISHED = Path("results/measurements")
-"""Where measurements go that were made on a busy machine."""
+"""Folder of measurements made on a busy machine."""
 LEAST_SHARE = 0.9
-"""Processor seconds over wall seconds below which the machine was too busy."""
-SAID_EVERY = 20.0  # seconds between lines of progress where nobody has a terminal
+"""Least ratio of processor seconds to wall seconds; below it, the machine counts as busy."""
+SAID_EVERY = 20.0  # seconds between two lines of progress if the output is not a terminal
 Item = TypeVar("Item")
-Busy = Annotated[bool, typer.Option("--busy", help="Publish it even if the machine was busy.")]
+Busy = Annotated[bool, typer.Option("--busy", help="Publish the measurement even if the machine was busy.")]
 Out = Annotated[Path, typer.Option(help="Result file to write.")]
 DatasetFile = Annotated[Path, typer.Option(help="Data set file.")]
-Models = Annotated[Path, typer.Option(help="Where trained models are.")]
+Models = Annotated[Path, typer.Option(help="Folder of trained models.")]
 Jobs = Annotated[int, typer.Option(help="Processes.")]
 """Options of several measurements; every measurement of seconds has `Busy`."""
 
 
 class Clock:
-    """Processor seconds of what runs inside `with clock:`, and how much of the wall's seconds they are so far.
+    """Measures the code inside `with clock:`: wall and processor seconds, and their ratio over all runs so far.
 
     Args:
-        processor: Seconds of this process on any core.
-        wall: Seconds of a clock on the wall.
+        processor: Function that returns the processor seconds of this process, on all cores.
+        wall: Function that returns the wall time in seconds.
     """
 
     def __init__(
@@ -61,7 +61,7 @@ class Clock:
 
     @property
     def share(self) -> float:
-        """Processor seconds over wall seconds of all runs; a run on more than one core counts as one on one."""
+        """Ratio of processor seconds to wall seconds over all runs; the ratio of one run counts as at most 1."""
         wall, processor = self._spent
         return processor / wall if wall > 0.0 else 1.0
 
@@ -80,9 +80,14 @@ CLOCK = Clock()
 
 
 def force_error(found: np.ndarray, exact: np.ndarray) -> np.ndarray:
-    """Mean absolute difference over the range of the exact force, (count,), of histories (count, steps).
+    """Mean absolute difference of two forces over the range of the exact one.
 
-    Steps of which nothing is said (NaN in `found`) do not count; NaN where nothing is said at all.
+    Args:
+        found: Forces of shape (count, steps); NaN at steps for which a tool gives no force. These are left out.
+        exact: Exact forces, of the same shape.
+
+    Returns:
+        Errors of shape (count,); NaN for a trajectory without any force.
     """
     known = np.isfinite(found)
     total = np.sum(np.abs(np.where(known, found - exact, 0.0)), axis=1)
@@ -91,20 +96,20 @@ def force_error(found: np.ndarray, exact: np.ndarray) -> np.ndarray:
 
 
 def fingerprint(**parts: Any) -> str:
-    """Digest of everything that decides a kept result: name every one of them."""
+    """Digest that identifies a cached result; pass every value on which the result depends."""
     return hashlib.sha256(json.dumps(plain(parts), sort_keys=True).encode()).hexdigest()[:16]
 
 
 def progress(
     items: Iterable[Item], label: str, total: int | None = None, shares: Sequence[float] | None = None
 ) -> Iterator[Item]:
-    """Give the items one by one and say how many are done and how long the rest will take.
+    """Yield the items one by one, and show how many are done and how long the rest will take.
 
     Args:
-        items: Of equal length in time, or `shares` says how long each is beside the others.
-        label: What they are.
-        total: How many, where `items` cannot tell.
-        shares: One number for each item, in any unit.
+        items: The items; each takes the same time, unless `shares` is given.
+        label: Name of the items in the messages.
+        total: Number of items, required if `items` has no length.
+        shares: Expected time of each item, in any unit.
     """
     count = len(items) if total is None else total  # type: ignore[arg-type]
     if sys.stderr.isatty():
@@ -131,7 +136,7 @@ def progress(
 def in_parallel(
     function: Callable[..., Item], arguments: Sequence[Sequence[Any]], *, jobs: int, label: str, ordered: bool = True
 ) -> list[Item]:
-    """What a function returns for each of many arguments, computed in `jobs` processes; as they arrive, or in order."""
+    """Results of a function for each tuple of arguments, computed in `jobs` processes; in order, or as they arrive."""
     from joblib import Parallel, delayed
 
     order = "generator" if ordered else "generator_unordered"
@@ -140,7 +145,7 @@ def in_parallel(
 
 
 def spread(values: Sequence[float] | np.ndarray) -> dict[str, float]:
-    """Median, quartiles, 95th percentile, largest and mean of finite values; NaN throughout when there are none."""
+    """Count, mean, median, quartiles, 95th percentile and maximum of the finite values; NaN if there are none."""
     array = np.asarray(values, dtype=np.float64)
     array = array[np.isfinite(array)]
     names = {"median": 50.0, "low": 25.0, "high": 75.0, "p95": 95.0, "largest": 100.0}
@@ -151,7 +156,7 @@ def spread(values: Sequence[float] | np.ndarray) -> dict[str, float]:
 
 
 def timed(function: Callable[[], Any], repeats: int, *, first: bool = True) -> list[float]:
-    """Seconds of each of `repeats` calls, after a `first` one that is not counted where kernels may have to load."""
+    """Processor seconds of each of `repeats` calls; with `first`, after one call that is not counted."""
     if first:
         function()
     seconds = []
@@ -163,25 +168,25 @@ def timed(function: Callable[[], Any], repeats: int, *, first: bool = True) -> l
 
 
 def in_fresh_process(source: str, *arguments: object, **environment: str) -> list[float]:
-    """Numbers that a piece of Python prints in a process of its own."""
+    """Run Python source in a new process and return the numbers that it prints."""
     command = [sys.executable, "-c", source, *map(str, arguments)]
     answer = subprocess.run(command, env=os.environ | environment, capture_output=True, text=True, check=True)
     return [float(word) for word in answer.stdout.split()]
 
 
 def publish(out: Path, study: str, content: Mapping[str, Any], *, busy: bool) -> None:
-    """Write a measurement of seconds, with the share of the core it had.
+    """Write a measurement of time, with the ratio of processor seconds to wall seconds.
 
     Args:
         out: The result file.
-        study: The module and its options, for the record.
-        content: What was measured.
-        busy: Whether to publish what was measured on a busy machine too.
+        study: The module and its options, as the file records its command.
+        content: The measurement.
+        busy: Publish the measurement even if the machine was busy.
 
     Raises:
-        RuntimeError: the machine was too busy; the measurement is kept in `NOT_PUBLISHED`.
+        RuntimeError: The machine was too busy; the measurement is written to `NOT_PUBLISHED`.
     """
-    from experiments.common import write_result  # which loads the solver
+    from experiments.common import write_result  # imported here, because it loads the solver
 
     share = CLOCK.share
     place = out if busy or share >= LEAST_SHARE else NOT_PUBLISHED / out.name
@@ -197,11 +202,11 @@ def publish(out: Path, study: str, content: Mapping[str, Any], *, busy: bool) ->
             f"{doubt}; they are kept in {str(place)!r} and not published; measure on an idle machine, or publish them "
             "with --busy (BUSY=yes for make)"
         )
-    print(f"{doubt}; published all the same, as asked", file=sys.stderr)
+    print(f"{doubt}; published nevertheless, because of --busy", file=sys.stderr)
 
 
 def exponent(x: Sequence[float], y: Sequence[float]) -> tuple[float, float]:
-    """Slope of log y over log x by least squares, and its standard error."""
+    """Slope of log y over log x by linear least squares, and its standard error."""
     from scipy.stats import linregress  # half a second to import
 
     found = linregress(np.log(x), np.log(y))

@@ -1,8 +1,8 @@
-"""`python -m paper_figures NAME` draws the figure, or writes the table, of a make target's name.
+"""Draw a figure or write a table: `python -m paper_figures NAME`, where NAME is that of the make target.
 
-A module has one function, `compose`, whose parameters are the results it shows (`experiments.places`) and which returns
-a figure, a table, or several by the names of their files. `--depends FILE` also writes the rule that tells make what
-the file was made from.
+Each module has one function, `compose`. Its parameters are the results that it shows (`experiments.places`). It returns
+a figure, a table, or a dictionary of several by the names of their files. The option `--depends FILE` also writes the
+make rule of `FILE`: the files from which it was made.
 """
 
 import inspect
@@ -22,11 +22,11 @@ from experiments.places import Places, keywords, replaced
 
 HERE = Path(__file__).parent
 CAPTIONS = HERE / "captions.toml"
-KINDS = ("figures", "measurements", "tables")
+KINDS = ("figures", "models", "measurements", "tables")
 
 
 def modules() -> dict[str, str]:
-    """Every target and its module: `figure-5` is `figure_5.py`, whichever folder it stands in."""
+    """Module of each target, in any of the folders `KINDS`: that of `figure-5` is `figure_5.py`."""
     files = sorted(path for kind in KINDS for path in (HERE / kind).glob("*.py") if path.stem != "__init__")
     return {path.stem.replace("_", "-"): f"paper_figures.{path.parent.name}.{path.stem}" for path in files}
 
@@ -45,7 +45,7 @@ def caption(name: str, sources: Sequence[Path]) -> str:
 
 
 def save(products: Any, name: str, figures: Path, tables: Path) -> list[Path]:
-    """Write what a module composed: figures as PDF and PNG, tables as Markdown, CSV and LaTeX.
+    """Write the figures as PDF and PNG, and the tables as Markdown, CSV and LaTeX.
 
     Returns:
         where the caption of each figure belongs.
@@ -67,12 +67,12 @@ def save(products: Any, name: str, figures: Path, tables: Path) -> list[Path]:
 
 def main(
     context: typer.Context,
-    name: Annotated[str, typer.Argument(help="A figure or table, as `make` calls it.")],
-    results: Annotated[Path, typer.Option(help="Where results are; figures and tables go there.")] = Path("results"),
-    published: Annotated[Path, typer.Option(help="Where published files are.")] = Path("published"),
+    name: Annotated[str, typer.Argument(help="Make target of a figure or table.")],
+    results: Annotated[Path, typer.Option(help="Folder of results, figures and tables.")] = Path("results"),
+    published: Annotated[Path, typer.Option(help="Folder of published files.")] = Path("published"),
     take: Annotated[list[str] | None, typer.Option(help="NAME=FILE: read this file instead.")] = None,
-    under: Annotated[str | None, typer.Option(help="A folder of its own below figures and tables.")] = None,
-    depends: Annotated[Path | None, typer.Option(help="The file of which make is told what it depends on.")] = None,
+    under: Annotated[str | None, typer.Option(help="Write to this subfolder of figures and tables.")] = None,
+    depends: Annotated[Path | None, typer.Option(help="Also write the make rule of this file.")] = None,
 ) -> None:
     """Draw a figure or write a table."""
     known = modules()

@@ -1,6 +1,6 @@
-"""Sequence models that imitate the contact solver: the whole force history from an indentation history.
+"""Sequence models that predict the force history of the contact solver from the indentation history.
 
-The 18 paper models, six families times three ways to include the Tabor parameter, are named ``"M1-concat"`` to
+The 18 paper models, six families with three conditionings on the Tabor parameter each, are named ``"M1-concat"`` to
 ``"M6-gated"``. All quantities are dimensionless as in the paper; forces are positive in tension.
 
 Example:
@@ -10,7 +10,7 @@ Example:
     >>> surrogate.build("M1-concat").count_params()
     473729
 
-Importing this package is quick: keras is imported by the first call that needs it.
+The import of this package is quick: the first call that needs Keras imports it.
 """
 
 from __future__ import annotations
@@ -31,18 +31,21 @@ __all__ = ["ExtrapolationWarning", "Surrogate", "build", "load", "names", "regis
 
 
 def build(name: str, features: str = "D") -> keras.Model:
-    """Build one of the 18 paper models, or a model of a registered family, untrained.
+    """Return an untrained model: one of the 18 paper models, or one of a registered family.
+
+    Source: the paper's section "DL Models' architecture" and its appendices on architectures and layers.
 
     Args:
         name: One of `names()`, such as `"M1-concat"`.
         features: Feature set of the sequence input, `"A"` to `"D"` (see `surrogate.data.features`).
 
     Returns:
-        A functional model of two inputs, `sequence` of shape `(batch, steps, channels)` and `tabor` of shape
-        `(batch, 1)`, both scaled; its output is the scaled force of shape `(batch, steps, 1)`.
+        A functional model with two scaled inputs, `sequence` of shape `(batch, steps, channels)` and `tabor` of shape
+        `(batch, 1)`. The output is the scaled force of shape `(batch, steps, 1)`.
 
     Raises:
-        ValueError: for an unknown name or feature set; the message lists the known ones.
+        ModuleNotFoundError: Keras is not installed.
+        ValueError: the name or the feature set is unknown; the message lists the known ones.
     """
     from surrogate.architectures import build as build_model
 
@@ -50,32 +53,33 @@ def build(name: str, features: str = "D") -> keras.Model:
 
 
 def load(name: str | Path, root: str | Path | None = None, *, backend: str = "onnx", threads: int = 1) -> Surrogate:
-    """Load a trained model, ready to predict forces.
+    """Load a trained model.
 
     Args:
-        name: A published model's name, the path of a directory written by `surrogate train`, or an ONNX file written by
-            `surrogate export`.
-        root: The directory searched for names. By default `published/models` beside the package, then the models
-            packaged with it.
-        backend: `"onnx"`, which starts quickly and needs no learning framework, or `"keras"`, whose model can be
+        name: Name of a published model, path of a model directory that `surrogate train` wrote, or path of an ONNX file
+            that `surrogate export` wrote.
+        root: Directory that is searched for names. By default `published/models` of the repository, then
+            `published/models` of the working directory, then the models packaged with an installation.
+        backend: `"onnx"`, which starts quickly and needs no deep-learning framework, or `"keras"`, whose model can be
             differentiated.
-        threads: Threads of ONNX Runtime; Keras takes what its environment says.
+        threads: Number of threads of ONNX Runtime. The environment determines the threads of Keras.
 
     Returns:
-        A `Surrogate`: `predict(times, indentations, tabor=...)` returns forces, `trajectories(protocols, tabor=...)`
-        trajectories, `stream(tabor=...)` a step-by-step prediction.
+        A `Surrogate`. Its `predict(times, indentations, tabor=...)` returns forces, `trajectories(protocols,
+        tabor=...)` returns trajectories, and `stream(tabor=...)` starts a step-by-step prediction.
 
     Raises:
-        FileNotFoundError: no such directory, or a file is missing from it.
-        ValueError: the weights do not fit the model or are not finite, weights or scaling are not those the ONNX file
-            beside them was exported with, or that file is not one of ours, as it was written.
+        FileNotFoundError: the model directory or one of its files does not exist.
+        ModuleNotFoundError: Keras is not installed, and the backend is `"keras"`.
+        ValueError: the name or the backend is unknown, a file is damaged, the weights do not fit the model or are not
+            finite, or the ONNX file was exported from other weights or with another scaling.
     """
     from surrogate.inference.predictor import Surrogate
 
     return Surrogate.load(name, root=root, backend=backend, threads=threads)
 
 
-# A type checker reads the imports above instead, and then refuses a name that is none.
+# A type checker uses the imports above instead, so that it reports unknown names.
 if not TYPE_CHECKING:
 
     def __getattr__(attribute: str) -> object:

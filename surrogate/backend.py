@@ -11,16 +11,16 @@ from contextlib import contextmanager
 
 
 def limit_threads(threads: int) -> None:
-    """Limit the number of threads of the backend; effective only before keras is imported.
+    """Limit the number of threads of the backend. This has an effect only before Keras is imported.
 
     Raises:
-        ValueError: fewer than one thread.
-        RuntimeError: keras is imported already.
+        ValueError: the number of threads is below one.
+        RuntimeError: Keras is already imported.
     """
     if threads < 1:
         raise ValueError(f"Expected at least one thread. Received: threads={threads}")
     if "keras" in sys.modules:
-        raise RuntimeError("Threads must be limited before keras is imported")
+        raise RuntimeError("Expected a limit of threads before Keras is imported. Received: one after the import")
     for variable in ("OMP_NUM_THREADS", "TF_NUM_INTRAOP_THREADS", "TF_NUM_INTEROP_THREADS"):
         os.environ[variable] = str(threads)
     if threads == 1:
@@ -29,17 +29,16 @@ def limit_threads(threads: int) -> None:
 
 
 def import_keras() -> None:
-    """Import Keras and its backend silently; call this before any other use of Keras.
+    """Import Keras and its backend without their messages; call this before any other use of Keras.
 
-    What they write to the standard error as they start is shown when the import fails, or where the environment sets
-    `TF_CPP_MIN_LOG_LEVEL=0`.
+    The messages on standard error are shown if the import fails, or if the environment sets `TF_CPP_MIN_LOG_LEVEL=0`.
 
     Raises:
         ModuleNotFoundError: Keras or its backend is not installed.
     """
     if "keras" in sys.modules:
         return
-    # Libraries of TensorFlow write messages before they read this variable.
+    # TensorFlow's libraries write some messages before they read this variable, so standard error is held back, too.
     if os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3") == "0":
         importlib.import_module("keras")
         return
@@ -49,10 +48,10 @@ def import_keras() -> None:
 
 @contextmanager
 def silent_stderr() -> Iterator[None]:
-    """Hold back the standard error of this process, libraries in C included; show it after an error."""
+    """Hold back the standard error of this process, also that of C libraries; show it after an exception."""
     try:
         shown = os.dup(2)
-    except OSError:  # there is none
+    except OSError:  # the process has no standard error
         yield
         return
     with tempfile.TemporaryFile() as held:
@@ -70,10 +69,10 @@ def silent_stderr() -> Iterator[None]:
 
 
 def has_fused_lstm() -> bool:
-    """Tell whether an LSTM trains as one fused kernel here rather than step by step.
+    """Return whether an LSTM trains as one fused kernel here instead of step by step.
 
-    Under PyTorch it always does, see `surrogate.training.torch_lstm`. Under other backends Keras checks arguments and
-    device in a private function. This function calls it, and returns False where it is missing.
+    Under PyTorch it always does (`surrogate.training.torch_lstm`). Under other backends a private function of Keras
+    checks arguments and device; this function calls it, and returns False if it does not exist.
     """
     import keras
 
@@ -81,7 +80,7 @@ def has_fused_lstm() -> bool:
         return True
     try:
         module = importlib.import_module(f"keras.src.backend.{keras.backend.backend()}.rnn")
-        # Compared as functions, not by name.
+        # The private function compares functions, not names.
         tanh, sigmoid = keras.activations.tanh, keras.activations.sigmoid
         return bool(module.cudnn_ok(tanh, sigmoid, unroll=False, use_bias=True))
     except (ImportError, AttributeError, TypeError):
@@ -89,7 +88,7 @@ def has_fused_lstm() -> bool:
 
 
 def versions() -> dict[str, str]:
-    """Return the versions that decide what a training run computes, by name."""
+    """Return the versions of Python, Keras, NumPy and the backend, by name."""
     import platform
 
     import keras

@@ -1,4 +1,4 @@
-"""Moved to `surrogate.inference.histories`; this name goes with version 0.3."""
+"""Moved to `surrogate.inference.histories`; this module will be removed in version 0.3."""
 
 from surrogate.inference.histories import predict_history
 

@@ -1,4 +1,4 @@
-"""Moved to `surrogate.architectures.layers`; this name goes with version 0.3."""
+"""Moved to `surrogate.architectures.layers`; this module will be removed in version 0.3."""
 
 from surrogate.architectures.layers import AppendTabor, FiLM, TaborGate
 

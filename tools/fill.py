@@ -1,10 +1,11 @@
-"""Fill documents with numbers from results, so that none is typed by hand.
+"""Write numbers from results into documents, so that none is typed by hand.
 
-A place reads `<!-- NAME -->...<!-- end -->`, or `<!-- NAME -->` and `<!-- /NAME -->` around a block. Numbers come from
-the published data set, measurements and trainings, and from `experiments/paper_values/`; the table of targets in
-REPRODUCING.md also from the registry in the Makefile.
+A place in a document reads `<!-- NAME -->...<!-- end -->`, or `<!-- NAME -->` and `<!-- /NAME -->` around a block. The
+numbers come from the published data set, measurements and trainings, and from `experiments/paper_values/`; the table of
+targets in REPRODUCING.md also uses the registry in the Makefile.
 
-Usage: `python tools/fill.py DOCUMENT ... [--published DIR]`; `--check` only reports whether they are up to date.
+Usage: `python tools/fill.py DOCUMENT ... [--published DIR]`; `--check` only reports whether the documents are up to
+date.
 """
 
 from __future__ import annotations
@@ -43,7 +44,7 @@ FILES = {
 
 
 def of_dataset(published: Path) -> dict[str, str]:
-    """Size and cost of the data set, ours and the paper's."""
+    """Size and cost of our data set, and the cost of the paper's."""
     from bem.dataset.file import load_dataset
 
     dataset = load_dataset(published / "dataset.h5")
@@ -57,7 +58,7 @@ def of_dataset(published: Path) -> dict[str, str]:
 
 
 def of_latency(published: Path) -> dict[str, str]:
-    """Seconds of a prediction, and of a step of a stream, or that they are not measured yet."""
+    """Times of a prediction and of a step of a stream, or a note that they are not measured yet."""
     from experiments.cost.bench_surrogate import PREDICTIONS, STREAM, prediction_table, stream_table
 
     measurements = {
@@ -73,7 +74,7 @@ def of_latency(published: Path) -> dict[str, str]:
 
 
 def of_targets(published: Path) -> dict[str, str]:
-    """The table of the paper's targets with their minutes and hours, and the machine that took the minutes."""
+    """The table of the paper's targets with their minutes and hours, and the machine of the minutes."""
     from experiments.stages import hours_of, read_stages
 
     known, measured = read_stages(), _read(published / FILES["minutes"])
@@ -108,14 +109,14 @@ def of_cost(published: Path) -> dict[str, str]:
 
 
 def of_reproducibility(published: Path) -> dict[str, str]:
-    """What seeds, forces and the paper's own recipe show."""
+    """Results of seeds, forces and the paper's own recipe."""
     from paper_figures.report.reproducibility import values
 
     return values(published)
 
 
 def of_peers(published: Path) -> dict[str, str]:
-    """The table beside other software."""
+    """The table of the comparison with other software."""
     from paper_figures.tables.table_peers import page_text
 
     return {"peers": page_text(_read(published / FILES["peers"], "make measure-peers"))}
@@ -137,11 +138,11 @@ SOURCES: dict[tuple[str, ...], Callable[[Path], dict[str, str]]] = {
     ("peers",): of_peers,
     ("ten million",): of_scale,
 }
-"""Who knows what belongs in the places of these names."""
+"""Function that returns the text of the places with these names."""
 
 
 def values_for(text: str, published: Path) -> dict[str, str]:
-    """What belongs in the places of a text, by name."""
+    """Text of each place of a document, by name."""
     asked, found = {match[1] for match in PLACE.finditer(text)}, {}
     for names, source in SOURCES.items():
         if asked & set(names):
@@ -150,10 +151,10 @@ def values_for(text: str, published: Path) -> dict[str, str]:
 
 
 def filled(text: str, values: dict[str, str]) -> str:
-    """The text with every place filled.
+    """Fill every place of a document.
 
     Raises:
-        ValueError: a place asks for what is not known.
+        ValueError: The name of a place is unknown.
     """
 
     def fill(match: re.Match) -> str:
@@ -170,8 +171,8 @@ def filled(text: str, values: dict[str, str]) -> str:
 
 def main(
     documents: Annotated[list[Path], typer.Argument(help="Markdown files.")],
-    published: Annotated[Path, typer.Option(help="Where published files are.")] = ROOT / "published",
-    check: Annotated[bool, typer.Option("--check", help="Change nothing; fail when one is out of date.")] = False,
+    published: Annotated[Path, typer.Option(help="Folder of published files.")] = ROOT / "published",
+    check: Annotated[bool, typer.Option("--check", help="Change nothing; fail if a document is out of date.")] = False,
 ) -> None:
     """Fill the places of documents."""
     for document in documents:

@@ -1,10 +1,10 @@
-"""Check that `requirements.lock` belongs to `pyproject.toml`, or stamp a freshly compiled lock with its inputs.
+"""Check that `requirements.lock` belongs to `pyproject.toml`, or stamp a new lock file with the digest of its inputs.
 
-The first line of the lock carries a SHA-256 digest of everything in `pyproject.toml` that decides the resolution. The
-check needs no network: it compares the digest, tests every direct requirement against the locked version, and insists
-that each locked package has a hash and that no package index is named.
+The first line of the lock file holds a SHA-256 digest of the parts of `pyproject.toml` that decide the resolution. The
+check needs no network: it compares the digest, compares every direct requirement with the locked version, and requires
+that each locked package has a hash and that the file names no package index.
 
-Usage: `python tools/lock.py check` or `python tools/lock.py stamp` (the latter is called by `make lock`).
+Usage: `python tools/lock.py check` or `python tools/lock.py stamp`, which `make lock` calls.
 """
 
 import hashlib
@@ -22,12 +22,12 @@ PYPROJECT = ROOT / "pyproject.toml"
 LOCK = ROOT / "requirements.lock"
 STAMP = "# inputs sha256: "
 UNLOCKED = {"peers"}
-"""Optional groups that pin what they need themselves and are installed by hand."""
+"""Optional groups that are not in the lock file: they pin their requirements, and are installed by hand."""
 PINNED = re.compile(r"^([A-Za-z0-9._-]+)==([^\s;\\]+)")
 
 
 def locked_groups(settings: dict) -> dict[str, list[str]]:
-    """Optional groups of a parsed `pyproject.toml` that the lock holds."""
+    """Optional groups of a parsed `pyproject.toml` that the lock file holds."""
     groups = settings["project"].get("optional-dependencies", {})
     return {name: group for name, group in groups.items() if name not in UNLOCKED}
 
@@ -45,13 +45,13 @@ def input_digest(settings: dict) -> str:
 
 
 def direct_requirements(settings: dict) -> list[Requirement]:
-    """Every requirement the project states itself, those of locked groups included."""
+    """Requirements that the project states itself, including those of the locked groups."""
     groups = (settings["project"]["dependencies"], *locked_groups(settings).values())
     return [Requirement(text) for group in groups for text in group]
 
 
 def problems(settings: dict, lock_text: str) -> list[str]:
-    """Sentences saying where lock and project disagree; empty when they match."""
+    """One sentence for each disagreement between lock file and project; empty if they match."""
     found = []
     first_line = lock_text.partition("\n")[0]
     if first_line != STAMP + input_digest(settings):
@@ -67,7 +67,7 @@ def problems(settings: dict, lock_text: str) -> list[str]:
         if not versions:
             found.append(f"{requirement.name} is not in the lock")
         found += [
-            f"{requirement} is asked for, {version} is locked"
+            f"{requirement} is required, {version} is locked"
             for version in versions
             if not requirement.specifier.contains(version, prereleases=True)
         ]
@@ -77,7 +77,7 @@ def problems(settings: dict, lock_text: str) -> list[str]:
 
 
 def main(action: str) -> int:
-    """Run one action; the exit status is 1 when the lock does not match."""
+    """Run one action and return the exit status, which is 1 if the lock file does not match."""
     settings = tomllib.loads(PYPROJECT.read_text(encoding="utf-8"))
     text = LOCK.read_text(encoding="utf-8")
     if action == "stamp":

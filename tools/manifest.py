@@ -1,11 +1,11 @@
-"""Keep `published/MANIFEST.json`: for each published file its SHA-256 sum, size, and how it was made.
+"""Keep `published/MANIFEST.json`: the SHA-256 sum, the size and the origin of each published file.
 
-How a file was made is read from the file itself (root attributes of HDF5, keys of JSON) or, for the files of a model
-directory, from the `run.json` beside them; options add what is missing.
+The origin of a file is read from the file itself (root attributes of HDF5, keys of JSON) or, for the files of a model
+directory, from the `run.json` in that directory. Options add what is missing.
 
-Usage: `python tools/manifest.py add PATH ... [--command C] [--seed N] [--seconds S]`, where a folder stands for all
-files in it; `python tools/manifest.py verify` compares every published file with the manifest; nothing else may
-lie there, and no links.
+Usage: `python tools/manifest.py add PATH ... [--command C] [--seed N] [--seconds S]`, where a folder stands for all its
+files; `python tools/manifest.py verify` compares every published file with the manifest. The folder may contain no
+other files, and no links.
 """
 
 import argparse
@@ -24,14 +24,14 @@ from bem._support.wording import shortened, shown
 ROOT = Path(__file__).resolve().parent.parent / "published"
 NAME = "MANIFEST.json"
 IGNORED = {NAME, "README.md"}
-"""Files of the root itself that have no entry."""
+"""Files of the root folder that have no entry."""
 
 
 def read(root: Path) -> dict[str, dict[str, Any]]:
-    """Entries by path relative to `root`; none where there is no manifest yet.
+    """Entries by path relative to `root`; empty if there is no manifest yet.
 
     Raises:
-        ValueError: the manifest is not one, or an entry lacks the file's sum or size.
+        ValueError: The file is not a manifest, or an entry lacks sum or size.
     """
     path = root / NAME
     if not path.is_file():
@@ -48,7 +48,7 @@ def read(root: Path) -> dict[str, dict[str, Any]]:
 
 
 def origin(path: Path) -> dict[str, Any]:
-    """Command, versions, seed, seconds and revision as far as the file, or the `run.json` beside it, tells."""
+    """Command, versions, seed, revision, host and seconds, if the file or the `run.json` in its folder states them."""
     if path.suffix == ".h5" and h5py.is_hdf5(path):
         with h5py.File(path, "r") as file:
             found = {name: _plain(value) for name, value in file.attrs.items()}
@@ -65,14 +65,14 @@ def origin(path: Path) -> dict[str, Any]:
 
 
 def add(root: Path, paths: list[Path], **given: Any) -> list[str]:
-    """Enter files, and all files of folders, into the manifest; entries of files that are gone are dropped.
+    """Add files, and all files of folders, to the manifest; entries of files that no longer exist are removed.
 
     Returns:
-        the names entered.
+        The names of the added files.
 
     Raises:
-        FileNotFoundError: no such file.
-        ValueError: a file outside `root`, or one of which no command is known.
+        FileNotFoundError: A file does not exist.
+        ValueError: A file is a link, lies outside `root`, or has no known command.
     """
     entries = {name: entry for name, entry in read(root).items() if (root / name).is_file()}
     entered = []
@@ -98,11 +98,11 @@ def add(root: Path, paths: list[Path], **given: Any) -> list[str]:
 
 
 def problems(root: Path) -> list[str]:
-    """Sentences saying where files and manifest disagree; empty when they match."""
+    """One sentence for each disagreement between files and manifest; empty if they match."""
     entries = read(root)
     if not entries:
         return [f"no manifest, or an empty one, in {root.name!r}"]
-    # Links to folders and to nowhere are listed too: all but the folders themselves.
+    # Links are listed too, also those to folders and broken ones.
     listed = (path for path in root.rglob("*") if path.is_symlink() or not path.is_dir())
     present = {path.relative_to(root).as_posix(): path for path in listed}
     found = []
@@ -118,7 +118,7 @@ def problems(root: Path) -> list[str]:
 
 
 def digest(path: Path) -> str:
-    """SHA-256 sum of a file."""
+    """SHA-256 sum of a file, in hexadecimal digits."""
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 

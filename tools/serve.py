@@ -1,4 +1,4 @@
-"""Serve a folder on this machine, for a browser; what `make demo` runs, with any Python 3.
+"""Serve a folder to a browser on this machine, for `make demo`; runs with any Python 3.
 
 Usage: `python3 tools/serve.py FOLDER [--port PORT]`.
 """

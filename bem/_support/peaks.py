@@ -45,9 +45,14 @@ def with_peaks(records: np.ndarray, unloading: np.ndarray) -> tuple[np.ndarray, 
         rows.append(row)
     if not rows:
         return records, unloading
-    return np.insert(records, positions, rows, axis=0), np.insert(
-        unloading, positions, unloading[np.array(positions) - 1]
-    )
+    # by hand, as `numpy.insert` takes longer than the search
+    new = np.array(positions) + np.arange(len(positions))
+    old = np.ones(len(records) + len(new), bool)
+    old[new] = False
+    extended, phase = np.empty((old.size, records.shape[1])), np.empty(old.size, bool)
+    extended[old], extended[new] = records, rows
+    phase[old], phase[new] = unloading, unloading[np.array(positions) - 1]
+    return extended, phase
 
 
 def _smooth(records: np.ndarray) -> np.ndarray:

@@ -15,7 +15,8 @@ A state is accepted on its residual, which must be small enough that neither the
 allowed: the stiffer the contact, the more force a residual is worth. It must be stable besides. A change of variables
 of positive slope, such as the one from gap to traction where surfaces press, keeps the sign of the determinant, and
 iterations with a kept factorisation only converge to states of the same sign (all eigenvalues of the quotient of both
-Jacobians lie within 1 of 1, and the extrapolation is bounded). So the sign is known from the last factorisation.
+Jacobians lie within 1 of 1, and the extrapolation is bounded). So the sign is known from the last factorisation. At a
+fold, where few iterations leave this open, `bem.solver.trial_step` factorises at the solution itself.
 Source: paper, Appendix "BEM discretisation details", Eqs. (LJdisc) to (uzdisc2); Walker and Ni, SIAM J. Numer. Anal. 49
 (2011) 1715.
 """
@@ -105,9 +106,10 @@ def _nodes_with_slope(influence: np.ndarray, gap: np.ndarray, tabor: float, resp
 
 
 @kernel
-def _factorise(
+def factorise(
     influence: np.ndarray, weights: np.ndarray, gap: np.ndarray, tabor: float, response: float, factor: Factor
 ) -> None:
+    """Linearise about `gap` (n,), and judge the stability there."""
     n = gap.size
     order = _nodes_with_slope(influence, gap, tabor, response)
     uniform = np.ones(n)
@@ -220,7 +222,7 @@ def solve_adhesive(
         allowed = min(tolerance, max(force_error / max(factor.stiffness[0], 1e-12), _SMALLEST_RESIDUAL))
         if known and worst < allowed:
             if factor.unstable[0]:  # of an earlier iterate, perhaps not of this state
-                _factorise(influence, weights, gap, tabor, response, factor)
+                factorise(influence, weights, gap, tabor, response, factor)
                 work[FACTORISATIONS] += 1
             return not factor.unstable[0]
         if iteration == _MOST_ITERATIONS:
@@ -228,7 +230,7 @@ def solve_adhesive(
         if not known or (worst > _SLOW * previous and not fresh):
             if refreshed == _MOST_FACTORISATIONS:
                 return False
-            _factorise(influence, weights, gap, tabor, response, factor)
+            factorise(influence, weights, gap, tabor, response, factor)
             refreshed += 1
             work[FACTORISATIONS] += 1
             fresh, can_extrapolate = True, False

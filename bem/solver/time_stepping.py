@@ -149,7 +149,7 @@ def _follow(
     recent = start_recent(state.gap, state.traction, 0.0, state.force)
     forget_rate(memory)
     tabor, smallest = problem.tabor, segment.smallest
-    step, now = segment.first, 0.0
+    step, now, shortened = segment.first, 0.0, False
     while now < segment.duration:
         if course.filled[0] >= most_steps:
             return state, memory, factor, course, mesh_chosen, TOO_MANY_STEPS
@@ -162,14 +162,14 @@ def _follow(
         remembered = remembered_traction(memory, factors)
         can_shrink = step > 1.01 * smallest
         gap, traction, accepted, shrink = try_step(
-            problem, state, recent, factor, after, control, remembered, factors.response, can_shrink, work
+            problem, state, recent, factor, after, control, remembered, factors.response, can_shrink, shortened, work
         )
         if not accepted and can_shrink:
             work[REJECTIONS] += 1
-            step = max(shrink * step, smallest)
+            step, shortened = max(shrink * step, smallest), True
             continue
 
-        before, another_branch = state, False
+        before, another_branch, shortened = state, False, False
         if accepted:
             state = state_under(problem, before.mesh, control, remembered, factors.response, gap, traction)
         else:

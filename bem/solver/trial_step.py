@@ -3,7 +3,7 @@
 import numpy as np
 
 from bem._support.jit import kernel_part
-from bem.solver.equilibrium import Factor, force_of, solve_adhesive
+from bem.solver.equilibrium import Factor, factorise, force_of, solve_adhesive
 from bem.solver.extrapolation import (
     CONTROL,
     DEPTH,
@@ -18,7 +18,7 @@ from bem.solver.machine.compliance import depth_error, expected_depth, right_sid
 from bem.solver.nonadhesive import solve_nonadhesive
 from bem.solver.problem import Problem
 from bem.solver.state import State, influence_of, right_side, state_of
-from bem.solver.work import ITERATIONS
+from bem.solver.work import FACTORISATIONS, ITERATIONS
 
 _STALE_AFTER = 8  # iterations in one step after which the kept factorisation is dropped
 _BEND = 0.05  # change of the force's course in one step, over the force, from which its history is checked
@@ -35,6 +35,7 @@ def try_step(
     remembered: np.ndarray,
     response: float,
     can_shrink: bool,
+    shortened: bool,
     work: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray, bool, float]:
     """Solve the equilibrium at the end of a step.
@@ -48,6 +49,7 @@ def try_step(
         control: what the protocol prescribes there: the indentation, or the displacement of the stage, or the force.
         remembered, response: what the material contributes, from `bem.solver.hereditary`.
         can_shrink: whether a shorter step may be tried; otherwise every solution is accepted.
+        shortened: whether a longer step failed, as before a fold: the stability of the solution is judged anew then.
         work: counts as in `bem.solver.work`, added to.
 
     Returns:
@@ -84,6 +86,10 @@ def try_step(
             traction,
             work,
         )
+        if solved and shortened:
+            factorise(influence, mesh.force_weights, gap, tabor, response, factor)
+            work[FACTORISATIONS] += 1
+            solved = not factor.unstable[0]
         if not solved or work[ITERATIONS] - before >= _STALE_AFTER:
             factor.order[0] = 0
     if not solved:

@@ -1,1 +1,1 @@
-"""What accuracy costs: the solver, the models and their training, timed."""
+"""What accuracy costs: solver, closed forms and surrogates on the same protocols, and when a surrogate pays."""

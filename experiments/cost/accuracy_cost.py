@@ -1,15 +1,16 @@
 """What accuracy costs in time: every tool of this repository on the same held-out protocols, on one core.
 
-Tools: the solver at nine accuracies, the paper's discretisation (`bem.solver.paper_method`) at three resolutions, every
-published surrogate by plain Keras call, by ONNX Runtime one at a time and in a batch, and closed forms. Errors are
-against a solution refined beyond `reference`: of the pull-off force relative to itself, of the force as
-`timing.force_error` at the measurement steps. Surrogates and closed forms know the measurement steps only; the row
-"measurement steps" is the error of the steps alone. A fine discretisation of the paper (`BASELINE`) is measured on the
-first protocols only, a closed form on those of its regime; each row says on how many.
+The tools are the solver at nine accuracies, the paper's discretisation (`bem.solver.paper_method`) at three
+resolutions, every published surrogate (by plain Keras call, by ONNX Runtime one trajectory at a time, and by ONNX
+Runtime in a batch), and closed forms. Errors are measured against a solution refined beyond `reference`: those of
+pull-off force and hysteresis relative to their exact values, that of the force as `timing.force_error` at the
+measurement steps. Surrogates and closed forms give forces at the measurement steps only; the row "measurement steps" is
+the error of the steps alone. A fine discretisation of the paper (`BASELINE`) is measured on the first protocols only,
+and a closed form on those of its regime; each row states the number.
 
-Seconds are processor seconds of a whole call, from the protocol to pull-off force, hysteresis and forces at the
-measurement steps, on one thread: for each protocol the median of the repeats. A tool is repeated while `BUDGET` lasts,
-at least once.
+Times are processor seconds of a whole call on one thread, from the protocol to pull-off force, hysteresis and the
+forces at the measurement steps: for each protocol the median of the repeats. A tool is run at least once, and again
+while `BUDGET` allows.
 """
 
 from __future__ import annotations
@@ -25,10 +26,10 @@ from bem import simulate_paper_method
 from bem.accuracy import NAMED_TARGETS
 from bem.solver.version import SOLVER_VERSION
 from experiments.common import DATASET, MODELS
-from experiments.cost import solver_processes
 from experiments.cost.cases import Case, answered, held_out, solver_at
 from experiments.cost.closed_form_tools import FORMS, depths_of
 from experiments.cost.surrogate_cost import from_steps, missing, outdated, surrogate_tools
+from experiments.solver import solver_processes
 from experiments.timing import (
     CLOCK,
     MEASUREMENTS,
@@ -45,14 +46,14 @@ from experiments.timing import (
 OUT = MEASUREMENTS / "accuracy_cost.json"
 TARGETS = (5e-2, 1.7e-2, 8e-3, 4e-3, 2e-3, 1e-3, 5e-4, 2.5e-4, 1.5e-4)
 BASELINE = {50: 1.0, 100: 0.5, 200: 0.1}
-"""Nodes, and steps of each segment at least, of the paper's discretisation; the share of the protocols it gets."""
-BUDGET = 240.0  # seconds after which no tool is run once more
+"""Share of the protocols for each resolution of the paper's discretisation: nodes, and least steps of a segment."""
+BUDGET = 240.0  # seconds in all runs of a tool, beyond which it is not run again
 NAMES = {target: name for name, target in NAMED_TARGETS.items()}
 Answers = tuple[np.ndarray, np.ndarray]
 
 
 def paper_method_at(size: int) -> Callable[[Case], np.ndarray]:
-    """The paper's discretisation with so many nodes and steps."""
+    """The paper's discretisation with `size` nodes and at least `size` steps in each segment."""
     return lambda case: answered(
         case, lambda asked: simulate_paper_method(asked.scene, asked.protocol, nodes=size, steps=size)
     )
@@ -76,14 +77,14 @@ def run(cases: Sequence[Case], answer: Callable[[Case], np.ndarray], repeats: in
 
 
 def report(kind: str, setting: str, answers: Answers, exact: np.ndarray, **more: Any) -> dict[str, Any]:
-    """One tool: errors against `exact` (count, 122) of the same protocols, failures, seconds of the calls.
+    """One tool: its errors, failures and times.
 
     Args:
-        kind: What sort of tool it is.
-        setting: Which of its sort.
-        answers: Answers (count, 122) and seconds (repeats, calls), where not every protocol has to be timed.
-        exact: What they should be.
-        **more: Anything else to keep.
+        kind: Kind of tool.
+        setting: The tool among those of its kind.
+        answers: Answers of shape (count, 122), and seconds of shape (repeats, calls). `calls` may be less than `count`.
+        exact: Exact answers, of shape (count, 122).
+        **more: Further entries of the result.
     """
     table, seconds = answers
     relative = np.abs(table[:, :2] / exact[:, :2] - 1.0)
@@ -105,7 +106,7 @@ def report(kind: str, setting: str, answers: Answers, exact: np.ndarray, **more:
 
 
 def closed_forms(cases: list[Case], exact: np.ndarray, repeats: int) -> list[dict[str, Any]]:
-    """Every closed form on the protocols of its regime; none where there is no such protocol."""
+    """Every closed form on the protocols of its regime; a form without such a protocol is left out."""
     rows = []
     for form in FORMS:
         chosen = [i for i, case in enumerate(cases) if form.meant_for(case)]
@@ -131,7 +132,7 @@ def main(
     out: Out = OUT,
     busy: Busy = False,
 ) -> None:
-    """Measure all tools and write the result: once before the surrogates, once with them."""
+    """Measure all tools. The result is written before the surrogates are measured, and again with them."""
     cases = held_out(count, dataset)
     requests = [solver_processes.request(case.scene.tabor, case.protocol) for case in cases]
     exact = solver_processes.refined(requests, solver_processes.ROOT, SOLVER_VERSION, jobs)
@@ -170,4 +171,4 @@ def main(
         more = {**tool, "outdated": tool["model"] in old}
         tools.append(report("surrogate", more.pop("setting"), answers, exact, **more))
     write(absent, complete=True)
-    print(f"missing: {', '.join(absent) or 'nothing'}; trained otherwise: {', '.join(old) or 'none'}")
+    print(f"missing: {', '.join(absent) or 'nothing'}; trained differently: {', '.join(old) or 'none'}")

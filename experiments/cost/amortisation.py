@@ -1,10 +1,10 @@
 """When a surrogate pays for itself: core seconds of data set, training and queries against the number of queries.
 
-It reads only: the data set's core seconds, the core seconds of each published model's training (of its batches on one
-machine where `experiments.cost.training_speed` has measured them), and the seconds of one query in the measurement of
-`experiments.cost.accuracy_cost`. Every surrogate, in every way of calling it, is compared with the solver at its named
-accuracies; the paper's line has its own numbers. A model that was published or trained again after the measurement is
-named, and its seconds are not estimated.
+The study measures nothing. It reads the core seconds of the data set, the core seconds of the training of each
+published model (those of its batches on one machine, where `experiments.training.training_speed` measured them), and
+the seconds of one query from the measurement of `experiments.cost.accuracy_cost`. Each surrogate, in each way of
+calling it, is compared with the solver at its named accuracies. The paper's lines use the paper's own numbers. A model
+that was published or retrained after the measurement is listed by name; its seconds are not estimated.
 """
 
 from __future__ import annotations
@@ -17,25 +17,25 @@ import typer
 
 from bem.dataset.file import load_dataset
 from experiments.common import DATASET, MODELS, write_result
-from experiments.cost import training_speed
 from experiments.cost.surrogate_cost import missing, outdated, published, weights_digest
-from experiments.cost.training_cost import batch_seconds, training_seconds
 from experiments.paper_numbers import paper_values
 from experiments.timing import MEASUREMENTS, DatasetFile, Models, Out, plain
+from experiments.training import training_speed
+from experiments.training.training_cost import batch_seconds, training_seconds
 
 OUT = MEASUREMENTS / "amortisation.json"
 COST = MEASUREMENTS / "accuracy_cost.json"
 
 
 def line(name: str, kind: str, fixed: float, query: float, **more: Any) -> dict[str, Any]:
-    """Core seconds: once, and for each query."""
+    """One tool: its fixed cost and its cost per query, in core seconds."""
     return {"name": name, "kind": kind, "fixed_seconds": fixed, "query_seconds": query, **more}
 
 
-def break_even(dear: dict[str, Any], cheap: dict[str, Any]) -> float | None:
-    """Queries from which the tool with the larger fixed cost is the cheaper one; None where it never is."""
-    saved = cheap["query_seconds"] - dear["query_seconds"]
-    return (dear["fixed_seconds"] - cheap["fixed_seconds"]) / saved if saved > 0.0 else None
+def break_even(surrogate: dict[str, Any], solver: dict[str, Any]) -> float | None:
+    """Number of queries above which the surrogate costs less than the solver; `None` if it never does."""
+    saved = solver["query_seconds"] - surrogate["query_seconds"]
+    return (surrogate["fixed_seconds"] - solver["fixed_seconds"]) / saved if saved > 0.0 else None
 
 
 def paper_lines() -> list[dict[str, Any]]:
@@ -55,7 +55,7 @@ def main(
     speed: Annotated[Path, typer.Option(help="Measured seconds of a batch.")] = training_speed.OUT,
     out: Out = OUT,
 ) -> None:
-    """Collect the lines and where they cross."""
+    """Collect the costs and the break-even numbers of queries."""
     if not cost.is_file():
         raise FileNotFoundError(f"measurement {str(cost)!r} not found; `make measure-accuracy-cost` makes it")
     tools = json.loads(cost.read_text(encoding="utf-8"))["tools"]
@@ -95,5 +95,5 @@ def main(
         "outdated": outdated(models, dataset),
     }
     write_result(out, "amortisation", plain(content))
-    said = {"missing": "missing", "unmeasured": "not measured", "retrained": "trained anew since the measurement"}
+    said = {"missing": "missing", "unmeasured": "not measured", "retrained": "retrained since the measurement"}
     print("; ".join(f"{words}: {', '.join(content[key]) or 'nothing'}" for key, words in said.items()))

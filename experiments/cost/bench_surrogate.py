@@ -1,9 +1,9 @@
 """What a prediction costs on one core: every way to call a model, against Keras's own `model.predict`.
 
-`python -m experiments bench_surrogate` measures start, single predictions and batches; with `--stream` the steps of a
-stream, a million of them. `make docs-control` writes what is published into the guide. Wall seconds of one thread.
-Other programs on the same core cause the slowest steps, so processor seconds are given beside wall seconds for single
-predictions and batches.
+`python -m experiments bench_surrogate` measures the start, single predictions and batches. With `--stream` it measures
+the steps of a stream, a million of them. `make docs-control` writes the published numbers into the guide. Times are
+wall seconds of one thread. The slowest calls are due to other programs on the core; for single predictions and batches,
+processor seconds are therefore given too.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ BATCH = 1024
 STEPS = 1_000_000
 STREAM_HISTORY = sum(FMS)
 EDGES = (FMS[0] - 1, FMS[0] + FMS[1] - 1)
-"""Steps at which the dwell starts and ends."""
+"""Indices of the measurement steps at which the dwell starts and ends."""
 
 
 def measure_predictions(name: str, models: Path | None, repeats: int) -> dict[str, Any]:
-    """Seconds per trajectory of every way, the start from nothing, and how well the ways agree."""
+    """Seconds per trajectory of each way to call a model, seconds of a cold start, and the agreement of the ways."""
     import surrogate
     from surrogate.inference.predictor import ExtrapolationWarning
 
@@ -69,7 +69,7 @@ def measure_predictions(name: str, models: Path | None, repeats: int) -> dict[st
 
 
 def measure_stream(name: str, models: Path | None, steps: int) -> dict[str, Any]:
-    """Nanoseconds of a million steps, each timed by itself, along histories of the training's length."""
+    """Microseconds of the steps of a stream, each timed separately, along trajectories of 120 steps."""
     import surrogate
 
     tabor, times, indentations = _protocols(1)
@@ -98,7 +98,7 @@ def measure_stream(name: str, models: Path | None, steps: int) -> dict[str, Any]
 
 
 def prediction_table(content: dict[str, Any]) -> str:
-    """The numbers as a Markdown table, with a sentence about the rest."""
+    """The measured times as a Markdown table, with the start and the agreement in a sentence."""
     header = ["way", "ms per trajectory", "ms of processor", "times faster than model.predict"]
     cells = []
     for row in content["rows"]:
@@ -112,7 +112,7 @@ def prediction_table(content: dict[str, Any]) -> str:
 
 
 def stream_table(content: dict[str, Any]) -> str:
-    """The numbers in words."""
+    """The measured times as a sentence."""
     values = content["microseconds"]
     return (
         f"{content['model']}, {content['steps']:,} steps: median {values['median']:.1f} us, "
@@ -139,7 +139,7 @@ def _seconds(call: Callable[[], Any], count: int, repeats: int) -> dict[str, flo
 
 
 def _start_seconds(name: str, models: Path | None) -> float:
-    """Seconds from a bare interpreter's first line to the first force; the best of five."""
+    """Seconds from the first line of a new interpreter to the first prediction; the least of five runs."""
     root = str(models) if models else None
     code = (
         "import time; started = time.perf_counter()\n"
@@ -161,7 +161,7 @@ def _versions() -> dict[str, str]:
 
 def main(
     model: Annotated[str, typer.Option(help="A published model or a model directory.")] = "M1-concat",
-    models: Annotated[Path | None, typer.Option(help="Where models are published.")] = None,
+    models: Annotated[Path | None, typer.Option(help="Folder of published models.")] = None,
     stream: Annotated[bool, typer.Option("--stream", help="Measure steps of a stream instead.")] = False,
     steps: Annotated[int, typer.Option(help="Steps of the stream.")] = STEPS,
     repeats: Annotated[int, typer.Option(help="Single predictions.")] = 200,

@@ -1,4 +1,4 @@
-"""The protocols on which the tools of `experiments.cost.accuracy_cost` are judged, and the solver's results for one."""
+"""The held-out protocols for `experiments.cost.accuracy_cost`, and the solver's answer to one of them."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ class Case:
     protocol: LoadingProtocol
 
     def run(self, accuracy: str | float) -> Trajectory:
-        """Simulate it."""
+        """Simulate the case."""
         return simulate(self.scene, self.protocol, accuracy)
 
     def force_history(self, trajectory: Trajectory) -> np.ndarray:
-        """Force at the 120 fixed measurement steps."""
+        """Force at the 120 fixed measurement steps, of shape (120,)."""
         return trajectory.at(np.minimum(measurement_times(self.protocol, self.scene.tabor), trajectory.time[-1]))
 
 
@@ -39,7 +39,7 @@ def held_out(count: int, dataset: Path) -> list[Case]:
 
 
 def answered(case: Case, solve: Callable[[Case], Trajectory]) -> np.ndarray:
-    """Pull-off force, hysteresis, and force at the measurement steps (122,); NaN where it did not complete."""
+    """Pull-off force, hysteresis and force at the measurement steps, of shape (122,); NaN if it did not complete."""
     trajectory = solve(case)
     if not trajectory.completed:
         return np.full(122, np.nan)

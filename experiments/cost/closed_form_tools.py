@@ -1,10 +1,10 @@
 """Closed forms as tools: what each computes, for which protocols it is meant, and how to call it.
 
-A form is used only inside its regime, by Tabor parameter and rate: one that leaves memory out where both ramps last
-`SLOW` retardation times, or everything at most `FAST`; one that leaves adhesion out where adhesion is at most
-`NEGLIGIBLE` of the largest force; DMT and JKR at long and short range. Persson and Brener's energy is integrated along
-the retreat of a JKR edge from the relaxed contact, and gives the pull-off force alone. Forces are at the
-measurement steps, NaN where a form gives none.
+A form is used only inside its regime of Tabor parameter and rate. A form without memory requires that both ramps last
+at least `SLOW` retardation times, or that the whole protocol lasts at most `FAST`. A form without adhesion requires
+that adhesion is at most `NEGLIGIBLE` of the largest force. DMT requires a long range of adhesion, JKR a short one. The
+energy of Persson and Brener is integrated along the retreat of a JKR edge from the relaxed contact, and gives the
+pull-off force alone. Forces are at the measurement steps, and NaN where a form gives none.
 
 Sources: the modules of `bem.reference_solutions`. Units as there.
 """
@@ -25,13 +25,13 @@ from experiments.cost.cases import Case
 SLOW, FAST = 10.0, 0.1
 NEGLIGIBLE = 0.1
 LONG_RANGE, SHORT_RANGE = 0.4, 2.0
-RELAXED = 2.0  # retardation times before the unloading, after which the contact counts as relaxed
+RELAXED = 2.0  # retardation times before and during unloading, from which on the contact counts as relaxed
 Answer = tuple[float, np.ndarray]
 
 
 @dataclass(frozen=True)
 class Form:
-    """A closed form: its name, the protocols it is for, and pull-off force and forces (120,) of one of them."""
+    """A closed form: its name, its regime, and a function that returns pull-off force and forces of shape (120,)."""
 
     name: str
     meant_for: Callable[[Case], bool]
@@ -39,30 +39,30 @@ class Form:
 
 
 def depths_of(case: Case) -> np.ndarray:
-    """Indentation at the measurement steps, (120,)."""
+    """Indentation at the measurement steps, of shape (120,)."""
     times = measurement_times(case.protocol, case.scene.tabor)
     return case.protocol.history(case.scene.tabor).indentation_at(times)
 
 
 def slow(case: Case) -> bool:
-    """Whether both ramps outlast the retardation time by far."""
+    """Whether both ramps last at least `SLOW` retardation times."""
     t0, t1, t2, t3 = case.protocol.phase_times(case.scene.tabor)
     return min(t1 - t0, t3 - t2) >= SLOW
 
 
 def fast(case: Case) -> bool:
-    """Whether all is over long before the retardation time."""
+    """Whether the whole protocol lasts at most `FAST` retardation times."""
     return case.protocol.phase_times(case.scene.tabor)[3] <= FAST
 
 
 def hardly_adhesive(case: Case, stiffening: float = 1.0) -> bool:
-    """Whether the force without adhesion, so many times the rubbery one, dwarfs adhesion."""
+    """Whether adhesion is negligible beside `stiffening` times the largest rubbery Hertz force."""
     largest = -stiffening * float(hertz.force_from_indentation(case.protocol.peak_indentation, case.scene.tabor))
     return NEGLIGIBLE * largest >= dmt.PULL_OFF_FORCE
 
 
 def on_steps(force: np.ndarray) -> Answer:
-    """Pull-off force as the largest force of the unloading steps, and the forces."""
+    """Pull-off force, which is the largest force at the unloading steps, and the forces."""
     return float(np.nanmax(force[FIRST_UNLOADING:])), force
 
 
@@ -79,7 +79,7 @@ def _lee_radok(case: Case) -> Answer:
 
 
 def _retreat(case: Case) -> Answer:
-    """Largest force while the edge of a JKR contact retreats, its energy that of Persson and Brener at its speed."""
+    """Largest force while the edge of a JKR contact retreats with the energy of Persson and Brener at its speed."""
     mu, protocol = case.scene.tabor, case.protocol
     radius = float(jkr.contact_radius_from_indentation(protocol.peak_indentation, mu))
     unit = float(persson_brener.length_scale(mu)) / np.sqrt(100.0 * mu)  # l0 in beta, whatever the radius over the gap

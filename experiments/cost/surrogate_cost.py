@@ -1,9 +1,9 @@
-"""Seconds of every published surrogate: plain Keras call, ONNX Runtime one at a time, ONNX Runtime in batches.
+"""Times of every published surrogate: plain Keras call, ONNX Runtime one trajectory at a time, ONNX Runtime in batches.
 
-The plain call is `model.predict` on one trajectory, as most scripts do it, features included; the others are
-`surrogate.load(...).predict`. Timed is the way from the protocol to pull-off force, hysteresis and forces, as for the
-solver. One thread. Single calls are timed on the first `SINGLE_CALLS` protocols: every trajectory has as many steps, so
-that a call takes as long for one as for another. Models that are not published are named, not replaced.
+The plain call is `model.predict` on one trajectory, features included, as most scripts do it; the others are
+`surrogate.load(...).predict`. The timed work runs from the protocol to pull-off force, hysteresis and forces, as for
+the solver, on one thread. Single calls are timed on the first `SINGLE_CALLS` protocols: every trajectory has the same
+number of steps, so that all calls take the same time. Models that are not published are listed by name.
 """
 
 from __future__ import annotations
@@ -42,11 +42,11 @@ FILES = (
     "history.csv",
     "test_errors.csv",
 )
-"""What a published model directory holds."""
+"""Files of a published model directory."""
 
 
 def states(models: Path) -> dict[str, str]:
-    """What lacks of every architecture, in their order: "" where nothing does, else "not trained" or the files."""
+    """What each architecture lacks to be published: nothing (""), everything ("not trained"), or the missing files."""
     from surrogate.architectures.naming import names
 
     found = {}
@@ -57,7 +57,7 @@ def states(models: Path) -> dict[str, str]:
             try:
                 read_identity(models / name)
             except ValueError:
-                found[name] = "does not say how it was trained"
+                found[name] = "no record of its training"
     return found
 
 
@@ -67,17 +67,17 @@ def published(models: Path) -> list[str]:
 
 
 def missing(models: Path) -> list[str]:
-    """Architectures that are not published, and what an unfinished one lacks."""
+    """Architectures that are not published completely, with what an unfinished one lacks."""
     lacks = {name: lacking for name, lacking in states(models).items() if lacking}
     return [name if lacking == "not trained" else f"{name} ({lacking})" for name, lacking in lacks.items()]
 
 
 def left_out(models: Path, dataset: Path) -> dict[str, list[str]]:
-    """Why the comparison leaves models out, under whatever name, as `model_comparison.trained_otherwise` says it.
+    """Models that the comparison leaves out, with the differences that `model_comparison.trained_otherwise` finds.
 
     Args:
-        models: Where trained models are; those that do not say where they come from are passed over.
-        dataset: The data set file they have to be trained on.
+        models: Folder of trained models; a model without a record of its training is skipped.
+        dataset: Data set file on which the models must have been trained.
     """
     lineages = {}
     for path in sorted(models.glob("*/run.json")):
@@ -87,31 +87,31 @@ def left_out(models: Path, dataset: Path) -> dict[str, list[str]]:
 
 
 def outdated(models: Path, dataset: Path) -> list[str]:
-    """Published models that the comparison leaves out."""
+    """Published models that the comparison leaves out, by name."""
     otherwise = left_out(models, dataset)
     return [name for name in published(models) if name in otherwise]
 
 
 def weights_digest(folder: Path) -> str:
-    """Digest of a model's weights, which tells one training from the next."""
+    """Digest of the weights of a model, which identifies one training of it."""
     return hashlib.sha256((folder / "model.weights.h5").read_bytes()).hexdigest()
 
 
 def protocol_columns(cases: list[Case]) -> dict[str, np.ndarray]:
-    """Quantities of the protocols and Tabor parameters, each (count,)."""
+    """Tabor parameters and quantities of the protocols, each of shape (count,)."""
     columns = {name: np.array([getattr(case.protocol, name) for case in cases]) for name in QUANTITIES[1:]}
     return {"tabor": np.array([case.scene.tabor for case in cases]), **columns}
 
 
 def from_steps(force: np.ndarray, indentations: np.ndarray) -> np.ndarray:
-    """Answers (count, 122) from forces and indentations (count, 120): pull-off force, hysteresis, forces."""
+    """Pull-off force, hysteresis and forces, of shape (count, 122), from forces and indentations (count, 120)."""
     pull_off = force[:, FIRST_UNLOADING:].max(axis=1)
     loop = np.abs(np.trapezoid(force, indentations, axis=1))
     return np.column_stack([pull_off, loop, force])
 
 
 def whole_call(predict: Predict) -> Answer:
-    """From protocols to what a solver's trajectory answers, which is what is timed."""
+    """Function from protocols to pull-off force, hysteresis and forces, the work that is timed."""
 
     def answer(protocols: dict[str, np.ndarray]) -> np.ndarray:
         times, indentations = measurement_grid(**protocols)
@@ -121,7 +121,7 @@ def whole_call(predict: Predict) -> Answer:
 
 
 def scaled_inputs(trained: Any, times: np.ndarray, indentations: np.ndarray, tabor: np.ndarray) -> list[np.ndarray]:
-    """What a Keras model takes for trajectories (count, 120): features and scaling by hand."""
+    """Scaled inputs of a Keras model for trajectories of shape (count, 120)."""
     from surrogate.data.features import channels, edge_from_counts
 
     physical = channels(times, indentations, edge_from_counts(FMS, len(times)), trained.scaling.features)
@@ -129,7 +129,7 @@ def scaled_inputs(trained: Any, times: np.ndarray, indentations: np.ndarray, tab
 
 
 def keras_call(trained: Any) -> Predict:
-    """`model.predict` on physical inputs."""
+    """Function that calls `model.predict` on physical inputs."""
 
     def call(*inputs: np.ndarray) -> np.ndarray:
         scaled = trained.model.predict(scaled_inputs(trained, *inputs), verbose=0)
@@ -139,7 +139,7 @@ def keras_call(trained: Any) -> Predict:
 
 
 def one_at_a_time(answer: Answer, protocols: dict[str, np.ndarray], repeats: int) -> list[np.ndarray]:
-    """Seconds (count,) of each repeat, after one call that is not counted."""
+    """Seconds of shape (count,) of each repeat, after one call that is not counted."""
     count = len(protocols["tabor"])
     each = [{name: values[i : i + 1] for name, values in protocols.items()} for i in range(count)]
     answer(each[0])
@@ -147,7 +147,7 @@ def one_at_a_time(answer: Answer, protocols: dict[str, np.ndarray], repeats: int
 
 
 def in_batches(answer: Answer, protocols: dict[str, np.ndarray], repeats: int, size: int = 1024) -> list[np.ndarray]:
-    """Seconds per trajectory (count,) of each repeat, all equal: of a batch of `size`, repeating the protocols."""
+    """Seconds per trajectory of each repeat, of shape (count,), all equal, in a batch of `size` repeated protocols."""
     count = len(protocols["tabor"])
     chosen = np.arange(size) % count
     many = {name: values[chosen] for name, values in protocols.items()}
@@ -155,16 +155,16 @@ def in_batches(answer: Answer, protocols: dict[str, np.ndarray], repeats: int, s
 
 
 def surrogate_tools(cases: list[Case], models: Path, repeats: int) -> tuple[list[dict[str, Any]], list[str]]:
-    """Answers (count, 122) and seconds (repeats, calls) of every published model by every way, and what is missing.
+    """Answers (count, 122) and seconds (repeats, calls) of every published model in each way, and the missing models.
 
-    A model that cannot be loaded is missing, with the reason; the others are measured all the same.
+    A model that cannot be loaded is listed as missing, with the reason; the others are still measured.
     """
     names, absent = published(models), missing(models)
     if not names:
         return [], absent
     from surrogate.backend import limit_threads
 
-    with contextlib.suppress(RuntimeError):  # imported already, by who calls: then theirs is the choice of threads
+    with contextlib.suppress(RuntimeError):  # the backend is loaded already: its caller has chosen the threads
         limit_threads(1)
     protocols = protocol_columns(cases)
     tools: list[dict[str, Any]] = []

@@ -1,1 +1,1 @@
-"""What each physical effect costs, and how `recommend` keeps its promise."""
+"""What each physical effect costs, and how often `recommend` meets its tolerance."""

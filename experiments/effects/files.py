@@ -1,8 +1,8 @@
-"""Which code of `bem` a scene runs: its files, functions and lines, found by running it.
+"""Which code of `bem` a scene runs: files, functions and lines, found by tracing a simulation.
 
-A simulation on a tiny protocol runs in a process of its own with compilation off and every line noted, so that a
-page or a table names the files that really ran. LAPACK is called through SciPy there, because its linker symbols
-exist in compiled code only.
+A simulation of a tiny protocol runs in a separate process with compilation switched off, and every executed line is
+recorded. Documents and tables can therefore name the files that really run. LAPACK is called through SciPy there,
+because its linker symbols exist in compiled code only.
 """
 
 from __future__ import annotations
@@ -19,39 +19,39 @@ import bem
 
 HOME = str(Path(bem.__file__).parent)
 Code = set[tuple[str, str, int]]
-"""Lines run: file by its name in `bem/` without the ending, function, and number."""
+"""Executed lines: name of the file without its suffix, qualified name of the function, and line number."""
 
 
 def code_of(scenes: dict[str, bem.Scene]) -> dict[str, Code]:
-    """Lines of `bem` that the simulation of each scene runs."""
+    """Executed lines of `bem` in the simulation of each scene."""
     with ProcessPoolExecutor(1, initializer=_use_scipy, env={"NUMBA_DISABLE_JIT": "1"}) as alone:
         return dict(zip(scenes, alone.map(_traced, scenes.values()), strict=True))
 
 
 def own_files(code: dict[str, Code]) -> dict[str, list[str]]:
-    """By scene, files with functions that not every scene runs."""
+    """For each scene, the files with functions that some other scene does not run."""
     every = set.intersection(*map(functions_of, code.values()))
     return {name: sorted({file for file, _ in functions_of(one) - every}) for name, one in code.items()}
 
 
 def shared_files(code: dict[str, Code]) -> list[str]:
-    """Files of which every scene runs some function."""
+    """Files that every scene runs."""
     return sorted(set.intersection(*({file for file, *_ in one} for one in code.values())))
 
 
 def branches(code: dict[str, Code]) -> dict[str, dict[str, int]]:
-    """By scene and file, lines that not every scene runs."""
+    """For each scene and file, the number of lines that some other scene does not run."""
     every = set.intersection(*map(lines_of, code.values()))
     return {name: dict(Counter(file for file, _ in sorted(lines_of(one) - every))) for name, one in code.items()}
 
 
 def functions_of(one: Code) -> set[tuple[str, str]]:
-    """Pairs of file and function; neither helpers nor methods, which come with who calls and what describes a scene."""
+    """Pairs of file and public function; methods and private functions are left out, since their callers decide."""
     return {(file, name) for file, name, _ in one if "." not in name and name[0] != "_"}
 
 
 def lines_of(one: Code) -> set[tuple[str, int]]:
-    """Pairs of file and line."""
+    """Pairs of file and line number."""
     return {(file, line) for file, _, line in one}
 
 
@@ -74,7 +74,7 @@ def _use_scipy() -> None:
 
 
 def _traced(scene: bem.Scene) -> Code:
-    # What an earlier scene left in a cache would look like code that this one does not run.
+    # Code is not run if an earlier scene has left its result in a cache.
     for module in [module for name, module in sys.modules.items() if name.startswith("bem.")]:
         for value in vars(module).values():
             if callable(getattr(value, "cache_clear", None)):
@@ -93,7 +93,7 @@ def _traced(scene: bem.Scene) -> Code:
     protocol = bem.LoadingProtocol(
         peak_indentation=depth, loading_rate=20.0 * depth, dwell_time=0.1, unloading_rate=20.0 * depth
     )
-    bem.simulate(scene, protocol, 0.05)  # not noted: what is imported on first use belongs to no scene
+    bem.simulate(scene, protocol, 0.05)  # not recorded: imports on first use belong to no scene
     sys.settrace(passed)
     try:
         trajectory = bem.simulate(scene, protocol, 0.05)

@@ -1,15 +1,15 @@
 """What each effect costs: scenes from plain Hertz to a ten-term solid with adhesion, each adding one effect.
 
-All scenes belong to one sphere, one work of adhesion and one relaxed modulus, pressed to the same depth at the same
-speed: lengths along the axis in units of mu h0 (= R^(1/3) (dgamma/E0*)^(2/3), for any range of adhesion), so that
-a scene of Tabor parameter mu is given mu times the depth in h0. Per scene: unknowns, memory vectors, steps, seconds,
-the difference from a closed form where one exists, and the files whose code runs, as `experiments.effects.files` finds
-them.
+All scenes have the same sphere, work of adhesion and relaxed modulus, and are pressed to the same depth at the same
+speed. Lengths along the axis are therefore in units of mu h0 (= R^(1/3) (dgamma/E0*)^(2/3), independent of the range of
+adhesion): a scene of Tabor parameter mu gets mu times the depth in units of h0. Per scene, the study reports unknowns,
+memory vectors, steps, seconds, the difference from a closed form if one exists, and the files whose code runs, as
+`experiments.effects.files` finds them.
 
-The second part shows when a simpler scene may replace the full one: the error of its force history, as `bem.recommend`
-measures it, over the rate at which the sphere moves (without a dwell), and the choice of `recommend`; the error of a
-short or long range of adhesion instead of the true one, over the Tabor parameter; and of one relaxation process instead
-of ten, over the decades that these span.
+The second part shows when a simpler scene may replace the full one. It reports the error of the force history, as
+`bem.recommend` measures it, and the choice of `recommend`, over the rate at which the sphere moves (without a dwell);
+the error of a short or a long range of adhesion, over the true Tabor parameter; and the error of one relaxation process
+in place of ten, over the decades that the ten span.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ SCENES: tuple[tuple[str, float, Material, Any], ...] = (
 
 
 def protocol_for(tabor: float, rate: float = RATE, dwell: float = DWELL) -> LoadingProtocol:
-    """The common path in h0 of a scene of this Tabor parameter."""
+    """The common path, in units of h0, for a scene of the given Tabor parameter."""
     return LoadingProtocol(
         peak_indentation=tabor * DEPTH,
         loading_rate=tabor * rate,
@@ -78,7 +78,7 @@ def protocol_for(tabor: float, rate: float = RATE, dwell: float = DWELL) -> Load
 
 
 def against_closed_form(scene: Scene, trajectory: Trajectory) -> tuple[str, float | None]:
-    """The closed form a scene has or tends to, and the root mean square difference over the range of the force."""
+    """Closed form of a scene or of its limit, and the root mean square difference over the range of the force."""
     depth, force = trajectory.indentation, trajectory.force
     if isinstance(scene.adhesion, HardContact) and len(scene.material.strengths) == 0:
         name, exact = "Hertz", hertz.force_from_indentation(depth, scene.tabor)
@@ -100,7 +100,7 @@ def against_closed_form(scene: Scene, trajectory: Trajectory) -> tuple[str, floa
 
 
 def row(name: str, scene: Scene, repeats: int) -> dict[str, Any]:
-    """One scene of the table, with its force history."""
+    """One row of the table: size, seconds, results and difference from the closed form."""
     protocol = protocol_for(scene.tabor)
     trajectory = simulate(scene, protocol)
     seconds = timed(lambda: simulate(scene, protocol), repeats)
@@ -124,7 +124,7 @@ def row(name: str, scene: Scene, repeats: int) -> dict[str, Any]:
 
 
 def curve(name: str, scene: Scene) -> dict[str, Any]:
-    """Force over depth in units of mu h0."""
+    """Force over depth, with the depth in units of mu h0."""
     protocol = protocol_for(scene.tabor)
     if name == "glassy":
         simple, protocol = reduced(scene, protocol, Effects(True, 0, 0, 1))
@@ -141,7 +141,7 @@ def curve(name: str, scene: Scene) -> dict[str, Any]:
 
 
 def stand_ins(rate: float) -> dict[str, Any]:
-    """Error of each simpler scene at one rate, and the recommendation."""
+    """Error of each simpler scene at one rate, and the recommendation there."""
     scene, protocol = Scene(TABOR, SLS), protocol_for(TABOR, rate, dwell=0.0)
     history = protocol.history(TABOR)
     full = simulate(scene, protocol, "reference")
@@ -166,20 +166,20 @@ def stand_ins(rate: float) -> dict[str, Any]:
 
 
 def of_another_range(tabor: float) -> dict[str, Any]:
-    """Error of the force history when adhesion of another range stands in, with and without memory."""
+    """Error of the force history if the range of adhesion is changed, with and without viscoelasticity."""
     found: dict[str, Any] = {"tabor": tabor}
     for kind, material in (("elastic", Elastic()), ("one relaxation", SLS)):
         truth = simulate(Scene(tabor, material), protocol_for(tabor), 1e-3)
         history = protocol_for(tabor).history(tabor)
         for name, other in (("DMT-like", DMT_TABOR), ("JKR-like", JKR_TABOR)):
-            # In units of mu h0 and of time the path is the same for all.
+            # In units of mu h0 and of time, the path is the same for all scenes.
             stand_in = simulate(Scene(other, material), protocol_for(other), 1e-3)
             found[f"{name}, {kind}"] = difference(stand_in, truth, history, "force")
     return found
 
 
 def of_one_process(decades: float, rate: float) -> dict[str, Any]:
-    """Error of the force history when one relaxation process stands in for ten around it that span some decades."""
+    """Error of the force history if one relaxation process replaces ten that span `decades` around it."""
     protocol = protocol_for(TABOR, rate)
     spectrum = np.geomspace(10.0 ** (-0.5 * decades), 10.0 ** (0.5 * decades), 10)
     truth = simulate(Scene(TABOR, PronySeries(np.full(10, 0.1 * (1.0 - MODULUS_RATIO)), spectrum)), protocol, 1e-3)
@@ -188,7 +188,7 @@ def of_one_process(decades: float, rate: float) -> dict[str, Any]:
 
 
 def safe(ranges: list[dict[str, Any]], bands: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Between which Tabor parameters, and up to how many decades, a stand-in keeps the error within `TOLERANCE`."""
+    """Ranges of the Tabor parameter, and of the decades, in which the error of a stand-in is at most `TOLERANCE`."""
     found: list[dict[str, Any]] = []
     for name, own in (("DMT-like", DMT_TABOR), ("JKR-like", JKR_TABOR)):
         for kind in ("elastic", "one relaxation"):

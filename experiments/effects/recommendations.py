@@ -1,10 +1,10 @@
-"""How often `recommend` keeps its promise, and what it saves.
+"""How often `recommend` meets its tolerance, and what it saves.
 
-Random samples: the paper's box with its solid; a box ten times wider in every direction, with random modulus ratios;
-ten-term solids of random spectra in the paper's box; the paper's box without adhesion and with random modulus ratios;
-histories of two loads with a partial unloading between. For each protocol, tolerance and quantity the recommended scene
-and the full one are simulated at `ACCURACY`, and the difference is compared with the tolerance. The saving of a
-recommendation is the ratio of seconds at standard accuracy, over the scenes that were simplified.
+The random samples are the paper's box with its solid; a box ten times wider in every direction, with random modulus
+ratios; ten-term solids of random spectra in the paper's box; the paper's box without adhesion and with random modulus
+ratios; and protocols of two loads with a partial unloading between them. For each protocol, tolerance and quantity, the
+recommended scene and the full scene are simulated at `ACCURACY`, and their difference is compared with the tolerance.
+The saving is the ratio of their seconds at standard accuracy, over the scenes that were simplified.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ def sample(name: str, count: int, seed: int = 4) -> list[tuple[Scene, Protocol]]
 
 
 def two_loads(protocol: LoadingProtocol, tabor: float, share: float) -> PiecewiseLinearProtocol:
-    """Load, draw back to a share of the peak, load again, unload, at the rates of a protocol."""
+    """Load, unload to a share of the peak, load again, and unload, at the rates of a protocol."""
     start, peak = protocol.start(tabor), protocol.peak_indentation
     depths = np.array([start, peak, share * peak, peak, start])
     rates = np.array([protocol.loading_rate, protocol.unloading_rate, protocol.loading_rate, protocol.unloading_rate])
@@ -71,7 +71,7 @@ def two_loads(protocol: LoadingProtocol, tabor: float, share: float) -> Piecewis
 
 
 def checked(scene: Scene, protocol: Protocol, tolerance: float, quantity: str) -> dict[str, Any]:
-    """One recommendation beside the full solution."""
+    """One recommendation, compared with the full scene."""
     with CLOCK:
         found = recommend(scene, protocol, tolerance, quantity=quantity)
     seconds = CLOCK.seconds
@@ -92,14 +92,14 @@ def checked(scene: Scene, protocol: Protocol, tolerance: float, quantity: str) -
         full, simple = simulate(scene, protocol, ACCURACY), simulate(found.scene, found.protocol, ACCURACY)
         row["error"] = difference(simple, full, history, quantity)
         row["kept"] = bool(row["error"] <= tolerance)
-        dear = min(timed(lambda: simulate(scene, protocol), TIMED))
-        row["ratio"] = min(timed(lambda: simulate(found.scene, found.protocol), TIMED)) / dear
-        row["full_seconds"] = dear
+        full_seconds = min(timed(lambda: simulate(scene, protocol), TIMED))
+        row["ratio"] = min(timed(lambda: simulate(found.scene, found.protocol), TIMED)) / full_seconds
+        row["full_seconds"] = full_seconds
     return row
 
 
 def summary(rows: list[dict[str, Any]]) -> dict[str, Any]:
-    """What a sample says about one tolerance and quantity; errors and ratios of the simplified scenes only."""
+    """Summary of a sample at one tolerance and quantity; errors and ratios are those of the simplified scenes."""
     simplified = [row for row in rows if row["simplified"]]
     ratios = [row["ratio"] for row in simplified]
     return {
@@ -121,7 +121,7 @@ def main(
     out: Out = OUT,
     busy: Busy = False,
 ) -> None:
-    """Check `recommend` against the full solution."""
+    """Compare the recommendations with the full scenes."""
     results = []
     for name in SAMPLES:
         cases = sample(name, count)

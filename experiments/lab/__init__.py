@@ -1,1 +1,1 @@
-"""Studies of `bem.lab`: how reliable its fits are, and what its units are for real instruments."""
+"""Studies of `bem.lab`: how reliable its fits are, and its units for real instruments."""

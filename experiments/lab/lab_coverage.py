@@ -1,8 +1,8 @@
-"""How often a fit's 95 % intervals contain the true value: random contacts, simulated, given noise, and fitted.
+"""How often the 95 % intervals of a fit contain the true value: random contacts, simulated with noise, and fitted.
 
 Each case draws modulus, work of adhesion, retardation time, modulus ratio, contact point and force offset of a soft
-bead, simulates a cycle of loading, dwell and unloading at a tighter accuracy than the fit's, samples it at 300 instants
-and adds 1 % of its range as noise. Six parameters are then fitted from guesses that the curve alone gives.
+bead. It simulates a cycle of loading, dwell and unloading at a tighter accuracy than that of the fit, samples it at 300
+instants, and adds noise of 1 % of its range. Six parameters are then fitted, from guesses that use the curve alone.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ RAMP, DWELL = 0.5, 0.5  # seconds
 
 
 def drawn(rng: np.random.Generator) -> dict[str, float]:
-    """The truth of one case, in SI."""
+    """True parameters of one case, in SI units."""
     truth = {name: float(np.exp(rng.uniform(*np.log(bounds)))) for name, bounds in LOGARITHMIC.items()}
     truth["contact_point"] = float(rng.uniform(-0.5, 0.5)) * setup_of(truth).adhesion_length
     truth["force_offset"] = float(rng.uniform(-0.5, 0.5)) * setup_of(truth).force_scale
@@ -44,7 +44,7 @@ def drawn(rng: np.random.Generator) -> dict[str, float]:
 
 
 def setup_of(truth: dict[str, float]) -> Setup:
-    """The bead of a case."""
+    """Setup of the bead with the true parameters of a case."""
     return Setup(
         radius=RADIUS,
         work_of_adhesion=truth["work_of_adhesion"],
@@ -55,10 +55,10 @@ def setup_of(truth: dict[str, float]) -> Setup:
 
 
 def measured(truth: dict[str, float], rng: np.random.Generator) -> ForceCurve:
-    """A noisy curve of a case.
+    """Noisy force curve of a case, in SI units.
 
     Raises:
-        RuntimeError: the simulation did not complete.
+        RuntimeError: The simulation did not complete.
     """
     setup = setup_of(truth)
     length = setup.adhesion_length
@@ -85,7 +85,7 @@ def measured(truth: dict[str, float], rng: np.random.Generator) -> ForceCurve:
 
 
 def one_case(seed: int, number: int) -> dict[str, Any]:
-    """Truth, estimates and intervals of a case, and whether it was fitted at all."""
+    """True values and estimates of a case, and whether each interval contains the true value, or why the fit failed."""
     rng = np.random.default_rng([seed, number])
     truth = drawn(rng)
     curve = measured(truth, rng)
@@ -104,12 +104,12 @@ def one_case(seed: int, number: int) -> dict[str, Any]:
 
 
 def main(
-    cases: Annotated[int, typer.Option(help="Curves drawn, simulated and fitted.")] = 100,
+    cases: Annotated[int, typer.Option(help="Number of simulated and fitted curves.")] = 100,
     seed: Annotated[int, typer.Option(help="Seed of all draws.")] = 0,
     jobs: Jobs = 1,
     out: Out = OUT,
 ) -> None:
-    """Draw, fit and count."""
+    """Simulate and fit the curves, and count the intervals that contain the true value."""
     results = in_parallel(one_case, [(seed, number) for number in range(cases)], jobs=jobs, label="fits")
     fitted = [result for result in results if "values" in result]
     inside = {name: sum(result["inside"][name] for result in fitted) for name in ALL}

@@ -1,6 +1,6 @@
-"""Three real contacts in the solver's units, as the table of `docs/units.md`; and when an effective range is harmless.
+"""The tables of `docs/units.md`: three real contacts in the solver's units, and the effect of the effective range.
 
-It prints both tables.
+The command prints both tables.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ RATIO, TIME, SPEED, DEPTH, DWELL = 0.3, 0.1, 2e-6, 1e-6, 0.5
 
 
 def contacts_table() -> str:
-    """Scales of the three contacts, in rows."""
+    """Scales of the three contacts, one row each."""
     rows = {
         "radius R": [readable(c.radius, "m") for c in CONTACTS.values()],
         "work of adhesion": [readable(c.work_of_adhesion, "J/m^2") for c in CONTACTS.values()],

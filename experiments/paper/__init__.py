@@ -1,1 +1,1 @@
-"""Studies behind the paper's figures and tables."""
+"""Studies behind the paper's figures and tables, and behind the report."""

@@ -1,7 +1,8 @@
-"""What the paper prescribes and we adopted, read from the code that does it: ranges, recipe, layers, protocols.
+"""Settings that the paper prescribes and this repository adopts, read from the code: ranges, recipe, layers, protocols.
 
-`REPRODUCTION.md` compares it with the paper's words; such a row shows that we follow the paper, not that a result is
-the same. The closed forms of the two elastic limits are here too, as the code evaluates them.
+`REPRODUCTION.md` compares them with the paper's statements. A row of that table shows that the setting is followed; it
+does not show that a result is reproduced. The closed forms of the two elastic limits are included, as the code
+evaluates them.
 """
 
 from __future__ import annotations
@@ -23,14 +24,14 @@ from surrogate.training.recipe import Recipe
 
 
 def recipe() -> dict[str, Any]:
-    """The recipe `paper`, its plateau's keys beside the others."""
+    """The recipe `paper`, with the keys of its plateau at the top level."""
     found = Recipe.load("paper").as_dict()
     plateau = found.pop("plateau")
     return found | plateau
 
 
 def layers() -> dict[str, Any]:
-    """Sizes of the built M1 and M4 models that the paper states."""
+    """Sizes of the layers of M1 and M4 that the paper states, from the built models."""
     import surrogate
 
     m1, m4 = surrogate.build("M1-FiLM"), surrogate.build("M4-FiLM")
@@ -48,7 +49,11 @@ def layers() -> dict[str, Any]:
 
 
 def crack_protocol() -> dict[str, Any]:
-    """What is fixed in the protocols of the relaxed short-range limit, and the defaults of its length scale."""
+    """Quantities fixed in the protocols of the relaxed short-range limit, and the defaults of its length scale.
+
+    Raises:
+        ValueError: The protocols differ in more than the unloading rate.
+    """
     protocols = paper_rows("persson_brener_protocols")
     fixed = {name: {row[name] for row in protocols} for name in common.QUANTITIES if name != "unloading_rate"}
     if any(len(values) > 1 for values in fixed.values()):

@@ -1,7 +1,7 @@
-"""The models as graphs of layers, read from the Keras models themselves, so that both always agree.
+"""The models as graphs of layers, read from the Keras models, so that drawings and models always agree.
 
-For each model: its layers in order of computation, each with its kind, a short label, its width, its parameters and
-the layers it reads. For the components figure also what is inside one residual block.
+For each model: its layers in order of computation, each with its kind, a short label, its width, its number of
+parameters and the layers that it reads.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from typing import Any
 
 
 def label(layer: Any) -> str:
-    """What a box of the drawing says: the layer's kind and what distinguishes it."""
+    """Text of a box of the drawing: the kind of the layer and its size."""
     kind, config = type(layer).__name__, layer.get_config()
     texts = {
         "InputLayer": lambda: "history" if layer.name == "sequence" else "Tabor",
@@ -30,10 +30,10 @@ def label(layer: Any) -> str:
 
 
 def graph(model: Any) -> dict[str, Any]:
-    """Layers of a functional Keras model in order of computation."""
+    """Parameters, receptive field in steps (`None` if unlimited) and layers of a functional Keras model."""
     layers = []
     for operation in model.operations:
-        # Keras 3 has no public way to ask a layer what it reads.
+        # Keras 3 has no public interface for the inputs of a layer.
         node = operation._inbound_nodes[0]
         layers.append(
             {
@@ -51,14 +51,14 @@ def graph(model: Any) -> dict[str, Any]:
 
 
 def reach_back(layer: Any) -> int:
-    """Steps back a residual convolution block looks; zero for other layers."""
+    """Number of past steps that a residual convolution block reads; zero for other layers."""
     if type(layer).__name__ != "ResidualTCNBlock":
         return 0
     return 2 * (layer.kernel_size - 1) * layer.dilation
 
 
 def graphs(names: Iterable[str]) -> dict[str, Any]:
-    """Graphs of these models, with the words of their families."""
+    """Graphs of the named models, with the descriptions of their families."""
     import surrogate
     from surrogate.architectures.naming import FAMILIES, split_name
     from surrogate.data.features import channel_names

@@ -1,6 +1,6 @@
-"""The twelve canonical protocols: solver against surrogate, with the seconds both need.
+"""The twelve canonical protocols: solver against surrogate, with the seconds of both.
 
-The seconds are those that `experiments.paper.canonical_times` measured and published, on any machine.
+The seconds are those that `experiments.paper.canonical_times` measured and published.
 Source: the paper's section "Canonical adhesion regimes" and its timing table.
 """
 
@@ -29,9 +29,9 @@ def regime(
 
     Args:
         protocol: A row of the timing table.
-        trained: Our predictor.
-        config: The study's configuration.
-        seconds: What it took, as published.
+        trained: The surrogate.
+        config: Configuration of the study.
+        seconds: Published seconds of the protocol, by tool.
     """
     from surrogate.data.metrics import hysteresis, nmae
 

@@ -1,8 +1,8 @@
-"""Seconds of solver and surrogate on the twelve canonical protocols, as published.
+"""Seconds of solver and surrogate on the twelve canonical protocols of the paper's timing table.
 
-The surrogate is timed three ways, on one thread and warmed up: the plain Keras call (`model.predict`, as most scripts
-do it), our predictor on one protocol, and our predictor on a batch, per trajectory. Our predictor is ONNX Runtime where
-the model is exported. Processor seconds, each the median of its repetitions.
+The surrogate is timed in three ways, on one thread and after a first call: the plain Keras call (`model.predict`, as
+most scripts do it), the predictor on one protocol, and the predictor on a batch, per trajectory. The predictor uses
+ONNX Runtime if the model was exported. Times are processor seconds, each the median of its repetitions.
 """
 
 from __future__ import annotations
@@ -32,13 +32,13 @@ BATCHES = 3
 def seconds_of(
     protocol: dict[str, Any], trained: Surrogate, model: keras.Model, config: dict[str, Any]
 ) -> dict[str, float]:
-    """Seconds of one protocol: of the solver, and of every way to call the surrogate.
+    """Seconds of one protocol: of the solver, and of each way to call the surrogate.
 
     Args:
         protocol: A row of the paper's timing table.
-        trained: Our predictor.
-        model: The Keras model of the same weights.
-        config: The measurement's configuration.
+        trained: The surrogate.
+        model: The Keras model with the same weights.
+        config: Configuration of the measurement.
     """
     tabor, repetitions, batch = protocol["tabor"], config["repetitions"], config["batch"]
     times, indentations = measurement_grid(**{name: protocol[name] for name in common.QUANTITIES})

@@ -1,8 +1,8 @@
-"""The six example trajectories of the data set figure and the one that shows the mapping to measurement steps.
+"""The six example trajectories of figure 2, and the one that shows the mapping to measurement steps.
 
-Protocols (a) to (f) are the paper's, with the digits it prints. The paper does not say which trajectory its mapping
-figure shows; ours has three phases of similar length, so that all of them can be seen on one time axis, and is computed
-at the accuracy of the data set.
+Protocols (a) to (f) are the paper's, with the digits that it prints. The paper does not state which trajectory its
+mapping figure shows. The one used here has three phases of similar length, so that all of them are visible on one time
+axis, and is computed at the accuracy of the data set.
 """
 
 from typing import Any
@@ -15,7 +15,7 @@ ACCURACY = "reference"
 
 
 def example(name: str, quantities: dict[str, float], accuracy: str | float = ACCURACY) -> dict[str, Any]:
-    """One trajectory: protocol, native history, measurement steps and results, ready for JSON."""
+    """One trajectory, ready for JSON: its protocol, time steps of the solver, measurement steps and results."""
     scene, protocol = problem(quantities)
     trajectory = simulated(quantities, accuracy=accuracy)
     results = ("pull_off_force", "pull_off_time", "hysteresis", "max_compression", "end_force")

@@ -1,16 +1,16 @@
-"""What the data set holds, in numbers: cost, failures, jumps, and the resolution floor of the measurement steps.
+"""Statistics of the data set: cost, failures, jumps, and the resolution floor of the measurement steps.
 
-The resolution floor is the error of the pull-off force made by the fixed measurement steps alone: the largest force on
-the steps of the unloading phase against the largest of the solver's own history. Below it, a surrogate that predicts
-the steps cannot be distinguished from the solver.
+The resolution floor is the error of the pull-off force that the fixed measurement steps alone cause: the largest force
+at the steps of the unloading phase, compared with the largest force at the solver's own time steps. A surrogate that
+predicts the steps cannot be distinguished from the solver below this error.
 
-A trajectory is still attached at its end where its end force exceeds the far-field attraction there
-(`bem.trajectory.far_field`): its pull-off force is the largest so far.
+A trajectory is still attached at its end if its end force exceeds the far-field attraction there
+(`bem.trajectory.far_field`); its pull-off force is then the largest force so far.
 
-Cost is the solver's seconds and, over these, the workers' seconds on trajectories (measuring and keeping included) and
-the whole run, wall time times workers; the parallel efficiency is the share of the whole run that went into
-trajectories. The force ratio, pull-off force over largest compression, has no meaning for a trajectory that is never
-compressed; these are counted and left out of it.
+Cost is given as the seconds of the solver; as the seconds of the workers on trajectories, which include measuring and
+saving, over these; and as the whole run, wall time times workers, over these. The parallel efficiency is the share of
+the whole run that was spent on trajectories. The force ratio, pull-off force over largest compression, is undefined for
+a trajectory that is never compressed; such trajectories are counted and left out.
 """
 
 import hashlib
@@ -28,7 +28,7 @@ PERCENTILES = {"median": 50.0, "p90": 90.0, "p99": 99.0, "largest": 100.0}
 
 
 def percentiles(values: FloatArray) -> dict[str, float]:
-    """Median, 90th and 99th percentile and largest of some values."""
+    """Median, 90th and 99th percentile, and maximum of the values."""
     return {name: float(np.percentile(values, percent)) for name, percent in PERCENTILES.items()}
 
 
@@ -55,14 +55,14 @@ def force_ratio(dataset: Dataset) -> FloatArray:
 
 
 def still_attached(dataset: Dataset) -> np.ndarray:
-    """Which of the completed trajectories end attached, by their end force alone: bool, of shape (completed,)."""
+    """Whether each completed trajectory ends attached, judged by its end force: bool, of shape (completed,)."""
     rows = dataset.completed
     end = default_start_indentation(dataset.protocols["tabor"][rows])
     return ~far_field(dataset.scalars["end_force"][rows], end)
 
 
 def statistics(dataset: Dataset) -> dict[str, Any]:
-    """Everything the tables say about a data set."""
+    """The statistics of a data set that the tables show."""
     rows, scalars = dataset.completed, dataset.scalars
     floor = resolution_floor(dataset)
     force, seconds = scalars["pull_off_force"][rows], scalars["solver_seconds"]

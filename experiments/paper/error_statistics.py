@@ -1,6 +1,6 @@
-"""Statistics of a model's errors on the held-out trajectories: quartiles by force MSE, distributions, correlations.
+"""Error statistics of a model on the held-out trajectories: quartiles by force MSE, distributions, correlations.
 
-Reads the `test_errors.csv` of a model directory; computes nothing itself. Source: the paper's section "Physically
+The study reads `test_errors.csv` of a model directory and predicts nothing. Source: the paper's section "Physically
 interpretable error statistics".
 """
 
@@ -25,7 +25,7 @@ def read_errors(path: Path) -> dict[str, np.ndarray]:
     """The columns of a `test_errors.csv`.
 
     Raises:
-        FileNotFoundError: no such file.
+        FileNotFoundError: The file does not exist.
     """
     if not path.is_file():
         raise FileNotFoundError(f"no errors of a trained model at {str(path)!r}; `surrogate train` writes them")
@@ -35,7 +35,7 @@ def read_errors(path: Path) -> dict[str, np.ndarray]:
 
 
 def quartile_of(mse: np.ndarray) -> np.ndarray:
-    """Quartile 0 to 3 of each trajectory by rank of its force MSE; sizes differ by one at most."""
+    """Quartile, 0 to 3, of each trajectory by the rank of its force MSE, (n,); the sizes differ by one at most."""
     quartile = np.empty(mse.size, dtype=np.int64)
     for index, part in enumerate(np.array_split(np.argsort(mse, kind="stable"), 4)):
         quartile[part] = index
@@ -48,7 +48,7 @@ def moments(values: np.ndarray) -> dict[str, float]:
 
 
 def statistics(errors: dict[str, np.ndarray]) -> dict[str, Any]:
-    """Quartiles, overall statistics and rank correlations of the errors of many trajectories."""
+    """Quartiles, overall statistics and rank correlations of the errors, each column of shape (trajectories,)."""
     quartile = quartile_of(errors["mse"])
     table = {
         name: {"count": int(np.sum(quartile == q))}
@@ -85,11 +85,11 @@ def statistics(errors: dict[str, np.ndarray]) -> dict[str, Any]:
 
 
 def held_out_errors(folder: Path, dataset: Path) -> dict[str, np.ndarray]:
-    """Errors of a model directory, which must be those of its own held-out part of that data set.
+    """Errors in a model directory. They must be those of the held-out part of the given data set.
 
     Raises:
-        FileNotFoundError: no such file.
-        ValueError: another data set, or errors of other trajectories than the split holds out.
+        FileNotFoundError: A file does not exist.
+        ValueError: The model was trained on another data set, or the errors are of other trajectories.
     """
     errors = read_errors(folder / "test_errors.csv")
     require_dataset(folder, dataset)
@@ -97,13 +97,13 @@ def held_out_errors(folder: Path, dataset: Path) -> dict[str, np.ndarray]:
     if tuple(errors["trajectory"].astype(int)) != held_out:
         raise ValueError(
             f"{str(folder / 'test_errors.csv')!r} must hold the {len(held_out)} trajectories that split.json holds "
-            f"out, in its order; received {len(errors['trajectory'])} others: `surrogate evaluate` writes them anew"
+            f"out, in its order; received {len(errors['trajectory'])} others: `surrogate evaluate` writes them again"
         )
     return errors
 
 
 def study(config: dict[str, Any], models: Path, dataset: Path) -> dict[str, Any]:
-    """Write the error statistics of one model."""
+    """Error statistics of one model."""
     content = statistics(held_out_errors(models / config["model"], dataset))
     for column in ("pull_off_force_percent", "hysteresis_percent"):
         found = content["overall"][column]

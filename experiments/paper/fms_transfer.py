@@ -1,7 +1,7 @@
 """The trained model on other numbers of measurement steps (FMS), without retraining.
 
-The paper shows one trajectory, its sample (8). Here the same is done for every held-out trajectory too, each simulated
-once and sampled on every grid. Source: the paper's appendix "FMS-resolution transferability".
+The paper shows one trajectory, its sample (8). The study also treats every held-out trajectory: each is simulated once
+and sampled at each number of steps. Source: the paper's appendix "FMS-resolution transferability".
 """
 
 from __future__ import annotations
@@ -22,15 +22,15 @@ KEYS = ("model", "modulus_ratio", "accuracy", "steps", "sample", "trajectories")
 
 
 def sample_transfer(protocol: dict[str, Any], trained: Any, config: dict[str, Any]) -> dict[str, Any]:
-    """One protocol: native history, and the prediction and its error for each number of steps."""
+    """One protocol: the solver's trajectory, and the prediction and its error for each number of steps."""
     from surrogate.data.metrics import nmae
 
     trajectory = common.simulated(protocol, modulus_ratio=config["modulus_ratio"], accuracy=config["accuracy"])
     predictions = {}
     for total in config["steps"]:
-        counts = proportional_counts(total)
-        steps = common.on_steps(protocol, trajectory, counts)
-        force = common.predicted(trained, steps, counts, protocol["tabor"])
+        points_per_phase = proportional_counts(total)
+        steps = common.on_steps(protocol, trajectory, points_per_phase)
+        force = common.predicted(trained, steps, points_per_phase, protocol["tabor"])
         scaled = [trained.scaling.scale_force(values) for values in (force, steps["force"])]
         predictions[str(total)] = {
             "indentation": steps["indentation"].tolist(),
@@ -46,10 +46,10 @@ def sample_transfer(protocol: dict[str, Any], trained: Any, config: dict[str, An
 
 
 def held_out(models: Path, dataset: Path, config: dict[str, Any]) -> tuple[dict[str, np.ndarray], list[Trajectory]]:
-    """Protocols of the model's held-out trajectories and their simulations.
+    """Protocols of the model's held-out trajectories, each of shape (n,), and their simulations.
 
     Raises:
-        ValueError: the model was trained on another data set, in which its indices mean nothing.
+        ValueError: The model was trained on another data set, so that its indices are not valid.
     """
     from surrogate.data.dataset import Split, TrajectoryDataset
 
@@ -70,15 +70,15 @@ def held_out(models: Path, dataset: Path, config: dict[str, Any]) -> tuple[dict[
 def errors_on_grid(
     total: int, protocols: dict[str, np.ndarray], simulations: list[Trajectory], trained: Any
 ) -> dict[str, dict[str, float]]:
-    """Summary of the errors of all held-out trajectories on one number of steps."""
+    """Summary of the errors of all held-out trajectories at one number of steps."""
     from surrogate.data.features import edge_from_counts
     from surrogate.data.metrics import summary, trajectory_errors
 
-    counts = proportional_counts(total)
-    times, indentations = measurement_grid(**protocols, counts=counts)
+    points_per_phase = proportional_counts(total)
+    times, indentations = measurement_grid(**protocols, counts=points_per_phase)
     reference = np.stack([one.at(row.clip(max=one.time[-1])) for one, row in zip(simulations, times, strict=True)])
     with common.without_extrapolation_warnings():
-        edge = edge_from_counts(counts, len(times))
+        edge = edge_from_counts(points_per_phase, len(times))
         force = trained.predict(times, indentations, tabor=protocols["tabor"], edge=edge)
     return summary(
         trajectory_errors(
@@ -88,14 +88,14 @@ def errors_on_grid(
             reference_scaled=trained.scaling.scale_force(reference),
             times=times,
             indentations=indentations,
-            unloading_from=counts[0] + counts[1] - 1,
+            unloading_from=points_per_phase[0] + points_per_phase[1] - 1,
             native_pull_off_force=np.array([one.pull_off_force for one in simulations]),
         )
     )
 
 
 def study(config: dict[str, Any], models: Path, dataset: Path) -> dict[str, Any]:
-    """Predict on every number of steps with the same weights."""
+    """Predict at each number of steps with the same weights."""
     trained = common.load_surrogate(config["model"], models)
     rows = {int(row["sample"]): row for row in paper_rows("canonical_protocols")}
     protocols, simulations = held_out(models, dataset, config)

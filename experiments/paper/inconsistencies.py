@@ -1,6 +1,6 @@
-"""Places where the paper's text contradicts its own numbers, equations or physics, each shown by a small computation.
+"""Places where the paper's text contradicts its own numbers, its equations or the physics, each with a computation.
 
-`python -m experiments inconsistencies --only NAME` prints the computation of one of them. The paper's wording is in
+`python -m experiments inconsistencies --only NAME` prints the computation of one of them. The paper's statements are in
 `paper_values/slips.toml`.
 """
 
@@ -28,7 +28,7 @@ def start_force() -> dict[str, float]:
 
 
 def end_force(dataset: Path = common.DATASET) -> dict[str, float]:
-    """Share of the data set whose force at the end exceeds half its pull-off force."""
+    """Share of the trajectories of the data set whose end force exceeds half of their pull-off force."""
     from bem.dataset.file import load_dataset
 
     data = load_dataset(dataset)
@@ -37,7 +37,7 @@ def end_force(dataset: Path = common.DATASET) -> dict[str, float]:
 
 
 def longest_pull_off_time() -> dict[str, float]:
-    """Time the slowest loading to the deepest peak takes, by the paper's ranges; pull-off comes after it."""
+    """Duration of the slowest loading to the deepest peak in the paper's ranges; pull-off comes later."""
     from bem.dataset.designs import PAPER_RANGES
     from bem.protocol import default_start_indentation
 
@@ -46,7 +46,7 @@ def longest_pull_off_time() -> dict[str, float]:
 
 
 def influence_scaling() -> dict[str, float]:
-    """Depth of a Hertz contact from its pressure: u = mu G sigma, and the appendix's G divided by mu once more."""
+    """Depth of a Hertz contact from its pressure, by u = mu G sigma and by the appendix, which divides G by mu."""
     from bem.solver.discretisation.influence import influence_matrix
 
     tabor, radius = 3.0, 2.0
@@ -59,10 +59,11 @@ def influence_scaling() -> dict[str, float]:
 
 
 def history_sum() -> dict[str, float]:
-    """Errors of three creep sums under a traction sin(t) over a time of 3, with steps of 0.1 and 0.05.
+    """Errors of three creep sums for the traction sin(t), 0 <= t <= 3, with steps of 0.1 and 0.05.
 
-    The appendix's sum without its last term, which asks for the traction after the end; the same with the indices of
-    the traction one lower, which is what `bem.solver.paper_method` computes; and a traction linear in each step.
+    The sums are that of the appendix, without its last term, which needs the traction after the end; the same sum with
+    the index of the traction reduced by one, which `bem.solver.paper_method` computes; and the sum for a traction that
+    is linear in each step.
     """
     ratio, end = 0.1, 3.0
     exact = np.sin(end) - (1.0 - ratio) * 0.5 * (np.cos(end) + np.sin(end) - np.exp(-end))
@@ -80,37 +81,37 @@ def history_sum() -> dict[str, float]:
 
 
 def inference_time() -> dict[str, float]:
-    """Median of the timing table's seconds, which the highlights give as 0.25 s."""
+    """Median and mean of the seconds in the timing table; the highlights state 0.25 s."""
     seconds = [row["surrogate_seconds"] for row in paper_rows("canonical_protocols")]
     return {"median of the table (s)": float(np.median(seconds)), "mean of the table (s)": float(np.mean(seconds))}
 
 
 def halving() -> dict[str, float]:
-    """The seventh term of 100 % halved again and again after 75 and 50 %."""
+    """Half of 3.125 %, the last share of training data; the paper states 1.55125 %."""
     return {"half of 3.125 (%)": 3.125 / 2.0}
 
 
 def quartile_mean() -> dict[str, float]:
-    """Mean held-out MSE that follows from the quartile table, beside the stated 5.0e-4."""
+    """Mean held-out MSE that follows from the quartile table; the paper states 5.0e-4."""
     return {"mean of the quartile means": float(np.mean([row["mse_mean"] for row in paper_rows("quartiles")]))}
 
 
 def concatenation_superiority() -> dict[str, float]:
-    """In how many families the paper itself finds concatenation best."""
+    """Number of families in which the paper itself finds concatenation best."""
     claims = paper_values("claims")["claim"]
     best = [claim["value"] for claim in claims if claim["says"].startswith("best conditioning of ")]
     return {"families": len(best), "of these with concatenation best": best.count("concat")}
 
 
 def percent_mse() -> dict[str, float]:
-    """The highlights' per cent as a bare number, beside the abstract's."""
+    """MSE that the highlights state in per cent, as a plain number, and that of the abstract."""
     claims = paper_values("claims")["claim"]
     (percent,) = [claim["value"] for claim in claims if claim["says"] == "mean-squared error in per cent"]
     return {"highlights, as a bare number": percent / 100.0, "abstract": paper_mse()}
 
 
 def concatenation_point() -> dict[str, float]:
-    """Parameters of M4-concat with the Tabor parameter before the first block and after the last."""
+    """Parameters of M4-concat if the Tabor parameter enters before the first block, and after the last."""
     kernel, widths = 3, (64, 64, 128, 128)
 
     def blocks(channels: int) -> int:
@@ -129,7 +130,7 @@ def concatenation_point() -> dict[str, float]:
 
 
 def traction_sign() -> dict[str, float]:
-    """Traction at the gap of largest tension by the main text's law and by the appendix's."""
+    """Traction at the gap of largest tension, by the law of the main text and by that of the appendix."""
     gap = 3.0 ** (1.0 / 6.0)
     main_text = 8.0 / 3.0 * (gap**-3 - gap**-9)
     return {"main text": main_text, "appendix": -main_text}
@@ -152,10 +153,10 @@ SLIPS: dict[str, Callable[[], dict[str, float]]] = {
 
 
 def study(dataset: Path, *, only: tuple[str, ...] = ()) -> dict[str, Any] | None:
-    """Show what the slips come to; what some of them come to is printed alone.
+    """Compute the inconsistencies. With `only`, print the named ones and return `None`.
 
     Raises:
-        ValueError: no slip of that name.
+        ValueError: There is no inconsistency of that name.
     """
     if unknown := sorted(set(only) - set(SLIPS)):
         raise ValueError(f"--only must be one of {', '.join(SLIPS)}; received {unknown[0]!r}")

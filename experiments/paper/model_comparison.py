@@ -1,10 +1,10 @@
-"""The trained models side by side: errors, sizes, learning curves, costs, and which of the 18 are missing.
+"""The trained models compared: errors, sizes, learning curves, costs, and which of the 18 are missing.
 
-Reads the published model directories; trains and evaluates nothing. Only models that were trained in the same way are
-compared: on the data set, and with the split and recipe of the reference model; seeds may differ. Models trained
-otherwise on purpose (another recipe, more data, fewer epochs, a family beyond the paper's) are in a separate list; they
-share the held-out part. Source: the paper's section "Model-family selection" and its appendices on conditioning and
-learning curves.
+The study reads the published model directories; it trains and evaluates nothing. Only models trained in the same way
+are compared: on the data set, with the split and the recipe of the reference model; the seed may differ. Models that
+were trained differently on purpose (another recipe, more data, fewer epochs, a family beyond the paper's) are in a
+separate list; they have the same held-out part. Source: the paper's section "Model-family selection" and its appendices
+on conditioning and learning curves.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ from surrogate.training.identity import ALIKE, HELD_OUT, TrainingIdentity, diffe
 
 METRICS = ("mse", "mae", "dtw_rmse")
 REFERENCE = "M1-concat"
-"""The model whose training is the measure of the others', and whose family the strongest alternative is not of."""
+"""The reference model: the others must be trained as it was, and the second family is the best of the others."""
 
 
 def read_history(path: Path) -> dict[str, list[float]]:
-    """Epochs, errors and core seconds of a `history.csv`."""
+    """Epochs, errors and core seconds of a `history.csv`, as columns."""
     with path.open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
     columns = ("epoch", "train_mse", "validation_mse", "cpu_seconds")
@@ -34,7 +34,7 @@ def read_history(path: Path) -> dict[str, list[float]]:
 
 
 def minutes_to(history: dict[str, list[float]], mse: float) -> float | None:
-    """Core minutes after which the validation MSE first is at most a given one; `None` where it never is."""
+    """Core minutes until the validation MSE is at most `mse` for the first time; `None` if it never is."""
     pairs = zip(history["cpu_seconds"], history["validation_mse"], strict=True)
     return next((seconds / 60.0 for seconds, found in pairs if found <= mse), None)
 
@@ -45,7 +45,7 @@ def paper_mse() -> float:
 
 
 def read_model(folder: Path) -> dict[str, Any]:
-    """What a model directory says about its training and its held-out errors."""
+    """Training and held-out errors of a model directory."""
     metrics = json.loads((folder / "metrics.json").read_text(encoding="utf-8"))
     run = json.loads((folder / "run.json").read_text(encoding="utf-8"))
     history = read_history(folder / "history.csv")
@@ -68,18 +68,18 @@ def read_model(folder: Path) -> dict[str, Any]:
 
 
 def published(models: Path) -> dict[str, TrainingIdentity]:
-    """Where every published model comes from, by name: the 18 paper models in their order, then the others."""
+    """Identity of the training of each published model: the 18 paper models in their order, then the others."""
     folders = {path.parent.name: path.parent for path in sorted(models.glob("*/run.json"))}
     first = [name for name in paper_names() if name in folders]
     return {name: read_identity(folders[name]) for name in dict.fromkeys([*first, *folders])}
 
 
 def trained_otherwise(found: dict[str, TrainingIdentity], dataset: str) -> dict[str, list[str]]:
-    """Words for what differs in each model that may not stand beside the others: its recipe, its data set and so on.
+    """Models that cannot be compared with the others, each with words for what differs: recipe, data set and so on.
 
     Args:
-        found: Where the published models come from.
-        dataset: Digest of the data set they have to be trained on.
+        found: Identity of the training of each published model.
+        dataset: Digest of the data set on which the models must have been trained.
     """
     current = {name: found[name] for name in paper_names() if name in found and found[name].dataset == dataset}
     measure = current.get(REFERENCE) or next(iter(current.values()), None)
@@ -95,28 +95,28 @@ def trained_otherwise(found: dict[str, TrainingIdentity], dataset: str) -> dict[
 
 
 def outdated(found: dict[str, TrainingIdentity], dataset: str, models: Path) -> dict[str, str]:
-    """One sentence for each model that may not stand beside the others, with what to do about it.
+    """One sentence for each model that cannot be compared with the others: what differs, and what to do.
 
     Args:
-        found: Where the published models come from.
-        dataset: Digest of the data set they have to be trained on.
-        models: Where they are.
+        found: Identity of the training of each published model.
+        dataset: Digest of the data set on which the models must have been trained.
+        models: Folder of the models.
     """
     sentences = {}
     for name, words in trained_otherwise(found, dataset).items():
-        # What has a label of its own `make models` leaves as it is.
+        # `make models` does not train a model that has a label of its own.
         advice = (
-            "`make models` trains it anew" if name in names() else f"remove {str(models / name)!r} and train it anew"
+            "`make models` trains it again" if name in names() else f"remove {str(models / name)!r} and train it again"
         )
         other = " and ".join(words)
-        sentences[name] = f"{name} is left out, its {other} being another than the comparison's: {advice}."
+        sentences[name] = f"{name} is left out, because its {other} is not that of the comparison: {advice}."
     return sentences
 
 
 def comparison(found: dict[str, dict[str, Any]]) -> dict[str, Any]:
-    """Ranks by held-out MSE; a comparison that needs a missing model is null.
+    """Ranking by held-out MSE, and what follows from it; a value that needs a missing model is `None`.
 
-    The second family is the best of those the reference model is not of, by its best model.
+    The second family is the family of the best model outside the reference model's family.
     """
     ranking = sorted(found, key=lambda name: found[name]["mse"])
     best = {}
@@ -138,7 +138,11 @@ def comparison(found: dict[str, dict[str, Any]]) -> dict[str, Any]:
 
 
 def study(models: Path, dataset: Path) -> dict[str, Any]:
-    """Collect what is published."""
+    """Compare the published models.
+
+    Raises:
+        FileNotFoundError: No paper model was trained on the data set.
+    """
     lineages, digest = published(models), dataset_digest(dataset)
     old = outdated(lineages, digest, models)
     read = {name: read_model(models / name) for name in lineages if name not in old}

@@ -1,4 +1,4 @@
-"""The graphs of your own architectures: those that the files given by `--architecture` register."""
+"""Graphs of user-defined architectures: those registered by the files that `--architecture` names."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from experiments.paper.architecture_graphs import graphs
 
 
 def study(*, architecture: tuple[str, ...]) -> dict[str, Any]:
-    """Load the files, build their models and describe these."""
+    """Load the files, and build and describe the models that they register."""
     import surrogate
     from surrogate.architectures.naming import split_name
     from surrogate.architectures.registry import REGISTERED, load_architectures

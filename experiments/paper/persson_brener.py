@@ -1,10 +1,11 @@
 """Pull-off amplification against crack velocity in the relaxed short-range limit: solver, surrogate and theory.
 
-The paper assigns each protocol the crack velocity of another study's table. The solver measures its own: the speed at
-which the contact edge retreats at pull-off, a quadratic fit of `contact_radius` over time around it, in l0 over the
-retardation time. beta / l0 = mu^2 pi alpha^2 / s^2 with s = 9 sqrt(3) / 16, independent of R / h0. The protocols lie a
-little above the Tabor parameters the model was trained on; this study does not show its warning; its summary says by
-how much. Source: the paper's section on the relaxed short-range limit and its appendix on protocol definitions.
+The paper assigns to each protocol a crack velocity from the table of another study. The solver measures its own: the
+speed at which the contact edge retreats at pull-off, from a quadratic fit of `contact_radius` over time, in l0 over the
+retardation time. beta / l0 = mu^2 pi alpha^2 / s^2 with s = 9 sqrt(3) / 16, independent of R / h0. The protocols lie
+slightly above the range of Tabor parameters on which the model was trained. The study silences the warning about it,
+and its summary gives the distance. Source: the paper's section on the relaxed short-range limit and its appendix on
+protocol definitions.
 """
 
 from __future__ import annotations
@@ -24,20 +25,20 @@ KEYS = ("model", "modulus_ratio", "accuracy", "fit_within")
 JKR_FORCE = 1.5
 CURVE_POINTS = 200
 LARGE = 1e12
-"""A crack velocity by which the theory has reached its upper limit."""
+"""A crack velocity, in l0 over the retardation time, at which the theory has reached its upper limit."""
 
 
 def edge_velocity(trajectory: Trajectory, within: float) -> float:
     """Speed of the retreating contact edge at pull-off, in beta over the retardation time.
 
     Args:
-        trajectory: a completed one.
-        within: share of the pull-off force by which the force of the fitted steps may fall short of it.
+        trajectory: A completed trajectory.
+        within: Largest distance of the fitted forces from the pull-off force, as a share of it.
     """
     peak = int(np.flatnonzero(trajectory.time == trajectory.pull_off_time)[0])
     near = trajectory.unloading & (trajectory.force >= (1.0 - within) * trajectory.pull_off_force)
     rows = np.flatnonzero(near)
-    # Only what surrounds the peak without a gap, and at least two steps before it.
+    # Only the steps around the peak without a gap, and at least two steps before it.
     pieces = np.split(rows, np.flatnonzero(np.diff(rows) > 1) + 1)
     piece = next(part for part in pieces if part[0] <= peak <= part[-1])
     begin, end = min(piece[0], peak - 2), piece[-1]
@@ -48,7 +49,7 @@ def edge_velocity(trajectory: Trajectory, within: float) -> float:
 
 
 def beta_over_length_scale(tabor: float, alpha: float = np.pi / 9.0) -> float:
-    """The contact's unit of length beta over the theory's l0."""
+    """Ratio of the contact's unit of length, beta, to the theory's, l0."""
     return tabor**2 * np.pi * alpha**2 / (9.0 * np.sqrt(3.0) / 16.0) ** 2
 
 
@@ -76,11 +77,11 @@ def point(protocol: dict[str, float], trained: Any, config: dict[str, Any]) -> d
 
 
 def agreement(velocities: np.ndarray, ratio: float) -> float:
-    """Largest relative disagreement of the implicit, the cubic and the inverse form of the theory."""
+    """Largest relative difference between the implicit, the cubic and the inverse form of the theory."""
     implicit = theory.effective_energy(velocities, ratio)
     cubic = theory.effective_energy_from_cubic(velocities, ratio)
     back = theory.crack_velocity(implicit, ratio)
-    # The inverse magnifies rounding of the energy by its own slope near the glassy plateau.
+    # Near the glassy plateau, the slope of the inverse amplifies the rounding error of the energy.
     step = 1e-6 * implicit * np.where(implicit * ratio < 0.5, 1.0, -1.0)
     slope = np.abs((theory.crack_velocity(implicit + step, ratio) - back) / step)
     inverse = np.abs(back - velocities) / slope / implicit
@@ -88,7 +89,7 @@ def agreement(velocities: np.ndarray, ratio: float) -> float:
 
 
 def summary(points: list[dict[str, float]]) -> dict[str, float]:
-    """Median and largest deviations in percent."""
+    """Median and largest deviations, in percent."""
     columns = {name: np.array([one[name] for one in points]) for name in points[0] if name != "protocol"}
     pairs = {
         "solver_against_theory": ("solver", "theory"),
@@ -108,7 +109,7 @@ def summary(points: list[dict[str, float]]) -> dict[str, float]:
 
 
 def extrapolation_percent(trained: Any, protocols: list[dict[str, float]]) -> float:
-    """How far the protocols' Tabor parameters lie above the model's trained range, in percent of its upper end."""
+    """Distance of the protocols' Tabor parameters above the model's trained range, in percent of its upper end."""
     highest = max(protocol["tabor"] for protocol in protocols)
     return max(0.0, 100.0 * (highest / trained.scaling.ranges["tabor"][1] - 1.0))
 

@@ -1,1 +1,1 @@
-"""The solver beside other software on problems that both solve."""
+"""The solver and other software on problems that both solve."""

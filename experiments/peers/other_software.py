@@ -1,8 +1,8 @@
 """The elastic sphere in other software: Adhesion with its Lennard-Jones law, tamaas without adhesion.
 
-Both work on a square grid of a half-space that is not periodic. The sphere's radius, the equilibrium gap h0 and the
-work of adhesion are 1, so that the contact modulus is tabor^(-3/2), and lengths along the surface are sqrt(tabor)
-times those of `bem`. Indentation and forces are those of `bem.trajectory`. Neither package is needed to import this.
+Both use a square grid on a half-space that is not periodic. The sphere's radius, the equilibrium gap h0 and the work of
+adhesion are 1. The contact modulus is therefore tabor^(-3/2), and lengths along the surface are sqrt(tabor) times those
+of `bem`. Indentation and forces are those of `bem.trajectory`. Neither package is needed to import this module.
 
 Sources: `Adhesion.Interactions.Lj82` is the law of `bem.tractions`; for tamaas, Polonsky and Keer, Wear 231 (1999) 206.
 """
@@ -23,17 +23,17 @@ PACKAGES = ("Adhesion", "tamaas")
 INSTALL = ".venv/bin/python -m pip install --no-build-isolation --editable '.[peers]'"
 """The command that installs them beside this project."""
 STEP, FINER = 0.25, 4
-"""Indentation between two states while unloading, and how much finer it is around the largest force.
+"""Indentation between two states while unloading, and the factor by which it is finer near the largest force.
 
 A parabola through the three highest states gives the largest tension.
 """
 EDGE_GAP = 5.0
-"""Gap at the edge of the grid, in h0; the attraction beyond is added in closed form, as in the solver."""
-ENOUGH = 0.8  # a coarse grid lets the edge go node by node, and the force fall and rise again by less than that
-CHANGE = 1e-5  # of the displacement, below which a minimisation ends
-LEAST_GAP = 0.6  # of a first guess: below, the law overflows
+"""Gap at the edge of the grid, in h0; the attraction outside the grid is added in closed form, as in the solver."""
+ENOUGH = 0.8  # on a coarse grid the edge retreats node by node; the force then falls and rises, but by less than this
+CHANGE = 1e-5  # of the displacement, at which a minimisation ends
+LEAST_GAP = 0.6  # of a first guess; the law overflows at smaller gaps
 TOLERANCE = 1e-6
-MARGIN = 1.1  # half the width of the grid over the contact radius, where nothing acts outside the contact
+MARGIN = 1.1  # half the width of the grid over the contact radius, for a contact without adhesion
 
 
 def installed() -> dict[str, str]:
@@ -54,20 +54,20 @@ def sphere(width: float, grid: int) -> np.ndarray:
 
 
 def force_beyond(half_width: float, indentation: float) -> float:
-    """Tension outside a square grid, of an undeformed sphere: the mean over the directions of the tail."""
+    """Tension that acts outside a square grid on an undeformed sphere, from the tail of the law."""
     reach = half_width / np.cos(np.linspace(0.0, 0.25 * np.pi, 201))
     return float(np.mean(in_python(tail_force)(1.0 + 0.5 * reach**2 - indentation)))
 
 
 def adhesion_largest_tension(tabor: float, grid: int, start: float) -> float:
-    """Largest tension while an elastic sphere is unloaded, by Adhesion on a grid of so many points a side.
+    """Largest tension while an elastic sphere is unloaded, by Adhesion with `grid` points a side.
 
     Every state minimises the energy from the last one, by Newton's method with the package's product of the Hessian
     (`Newton-CG` of SciPy), which takes fewer seconds than its default, L-BFGS. Unloading ends where the force has
     fallen to `ENOUGH` of the largest.
 
     Raises:
-        RuntimeError: a minimisation failed.
+        RuntimeError: A minimisation failed.
     """
     from Adhesion.Interactions import Lj82
     from Adhesion.System import SmoothContactSystem
@@ -121,8 +121,8 @@ def highest(values: np.ndarray) -> float:
 def tamaas_hertz(tabor: float, grid: int, indentation: float) -> float:
     """Compression of an elastic sphere without adhesion over Hertz's at the same indentation, by one state of tamaas.
 
-    It finds pressures for a given force, here Hertz's at `indentation`; the indentation is the displacement in the
-    middle of the contact, and the force is compared at that.
+    tamaas finds the pressures for a given force, here Hertz's force at `indentation`. Its indentation is the
+    displacement in the middle of the contact, and the forces are compared at that indentation.
     """
     import tamaas
 

@@ -1,13 +1,14 @@
 """The same elastic sphere in other software, in closed forms, by the paper's discretisation and by the solver.
 
-Three problems, each with one number to find. With the Lennard-Jones law at two Tabor parameters, it is the largest
-tension while unloading from an indentation of `START`, an error relative to the solver's at `EXACT_TARGET`, whose
-value two other programs share (`experiments/paper_values/independent_solvers.toml`). Without adhesion it is the
-compression at that indentation, an error relative to Hertz's. Adhesion solves the first two, tamaas the third.
+There are three problems, each with one number to find. With the Lennard-Jones law at two Tabor parameters, it is the
+largest tension while unloading from an indentation of `START`; the error is relative to the solver's value at
+`EXACT_TARGET`, with which two other programs agree (`experiments/paper_values/independent_solvers.toml`). Without
+adhesion, it is the compression at that indentation; the error is relative to Hertz's. Adhesion solves the first two
+problems, tamaas the third.
 
-Seconds are processor seconds of one core, the median of `REPEATS` runs, or one run where other software takes long. The
-solver's are those of the whole history, loading and unloading; Adhesion's begin with the relaxed state at `START` and
-end soon after the largest tension; tamaas's are those of one state.
+Times are processor seconds of one core, the median of `REPEATS` runs, or one run where other software takes long. Those
+of the solver cover the whole loading and unloading; those of Adhesion begin with the relaxed state at `START` and end
+soon after the largest tension; those of tamaas cover one state.
 
 Usage: `python -m experiments peers [--finest POINTS] [--out FILE]`.
 """
@@ -27,8 +28,8 @@ import typer
 from bem import Elastic, HardContact, LennardJones, LoadingProtocol, Scene, Trajectory, simulate, simulate_paper_method
 from bem._support.command_line import run_main
 from bem.reference_solutions import dmt, hertz, jkr, maugis_dugdale
-from experiments.cost.solver_processes import EXACT_TARGET
 from experiments.peers.other_software import INSTALL, PACKAGES, adhesion_largest_tension, installed, tamaas_hertz
+from experiments.solver.solver_processes import EXACT_TARGET
 from experiments.timing import MEASUREMENTS, NOT_PUBLISHED, Busy, progress, publish, timed
 
 OUT = MEASUREMENTS / "peers.json"
@@ -46,7 +47,7 @@ DEPTHS = np.linspace(-START, START, 120)
 
 @dataclass(frozen=True)
 class Run:
-    """One tool at one setting: how to get its number, which it may find often, and the seconds it may take."""
+    """One tool at one setting: the function that finds its number, its repeats, and the seconds that a run may take."""
 
     problem: str
     tool: str
@@ -57,15 +58,15 @@ class Run:
 
 
 def of_tabor(tabor: float) -> str:
-    """Name of the adhesive problem."""
+    """Name of the adhesive problem at a Tabor parameter."""
     return f"tabor {tabor:g}"
 
 
 def simulated(tabor: float, accuracy: str | float, *, adhesive: bool = True) -> Trajectory:
-    """The elastic sphere by the solver.
+    """Simulate the elastic sphere.
 
     Raises:
-        RuntimeError: the simulation did not complete.
+        RuntimeError: The simulation did not complete.
     """
     scene = Scene(tabor, Elastic(), LennardJones() if adhesive else HardContact())
     return _completed(simulate(scene, PROTOCOL, accuracy))
@@ -78,7 +79,7 @@ def _completed(trajectory: Trajectory) -> Trajectory:
 
 
 def adhesive_runs(tabor: float, finest: int, packages: dict[str, str]) -> Iterator[Run]:
-    """Tools that find the largest tension, the closed forms with a whole curve of forces."""
+    """Tools that find the largest tension; JKR and DMT also compute a whole force curve."""
     problem = of_tabor(tabor)
 
     def form(name: str, pull_off: float, force: Callable) -> Run:
@@ -111,7 +112,7 @@ def adhesive_runs(tabor: float, finest: int, packages: dict[str, str]) -> Iterat
 
 
 def hertz_runs(packages: dict[str, str]) -> Iterator[Run]:
-    """Tools that find the compression at `START` over Hertz's."""
+    """Tools that find the compression at `START`, relative to Hertz's."""
     tabor = TABORS[0]
     exact = float(hertz.force_from_indentation(START, tabor))
     for accuracy in ACCURACIES:
@@ -127,7 +128,7 @@ def hertz_runs(packages: dict[str, str]) -> Iterator[Run]:
 
 
 def measured(run: Run, exact: float) -> dict[str, Any]:
-    """Seconds, number and error of a run; its first call, which may load kernels, counts where it is the only one."""
+    """Seconds, value and error of a run. The first call, which may load kernels, counts only if it is the only one."""
     found: list[float] = []
     seconds = timed(lambda: found.append(run.find()), run.repeats, first=run.repeats > 1)
     return {
@@ -142,7 +143,7 @@ def measured(run: Run, exact: float) -> dict[str, Any]:
 
 
 def main(
-    finest: Annotated[int, typer.Option(help="Most points a side of Adhesion's grids: 32, 64, 128 or 256.")] = 128,
+    finest: Annotated[int, typer.Option(help="Largest grid of Adhesion, in points a side: 32, 64, 128 or 256.")] = 128,
     out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
     busy: Busy = False,
 ) -> None:
@@ -156,7 +157,7 @@ def main(
     exact = {of_tabor(tabor): simulated(tabor, EXACT_TARGET).pull_off_force for tabor in TABORS} | {HERTZ: 1.0}
     runs = [run for tabor in TABORS for run in adhesive_runs(tabor, finest, packages)] + list(hertz_runs(packages))
     if "Adhesion" in packages:
-        adhesion_largest_tension(TABORS[0], GRIDS[0] // 2, START)  # which loads the package
+        adhesion_largest_tension(TABORS[0], GRIDS[0] // 2, START)  # loads the package
     shares = [run.expected * (run.repeats + (run.repeats > 1)) for run in runs]
     rows = [measured(run, exact[run.problem]) for run in progress(runs, "tools", shares=shares)]
     content = {"packages": packages, "missing": missing, "exact": exact, "start": START, "runs": rows}
@@ -165,7 +166,7 @@ def main(
     for row in rows:
         print(f"{row['problem']:10}{row['tool']:24}{row['setting']:16}{row['seconds']:12.3g} s {row['error']:10.2e}")
     if missing:
-        raise RuntimeError(f"what was measured without {' and '.join(missing)} is in {str(place)!r} and not published")
+        raise RuntimeError(f"the measurement without {' and '.join(missing)} is in {str(place)!r} and not published")
 
 
 if __name__ == "__main__":

@@ -1,1 +1,1 @@
-"""Difficult cases of the solver and the models: extremes, random scenes, maps of errors."""
+"""Difficult cases of the solver and of the models: extremes, random scenes, and maps of errors."""

@@ -4,12 +4,13 @@ The creep compliance is C(t) = (1/E0) [1 + (k - 1) (1 + t)^(-n)]. Since
 
     (1 + t)^(-n) = 1/Gamma(n) integral over s > 0 of s^(n-1) exp(-s) exp(-s t) ds,
 
-every such solid has a continuous, positive retardation spectrum; it is taken at equally spaced log s and fitted by
-non-negative least squares, the sum of strengths exact. Unloading starts from the fully relaxed contact at a deep
-preload, so that the contact is long for the crack to reach its speed; the amplification is the largest force over JKR's
-3/2, and over the largest force of the elastic solid of the same Tabor parameter, which adhesion of finite range makes a
-little larger. A standard linear solid of the same modulus ratio is the last curve. The result can be compared with
-published boundary-element data for the same solids. mu = 3.24, k = 0.1; rates in h0 per retardation time.
+every such solid has a continuous, positive retardation spectrum. It is discretised at equally spaced log s and fitted
+by non-negative least squares, with an exact sum of strengths. Unloading starts from the fully relaxed contact at a deep
+preload, so that the contact is long enough for the crack to reach its speed. The amplification is the largest force
+over JKR's 3/2, and over the largest force of the elastic solid of the same Tabor parameter, which is slightly larger
+than 3/2 because the range of adhesion is finite. The last curve is a standard linear solid of the same modulus ratio.
+The result can be compared with published boundary-element data for the same solids. mu = 3.24, k = 0.1; rates are in h0
+per retardation time.
 """
 
 from __future__ import annotations
@@ -36,22 +37,22 @@ END = -40.0
 RATES = (1e-6, 1e6)
 COLUMNS = ("unloading_rate", "amplification", "own_amplification", "pull_off_indentation")
 TERMS_PER_DECADE = 2
-SLOWEST = 1e9  # retardation times; slower terms never move in these histories
+SLOWEST = 1e9  # retardation times; slower terms do not move within these protocols
 
 
 def power_law(n: float, times: np.ndarray) -> np.ndarray:
-    """Creep compliance E0 C(t) of the modified power law."""
+    """Creep compliance E0 C(t) of the modified power law, of the shape of `times`."""
     return 1.0 + (RATIO - 1.0) * (1.0 + times) ** -n
 
 
 def prony_fit(n: float) -> tuple[PronySeries, float]:
-    """A series for the modified power law, and the largest error of its compliance over k to 1."""
+    """Prony series of the modified power law, and the largest error of its compliance, which runs from k to 1."""
     slowest = min(SLOWEST, 1e3 ** (1.0 / n) * 10.0)
     decades = np.log10(slowest / 0.05)
     taus = np.geomspace(0.05, slowest, int(np.ceil(TERMS_PER_DECADE * decades)) + 1)
     times = np.concatenate([[0.0], np.geomspace(1e-3, 0.1 * slowest, 400)])
     matrix = np.exp(-times[:, None] / taus)
-    heavy = 1e4  # makes the sum of strengths, the instantaneous compliance, exact
+    heavy = 1e4  # weight that makes the sum of strengths, and so the instantaneous compliance, exact
     weights, _ = nnls(np.vstack([matrix, heavy * np.ones(taus.size)]), np.append((1.0 + times) ** -n, heavy))
     weights /= weights.sum()
     material = PronySeries((1.0 - RATIO) * weights, taus)
@@ -59,7 +60,7 @@ def prony_fit(n: float) -> tuple[PronySeries, float]:
 
 
 def pulled(material: Material, preload: float, rate: float, accuracy: str) -> dict[str, Any]:
-    """Unload from the relaxed contact at a preload."""
+    """Amplification and pull-off indentation for unloading from the relaxed contact at a preload."""
     protocol = PiecewiseLinearProtocol([0.0, (preload - END) / rate], [preload, END])
     trajectory = simulate(Scene(TABOR, material), protocol, accuracy, initial_state="relaxed")
     return {

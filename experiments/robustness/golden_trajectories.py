@@ -1,7 +1,7 @@
-"""Trajectories that guard the solver's results: one for each part that a change may affect.
+"""Trajectories that guard the results of the solver: one for each part that a change can affect.
 
-`make golden-trajectories` renews them after a change that was meant to change results, and after
-`bem.solver.version.SOLVER_VERSION` was raised.
+`make golden-trajectories` writes them again after a change that was meant to change results, once
+`bem.solver.version.SOLVER_VERSION` has been raised.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def cases() -> dict[str, tuple[Scene, Any, str]]:
 
 
 def computed() -> dict[str, dict[str, float]]:
-    """The quantities of every case."""
+    """The guarded quantities of each case, computed by the present solver."""
     found = {}
     for name, (scene, protocol, accuracy) in cases().items():
         trajectory = simulate(scene, protocol, accuracy)
@@ -59,7 +59,7 @@ def computed() -> dict[str, dict[str, float]]:
 
 
 def main() -> None:
-    """Write the numbers of the solver as it is."""
+    """Write the quantities of the present solver."""
     with whole_file(GOLDEN) as part:
         content = {"solver_version": SOLVER_VERSION, "trajectories": computed()}
         part.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")

@@ -1,10 +1,10 @@
 """A map of the solver's difficult cases: the paper's box, far beyond it, and named extremes.
 
-Every case is simulated at standard accuracy and again with a quarter of the target error. Reported: how it ended,
-steps, jumps, seconds, how far pull-off force and work moved under refinement, and the energy balance: the work of the
-closed loop over the integral of |P d(delta)|, never negative in a solid that cannot create energy. The extremes are run
-at coarser accuracies too, where a solver fails first. Random protocols are drawn as in `experiments.robustness.soak`,
-inside the box and beyond it.
+Each case is simulated at standard accuracy and again with a quarter of the target error. The study reports how the
+simulation ended, steps, jumps, seconds, the change of pull-off force and work under refinement, and the energy balance:
+the work of the closed loop over the integral of |P d(delta)|, which is never negative in a solid that cannot create
+energy. The extremes are also run at coarser accuracies, at which a solver fails first. Random protocols are drawn as in
+`experiments.robustness.soak`, inside the box and beyond it.
 """
 
 from __future__ import annotations
@@ -35,14 +35,14 @@ CYCLES = 50
 
 
 def ramp(depth: float, loading: float, dwell: float, unloading: float, **more: Any) -> LoadingProtocol:
-    """A loading protocol in one line."""
+    """A `LoadingProtocol` from positional arguments."""
     return LoadingProtocol(
         peak_indentation=depth, loading_rate=loading, dwell_time=dwell, unloading_rate=unloading, **more
     )
 
 
 def cycles(tabor: float, depth: float, rate: float, count: int) -> PiecewiseLinearProtocol:
-    """Triangular loads between the start and a depth, `count` times."""
+    """`count` triangular cycles between the start and a depth, at one rate."""
     start = default_start_indentation(tabor)
     half = (depth - start) / rate
     depths = [start, *([depth, start] * count)]
@@ -50,7 +50,7 @@ def cycles(tabor: float, depth: float, rate: float, count: int) -> PiecewiseLine
 
 
 def creeping(tabor: float, above: float, hold: float) -> PiecewiseLinearProtocol:
-    """Press, relax, draw up to just `above` the rubbery fold of JKR, and hold there."""
+    """Press, relax, retract to an indentation that is `above` the rubbery fold of JKR, and hold there."""
     start = default_start_indentation(tabor)
     near = -0.75 * np.pi ** (2.0 / 3.0) * tabor + above
     return PiecewiseLinearProtocol(
@@ -59,7 +59,7 @@ def creeping(tabor: float, above: float, hold: float) -> PiecewiseLinearProtocol
 
 
 def extremes() -> dict[str, tuple[Scene, Protocol]]:
-    """The cases that have names."""
+    """Scene and protocol of each named extreme."""
     sls = StandardLinearSolid(0.1)
     return {
         "deep and slow at large mu": (Scene(5.0, sls), ramp(60.0, 0.1, 3.0, 0.1)),
@@ -91,7 +91,7 @@ def extremes() -> dict[str, tuple[Scene, Protocol]]:
 
 
 def coarsely(scene: Scene, protocol: Protocol, pull_off_force: float) -> dict[str, dict[str, Any]]:
-    """One case at the coarser accuracies, its pull-off force set against a finer one."""
+    """One case at the coarser accuracies, with the change of its pull-off force from a refined one."""
     found = {}
     for accuracy in COARSER:
         trajectory = simulate(scene, protocol, accuracy)
@@ -105,7 +105,7 @@ def coarsely(scene: Scene, protocol: Protocol, pull_off_force: float) -> dict[st
 
 
 def extreme(name: str, scene: Scene, protocol: Protocol) -> dict[str, Any]:
-    """One case that has a name."""
+    """One named extreme, compared with its refinement and at the coarser accuracies."""
     found = {
         "name": name,
         "tabor": scene.tabor,
@@ -116,7 +116,7 @@ def extreme(name: str, scene: Scene, protocol: Protocol) -> dict[str, Any]:
 
 
 def mapped(point: dict[str, Any]) -> dict[str, Any]:
-    """One point of the map."""
+    """One point of the map, compared with its refinement."""
     return {**point, **compared(*pair(*scene_of(point)))}
 
 

@@ -1,8 +1,9 @@
-"""Where a contact solver is most likely to fail: extreme combinations, and the corners of the paper's own box.
+"""Cases in which a contact solver is most likely to fail: extreme combinations, and the corners of the paper's box.
 
-Each case is simulated at one accuracy and again with the target error divided by four, which halves the spacing at the
-contact edge and shortens the steps. Reported: how it ended, how far the pull-off force moved, whether the loop created
-energy (its work against the integral of |P d(delta)|), the smallest eigenvalue of the Jacobian at jumps, and seconds.
+Each case is simulated at one accuracy and again with a quarter of the target error, which halves the spacing at the
+contact edge and shortens the steps. The study reports how the simulation ended, the change of the pull-off force,
+whether the loop created energy (its work compared with the integral of |P d(delta)|), the smallest eigenvalue of the
+Jacobian at jumps, and seconds.
 """
 
 from __future__ import annotations
@@ -39,8 +40,8 @@ VALUES = {
     "peak_indentation": (-1.0, 0.5, 10.0, 100.0, 500.0),
 }
 SHALLOWEST = -0.02
-"""Peak indentation instead of one that lies below the start, where the sphere would move away."""
-DEEPEST_FOR_LARGE_TABOR = 100.0  # where the Tabor parameter exceeds 1
+"""Peak indentation that replaces a peak below the start, for which the sphere would only move away."""
+DEEPEST_FOR_LARGE_TABOR = 100.0  # peak indentation, if the Tabor parameter exceeds 1
 ENERGY_TOLERANCE = 1e-3
 
 Case = dict[str, Any]
@@ -48,7 +49,7 @@ Protocol = LoadingProtocol | PiecewiseLinearProtocol
 
 
 def random_combinations(count: int, seed: int) -> list[Case]:
-    """Different combinations of `VALUES`, drawn from a seed, each with a peak above its start."""
+    """Distinct random combinations of `VALUES`, each with a peak above its start."""
     possible = [dict(zip(VALUES, values, strict=True)) for values in itertools.product(*VALUES.values())]
     possible = [
         case for case in possible if case["tabor"] <= 1.0 or case["peak_indentation"] <= DEEPEST_FOR_LARGE_TABOR
@@ -61,7 +62,7 @@ def random_combinations(count: int, seed: int) -> list[Case]:
 
 
 def corners() -> list[Case]:
-    """All corners of the paper's box."""
+    """The corners of the paper's box."""
     return [
         {"kind": "corner", "modulus_ratio": 0.1, **dict(zip(PAPER_RANGES, values, strict=True))}
         for values in itertools.product(*PAPER_RANGES.values())
@@ -76,18 +77,18 @@ def scene_of(case: Case) -> tuple[Scene, LoadingProtocol]:
 
 
 def pair(scene: Scene, protocol: Protocol) -> tuple[Trajectory, Trajectory]:
-    """One case at both accuracies."""
-    simulate(*scene_of(corners()[0]), "draft")  # a few milliseconds, so that the first call of a process is not timed
+    """Trajectories of one case at both accuracies."""
+    simulate(*scene_of(corners()[0]), "draft")  # loads the kernels, so that the first call of a process is not timed
     return simulate(scene, protocol, ACCURACY), simulate(scene, protocol, TARGET / REFINEMENT)
 
 
 def energy(trajectory: Trajectory) -> float:
-    """Work of the history over its turnover; NaN when unfinished."""
+    """Work of the trajectory over its turnover; NaN if it did not complete."""
     return trajectory.work() / trajectory.turnover() if trajectory.completed else np.nan
 
 
 def compared(coarse: Trajectory, fine: Trajectory) -> dict[str, Any]:
-    """How both ended, what they cost, and how far the results moved."""
+    """Status, cost and results of both trajectories, and the change of the results."""
     both = coarse.completed and fine.completed
     return {
         "status": coarse.status,
@@ -110,7 +111,7 @@ def compared(coarse: Trajectory, fine: Trajectory) -> dict[str, Any]:
 
 
 def examined(case: Case) -> Case:
-    """The case with everything that is reported about it."""
+    """The case with all its reported quantities."""
     coarse, fine = pair(*scene_of(case))
     before, after = ([getattr(jump, f"eigenvalue_{side}") for jump in coarse.jumps] for side in ("before", "after"))
     eigenvalues = {
@@ -121,7 +122,7 @@ def examined(case: Case) -> Case:
 
 
 def markdown(rows: list[Case], origin: dict[str, Any]) -> str:
-    """What the table says, as a document."""
+    """Summary of the table as a Markdown document."""
     lines = [
         "# Hard cases",
         "",
@@ -186,7 +187,7 @@ def main(
 ) -> None:
     """Run all cases, write the table and its summary."""
     cases = corners() + random_combinations(count, seed)
-    # The most expensive cases first, so that no core waits for the last one.
+    # The most expensive cases run first, so that the other cores do not wait for the last one.
     order = sorted(cases, key=lambda case: -case["tabor"] * max(case["peak_indentation"], 0.0))
     rows = in_parallel(examined, [(case,) for case in order], jobs=jobs, label="hard cases", ordered=False)
     rows.sort(key=lambda row: tuple(row[name] for name in ("kind", *VALUES)))

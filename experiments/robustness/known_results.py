@@ -1,8 +1,8 @@
 """The solver compared with known results: Hertz, elastic folds, Persson and Brener, two independent solvers.
 
-Units as in `bem.trajectory`. Independent values: elastic pull-off forces and fold points after Greenwood, Proc. R. Soc.
-A 453 (1997) 1277, amplifications and the paper's timing protocols from two other implementations, in
-`experiments/paper_values/independent_solvers.toml`.
+Units as in `bem.trajectory`. The independent values are in `experiments/paper_values/independent_solvers.toml`: elastic
+pull-off forces and fold points after Greenwood, Proc. R. Soc. A 453 (1997) 1277, and amplifications and timing
+protocols of the paper from two other implementations.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ SAMPLES = (1, 4, 12)
 
 
 def row(quantity: str, found: float, expected: float, source: str) -> dict[str, Any]:
-    """A line of the table: the relative difference of what was found and what was expected."""
+    """One line of the table, with the relative difference between the found and the expected value."""
     return {
         "quantity": quantity,
         "found": float(found),

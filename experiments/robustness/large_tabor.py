@@ -1,11 +1,11 @@
-"""Large Tabor parameters: pull-off against JKR, a viscoelastic edge against Persson and Brener, and what both cost.
+"""Large Tabor parameters: pull-off against JKR, a viscoelastic edge against Persson and Brener, and the cost of both.
 
-Elastic: loading and unloading to an indentation of mu, at unit rates; the pull-off force tends to JKR's 3/2.
-Viscoelastic: a standard linear solid of modulus ratio 0.1, in the same geometry within one retardation time. Crack:
-the relaxed contact at an indentation of 6 mu, unloaded to none at 9 / mu h0 per retardation time, so that the edge
-passes its zone at about the same speed. JKR's relation gives the apparent work of adhesion from force and contact
-radius, Gamma = pi (P + 4 a^3 / (3 pi))^2 / (8 a^3); at the speed of the edge it is compared with the theory. CPU
-seconds are of the process.
+Elastic: loading and unloading to an indentation of mu at unit rates; the pull-off force tends to JKR's 3/2.
+Viscoelastic: a standard linear solid of modulus ratio 0.1 in the same geometry, within one retardation time. Crack: the
+relaxed contact at an indentation of 6 mu, unloaded to zero at 9 / mu h0 per retardation time, so that the edge passes
+its cohesive zone at about the same speed for every mu. JKR's relation gives the apparent work of adhesion from force
+and contact radius, Gamma = pi (P + 4 a^3 / (3 pi))^2 / (8 a^3); it is compared with the theory at the speed of the
+edge. Times are processor seconds.
 
 Usage: `python -m experiments large_tabor [--tabor MU ...] [--accuracy A] [--out FILE]`.
 """
@@ -31,13 +31,13 @@ OUT = MEASUREMENTS / "large_tabor.json"
 TABORS = (3.24, 10.0, 30.0, 50.0, 100.0)
 RATIO = 0.1
 SPEED = 9.0  # unloading rate times mu
-MARGINS = (1.04, 0.95)  # contact radii compared, of the last and of the first
+MARGINS = (1.04, 0.95)  # compared contact radii: from 1.04 times the last to 0.95 times the first
 POINTS = 20
 HEADER = f"{'mu':>6} {'solid':>12} {'force':>8} {'expected':>8} {'CPU s':>8} {'nodes':>6} {'unknowns':>8} {'steps':>6}"
 
 
 def timed(scene: Scene, protocol: Any, accuracy: str | float) -> tuple[Trajectory, dict[str, Any]]:
-    """A trajectory, and what it cost."""
+    """A trajectory, and its cost."""
     begin = time.process_time()
     trajectory = simulate(scene, protocol, accuracy)
     seconds = time.process_time() - begin
@@ -66,7 +66,7 @@ def cycle(tabor: float, material: Elastic | StandardLinearSolid, accuracy: str |
 
 
 def apparent_work(force: np.ndarray, radius: np.ndarray) -> np.ndarray:
-    """Work of adhesion over the thermodynamic one, by JKR, of a force and a contact radius, both (n,)."""
+    """Apparent over thermodynamic work of adhesion, by JKR, from forces and contact radii of shape (n,)."""
     return np.pi * (force + 4.0 * radius**3 / (3.0 * np.pi)) ** 2 / (8.0 * radius**3)
 
 
@@ -87,11 +87,11 @@ def crack(tabor: float, accuracy: str | float) -> dict[str, Any]:
 
 
 def main(
-    tabor: Annotated[list[float] | None, typer.Option(help="Tabor parameters; repeat the option.")] = None,
+    tabor: Annotated[list[float] | None, typer.Option(help="Tabor parameter; repeatable.")] = None,
     accuracy: Annotated[str, typer.Option(help="Accuracy of the solver.")] = "standard",
-    out: Annotated[Path, typer.Option(help="Where the result is written.")] = OUT,
+    out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
 ) -> None:
-    """Pull-off forces, a viscoelastic crack and their cost at large Tabor parameters."""
+    """Compute pull-off forces and a viscoelastic crack at large Tabor parameters."""
     load_kernels()
     tabors = tuple(tabor or TABORS)
     elastic, solid, cracks = [], [], []

@@ -1,11 +1,10 @@
 """A soak test of the solver: very many random protocols inside the paper's box, beyond it, and of stiff contacts.
 
-Counted for every protocol: exceptions, numbers that are not finite and lone spikes of the force in a trajectory that
-says it completed, trajectories that did not, and their status. Memory is read after every chunk; the growth
-reported is that of the second half over the first, in which kernels and caches have settled, and none is reported of
-fewer than `CHUNKS_FOR_MEMORY` chunks. Protocol i depends on the seed and i only. Chunks are kept, so that an
-interrupted soak continues with the same command; they are known by the solver's version, its accuracy and their
-protocols.
+The study counts exceptions, trajectories that did not complete (by status), and, among those that completed, values
+that are not finite and lone spikes of the force. Memory is read after each chunk. Its growth is that of the second half
+of the chunks over the first, in which kernels and caches settle; it is not reported for fewer than `CHUNKS_FOR_MEMORY`
+chunks. Protocol i depends on the seed and i only. Chunks are kept, so that the same command continues an interrupted
+soak; they are identified by the version of the solver, its accuracy and their protocols.
 """
 
 from __future__ import annotations
@@ -41,7 +40,7 @@ BEYOND = {
     "dwell_time": (1e-6, 1e3),
     "unloading_rate": (1e-3, 1e5),
 }
-DEEPEST = 200.0  # times the Tabor parameter^-1.5 at most, beyond the box: the nodes of the master grid are limited
+DEEPEST = 200.0  # largest peak indentation times tabor^1.5, beyond the box: the nodes of the master grid are limited
 STIFF = {
     "tabor": (0.01, 0.5),
     "peak_indentation": (0.05, 30.0),
@@ -50,13 +49,13 @@ STIFF = {
     "unloading_rate": (1e-3, 1e4),
 }
 RECORDED = ("status", "raised", "silent", "spikes", "spike_share", "seconds")
-"""What is kept of a protocol."""
+"""Recorded quantities of a protocol."""
 
 
 def protocols(where: str, count: int, seed: int, design: str = "log-uniform") -> dict[str, np.ndarray]:
-    """Random quantities (count,) 'inside' the box, 'beyond' it or 'stiff', with modulus ratios.
+    """Random quantities and modulus ratios, each of shape (count,): 'inside' the box, 'beyond' it, or 'stiff'.
 
-    Stiff contacts are nearly rigid or of a stiff glass, half of them without adhesion.
+    Stiff contacts are nearly rigid or have a stiff glassy modulus; about half of them are without adhesion.
     """
     columns = Design(design, {"beyond": BEYOND, "stiff": STIFF}.get(where, {})).protocols(count, seed)
     columns["modulus_ratio"] = np.full(count, 0.1)
@@ -72,12 +71,12 @@ def protocols(where: str, count: int, seed: int, design: str = "log-uniform") ->
 
 
 def points_of(columns: dict[str, np.ndarray]) -> list[dict[str, float]]:
-    """The same, one dictionary for each protocol."""
+    """The protocols as one dictionary each."""
     return [dict(zip(columns, row, strict=True)) for row in np.column_stack(list(columns.values())).tolist()]
 
 
 def soaked(point: dict[str, float]) -> dict[str, Any]:
-    """One protocol: how it ended, and whether what it returned is finite; no exception passes."""
+    """Simulate one protocol: its status, and whether its results are finite. An exception becomes the status."""
     rest = dict(point)
     try:
         adhesion = LennardJones() if rest.pop("adhesion", 1.0) else HardContact()
@@ -102,10 +101,10 @@ def soaked(point: dict[str, float]) -> dict[str, Any]:
 
 
 def lone_spikes(force: np.ndarray, scale: float) -> np.ndarray:
-    """Entries that stand out alone, which no force history (n,) of a contact has: how far, over the history's range.
+    """Heights of lone spikes in a force of shape (n,), relative to its range; the force of a contact has none.
 
-    Such an entry lies above or below both neighbours by more than 1 % of `scale`, and by more than ten times what
-    these and their neighbours differ. A jump is a step, not a spike.
+    A lone spike lies above or below both neighbours by more than 1 % of `scale`, and by more than ten times the
+    differences between these and their neighbours. A jump is a step, not a spike.
     """
     if force.size < 5:
         return np.empty(0)
@@ -117,7 +116,7 @@ def lone_spikes(force: np.ndarray, scale: float) -> np.ndarray:
 
 
 def memory_bytes() -> int:
-    """Resident memory of this process now, or its peak where the system does not tell."""
+    """Resident memory of this process, or its peak if the system does not report the present value."""
     status = Path("/proc/self/statm")
     if status.is_file():
         return int(status.read_text(encoding="utf-8").split()[1]) * resource.getpagesize()
@@ -125,7 +124,7 @@ def memory_bytes() -> int:
 
 
 def chunk(where: str, first: int, count: int, seed: int, folder: Path) -> dict[str, Any]:
-    """Protocols `first` to `first` + CHUNK of `count`; read where already done."""
+    """Simulate protocols `first` to `first` + CHUNK of `count`, or read them if they were simulated before."""
     points = points_of(protocols(where, count, seed))[first : first + CHUNK]
     key = fingerprint(solver=SOLVER_VERSION, accuracy=ACCURACY, protocols=points, recorded=RECORDED)
     path = folder / f"{where}-{first}-{key}.json"
@@ -157,7 +156,7 @@ def chunk(where: str, first: int, count: int, seed: int, folder: Path) -> dict[s
 
 
 def summary(chunks: list[dict[str, Any]]) -> dict[str, Any]:
-    """What all chunks say together."""
+    """Summary of all chunks."""
     statuses: Counter[str] = Counter()
     for one in chunks:
         statuses.update(one["statuses"])
@@ -184,11 +183,11 @@ def summary(chunks: list[dict[str, Any]]) -> dict[str, Any]:
 
 def main(
     count: Annotated[int, typer.Option(help="Protocols inside the box.")] = 100_000,
-    beyond: Annotated[int, typer.Option(help="Protocols beyond it.")] = 20_000,
+    beyond: Annotated[int, typer.Option(help="Protocols beyond the box.")] = 20_000,
     stiff: Annotated[int, typer.Option(help="Stiff contacts, with and without adhesion.")] = 3_000,
     seed: Annotated[int, typer.Option(help="Seed of the protocols.")] = 11,
     jobs: Jobs = 2,
-    folder: Annotated[Path, typer.Option(help="Where chunks are kept.")] = KEPT,
+    folder: Annotated[Path, typer.Option(help="Folder in which the chunks are kept.")] = KEPT,
     out: Out = OUT,
 ) -> None:
     """Run, or continue, the soak."""

@@ -1,14 +1,14 @@
-"""Where a surrogate errs: over the box, in its worst trajectories, and out of its range.
+"""Where a surrogate errs: over the box, in its worst trajectories, and outside its range.
 
-Three parts, all for one published model:
+There are three parts, all for one published model:
 
 - The error of every test trajectory over its protocol.
-- The worst trajectories, drawn later, each with a cause where one can be shown: a jump of the contact, or a peak so
-  narrow that the measurement steps themselves miss it, when at least half of the error lies within a few steps of it.
-  Where the protocol lies in a corner of the box, at least two of the five quantities in the outermost twentieth of
-  their logarithmic range, is stated too, as a place and not a cause.
-- Errors outside the range of training: one quantity at a time is moved beyond either bound by 5, 20 and 100 % while the
-  others are random inside the box, and the truth is simulated.
+- The worst trajectories, which a figure shows, each with a cause if one can be shown: a jump of the contact, or a peak
+  so narrow that the measurement steps themselves miss it, if at least half of the error lies within a few steps of it.
+  It is also stated whether the protocol lies in a corner of the box, that is, whether at least two of the five
+  quantities lie in the outermost twentieth of their logarithmic range. This is a location and not a cause.
+- Errors outside the range of training: one quantity at a time is moved beyond either bound by 5, 20 and 100 %, while
+  the others are random inside the box, and the exact trajectory is simulated.
 """
 
 from __future__ import annotations
@@ -39,19 +39,19 @@ WORST = 20
 BEYOND = (0.0, 0.05, 0.2, 1.0)
 CORNER_SHARE, CORNER_QUANTITIES, NARROW = 0.05, 2, 0.05
 NEAR, LOCAL_SHARE = 3, 0.5
-"""Measurement steps either side of a place, and the share of the error there that makes the place its cause."""
+"""Measurement steps on either side of an event, and the share of the error there that makes the event its cause."""
 Predict = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
 
 
 def errors(predicted: np.ndarray, truth: np.ndarray, pull_off: np.ndarray) -> dict[str, np.ndarray]:
-    """Force error as `timing.force_error` and pull-off error against the solver's own, each (batch,)."""
+    """Force error, as `timing.force_error`, and pull-off error against the solver's own, each of shape (batch,)."""
     force = force_error(predicted, truth)
     largest = predicted[:, FIRST_UNLOADING:].max(axis=1)
     return {"force": force, "pull_off_force": np.abs(largest - pull_off) / np.abs(pull_off)}
 
 
 def edges_touched(protocols: dict[str, np.ndarray]) -> np.ndarray:
-    """How many quantities lie in the outermost part of their logarithmic range, (n,)."""
+    """Number of quantities in the outermost part of their logarithmic range, of shape (n,)."""
     count = 0
     for name, (low, high) in PAPER_RANGES.items():
         place = np.log(protocols[name] / low) / np.log(high / low)
@@ -60,16 +60,16 @@ def edges_touched(protocols: dict[str, np.ndarray]) -> np.ndarray:
 
 
 def share_near(place: int, predicted: np.ndarray, truth: np.ndarray) -> float:
-    """Share of the sum of |dP| over the steps (120,) that lies within `NEAR` steps of a place."""
+    """Share of the sum of |dP| over the steps, (120,), that lies within `NEAR` steps of step `place`."""
     difference = np.abs(predicted - truth)
     return float(difference[max(place - NEAR, 0) : place + NEAR + 1].sum() / max(difference.sum(), 1e-300))
 
 
 def causes(jumps: np.ndarray, floor: np.ndarray, predicted: np.ndarray, truth: np.ndarray) -> list[list[str]]:
-    """Causes of each trajectory at whose place most of its error lies; none is an answer too."""
+    """Causes of the error of each trajectory: events near which at least `LOCAL_SHARE` of it lies. May be empty."""
     found = []
     for i in range(len(jumps)):
-        # Where the force changes most from step to step is where a contact has jumped, if it has.
+        # If the contact jumped, it did so where the force changes most from one step to the next.
         places = {
             "jump": (jumps[i] > 0, int(np.argmax(np.abs(np.diff(truth[i]))))),
             "narrow peak": (floor[i] > NARROW, FIRST_UNLOADING + int(np.argmax(truth[i, FIRST_UNLOADING:]))),
@@ -85,7 +85,7 @@ def causes(jumps: np.ndarray, floor: np.ndarray, predicted: np.ndarray, truth: n
 
 
 def over_the_box(predict: Predict, dataset: Dataset, rows: np.ndarray) -> tuple[dict[str, Any], np.ndarray]:
-    """Protocols, errors and causes of the test trajectories, and the predicted forces (n, 120)."""
+    """Protocols, errors and causes of the test trajectories, and the predicted forces of shape (n, 120)."""
     times, indentations = (values[rows] for values in dataset.grid())
     predicted = predict(times, indentations, dataset.protocols["tabor"][rows])
     truth = dataset.force[rows].astype(np.float64)
@@ -105,7 +105,7 @@ def over_the_box(predict: Predict, dataset: Dataset, rows: np.ndarray) -> tuple[
 
 
 def worst(content: dict[str, Any], dataset: Dataset, predicted: np.ndarray) -> list[dict[str, Any]]:
-    """The trajectories with the largest force errors, with both histories."""
+    """The trajectories with the largest force errors, with exact and predicted forces."""
     times, indentations = dataset.grid()
     found = []
     for place in np.argsort(-content["errors"]["force"])[:WORST]:
@@ -127,7 +127,7 @@ def worst(content: dict[str, Any], dataset: Dataset, predicted: np.ndarray) -> l
 
 
 def shares(content: dict[str, Any]) -> dict[str, Any]:
-    """Force error of the trajectories with each cause, and of those without, in a corner of the box or not."""
+    """Force error of the trajectories with each cause, and of those without, by whether they lie in a corner."""
     force, corner = content["errors"]["force"], np.asarray(content["corner"])
     none = np.array([not own for own in content["causes"]])
     chosen = {name: np.array([name in own for own in content["causes"]]) for name in ("jump", "narrow peak")}
@@ -136,7 +136,7 @@ def shares(content: dict[str, Any]) -> dict[str, Any]:
 
 
 def out_of_range(predict: Predict, count: int, seed: int) -> list[dict[str, Any]]:
-    """Errors with one quantity beyond a bound."""
+    """Errors with one quantity beyond one of its bounds."""
     drawn = Design("log-uniform").protocols(count, seed)
     rows = []
     for name, (low, high) in progress(PAPER_RANGES.items(), "out of range"):

@@ -1,1 +1,1 @@
-"""What campaigns cost besides the trajectories, and where they stop growing."""
+"""What campaigns cost besides the trajectories, and how far they scale."""

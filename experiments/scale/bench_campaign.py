@@ -1,15 +1,15 @@
-"""What a campaign costs besides its trajectories, and an estimate of one on many cores.
+"""What a campaign costs besides its trajectories, and an estimate for many cores.
 
-- Runs: seconds of `bem campaign` from start to end with one and with two processes. Only these need an idle machine.
-- Start: processor seconds until the command has its modules, and until a worker has the solver.
-- One process draws all protocols, saves all batches, and writes or merges the file: its processor seconds for each
-  trajectory, and what it holds of each in memory.
-- Tail: workers wait for the last one. The batches of a campaign are replayed with the seconds of the published
-  trajectories; the tail is what that takes above an equal share for each worker.
+- Runs: wall seconds of `bem campaign` with one and with two processes. Only these need an idle machine.
+- Start: processor seconds until the command has loaded its modules, and until a worker has loaded the solver.
+- One process draws all protocols, saves all batches, and writes or merges the file: its processor seconds and its
+  memory for each trajectory.
+- Tail: the workers wait for the last one. The batches of a campaign are replayed with the seconds of the published
+  trajectories; the tail is the excess of the total time over an equal share for each worker.
 - Dask: a scheduler on this machine and `DASK_WORKERS` workers of one thread, which sleep `STUB_SECONDS` for each
-  trajectory, so that all processor seconds are those of scheduling.
+  trajectory, so that all processor seconds are due to scheduling.
 
-Usage: `python -m experiments bench_campaign [--count N] [--out FILE]`; without runs, `--count 0`.
+Usage: `python -m experiments bench_campaign [--count N] [--out FILE]`; `--count 0` skips the runs.
 """
 
 from __future__ import annotations
@@ -54,26 +54,26 @@ SHARDS = 2
 STARTS = {
     "command": "import bem.cli.campaign, bem.dataset.campaign.run",
     "worker": (
-        "from bem.dataset.campaign import executors, plan, work\nexecutors.own_process = True\nwork.warm_solver()"
+        "from bem.dataset.campaign import executors, plan, worker\nworker.own_process = True\nworker.warm_solver()"
     ),
 }
 
 
 def seconds_of(work: Callable[[], Any]) -> float:
-    """Processor seconds of some work."""
+    """Processor seconds of a call of `work`."""
     with CLOCK:
         work()
     return CLOCK.seconds
 
 
 def start_seconds(repeats: int = 3) -> dict[str, float]:
-    """Processor seconds until a fresh process has what `STARTS` says, kernels being compiled already."""
+    """Processor seconds until a new process has run the code of `STARTS`; the kernels are compiled before."""
     said = "\nimport time; print(time.process_time())"
     return {name: median(in_fresh_process(code + said)[0] for _ in range(repeats)) for name, code in STARTS.items()}
 
 
 def run_seconds(count: int, workers: int) -> dict[str, float]:
-    """Wall seconds of `bem campaign`, and processor seconds of it and its workers."""
+    """Wall seconds of `bem campaign`, and processor seconds of the command and its workers."""
     with tempfile.TemporaryDirectory() as folder:
         command = [sys.executable, "-m", "bem", "campaign", "--count", str(count), "--workers", str(workers)]
         before, started = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
@@ -84,7 +84,7 @@ def run_seconds(count: int, workers: int) -> dict[str, float]:
 
 
 def tail(campaign: Any, seconds: np.ndarray, workers: int) -> dict[str, float]:
-    """Batches and what the last of them add to an equal share, where trajectory i takes `seconds[i]`, (n,)."""
+    """Number of batches, and the excess over an equal share, if trajectory i takes `seconds[i]`; `seconds` is (n,)."""
     batches = batches_of(campaign.indices, campaign.expected_seconds(campaign.indices), workers)
     free = [0.0] * workers
     for batch in batches:
@@ -94,7 +94,7 @@ def tail(campaign: Any, seconds: np.ndarray, workers: int) -> dict[str, float]:
 
 
 def saved(dataset: Dataset, folder: Path) -> dict[str, float]:
-    """What one process spends and holds for each trajectory of a data set, as if its workers sent them again."""
+    """Processor seconds, storage and memory of the saving process for each trajectory, from a replay of a data set."""
     campaign, count = campaign_of(dataset.attributes), len(dataset)
     records = campaign.records(dataset.columns)
     order = {record.index: record for record in records}
@@ -132,7 +132,7 @@ def _attributes(dataset: Dataset, campaign: Campaign) -> dict[str, Any]:
 
 
 def merging(dataset: Dataset, folder: Path) -> float:
-    """Processor seconds of merging the shards that a data set could have come in."""
+    """Processor seconds of merging a data set from `SHARDS` shards."""
     identity = campaign_of(dataset.attributes).identity()
     paths = []
     for number in range(1, SHARDS + 1):
@@ -146,21 +146,21 @@ def merging(dataset: Dataset, folder: Path) -> float:
 
 @dataclass(frozen=True)
 class Asleep:
-    """A batch that takes its time and no processor, and sends back records of the usual size."""
+    """A stand-in for a batch of simulations, which sleeps and returns records of the usual size."""
 
     seconds: float
 
     def __call__(self, batch: Batch) -> Arrival:
-        """Sleep for every trajectory."""
+        """Sleep for each trajectory of the batch."""
         time.sleep(self.seconds * len(batch))
         return Arrival([failed(index, "", Settings()) for index, _ in batch], self.seconds * len(batch))
 
 
 def under_dask(count: int, workers: int, seconds: float) -> dict[str, float]:
-    """Processor seconds of scheduler, workers and this process, for each of some trajectories that only sleep.
+    """Processor seconds of scheduler, workers and this process, for each of `count` trajectories that only sleep.
 
-    What these processes spend without any work is taken off, and given for a worker and a second as `idle`. `central`
-    is the part of scheduler and this process, which does not become less with more workers.
+    The seconds that these processes spend without any work are subtracted; `idle` gives them per worker and second.
+    `central` is the share of the scheduler and this process, which does not decrease with more workers.
     """
     import dask
     import distributed
@@ -173,7 +173,7 @@ def under_dask(count: int, workers: int, seconds: float) -> dict[str, float]:
         for batch in batches_of(campaign.indices, campaign.expected_seconds(campaign.indices), workers)
     ]
     options = {"host": "127.0.0.1", "dashboard_address": None, "silence_logs": 50}
-    # Otherwise workers look at what they do every hundredth of a second, and one that answers late is given up.
+    # Without these, workers profile themselves every hundredth of a second, and one that answers late is dropped.
     settings = {"distributed.worker.profile.enabled": False, "distributed.scheduler.worker-ttl": None}
     settings |= {f"distributed.comm.timeouts.{name}": "600s" for name in ("connect", "tcp")}
     # The scheduler runs in this process.
@@ -212,10 +212,10 @@ def under_dask(count: int, workers: int, seconds: float) -> dict[str, float]:
 
 
 def expected_seconds(content: dict[str, Any], count: int, workers: int) -> float:
-    """Wall seconds of a campaign on as many idle cores as workers, from processor seconds.
+    """Wall seconds of a campaign on as many idle cores as workers, estimated from processor seconds.
 
-    Workers load the solver while the command loads its modules, which share the cores; then all share trajectories
-    and saving; one process writes the file.
+    The workers load the solver while the command loads its modules, on the same cores. The workers then share the
+    trajectories and the saving. One process writes the file.
     """
     start, one = content["start"], content["one_process"]
     begin = max(start["worker"], (start["command"] + workers * start["worker"]) / workers if workers > 1 else 0.0)
@@ -225,7 +225,7 @@ def expected_seconds(content: dict[str, Any], count: int, workers: int) -> float
 
 
 def lines(content: dict[str, Any]) -> Iterator[str]:
-    """What was found, for a terminal."""
+    """Lines that report the measurement on a terminal."""
     for run in content["runs"]:
         yield f"{run['workers']} processes {run['wall']:8.2f} s wall {run['processor']:8.2f} s of processors"
     expected = [expected_seconds(content, RUN, workers) for workers in (1, 2)]
@@ -251,7 +251,7 @@ def main(
     out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
     busy: Busy = False,
 ) -> None:
-    """Measure a campaign's own cost, print it, and publish it."""
+    """Measure what a campaign costs besides its trajectories, print it and publish it."""
     known = load_dataset(dataset)
     seconds = known.scalars["solver_seconds"]
     campaign = campaign_of(known.attributes)

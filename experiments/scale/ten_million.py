@@ -1,4 +1,4 @@
-"""Ten million trajectories on a thousand cores: an estimate from what `bench_campaign` measured."""
+"""Ten million trajectories on a thousand cores: an estimate from the measurement of `bench_campaign`."""
 
 from __future__ import annotations
 
@@ -6,19 +6,20 @@ import math
 from typing import Any
 
 TRAJECTORIES, CORES, NODE = 10_000_000, 1000, 64
-"""What is asked, and the cores of a machine."""
+"""Trajectories and cores of the estimate, and cores of one machine."""
 
 
 def estimate(content: dict[str, Any]) -> dict[str, float]:
-    """Seconds, bytes and limits.
+    """Estimate of time, storage and limits.
 
     Args:
-        content: What `bench_campaign` measured.
+        content: The measurement of `bench_campaign`.
 
     Returns:
-        `core_hours`; `minutes` of all cores, start and tail included; `file_bytes`; `cores_fed`, how many cores one
-        process can save for, and `cores_scheduled`, Dask's scheduling included; `shards`, one for each machine;
-        `drawing_minutes`, which every shard takes to draw all protocols; `merging_minutes`; `merging_bytes` of memory.
+        `core_hours`; `minutes` on all cores, start and tail included; `file_bytes`, and `part_bytes` of the checkpoints
+        before; `cores_fed`, the cores for which one process can save, and `cores_scheduled`, with Dask's scheduling
+        included; `shards`, one for each machine; `drawing_minutes`, in which each shard draws all protocols;
+        `merging_minutes`; and `merging_bytes` of memory.
     """
     one, trajectory, dask = content["one_process"], content["trajectory"], content["dask"]
     slowest = max(tail["tail"] for tail in content["tails"] if tail["workers"] <= NODE)
@@ -41,7 +42,7 @@ def estimate(content: dict[str, Any]) -> dict[str, float]:
 
 
 def page_text(content: dict[str, Any]) -> str:
-    """The estimate as the page on clusters shows it."""
+    """The estimate as a Markdown table, for docs/cluster.md."""
     found, dask, one = estimate(content), content["dask"], content["one_process"]
     tails = {tail["workers"]: 100.0 * tail["tail"] for tail in content["tails"]}
     rows = [

@@ -1,1 +1,1 @@
-"""What several trainings of one model say together, and which trainings belong together."""
+"""Several trainings of one model: which belong together, which are missing, and what they show about the ranking."""

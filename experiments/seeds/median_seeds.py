@@ -1,9 +1,9 @@
-"""Publish the median seed: of each model with all its seeds, the training whose held-out MSE is the median one.
+"""Publish the median seed: of each model with all its seeds, the training with the median held-out MSE.
 
-It takes the place of the model of that name, with everything that follows from its weights: `model.onnx`, and the
-division into training, validation and test, which seeds share and do not repeat. A model that is its median seed
-already is left as it is, so that the command may be given again as seeds arrive. `make median-seeds` also renews the
-manifest and the list of models that belong to the shipped forces.
+The seed replaces the published model of that name, together with the files that follow from its weights: `model.onnx`,
+and the split into training, validation and test parts, which the seeds share. A model that is its median seed already
+is left unchanged, so that the command can be repeated as seeds arrive. `make median-seeds` also updates the manifest
+and the list of models that belong to the shipped forces.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from experiments.paper.ranking import EXPECTED, found_seeds
+from experiments.seeds.ranking import EXPECTED, found_seeds
 from surrogate.architectures.naming import paper_names
 from surrogate.data.dataset import TrajectoryDataset
 from surrogate.network.onnx_file import ONNX_NAME
@@ -29,7 +29,7 @@ CARD = "README.md"
 
 
 def median_seeds(trainings: dict[str, list[dict[str, Any]]]) -> dict[str, int]:
-    """The seed of the median test MSE of each paper model with all its seeds, whose number is odd."""
+    """The seed with the median test MSE, for each paper model with all its seeds; their number is odd."""
     complete = {name: found for name, found in trainings.items() if name in paper_names() and len(found) == EXPECTED}
     ranked = {
         name: sorted(found, key=lambda one: (one["row"]["test_mse"], one["seed"])) for name, found in complete.items()
@@ -38,7 +38,7 @@ def median_seeds(trainings: dict[str, list[dict[str, Any]]]) -> dict[str, int]:
 
 
 def is_published(seed: Path, model: Path) -> bool:
-    """Whether a model directory is complete and holds this seed."""
+    """Whether a model directory is complete and holds the given seed."""
     weights, run = model / WEIGHTS, model / "run.json"
     if not all(path.is_file() for path in (weights, run, model / ONNX_NAME, model / "split.json")):
         return False
@@ -50,17 +50,17 @@ def publish_seed(seed: Path, model: Path, data: TrajectoryDataset, test: list[in
     """Publish a seed under the name of its model, completely or not at all.
 
     Args:
-        seed: The seed's directory.
-        model: The model directory that it becomes.
+        seed: Directory of the seed.
+        model: The model directory to write.
         data: The shipped data set.
         test: Trajectories of the seed's test part.
 
     Raises:
-        ValueError: the seed's test part is not that of the data set's division.
+        ValueError: The test part of the seed is not that of the data set's split.
     """
     split = data.split()
     if not np.array_equal(split.test, test):
-        raise ValueError(f"expected the test part of the data set's division of seed 0; received another in {seed}")
+        raise ValueError(f"expected the test part of the data set's split of seed 0; received another in {seed}")
     with tempfile.TemporaryDirectory() as place:
         folder = shutil.copytree(seed, Path(place) / "model")
         split.save(folder / "split.json")
@@ -70,13 +70,13 @@ def publish_seed(seed: Path, model: Path, data: TrajectoryDataset, test: list[in
         }
         (folder / "run.json").write_text(json.dumps(run, indent=1) + "\n", encoding="utf-8")
         export(folder)
-        # A card is written from the other files, and would keep the directory from being replaced.
+        # The card is written from the other files, and a directory that holds it cannot be replaced.
         (model / CARD).unlink(missing_ok=True)
         publish(Path(place), model, replace=True)
 
 
 def export(folder: Path) -> None:
-    """Write `model.onnx`; what is complete needs no Keras."""
+    """Write `model.onnx`. Keras is imported here, since a complete model does not need it."""
     from surrogate.backend import import_keras
 
     import_keras()
@@ -86,7 +86,7 @@ def export(folder: Path) -> None:
 
 
 def study(dataset: Path, models: Path, seeds: Path) -> None:
-    """Publish what is complete."""
+    """Publish the median seed of each model that has all its seeds."""
     data = TrajectoryDataset.load(dataset)
     trainings, _ = found_seeds(seeds, data.sha256, data.forces_sha256)
     chosen = median_seeds(trainings)

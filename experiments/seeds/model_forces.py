@@ -1,9 +1,9 @@
 """Which published models were trained on the forces of the shipped data set file, and which on an earlier version.
 
-The digest that trainings have always recorded (`dataset_sha256`) covers what was simulated, not what came out. A model
-belongs to the shipped file where the statistics of the training forces in its `scaling.json` are those of that file,
-and where its weights err on the test part of that file as its `test_errors.csv` says. The statistics cannot be taken
-again where a second data set joined the training; the errors alone then decide.
+The digest that all trainings record (`dataset_sha256`) covers the protocols, not the simulated forces. A model belongs
+to the shipped file if two conditions hold: the statistics of the training forces in its `scaling.json` are those of the
+file, and the errors of its weights on the test part of the file are those in its `test_errors.csv`. The statistics
+cannot be computed again if a second data set joined the training; the errors alone then decide.
 """
 
 from __future__ import annotations
@@ -11,7 +11,6 @@ from __future__ import annotations
 import csv
 import json
 import math
-import warnings
 from pathlib import Path
 from typing import Any
 
@@ -21,12 +20,11 @@ from experiments import common
 from surrogate.data.dataset import Split, TrajectoryDataset
 from surrogate.data.features import edge_from_counts
 from surrogate.data.scaling import Scaling, symlog
-from surrogate.inference.validity import ExtrapolationWarning
 
 SAME = 1e-9
-"""Relative difference of two means up to which they are taken from the same forces; the earlier forces' is 7e-6."""
+"""Largest relative difference of two means of the same forces; that of the earlier forces is 7e-6."""
 SAME_ERROR = 0.03
-"""Difference of a trajectory's MSE, as a share of the mean over the test part, up to which the forces are the same.
+"""Largest difference of a trajectory's MSE on the same forces, as a share of the mean MSE over the test part.
 
 Networks compute in single precision: over the published models the largest difference is 0.009 on the same forces and
 0.075 at least on the earlier ones (`make model-forces` prints them).
@@ -34,17 +32,17 @@ Networks compute in single precision: over the published models the largest diff
 
 
 def forces_agree(folder: Path, data: TrajectoryDataset, train: np.ndarray) -> bool:
-    """Whether a model's scaling was taken from these training forces."""
+    """Whether the scaling of a model was computed from the forces of the trajectories `train`."""
     values = symlog(data.force[train])
     mean, deviation = Scaling.load(folder / "scaling.json").force
     return math.isclose(mean, values.mean(), rel_tol=SAME) and math.isclose(deviation, values.std(), rel_tol=SAME)
 
 
 def error_difference(folder: Path, data: TrajectoryDataset) -> float:
-    """How far the test MSE of a trajectory that a model wrote is from that of its weights on a data set.
+    """Difference between the recorded test MSE of a trajectory and that of the model's weights on a data set.
 
     Returns:
-        the largest difference of a trajectory, as a share of the mean over the test part.
+        The largest difference over the trajectories, as a share of the mean MSE over the test part.
     """
     with (folder / "test_errors.csv").open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
@@ -52,8 +50,7 @@ def error_difference(folder: Path, data: TrajectoryDataset) -> float:
     trained = common.load_surrogate(folder.name, folder.parent)
     times, indentations = data.grid(indices)
     edge = edge_from_counts(data.points_per_phase, len(indices))
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ExtrapolationWarning)
+    with common.without_extrapolation_warnings():
         force = trained.predict(times, indentations, tabor=data.protocols["tabor"][indices], edge=edge)
     scale = trained.scaling.scale_force
     found = np.mean((scale(force) - scale(data.force[indices])) ** 2, axis=1)
@@ -62,7 +59,7 @@ def error_difference(folder: Path, data: TrajectoryDataset) -> float:
 
 
 def standing(folder: Path, data: TrajectoryDataset) -> dict[str, Any]:
-    """Whether one model belongs to a data set, with what that rests on."""
+    """Whether one model belongs to a data set, with the evidence."""
     run = json.loads((folder / "run.json").read_text(encoding="utf-8"))
     train = Split.load(folder / "split.json").train
     agree = None if run.get("extra_dataset_sha256") else forces_agree(folder, data, train)

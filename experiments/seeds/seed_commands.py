@@ -1,8 +1,8 @@
-"""Print the commands that train and publish the seeds still missing, each on one core, in the order of their models.
+"""Print the commands that train and publish the missing seeds, each on one core, in the order of their models.
 
-The 18 paper models are trained by the recipe `swift`; the input representations A to D by the recipe and the number of
-epochs of `experiments/configs/feature_sets.toml`, the same for all four. Each line trains one seed below the working
-folder, resumes it where it was interrupted, and copies it to where the ranking finds it. `make ranking` comes after.
+The 18 paper models are trained by the recipe `swift`. The input representations A to D are trained by the recipe and
+the number of epochs of `experiments/configs/feature_sets.toml`, which are the same for all four. Each line trains one
+seed in the working folder, resumes it if it was interrupted, and copies it to the folder that `make ranking` reads.
 """
 
 from __future__ import annotations
@@ -11,20 +11,20 @@ import shlex
 from pathlib import Path
 
 from experiments import common
-from experiments.paper.feature_sets import CONFIG
 from experiments.paper.model_comparison import REFERENCE
-from experiments.paper.ranking import EXPECTED, INPUTS, found_seeds
+from experiments.seeds.ranking import EXPECTED, INPUTS, found_seeds
+from experiments.training.feature_sets import CONFIG, KEYS
 from surrogate.architectures.naming import paper_names
 from surrogate.data.dataset import TrajectoryDataset
 
 KEPT_ONCE = ("split.json", "model.onnx")
-"""Files of a training that seeds do not repeat: the first is shared, the second follows from the weights."""
+"""Files of a training that are not stored for each seed: the first is shared, the second follows from the weights."""
 WORK = Path("results/seeds")
 
 
 def trainings(configs: Path) -> dict[str, list[str]]:
     """Arguments of `surrogate train` by the name of each model and input representation, without its seed."""
-    settings = common.read_config(configs / CONFIG.name, "architecture", "recipe", "epochs", "sets", "jobs")
+    settings = common.read_config(configs / CONFIG.name, *KEYS)
     found = {name: [name, "--recipe", "swift"] for name in paper_names()}
     for features, (label,) in INPUTS.items():
         given = ["--recipe", settings["recipe"], "--features", features]
@@ -34,7 +34,7 @@ def trainings(configs: Path) -> dict[str, list[str]]:
 
 
 def command(name: str, seed: int, arguments: list[str], dataset: Path, seeds: Path) -> str:
-    """One line of shell: train a seed, and copy it to its place."""
+    """One shell command that trains a seed, copies it to its place and adds it to the manifest."""
     label, place = f"{name}-seed-{seed}", seeds / name / f"seed-{seed}"
     flags = ["--seed", str(seed), "--label", label, "--dataset", str(dataset), "--threads", "1"]
     train = ["surrogate", "train", *arguments, *flags, "--runs", str(WORK / "runs"), "--models", str(WORK / "models")]
@@ -49,7 +49,7 @@ def command(name: str, seed: int, arguments: list[str], dataset: Path, seeds: Pa
 
 
 def study(dataset: Path, seeds: Path, configs: Path) -> None:
-    """Print the lines."""
+    """Print one command for each missing seed."""
     data = TrajectoryDataset.load(dataset)
     found, _ = found_seeds(seeds, data.sha256, data.forces_sha256)
     for name, arguments in trainings(configs).items():

@@ -1,1 +1,1 @@
-"""The paper's figures, one module each."""
+"""Figures of the paper's main text, one module each."""

@@ -1,6 +1,6 @@
 """Figure 1: the contact, the components of the gap, the protocol, and a computed force response.
 
-Panels (a) and (b) are sketches; (c) and (d) show the protocol and the solver's answer to it, the example of figure 3.
+Panels (a) and (b) are sketches. Panels (c) and (d) show the protocol and the force of the trajectory of figure 3.
 """
 
 from typing import Any
@@ -17,20 +17,20 @@ WIDTH, HEIGHT = 10.0, 7.4
 
 
 def surface(x: np.ndarray, contact: float, radius: float, depth: float) -> np.ndarray:
-    """Height of a sketched surface: the sphere's shape inside the contact, outside it a neck that decays."""
+    """Height of the sketched surface: the sphere inside the contact, and a decaying neck outside it; shape of `x`."""
     sphere = radius - np.sqrt(radius**2 - np.minimum(np.abs(x), contact) ** 2) - depth
     return sphere * np.exp(-np.maximum(np.abs(x) - contact, 0.0) / 0.35)
 
 
 def draw_substrate(axes: Axes, level: float, shape: np.ndarray, x: np.ndarray) -> None:
-    """The half-space below a surface."""
+    """Draw the half-space below a surface."""
     outline = np.column_stack([x, level + shape])
     axes.add_patch(Polygon([(x[0], 0.0), *outline, (x[-1], 0.0)], facecolor=SUBSTRATE, edgecolor="none"))
     axes.plot(x, level + shape, color="0.3", linewidth=1.0)
 
 
 def draw_contact(axes: Axes) -> None:
-    """Panel (a): sphere, half-space, and how it is moved."""
+    """Panel (a): sphere, half-space, and motion of the sphere."""
     schematics.blank(axes, WIDTH, HEIGHT)
     centre, level, radius = 5.0, 3.4, 3.0
     x = np.linspace(0.0, WIDTH, 400)
@@ -51,7 +51,7 @@ def draw_contact(axes: Axes) -> None:
 
 
 def draw_gap(axes: Axes) -> None:
-    """Panel (b): what adds up to the gap at a radius, h = -delta + h0 + r^2 / (2 R) + u."""
+    """Panel (b): the components of the gap at a radius, h = -delta + h0 + r^2 / (2 R) + u."""
     schematics.blank(axes, WIDTH, HEIGHT)
     level, foot, at = 4.2, 1.0, 6.6
     radius = np.linspace(0.0, 8.4, 200)

@@ -1,8 +1,7 @@
-"""Figure 2: six trajectories of the data set over time, and how pull-off time, force ratio and cost are distributed.
+"""Figure 2: force over time of six trajectories, and distributions of pull-off time, force ratio and cost.
 
-Reads the data set, the examples and the paper's cost; the histograms count completed trajectories, divided by their
-number; trajectories that are never compressed have no force ratio. The paper marks no single cost in its panel (i); we
-mark its mean, that of all CPU-hours over the trajectories.
+The histograms show shares of the completed trajectories; trajectories that are never compressed have no force ratio.
+The paper marks no cost in its panel (i). The line drawn here is its mean: its CPU-hours over its trajectories.
 """
 
 from pathlib import Path
@@ -22,7 +21,7 @@ BINS_PER_DECADE = 5
 
 
 def draw_example(axes: Axes, example: dict[str, Any]) -> None:
-    """Force over time, the dwell shaded, pull-off and largest compression marked."""
+    """Force over time, with the dwell shaded, and pull-off and largest compression marked."""
     native, results = example["native"], example["results"]
     _, t1, t2, t3 = example["phase_times"]
     axes.axhline(0.0, color="0.75", linewidth=0.6, zorder=0)
@@ -59,18 +58,18 @@ def draw_histogram(axes: Axes, values: FloatArray, label: str) -> None:
 
 
 def mark(axes: Axes, value: float, text: str, color: str, *, height: float, shift: float) -> None:
-    """A vertical line with its text beside it, at a share of the panel's height."""
+    """Draw a vertical line with text beside it, at a share of the panel's height."""
     axes.axvline(value, color=color, linewidth=1.0)
     drawing.beside(axes, value, text, height=height, shift=shift, color=color, fontsize=6.5)
 
 
 def note(axes: Axes, text: str) -> None:
-    """Words in the upper right corner of a panel."""
+    """Write text in the upper right corner of a panel."""
     axes.annotate(text, (0.97, 0.97), xycoords="axes fraction", ha="right", va="top", fontsize=6.5)
 
 
 def draw_cost(axes: Axes, dataset: Dataset, paper: dict[str, Any]) -> None:
-    """Solver seconds of each trajectory, our mean and the paper's."""
+    """Distribution of the solver's seconds, with its mean and that of the paper."""
     seconds = dataset.scalars["solver_seconds"][dataset.completed]
     draw_histogram(axes, seconds, r"solver time $t_\mathrm{CPU}$ (s)")
     total, hours = float(seconds.sum()), paper["cpu_hours"]

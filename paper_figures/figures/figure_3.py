@@ -1,4 +1,4 @@
-"""Figure 3: how a trajectory on the solver's own time steps becomes a sequence of 120 measurement steps."""
+"""Figure 3: a trajectory at the solver's own time steps, and the same trajectory at the 120 measurement steps."""
 
 from typing import Any
 
@@ -14,14 +14,14 @@ INDENTATION, FORCE, TIME = r"$\hat\delta$", r"$\hat P$", r"$\hat t$"
 
 
 def draw_points(axes: Axes, x: np.ndarray, y: np.ndarray) -> None:
-    """One marker for each measurement step, coloured by phase."""
+    """Draw one marker for each measurement step, coloured by phase."""
     ends = np.cumsum((0, *FMS))
     for begin, end, color in zip(ends[:-1], ends[1:], drawing.PHASES.values(), strict=True):
         axes.plot(x[begin:end], y[begin:end], ".", markersize=3.2, color=color)
 
 
 def draw_native(axes: Axes, time: np.ndarray, values: np.ndarray, phase_times: list[float]) -> None:
-    """The solver's own history, coloured by phase, its time steps as ticks along the bottom."""
+    """Draw the solver's values over time, coloured by phase, with its time steps as ticks along the bottom."""
     drawing.by_phase(axes, time, values, phase_times)
     look = {"color": "0.3", "markersize": 5, "markeredgewidth": 0.4, "clip_on": False}
     axes.plot(time, np.full_like(time, 0.04), "|", transform=axes.get_xaxis_transform(), **look)

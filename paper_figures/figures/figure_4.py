@@ -1,4 +1,4 @@
-"""Figure 4: the building blocks, and the M1-concat model with the widths and counts of the Keras model itself."""
+"""Figure 4: the building blocks, and the M1-concat model with widths and parameter counts from the Keras model."""
 
 from typing import Any
 
@@ -117,7 +117,7 @@ def draw_readout(axes: Axes, layers: dict[str, Any]) -> None:
 
 
 def draw_model(axes: Axes, graph: dict[str, Any], channels: list[str]) -> None:
-    """Panel (d): M1-concat from history to force, widths and counts as Keras has them."""
+    """Panel (d): M1-concat from input to force, with the widths and parameter counts of the Keras model."""
     schematics.blank(axes, 10.0, 6.0)
     layers = [layer for layer in graph["layers"] if layer["kind"] != "InputLayer"]
     physical = [name for name in channels if name not in ("time", "indentation")]

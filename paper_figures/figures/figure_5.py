@@ -1,8 +1,8 @@
 """Figure 5: validation curves, size against shape error, surface energy against crack velocity, data efficiency.
 
-The filled squares of panel (c) stand at the crack velocities of the paper's table, the open ones at those our solver
-measures at the retreating contact edge. The model is used a little beyond the Tabor parameters it was trained on; the
-title says by how much.
+The filled squares of panel (c) are at the crack velocities of the paper's table, the open ones at those that the solver
+measures at the retreating contact edge. The Tabor parameter lies slightly above the range on which the model was
+trained; the title of the panel states the distance.
 """
 
 from typing import Any
@@ -10,13 +10,13 @@ from typing import Any
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from paper_figures.figures.figure_learning_curves import draw_curves
-from paper_figures.figures.figure_mse_mae import draw_models
+from paper_figures.models.figure_learning_curves import draw_curves
+from paper_figures.models.figure_mse_mae import draw_models
 from paper_figures.style import drawing, models_style
 
 
 def draw_sizes(axes: Axes, models: dict[str, Any], ranking: Any = None) -> None:
-    """Parameters against DTW-RMSE, the paper's reference model beside ours."""
+    """Number of parameters against DTW-RMSE, with the paper's reference model."""
     paper = drawing.paper_values("reference_model")
     axes.plot(paper["parameters"] / 1e3, paper["dtw_rmse"], **models_style.paper_marker(paper["name"]))
     draw_models(axes, models, "parameters", "dtw_rmse", ranking, factor=1e-3)
@@ -41,7 +41,7 @@ def draw_sizes(axes: Axes, models: dict[str, Any], ranking: Any = None) -> None:
 
 
 def draw_effective_energy(axes: Axes, content: dict[str, Any]) -> None:
-    """Theory as a line; solver and surrogate at the table's velocities; the solver at its own."""
+    """Theory as a line; solver and surrogate at the velocities of the table; the solver also at its own velocities."""
     points = content["points"]
     theirs, own = ([one[name] for one in points] for name in ("crack_velocity", "own_crack_velocity"))
     solver = [one["solver"] for one in points]
@@ -61,7 +61,10 @@ def draw_effective_energy(axes: Axes, content: dict[str, Any]) -> None:
 
 
 def draw_data_efficiency(axes: Axes, content: dict[str, Any] | None) -> None:
-    """Held-out MSE against the share of training trajectories: mean and standard deviation over the folds."""
+    """Held-out MSE against the share of training trajectories: mean and standard deviation over the folds.
+
+    Without a result, the panel names the command that makes it.
+    """
     axes.set(xlabel="share of the training trajectories (%)", ylabel="held-out MSE", xscale="log", yscale="log")
     if content is None:
         axes.set(xlim=(1.0, 130.0), ylim=(1e-4, 1e-1))
@@ -80,7 +83,7 @@ def draw_data_efficiency(axes: Axes, content: dict[str, Any] | None) -> None:
 
 
 def compose(model_comparison: Any, persson_brener: Any, data_efficiency: Any = None, ranking: Any = None) -> Figure:
-    """Draw figure 5; (a) and (b) with the spread over seeds, (d) says so when its trainings are not published yet."""
+    """Draw figure 5: (a) and (b) show the spread over seeds of `ranking`, (d) is empty without `data_efficiency`."""
     drawn = drawing.figure(height=5.4)
     panels = drawn.subplots(2, 2)
     draw_curves(panels[0, 0], model_comparison["models"], "concat", ranking)

@@ -1,6 +1,6 @@
-"""Figure 6: force against indentation of the twelve canonical protocols, solver and surrogate.
+"""Figure 6: force against indentation of the twelve canonical protocols, by solver and surrogate.
 
-The surrogate has one marker throughout and a colour for each sample; its number stands at the turning point.
+The surrogate has one marker throughout, and each sample a colour. The number of a sample is at its turning point.
 """
 
 from typing import Any
@@ -12,7 +12,7 @@ from paper_figures.style import drawing, models_style
 
 PANELS = {"a": (1, 2, 3), "b": (4, 5, 6), "c": (7, 8, 9), "d": (10, 11, 12)}
 CROWDED = {7: (42, 14), 10: (42, 14)}
-"""Samples whose turning point lies among the loops of others, and where their numbers go, in points from it."""
+"""Offset in points of the numbers of those samples whose turning point lies among other loops."""
 
 
 COLORS = (drawing.BLUE, drawing.VERMILION, drawing.GREEN)
@@ -20,7 +20,7 @@ COLORS = (drawing.BLUE, drawing.VERMILION, drawing.GREEN)
 
 
 def draw_regime(axes: Axes, regime: dict[str, Any], model: str, color: str) -> None:
-    """The solver's history as a line, the surrogate's measurement steps as markers, the sample's number beside them."""
+    """Draw the solver's force as a line, the surrogate's steps as markers, and the number of the sample."""
     native, steps = regime["native"], regime["steps"]
     axes.plot(native["indentation"], native["force"], color=drawing.BLACK, linewidth=0.9, zorder=2)
     axes.plot(

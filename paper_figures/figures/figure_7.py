@@ -1,7 +1,7 @@
-"""Figure 7: how the held-out errors of pull-off force and hysteresis are distributed and related.
+"""Figure 7: distributions of the held-out errors of pull-off force and hysteresis, and their relation.
 
-Bars are stacked by quartile of the force MSE and count shares of all held-out trajectories; errors below the smallest
-bin are counted in it.
+Bars are stacked by quartile of the force MSE and show shares of all held-out trajectories. The first bin also holds the
+smaller errors.
 """
 
 from typing import Any
@@ -19,7 +19,7 @@ QUARTILES = ("Q1", "Q2", "Q3", "Q4")
 COLORS = (drawing.BLUE, drawing.SKY, drawing.ORANGE, drawing.VERMILION)
 LOWEST, BINS_PER_DECADE = 1e-2, 6
 BARS = 0.76
-"""Share of a panel's height for bars and lines; the legend is above them."""
+"""Share of the panel's height that bars and lines occupy; the legend is above them."""
 LABELS = {
     "pull_off_force_percent": "pull-off force error (%)",
     "hysteresis_percent": "hysteresis error (%)",
@@ -28,7 +28,7 @@ LABELS = {
 
 
 def draw_distribution(axes: Axes, content: dict[str, Any], column: str) -> None:
-    """Stacked shares in logarithmic bins, median and 90th percentile marked."""
+    """Stacked shares in logarithmic bins, with median and 90th percentile marked."""
     values = np.array(content["per_trajectory"][column])
     quartile = np.array(content["per_trajectory"]["quartile"])
     top = 10.0 ** np.ceil(np.log10(max(values.max(), 10.0)))
@@ -49,7 +49,7 @@ def draw_distribution(axes: Axes, content: dict[str, Any], column: str) -> None:
 
 
 def draw_relation(axes: Axes, content: dict[str, Any], x: str, y: str, correlation: float) -> None:
-    """One point for each trajectory, coloured by quartile."""
+    """Scatter of two errors, one point for each trajectory, coloured by quartile."""
     columns = content["per_trajectory"]
     quartile = np.array(columns["quartile"])
     across, up = (np.clip(np.array(columns[name]), LOWEST, None) for name in (x, y))

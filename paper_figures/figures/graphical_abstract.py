@@ -1,4 +1,4 @@
-"""The graphical abstract: protocol in, surrogate, force history out, with its cost and its error."""
+"""The graphical abstract: protocol, surrogate, and predicted force, with the cost and the error of the prediction."""
 
 from typing import Any
 
@@ -19,7 +19,7 @@ def draw_protocol(axes: Axes, steps: dict[str, list[float]]) -> None:
 
 
 def draw_model(axes: Axes, regime: dict[str, Any], errors: dict[str, Any]) -> None:
-    """The model between two arrows, its medians below."""
+    """The model between two arrows, with its median errors and times below."""
     schematics.blank(axes, 10.0, 8.0)
     name = errors["config"]["model"]
     tabor = regime["protocol"]["tabor"]
@@ -42,7 +42,7 @@ def draw_model(axes: Axes, regime: dict[str, Any], errors: dict[str, Any]) -> No
 
 
 def draw_force(axes: Axes, regime: dict[str, Any], name: str) -> None:
-    """Predicted and simulated loop."""
+    """Predicted and simulated force over indentation."""
     native, steps = regime["native"], regime["steps"]
     drawing.zero_line(axes)
     axes.plot(native["indentation"], native["force"], color=drawing.BLACK, linewidth=1.0, label="solver")

@@ -1,1 +1,1 @@
-"""Figures of cost, robustness and effects, one module each."""
+"""Figures of the measurements: cost, robustness and effects, one module each."""

@@ -1,9 +1,10 @@
-"""Figure: seconds a trajectory against error, for every tool on the same held-out protocols.
+"""Figure: seconds per trajectory against error, for every tool on the same held-out protocols.
 
-Markers are medians over the protocols, thin lines reach to the 95th percentile of the error and over the quartiles of
-the seconds. Open markers: measured on fewer protocols than the others. Errors beyond the axis lie on its upper edge,
-with an arrow. Labels name the closed forms, the solver's named accuracies, and, of the surrogates called in
-batches, the reference model, the best and the worst. Reads the measurement of `experiments.cost.accuracy_cost`.
+Markers are medians over the protocols. Thin lines extend to the 95th percentile of the error, and over the quartiles of
+the seconds. Open markers are tools measured on fewer protocols than the others. Errors beyond the axis are drawn on its
+upper edge, with an arrow. Labels name the closed forms, the named accuracies of the solver, and, of the surrogates
+called in batches, the reference model, the best and the worst. The figure reads the measurement of
+`experiments.cost.accuracy_cost`.
 """
 
 from typing import Any
@@ -21,11 +22,11 @@ PLACES = {"DMT": "below", "Maugis-Dugdale": "right", "Persson-Brener": "above"}
 ROW = 1.45
 """Factor between the rows of names."""
 LARGEST = 100.0
-"""Errors above, in percent, are drawn on the edge."""
+"""Larger errors, in percent, are drawn at the upper edge."""
 
 
 def draw(axes: Axes, tools: list[dict[str, Any]], quantity: str) -> None:
-    """All tools in one panel; the solver and the paper's discretisation as curves."""
+    """Draw all tools in one panel; the solver and the paper's discretisation are curves."""
     most = max(tool["protocols"] for tool in tools)
     named = names_of(tools, quantity)
     name_surrogates(axes, tools, quantity)
@@ -79,7 +80,7 @@ def draw(axes: Axes, tools: list[dict[str, Any]], quantity: str) -> None:
 
 
 def names_of(tools: list[dict[str, Any]], quantity: str) -> dict[str, tuple[str, str]]:
-    """Words beside a marker and where they stand, by setting."""
+    """Text beside a marker and its position, by setting."""
     named = {name: (name, "beside") for name in ("draft", "standard", "reference")}
     shown = [tool for tool in tools if tool["kind"] == "closed form" and _percent(tool, quantity) is not None]
     forms = [tool["setting"].split(",")[0] for tool in shown]
@@ -94,7 +95,7 @@ def names_of(tools: list[dict[str, Any]], quantity: str) -> dict[str, tuple[str,
 
 
 def name_surrogates(axes: Axes, tools: list[dict[str, Any]], quantity: str) -> None:
-    """Names below the surrogates called in batches, which lie too close for names beside them, with a line to each."""
+    """Write names below the surrogates called in batches, with a line to each, since their markers are crowded."""
     ranked = [tool for tool in tools if tool.get("way") == "ONNX batch" and _percent(tool, quantity) is not None]
     if not ranked:
         return

@@ -1,6 +1,6 @@
-"""Figure: core time of data set, training and queries against the number of queries, with break-even counts.
+"""Figure and table: core time of data set, training and queries against the number of queries, with break-even numbers.
 
-Reads the result of `experiments.cost.amortisation`.
+The figure reads the result of `experiments.cost.amortisation`.
 """
 
 from typing import Any
@@ -26,7 +26,7 @@ STYLES = {
 
 
 def totals(line: dict[str, Any]) -> np.ndarray:
-    """Core hours for each number of queries."""
+    """Core hours for each number in `QUERIES`, of the same shape."""
     return (line["fixed_seconds"] + QUERIES * line["query_seconds"]) / 3600.0
 
 
@@ -51,7 +51,7 @@ def rows_of(content: dict[str, Any]) -> list[list[str]]:
 
 
 def compose(amortisation: Any) -> dict[str, Figure | Table]:
-    """Draw the figure and write the table of break-even counts."""
+    """Draw the figure and write the table of break-even numbers."""
     lines = {line["name"]: line for line in amortisation["lines"]}
     drawn = drawing.figure(width=drawing.COLUMN * 1.6, height=3.2)
     axes = drawn.subplots()
@@ -80,17 +80,18 @@ def compose(amortisation: Any) -> dict[str, Figure | Table]:
 
 
 def break_even_table(content: dict[str, Any]) -> Table:
-    """The table of break-even counts, with what is left out of it."""
+    """Table of break-even numbers; its caption lists the models that are left out."""
     said = {
         "missing": "Not published yet",
         "unmeasured": "Published but not measured",
-        "retrained": "Trained anew since they were measured",
-        "outdated": "Trained otherwise than those compared",
+        "retrained": "Retrained since the measurement",
+        "outdated": "Trained differently from those compared",
     }
     return Table(
         ["Surrogate", "Its force error (%)", "Instead of", "Its force error (%)", "Break-even (queries)"],
         rows_of(content),
-        "Queries from which data set, training and prediction by a surrogate cost less core time than the solver "
-        f"alone. Our data set took {number(content['data_set_seconds'] / 60.0)} core minutes; the paper's lines are "
-        f"its own numbers. Where the solver's query is the cheaper one, the answer is never.{left_out(content, said)}",
+        "Number of queries above which data set, training and prediction by a surrogate cost less core time than the "
+        f"solver alone. Our data set took {number(content['data_set_seconds'] / 60.0)} core minutes; the paper's lines "
+        "are its own numbers. If a query costs the solver less, the surrogate never breaks even."
+        f"{left_out(content, said)}",
     )

@@ -1,7 +1,8 @@
 """Figure: pull-off amplification against unloading rate for broad-band solids, and their creep compliances.
 
-Amplification is the largest force over JKR's 3/2 and over that of the elastic solid of the same Tabor parameter. Reads
-the data of `experiments.robustness.broad_band`. Full lines are the deepest preload, dotted ones the shallower.
+Amplification is the largest force over JKR's 3/2, and over that of the elastic solid of the same Tabor parameter. Full
+lines are the deepest preload, dotted lines the shallower ones. The figure reads the result of
+`experiments.robustness.broad_band`.
 """
 
 from typing import Any
@@ -20,7 +21,7 @@ COLORS = (drawing.BLUE, drawing.GREEN, drawing.ORANGE, drawing.PURPLE, drawing.B
 
 
 def draw_compliances(axes: Axes, curves: list[dict[str, Any]], ratio: float) -> None:
-    """The fitted series (lines) over the power laws they stand for (dots)."""
+    """Draw the fitted series (lines) and the power laws that they approximate (dots)."""
     times = np.geomspace(1e-3, 1e6, 200)
     few = times[::12]
     for curve, color in zip(curves, COLORS, strict=True):
@@ -34,7 +35,7 @@ def draw_compliances(axes: Axes, curves: list[dict[str, Any]], ratio: float) -> 
 
 
 def draw_amplification(axes: Axes, curves: list[dict[str, Any]], names: list[str], ratio: float, over: str) -> None:
-    """Amplification over the rate for every solid and preload."""
+    """Draw the amplification over the rate for each solid and preload."""
     deepest = max(curve["preload"] for curve in curves)
     for curve in curves:
         color = COLORS[names.index(curve["name"])]

@@ -1,6 +1,6 @@
-"""Figure and table: how seconds grow with nodes, steps, Tabor parameter, peak indentation and unloading rate.
+"""Figure and table: growth of the cost with nodes, steps, Tabor parameter, peak indentation and unloading rate.
 
-Reads the measurement of `experiments.cost.cost_growth`.
+The figure reads the measurement of `experiments.solver.cost_growth`.
 """
 
 from typing import Any
@@ -31,7 +31,7 @@ TOOLS = {"solver": "solver", "baseline": "paper's discretisation"}
 
 
 def draw(axes: Axes, curve: dict[str, Any], name: str, kind: str) -> None:
-    """Measured medians and the fitted power through them."""
+    """Draw the measured medians and the fitted power."""
     points = sorted(curve["points"], key=lambda point: point[name])
     x = np.array([point[name] for point in points])
     y = np.array([point["seconds"]["median"] for point in points])
@@ -88,7 +88,7 @@ def compose(cost_growth: Any) -> dict[str, Figure | Table]:
 
 
 def exponents_table(content: dict[str, Any]) -> Table:
-    """The fitted powers beside the paper's statement."""
+    """Table of the fitted powers and the paper's statement."""
     return Table(
         [
             "Quantity",
@@ -100,13 +100,14 @@ def exponents_table(content: dict[str, Any]) -> Table:
             "Paper's statement",
         ],
         rows_of(content),
-        "Exponents of seconds and of iterations a step in one quantity (least squares, with standard error), the "
-        "others fixed; of the time of one step in nodes, of the whole call elsewhere; solver at standard accuracy; "
-        "paper's discretisation as fine as its accuracy demands where the scene is varied, so that nodes, steps and "
-        f"iterations grow with it. Over the data set: all five at once, {content['data_set']['trajectories']} "
-        f"trajectories, {100 * content['data_set']['explained']:.0f} % of the variance explained. The paper states "
-        f"$O(N_s^2 N_t N_\\mathrm{{iter}})$, which counts products with the influence matrix: a fresh factorisation in "
-        "every iteration must come to the power 3 of $N_s$ for large systems, a sum over the whole history to the "
-        "power 2 of $N_t$ for long ones; in the solver, which steps memory forward and factorises the part of the "
-        f"system that answers to the gap, and seldom, both powers must stay below. Measured on {content['host']}.",
+        "Exponents of seconds and of iterations per step in one quantity (least squares, with standard error); the "
+        "others are fixed. Seconds are those of one step for nodes, and of the whole call elsewhere. The solver runs "
+        "at standard accuracy. Where the scene is varied, the paper's discretisation is as fine as its accuracy "
+        "demands, so that its nodes, steps and iterations grow. Over the data set: all five quantities together, "
+        f"{content['data_set']['trajectories']} trajectories, {100 * content['data_set']['explained']:.0f} % of the "
+        "variance explained. The paper states $O(N_s^2 N_t N_\\mathrm{iter})$, which counts products with the "
+        "influence matrix. A factorisation in every iteration costs the power 3 of $N_s$ for large systems, and a sum "
+        "over the whole history the power 2 of $N_t$ for long histories. The solver updates its memory step by step, "
+        "and seldom factorises, only the part of the system that depends on the gap; both its powers are smaller. "
+        f"Measured on {content['host']}.",
     )

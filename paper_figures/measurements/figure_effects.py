@@ -1,6 +1,6 @@
-"""Figure: one path of the sphere under seven scenes, and when simpler ones may stand in, over rate and range.
+"""Figure: one path of the sphere under seven scenes, and the error of simpler scenes over rate and range of adhesion.
 
-Reads the measurement of `experiments.effects.measure`.
+The figure reads the measurement of `experiments.effects.measure`.
 """
 
 from typing import Any
@@ -38,7 +38,7 @@ LABELS = {
 
 
 def draw_curves(axes: Axes, curves: list[dict[str, Any]]) -> None:
-    """Force over depth of all scenes."""
+    """Draw the force over the depth for all scenes."""
     drawing.zero_line(axes)
     for curve in curves:
         color, line = STYLES[curve["name"]]
@@ -46,7 +46,7 @@ def draw_curves(axes: Axes, curves: list[dict[str, Any]]) -> None:
         axes.plot(curve["depth"], curve["force"], color=color, linestyle=line, label=label)
     axes.set_xlabel(r"depth $\hat\delta/\mu$")
     axes.set_ylabel(r"force $\hat P$")
-    # Both the pull of an elastic contact and the push of a glassy one can be read.
+    # Shows the tension of an elastic contact and the large compression of a glassy one on one axis.
     axes.set_yscale("asinh", linear_width=1.0)
     axes.set_yticks([-30, -10, -3, -1, 0, 1, 3, 6], labels=["-30", "-10", "-3", "-1", "0", "1", "3", "6"])
     axes.minorticks_off()
@@ -54,7 +54,7 @@ def draw_curves(axes: Axes, curves: list[dict[str, Any]]) -> None:
 
 
 def draw_stand_ins(axes: Axes, content: dict[str, Any]) -> None:
-    """Error of each simpler scene over the rate, the tolerance, and what is recommended along the top."""
+    """Draw the error of each simpler scene over the rate, the tolerance, and the recommendation along the top."""
     points = content["stand_ins"]
     rates = [point["rate"] for point in points]
     for name in points[0]["errors"]:
@@ -79,7 +79,7 @@ def draw_stand_ins(axes: Axes, content: dict[str, Any]) -> None:
 
 
 def draw_ranges(axes: Axes, content: dict[str, Any]) -> None:
-    """Error of the DMT-like and the JKR-like scene over the Tabor parameter of the scene they stand in for."""
+    """Draw the error of the DMT-like and the JKR-like scene over the Tabor parameter of the full scene."""
     points = content["ranges"]
     tabors = [point["tabor"] for point in points]
     for name in ("DMT-like", "JKR-like"):

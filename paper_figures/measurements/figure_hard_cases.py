@@ -1,7 +1,7 @@
 """Figure and table: the solver over the paper's box, far beyond it, and at named extremes.
 
-Reads the measurement of `experiments.robustness.hard_case_map`, and of `experiments.robustness.soak` where there is
-one.
+The figure reads the measurement of `experiments.robustness.hard_case_map`, and that of `experiments.robustness.soak` if
+there is one.
 """
 
 from collections.abc import Callable
@@ -27,7 +27,7 @@ SCALE = {"change": 100.0}
 
 
 def draw(drawn: Figure, axes: Axes, rows: list[dict[str, Any]], name: str) -> None:
-    """All protocols over Tabor parameter and unloading rate, coloured by one quantity; crosses did not complete."""
+    """Draw all protocols over Tabor parameter and unloading rate, coloured by one quantity; crosses are unfinished."""
     unfinished = [row for row in rows if row["status"] != "completed"]
     known = [row for row in rows if row["status"] == "completed" and row[name] is not None]
     known.sort(key=lambda row: row[name])
@@ -85,7 +85,7 @@ COLUMNS: dict[str, Callable[[list[dict[str, Any]]], str]] = {
     "Steps": lambda rows: number(_extreme(rows, "steps"), 5),
     "Time (s)": lambda rows: number(_extreme(rows, "seconds"), 2),
 }
-"""Heads and cells of one case, or of the worst of several."""
+"""Column heads, and functions that write the cell of one case, or of the worst of several."""
 HEADER = ["Case", *COLUMNS]
 
 
@@ -95,7 +95,7 @@ def row_of(name: str, rows: list[dict[str, Any]]) -> list[str]:
 
 
 def soak_rows(soak: dict[str, Any]) -> list[list[str]]:
-    """What very many random protocols came to; columns that a soak does not refine stay empty."""
+    """Rows of the soak; the columns of a refinement stay empty."""
     rows = []
     for where, words in (("inside", "inside the box"), ("beyond", "beyond the box"), ("stiff", "of stiff contacts")):
         if where not in soak:
@@ -126,7 +126,7 @@ def compose(hard_case_map: Any, soak: Any = None) -> dict[str, Figure | Table]:
 
 
 def worst_table(content: dict[str, Any], soak: dict[str, Any] | None) -> Table:
-    """The worst of the map and of the soak."""
+    """Table of the worst cases of the map, the extremes, and the soak."""
     groups = {where: [row for row in content["map"] if row["where"] == where] for where in ("inside", "beyond")}
     rows = [row_of(f"{where} the box, worst of {len(group)}", group) for where, group in groups.items() if group]
     rows += [row_of(row["name"], [row]) for row in content["extremes"]]
@@ -137,8 +137,8 @@ def worst_table(content: dict[str, Any], soak: dict[str, Any] | None) -> Table:
     return Table(
         HEADER,
         rows,
-        f"The solver at {content['accuracy']} accuracy where it has most to do, and refined by dividing the target by "
-        f"{content['refinement']:g}. Work over turnover below zero would be energy created. Rows of several cases show "
-        "the worst of each column. Change, draft and 0.05: of the pull-off force at those accuracies from the refined "
-        f"one. Measured on {content['host']}.{soaked}",
+        f"The solver at {content['accuracy']} accuracy in difficult cases, and refined by dividing the target by "
+        f"{content['refinement']:g}. A negative work over turnover would mean that energy is created. Rows of several "
+        "cases show the worst of each column. Change, draft and 0.05: change of the pull-off force at those accuracies "
+        f"from the refined one. Measured on {content['host']}.{soaked}",
     )

@@ -1,7 +1,7 @@
-"""Figure: error against processor seconds on the same elastic sphere, beside other software.
+"""Figure: error against processor seconds on the same elastic sphere, for the solver and other software.
 
-One panel for each problem; lines join the settings of a tool, from coarse to fine, and closed forms are named. An error
-below `LEAST` is drawn there, with an arrow. Reads the measurement of `experiments.peers.peers`.
+There is one panel for each problem. Lines join the settings of a tool, from coarse to fine; closed forms are named. An
+error below `LEAST` is drawn there, with an arrow. The figure reads the measurement of `experiments.peers.peers`.
 """
 
 from typing import Any
@@ -24,17 +24,17 @@ TITLES = {
     "Hertz": "compression without adhesion",
 }
 LEAST = 1e-4
-"""Percent; what is below has no meaning beside the error of the solution that all are compared with."""
+"""Least error drawn, in percent; smaller ones are not resolved by the solution with which all tools are compared."""
 ENDS = {"solver": ("draft", "reference"), "Adhesion": ("32 x 32", "128 x 128"), "tamaas": ("32 x 32", "256 x 256")}
 """Settings that are named in the panels."""
 BESIDE = {"JKR": (5, 0, "left", "center"), "DMT": (5, 0, "left", "center")}
 BELOW, LEFT = (0, -5, "center", "top"), (-5, 0, "right", "center")
 SIDES = {**BESIDE, **dict.fromkeys(("Maugis-Dugdale", "reference", "128×128", "256×256"), BELOW)}
-"""Where a name stands: distance in points, and which part of it is there; others to the left."""
+"""Position of a name: offset in points, and alignment; other names are to the left."""
 
 
 def draw(axes: Axes, runs: list[dict[str, Any]]) -> None:
-    """All tools of one problem."""
+    """Draw all tools of one problem."""
     for tool, style in STYLES.items():
         points = [run for run in runs if run["tool"] == tool]
         seconds = [run["seconds"] for run in points]
@@ -55,7 +55,7 @@ def draw(axes: Axes, runs: list[dict[str, Any]]) -> None:
 
 
 def name(axes: Axes, text: str, place: tuple[float, float], color: str) -> None:
-    """Words beside a marker, on the side where no line leaves it."""
+    """Write a name beside a marker, on a side without a line."""
     across, up, ha, va = SIDES.get(text, LEFT)
     axes.annotate(text, place, xytext=(across, up), textcoords="offset points", fontsize=5.5, ha=ha, va=va, color=color)
 

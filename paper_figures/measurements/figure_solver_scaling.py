@@ -1,4 +1,4 @@
-"""How the cost of the solver grows with nodes and with steps."""
+"""Figure: growth of the solver's cost with nodes and with steps, measured by `experiments.solver.cost_growth`."""
 
 from typing import Any
 
@@ -13,7 +13,7 @@ BOUND_IN_NODES, BOUND_IN_STEPS = 2.2, 1.0
 
 
 def draw(axes: Axes, x: np.ndarray, y: np.ndarray, *, fitted: float, bound: float, ticks: list[float]) -> None:
-    """Measured points with their fitted power, and the power promised through the first of them."""
+    """Draw the measured points, their fitted power, and the power `bound` through the first point."""
     order = np.argsort(x)
     x, y = x[order], y[order]
     through = np.exp(np.mean(np.log(y) - fitted * np.log(x)))
@@ -29,7 +29,7 @@ def draw(axes: Axes, x: np.ndarray, y: np.ndarray, *, fitted: float, bound: floa
 
 
 def columns(curve: dict[str, Any], name: str) -> tuple[np.ndarray, np.ndarray]:
-    """One quantity of all points of a curve, and their median seconds."""
+    """One quantity and the median seconds of all points of a curve, each of shape (points,)."""
     points = curve["points"]
     return np.array([point[name] for point in points]), np.array([point["seconds"]["median"] for point in points])
 

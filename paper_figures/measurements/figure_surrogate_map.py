@@ -1,6 +1,6 @@
-"""Figures and table: the surrogate's error over the box and out of range, its worst trajectories with their causes.
+"""Figures and table: errors of a surrogate over the box and out of range, and its worst trajectories with their causes.
 
-Reads the measurement of `experiments.robustness.surrogate_map`.
+The figures read the measurement of `experiments.robustness.surrogate_map`.
 """
 
 from typing import Any
@@ -21,7 +21,7 @@ BINS = 6
 
 
 def draw_map(drawn: Figure, axes: Axes, test: dict[str, Any], across: str, up: str) -> None:
-    """Median force error in the cells of two quantities."""
+    """Draw the median force error in cells of two quantities."""
     x, y = (np.log10(test["protocols"][name]) for name in (across, up))
     edges = [np.linspace(*np.log10(PAPER_RANGES[name]), BINS + 1) for name in (across, up)]
     error = 100.0 * np.array(test["errors"]["force"])
@@ -39,7 +39,7 @@ def draw_map(drawn: Figure, axes: Axes, test: dict[str, Any], across: str, up: s
 
 
 def draw_causes(axes: Axes, by_cause: dict[str, Any]) -> None:
-    """Force error by cause: median, quartiles, 95th percentile, and how many."""
+    """Draw the force error by cause: median, quartiles, 95th percentile, and number of trajectories."""
     names = [name for name, values in by_cause.items() if values["count"]]
     for i, name in enumerate(names):
         values = {key: 100.0 * by_cause[name][key] for key in ("median", "low", "high", "p95")}
@@ -52,7 +52,7 @@ def draw_causes(axes: Axes, by_cause: dict[str, Any]) -> None:
 
 
 def draw_out_of_range(axes: Axes, rows: list[dict[str, Any]]) -> None:
-    """Median force error over how far one quantity lies beyond its bound."""
+    """Draw the median force error over the distance of one quantity beyond its bound."""
     for name, color in zip(drawing.SYMBOLS, COLORS, strict=True):
         for side, line in (("above", "-"), ("below", ":")):
             points = [row for row in rows if row["quantity"] == name and row["side"] == side]
@@ -67,7 +67,7 @@ def draw_out_of_range(axes: Axes, rows: list[dict[str, Any]]) -> None:
 
 
 def draw_worst(axes: Axes, case: dict[str, Any]) -> None:
-    """One trajectory over its measurement steps, so that short phases stay visible."""
+    """Draw one trajectory over its measurement steps, so that short phases are visible."""
     steps = np.arange(len(case["force"]))
     axes.plot(steps, case["force"], color=drawing.BLACK, linewidth=0.9)
     axes.plot(steps, case["predicted"], color=drawing.VERMILION, linewidth=0.8)
@@ -81,7 +81,7 @@ def draw_worst(axes: Axes, case: dict[str, Any]) -> None:
 
 
 def rows_of(content: dict[str, Any]) -> list[list[str]]:
-    """The worst trajectories, then each quantity beyond its bounds."""
+    """One row for each of the worst trajectories, and for each distance of a quantity beyond its bounds."""
     rows = []
     for place, case in enumerate(content["worst"], start=1):
         errors = [percent(case["errors"][name]) for name in ("force", "pull_off_force")]
@@ -108,7 +108,7 @@ def compose(surrogate_map: Any) -> dict[str, Figure | Table]:
 
 
 def draw_worst_cases(content: dict[str, Any]) -> Figure:
-    """The worst trajectories, each in a panel."""
+    """Draw the worst trajectories, one panel each."""
     cases = content["worst"]
     drawn = drawing.figure(height=6.6)
     panels = drawn.subplots(5, 4)
@@ -124,9 +124,9 @@ def draw_worst_cases(content: dict[str, Any]) -> Figure:
 
 
 def worst_table(content: dict[str, Any]) -> Table:
-    """The worst trajectories and the errors out of range."""
+    """Table of the worst trajectories and of the errors out of range."""
     other = " and ".join(content.get("outdated", []))
-    old = f" The model was trained otherwise than those compared, with another {other}." if other else ""
+    old = f" The model was trained differently from those compared, with another {other}." if other else ""
     return Table(
         HEADER,
         rows_of(content),

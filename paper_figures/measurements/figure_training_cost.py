@@ -1,7 +1,8 @@
-"""Figure: error against core minutes of training, and against the trajectories it was trained on.
+"""Figure: error against core minutes of training, and against the number of training trajectories.
 
-Curves are validation errors; held-out errors, measured once at the end of a run, are marked at its core minutes.
-Reads the result of `experiments.cost.training_cost`; a line above names runs that are not published yet.
+Curves are validation errors. Held-out errors, measured once at the end of a training, are marked at its core minutes.
+The figure reads the result of `experiments.training.training_cost`; a line above it names the trainings that are not
+published yet.
 """
 
 from typing import Any
@@ -16,9 +17,9 @@ GREY = {"color": "0.75", "linewidth": 0.7}
 
 
 def draw_time(axes: Axes, content: dict[str, Any]) -> None:
-    """Best validation error so far over core minutes, and the held-out error at the end of each run of the reference.
+    """Draw the least validation error so far over core minutes, and the held-out error of each reference training.
 
-    The other architectures' curves are grey, behind the reference model's; the paper's error is a line.
+    The curves of the other architectures are grey and behind that of the reference model; the paper's error is a line.
     """
     for model in sorted(content["models"], key=lambda one: one["name"] == REFERENCE):
         history = model["history"]
@@ -37,7 +38,7 @@ def draw_time(axes: Axes, content: dict[str, Any]) -> None:
             **models_style.marker(REFERENCE),
         )
         words = run["name"].removeprefix(f"{REFERENCE}-").replace("-", " ") if run["name"] != REFERENCE else ""
-        # Left of what took no longer than the reference, right of it and of the rest, with room for the words.
+        # Names of trainings that took no longer than the reference are to the left, the others to the right.
         left = words and run["core_minutes"] <= longest_left
         place = {"xytext": (-5, 0), "ha": "right"} if left else {"xytext": (5, 0), "ha": "left"}
         at = (run["core_minutes"], run["test_mse"])
@@ -59,7 +60,7 @@ def draw_time(axes: Axes, content: dict[str, Any]) -> None:
 
 
 def draw_shares(axes: Axes, points: list[dict[str, Any]]) -> None:
-    """Test error over trajectories, and what one of them costs."""
+    """Draw the test error over the number of trajectories, and state the solver's time of one of them."""
     if not points:
         drawing.absent(axes, "shares of the data set\nnot trained yet")
         axes.set(xticks=[], yticks=[])

@@ -1,1 +1,1 @@
-"""The report: each number of the paper beside ours."""
+"""The report on the paper's numbers, the page on reproducibility, and the cards of models and data set."""

@@ -1,7 +1,7 @@
-"""Cards: README.md of the data set and beside each published model, and metadata in the Croissant format.
+"""Cards: README.md of the data set and in each published model directory, and metadata in the Croissant format.
 
-Every number comes from the published files: `metrics.json` and `test_errors.csv` of the model, attributes of the data
-set. `make cards` writes them.
+Every number comes from the published files: `run.json`, `recipe.toml`, `metrics.json` and `test_errors.csv` of the
+model, and the attributes of the data set. `make cards` writes the cards.
 
 Usage: `python -m paper_figures.report.cards [--published DIR]`.
 """
@@ -27,22 +27,22 @@ REGIONS = {
     "unloading_rate": ("Unloading rate", (0.1, 10.0, 100.0, 1000.0)),
     "peak_indentation": ("Peak indentation", (2.0, 20.0, 50.0, 100.0)),
 }
-"""The quantities by which errors are listed: their names, and where regions meet."""
+"""Quantities by which errors are listed: their names, and the bounds of their regions."""
 SHARES = (0.0, 0.1, 0.5, 0.9, 1.0)
 ERRORS = {"pull_off_force_percent": "Pull-off force (%)", "hysteresis_percent": "Hysteresis (%)"}
 
 
 def spread(values: np.ndarray) -> str:
-    """Median and 90th percentile."""
+    """Median and 90th percentile, as text."""
     return f"{number(float(np.median(values)), 2)} / {number(float(np.quantile(values, 0.9)), 2)}"
 
 
 def region_rows(errors: dict[str, np.ndarray], protocols: dict[str, np.ndarray]) -> list[str]:
-    """Rows of the table of errors by region.
+    """Rows of the table of errors by region, as Markdown.
 
     Args:
-        errors: columns of `test_errors.csv`, each of shape (tests,).
-        protocols: quantities of the same trajectories, each of shape (tests,).
+        errors: Columns of `test_errors.csv`, each of shape (tests,).
+        protocols: Quantities of the same trajectories, each of shape (tests,).
     """
     everything = np.ones(len(errors["mse"]), dtype=bool)
     regions = {"all": everything}

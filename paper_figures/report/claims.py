@@ -1,17 +1,17 @@
-"""Verdicts on the paper's numbers: what each claim says, what ours is, and how the two compare.
+"""Verdicts on the paper's numbers: what the paper claims, the number found here, and how the two compare.
 
-A verdict follows from the claim's rule alone:
+A verdict follows from the rule of the claim alone:
 
     count   equal: reproduced; otherwise differs
     value   within the tolerance: reproduced; otherwise differs
     error, cost   smaller is better: within the tolerance: reproduced; smaller: better; larger: differs
     bound   ours at most the paper's: reproduced; otherwise differs
     least   ours at least the paper's: reproduced; otherwise differs
-    text    the same word: reproduced; otherwise differs; of a ranking that the seeds do not decide: tie
+    text    the same word: reproduced; otherwise differs; a ranking that the seeds do not decide: tie
     none    not comparable
 
-Tolerances are in `paper_values/claims.toml`. Where a result is not there yet the verdict is "not yet", with the target
-that makes it. Claims marked `beyond` are ours alone and get no verdict.
+Tolerances are in `paper_values/claims.toml`. If a result does not exist yet, the verdict is "not yet", and the reason
+names the target that makes it. Claims marked `beyond` are not in the paper and get no verdict.
 """
 
 from __future__ import annotations
@@ -33,12 +33,12 @@ REPRODUCED, BETTER, TIE, DIFFERS, NOT_COMPARABLE, NOT_YET = (
     "not yet",
 )
 VERDICTS = (REPRODUCED, BETTER, TIE, DIFFERS, NOT_COMPARABLE, NOT_YET)
-"""Those that are counted."""
+"""Verdicts, in the order of the overview."""
 BY_SEEDS = {"holds": REPRODUCED, "tie": TIE, "fails": DIFFERS}
-"""Verdicts on rankings that several seeds decide."""
+"""Verdict on a ranking, by the decision of several seeds."""
 RULES = ("count", "value", "error", "cost", "bound", "least", "text", "none")
 EXACT = 1e-6
-"""Relative width within which a setting is the paper's."""
+"""Largest relative difference of a setting that counts as equal to the paper's."""
 
 SOURCES = {
     "dataset": ("results", "studies/dataset_statistics.json", "make table-protocols-dataset"),
@@ -70,7 +70,7 @@ class Finding:
 
     @property
     def ratio(self) -> float | None:
-        """Ours over the paper's, where both are numbers."""
+        """Ratio of our number to the paper's; `None` unless both are numbers and the paper's is not zero."""
         theirs = self.claim.get("value")
         if not _is_number(theirs) or not _is_number(self.ours) or theirs == 0:
             return None
@@ -78,19 +78,19 @@ class Finding:
 
     @property
     def counted(self) -> bool:
-        """Whether the verdict says something about a result of the paper, not about a number of ours."""
+        """Whether the claim is the paper's, so that its verdict counts."""
         return not self.claim.get("beyond")
 
 
 class Results:
-    """The result files, read when first asked for."""
+    """The result files; each is read on first use."""
 
     def __init__(self, results: Path, published: Path) -> None:
         self.roots = {"results": results, "published": published}
         self.read: dict[str, Any] = {}
 
     def content(self, name: str) -> Any:
-        """Content of a source, or `None` where its file does not exist."""
+        """Content of a source; `None` if its file does not exist."""
         if name not in self.read:
             root, file, _ = SOURCES[name]
             path = self.roots[root] / file
@@ -98,7 +98,7 @@ class Results:
         return self.read[name]
 
     def find(self, claim: dict[str, Any]) -> Any:
-        """Our number for a claim; `None` where there is none yet."""
+        """Our number for a claim; `None` if there is none yet."""
         found = self.at(claim["source"])
         if found is None:
             return None
@@ -112,7 +112,7 @@ class Results:
         return reduced
 
     def at(self, place: str) -> Any:
-        """What a result file holds at a place, as `dataset:ranges/tabor/0`; `None` where there is nothing yet."""
+        """Value at a place of a result file, for example `dataset:ranges/tabor/0`; `None` if there is none yet."""
         source, _, path = place.partition(":")
         found = self.content(source)
         for key in path.split("/"):
@@ -141,13 +141,13 @@ def verdict(rule: str, theirs: Any, ours: Any, tolerance: float | None = None) -
 
 
 def tolerance_of(claim: dict[str, Any]) -> float | None:
-    """Relative width of a claim, its own or its rule's; `None` where the rule has none."""
+    """Relative tolerance of a claim: its own, or that of its rule; `None` if neither has one."""
     own = claim.get("tolerance")
     return paper_values("claims")["rules"].get(claim["rule"], {}).get("tolerance") if own is None else own
 
 
 def judge(claim: dict[str, Any], results: Results) -> Finding:
-    """Find our number for a claim and compare; a ranking by all seeds where these decide it."""
+    """Find our number for a claim and compare it; a ranking is judged by all seeds if these decide it."""
     if "ranking" in claim and (ranked := by_seeds(claim, results)):
         return ranked
     ours = results.find(claim) if claim.get("source") else None
@@ -161,31 +161,31 @@ def judge(claim: dict[str, Any], results: Results) -> Finding:
 
 
 def by_seeds(claim: dict[str, Any], results: Results) -> Finding | None:
-    """What several seeds of each model say to a ranking; `None` where there are too few to decide."""
+    """Finding on a ranking from several seeds of each model; `None` if there are too few seeds."""
     found = (results.content("ranking") or {"claims": {}})["claims"].get(claim["ranking"])
     if not found or found["decision"] not in BY_SEEDS:
         return None
     word = BY_SEEDS[found["decision"]]
     whole = claim["value"] == "true"
     ours = {REPRODUCED: claim["value"], TIE: " = ".join(found["level"]), DIFFERS: "false" if whole else found["first"]}
-    why = "By held-out MSE, seeds and test trajectories resampled: `make table-ranking` shows each order."
+    why = "By held-out MSE, with seeds and test trajectories resampled; `make table-ranking` shows each order."
     return Finding(claim, ours[word], word, why)
 
 
 def text_claims() -> list[dict[str, Any]]:
-    """Claims of the paper's text and captions, their numbers filled in from where they are transcribed."""
+    """Claims of the paper's text and captions, with the numbers that are transcribed elsewhere filled in."""
     return [_with_value(claim) for claim in paper_values("claims")["claim"]]
 
 
 def settings() -> list[dict[str, Any]]:
-    """Settings of the paper that we follow, in groups, the value of each part filled in."""
+    """Settings of the paper that are adopted here, in groups, with the value of each part filled in."""
     return [
         group | {"parts": [_with_value(part) for part in group["parts"]]} for group in paper_values("claims")["setting"]
     ]
 
 
 def followed(theirs: Any, ours: Any) -> bool:
-    """Whether a setting is carried out as the paper states it."""
+    """Whether a setting equals the paper's."""
     return math.isclose(ours, theirs, rel_tol=EXACT) if _is_number(theirs) else str(ours) == str(theirs)
 
 

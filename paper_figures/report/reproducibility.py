@@ -1,7 +1,7 @@
-"""What a reviewer should conclude: the numbers of `docs/reproducibility.md`, from what is published.
+"""What a reviewer should conclude: the numbers of `docs/reproducibility.md`, from the published files.
 
-`tools/fill.py` puts them into the page. Rankings come from all published seeds where there are two of each model, and
-else from the one published training of each, which decides nothing; the page says which.
+`tools/fill.py` writes them into the page. Rankings come from all published seeds if each model has two, and otherwise
+from the one published training of each, which decides nothing; the page states which.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from experiments.paper import ranking as study
+from experiments.seeds import ranking as study
 from paper_figures.report.claims import SOURCES
 from paper_figures.style import drawing, models_style
 from paper_figures.style.writing import number
@@ -18,16 +18,16 @@ from paper_figures.tables.table_ranking import chance_text, says
 from surrogate.architectures.naming import paper_names
 
 NAMES = ("seeds there are", "statements", "spread over seeds", "forces of the models", "training of the paper")
-"""Places of the page."""
+"""Names of the places of the page that are filled."""
 PAPER_RECIPE = "M1-concat-paper"
 MEDIANS = {"pull_off_force_percent": "median pull-off error", "hysteresis_percent": "median hysteresis error"}
 
 
 def values(published: Path) -> dict[str, str]:
-    """What belongs in each place of the page.
+    """Text of each place of the page, by name.
 
     Raises:
-        FileNotFoundError: a result is not there; the message names what makes it.
+        FileNotFoundError: A result does not exist; the message names the target that makes it.
     """
     ranked, forces, features = (_read(published, name) for name in ("ranking", "model_forces", "features"))
     texts = (
@@ -41,7 +41,7 @@ def values(published: Path) -> dict[str, str]:
 
 
 def seeds_text(ranked: dict[str, Any]) -> str:
-    """How many trainings there are of those wanted."""
+    """Number of published trainings, out of the required ones, in words."""
     wanted, names = ranked["seeds_expected"], paper_names()
     present = [len(ranked["models"].get(name, ())) for name in names]
     whole = sum(count >= wanted for count in present)
@@ -59,7 +59,7 @@ def single_errors(models: Path, features: dict[str, Any]) -> dict[str, float]:
 
 
 def statements_table(ranked: dict[str, Any], single: dict[str, float]) -> str:
-    """One line for each ranking of the paper: what the seeds decide, and who is first."""
+    """One row for each ranking of the paper: the decision of the seeds, and the first contender."""
     lines = ["| the paper says | its first | by seeds | orders decided | least sure order | first here |"]
     lines.append("|---|---|---|---:|---|---|")
     for claim in study.ranked():
@@ -80,7 +80,7 @@ def statements_table(ranked: dict[str, Any], single: dict[str, float]) -> str:
 
 
 def spread_table(ranked: dict[str, Any]) -> str:
-    """How far seeds of one model lie apart, where there are two."""
+    """Spread over the seeds of each model that has at least two."""
     several = [name for name in ranked["models"] if models_style.seeds_of(ranked, name) >= models_style.SEVERAL]
     lines = [
         "| model | seeds | held-out MSE | apart | median pull-off error (%) | apart |",
@@ -97,7 +97,7 @@ def spread_table(ranked: dict[str, Any]) -> str:
 
 
 def training_table(folder: Path) -> str:
-    """The paper's model by the paper's recipe: how far it was trained, and its errors beside the paper's."""
+    """The paper's model trained by the paper's recipe: its epochs, and its errors compared with the paper's."""
     if not (folder / "run.json").is_file():
         return "Not trained yet: `make model-paper-recipe`."
     run, metrics = (json.loads((folder / f"{name}.json").read_text(encoding="utf-8")) for name in ("run", "metrics"))
@@ -115,7 +115,7 @@ def training_table(folder: Path) -> str:
 
 
 def _first(contenders: dict[str, list[str]], single: dict[str, float]) -> str | None:
-    """The contender of the least error by one training each; `None` where a model is not trained."""
+    """The contender with the least error, by one training each; `None` if a model is not trained."""
     if not all(name in single for names in contenders.values() for name in names):
         return None
     return min(contenders, key=lambda label: min(single[name] for name in contenders[label]))

@@ -1,4 +1,4 @@
-"""REPRODUCTION.md: every number of the paper beside ours, a verdict by a stated rule, and the paper's inconsistencies.
+"""REPRODUCTION.md: every number of the paper with ours, a verdict by a stated rule, and the paper's inconsistencies.
 
 Usage: `python -m paper_figures.report.write [--results DIR] [--published DIR] [--out FILE]`.
 """
@@ -30,20 +30,20 @@ OUT = Path("REPRODUCTION.md")
 INTRODUCTION = """\
 # Reproduction report
 
-Every number the paper states, ours beside it, and a verdict. `make report` writes this file from the result files; no
-number in it is typed in by hand but the paper's own, which are in `experiments/paper_values/`.
+This report lists every number that the paper states, the number found here, and a verdict. `make report` writes it from
+the result files. No number is typed by hand, except those of the paper, which are in `experiments/paper_values/`.
 
-The rule of the verdict: counts and words must be equal, values must agree within the tolerance beside them. Of errors
-and costs, where smaller is better, those within the tolerance count as reproduced, smaller ones as better, larger ones
-as differing. Bounds must hold. A ranking of models is judged by all published seeds: it is a tie where resampling
-seeds and test trajectories gives its order less than 95 % and more than 5 %; with fewer than two seeds of a model it
-rests on one training each, and says so. "Not comparable" means that the two do not measure the same thing, "not yet"
-that the result is still to be computed. Settings of the paper that we follow show nothing about results; they are in a
-table of their own."""
+The verdict follows a rule. Counts and words must be equal. Values must agree within the stated tolerance. For errors
+and costs, smaller is better: a number within the tolerance is reproduced, a smaller one is better, and a larger one
+differs. Bounds must hold. A ranking of models is judged by all published seeds. It is a tie if the probability of its
+order, when seeds and test trajectories are resampled, lies between 5 % and 95 %. If a model has fewer than two seeds,
+the ranking is judged by one training of each model, and its reason says so. "Not comparable" means that the two numbers
+do not measure the same quantity; "not yet" means that the result has not been computed. Settings of the paper that are
+followed here are not results; they have a table of their own."""
 
 
 def tolerances_text() -> str:
-    """The rules' tolerances, with why where one is above a tenth."""
+    """Tolerances of the rules, with the reason for each that exceeds a tenth."""
     rules = paper_values("claims")["rules"]
     parts = [
         f"{percent_text(rule['tolerance'])} of {name}s" + (f" ({rule['because']})" if "because" in rule else "")
@@ -58,7 +58,7 @@ def percent_text(share: float) -> str:
 
 
 def value_text(value: Any, unit: str = "") -> str:
-    """A number, word or nothing, with its unit."""
+    """A number with its unit, a word, or '-' for `None`."""
     if value is None:
         return "-"
     if isinstance(value, bool):
@@ -72,7 +72,7 @@ def value_text(value: Any, unit: str = "") -> str:
 
 
 def tolerance_text(claim: dict[str, Any]) -> str:
-    """The tolerance of a row, with its own justification."""
+    """Tolerance of a row, with its justification."""
     tolerance = tolerance_of(claim)
     if tolerance is None:
         return "-"
@@ -80,7 +80,7 @@ def tolerance_text(claim: dict[str, Any]) -> str:
 
 
 def row(finding: Finding) -> list[str]:
-    """One row of a table; without tolerance and verdict where there is nothing of the paper's to judge by."""
+    """One row of a table; a claim that is not the paper's has no tolerance and no verdict."""
     claim, unit = finding.claim, finding.claim.get("unit", "")
     ours = finding.ours if not isinstance(finding.ours, float) else float(f"{finding.ours:.3g}")
     ratio = "-" if finding.ratio is None else number(finding.ratio, 2)
@@ -99,21 +99,21 @@ def section(group: str, findings: list[Finding]) -> str:
 
 
 def overview(findings: list[Finding]) -> str:
-    """How often each verdict falls among what is counted, and what is left out of the count."""
+    """Number of findings with each verdict, and what is not counted."""
     counts = Counter(finding.verdict for finding in findings if finding.counted)
     rows = [[name, str(counts[name])] for name in VERDICTS if counts[name]]
     ours = sum(bool(finding.claim.get("beyond")) for finding in findings)
     count = sum(len(group["parts"]) for group in settings())
     rest = (
-        f"Not counted: {count} settings of the paper and {ours} numbers of ours beyond the paper, each in a "
-        "section of their own."
+        f"Not counted: {count} settings of the paper, and {ours} numbers that the paper does not state. They have "
+        "sections of their own."
     )
     table = markdown_table(["verdict", "numbers"], rows, "lr")
     return f"{sum(counts.values())} numbers:\n\n{table}\n\n{rest}"
 
 
 def settings_section(results: Results) -> str:
-    """The paper's settings in groups: its values, and those of ours that are others."""
+    """Settings of the paper in groups: its values, and ours where they differ."""
     rows = []
     for group in settings():
         parts = [(part, results.find(part)) for part in group["parts"]]
@@ -132,7 +132,7 @@ def settings_section(results: Results) -> str:
 
 
 def slips_section(results: Results) -> str:
-    """The paper's slips, each with the command that shows it and what it comes to."""
+    """Inconsistencies of the paper, each with the command that shows it and its result."""
     found = (results.content("slips") or {"slips": {}})["slips"]
     rows = []
     for slip in paper_values("slips")["slip"]:
@@ -140,15 +140,15 @@ def slips_section(results: Results) -> str:
         comes_to = "; ".join(f"{what}: {value:.6g}" for what, value in values.items()) or "-"
         says, instead = (with_stated(slip[key]) for key in ("says", "instead"))
         rows.append([slip["place"], says, instead, f"`{slip['shown_by']}`", comes_to])
-    table = markdown_table(["place", "the paper says", "instead", "shown by", "it comes to"], rows)
-    return f"## Slips of the paper\n\n{table}"
+    table = markdown_table(["place", "the paper says", "instead", "shown by", "result"], rows)
+    return f"## Inconsistencies of the paper\n\n{table}"
 
 
 def report(results: Results) -> str:
     """The whole report as Markdown."""
     findings = [judge(claim, results) for claim in (*text_claims(), *table_claims())]
     groups = list(dict.fromkeys(finding.claim["group"] for finding in findings))
-    # What is ours alone comes last, after all that the paper states.
+    # Numbers that are not in the paper come last.
     groups.sort(key=lambda group: any(f.claim.get("beyond") for f in findings if f.claim["group"] == group))
     parts = [INTRODUCTION, tolerances_text(), overview(findings)]
     missing = models_style.missing_note((results.content("models") or {}).get("missing", []))
@@ -165,8 +165,8 @@ def report(results: Results) -> str:
 
 
 def main(
-    results: Annotated[Path, typer.Option(help="Where result files are.")] = Path("results"),
-    published: Annotated[Path, typer.Option(help="Where published files are.")] = Path("published"),
+    results: Annotated[Path, typer.Option(help="Folder of result files.")] = Path("results"),
+    published: Annotated[Path, typer.Option(help="Folder of published files.")] = Path("published"),
     out: Annotated[Path, typer.Option(help="File to write.")] = OUT,
 ) -> None:
     """Write the report."""

@@ -1,1 +1,1 @@
-"""What all figures and tables share."""
+"""Code shared by all figures and tables."""

@@ -1,4 +1,4 @@
-"""What the figures of cost share: one colour and marker for each tool, and the paper's own seconds."""
+"""Style of the figures of cost: one colour and marker for each tool, and the paper's own seconds."""
 
 from typing import Any
 
@@ -22,12 +22,12 @@ FORCE_ERROR = r"force error, mean $|\Delta\hat P|$ / range (%)"
 
 
 def kind_of(tool: dict[str, Any]) -> str:
-    """Key of `KINDS`: surrogates by the way they are called."""
+    """Key of `KINDS` of a tool; that of a surrogate is the way it is called."""
     return tool.get("way", tool["kind"])
 
 
 def paper_seconds() -> dict[str, float]:
-    """Mean seconds of one trajectory in the paper: its solver's, and its surrogate's."""
+    """Mean seconds of one trajectory in the paper, by its solver and by its surrogate."""
     paper = drawing.paper_values("dataset")
     return {
         "paper's solver (mean)": 3600.0 * paper["cpu_hours"] / paper["trajectories"],
@@ -36,14 +36,14 @@ def paper_seconds() -> dict[str, float]:
 
 
 def mark_paper(axes: Axes, *, height: float = 0.98) -> None:
-    """Vertical lines at the paper's seconds, labelled."""
+    """Draw labelled vertical lines at the paper's seconds."""
     for name, seconds in paper_seconds().items():
         axes.axvline(seconds, color=drawing.PAPER, linewidth=0.8, linestyle=":")
         drawing.beside(axes, seconds, name, height=height, shift=2, rotation=90, fontsize=5.5, color=drawing.PAPER)
 
 
 def sparse_ticks(axes: Axes) -> None:
-    """Ticks at 1, 2 and 5 along a logarithmic axis of less than two decades, where powers of ten would be too few."""
+    """Set ticks at 1, 2 and 5 on a logarithmic x axis of less than two decades, which has few powers of ten."""
     low, high = axes.get_xlim()
     if high < 100.0 * low:
         axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))

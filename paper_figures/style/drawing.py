@@ -1,4 +1,4 @@
-"""What all figures share: sizes, colours, panel letters, the paper's values, writing PDF and PNG."""
+"""Code shared by all figures: sizes, colours, panel letters, labels, and writing as PDF and PNG."""
 
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -39,13 +39,13 @@ SYMBOLS = {
     "dwell_time": r"$\hat t_D$",
     "unloading_rate": r"$\hat v_U$",
 }
-"""The quantities of a protocol as the paper writes them."""
+"""Symbols of the quantities of a protocol, as in the paper."""
 PAPER = "#882255"
-"""The colour of everything that is the paper's, and of nothing else."""
+"""Colour of the paper's own results, and of nothing else."""
 
 
 def figure(*, width: float = DOUBLE_COLUMN, height: float) -> Figure:
-    """An empty figure in the paper's style; width and height in inches."""
+    """Create an empty figure in the paper's style; width and height in inches."""
     plt.style.use(HERE / "paper.mplstyle")
     return plt.figure(figsize=(width, height))
 
@@ -62,30 +62,30 @@ def letters(panels: Iterable[Axes]) -> None:
 
 
 def zero_line(axes: Axes) -> None:
-    """A faint line at zero, behind everything."""
+    """Draw a faint horizontal line at zero, behind the data."""
     axes.axhline(0.0, color="0.8", linewidth=0.6, zorder=0)
 
 
 def by_phase(axes: Axes, time: np.ndarray, values: np.ndarray, phase_times: Sequence[float]) -> None:
-    """Values over time as a line in the colours of the phases, which end at `phase_times` (4,)."""
+    """Draw values over time, coloured by phase; the four `phase_times` are the start and the ends of the phases."""
     for begin, end, color in zip(phase_times[:-1], phase_times[1:], PHASES.values(), strict=True):
         inside = (time >= begin * (1.0 - 1e-9)) & (time <= end * (1.0 + 1e-9))
         axes.plot(time[inside], values[inside], color=color)
 
 
 def absent(axes: Axes, text: str) -> None:
-    """Say in the middle of a panel why it shows nothing."""
+    """Write in the middle of an empty panel why it is empty."""
     axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", color="0.4")
 
 
 def beside(axes: Axes, x: float, text: str, *, height: float, shift: float, **style: Any) -> None:
-    """Words beside a vertical line at `x`, so many points to its right, at a share of the panel's height."""
+    """Write text beside a vertical line at `x`: `shift` points to its right, at a share `height` of the panel."""
     place = {"xycoords": ("data", "axes fraction"), "xytext": (shift, 0), "textcoords": "offset points"}
     axes.annotate(text, (x, height), ha="right" if shift < 0 else "left", va="top", **place, **style)
 
 
 def log_labels(axis: Axis) -> None:
-    """Label a logarithmic axis so that labels never collide: decades, and 2 and 5 where it spans fewer than two."""
+    """Label a logarithmic axis at decades, and also at 2 and 5 if it spans less than two, so that no labels collide."""
     low, high = axis.get_view_interval()
     short = np.log10(high / low) < 2.0
     axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if short else (1.0,)))
@@ -103,7 +103,7 @@ def _tick(value: float, view: Sequence[float]) -> str:
 
 
 def save(drawn: Figure, name: str, folder: Path) -> None:
-    """Write a figure as PDF and PNG, the same bytes for the same content."""
+    """Write a figure as PDF and PNG, and close it; equal content gives equal bytes."""
     folder.mkdir(parents=True, exist_ok=True)
     drawn.savefig(folder / f"{name}.pdf", metadata={"CreationDate": None})
     drawn.savefig(folder / f"{name}.png", metadata={"Software": None})

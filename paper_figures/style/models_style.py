@@ -1,4 +1,4 @@
-"""One colour for each model family and one marker for each conditioning, the same in every figure.
+"""Style of the models: one colour for each family and one marker for each conditioning, the same in every figure.
 
 As in the paper: triangle for concatenation, star for FiLM, diamond for gated.
 """
@@ -18,7 +18,7 @@ from surrogate.architectures.naming import CONDITIONINGS, PAPER_FAMILIES, paper_
 
 REFERENCE = "M1-concat"
 SEVERAL = 2
-"""Seeds from which on a spread is drawn."""
+"""Least number of seeds for which a spread is drawn."""
 COLORS = dict(
     zip(
         PAPER_FAMILIES,
@@ -49,7 +49,7 @@ def marker(name: str) -> dict[str, Any]:
 
 
 def step_marker(name: str) -> dict[str, Any]:
-    """The same for the many measurement steps of a predicted history: smaller and hollow, so that they do not merge."""
+    """As `marker`, but smaller and hollow, so that the measurement steps of a predicted force stay apart."""
     small = {"markersize": 3.2, "markerfacecolor": "none", "markeredgecolor": color(name), "markeredgewidth": 0.6}
     return marker(name) | small
 
@@ -62,7 +62,7 @@ def draw_folds(
     folds: Sequence[int],
     look: Mapping[str, Any],
 ) -> None:
-    """Draw means over folds with standard deviations, and open, without one, what was trained on one fold alone."""
+    """Draw means over folds with standard deviations; a single fold has an open marker and no deviation."""
     axes.plot(x, means, color=look["color"], linewidth=1.0, zorder=1)
     points = list(zip(x, means, deviations, folds, strict=True))
     several, single = ([point for point in points if (point[3] > 1) is many] for many in (True, False))
@@ -77,22 +77,22 @@ def draw_folds(
 
 
 def seeds_of(ranking: Any, name: str) -> int:
-    """Published seeds of a model."""
+    """Number of published seeds of a model."""
     return len(ranking["models"].get(name, ())) if ranking else 0
 
 
 def draw_spread(axes: Axes, ranking: Any, name: str, x: str | float, y: str) -> bool:
-    """Draw a model at its median over seeds, with whiskers to the least and the largest one.
+    """Draw the median of a model over its seeds, with whiskers to the least and the largest value.
 
     Args:
-        axes: Where.
-        ranking: The result of that name; `None` where there is none.
+        axes: The panel.
+        ranking: The result `ranking`, or `None`.
         name: The model.
-        x: A metric of the ranking, or a place.
+        x: A metric of the ranking, or a position.
         y: A metric of the ranking.
 
     Returns:
-        whether there are two seeds at least; nothing is drawn where not.
+        Whether the model has at least `SEVERAL` seeds; otherwise nothing is drawn.
     """
     if seeds_of(ranking, name) < SEVERAL:
         return False
@@ -106,8 +106,16 @@ def draw_spread(axes: Axes, ranking: Any, name: str, x: str | float, y: str) -> 
     return True
 
 
+def draw_curve(axes: Axes, history: Mapping[str, Sequence[float]], look: Mapping[str, Any], label: str) -> None:
+    """Draw the validation error over the epochs of one training, with its least value marked."""
+    epochs, errors = history["epoch"], history["validation_mse"]
+    least = min(range(len(epochs)), key=errors.__getitem__)
+    axes.plot(epochs, errors, color=look["color"], linewidth=1.0, label=label)
+    axes.plot(epochs[least], errors[least], **{"linestyle": "", **look})
+
+
 def draw_curves_of_seeds(axes: Axes, curves: Sequence[Sequence[float]], look: Mapping[str, Any], label: str) -> None:
-    """Draw the validation error over the epochs that all seeds have: their median, and a band from least to largest."""
+    """Draw median and range over the seeds of the validation error, over the epochs that all seeds have."""
     epochs = range(1, min(map(len, curves)) + 1)
     rows = np.array([curve[: len(epochs)] for curve in curves])
     middle = np.median(rows, axis=0)
@@ -118,12 +126,12 @@ def draw_curves_of_seeds(axes: Axes, curves: Sequence[Sequence[float]], look: Ma
 
 
 def spread_lines(ranking: Any, drawn: Sequence[str], width: int = 150) -> list[str]:
-    """Lines that say of how many seeds each model is drawn; none where all are of one training.
+    """Lines of text that state the number of seeds of each model; empty if each model has one training.
 
     Args:
-        ranking: The result of that name; `None` where there is none.
+        ranking: The result `ranking`, or `None`.
         drawn: The models of the figure.
-        width: Letters in a line.
+        width: Characters in a line.
     """
     several: dict[int, list[str]] = {}
     for name in drawn:
@@ -138,7 +146,7 @@ def spread_lines(ranking: Any, drawn: Sequence[str], width: int = 150) -> list[s
 
 
 def notes(*lines: str) -> str:
-    """The lines that are not empty, one below the other."""
+    """Join the lines that are not empty."""
     return "\n".join(filter(None, lines))
 
 
@@ -156,7 +164,7 @@ def conditioning_handles() -> list[Line2D]:
 
 
 def paper_marker(name: str) -> dict[str, Any]:
-    """Keywords of `Axes.plot` that draw the paper's own point of a model: the model's marker, hollow, in its colour."""
+    """Keywords of `Axes.plot` for the paper's own point of a model: its marker, hollow, in the paper's colour."""
     hollow = {"color": "none", "markeredgecolor": drawing.PAPER, "markeredgewidth": 1.0, "markersize": 8.0}
     return marker(name) | hollow
 
@@ -168,12 +176,12 @@ def handles(paper: str) -> list[Line2D]:
 
 
 def missing_note(missing: Sequence[str], differences: Mapping[str, Sequence[str]] | None = None) -> str:
-    """One line that says which models are not drawn, and why; empty when none.
+    """One line that states which models are not drawn, and why; empty if all are.
 
     Args:
-        missing: Those that are not trained yet.
-        differences: For those that are trained otherwise, words for what differs. Models other than the 18 paper models
-            are never drawn, and not named.
+        missing: Models that are not trained yet.
+        differences: Words for what differs, for each model that was trained differently. Models other than the 18 paper
+            models are never drawn, and not named.
     """
     parts = [f"not trained yet, {len(missing)} of {len(paper_names())}: {listed(missing)}"] if missing else []
     alike: dict[str, list[str]] = {}
@@ -185,7 +193,7 @@ def missing_note(missing: Sequence[str], differences: Mapping[str, Sequence[str]
 
 
 def forces_note(model_forces: Any) -> str:
-    """A sentence that names the models trained on other forces than the shipped file's; empty where none is."""
+    """A sentence that names the models trained on an earlier version of the forces; empty if there is none."""
     others = model_forces["others"] if model_forces else []
     if not others:
         return ""
@@ -196,7 +204,7 @@ def forces_note(model_forces: Any) -> str:
 
 
 def listed(names: Sequence[str]) -> str:
-    """Models by name, whole families by theirs."""
+    """Names of models in words; a complete family is given by its own name."""
     whole = [family for family in PAPER_FAMILIES if all(f"{family}-{c}" in names for c in CONDITIONINGS)]
     single = [name for name in names if name.split("-")[0] not in whole]
     return ", ".join(single + ([f"all of {', '.join(whole)}"] if whole else []))

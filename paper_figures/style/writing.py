@@ -1,4 +1,4 @@
-"""Tables as Markdown, CSV and LaTeX from the same cells."""
+"""Tables as Markdown, CSV and LaTeX from the same cells, and how numbers are written in them."""
 
 import csv
 import re
@@ -9,7 +9,7 @@ from typing import Any
 
 
 def number(value: float, digits: int = 3) -> str:
-    """A number with so many significant digits; powers of ten as `1.2e-05` where plain digits would be long."""
+    """A number with `digits` significant digits; as `1.2e-05` below 1e-3 and from 1e5 on."""
     if value != 0.0 and not 1e-3 <= abs(value) < 1e5:
         return f"{value:.{digits - 1}e}"
     text = f"{value:.{digits}g}"
@@ -17,23 +17,23 @@ def number(value: float, digits: int = 3) -> str:
 
 
 def percent(value: float | None, digits: int = 2) -> str:
-    """A share in percent; '-' for none."""
+    """A share in percent; '-' for `None`."""
     return "-" if value is None else number(100.0 * value, digits)
 
 
 def median_and_p95(error: Mapping[str, float | None]) -> str:
-    """Median and 95th percentile of an error, a share, in percent; '-' where there is none."""
+    """Median and 95th percentile of a relative error in percent; '-' if there is none."""
     return "-" if error["median"] is None else f"{percent(error['median'])} / {percent(error['p95'])}"
 
 
 def milliseconds(seconds: Mapping[str, float]) -> str:
-    """Median and, in brackets, quartiles of seconds in milliseconds."""
+    """Median of seconds and, in brackets, its quartiles, in milliseconds."""
     median, low, high = (number(1e3 * seconds[name]) for name in ("median", "low", "high"))
     return f"{median} ({low}-{high})"
 
 
 def left_out(content: Mapping[str, Any], said: Mapping[str, str]) -> str:
-    """A sentence for each list of names in a result that is not empty, begun by the words for its key."""
+    """A sentence for each list of names in a result that is not empty; `said` gives its first words by key."""
     return "".join(f" {words}: {', '.join(content[key])}." for key, words in said.items() if content.get(key))
 
 
@@ -43,8 +43,8 @@ class Table:
 
     Args:
         header: Column heads; mathematics between dollars.
-        rows: Cells as text, numbers as `number` writes them.
-        caption: What is shown and where it comes from, mathematics between dollars.
+        rows: Cells as text; numbers are written by `number`.
+        caption: What the table shows and where it comes from; mathematics between dollars.
     """
 
     header: Sequence[str]
@@ -82,7 +82,7 @@ class Table:
 
 def _latex(text: str) -> str:
     parts = text.split("$")
-    # Every other part is mathematics already.
+    # The parts at odd positions are mathematics.
     parts[::2] = [re.sub(r"([%&#_])", r"\\\1", part) for part in parts[::2]]
     joined = "$".join(parts)
     return re.sub(r"(?<![\w.])(-?\d(?:\.\d+)?)e([+-]\d+)\b", _power, joined)

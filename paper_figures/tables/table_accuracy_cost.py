@@ -1,6 +1,6 @@
 """Tables: seconds and errors of every tool on the same held-out protocols, and the fastest tool for a wanted error.
 
-The second is also written into the page on cost, between two marks. Reads the measurement of
+`tools/fill.py` also writes the second table into docs/cost.md. The tables read the measurement of
 `experiments.cost.accuracy_cost`.
 """
 
@@ -33,7 +33,7 @@ ERRORS = {"pull_off_force": "Pull-off error (%)", "force": "Force error (%)", "h
 
 
 def row_of(tool: dict[str, Any]) -> list[str]:
-    """One tool; errors as median / 95th percentile, '-' where it does not answer."""
+    """One row for a tool; errors are median / 95th percentile, or '-' for a quantity that it does not give."""
     seconds = tool["seconds"]
     protocols = f"{tool['protocols']} ({seconds['count']})"
     cells = [tool["kind"], tool["setting"], protocols, str(tool["repeats"]), str(tool["failures"])]
@@ -46,9 +46,10 @@ def row_of(tool: dict[str, Any]) -> list[str]:
 
 
 def fastest(tools: list[dict[str, Any]], quantity: str, wanted: float, *, batch: bool) -> str:
-    """The tool with the smallest median time of which 95 % of the protocols stay within an error, and its time.
+    """The tool with the smallest median time whose 95th percentile of the error is at most `wanted`, and its time.
 
-    Only tools measured on every protocol without a failure; by `batch`, predictions of many at once count too.
+    Only tools that were measured on every protocol without a failure are considered; with `batch`, those that predict
+    many trajectories at once are included.
     """
     most = max(tool["protocols"] for tool in tools)
     able = [
@@ -78,19 +79,19 @@ def choices(tools: list[dict[str, Any]]) -> list[list[str]]:
 
 
 def page_text(content: dict[str, Any]) -> str:
-    """The table of choices as the page on cost shows it."""
+    """The table of the fastest tools as Markdown, for docs/cost.md."""
     count = f"{content['protocols']} held-out protocols, {_refined(content)} of which have a refined solution"
     words = f"Measured on {count}, one core of {content['host']}.{_left_out(content)}"
     return f"{markdown_table(CHOICES, choices(content['tools']))}\n\n{words}"
 
 
 def _refined(content: dict[str, Any]) -> int:
-    """Of how many protocols the refined solution completed, so that there are errors."""
+    """Number of protocols whose refined solution completed, so that their errors are known."""
     return max(tool["errors"]["force"]["count"] for tool in content["tools"])
 
 
 def _left_out(content: dict[str, Any]) -> str:
-    said = {"missing": "Not published when this was measured", "outdated": "Trained otherwise than those compared"}
+    said = {"missing": "Not published when this was measured", "outdated": "Trained differently from those compared"}
     words = left_out(content, said)
     return words if content.get("complete", True) else f"{words} The surrogates were not measured to the end."
 
@@ -102,12 +103,12 @@ def compose(accuracy_cost: Any) -> dict[str, Table]:
     first = Table(
         [*HEADER, *ERRORS.values()],
         [row_of(tool) for tool in content["tools"]],
-        f"Every tool on {content['protocols']} held-out protocols, or on as many of them as the row says (the paper's "
-        f"discretisation on the first, closed forms on those of their regime), one core of {content['host']}; time of "
-        "a whole call, over the protocols, each by the median of the repeats; run to run is the range of the totals "
-        f"over their median. Errors are median / 95th percentile against a solution refined to "
-        f"{number(content['truth_target'])}, which {_refined(content)} of the protocols have; of the force, mean |dP| "
-        "over the range. The paper's own seconds: "
+        f"Every tool on {content['protocols']} held-out protocols, or on the number that its row states (the paper's "
+        "discretisation on the first ones, closed forms on those of their regime), on one core of "
+        f"{content['host']}. Times are those of whole calls, for each protocol the median of the repeats; run to run "
+        "is the range of the totals over their median. Errors are median / 95th percentile against a solution refined "
+        f"to {number(content['truth_target'])}, which {_refined(content)} of the protocols have; that of the force is "
+        "mean |dP| over its range. The paper's own seconds: "
         f"{paper}.{_left_out(content)}",
     )
     second = Table(

@@ -1,4 +1,4 @@
-"""Table of what accuracy costs over the paper's design."""
+"""Table: what draft, standard and reference cost over the paper's design, from `experiments.solver.accuracy_price`."""
 
 from typing import Any
 
@@ -10,7 +10,7 @@ ERRORS = {"pull_off_force": "Pull-off force", "hysteresis": "Hysteresis", "force
 def rows_of(levels: list[dict[str, Any]]) -> list[list[str]]:
     """One row for each accuracy; errors in percent as median / 90th / 99th percentile.
 
-    Core-minutes are for the largest number of trajectories among them, in proportion where fewer were run.
+    Core-minutes are scaled to the largest number of trajectories among the campaigns.
     """
     rows, whole = [], largest(levels)
     for level in levels:
@@ -26,7 +26,7 @@ def rows_of(levels: list[dict[str, Any]]) -> list[list[str]]:
 
 
 def largest(levels: list[dict[str, Any]]) -> int:
-    """How many trajectories the largest campaign has."""
+    """Number of trajectories of the largest campaign."""
     return max(level["trajectories"] for level in levels)
 
 
@@ -41,6 +41,6 @@ def compose(accuracy_price: Any) -> Table:
         [*header, *(f"{name} error (%)" for name in ERRORS.values())],
         rows_of(accuracy_price["levels"]),
         f"The price of accuracy over the design of the paper, seed {accuracy_price['seed']}, on "
-        f"{accuracy_price['host']}. Minutes are in proportion where fewer trajectories were run. Errors are "
+        f"{accuracy_price['host']}. Minutes are scaled up where fewer trajectories were run. Errors are "
         f"median / 90th / 99th percentile against reference, on {sample}.",
     )

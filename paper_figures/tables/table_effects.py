@@ -1,6 +1,6 @@
-"""Tables: what each effect costs, from plain Hertz to a ten-term solid with adhesion; where a simpler scene suffices.
+"""Tables: what each effect costs, from plain Hertz to a ten-term adhesive solid, and where a simpler scene suffices.
 
-Reads the measurement of `experiments.effects.measure`.
+The tables read the measurement of `experiments.effects.measure`.
 """
 
 from collections.abc import Callable
@@ -23,11 +23,11 @@ COLUMNS: dict[str, Callable[[dict[str, Any]], str]] = {
     "Files of its own": lambda row: ", ".join(f"{name}.py" for name in row["files"]),
     "Lines of its own elsewhere": lambda row: ", ".join(f"{name}.py {n}" for name, n in row["lines_elsewhere"].items()),
 }
-"""Heads and cells of one scene."""
+"""Column heads, and functions that write the cell of one scene."""
 
 
 def safe_row(row: dict[str, Any]) -> list[str]:
-    """One stand-in: between which values of a quantity it keeps the error within the tolerance."""
+    """One stand-in: the values of a quantity between which its error is within the tolerance."""
     limits = [number(row[name]) for name in ("low", "high")]
     return [row["stand_in"], row["instead_of"], OVER[row["over"]], *limits]
 

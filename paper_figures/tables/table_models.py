@@ -1,6 +1,7 @@
-"""Table of the trained models: parameters, held-out errors, epochs and cost; those missing are named.
+"""Table: the trained models with their parameters, held-out errors, epochs and cost; missing models are named.
 
-Models trained otherwise (another recipe, more data, fewer epochs) follow the 18 paper models and say how.
+Models that were trained differently (another recipe, more data, fewer epochs) follow the 18 paper models; their names
+state the difference.
 """
 
 from typing import Any
@@ -27,13 +28,13 @@ MEDIANS = ("nmae", "pull_off_force", "hysteresis")
 
 
 def batch_milliseconds(speed: dict[str, Any] | None) -> dict[str, str]:
-    """Milliseconds that a batch of training takes each architecture, all on one machine; none where not measured."""
+    """Milliseconds of a training batch of each architecture, all on one machine; empty if not measured."""
     measured = speed["models"] if speed else {}
     return {name: number(1e3 * found["seconds_per_batch"]["median"], 2) for name, found in measured.items()}
 
 
 def row(name: str, found: dict[str, Any], batch: str = "-") -> list[str]:
-    """One model."""
+    """One row for a model."""
     return [
         name,
         f"{found['parameters']:,}",
@@ -48,7 +49,7 @@ def row(name: str, found: dict[str, Any], batch: str = "-") -> list[str]:
 
 
 def paper_row(paper: dict[str, Any]) -> list[str]:
-    """The paper's best model, as far as it tells."""
+    """Row of the paper's best model, with the numbers that the paper states."""
     return [
         f"{paper['name']}, paper",
         f"{paper['parameters']:,}",
@@ -65,7 +66,7 @@ def compose(model_comparison: Any, training_speed: Any = None, model_forces: Any
     caption = " ".join(
         [
             "Held-out errors of the scaled force, best first; the errors of pull-off and hysteresis are on the "
-            "measurement steps. Models with a suffix are trained otherwise and not among the 18. Core seconds "
+            "measurement steps. Models with a suffix are trained differently and not among the 18. Core seconds "
             "are those of the processor that trained the model, the milliseconds of a batch all of one machine's core.",
             *([f"{note[0].upper()}{note[1:]}."] if note else []),
             *model_comparison["outdated"].values(),

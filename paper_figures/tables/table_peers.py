@@ -1,6 +1,6 @@
-"""Table: seconds and errors on the same elastic sphere, beside other software.
+"""Table: seconds and errors on the same elastic sphere, for the solver and other software.
 
-It is also written into the page on cost, between two marks. Reads the measurement of `experiments.peers.peers`.
+`tools/fill.py` also writes the table into docs/cost.md. The table reads the measurement of `experiments.peers.peers`.
 """
 
 from typing import Any
@@ -30,7 +30,7 @@ def _rank(row: tuple[tuple[str, str], Any]) -> tuple[int, int]:
 
 
 def caption_of(content: dict[str, Any]) -> str:
-    """What is shown and where it was measured."""
+    """Caption: what is shown, and where it was measured."""
     packages = ", ".join(f"{name} {version}" for name, version in content["packages"].items())
     return (
         f"Largest tension of an elastic sphere unloaded from an indentation of {number(content['start'])}, and its "
@@ -41,7 +41,7 @@ def caption_of(content: dict[str, Any]) -> str:
 
 
 def page_text(content: dict[str, Any]) -> str:
-    """The table as the page on cost shows it."""
+    """The table as Markdown, for docs/cost.md."""
     table = "\n".join("| " + " | ".join(row) + " |" for row in (HEADER, ["---"] * len(HEADER), *rows_of(content)))
     return f"{table}\n\n{caption_of(content)}"
 

@@ -1,4 +1,4 @@
-"""Table of the fourteen protocols of the relaxed short-range limit: crack velocities and amplifications."""
+"""Table: crack velocities and amplifications of the fourteen protocols of the relaxed short-range limit."""
 
 from typing import Any
 
@@ -37,8 +37,8 @@ def compose(persson_brener: Any) -> Table:
         rf"$\mu={first['tabor']:g}$, $\hat\delta_l={first['peak_indentation']:g}$, "
         rf"$\hat v_L={first['loading_rate']:g}$, $\hat t_D={first['dwell_time']:g}$. "
         "The solver's own crack velocity is the speed of the contact edge at pull-off. "
-        rf"The surrogate extrapolates: it was trained up to $\mu={found['trained_up_to_tabor']:g}$ and is asked "
-        f"{found['extrapolation_percent']:.3g} % beyond. "
+        rf"The surrogate extrapolates: it was trained up to $\mu={found['trained_up_to_tabor']:g}$, and the protocols "
+        f"lie {found['extrapolation_percent']:.3g} % beyond. "
         f"Median and largest deviation from Persson-Brener theory: {deviations}."
     )
     return Table(["Point", *COLUMNS.values()], rows(persson_brener["points"]), caption)

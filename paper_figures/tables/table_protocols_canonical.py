@@ -1,4 +1,4 @@
-"""Table of the twelve canonical protocols: parameters, seconds of solver and surrogate, the paper's beside ours."""
+"""Table: the twelve canonical protocols, with the seconds of solver and surrogate, here and in the paper."""
 
 from collections.abc import Callable
 from typing import Any
@@ -18,7 +18,7 @@ COLUMNS: dict[str, Callable[[dict[str, Any]], str]] = {
     "pull-off error (%)": lambda one: number(one["errors_percent"]["pull_off_force"], 2),
     "hysteresis error (%)": lambda one: number(one["errors_percent"]["hysteresis"], 2),
 }
-"""Heads and cells of one protocol."""
+"""Column heads, and functions that write the cell of one protocol."""
 
 
 def compose(canonical_regimes: Any) -> Table:

@@ -1,4 +1,4 @@
-"""Tables of the data set: the protocols of figure 2 with their results, and the whole data set beside the paper's."""
+"""Tables: the protocols of figure 2 with their results, and the data set compared with the paper's."""
 
 from typing import Any
 
@@ -7,7 +7,7 @@ from paper_figures.style.writing import Table, number
 
 ORDER = ("loading_rate", "dwell_time", "unloading_rate", "tabor", "peak_indentation")
 QUANTITIES = {name: drawing.SYMBOLS[name] for name in ORDER}
-"""In the order of the paper's tables."""
+"""Symbols of the quantities, in the order of the paper's tables."""
 RESULTS = {
     "pull_off_force": r"$\hat P_\mathrm{po}$",
     "pull_off_time": r"$\hat t_\mathrm{po}$",
@@ -31,7 +31,7 @@ def protocol_rows(examples: list[dict[str, Any]]) -> list[list[str]]:
 
 
 def summary_rows(found: dict[str, Any], paper: dict[str, Any]) -> list[list[str]]:
-    """Quantity, the paper's value and ours."""
+    """One row for each quantity: its name, the paper's value and ours."""
     seconds, floor = found["solver_seconds"], found["resolution_floor"]["pull_off_force"]
     ranges = {name: paper["ranges"][name] for name in QUANTITIES}
     mean = 3600.0 * paper["cpu_hours"] / paper["trajectories"]

@@ -1,4 +1,4 @@
-"""Table of the held-out errors by quartile of the force MSE, the paper's beside ours; and the overall statistics."""
+"""Table: held-out errors by quartile of the force MSE, in the paper and here; the caption gives overall statistics."""
 
 from typing import Any
 
@@ -15,12 +15,12 @@ COLUMNS = {
 
 
 def cell(mean: float, sd: float, digits: int) -> str:
-    """Mean and standard deviation."""
+    """Mean and standard deviation, as text."""
     return rf"{number(mean, digits)} $\pm$ {number(sd, digits)}"
 
 
 def rows(content: dict[str, Any]) -> list[list[str]]:
-    """The paper's and our row for each quartile."""
+    """Two rows for each quartile: the paper's and ours."""
     paper, found = {row["quartile"]: row for row in paper_rows("quartiles")}, []
     for name in QUARTILES:
         theirs, ours = paper[name], content["quartiles"][name]

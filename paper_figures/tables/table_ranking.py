@@ -1,4 +1,4 @@
-"""Tables of the ranking: errors of each model over its seeds, and the paper's rankings with how sure each is."""
+"""Tables: errors of each model over its seeds, and the paper's rankings with the probability of each order."""
 
 from typing import Any
 
@@ -34,7 +34,7 @@ def error_text(spread: dict[str, float], seeds: int) -> str:
 
 
 def chance_text(chance: float, resamples: int) -> str:
-    """A probability, no surer than the number of resamples allows."""
+    """A probability as text, with a bound where the number of resamples limits it."""
     least = max(1e-3, 1.0 / resamples)
     if least < chance < 1.0 - least:
         return f"{chance:.3f}"
@@ -42,7 +42,7 @@ def chance_text(chance: float, resamples: int) -> str:
 
 
 def seeds_note(ranking: Any) -> str:
-    """Which models lack seeds, as sentences; empty where none does."""
+    """Sentences that name missing seeds and seeds that are left out; empty if there are none."""
     expected, absent = ranking["seeds_expected"], ranking["missing"]
     none = [name for name, seeds in absent.items() if len(seeds) == expected]
     some = [f"{name} {', '.join(map(str, seeds))}" for name, seeds in absent.items() if 0 < len(seeds) < expected]
@@ -52,7 +52,7 @@ def seeds_note(ranking: Any) -> str:
 
 
 def errors_table(ranking: Any) -> Table:
-    """One line for each model, best first; those without a seed follow."""
+    """One row for each model, best first; models without a seed follow."""
     found, spread, expected = ranking["models"], ranking["spread"], ranking["seeds_expected"]
     order = sorted(found, key=lambda name: spread[name]["test_mse"]["median"])
     rows = [
@@ -76,7 +76,7 @@ def errors_table(ranking: Any) -> Table:
 
 
 def orders_table(ranking: Any) -> Table:
-    """One line for each order the paper states, where the seeds decide it, and one for each whole ranking."""
+    """One row for each ranking, followed by one for each of its orders that the seeds decide."""
     rows = []
     for name, claim in ranking["claims"].items():
         pairs = [pair for pair in ranking["pairs"] if pair["claim"] == name]
@@ -95,10 +95,10 @@ def orders_table(ranking: Any) -> Table:
     tail = 1.0 - ranking["confidence"]
     caption = (
         "The paper's rankings by held-out MSE, and the orders of which each consists, as far as both sides have two "
-        "seeds; of a family or conditioning the best model counts. P is the probability that the order holds when test "
-        f"trajectories and seeds are resampled together ({ranking['resamples']:,} times). An order holds from "
-        f"P = {ranking['confidence']:g}, fails up to {tail:.2g}, and is a tie between. A ranking holds when all its "
-        "orders do, and fails with one of them."
+        "seeds. The best model represents its family or conditioning. P is the probability that the order holds when "
+        f"test trajectories and seeds are resampled together ({ranking['resamples']:,} times). An order holds if P is "
+        f"at least {ranking['confidence']:g}, fails if P is at most {tail:.2g}, and is a tie otherwise. A ranking "
+        "holds if all its orders hold, and fails if one of them fails."
     )
     return Table(["Ranking", "Order", "Seeds, or orders decided", "P", "Decision"], rows, caption)
 

@@ -1,6 +1,6 @@
-"""Table: how often `recommend` keeps its promise, how often it leaves something out, and what that saves.
+"""Table: how often `recommend` meets its tolerance, how often it simplifies a scene, and what that saves.
 
-Reads the measurement of `experiments.effects.recommendations`.
+The table reads the measurement of `experiments.effects.recommendations`.
 """
 
 from collections.abc import Callable
@@ -21,16 +21,16 @@ COLUMNS: dict[str, Callable[[dict[str, Any]], str]] = {
     "Slower": lambda row: f"{row['slower']} of {row['simplified']}",
     "To recommend (ms)": lambda row: milliseconds(row["seconds"]),
 }
-"""Heads and cells of one sample, quantity and tolerance; '-' where nothing was simplified."""
+"""Column heads, and functions that write the cell of one sample; '-' if nothing was simplified."""
 
 
 def milliseconds(seconds: dict[str, float | None]) -> str:
-    """Median seconds in milliseconds."""
+    """Median seconds in milliseconds; '-' if there are none."""
     return "-" if seconds["median"] is None else number(1e3 * seconds["median"])
 
 
 def ratio_text(ratio: dict[str, float | None]) -> str:
-    """Median and largest ratio."""
+    """Median and largest ratio; '-' if there are none."""
     return "-" if ratio["median"] is None else f"{number(ratio['median'], 2)} ({number(ratio['largest'], 2)})"
 
 

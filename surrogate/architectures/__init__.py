@@ -1,4 +1,4 @@
-"""The 18 paper models, one module per family, and those that a user registers; all are built by name."""
+"""The 18 paper models, one module per family, and registered architectures. `build` makes each of them by name."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _BUILDERS = {
 
 
 def build(name: str, features: str = "D") -> keras.Model:
-    """Build a model by name; see `surrogate.build`."""
+    """Return an untrained model by name; see `surrogate.build`."""
     family, conditioning = split_name(name)
     import_keras()
     if family in REGISTERED:

@@ -1,7 +1,7 @@
 """The residual blocks of M4 and M5.
 
-Sources: the paper's appendix on layer definitions for `ResidualTCNBlock`; Vaswani et al. 2017, section 3.1, for
-`EncoderBlock`.
+Sources: for `ResidualTCNBlock` the paper's appendix "Neural Network Layer Definitions", section "Temporal
+Convolutional Network (TCN) block"; for `EncoderBlock` Vaswani et al. 2017, section 3.1.
 """
 
 from __future__ import annotations
@@ -14,16 +14,16 @@ from keras import ops
 
 @keras.saving.register_keras_serializable(package="surrogate")
 class ResidualTCNBlock(keras.layers.Layer):
-    """Two dilated causal convolutions, each with layer normalisation, ReLU and dropout, beside a skip path.
+    """Two dilated causal convolutions, each with layer normalisation, ReLU and dropout, and a skip path.
 
-    The skip path is the identity where the width stays and a pointwise convolution where it changes. A block reaches
-    `2 (kernel_size - 1) dilation` steps back.
+    The skip path is the identity if the number of channels stays the same, and a pointwise convolution if it changes.
+    The output depends on the `2 (kernel_size - 1) dilation` previous steps.
 
     Args:
-        filters: Output channels.
-        kernel_size: Points per convolution.
-        dilation: Spacing of those points, in steps.
-        dropout: Rate of the dropout after each activation.
+        filters: Number of output channels.
+        kernel_size: Number of points of each convolution.
+        dilation: Distance between these points, in steps.
+        dropout: Dropout rate after each activation.
 
     Call arguments: a 3D tensor of shape `(batch, steps, channels)`. Output: a 3D tensor of shape
     `(batch, steps, filters)`.
@@ -39,8 +39,8 @@ class ResidualTCNBlock(keras.layers.Layer):
         self.dropout = dropout
 
     def build(self, sequence_shape: tuple) -> None:
-        """Create both stages and, where the width changes, the projection."""
-        # One attribute a layer: Keras writes no weights of layers inside nested lists.
+        """Create both stages and, if the number of channels changes, the projection."""
+        # One attribute per layer, because Keras saves no weights of layers inside nested lists.
         hidden_shape = (*sequence_shape[:-1], self.filters)
         self.first_convolution = self._convolution("first_convolution", sequence_shape)
         self.first_normalisation = keras.layers.LayerNormalization(name="first_normalisation")
@@ -88,14 +88,14 @@ class ResidualTCNBlock(keras.layers.Layer):
 
 @keras.saving.register_keras_serializable(package="surrogate")
 class EncoderBlock(keras.layers.Layer):
-    """One transformer encoder block, normalised after each residual sum.
+    """Transformer encoder block with layer normalisation after each residual sum.
 
-    Attention is full: every step attends to every step, so the block is not causal.
+    Each step attends to all steps, so the block is not causal.
 
     Args:
         heads: Number of attention heads.
-        key_dim: Width of each head's queries, keys and values.
-        feed_forward: Width of the hidden layer between the two dense maps.
+        key_dim: Size of the queries, keys and values of each head.
+        feed_forward: Number of units of the first of the two dense layers.
 
     Call arguments: a 3D tensor of shape `(batch, steps, features)`. Output: a 3D tensor of the same shape.
     """
@@ -107,7 +107,7 @@ class EncoderBlock(keras.layers.Layer):
         self.feed_forward = feed_forward
 
     def build(self, sequence_shape: tuple) -> None:
-        """Create the attention, the two dense maps and both normalisations."""
+        """Create the attention, the two dense layers and both normalisations."""
         width = sequence_shape[-1]
         self.attention = keras.layers.MultiHeadAttention(self.heads, self.key_dim, name="attention")
         self.attention_normalisation = keras.layers.LayerNormalization(name="attention_normalisation")
@@ -121,14 +121,14 @@ class EncoderBlock(keras.layers.Layer):
         self.built = True
 
     def call(self, sequence: Any) -> Any:
-        """Attend, then transform each step by itself."""
+        """Apply the attention, then the dense layers to each step."""
         attended = self.attention_normalisation(sequence + self._attend(sequence))
         return self.output_normalisation(attended + self.contract(self.expand(attended)))
 
     def _attend(self, sequence: Any) -> Any:
-        """Return `self.attention(sequence, sequence)`, each head's products as one batch of matrices.
+        """Return `self.attention(sequence, sequence)`, computed as a batch of matrix products for each head.
 
-        Keras asks for them by einsum, and turning the operands to and fro takes TensorFlow a quarter of the training.
+        Keras uses einsum, whose transpositions take a quarter of the training time under TensorFlow.
         """
         layer = self.attention
         projections = (layer.query_dense, layer.key_dense, layer.value_dense)

@@ -1,4 +1,4 @@
-"""What all families share: the two inputs and the readout."""
+"""Inputs and readout of all families."""
 
 from __future__ import annotations
 
@@ -10,19 +10,31 @@ from keras import layers
 from surrogate.data.features import channel_names
 
 READOUT_WIDTH = 64
+"""Units of the hidden layer of the readout."""
 
 
 def inputs(features: str) -> tuple[Any, Any]:
-    """Make the scaled sequence input of shape `(batch, steps, channels)` and the Tabor input of shape `(batch, 1)`."""
+    """Return the two inputs of a model, for scaled quantities.
+
+    Args:
+        features: The feature set of the sequence.
+
+    Returns:
+        The input `sequence` of shape `(batch, steps, channels)` and the input `tabor` of shape `(batch, 1)`.
+
+    Raises:
+        ValueError: the feature set is unknown.
+    """
     sequence = keras.Input((None, len(channel_names(features))), name="sequence")
     tabor = keras.Input((1,), name="tabor")
     return sequence, tabor
 
 
 def readout(hidden: Any) -> Any:
-    """Map every step's features to one scaled force, by the same two dense layers at all steps.
+    """Return the scaled force of shape `(batch, steps, 1)` from features of shape `(batch, steps, features)`.
 
-    `Dense` on a 3D tensor is the paper's time-distributed dense layer: same map, same weights.
+    Source: the paper's appendix "Neural Network Layer Definitions", section "TimeDistributed Dense layer". `Dense` on a
+    3D tensor is that layer: it applies the same weights at all steps.
     """
     hidden = layers.Dense(READOUT_WIDTH, activation="relu", name="readout_hidden")(hidden)
     return layers.Dense(1, name="force")(hidden)

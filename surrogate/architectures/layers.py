@@ -1,8 +1,9 @@
-"""How a network includes the Tabor parameter: as a channel, by FiLM, or by a gate between two representations.
+"""Layers for the conditioning on the Tabor parameter: a channel, FiLM, or a gate between two representations.
 
-Every layer here and in `surrogate.architectures.blocks` is registered under the package name `surrogate`, holds its
-sublayers under readable names and defines `get_config`, so that models serialise and weight files stay addressable.
-Source: the paper's appendix on Tabor conditioning.
+Source: the paper's appendix "Tabor-Conditioning Mechanisms".
+
+The layers here and in `surrogate.architectures.blocks` are registered with Keras under the package name `surrogate` and
+define `get_config`, so that Keras can serialise models. Weights files store their sublayers under readable names.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from keras import ops
 
 @keras.saving.register_keras_serializable(package="surrogate")
 class AppendTabor(keras.layers.Layer):
-    """Repeat the scaled Tabor parameter over the steps and append it as a last channel.
+    """Repeat the scaled Tabor parameter over the steps, and append it as the last channel.
 
     Call arguments: a 3D tensor of shape `(batch, steps, channels)` and a 2D tensor of shape `(batch, 1)`. Output: a 3D
     tensor of shape `(batch, steps, channels + 1)`.
@@ -35,11 +36,11 @@ class AppendTabor(keras.layers.Layer):
 class FiLM(keras.layers.Layer):
     """Feature-wise linear modulation: scale and shift every feature by functions of the Tabor parameter.
 
-    A dense layer with ReLU makes a context of the scaled Tabor parameter; two affine maps of it are the scale and the
-    shift, the same at every step. The scale's bias starts at one, so an untrained layer returns its input.
+    A dense layer with ReLU maps the scaled Tabor parameter to a context. Two dense layers map the context to the scale
+    and the shift, which are the same at every step. The bias of the scale is initialised to one.
 
     Args:
-        hidden: Width of the context.
+        hidden: Number of units of the context.
 
     Call arguments: a 3D tensor of shape `(batch, steps, features)` and a 2D tensor of shape `(batch, 1)`. Output: a 3D
     tensor of the first argument's shape.
@@ -78,10 +79,10 @@ class FiLM(keras.layers.Layer):
 
 @keras.saving.register_keras_serializable(package="surrogate")
 class TaborGate(keras.layers.Layer):
-    """Convex mixture of two representations, its weights a softmax function of the Tabor parameter.
+    """Convex combination of two representations; a dense network with softmax maps the Tabor parameter to its weights.
 
     Args:
-        hidden: Width of the gate's hidden layer.
+        hidden: Number of units of the hidden layer. The paper does not state it; 96 gives its parameter counts.
 
     Call arguments: two 3D tensors of shape `(batch, steps, features)` and a 2D tensor of shape `(batch, 1)`. Output: a
     3D tensor of shape `(batch, steps, features)`.
@@ -104,7 +105,7 @@ class TaborGate(keras.layers.Layer):
         self.built = True
 
     def call(self, first: Any, second: Any, tabor: Any) -> Any:
-        """Mix the two representations."""
+        """Combine the two representations."""
         weights = ops.expand_dims(self.weighting(self.context(tabor)), axis=1)
         return weights[:, :, :1] * first + weights[:, :, 1:] * second
 

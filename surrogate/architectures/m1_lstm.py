@@ -1,4 +1,4 @@
-"""M1: two LSTM layers and the readout. All three parameter counts are the paper's."""
+"""M1: two LSTM layers and the readout. The parameter counts are those of the paper."""
 
 from __future__ import annotations
 
@@ -11,15 +11,18 @@ from surrogate.architectures.naming import check_conditioning
 
 
 def lstm(conditioning: str = "concat", features: str = "D", name: str | None = None) -> keras.Model:
-    """Build M1.
+    """Return an untrained M1 model.
 
-    Concatenated, the Tabor parameter joins the input channels; under FiLM it modulates the second LSTM's output. The
-    gated model is of another kind: two LSTM experts side by side, mixed by the gate.
+    With `"concat"`, the Tabor parameter is an input channel. FiLM modulates the output of the second LSTM. The gated
+    model differs from the others: the gate combines two parallel LSTM layers.
 
     Args:
         conditioning: `"concat"`, `"FiLM"` or `"gated"`.
-        features: The feature set of the sequence input.
-        name: The model's name.
+        features: The feature set of the sequence input, `"A"` to `"D"`.
+        name: Name of the model.
+
+    Raises:
+        ValueError: the conditioning or the feature set is unknown.
     """
     check_conditioning(conditioning)
     sequence, tabor = inputs(features)

@@ -1,4 +1,7 @@
-"""M2: two LSTM layers, each followed by layer normalisation. Parameter counts follow our reading of the paper."""
+"""M2: two LSTM layers, each followed by layer normalisation.
+
+The paper does not state the parameter counts; they follow from its description (`docs/surrogate-models.md`).
+"""
 
 from __future__ import annotations
 
@@ -11,14 +14,18 @@ from surrogate.architectures.naming import check_conditioning
 
 
 def normalised_lstm(conditioning: str = "concat", features: str = "D", name: str | None = None) -> keras.Model:
-    """Build M2.
+    """Return an untrained M2 model.
 
-    FiLM modulates the last normalised output; the gate mixes the second LSTM's output with its normalised self.
+    FiLM modulates the output of the last normalisation. The gate combines the output of the second LSTM before and
+    after normalisation.
 
     Args:
         conditioning: `"concat"`, `"FiLM"` or `"gated"`.
-        features: The feature set of the sequence input.
-        name: The model's name.
+        features: The feature set of the sequence input, `"A"` to `"D"`.
+        name: Name of the model.
+
+    Raises:
+        ValueError: the conditioning or the feature set is unknown.
     """
     check_conditioning(conditioning)
     sequence, tabor = inputs(features)

@@ -1,4 +1,7 @@
-"""M3: two causal convolutions before one LSTM layer. Parameter counts follow our reading of the paper."""
+"""M3: two causal convolutions before one LSTM layer.
+
+The paper does not state the parameter counts; they follow from its description (`docs/surrogate-models.md`).
+"""
 
 from __future__ import annotations
 
@@ -11,14 +14,17 @@ from surrogate.architectures.naming import check_conditioning
 
 
 def convolutional_lstm(conditioning: str = "concat", features: str = "D", name: str | None = None) -> keras.Model:
-    """Build M3.
+    """Return an untrained M3 model.
 
-    FiLM modulates the LSTM's output; the gate mixes that output with its normalised self.
+    FiLM modulates the output of the LSTM. The gate combines that output with its layer normalisation.
 
     Args:
         conditioning: `"concat"`, `"FiLM"` or `"gated"`.
-        features: The feature set of the sequence input.
-        name: The model's name.
+        features: The feature set of the sequence input, `"A"` to `"D"`.
+        name: Name of the model.
+
+    Raises:
+        ValueError: the conditioning or the feature set is unknown.
     """
     check_conditioning(conditioning)
     sequence, tabor = inputs(features)

@@ -1,4 +1,4 @@
-"""M4: four residual blocks of dilated causal convolutions. All three parameter counts are the paper's.
+"""M4: four residual blocks of dilated causal convolutions. The parameter counts are those of the paper.
 
 The receptive field is 1 + 2 (3 - 1) (1 + 2 + 4 + 8) = 61 steps.
 """
@@ -14,16 +14,19 @@ from surrogate.architectures.naming import check_conditioning
 
 
 def tcn(conditioning: str = "concat", features: str = "D", name: str | None = None) -> keras.Model:
-    """Build M4.
+    """Return an untrained M4 model.
 
-    The Tabor parameter is appended, or modulates, after the four blocks: early concatenation would need 229,185
-    parameters where the paper states 228,993. The gate adds only its own 386 to the paper's count, so its second branch
-    has no parameters of its own; it is the third block's output.
+    With `"concat"` and FiLM, the Tabor parameter enters after the four blocks: at the input, concatenation would need
+    229,185 parameters, and the paper states 228,993. The gated model has only the parameters of the gate, 386, in
+    addition to the blocks and the readout, so the second branch has none: it is the output of the third block.
 
     Args:
         conditioning: `"concat"`, `"FiLM"` or `"gated"`.
-        features: The feature set of the sequence input.
-        name: The model's name.
+        features: The feature set of the sequence input, `"A"` to `"D"`.
+        name: Name of the model.
+
+    Raises:
+        ValueError: the conditioning or the feature set is unknown.
     """
     check_conditioning(conditioning)
     sequence, tabor = inputs(features)

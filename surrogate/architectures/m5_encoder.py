@@ -1,7 +1,8 @@
-"""M5: a transformer encoder. Parameter counts follow our reading of the paper.
+"""M5: a transformer encoder.
 
-The paper calls M5 an encoder, so attention runs both ways and the model is not causal: it sees the whole protocol
-before it answers. Nothing encodes a step's position but the time channel, which grows along every history.
+The paper calls M5 an encoder, so each step attends to all steps, and the model is not causal: it needs the whole
+history. There is no positional encoding; the time channel increases along each history. The paper does not state the
+parameter counts; they follow from its description (`docs/surrogate-models.md`).
 """
 
 from __future__ import annotations
@@ -16,14 +17,17 @@ from surrogate.architectures.naming import check_conditioning
 
 
 def encoder(conditioning: str = "concat", features: str = "D", name: str | None = None) -> keras.Model:
-    """Build M5.
+    """Return an untrained M5 model.
 
-    FiLM modulates the second block's output; the gate mixes that output with its normalised self.
+    FiLM modulates the output of the second block. The gate combines that output with its layer normalisation.
 
     Args:
         conditioning: `"concat"`, `"FiLM"` or `"gated"`.
-        features: The feature set of the sequence input.
-        name: The model's name.
+        features: The feature set of the sequence input, `"A"` to `"D"`.
+        name: Name of the model.
+
+    Raises:
+        ValueError: the conditioning or the feature set is unknown.
     """
     check_conditioning(conditioning)
     sequence, tabor = inputs(features)

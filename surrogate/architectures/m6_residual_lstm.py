@@ -1,4 +1,7 @@
-"""M6: the normalised sum of two LSTM layers, then a third. Parameter counts follow our reading of the paper."""
+"""M6: the normalised sum of two LSTM layers, then a third.
+
+The paper does not state the parameter counts; they follow from its description (`docs/surrogate-models.md`).
+"""
 
 from __future__ import annotations
 
@@ -11,15 +14,18 @@ from surrogate.architectures.naming import check_conditioning
 
 
 def residual_lstm(conditioning: str = "concat", features: str = "D", name: str | None = None) -> keras.Model:
-    """Build M6.
+    """Return an untrained M6 model.
 
-    FiLM modulates the last LSTM's output; the gate mixes the sum of both paths with its normalised self, before the
-    last LSTM.
+    FiLM modulates the output of the last LSTM. The gate combines the sum of both paths with its layer normalisation,
+    before the last LSTM.
 
     Args:
         conditioning: `"concat"`, `"FiLM"` or `"gated"`.
-        features: The feature set of the sequence input.
-        name: The model's name.
+        features: The feature set of the sequence input, `"A"` to `"D"`.
+        name: Name of the model.
+
+    Raises:
+        ValueError: the conditioning or the feature set is unknown.
     """
     check_conditioning(conditioning)
     sequence, tabor = inputs(features)

@@ -1,4 +1,4 @@
-"""Names of the models, family by conditioning, and their sizes; free of keras so that listing them is instant."""
+"""Names of the models, FAMILY-CONDITIONING, and their numbers of parameters. This module does not import Keras."""
 
 from __future__ import annotations
 
@@ -12,16 +12,17 @@ FAMILIES: dict[str, str] = {
     "M5": "transformer encoder",
     "M6": "residual LSTM layers",
 }
+"""Families and their descriptions; `surrogate.register` adds to them."""
 
-# The families that the paper compares; its figures and tables show no other.
 PAPER_FAMILIES = ("M1", "M2", "M3", "M4", "M5", "M6")
+"""Families that the paper compares. Figures and tables of the paper show no others."""
 
 CONDITIONINGS = ("concat", "FiLM", "gated")
+"""Ways to include the Tabor parameter (`surrogate.architectures.layers`)."""
 
 CONDITIONINGS_OF: dict[str, tuple[str, ...]] = {}
-"""The conditionings of families that lack some of them."""
+"""Conditionings of registered families; all other families have all three."""
 
-# Stated in the paper; all others follow our reading of its description (docs/surrogate-models.md).
 PAPER_PARAMETER_COUNTS: dict[str, int] = {
     "M1-concat": 473_729,
     "M1-FiLM": 489_473,
@@ -30,6 +31,8 @@ PAPER_PARAMETER_COUNTS: dict[str, int] = {
     "M4-FiLM": 245_697,
     "M4-gated": 229_315,
 }
+"""Numbers of trainable parameters that the paper states. The others follow from the descriptions in the paper, as
+`docs/surrogate-models.md` explains."""
 
 PARAMETER_COUNTS: dict[str, int] = {
     **PAPER_PARAMETER_COUNTS,
@@ -46,7 +49,7 @@ PARAMETER_COUNTS: dict[str, int] = {
     "M6-FiLM": 356_609,
     "M6-gated": 340_227,
 }
-"""Trainable parameters with the feature set D, of the paper's families; a test counts those of the Keras models."""
+"""Numbers of trainable parameters of the 18 paper models with feature set D; a test compares them with Keras's."""
 
 
 def names() -> list[str]:
@@ -67,7 +70,7 @@ def split_name(name: str) -> tuple[str, str]:
     """Split a model name into family and conditioning.
 
     Raises:
-        ValueError: for an unknown name; the message lists the known ones.
+        ValueError: the name is unknown; the message lists the known ones.
     """
     if name not in names():
         raise ValueError(f"Unknown model name. Expected one of {', '.join(names())}. Received: name={shown(name)}")
@@ -76,7 +79,7 @@ def split_name(name: str) -> tuple[str, str]:
 
 
 def check_conditioning(conditioning: str) -> None:
-    """Raise `ValueError` unless the conditioning is one of the three."""
+    """Raise `ValueError` unless the conditioning is one of `CONDITIONINGS`."""
     if conditioning not in CONDITIONINGS:
         raise ValueError(
             f"Unknown conditioning. Expected one of {', '.join(CONDITIONINGS)}. "

@@ -1,7 +1,7 @@
-"""Architectures that users register by name, from Python or from a file given to a command.
+"""Registration of user-defined architectures, from Python or from a file given to a command.
 
-A run records the name and SHA-256 sum of the file that defines the builder, and is neither resumed nor loaded with
-another file. Only the sum of this one file is recorded, so it should contain the whole architecture.
+A run records the name and the SHA-256 sum of the file that defines the builder. With another file, the run is neither
+resumed nor loaded. Only the sum of this one file is recorded, so the file should contain the whole architecture.
 """
 
 from __future__ import annotations
@@ -31,20 +31,20 @@ ARGUMENTS = ("conditioning", "features", "name")
 
 @dataclass(frozen=True)
 class Source:
-    """A file by its name, without the folder, and the SHA-256 sum of its content."""
+    """Name of a file, without its folder, and SHA-256 sum of its content."""
 
     name: str
     sha256: str
 
     @classmethod
     def of(cls, name: str, content: bytes) -> Source:
-        """Describe a file's content."""
+        """Return the source of a file with a name and a content."""
         return cls(name, hashlib.sha256(content).hexdigest())
 
 
 @dataclass(frozen=True)
 class Registered:
-    """A builder, and the file that defines it if there is one."""
+    """A builder, and the file that defines it; `None` without a file."""
 
     builder: Callable[..., keras.Model]
     source: Source | None
@@ -55,22 +55,22 @@ _loading: list[Source] = []
 
 
 def register(family: str, builder: Callable[..., keras.Model], *, conditionings: Sequence[str] = CONDITIONINGS) -> None:
-    """Register an architecture of your own under the names `FAMILY-CONDITIONING`, such as `"M7-concat"`.
+    """Register an architecture under the names `FAMILY-CONDITIONING`, such as `"M7-concat"`.
 
-    These names are then accepted wherever a model's name is expected. A later call for the same family replaces an
-    earlier one.
+    Functions and commands that take the name of an architecture then accept these names. A later call for the same
+    family replaces an earlier one.
 
     Args:
-        family: Its name: letters, digits, '.', '_' and '-'.
-        builder: Called as `builder(conditioning=..., features=..., name=...)`, it returns an untrained functional
-            `keras.Model` of that name, from the two inputs of `surrogate.architectures.common.inputs(features)` to
-            a scaled force of shape `(batch, steps, 1)`. Lists and figures show the first line of its docstring.
-        conditionings: The ways to include the Tabor parameter that it supports, of `"concat"`, `"FiLM"` and
-            `"gated"`.
+        family: Name of the family, of letters, digits, '.', '_' and '-'.
+        builder: Function that is called as `builder(conditioning=..., features=..., name=...)`. It returns an untrained
+            functional `keras.Model` with that name, the two inputs of
+            `surrogate.architectures.common.inputs(features)`, and as output the scaled force of shape
+            `(batch, steps, 1)`. Lists and figures show the first line of its docstring.
+        conditionings: Conditionings that the builder supports, of `"concat"`, `"FiLM"` and `"gated"`.
 
     Raises:
-        ValueError: a name that is not plain or is one of the paper's families, unknown conditionings, or a builder that
-            cannot be called so.
+        ValueError: the name is not plain or is one of the paper's families, a conditioning is unknown, or the builder
+            does not take these arguments.
     """
     if not conditionings or not set(conditionings) <= set(CONDITIONINGS):
         raise ValueError(f"Expected conditionings of {', '.join(CONDITIONINGS)}. Received: {conditionings!r}")
@@ -82,7 +82,7 @@ def register(family: str, builder: Callable[..., keras.Model], *, conditionings:
         inspect.signature(builder).bind(**dict.fromkeys(ARGUMENTS))
     except (TypeError, ValueError) as error:
         raise ValueError(
-            f"Expected a builder to call as builder({', '.join(f'{one}=...' for one in ARGUMENTS)}). "
+            f"Expected a builder that can be called as builder({', '.join(f'{one}=...' for one in ARGUMENTS)}). "
             f"Received: {reprlib.repr(builder)} ({error})"
         ) from error
     REGISTERED[family] = Registered(builder, _loading[-1] if _loading else _source_of(builder))
@@ -91,12 +91,12 @@ def register(family: str, builder: Callable[..., keras.Model], *, conditionings:
 
 
 def load_architectures(files: Iterable[Path]) -> None:
-    """Run files that call `surrogate.register`, for a command line.
+    """Run Python files that call `surrogate.register`.
 
     Raises:
-        FileNotFoundError: no such file.
+        FileNotFoundError: a file does not exist.
         ModuleNotFoundError: Keras is not installed.
-        ValueError: a file fails, or registers nothing; the message says where.
+        ValueError: a file raises an exception, or registers nothing; the message says where.
     """
     for file in files:
         if not file.is_file():
@@ -104,7 +104,7 @@ def load_architectures(files: Iterable[Path]) -> None:
         import_keras()
         content, before = file.read_bytes(), dict(REGISTERED)
         source = Source.of(file.name, content)
-        # Not by the import system, which would leave a compiled copy beside the file.
+        # The import system would write a compiled copy next to the file.
         module = ModuleType(f"architecture_{source.sha256[:16]}")
         sys.modules[module.__name__] = module
         _loading.append(source)
@@ -120,16 +120,20 @@ def load_architectures(files: Iterable[Path]) -> None:
 
 
 def source_of(name: str) -> Source | None:
-    """Return the file a model's architecture is from; `None` for the package's own, and where there is no file."""
+    """Return the file that registered an architecture; `None` for those of the package, or without a file.
+
+    Raises:
+        ValueError: the name is unknown.
+    """
     found = REGISTERED.get(split_name(name)[0])
     return found.source if found else None
 
 
 def require_source(run: dict[str, Any]) -> None:
-    """Check that the architecture of a model's `run.json` is known, and from the very file it was trained with.
+    """Check that the architecture in a `run.json` is registered, and from the same file as in the training.
 
     Raises:
-        ValueError: it is not; the message names the file.
+        ValueError: the architecture is not registered, or from another file; the message names the file.
     """
     recorded = run.get("architecture_file")
     if not isinstance(recorded, dict):
@@ -146,10 +150,10 @@ def require_source(run: dict[str, Any]) -> None:
 
 
 def check_model(model: Any, name: str, features: str) -> None:
-    """Check what a user's builder returned.
+    """Check what a registered builder returned.
 
     Raises:
-        ValueError: something else than a functional model of the two inputs and the output.
+        ValueError: it is not a functional model with the two inputs and the output.
     """
     from surrogate.data.features import channel_names
 
@@ -173,7 +177,7 @@ def _source_of(builder: Callable[..., Any]) -> Source | None:
 
 
 def _line(error: BaseException, file: Path) -> str:
-    """Where in the file it failed, in words."""
+    """Return the line of the file in which an exception was raised, as text for a message."""
     if isinstance(error, SyntaxError):
         return f" in line {error.lineno}"
     lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == str(file)]

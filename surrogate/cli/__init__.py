@@ -1,1 +1,1 @@
-"""The command `surrogate`."""
+"""The command line `surrogate`."""

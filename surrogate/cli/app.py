@@ -28,11 +28,11 @@ add_version(app, "surrogate", __version__)
 
 DatasetOption = Annotated[Path, typer.Option(help="Data set file.")]
 RecipeOption = Annotated[str, typer.Option(help="A recipe's name (paper, swift) or a TOML file.")]
-RunsOption = Annotated[Path, typer.Option(help="Where runs keep checkpoints; a file called STOP there stops them.")]
-ModelsOption = Annotated[Path, typer.Option(help="Where finished models are published.")]
-EpochsOption = Annotated[int | None, typer.Option(help="Epochs, instead of the recipe's.")]
-ThreadsOption = Annotated[int | None, typer.Option(help="Threads of the backend; as many as it likes by default.")]
-SeedOption = Annotated[int | None, typer.Option(help="Seed of weights and batches, instead of the recipe's.")]
+RunsOption = Annotated[Path, typer.Option(help="Directory of the runs. A file called STOP in it stops them.")]
+ModelsOption = Annotated[Path, typer.Option(help="Directory in which finished models are published.")]
+EpochsOption = Annotated[int | None, typer.Option(help="Number of epochs. Default: the recipe's.")]
+ThreadsOption = Annotated[int | None, typer.Option(help="Number of threads. Default: the backend's.")]
+SeedOption = Annotated[int | None, typer.Option(help="Seed of weights, batches and dropout. Default: the recipe's.")]
 
 DATASET = Path("published/dataset.h5")
 RUNS = Path("results/training")
@@ -45,7 +45,7 @@ def list_models(
     markdown: Annotated[bool, typer.Option(help="Print the table of docs/surrogate-models.md.")] = False,
     architecture: ArchitectureOption = None,
 ) -> None:
-    """List every published model with its errors, best first, what is not trained, and what is installed."""
+    """List the published models with their errors, best first, the untrained models, and the installed software."""
     from surrogate.cli.tables import installed, model_table, parameter_table
 
     load_architectures(architecture or ())
@@ -58,24 +58,24 @@ def list_models(
 
 @app.command()
 def train(
-    name: Annotated[str, typer.Argument(help="An architecture, see `surrogate list`.")],
+    name: Annotated[str, typer.Argument(help="Name of an architecture; `surrogate list` shows them.")],
     recipe: RecipeOption = "swift",
     dataset: DatasetOption = DATASET,
-    features: Annotated[str, typer.Option(help="Feature set A to D.")] = "D",
+    features: Annotated[str, typer.Option(help="Feature set, A to D.")] = "D",
     epochs: EpochsOption = None,
     seed: SeedOption = None,
-    split_seed: Annotated[int, typer.Option(help="Seed of the division into training, validation, test.")] = 0,
-    fraction: Annotated[float, typer.Option(help="Share of the training part to use.")] = 1.0,
-    fold: Annotated[int, typer.Option(help="Which nested family of such shares.")] = 0,
-    extra: Annotated[Path | None, typer.Option(help="A second data set, all for training.")] = None,
-    label: Annotated[str | None, typer.Option(help="Publish under this name.")] = None,
+    split_seed: Annotated[int, typer.Option(help="Seed of the split into training, validation and test set.")] = 0,
+    fraction: Annotated[float, typer.Option(help="Fraction of the training set to use.")] = 1.0,
+    fold: Annotated[int, typer.Option(help="Number of the nested family of such fractions.")] = 0,
+    extra: Annotated[Path | None, typer.Option(help="A second data set, for training only.")] = None,
+    label: Annotated[str | None, typer.Option(help="Name to publish the model under.")] = None,
     architecture: ArchitectureOption = None,
-    replace: Annotated[bool, typer.Option(help="Replace a published model that was trained otherwise.")] = False,
+    replace: Annotated[bool, typer.Option(help="Replace a published model.")] = False,
     threads: ThreadsOption = None,
     runs: RunsOption = RUNS,
     models: ModelsOption = MODELS,
 ) -> None:
-    """Train one model, or resume its training, and publish it when it is finished."""
+    """Train one model, or resume its training, and publish it at the end."""
     published_as = model_name(name, "an architecture's name") if label is None else model_name(label, "a --label")
     destination = models / published_as
     if not architecture:
@@ -84,8 +84,8 @@ def train(
     otherwise = [f"--{option}" for option, chosen in given.items() if chosen]
     if otherwise and label is None and models == MODELS:
         raise ValueError(
-            f"Expected --label beside {', '.join(otherwise)}, since {destination} is for the model trained like all "
-            f"others. Received: label={label!r}"
+            f"Expected --label with {', '.join(otherwise)}, because {destination} is for the model trained with the "
+            f"defaults of these options. Received: label={label!r}"
         )
     require_place(destination)
     from surrogate.training.recipe import Recipe
@@ -105,10 +105,10 @@ def train(
     if destination.exists() and not replace:
         wanted = TrainingIdentity.of(name, data, split, chosen, features=features, extra=more)
         if why := trained_otherwise(destination, wanted):
-            labelled = "--label for a name of its own" if label is None else "another --label"
+            labelled = "--label with another name" if label is None else "another --label"
             raise ValueError(
-                f"Expected {labelled}, or --replace, since {destination} is already published. "
-                f"Received: neither, and there one {why}"
+                f"Expected {labelled}, or --replace, because {destination} holds a published model. "
+                f"Received: neither, and a model {why}"
             )
         typer.echo(f"{published_as}: already published in {destination}; --replace trains it again")
         return
@@ -146,16 +146,16 @@ def train(
 def train_all(
     recipe: RecipeOption = "swift",
     dataset: DatasetOption = DATASET,
-    only: Annotated[list[str] | None, typer.Option(help="Train this model; may be repeated.")] = None,
+    only: Annotated[list[str] | None, typer.Option(help="Train only this model. May be repeated.")] = None,
     epochs: EpochsOption = None,
     seed: SeedOption = None,
     architecture: ArchitectureOption = None,
-    jobs: Annotated[int, typer.Option(min=1, help="Models at a time.")] = 2,
-    threads: Annotated[int, typer.Option(help="Threads of each.")] = 1,
+    jobs: Annotated[int, typer.Option(min=1, help="Number of models trained at a time.")] = 2,
+    threads: Annotated[int, typer.Option(help="Number of threads of each.")] = 1,
     runs: RunsOption = RUNS,
     models: ModelsOption = MODELS,
 ) -> None:
-    """Train every model that is not published yet, or was trained otherwise; start it again to resume."""
+    """Train each model that is not published, or was trained differently. The same command resumes it."""
     load_architectures(architecture or ())
     wanted = list(dict.fromkeys(only)) if only else names()
     for name in wanted:
@@ -177,7 +177,7 @@ def train_all(
         if reason != "not published":
             typer.echo(f"{name}: outdated, {reason}; it is trained again")
         if (aside := set_aside(runs / name, identity)) is not None:
-            typer.echo(f"{name}: the work of another training is kept in {aside}")
+            typer.echo(f"{name}: the checkpoint of another training is kept in {aside}")
         waiting.append(name)
 
     def command(name: str) -> list[str]:
@@ -206,14 +206,14 @@ def train_all(
 
 @app.command()
 def evaluate(
-    name: Annotated[str, typer.Argument(help="A published model, or the path of a model directory.")],
+    name: Annotated[str, typer.Argument(help="Name of a published model, or path of a model directory.")],
     dataset: DatasetOption = DATASET,
     models: FoundOption = None,
     architecture: ArchitectureOption = None,
-    errors: Annotated[Path | None, typer.Option(help="Write every trajectory's errors to this CSV file.")] = None,
+    errors: Annotated[Path | None, typer.Option(help="CSV file for the errors of each trajectory.")] = None,
     threads: ThreadsOption = None,
 ) -> None:
-    """Measure a trained model on its own test trajectories."""
+    """Print the errors of a trained model on its test set."""
     if threads is not None:
         limit_threads(threads)
     import_keras()
@@ -238,7 +238,7 @@ app.command()(export)
 
 
 def app_main() -> None:
-    """Run the command line; a user's mistake ends it with one line instead of a traceback."""
+    """Run the command line. A user error ends it with one line instead of a traceback."""
     try:
         run_command(app, "surrogate")
     except ModuleNotFoundError as error:

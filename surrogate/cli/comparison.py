@@ -1,4 +1,4 @@
-"""Predictions compared with the solver: what `surrogate predict --check` reports and draws."""
+"""Comparison of predictions with the solver, as `surrogate predict --check` reports and draws it."""
 
 from __future__ import annotations
 
@@ -20,12 +20,19 @@ ERRORS = (
 
 
 def solver_force(predicted: Any, simulated: Any) -> np.ndarray:
-    """Return the solver's force at the predicted instants, shape `(steps,)`; NaN where it did not reach."""
+    """Return the solver's force at the times of a prediction, shape `(steps,)`.
+
+    The force is NaN at times after the end of an unfinished simulation.
+
+    Args:
+        predicted: A `PredictedTrajectory`.
+        simulated: A `bem.Trajectory` of the same protocol.
+    """
     force = np.full(predicted.time.shape, np.nan)
     if simulated.time.size == 0:
         return force
     last = simulated.time[-1]
-    # Instants of the last step may differ by rounding.
+    # The times of the last step may differ by rounding.
     reached = predicted.time <= (np.inf if simulated.completed else last)
     force[reached] = simulated.at(np.clip(predicted.time[reached], simulated.time[0], last))
     return force
@@ -39,9 +46,10 @@ def solver_errors(predicted: Any, simulated: Any) -> dict[str, Any]:
         simulated: A `bem.Trajectory`.
 
     Returns:
-        The solver's status; errors of pull-off force and hysteresis in percent, both against the solver's own and on
-        the measurement steps, which a narrow peak between steps tells apart; and the root mean square difference of the
-        force as a fraction of the force's range. The errors are NaN where the simulation did not finish.
+        `solver_status`, the status of the simulation, and the errors in `ERRORS`. Errors of pull-off force and
+        hysteresis are in percent, against the value of the solver and against that of the solver's force at the
+        measurement steps (`_on_steps`); they differ where a peak is narrower than a step. `force_rms` is the root mean
+        square difference of the force as a fraction of its range. Errors are NaN if the simulation did not finish.
     """
     if not simulated.completed:
         return {"solver_status": simulated.status} | dict.fromkeys(ERRORS, np.nan)
@@ -60,7 +68,7 @@ def solver_errors(predicted: Any, simulated: Any) -> dict[str, Any]:
 
 
 def _largest_since(simulated: Any, instants: np.ndarray) -> float:
-    """The solver's pull-off force while the prediction unloads, which of several cycles is the last alone."""
+    """Return the solver's largest force in the unloading phase of the prediction, the last one of several cycles."""
     if instants.size == 0:
         return np.nan
     last = simulated.unloading & (simulated.time >= instants[0])
@@ -68,7 +76,7 @@ def _largest_since(simulated: Any, instants: np.ndarray) -> float:
 
 
 def simulate_same(protocols: list[Any], tabor: np.ndarray, modulus_ratio: float) -> list[Any]:
-    """Simulate protocols with the contact solver, one after the other."""
+    """Return the solver's trajectories of protocols, one per Tabor parameter, with a standard linear solid."""
     from bem import Scene, StandardLinearSolid, simulate
 
     material = StandardLinearSolid(modulus_ratio=modulus_ratio)
@@ -76,12 +84,12 @@ def simulate_same(protocols: list[Any], tabor: np.ndarray, modulus_ratio: float)
 
 
 def plot_predictions(path: Path, predicted: list[Any], simulated: list[Any] | None = None) -> None:
-    """Draw force histories and loops, dashed lines for the solver; the first dozen, when there are more.
+    """Draw force over time and over indentation, with dashed lines for the solver.
 
     Args:
-        path: An image file; the suffix chooses the format.
-        predicted: Trajectories.
-        simulated: The solver's, in the same order.
+        path: Image file; the suffix determines the format.
+        predicted: Predicted trajectories; the first `MOST_DRAWN` are drawn.
+        simulated: Trajectories of the solver, in the same order.
     """
     from matplotlib import colormaps
     from matplotlib.backends.backend_agg import FigureCanvasAgg

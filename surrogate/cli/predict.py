@@ -11,38 +11,39 @@ from bem._support.wording import shown
 
 ArchitectureOption = Annotated[
     list[Path] | None,
-    typer.Option(help="A Python file that registers an architecture; may be repeated."),
+    typer.Option(help="Python file that registers an architecture. May be repeated."),
 ]
 FoundOption = Annotated[
-    Path | None, typer.Option(help="Where models are published, instead of the places `surrogate.load` looks at.")
+    Path | None, typer.Option(help="Directory of published models. Default: those that `surrogate.load` searches.")
 ]
 
 USUAL_MODULUS_RATIO = 0.1
-"""The modulus ratio of the published data set, for checks of a model that does not record its own."""
+"""Modulus ratio of the published data set, for the check of a model that does not record its own."""
 
 
 def predict(
-    name: Annotated[str, typer.Argument(help="A published model, a model directory, or an ONNX file.")],
+    name: Annotated[str, typer.Argument(help="Name of a published model, model directory, or ONNX file.")],
     tabor: Annotated[float | None, typer.Option(help="Tabor parameter.")] = None,
-    peak_indentation: Annotated[float | None, typer.Option(help="Indentation held during the dwell.")] = None,
-    loading_rate: Annotated[float | None, typer.Option(help="Speed of approach.")] = None,
-    dwell_time: Annotated[float | None, typer.Option(help="Time at the peak.")] = None,
-    unloading_rate: Annotated[float | None, typer.Option(help="Speed of withdrawal.")] = None,
+    peak_indentation: Annotated[float | None, typer.Option(help="Indentation during the dwell.")] = None,
+    loading_rate: Annotated[float | None, typer.Option(help="Rate of indentation in loading.")] = None,
+    dwell_time: Annotated[float | None, typer.Option(help="Duration of the dwell.")] = None,
+    unloading_rate: Annotated[float | None, typer.Option(help="Rate of indentation in unloading.")] = None,
     source: Annotated[
-        Path | None, typer.Option("--in", help="Protocols, or one history, as .csv or .json; see the user's guide.")
+        Path | None,
+        typer.Option("--in", help="Protocols or one history, .csv or .json; see the user's guide."),
     ] = None,
-    out: Annotated[Path | None, typer.Option(help="Write the trajectories here, .csv or .json.")] = None,
+    out: Annotated[Path | None, typer.Option(help="File for the trajectories, .csv or .json.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print scalars and arrays as JSON.")] = False,
-    plot: Annotated[Path | None, typer.Option(help="Draw force histories and loops here.")] = None,
-    check: Annotated[bool, typer.Option(help="Run the solver beside it and report the errors.")] = False,
+    plot: Annotated[Path | None, typer.Option(help="Image of the force over time and over indentation.")] = None,
+    check: Annotated[bool, typer.Option(help="Also run the solver, and report the errors.")] = False,
     modulus_ratio: Annotated[
-        float | None, typer.Option(help="Modulus ratio of the check, if it shall be another than the model's.")
+        float | None, typer.Option(help="Modulus ratio of the solver in the check. Default: the model's.")
     ] = None,
-    backend: Annotated[str, typer.Option(help="onnx or keras.")] = "onnx",
+    backend: Annotated[str, typer.Option(help="Backend, onnx or keras.")] = "onnx",
     models: FoundOption = None,
     architecture: ArchitectureOption = None,
 ) -> None:
-    """Predict the force of a protocol, of many, or of any indentation history.
+    """Predict the force of one protocol, of many protocols, or along an indentation history.
 
     Example: surrogate predict M1-concat --tabor 1 --peak-indentation 20 --loading-rate 10 --dwell-time 1
     --unloading-rate 10 --check --plot prediction.png
@@ -71,9 +72,9 @@ def predict(
             along = predict_history(model, *columns[:2], edge=columns[2], tabor=mus[0])
             if along.unlike:
                 typer.echo(
-                    f"warning: {table.path} is not what {model.name} was trained on, and is predicted at its points as "
-                    f"they are. {along.unlike}. Cut the record to one cycle, or mark the dwell's ends in a column "
-                    "edge; and compare with the solver (--check)",
+                    f"warning: {table.path} is not a history like those {model.name} was trained on. It is predicted "
+                    f"at its own points. {along.unlike}. Cut the record to one cycle, or mark both ends of the dwell "
+                    "in a column edge, and compare with the solver (--check)",
                     err=True,
                 )
             found, written, at_points = [along.trajectory], [along], [along.at_points()]
@@ -109,13 +110,13 @@ def predict(
 
 
 def export(
-    name: Annotated[str, typer.Argument(help="A published model, or a model directory.")],
-    file_format: Annotated[str, typer.Option("--format", help="onnx.")] = "onnx",
-    out: Annotated[Path | None, typer.Option(help="Write it here, and only here.")] = None,
+    name: Annotated[str, typer.Argument(help="Name of a published model, or model directory.")],
+    file_format: Annotated[str, typer.Option("--format", help="Format of the file, onnx.")] = "onnx",
+    out: Annotated[Path | None, typer.Option(help="The file. Default: model.onnx in the model directory.")] = None,
     models: FoundOption = None,
     architecture: ArchitectureOption = None,
 ) -> None:
-    """Write a trained model as one file that takes physical inputs, beside its weights unless `--out` says where."""
+    """Write a trained model as one ONNX file, from physical inputs to the physical force."""
     from bem._support.outputs import Outputs, require_suffix
     from surrogate.architectures.registry import load_architectures
     from surrogate.inference.model_files import find_model
@@ -130,7 +131,7 @@ def export(
     load_architectures(architecture or ())
     with Outputs(written) as outputs:
         content = _exported(folder) if out is not None else None
-        if content is None:  # This takes Keras.
+        if content is None:  # needs Keras
             from surrogate.export.onnx import folder_content
 
             content = folder_content(folder)
@@ -140,7 +141,7 @@ def export(
 
 
 def _exported(folder: Path) -> bytes | None:
-    """The directory's own ONNX file, where it belongs to the weights and the scaling; that takes no Keras."""
+    """Return the ONNX file of a model directory if it belongs to the weights and the scaling; this needs no Keras."""
     from surrogate.inference.model_files import read_run
     from surrogate.inference.onnx_backend import OnnxBackend
     from surrogate.network.onnx_file import ONNX_NAME
@@ -164,7 +165,7 @@ def _protocols(table: Any, options: dict[str, float | None]) -> tuple[list[Any],
     given = {key: value for key, value in options.items() if value is not None}
     if table is None:
         if missing := [f"--{key.replace('_', '-')}" for key in options if key not in given]:
-            raise ValueError(f"Expected --in FILE, or a whole protocol. Missing: {', '.join(missing)}")
+            raise ValueError(f"Expected --in FILE, or a complete protocol. Received: no {', '.join(missing)}")
         columns = {key: np.array([value]) for key, value in given.items()}
     elif given:
         raise ValueError(f"Expected protocols from --in FILE or from options, not both. Received: {', '.join(given)}")
@@ -179,31 +180,31 @@ def _protocols(table: Any, options: dict[str, float | None]) -> tuple[list[Any],
             protocols[-1].history(mu)
         except ValueError as error:
             where = "from options" if table is None else table.where(number)
-            raise ValueError(f"Expected a possible protocol. Received: one {where}: {error}") from error
+            raise ValueError(f"Expected a valid protocol. Received: one {where}: {error}") from error
     return protocols, columns["tabor"]
 
 
 def _tabor(table: Any, options: dict[str, float | None]) -> float:
-    """The Tabor parameter of a history: the file's, or the option's."""
+    """Return the Tabor parameter of a history, from the file or from `--tabor`."""
     given = options["tabor"]
     unwanted = [key for key, value in options.items() if key != "tabor" and value is not None]
     if unwanted:
         raise ValueError(f"Expected --tabor, and no protocol, with a history. Received: {', '.join(unwanted)}")
     if given is None and table.tabor is None:
-        raise ValueError("Expected --tabor, or a column of it, with a history. Received: no --tabor")
+        raise ValueError("Expected --tabor, or a column tabor, with a history. Received: neither")
     if given is not None and table.tabor not in (None, given):
         raise ValueError(f"Expected the file's Tabor parameter {table.tabor!r}. Received: --tabor {given!r}")
     return table.tabor if given is None else given
 
 
 def _solver_material(model: Any, asked: float | None, *, check: bool) -> float:
-    """The modulus ratio to simulate, after a word about it where the model was trained on another."""
+    """Return the modulus ratio for the solver, after a warning if it is not known to be that of the training set."""
     known = model.modulus_ratio
     if asked is None:
         if check and known is None:
             typer.echo(
-                f"warning: {model.name} does not record the modulus ratio it was trained on; the solver takes "
-                f"{USUAL_MODULUS_RATIO:g}, and --modulus-ratio another",
+                f"warning: {model.name} does not record the modulus ratio it was trained on; the solver uses "
+                f"{USUAL_MODULUS_RATIO:g}. --modulus-ratio sets another one",
                 err=True,
             )
         return USUAL_MODULUS_RATIO if known is None else known
@@ -211,12 +212,12 @@ def _solver_material(model: Any, asked: float | None, *, check: bool) -> float:
         return asked
     if not check:
         raise ValueError(
-            f"Expected the modulus ratio {known:g} that {model.name} was trained on, or --check to ask the solver "
-            f"about another. Received: --modulus-ratio {asked:g}"
+            f"Expected the modulus ratio {known:g} that {model.name} was trained on, or --check to run the solver with "
+            f"another one. Received: --modulus-ratio {asked:g}"
         )
     typer.echo(
-        f"warning: {model.name} was trained on the modulus ratio {known:g} and knows no other; the solver computes "
-        f"{asked:g}, so that what follows compares two materials",
+        f"warning: {model.name} was trained on the modulus ratio {known:g} only; the solver uses {asked:g}, so the "
+        "check compares two materials",
         err=True,
     )
     return asked

@@ -1,16 +1,17 @@
-"""Files around a prediction: protocols or a history in, trajectories out.
+"""Input and output files of `surrogate predict`. Units as in `bem.protocol`.
 
-Input, CSV with a header or JSON:
+Input, as CSV with a header or as JSON:
 
-- protocols: `tabor, peak_indentation, loading_rate, dwell_time, unloading_rate`, one per row, or a JSON
-  list of objects;
-- one history: `time, indentation`, and where known `edge` (one at both ends of the dwell) and `tabor` (the same in
-  every row); as JSON an object of lists, `tabor` a number or a list. The columns `force`, `solver_force`, `phase` and
-  `trajectory` of the files that this command and the demonstrator write are ignored, but there must be only one
-  trajectory.
+- protocols: the columns `tabor, peak_indentation, loading_rate, dwell_time, unloading_rate`, one protocol per row; as
+  JSON, a list of objects.
+- one history: the columns `time, indentation` and, if known, `edge` (one at the first and the last point of the dwell)
+  and `tabor` (the same in every row); as JSON, an object of lists, in which `tabor` may be a number. The columns
+  `force`, `solver_force`, `phase` and `trajectory`, which this command and the demonstrator write, are ignored, but the
+  file must hold one trajectory only.
 
-Output: CSV in long form, `trajectory, time, indentation, force` and, when the solver ran beside it, `solver_force`,
-empty where it did not reach; or JSON, a list of objects with scalars and arrays. Numbers in full precision.
+Output: CSV with the columns `trajectory, time, indentation, force` and, after a check with the solver, `solver_force`,
+which is empty after the end of an unfinished simulation; or JSON, a list of objects with scalars and arrays. Numbers
+have full precision.
 """
 
 from __future__ import annotations
@@ -37,19 +38,19 @@ EDGE, TABOR, TRAJECTORY = "edge", "tabor", "trajectory"
 READ_OVER = ("force", "solver_force", "phase", TRAJECTORY)
 WANTED = f"the columns {', '.join(QUANTITIES)} of protocols, or {', '.join(HISTORY_COLUMNS)} of a history"
 
-# Python reads more as a number, such as 1_0, than other programs write.
+# Python's `float` also accepts texts such as 1_0, which no other program means as a number.
 NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 
 
 @dataclass(frozen=True)
 class Table:
-    """Columns of numbers of equal length, by name.
+    """Content of an input file: columns of equal length, by name.
 
     Args:
-        path: The file they are from.
-        columns: The numbers; while the file is read, its cells.
-        lines: The line of every row, in a text file.
-        tabor: The Tabor parameter of a history, if the file says.
+        path: The file.
+        columns: Arrays of numbers of shape `(rows,)`, or lists of unconverted cells while the file is read.
+        lines: Line number of each row in a CSV file.
+        tabor: The Tabor parameter of a history, if the file has it.
     """
 
     path: Path
@@ -59,11 +60,15 @@ class Table:
 
     @property
     def is_history(self) -> bool:
-        """Whether the rows are points of one history, not protocols."""
+        """Whether the rows are the points of one history instead of protocols."""
         return "time" in self.columns
 
     def numbers(self, name: str) -> np.ndarray:
-        """Return a column's cells as finite numbers."""
+        """Return a column as finite numbers, shape `(rows,)`.
+
+        Raises:
+            ValueError: a cell is not a finite number; the message says where.
+        """
         numbers = np.array([_number(cell) for cell in self.columns[name]])
         if (bad := np.flatnonzero(~np.isfinite(numbers))).size:
             cell = shown(self.columns[name][bad[0]])
@@ -71,7 +76,7 @@ class Table:
         return numbers
 
     def where(self, row: int) -> str:
-        """Say where a row is, counted from zero."""
+        """Return the position of a row, counted from zero, as text for a message."""
         line = f" (line {self.lines[row]})" if self.lines else ""
         return f"in row {row + 1}{line} of {self.path}"
 
@@ -80,8 +85,8 @@ def read_table(path: Path) -> Table:
     """Read protocols or a history from a CSV or JSON file.
 
     Raises:
-        FileNotFoundError: no such file.
-        ValueError: another suffix, a malformed file, wrong columns, or what is not a finite number; the message says
+        FileNotFoundError: the file does not exist.
+        ValueError: the suffix, the format or a column name is wrong, or a cell is not a finite number; the message says
             where.
     """
     if path.suffix not in (".csv", ".json"):
@@ -123,16 +128,16 @@ def write_trajectories(
     checks: Sequence[dict[str, Any]] | None = None,
     solver_forces: Sequence[np.ndarray] | None = None,
 ) -> None:
-    """Write trajectories as CSV or JSON, by the suffix.
+    """Write trajectories as CSV or JSON, according to the suffix.
 
     Args:
-        path: The file, replaced if it exists.
-        trajectories: What to write.
-        checks: Errors against the solver, one dictionary per trajectory; JSON only.
-        solver_forces: The solver's force on the same steps, one array per trajectory.
+        path: The file, which is replaced if it exists.
+        trajectories: The trajectories.
+        checks: Errors against the solver, one dictionary per trajectory; only JSON holds them.
+        solver_forces: The solver's force at the same steps, one array per trajectory.
 
     Raises:
-        ValueError: another suffix.
+        ValueError: the suffix is neither `.csv` nor `.json`.
     """
     require_suffix(path, (".csv", ".json"))
     with path.open("w", newline="", encoding="utf-8") as file:
@@ -152,7 +157,7 @@ def to_json(
     checks: Sequence[dict[str, Any]] | None = None,
     solver_forces: Sequence[np.ndarray] | None = None,
 ) -> str:
-    """Return scalars and arrays as a JSON list; what is absent is null."""
+    """Return scalars and arrays of trajectories as a JSON list; NaN becomes null. Arguments as `write_trajectories`."""
     content = []
     for number, found in enumerate(trajectories):
         entry = found.summary() | {name: getattr(found, name) for name in ("time", "indentation", "force")}
@@ -193,7 +198,7 @@ def _json_columns(text: str, path: Path) -> dict[str, list[Any]]:
         for number, entry in enumerate(content):
             if set(entry) != set(content[0]):
                 where = Table(path, {}).where(number)
-                raise ValueError(f"Expected the same names in every object of the list. Received: other ones {where}")
+                raise ValueError(f"Expected the same names in every object of the list. Received: others {where}")
         return {name: [entry[name] for entry in content] for name in content[0]}
     if isinstance(content, dict):
         rows = max((len(values) for values in content.values() if isinstance(values, list)), default=1)
@@ -204,7 +209,7 @@ def _json_columns(text: str, path: Path) -> dict[str, list[Any]]:
             for name, values in content.items()
         }
         if len({len(values) for values in columns.values()}) > 1:
-            raise ValueError(f"Expected lists of equal length. Received: other ones in {path}")
+            raise ValueError(f"Expected lists of equal length. Received: unequal lengths in {path}")
         return columns
     raise ValueError(f"Expected a JSON list of protocols, or an object of lists. Received: {path}")
 
@@ -219,7 +224,7 @@ def _distinct(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def _number(cell: Any) -> float:
-    """A cell as a number; NaN for anything else."""
+    """Return a cell as a number; NaN if it is none, infinity if it is too large."""
     if isinstance(cell, str):
         return float(cell) if NUMBER.fullmatch(cell.strip()) else math.nan
     try:

@@ -1,6 +1,6 @@
-"""What `surrogate list` prints: the models that are published, those that are not trained, and what is installed.
+"""Tables of `surrogate list`: the published models, the untrained models, and the installed software.
 
-Nothing here imports Keras, except for the sizes of registered architectures.
+Only the sizes of registered architectures need Keras.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ ERRORS = ("pull_off_force_percent", "hysteresis_percent")
 
 
 def model_table(roots: Sequence[Path]) -> str:
-    """Return a table of every model in some directories, best first, and of the names that are not trained.
+    """Return a table of all models in some directories, best first, and of the names that are not trained.
 
     Args:
-        roots: Directories of model directories; of two models of one name the first is listed, which `surrogate.load`
-            takes.
+        roots: Directories of model directories. Of two models with the same name, the first is listed, which is also
+            the one that `surrogate.load` takes.
 
     Raises:
         ValueError: a model's `metrics.json` is damaged.
@@ -56,22 +56,22 @@ def model_table(roots: Sequence[Path]) -> str:
 
 
 def installed() -> str:
-    """Say what predicts and what trains here, in two lines, without importing any of it."""
+    """Return two lines with the installed software for prediction and for training; nothing is imported."""
     onnx, keras, backend = _version("onnxruntime"), _version("keras"), _keras_backend()
     below = None if backend == "numpy" else _version(backend)
     advice = "install them with `pip install 'contact-trajectories[train]'`"
     if keras is None:
-        trains = f"nothing, since Keras and its backend are not installed; {advice}"
+        trains = f"nothing, because Keras and its backend are not installed; {advice}"
     elif below is None:
-        trains = f"nothing, since keras {keras} has no backend {backend} here to train with; {advice}"
+        trains = f"nothing, because {backend}, the backend of keras {keras}, is not installed; {advice}"
     else:
         trains = f"keras {keras} on {backend} {below}"
-    predicts = f"onnxruntime {onnx}" if onnx else "nothing, since onnxruntime is not installed"
+    predicts = f"onnxruntime {onnx}" if onnx else "nothing, because onnxruntime is not installed"
     return f"Predicts here: {predicts}\nTrains here: {trains}"
 
 
 def parameter_table() -> str:
-    """Return a Markdown table of trainable parameters; a star marks the counts the paper states."""
+    """Return a Markdown table of the numbers of trainable parameters; a star marks those that the paper states."""
     rows = []
     for family, words in FAMILIES.items():
         cells = []
@@ -84,7 +84,7 @@ def parameter_table() -> str:
 
 
 def _published(path: Path) -> tuple[str, ...]:
-    """A row of the table, from `metrics.json` and what `run.json` says of the training."""
+    """Return a row of the table, from `metrics.json` and `run.json`."""
     try:
         metrics = json.loads(path.read_text(encoding="utf-8"))
         means = {name: float(values["mean"]) for name, values in metrics["test"].items()}
@@ -96,7 +96,7 @@ def _published(path: Path) -> tuple[str, ...]:
 
 
 def _other_forces(root: Path) -> list[str]:
-    """Models that were trained on other forces than those of the data set beside them, where that is recorded."""
+    """Return the models that `model_forces.json` lists as trained on other forces than those of the data set."""
     try:
         return list(json.loads((root.parent / "model_forces.json").read_text(encoding="utf-8"))["others"])
     except (OSError, ValueError, KeyError, TypeError, RecursionError):
@@ -104,7 +104,7 @@ def _other_forces(root: Path) -> list[str]:
 
 
 def _training(folder: Path) -> str:
-    """How a model was trained, in words; empty where its `run.json` does not say."""
+    """Return how a model was trained, as text; `""` if its `run.json` does not say."""
     try:
         run = json.loads((folder / "run.json").read_text(encoding="utf-8"))
         words = [] if run["architecture"] == folder.name else [str(run["architecture"])]
@@ -115,7 +115,7 @@ def _training(folder: Path) -> str:
 
 
 def _size(name: str) -> str:
-    """Trainable parameters in words."""
+    """Return the number of trainable parameters as text."""
     if name in PARAMETER_COUNTS:
         return f"{PARAMETER_COUNTS[name]:,}"
     from surrogate.architectures import build
@@ -136,7 +136,7 @@ def _version(package: str) -> str | None:
 
 
 def _keras_backend() -> str:
-    """The backend Keras would take, by its environment variable or its configuration file."""
+    """Return the backend that Keras would use, from its environment variable or its configuration file."""
     if chosen := os.environ.get("KERAS_BACKEND"):
         return chosen
     try:

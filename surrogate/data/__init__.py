@@ -1,1 +1,1 @@
-"""What a model is given and compared with: features, scaling, data set, split, metrics."""
+"""Data of the sequence models: data set, split, input features, scaling, error metrics."""

@@ -1,8 +1,10 @@
-"""The trajectories a campaign of simulations wrote, and their split into training, validation and test.
+"""Trajectories of a data set file, and their split into training, validation and test sets.
 
-`bem.dataset.file` reads and checks the file. Times and indentations are not stored, they follow from the protocol
-(`bem.dataset.measurement_steps`). The scalars come from the solver's native history, not from the fixed measurement
-steps (FMS). Everything is dimensionless, tension positive.
+`bem.dataset.file` reads and checks the file. The file does not store times and indentations; they follow from the
+protocol (`bem.dataset.measurement_steps`). The scalars are those of the solver's native history, not of the fixed
+measurement steps (FMS). All quantities are dimensionless as in the paper; forces are positive in tension.
+
+Source: the paper's sections "Data mapping" and "Surrogate-model inputs and targets".
 """
 
 from __future__ import annotations
@@ -18,16 +20,20 @@ from bem.dataset.designs import QUANTITIES
 from bem.dataset.file import Dataset, load_dataset
 from bem.dataset.records import COMPLETED, RESULTS
 
+PARTS = ("train", "validation", "test")
+"""Names of the three parts of a split."""
+
 
 @dataclass(frozen=True)
 class Split:
-    """Trajectory indices of the three parts, sorted; no protocol appears in two parts.
+    """Trajectory indices of the training, validation and test sets, sorted; no protocol appears in two of them.
 
     Args:
-        train: Indices to train on.
-        validation: Indices that steer the training.
-        test: Indices held out for the reported errors.
-        seed: Seed of the random division.
+        train: Indices of the training set, shape `(n_train,)`.
+        validation: Indices of the validation set, shape `(n_validation,)`; they choose the epoch whose weights are kept
+            and drive the learning-rate schedule on a plateau.
+        test: Indices of the test set, shape `(n_test,)`, for the reported errors only.
+        seed: Seed of the random split.
     """
 
     train: np.ndarray
@@ -36,7 +42,13 @@ class Split:
     seed: int
 
     def with_fraction(self, fraction: float, fold: int = 0) -> Split:
-        """Keep a fraction of the training part; smaller fractions of the same fold are nested in larger ones.
+        """Return a split with a random subset of the training set; validation and test sets stay the same.
+
+        Source: the paper's appendix "Effects of Training-Set Size and Physics-Guided Input Representation".
+
+        Args:
+            fraction: Share of the training set to keep, in (0, 1]. At least one trajectory is kept.
+            fold: Number of the random order. Within one fold, a smaller subset is contained in every larger one.
 
         Raises:
             ValueError: the fraction is outside (0, 1].
@@ -49,14 +61,14 @@ class Split:
 
     @property
     def sha256(self) -> str:
-        """Digest of the indices."""
-        parts = [self.train, self.validation, self.test]
+        """SHA-256 digest of the indices; the seed does not enter."""
+        parts = [getattr(self, part) for part in PARTS]
         return hashlib.sha256(b"".join(part.astype(np.int64).tobytes() for part in parts)).hexdigest()
 
     def save(self, path: str | Path) -> None:
-        """Write the indices as JSON."""
+        """Write seed and indices as JSON."""
         content = {"seed": self.seed}
-        content |= {part: getattr(self, part).tolist() for part in ("train", "validation", "test")}
+        content |= {part: getattr(self, part).tolist() for part in PARTS}
         Path(path).write_text(json.dumps(content) + "\n", encoding="utf-8")
 
     @classmethod
@@ -64,12 +76,12 @@ class Split:
         """Read what `save` wrote.
 
         Raises:
-            FileNotFoundError: no such file.
+            FileNotFoundError: the file does not exist.
             ValueError: the file is not a split.
         """
         try:
             content = json.loads(Path(path).read_text(encoding="utf-8"))
-            parts = {part: np.array(content[part], dtype=np.int64) for part in ("train", "validation", "test")}
+            parts = {part: np.array(content[part], dtype=np.int64) for part in PARTS}
             return cls(**parts, seed=int(content["seed"]))
         except (ValueError, KeyError, TypeError, OverflowError, RecursionError) as error:
             raise ValueError(
@@ -82,17 +94,18 @@ class TrajectoryDataset:
     """The contents of a data set file.
 
     Args:
-        protocols: Protocol quantities by name, each of shape `(n,)`.
+        protocols: Protocol quantities (`bem.dataset.designs.QUANTITIES`) by name, each of shape `(n,)`.
         force: Force on the fixed measurement steps, shape `(n, steps)`.
-        points_per_phase: Points of loading, dwell and unloading.
-        scalars: Native pull-off force and so on, by name, each of shape `(n,)`.
-        status: Zero where the simulation completed, shape `(n,)`.
-        sha256: Digest of what was asked for: protocols in their order, material, accuracy, measurement steps, and which
-            of them completed. Computing a campaign again, even where another processor rounds otherwise, gives the same
-            digest, so models and data sets find each other; `published/MANIFEST.json` has the sum of the very file.
-        forces_sha256: Digest of what came out: the same, and the stored forces and results of the solver to the last
-            bit. Errors of models trained on other forces are not measured against the same truth.
-        modulus_ratio: Relaxed over instantaneous modulus of the standard linear solid; `None` where the file has none.
+        points_per_phase: Number of points in loading, dwell and unloading.
+        scalars: Results of the native history, such as `pull_off_force`, by name, each of shape `(n,)`.
+        status: Status code of each simulation, shape `(n,)`; zero means completed.
+        sha256: SHA-256 digest of the request: the protocols in their order, material, accuracy, measurement steps, and
+            which simulations completed. A campaign that is computed again has the same digest, even on a processor that
+            rounds differently, so a model can be matched with its data set. The SHA-256 sum of the file itself is in
+            `published/MANIFEST.json`.
+        forces_sha256: SHA-256 digest of the request and of all bits of the stored forces and scalars. Where it differs,
+            the errors of two models refer to different reference forces.
+        modulus_ratio: Relaxed over instantaneous modulus of the standard linear solid; `None` if the file states none.
     """
 
     protocols: dict[str, np.ndarray]
@@ -109,8 +122,8 @@ class TrajectoryDataset:
         """Read a data set file.
 
         Raises:
-            FileNotFoundError: no such file.
-            ValueError: not a data set, damaged, or what is in it does not fit together.
+            FileNotFoundError: the file does not exist.
+            ValueError: the file is not a data set, is damaged, or is inconsistent.
         """
         content = load_dataset(path)
         asked = _digest(content)
@@ -130,27 +143,28 @@ class TrajectoryDataset:
 
     @property
     def completed(self) -> np.ndarray:
-        """Indices of the trajectories whose simulation completed."""
+        """Indices of the trajectories whose simulation completed, shape `(n_completed,)`, sorted."""
         return np.flatnonzero(self.status == COMPLETED)
 
     def protocols_of(self, indices: np.ndarray) -> dict[str, np.ndarray]:
-        """Return the protocol quantities of some trajectories, by name."""
+        """Return the protocol quantities of the trajectories `indices`, by name, each of the shape of `indices`."""
         return {name: values[indices] for name, values in self.protocols.items()}
 
     def grid(self, indices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return times and indentations of some trajectories on the fixed measurement steps, each `(batch, steps)`."""
+        """Return times and indentations of the trajectories `indices` on the FMS, each of shape `(batch, steps)`."""
         from bem.dataset.measurement_steps import measurement_grid
 
         return measurement_grid(**self.protocols_of(indices), counts=self.points_per_phase)
 
     def split(self, seed: int = 0, fractions: tuple[float, float] = (0.1, 0.1)) -> Split:
-        """Divide the completed trajectories at random.
+        """Split the completed trajectories at random.
 
-        Trajectories of one and the same protocol stay together, so that nothing held out was seen in training.
+        Trajectories with the same protocol stay in the same set, so that no held-out protocol is seen in training.
 
         Args:
-            seed: Seed of the division.
-            fractions: Shares of validation and test; the rest is for training.
+            seed: Seed of the random split.
+            fractions: Shares of the validation and the test set; the rest is the training set. The default is the
+                80/10/10 split of the paper's section "Surrogate-model inputs and targets".
         """
         indices = self.completed
         protocols = np.stack([self.protocols[name][indices] for name in QUANTITIES], axis=1)
@@ -160,24 +174,26 @@ class TrajectoryDataset:
         order = np.argsort(place, kind="stable")
         place = place[order]
         validation_count, test_count = (round(fraction * indices.size) for fraction in fractions)
-        # A cut inside a group moves to the group's start.
+        # A cut inside a group of equal protocols moves to the start of the group.
         cuts = np.searchsorted(place, place[[indices.size - validation_count - test_count, indices.size - test_count]])
         train, validation, test = (np.sort(indices[part]) for part in np.split(order, cuts))
         return Split(train=train, validation=validation, test=test, seed=seed)
 
 
 def _digest(content: Dataset) -> str:
+    """Return the digest of the request; see `TrajectoryDataset.sha256`."""
     asked: dict[str, object] = {name: str(content.attributes.get(name)) for name in ("modulus_ratio", "accuracy")}
     asked["counts"] = list(content.counts)
     digest = hashlib.sha256(json.dumps(asked, sort_keys=True).encode())
     for values in content.protocols.values():
-        # In single precision, because the last digit of a power differs from one processor to another.
+        # Single precision, because the last digit of a power differs between processors.
         digest.update(values.astype("<f4").tobytes())
     digest.update((content.columns["status"] == COMPLETED).tobytes())
     return digest.hexdigest()
 
 
 def _forces_digest(content: Dataset, asked: str) -> str:
+    """Return the digest of request and results; see `TrajectoryDataset.forces_sha256`."""
     digest = hashlib.sha256(asked.encode())
     digest.update(content.force.astype("<f4").tobytes())
     for name in RESULTS:

@@ -1,6 +1,7 @@
 """Input channels of the sequence models, computed from an indentation history.
 
-The paper compares four sets of channels (its appendix on input representation):
+The paper compares four feature sets (its appendix "Effects of Training-Set Size and Physics-Guided Input
+Representation", Config A to Config D):
 
 ====  ==========================================  ========
 set   channels                                    count
@@ -11,11 +12,11 @@ C     time, indentation, velocity, acceleration   4
 D     time, indentation, velocity, edge           4
 ====  ==========================================  ========
 
-D is the default. Velocity is the backward difference of indentation by time, hence causal; the sphere starts from
-rest, so the first velocity is zero. Acceleration is the backward difference of that velocity, smoothed by an
-exponential moving average (the paper gives no smoothing factor; ours is `ACCELERATION_SMOOTHING`). Edge is one at the
-first and the last point of the dwell plateau and zero elsewhere. All arrays are dimensionless and of shape `(batch,
-steps)`.
+D is the default. Velocity is the backward difference of indentation over time, which is causal; the first velocity is
+zero, because the sphere starts from rest. Acceleration is the backward difference of the velocity, smoothed by an
+exponential moving average; the paper states no smoothing factor, and `ACCELERATION_SMOOTHING` is the one used here.
+Edge is one at the first and at the last point of the dwell and zero elsewhere (the paper's section "Surrogate-model
+inputs and targets"). All arrays are dimensionless and of shape `(batch, steps)`.
 """
 
 from __future__ import annotations
@@ -32,16 +33,17 @@ FEATURE_SETS: dict[str, tuple[str, ...]] = {
 }
 
 ACCELERATION_SMOOTHING = 0.3
+"""Weight of the newest value in the moving average of the acceleration."""
 
-# Relative to the largest indentation: changes below this are rounding, not motion.
 PLATEAU_TOLERANCE = 1e-9
+"""Largest change between two points of a plateau, relative to the largest indentation; it allows for rounding."""
 
 
 def channel_names(features: str) -> tuple[str, ...]:
     """Return the channel names of a feature set.
 
     Raises:
-        ValueError: for an unknown set.
+        ValueError: the feature set is unknown; the message lists the known ones.
     """
     if features not in FEATURE_SETS:
         raise ValueError(
@@ -51,12 +53,12 @@ def channel_names(features: str) -> tuple[str, ...]:
 
 
 def velocity(times: np.ndarray, indentations: np.ndarray) -> np.ndarray:
-    """Return the causal velocity, the backward difference of indentation by time; the first value is zero."""
+    """Return the velocity of shape `(batch, steps)`: the backward difference of indentation over time, first zero."""
     return _backward_difference(times, indentations)
 
 
 def smoothed_acceleration(times: np.ndarray, indentations: np.ndarray) -> np.ndarray:
-    """Return the backward difference of the velocity under an exponential moving average, which keeps it causal."""
+    """Return the acceleration of shape `(batch, steps)`: the backward difference of the velocity, smoothed causally."""
     raw = _backward_difference(times, velocity(times, indentations))
     smooth = np.zeros_like(raw)
     for step in range(1, raw.shape[-1]):
@@ -67,14 +69,14 @@ def smoothed_acceleration(times: np.ndarray, indentations: np.ndarray) -> np.nda
 
 
 def plateau(indentation: np.ndarray) -> tuple[int, int] | None:
-    """Find the dwell plateau of one history: its longest run of constant indentation.
+    """Return the plateau of one history: its longest run of constant indentation.
 
     Args:
         indentation: A 1D array of shape `(steps,)`.
 
     Returns:
-        The indices of the run's first and last point, the earlier run where two are equally long, or `None` where no
-        two neighbouring points agree to rounding.
+        Indices of the first and the last point of the run; the first run, if several are equally long. `None`, if no
+        two neighbouring points are equal up to rounding.
     """
     tolerance = PLATEAU_TOLERANCE * float(np.max(np.abs(indentation), initial=0.0))
     still = np.concatenate([[False], np.abs(np.diff(indentation)) <= tolerance, [False]])
@@ -87,13 +89,14 @@ def plateau(indentation: np.ndarray) -> tuple[int, int] | None:
 
 
 def edge_from_indentations(indentations: np.ndarray) -> np.ndarray:
-    """Mark the first and last point of every history's dwell plateau.
+    """Return the edge channel of histories, with the plateau of each history as its dwell.
 
     Args:
         indentations: A 2D array of shape `(batch, steps)`.
 
     Returns:
-        An array of the same shape, one at the marks and zero elsewhere; a history without plateau has no marks.
+        An array of the same shape: one at the first and the last point of each plateau, zero elsewhere. It is zero
+        throughout a history without a plateau.
     """
     edge = np.zeros_like(indentations, dtype=np.float64)
     for row, indentation in zip(edge, indentations, strict=True):
@@ -104,15 +107,15 @@ def edge_from_indentations(indentations: np.ndarray) -> np.ndarray:
 
 
 def edge_from_counts(points_per_phase: tuple[int, int, int], batch: int) -> np.ndarray:
-    """Mark onset and end of the dwell on fixed measurement steps.
+    """Return the edge channel of histories on fixed measurement steps.
 
     Args:
-        points_per_phase: Points of loading, dwell and unloading, `(50, 20, 50)` in the paper. The last loading point
-            is the onset.
+        points_per_phase: Number of points in loading, dwell and unloading, `(50, 20, 50)` in the paper. The last point
+            of loading is the first point of the dwell.
         batch: Number of histories.
 
     Returns:
-        An array of shape `(batch, steps)`.
+        An array of shape `(batch, steps)`: one at the first and the last point of the dwell, zero elsewhere.
     """
     loading, dwell, unloading = points_per_phase
     edge = np.zeros((batch, loading + dwell + unloading))
@@ -121,7 +124,7 @@ def edge_from_counts(points_per_phase: tuple[int, int, int], batch: int) -> np.n
 
 
 def channels(times: np.ndarray, indentations: np.ndarray, edge: np.ndarray, features: str = "D") -> np.ndarray:
-    """Stack the physical (unscaled) channels of a feature set.
+    """Return the physical (unscaled) channels of a feature set.
 
     Args:
         times: A 2D array of shape `(batch, steps)`, strictly increasing along the steps.
@@ -131,6 +134,9 @@ def channels(times: np.ndarray, indentations: np.ndarray, edge: np.ndarray, feat
 
     Returns:
         A 3D array of shape `(batch, steps, channels)`, float64.
+
+    Raises:
+        ValueError: the feature set is unknown.
     """
     makers = {
         "time": lambda: times,

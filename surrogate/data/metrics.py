@@ -1,14 +1,17 @@
-"""How far predicted force histories are from simulated ones, as the paper measures it.
+"""Errors of predicted force histories against simulated ones.
 
-On the scaled force: mean squared error, mean absolute error and DTW-RMSE. On the physical force, on the fixed
-measurement steps (FMS): the normalised mean absolute error and the relative errors of pull-off force, pull-off time
-and hysteresis, in percent. Beside the paper's: the error against the pull-off force of the solver's native history,
-and the resolution floor, which is that error for a perfect prediction on the FMS grid.
+Metrics of the paper, on the scaled force: mean squared error (MSE), mean absolute error (MAE) and DTW-RMSE (section
+"Model-family selection"). Metrics of the paper, on the physical force at the fixed measurement steps (FMS): the
+normalised mean absolute error (NMAE) and the relative errors of pull-off force, pull-off time and hysteresis (section
+"Physically interpretable error statistics"). Metrics of this package: the error against the pull-off force of the
+solver's native history, and the resolution floor, which is that error for a perfect prediction on the FMS. NMAE and
+relative errors are in percent.
 
-DTW-RMSE. Dynamic time warping aligns two curves by the path, in unit steps forward in either or both, of least summed
-*squared* difference; the result is the root of that sum over the number of points on the path. Squares rather than the
-absolute differences of some packages, so that the aligned RMSE never exceeds the plain one. Among equally good paths
-the diagonal step is preferred. Reference: Giorgino 2009, section 3 (step pattern `symmetric1`).
+DTW-RMSE: dynamic time warping aligns two curves along the warping path with the smallest sum of *squared* differences.
+Each step of the path advances one curve or both by one point. DTW-RMSE is the square root of that sum divided by the
+number of points on the path. Some packages minimise absolute differences instead; with squares, DTW-RMSE never exceeds
+the RMSE. Among paths of equal sum, the diagonal step is preferred. Reference: Giorgino 2009, section 3 (step pattern
+`symmetric1`).
 """
 
 from __future__ import annotations
@@ -40,14 +43,17 @@ def _dtw_rmse(first: np.ndarray, second: np.ndarray) -> float:
 
 
 def dtw_rmse(predicted: np.ndarray, reference: np.ndarray) -> np.ndarray:
-    """Return the root mean squared difference along the optimal warping path of every pair of curves.
+    """Return the root mean squared difference along the optimal warping path of each pair of curves.
 
     Args:
         predicted: A 2D array of shape `(batch, steps)`.
-        reference: A 2D array of shape `(batch, steps)`; the numbers of steps may differ.
+        reference: A 2D array of shape `(batch, reference_steps)`.
 
     Returns:
-        An array of shape `(batch,)`.
+        An array of shape `(batch,)`, in the units of the inputs.
+
+    Raises:
+        ValueError: the batch sizes differ.
     """
     pairs = zip(np.asarray(predicted, dtype=np.float64), np.asarray(reference, dtype=np.float64), strict=True)
     return np.array([_dtw_rmse(np.ascontiguousarray(a), np.ascontiguousarray(b)) for a, b in pairs])
@@ -59,7 +65,7 @@ def pull_off(times: np.ndarray, force: np.ndarray, unloading_from: int) -> tuple
     Args:
         times: Times of shape `(batch, steps)`.
         force: Physical forces of the same shape.
-        unloading_from: Index of the end of the dwell, where unloading starts.
+        unloading_from: Index of the last point of the dwell, where unloading starts.
     """
     at = unloading_from + np.argmax(force[:, unloading_from:], axis=1)
     rows = np.arange(len(force))
@@ -67,18 +73,23 @@ def pull_off(times: np.ndarray, force: np.ndarray, unloading_from: int) -> tuple
 
 
 def hysteresis(indentations: np.ndarray, force: np.ndarray) -> np.ndarray:
-    """Return the loop area |closed integral of force over indentation| by the trapezoidal rule, shape `(batch,)`."""
-    # NumPy 2.0 has it, and the stubs of 2.0 do not.
+    """Return the hysteresis |closed integral of P d(delta)| by the trapezoidal rule, shape `(batch,)`.
+
+    Args:
+        indentations: Indentations of shape `(batch, steps)`.
+        force: Physical forces of the same shape.
+    """
+    # NumPy 2.0 has `trapezoid`; its type stubs do not.
     return np.abs(np.trapezoid(force, indentations, axis=1))  # type: ignore[attr-defined, unused-ignore]
 
 
 def nmae(predicted: np.ndarray, reference: np.ndarray) -> np.ndarray:
-    """Return the force error 100 sum |predicted - reference| / sum |reference| of each history, in percent."""
+    """Return 100 sum |predicted - reference| / sum |reference| of each history, in percent, shape `(batch,)`."""
     return 100.0 * np.abs(predicted - reference).sum(axis=1) / np.abs(reference).sum(axis=1)
 
 
 def relative_error(predicted: np.ndarray, reference: np.ndarray) -> np.ndarray:
-    """Return 100 |predicted - reference| / |reference|, in percent."""
+    """Return 100 |predicted - reference| / |reference| element by element, in percent."""
     return 100.0 * np.abs(predicted - reference) / np.abs(reference)
 
 
@@ -93,22 +104,22 @@ def trajectory_errors(
     unloading_from: int,
     native_pull_off_force: np.ndarray,
 ) -> dict[str, np.ndarray]:
-    """Measure every trajectory's errors.
+    """Return all errors of each trajectory.
 
     Args:
-        predicted: Physical forces of shape `(batch, steps)`.
-        reference: Simulated forces of the same shape.
-        predicted_scaled: Scaled forces, the network's own output.
-        reference_scaled: Scaled simulated forces.
+        predicted: Predicted physical forces of shape `(batch, steps)`.
+        reference: Simulated physical forces of the same shape.
+        predicted_scaled: Predicted scaled forces of the same shape, the output of the network.
+        reference_scaled: Simulated scaled forces of the same shape.
         times: Times of the same shape.
         indentations: Indentations of the same shape.
-        unloading_from: Index of the end of the dwell.
+        unloading_from: Index of the last point of the dwell.
         native_pull_off_force: Pull-off force of the solver's native history, shape `(batch,)`.
 
     Returns:
         Arrays of shape `(batch,)` by name: `mse`, `mae`, `dtw_rmse` on the scaled force; `nmae_percent`,
         `pull_off_force_percent`, `pull_off_time_percent`, `hysteresis_percent`, `native_pull_off_force_percent` and
-        `resolution_floor_percent` on the physical one.
+        `resolution_floor_percent` on the physical force.
     """
     residual = predicted_scaled - reference_scaled
     predicted_pull_off, predicted_time = pull_off(times, predicted, unloading_from)
@@ -127,7 +138,7 @@ def trajectory_errors(
 
 
 def summary(errors: dict[str, np.ndarray]) -> dict[str, dict[str, float]]:
-    """Return mean, median, 90th percentile and maximum of every error, by name."""
+    """Return `mean`, `median`, `p90` (90th percentile) and `max` over all trajectories of each error, by name."""
     return {
         name: {
             "mean": float(np.mean(values)),

@@ -1,9 +1,10 @@
-"""Scaled inputs and outputs of the network: symmetric logarithms, then standardisation.
+"""Scaling of the network's inputs and output: a symmetric logarithm, then standardisation.
 
-Source: the paper's section on surrogate inputs and targets. With symlog(x) = sign(x) log(1 + |x|), time passes symlog
-twice, indentation, Tabor parameter and force once. The paper leaves velocity and acceleration open; both span decades,
-so they pass symlog once here. The 0/1 edge channel is not transformed. Every channel, the Tabor parameter and the
-force are then shifted by the mean and divided by the standard deviation of the *training* trajectories.
+Source: the paper's section "Surrogate-model inputs and targets". With symlog(x) = sign(x) log(1 + |x|), time is
+transformed twice; indentation, Tabor parameter and force are transformed once. The paper does not say how velocity and
+acceleration are transformed; both span decades, so they are transformed once here. The 0/1 edge channel is not
+transformed. Each channel, the Tabor parameter and the force are then standardised: the mean of the *training* set is
+subtracted, and the difference is divided by its standard deviation.
 """
 
 from __future__ import annotations
@@ -23,18 +24,19 @@ FORMAT = "viscoelastic-contact-scaling"
 FORMAT_VERSION = 1
 
 PUBLISHED_MATERIALS = {"a8108732dbfcd7ea64fe9a88fbd16d06bb0ff632fdfa3f3fb03347a9501e7586": 0.1}
-"""Modulus ratio of a data set by its digest, for models trained before it was among the ranges."""
+"""Modulus ratio by `TrajectoryDataset.sha256`, for models whose `ranges` were saved without the modulus ratio."""
 
 SYMLOG_PASSES = {"time": 2, "indentation": 1, "velocity": 1, "acceleration": 1, "edge": 0}
+"""How many times each channel is transformed by `symlog`."""
 
 
 def symlog(values: np.ndarray) -> np.ndarray:
-    """Return sign(x) log(1 + |x|), which is linear near zero and logarithmic far from it."""
+    """Return sign(x) log(1 + |x|) element by element; it is linear near zero and logarithmic far from zero."""
     return np.copysign(np.log1p(np.abs(values)), values)
 
 
 def symexp(values: np.ndarray) -> np.ndarray:
-    """Return sign(y) (exp(|y|) - 1), the exact inverse of `symlog`."""
+    """Return sign(y) (exp(|y|) - 1) element by element, the inverse of `symlog`."""
     return np.copysign(np.expm1(np.abs(values)), values)
 
 
@@ -43,14 +45,14 @@ class Scaling:
     """Statistics of a training set, and the maps between physical and scaled quantities.
 
     Args:
-        features: The feature set the channels belong to.
-        channel_mean: Mean of every transformed channel.
-        channel_scale: Standard deviation of every transformed channel.
+        features: Feature set of the channels (`surrogate.data.features`).
+        channel_mean: Mean of each transformed channel.
+        channel_scale: Standard deviation of each transformed channel.
         tabor: Mean and standard deviation of the transformed Tabor parameter.
         force: Mean and standard deviation of the transformed force.
-        ranges: Smallest and largest training value of each protocol quantity, and of the material's modulus ratio where
+        ranges: Smallest and largest value in the training set of each protocol quantity, and of the modulus ratio if
             the data set states it, by name.
-        dataset_sha256: Digest of the data set file the statistics come from.
+        dataset_sha256: Digest of the data set, `TrajectoryDataset.sha256`.
     """
 
     features: str
@@ -72,15 +74,18 @@ class Scaling:
         protocols: Mapping[str, np.ndarray] | None = None,
         dataset_sha256: str = "",
     ) -> Scaling:
-        """Take the statistics of training trajectories.
+        """Compute the statistics of training trajectories.
 
         Args:
-            channels: Physical channels, a 3D array of shape `(batch, steps, channels)`.
-            tabor: A 1D array of shape `(batch,)`.
-            force: A 2D array of shape `(batch, steps)`.
-            features: The feature set of `channels`.
-            protocols: Protocol quantities of the same trajectories; their extremes become `ranges`.
-            dataset_sha256: Digest of the data set file.
+            channels: Physical channels of shape `(batch, steps, channels)`.
+            tabor: Tabor parameters of shape `(batch,)`.
+            force: Physical forces of shape `(batch, steps)`.
+            features: Feature set of `channels`.
+            protocols: Arrays by name, each of any shape; their smallest and largest values become `ranges`.
+            dataset_sha256: Digest of the data set, `TrajectoryDataset.sha256`.
+
+        Raises:
+            ValueError: the feature set is unknown, or the number of channels is not that of the feature set.
         """
         transformed = _transform_channels(channels, features)
         mean, scale = _moments(transformed, axis=(0, 1))
@@ -96,41 +101,45 @@ class Scaling:
 
     @property
     def modulus_ratio(self) -> float | None:
-        """Modulus ratio of the one material of the training; `None` if unknown."""
+        """Modulus ratio of the training set's material; `None` if it is unknown or not the same in all trajectories."""
         low, high = self.ranges.get("modulus_ratio", [PUBLISHED_MATERIALS.get(self.dataset_sha256)] * 2)
         return low if low == high else None
 
     def scale_channels(self, channels: np.ndarray) -> np.ndarray:
-        """Scale physical channels of shape `(..., steps, channels)`, float32."""
+        """Return scaled channels, float32, of the same shape as the physical ones, `(..., steps, channels)`.
+
+        Raises:
+            ValueError: the number of channels is not that of the feature set.
+        """
         transformed = _transform_channels(channels, self.features)
         return ((transformed - self.channel_mean) / self.channel_scale).astype(np.float32)
 
     def scale_tabor(self, tabor: np.ndarray) -> np.ndarray:
-        """Scale Tabor parameters of shape `(batch,)` to the model's second input of shape `(batch, 1)`, float32."""
+        """Return scaled Tabor parameters of shape `(batch, 1)`, float32, from physical ones of shape `(batch,)`."""
         mean, scale = self.tabor
         return ((symlog(np.asarray(tabor, dtype=np.float64)) - mean) / scale).astype(np.float32).reshape(-1, 1)
 
     def scale_force(self, force: np.ndarray) -> np.ndarray:
-        """Scale forces of any shape, float64."""
+        """Return scaled forces, float64, of the same shape as the physical ones."""
         mean, scale = self.force
         return (symlog(np.asarray(force, dtype=np.float64)) - mean) / scale
 
     def unscale_force(self, scaled: np.ndarray) -> np.ndarray:
-        """Return physical forces, the exact inverse of `scale_force`."""
+        """Return physical forces, float64, of the same shape as the scaled ones; the inverse of `scale_force`."""
         mean, scale = self.force
         return symexp(np.asarray(scaled, dtype=np.float64) * scale + mean)
 
     def to_json(self) -> str:
-        """Return the scaling as JSON; floats survive the round trip exactly."""
+        """Return the scaling as JSON; `from_json` reads the same floats back."""
         return json.dumps({"format": FORMAT, "format_version": FORMAT_VERSION, **asdict(self)}, indent=1)
 
     @classmethod
     def from_json(cls, text: str, source: str | Path) -> Scaling:
-        """Read what `to_json` wrote.
+        """Read a scaling from the JSON that `to_json` returns.
 
         Args:
             text: The JSON.
-            source: Where it is from, for messages.
+            source: Name or path of its origin, for error messages.
 
         Raises:
             ValueError: the text is not a scaling, or its channels do not match its feature set.
@@ -168,10 +177,10 @@ class Scaling:
 
     @classmethod
     def load(cls, path: str | Path) -> Scaling:
-        """Read what `save` wrote.
+        """Read a scaling that `save` wrote.
 
         Raises:
-            FileNotFoundError: no such file.
+            FileNotFoundError: the file does not exist.
             ValueError: the file is not a scaling, or its channels do not match its feature set.
         """
         try:
@@ -218,7 +227,7 @@ def _transform_channels(channels: np.ndarray, features: str) -> np.ndarray:
 
 def _moments(transformed: np.ndarray, axis: tuple[int, ...] | None = None) -> tuple[np.ndarray, np.ndarray]:
     mean, scale = transformed.mean(axis=axis), transformed.std(axis=axis)
-    # A channel that varies by rounding only carries no information: it is shifted to zero and not scaled.
+    # A channel whose variation is rounding error carries no information. Its scale is one, so that it becomes zero.
     return mean, np.where(scale > 1e-12 * (1.0 + np.abs(mean)), scale, 1.0)
 
 

@@ -1,14 +1,15 @@
-"""Trained models as ONNX files that take physical inputs and return physical forces.
+"""Export of trained models as ONNX files, which map physical inputs to physical forces.
 
-Features, scaling and network are one graph, so the file alone is enough. Inputs, all float64: `times`, `indentations`
-and `edge` of shape `(batch, steps)`, `tabor` of shape `(batch,)`; output: `force` of shape `(batch, steps)`, float64.
-`edge` is one at the first and last point of the dwell and zero elsewhere. Differences of large times cancel, so
-everything before the network and after it is float64; the network itself is float32, each LSTM one ONNX operator.
+One graph contains features, scaling and network, so the file is self-contained. Inputs, all float64: `times`,
+`indentations` and `edge` of shape `(batch, steps)`, `tabor` of shape `(batch,)`. Output: `force` of shape `(batch,
+steps)`, float64. `edge` is one at the first and the last point of the dwell and zero elsewhere. All operations before
+and after the network are float64, because differences of large times lose digits; the network is float32. Each LSTM is
+one ONNX operator.
 
-The metadata of the file are `format`, `format_version`, `name`, `architecture`, `features`, `ranges` (JSON,
-smallest and largest training value of each protocol quantity), `scaling` (JSON), `plan` (JSON, the operations of
-`surrogate.network.graph`), `dataset_sha256`, `weights_sha256` (of `model.weights.h5`) and, last, `content_sha256` (see
-`surrogate.network.onnx_file`).
+The metadata of the file are `format`, `format_version`, `name`, `architecture`, `features`, `ranges` (JSON: smallest
+and largest value of each protocol quantity in the training set), `scaling` (JSON), `plan` (JSON: the operations of
+`surrogate.network.graph`), `dataset_sha256`, `weights_sha256` (of `model.weights.h5`) and, as the last entry,
+`content_sha256` (see `surrogate.network.onnx_file`).
 """
 
 from __future__ import annotations
@@ -39,22 +40,23 @@ from surrogate.network.onnx_file import ONNX_FORMAT, ONNX_FORMAT_VERSION, ONNX_N
 if TYPE_CHECKING:
     import keras
 
-# The newest pair the ONNX Runtimes of browsers have long known.
 OPSET, IR_VERSION = 17, 8
+"""Versions of ONNX that the ONNX Runtimes for browsers support."""
 
 AGREEMENT = 1e-3
-"""How far a registered architecture's ONNX file may be from Keras, as a share of each history's force range."""
+"""Largest difference between ONNX and Keras for a registered architecture, as a fraction of a history's force range."""
 
 
 def export_folder(folder: Path) -> Path:
     """Write `model.onnx` into a model directory, from its weights and scaling.
 
     Returns:
-        The file's path.
+        Path of the file.
 
     Raises:
         FileNotFoundError: the directory is not complete.
-        ValueError: the weights do not fit.
+        NotExportableError: a registered architecture has a layer that cannot be exported.
+        ValueError: the weights do not fit the architecture.
     """
     target = folder / ONNX_NAME
     with whole_file(target) as part:
@@ -63,12 +65,12 @@ def export_folder(folder: Path) -> Path:
 
 
 def folder_content(folder: Path) -> bytes:
-    """Return the ONNX file of a model directory's weights and scaling.
+    """Return the bytes of the ONNX file of a model directory, from its weights and scaling.
 
     Raises:
         FileNotFoundError: the directory is not complete.
         NotExportableError: a registered architecture has a layer that cannot be exported.
-        ValueError: the weights do not fit.
+        ValueError: the weights do not fit the architecture.
     """
     run, scaling = read_run(folder)
     model = keras_model(folder, run)
@@ -81,7 +83,11 @@ def folder_content(folder: Path) -> bytes:
 
 
 def _require_agreement(content: bytes, model: keras.Model, scaling: Scaling) -> None:
-    """Compare with Keras on protocols inside the ranges; tests compare the layers of the 18 paper models."""
+    """Compare an ONNX file with Keras on protocols inside the ranges. Tests do so for the 18 paper models.
+
+    Raises:
+        NotExportableError: they differ by more than `AGREEMENT`.
+    """
     import onnxruntime
 
     protocols = {name: np.linspace(*scaling.ranges[name], 4)[1:] for name in QUANTITIES}
@@ -93,25 +99,25 @@ def _require_agreement(content: bytes, model: keras.Model, scaling: Scaling) -> 
     differences = np.abs(found - expected).max(axis=1) / np.ptp(expected, axis=1)
     if not differences.max() <= AGREEMENT:
         raise NotExportableError(
-            f"Expected an ONNX file that agrees with Keras to {AGREEMENT:g} of the force's range. "
-            f"Received: one that differs by {differences.max():.1e}, as a layer is not what it is taken for"
+            f"Expected an ONNX file that agrees with Keras to {AGREEMENT:g} of the force's range. Received: one that "
+            f"differs by {differences.max():.1e}, because a layer computes something else than its class says"
         )
 
 
 def build_graph(
     model: keras.Model, scaling: Scaling, *, name: str, architecture: str, weights_sha256: str = ""
 ) -> onnx.ModelProto:
-    """Translate a trained model and its scaling to ONNX.
+    """Return the ONNX model of a trained model and its scaling.
 
     Args:
         model: A model of `surrogate.build`.
-        scaling: Its scaling.
-        name: The name it is published under.
-        architecture: The architecture's name.
-        weights_sha256: Digest of the weights file, for readers to compare.
+        scaling: The scaling of its training set.
+        name: Name under which the model is published.
+        architecture: Name of the architecture.
+        weights_sha256: SHA-256 sum of the weights file, for the metadata.
 
     Returns:
-        The ONNX model, checked.
+        The ONNX model, after ONNX's own check.
 
     Raises:
         NotExportableError: the model has layers unknown to `surrogate.network.lowering`.
@@ -183,7 +189,7 @@ def _scaled_channels(graph: OnnxGraph, scaling: Scaling) -> str:
 
 
 def _moving_average(graph: OnnxGraph, source: str) -> str:
-    """Exponential moving average along the steps, from zero, as a scan."""
+    """Add an exponential moving average along the steps, with the initial value zero, and return its name."""
     state, item, result = (
         helper.make_tensor_value_info(name, TensorProto.DOUBLE, ["batch"]) for name in ("before", "raw", "after")
     )

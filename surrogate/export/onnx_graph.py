@@ -1,7 +1,7 @@
-"""The pieces `surrogate.export` builds ONNX files of: a growing graph, and one emitter per elementary operation.
+"""Construction of ONNX graphs: a builder, and one emitter for each elementary operation.
 
-Every emitter takes the graph, an operation of `surrogate.network.graph` and the names of its inputs, and returns the
-name of its result.
+An emitter takes the builder, an operation of `surrogate.network.graph` and the names of its inputs. It adds the nodes
+of the operation and returns the name of the result.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from surrogate.network.graph import Operation
 
 
 class OnnxGraph:
-    """Nodes and constants of a growing graph; every `add` returns the name of its result."""
+    """Builder of an ONNX graph. Each method adds nodes or a constant, and returns the name of the result."""
 
     def __init__(self) -> None:
         self.nodes: list[onnx.NodeProto] = []
@@ -31,7 +31,7 @@ class OnnxGraph:
         return output
 
     def constant(self, values: np.ndarray) -> str:
-        """Give an array a name, the same one for the same array."""
+        """Add an array as a constant; equal arrays share one name."""
         for name, known in self.initializers.items():
             if known.dtype == values.dtype and known.shape == values.shape and np.array_equal(known, values):
                 return name
@@ -40,33 +40,33 @@ class OnnxGraph:
         return name
 
     def number(self, value: float) -> str:
-        """Name a float64 number."""
+        """Add a float64 number."""
         return self.constant(np.array(value, dtype=np.float64))
 
     def integers(self, values: list[int]) -> str:
-        """Name a vector of integers."""
+        """Add a vector of integers."""
         return self.constant(np.array(values, dtype=np.int64))
 
     def cast(self, source: str, to: int) -> str:
-        """Change the type."""
+        """Convert to another type, of `onnx.TensorProto`."""
         return self.add("Cast", source, to=to)
 
     def symlog(self, source: str) -> str:
-        """Return sign(x) log(1 + |x|)."""
+        """Compute sign(x) log(1 + |x|)."""
         size = self.add("Log", self.add("Add", self.add("Abs", source), self.number(1.0)))
         return self.add("Mul", self.add("Sign", source), size)
 
     def symexp(self, source: str, output: str) -> str:
-        """Return sign(y) (exp(|y|) - 1)."""
+        """Compute sign(y) (exp(|y|) - 1)."""
         size = self.add("Sub", self.add("Exp", self.add("Abs", source)), self.number(1.0))
         return self.add("Mul", self.add("Sign", source), size, output=output)
 
     def standardise(self, source: str, mean: np.ndarray, deviation: np.ndarray) -> str:
-        """Shift by the mean and divide by the deviation."""
+        """Subtract the mean and divide by the standard deviation."""
         return self.add("Div", self.add("Sub", source, self.constant(mean)), self.constant(deviation))
 
     def slope(self, values: str) -> str:
-        """Backward difference by time along the steps, zero at the first."""
+        """Compute the backward difference over time along the steps; the first value is zero."""
         ends = [self.integers([bound]) for bound in (1, -1, 0, np.iinfo(np.int64).max)]
         one, minus_one, zero, far = ends
         rises = [
@@ -76,7 +76,7 @@ class OnnxGraph:
         return self.add("Pad", self.add("Div", *rises), self.integers([0, 1, 0, 0]))
 
     def finish(self, name: str) -> onnx.GraphProto:
-        """Return the graph of physical inputs and output."""
+        """Return the ONNX graph with the physical inputs and output."""
         matrix = ["batch", "steps"]
         shapes = {"times": matrix, "indentations": matrix, "tabor": ["batch"], "edge": matrix}
         inputs = [helper.make_tensor_value_info(key, TensorProto.DOUBLE, shape) for key, shape in shapes.items()]

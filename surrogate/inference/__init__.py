@@ -1,1 +1,1 @@
-"""How a trained model predicts: backends, predictor, range of validity, streaming."""
+"""Prediction with trained models: backends, predictor, range of validity, measured histories, streaming."""

@@ -1,7 +1,7 @@
-"""What computes a prediction: ONNX Runtime, which starts quickly, or Keras, which can be differentiated.
+"""Backends of a prediction: ONNX Runtime, which starts quickly, and Keras, whose models can be differentiated.
 
 Both map times, indentations and edge marks of shape `(batch, steps)` and Tabor parameters of shape `(batch,)` to forces
-of shape `(batch, steps)`, all physical and float64.
+of shape `(batch, steps)`. All are physical (not scaled) and float64.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ BACKENDS = ("onnx", "keras")
 
 
 class Backend(Protocol):
-    """The interface of what computes the forces of a `surrogate.Surrogate`."""
+    """Interface of a backend of `surrogate.Surrogate`."""
 
     name: str
     scaling: Scaling
@@ -32,7 +32,7 @@ class Backend(Protocol):
         ...
 
     def graph(self) -> Graph:
-        """Return the network as elementary operations."""
+        """Return the network as a graph of elementary operations."""
         ...
 
 
@@ -40,13 +40,14 @@ def load_backend(place: Path, backend: str, threads: int) -> Backend:
     """Load a model directory or an ONNX file.
 
     Args:
-        place: The directory or the file.
+        place: Path of the directory or the file.
         backend: `"onnx"` or `"keras"`.
-        threads: Threads of ONNX Runtime.
+        threads: Number of threads of ONNX Runtime.
 
     Raises:
         FileNotFoundError: a file is missing.
-        ValueError: as `surrogate.load`.
+        ModuleNotFoundError: Keras is not installed, and the backend is `"keras"`.
+        ValueError: as for `surrogate.load`.
     """
     if place.is_file():
         if backend != "onnx":
@@ -59,7 +60,8 @@ def load_backend(place: Path, backend: str, threads: int) -> Backend:
     if not (place / ONNX_NAME).is_file():
         existing(place / "model.weights.h5")
         raise FileNotFoundError(
-            f"No {ONNX_NAME} in {place}; make it with `surrogate export {place}`, or load with backend='keras'"
+            f"Expected {ONNX_NAME} in {place}; write it with `surrogate export {place}`, or load with backend='keras'. "
+            f"Received: no such file"
         )
     loaded = OnnxBackend(place / ONNX_NAME, threads)
     loaded.require_weights_of(place)

@@ -1,4 +1,4 @@
-"""Checks of the inputs to a trained model."""
+"""Checks of the inputs of a trained model; quantities are dimensionless, as in `bem.protocol`."""
 
 from __future__ import annotations
 
@@ -16,14 +16,18 @@ LONGEST_HISTORY = LONGEST_DWELL + 4.0 * LARGEST_INDENTATION / SMALLEST_RATE
 """Duration of the slowest protocol, in retardation times."""
 
 SHORTEST_STEP = 1e-24
-"""Far below what any allowed motion needs, and far above where divisions by it overflow."""
+"""Smallest time step: far below that of any allowed motion, and far above that at which a division overflows."""
 
 
 def real_number(name: str, value: Any) -> float:
-    """Return one number as a float, NaN and infinity included.
+    """Return a value as a float; NaN and infinity are allowed.
+
+    Args:
+        name: Name of the quantity, for the error message.
+        value: A number, or an array with one element.
 
     Raises:
-        ValueError: no real number, or several.
+        ValueError: the value is not one real number.
     """
     number = real_array(name, value)
     if number.size != 1:
@@ -32,10 +36,10 @@ def real_number(name: str, value: Any) -> float:
 
 
 def checked_tabor(tabor: ArrayLike, count: int) -> np.ndarray:
-    """Return one Tabor parameter per history, shape `(count,)`.
+    """Return one Tabor parameter per history, shape `(count,)`, from one per history or one for all.
 
     Raises:
-        ValueError: a number of them that does not fit, or one that is not real, finite and above zero.
+        ValueError: the number of values is neither one nor `count`, or a value is not real, finite and above zero.
     """
     tabor = real_array("tabor", tabor)
     if tabor.ndim > 1 or tabor.size not in (1, count):
@@ -52,19 +56,19 @@ def check_history(times: np.ndarray, indentations: np.ndarray) -> None:
     """Check times and indentations of shape `(batch, steps)`.
 
     Raises:
-        ValueError: other shapes, NaN or infinity, times that do not increase, or numbers beyond the bounds of
-            `bem.protocol`.
+        ValueError: the shapes differ, a value is NaN or infinite, times do not increase strictly, or a value is outside
+            the bounds of `bem.protocol`.
     """
     if times.ndim != 2 or times.shape != indentations.shape or times.size == 0:
         raise ValueError(
-            "Expected times and indentations of one shape (batch, steps). "
+            "Expected times and indentations of the same shape (batch, steps). "
             f"Received: times of shape {times.shape}, indentations of shape {indentations.shape}"
         )
     for name, values in (("times", times), ("indentations", indentations)):
         bad = np.flatnonzero(~np.isfinite(values).all(axis=1))
         if bad.size:
             raise ValueError(f"Expected finite {name}. Received: NaN or infinity in history {bad[0]}")
-    # As the models see them, from the first on, where close times of a distant clock may coincide.
+    # Models use the time since the first point; by rounding, two late times may have the same one.
     since = times - times[:, :1]
     steps = np.diff(since, axis=1)
     bad = np.flatnonzero((steps <= 0.0).any(axis=1))
@@ -81,10 +85,10 @@ def check_history(times: np.ndarray, indentations: np.ndarray) -> None:
 
 
 def checked_edge(edge: ArrayLike, shape: tuple[int, ...]) -> np.ndarray:
-    """Return edge marks as float64.
+    """Return edge marks of shape `shape` as float64.
 
     Raises:
-        ValueError: another shape, or a mark that is neither zero nor one.
+        ValueError: the shape is another one, or a mark is neither zero nor one.
     """
     edge = real_array("edge", edge)
     if edge.shape != shape:

@@ -1,8 +1,8 @@
-"""What a trained model predicts along a measured indentation history.
+"""Prediction of the force along a measured indentation history.
 
-The models learned from 50 points of loading, 20 of dwell and 50 of unloading, without noise. A history
-with other points is therefore fitted by a protocol (`surrogate.inference.protocol_fit`), the force is predicted
-on that protocol's measurement steps, and interpolated to the history's own instants.
+The models were trained on 50 points of loading, 20 of dwell and 50 of unloading, without noise. For a history with
+other points, a protocol is fitted (`surrogate.inference.protocol_fit`), the force is predicted at the measurement steps
+of that protocol, and the force is interpolated to the times of the history. Units as in `bem.protocol`.
 """
 
 from __future__ import annotations
@@ -29,14 +29,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class HistoryPrediction:
-    """A prediction along a history; the files of `surrogate predict` hold it at the history's own points.
+    """Prediction along a history; the files of `surrogate predict` hold it at the points of the history.
 
     Args:
-        time: The history's instants, shape `(steps,)`.
-        indentation: Its indentations.
-        trajectory: The prediction, on measurement steps where the history was fitted, else at its points.
-        fitted: The protocol it was fitted by, if it was.
-        unlike: Why it could not be fitted, where its points are not measurement steps; else empty.
+        time: Times of the history, shape `(steps,)`.
+        indentation: Indentations of the history, shape `(steps,)`.
+        trajectory: The prediction, at the measurement steps of the fitted protocol, or at the points of the history if
+            no protocol was fitted.
+        fitted: The fitted protocol; `None` if the history was predicted at its own points.
+        unlike: Why no protocol could be fitted, as a sentence; otherwise `""`.
     """
 
     time: np.ndarray
@@ -47,19 +48,19 @@ class HistoryPrediction:
 
     @property
     def force(self) -> np.ndarray:
-        """The force at the history's points."""
+        """The force at the points of the history, shape `(steps,)`."""
         return np.interp(self.time, self.trajectory.time, self.trajectory.force)
 
     @property
     def protocol(self) -> PiecewiseLinearProtocol:
-        """The path the prediction is of, for the solver."""
+        """The path of the prediction, as the solver takes it."""
         if self.fitted is None:
             return PiecewiseLinearProtocol(self.time, self.indentation)
         corners, keep = np.unique(self.fitted.corners, return_index=True)
         return PiecewiseLinearProtocol(corners, self.fitted.levels()[keep])
 
     def at_points(self) -> PredictedTrajectory:
-        """Return the prediction at the history's points as a trajectory of its own."""
+        """Return the prediction at the points of the history, as a trajectory."""
         absent = np.full(self.time.shape, np.nan)
         return replace(
             self.trajectory,
@@ -71,7 +72,7 @@ class HistoryPrediction:
         )
 
     def summary(self) -> dict[str, Any]:
-        """Return the scalars, and the fitted protocol, ready for JSON."""
+        """Return the scalars and the fitted protocol by name, ready for JSON."""
         summary = self.trajectory.summary()
         return summary if self.fitted is None else summary | {"fitted": self.fitted.summary()}
 
@@ -83,17 +84,17 @@ def predict_history(
 
     Args:
         model: A trained model.
-        times: Instants of shape `(steps,)`, strictly increasing.
-        indentations: Indentations of the same shape, with noise.
+        times: Times of shape `(steps,)`, strictly increasing.
+        indentations: Indentations of the same shape; they may have noise.
         tabor: The Tabor parameter.
-        edge: Marks of the dwell's ends, where they are known.
+        edge: Marks of the same shape, one at the first and the last point of the dwell and zero elsewhere, if known.
 
     Returns:
-        The prediction. Of a history that is not one load-dwell-unload cycle it is made at its points as they are, and
-        says so.
+        The prediction. A history that is not one load-dwell-unload cycle is predicted at its own points, and `unlike`
+        says why.
 
     Raises:
-        ValueError: as `Surrogate.predict`; or a ramp has too few points to determine its rate.
+        ValueError: as for `Surrogate.predict`, or a ramp has too few points to determine its rate.
     """
     check_history(times[np.newaxis], indentations[np.newaxis])
     try:
@@ -104,8 +105,9 @@ def predict_history(
         )
     if fitted.exact and has_measurement_steps(times, indentations, edge):
         return HistoryPrediction(times, indentations, _predicted(model, times, indentations, tabor, edge))
-    # A dwell too short to be seen between two points is taken for the shortest of the training: without one there are
-    # fewer steps, of which the model has seen none.
+    # A dwell that is shorter than the interval between two points, or absent, is replaced by the shortest dwell of the
+    # training set, or by that interval if it is smaller. Without a dwell there would be fewer steps, on which the model
+    # was not trained.
     onset = min(int(np.searchsorted(times, fitted.corners[1], side="right")), len(times) - 1)
     unseen = min(float(times[onset] - times[onset - 1]), model.scaling.ranges.get("dwell_time", (0.0,))[0] or 1e-3)
     if fitted.dwell_time < unseen:

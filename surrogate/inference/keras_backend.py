@@ -1,4 +1,4 @@
-"""Predictions by Keras, whose models can be differentiated and trained further."""
+"""Prediction by Keras, whose models can be differentiated and trained further."""
 
 from __future__ import annotations
 
@@ -23,12 +23,19 @@ if TYPE_CHECKING:
     import keras
 
 EVALUATION_BATCH = 512
+"""Trajectories in a batch."""
 
 TRAINING_EXTRA = "Keras is not installed; install it with `pip install 'contact-trajectories[train]'`"
 
 
 def predict_scaled(model: keras.Model, sequence: np.ndarray, tabor: np.ndarray) -> np.ndarray:
-    """Return the model's scaled force of shape `(batch, steps)`, computed in batches."""
+    """Return the scaled force of a model, shape `(batch, steps)`, float32.
+
+    Args:
+        model: A model of `surrogate.build`.
+        sequence: Scaled channels of shape `(batch, steps, channels)`.
+        tabor: Scaled Tabor parameters of shape `(batch, 1)`.
+    """
     chunks = [
         np.asarray(
             model.predict_on_batch(
@@ -44,9 +51,9 @@ class KerasBackend:
     """A Keras model with its scaling.
 
     Args:
-        model: A model of `surrogate.build`, trained.
+        model: A trained model of `surrogate.build`.
         scaling: The scaling of its training set.
-        name: The name shown in messages.
+        name: Name of the model in messages.
     """
 
     def __init__(self, model: keras.Model, scaling: Scaling, name: str = "surrogate") -> None:
@@ -63,7 +70,12 @@ class KerasBackend:
         return self.force_from_channels(sequence, self.scaling.scale_tabor(tabor))
 
     def force_from_channels(self, sequence: np.ndarray, tabor: np.ndarray) -> np.ndarray:
-        """Return the physical forces of scaled channels `(batch, steps, channels)` and scaled Tabor `(batch, 1)`."""
+        """Return the physical forces of shape `(batch, steps)` from scaled inputs.
+
+        Args:
+            sequence: Scaled channels of shape `(batch, steps, channels)`.
+            tabor: Scaled Tabor parameters of shape `(batch, 1)`.
+        """
         return self.scaling.unscale_force(predict_scaled(self.model, sequence, tabor))
 
     @cached_property
@@ -71,16 +83,20 @@ class KerasBackend:
         return lower(self.model)
 
     def graph(self) -> Graph:
-        """Return the network as elementary operations."""
+        """Return the network as a graph of elementary operations.
+
+        Raises:
+            NotExportableError: a layer cannot be expressed in elementary operations.
+        """
         return self._graph
 
 
 def _keras_backend(config: dict[str, Any], weights: list[np.ndarray], scaling: Scaling, name: str) -> KerasBackend:
-    """Build a backend again from what was pickled."""
+    """Return the backend that was pickled."""
     import_keras()
     import keras
 
-    # Their layers are known to Keras once they are imported.
+    # The import registers the layers of these modules with Keras.
     importlib.import_module("surrogate.architectures.blocks")
     importlib.import_module("surrogate.architectures.layers")
     model = keras.Model.from_config(config)
@@ -89,16 +105,20 @@ def _keras_backend(config: dict[str, Any], weights: list[np.ndarray], scaling: S
 
 
 def keras_model(folder: Path, run: dict[str, Any]) -> keras.Model:
-    """Build the model a directory's `run.json` names and read its weights.
+    """Return the model of a model directory, with its weights.
+
+    Args:
+        folder: The model directory.
+        run: The content of its `run.json`.
 
     Raises:
-        FileNotFoundError: the weights are missing.
+        FileNotFoundError: the weights file is missing.
         ModuleNotFoundError: Keras is not installed.
-        ValueError: they do not fit, or the architecture is not known here as it was.
+        ValueError: the weights do not fit, or the architecture is not the registered one of the training.
     """
     if importlib.util.find_spec("keras") is None:
         raise ModuleNotFoundError(f"{TRAINING_EXTRA}, or load with backend='onnx'", name="keras")
-    # It loads h5py, which predictions by ONNX Runtime do without.
+    # This module imports h5py, which predictions by ONNX Runtime do not need.
     from surrogate.inference.weights import load_weights
 
     require_source(run)

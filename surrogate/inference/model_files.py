@@ -1,7 +1,7 @@
-"""Where trained models are stored, and what a model directory must contain (`surrogate.training.runs` lists its files).
+"""Search for trained models, and reading of model directories (`surrogate.training.runs` lists their files).
 
-A name is looked for under `published/models` of the repository first, then under that of the working directory, then
-among the models packaged with an installation, of which `M1-concat` is one.
+A name is searched for in `published/models` of the repository, then in `published/models` of the working directory,
+then among the models packaged with an installation, such as `M1-concat`.
 """
 
 from __future__ import annotations
@@ -19,15 +19,15 @@ PACKAGED = Path(__file__).resolve().parents[1] / "models"
 
 
 def find_model(name: str | Path, root: str | Path | None = None) -> Path:
-    """Return the model directory, or the ONNX file, a name or a path means.
+    """Return the path of the model directory or ONNX file that a name or a path stands for.
 
     Args:
-        name: A published model's name, a model directory, or an ONNX file of `surrogate export`.
-        root: Where names are looked for, instead of the usual places.
+        name: Name of a published model, or path of a model directory or of an ONNX file of `surrogate export`.
+        root: Directory to search for names, instead of those of `model_roots`.
 
     Raises:
-        FileNotFoundError: nothing is there.
-        ValueError: no model has that name.
+        FileNotFoundError: there is no such model directory or ONNX file.
+        ValueError: the name is not that of a model.
     """
     path = Path(name)
     named = str(name) == path.name and path.name not in ("", "..")
@@ -53,36 +53,36 @@ def find_model(name: str | Path, root: str | Path | None = None) -> Path:
         known = sorted({*names(), *trained})
         raise ValueError(f"Unknown model name. Expected one of {', '.join(known)}. Received: name={shown(name)}")
     raise FileNotFoundError(
-        f"No trained {name} in {' or '.join(map(str, roots))}; train it with `surrogate train {name}`. "
-        f"Trained there: {', '.join(trained) or 'none'}"
+        f"Expected a trained {name} in {' or '.join(map(str, roots))}; train it with `surrogate train {name}`. "
+        f"Received: a name without a model. Trained there: {', '.join(trained) or 'none'}"
     )
 
 
 def model_roots(root: str | Path | None = None) -> list[Path]:
-    """Return the directories searched for a model's name, in this order."""
+    """Return the directories that are searched for the name of a model, in this order."""
     if root is not None:
         return [Path(root)]
-    # An installation's own training leaves its models below the working directory.
+    # An installed package trains models into the working directory.
     return list(dict.fromkeys([PUBLISHED, Path("published/models").absolute(), PACKAGED]))
 
 
 def existing(path: Path) -> Path:
-    """Return the path of a file a model directory must hold.
+    """Return the path of a file of a model directory after checking that it exists.
 
     Raises:
-        FileNotFoundError: it is missing.
+        FileNotFoundError: the file is missing.
     """
     if not path.is_file():
-        raise FileNotFoundError(f"Expected a complete model directory. Missing: {path}")
+        raise FileNotFoundError(f"Expected a complete model directory. Received: one without {path}")
     return path
 
 
 def read_run(folder: Path) -> tuple[dict[str, Any], Scaling]:
-    """Read what a model directory says of its training, and its scaling.
+    """Return the content of `run.json` of a model directory, and its scaling.
 
     Raises:
         FileNotFoundError: a file is missing.
-        ValueError: a file is damaged, or the scaling belongs to another data set.
+        ValueError: a file is damaged, or the scaling is of another data set or feature set than `run.json`.
     """
     run_path = existing(folder / "run.json")
     scaling = Scaling.load(existing(folder / "scaling.json"))

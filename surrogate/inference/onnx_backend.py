@@ -1,4 +1,4 @@
-"""Predictions by ONNX Runtime, which starts quickly and needs no learning framework."""
+"""Prediction by ONNX Runtime, which starts quickly and needs no deep-learning framework."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ from surrogate.network.onnx_file import (
 if TYPE_CHECKING:
     import onnxruntime
 
-# Larger batches leave the caches and gain nothing.
 ONNX_BATCH = 256
+"""Trajectories in a batch. A larger batch does not fit into the caches and is not faster."""
 
 
 class OnnxBackend:
@@ -33,12 +33,12 @@ class OnnxBackend:
 
     Args:
         path: The file.
-        threads: Threads ONNX Runtime may use; one is best for single trajectories.
+        threads: Number of threads of ONNX Runtime; one is best for single trajectories.
 
     Raises:
-        FileNotFoundError: no such file.
-        ValueError: the file is not of `surrogate export`, of another version of it or altered since, or there is no
-            thread to use.
+        FileNotFoundError: the file does not exist.
+        ValueError: the file is not of `surrogate export`, is of another version of it, or was altered since; or the
+            number of threads is below one.
     """
 
     def __init__(self, path: str | Path, threads: int = 1) -> None:
@@ -51,13 +51,13 @@ class OnnxBackend:
             raise ValueError(f"Expected at least one thread. Received: threads={threads}")
         self._content = self.path.read_bytes()
         if not is_intact(self._content):
-            raise self._unlike("which is another one, damaged, or of an earlier version; export it again")
+            raise self._unlike("which is not one, is damaged, or is of an earlier version; export it again")
         try:
             self.session = self._session()
             self.metadata = dict(self.session.get_modelmeta().custom_metadata_map)
         # ONNX Runtime's exceptions share no base class of their own.
         except Exception as error:
-            raise self._unlike("unreadable") from error
+            raise self._unlike("which ONNX Runtime cannot read") from error
         found = self.metadata.get("format"), self.metadata.get("format_version")
         if found[0] != ONNX_FORMAT:
             raise self._unlike("which is not one")
@@ -68,14 +68,14 @@ class OnnxBackend:
             )
         missing = [key for key in ONNX_METADATA if key not in self.metadata]
         if missing:
-            raise self._unlike(f"without {', '.join(missing)} in its metadata")
+            raise self._unlike(f"whose metadata lack {', '.join(missing)}")
         interface = [
             (item.name, item.type, len(item.shape))
             for item in (*self.session.get_inputs(), *self.session.get_outputs())
         ]
         if sorted(interface) != sorted(ONNX_INTERFACE):
             names = shortened(", ".join(name for name, _, _ in interface))
-            raise self._unlike(f"whose inputs and outputs ({names}) are other ones")
+            raise self._unlike(f"whose inputs and outputs ({names}) are not those of `surrogate export`")
         self.name = self.metadata["name"]
         self._operations = self._read_operations()
         try:
@@ -93,7 +93,7 @@ class OnnxBackend:
         return onnxruntime.InferenceSession(self._content, sess_options=options, providers=["CPUExecutionProvider"])
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return what another process needs, where the file may be missing: its content, and not the session."""
+        """Return the state to pickle: the content of the file, which another process may lack, not the session."""
         return {name: value for name, value in vars(self).items() if name != "session"}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
@@ -116,7 +116,8 @@ class OnnxBackend:
         """Return the physical forces of shape `(batch, steps)`.
 
         Raises:
-            ValueError: ONNX Runtime cannot compute them, as where attention over a long history exceeds the memory.
+            ValueError: ONNX Runtime cannot compute them, for example because attention over a long history exceeds
+                the memory.
         """
         inputs = {"times": times, "indentations": indentations, "tabor": tabor, "edge": edge}
         inputs = {name: np.ascontiguousarray(values, dtype=np.float64) for name, values in inputs.items()}
@@ -133,7 +134,7 @@ class OnnxBackend:
         return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
     def graph(self) -> Graph:
-        """Return the network as elementary operations, read from the file."""
+        """Return the network as a graph of elementary operations, read from the file."""
         import onnx
 
         content = onnx.load_model_from_string(self._content).graph
@@ -144,10 +145,10 @@ class OnnxBackend:
         return Graph(self._operations, weights)
 
     def require_weights_of(self, folder: Path) -> None:
-        """Check that the file was exported from the weights beside it, where there are any.
+        """Check that the file was exported from the weights in a model directory, if there are any.
 
         Raises:
-            ValueError: it was not.
+            ValueError: it was exported from other weights.
         """
         weights = folder / "model.weights.h5"
         if weights.is_file() and hashlib.sha256(weights.read_bytes()).hexdigest() != self.metadata["weights_sha256"]:
@@ -157,30 +158,30 @@ class OnnxBackend:
             )
 
     def require_scaling(self, scaling: Scaling) -> None:
-        """Check that the file was exported with the scaling beside it.
+        """Check that the file was exported with a scaling.
 
         Raises:
-            ValueError: it was not.
+            ValueError: it was exported with another scaling.
         """
         if scaling != self.scaling:
             raise ValueError(
                 f"Expected the scaling that {self.path} was exported with; export it again with `surrogate export "
-                f"{shortened(self.name)}`, or restore scaling.json. Received: another one beside it"
+                f"{shortened(self.name)}`, or restore scaling.json. Received: another scaling in scaling.json"
             )
 
 
 def require_exported(folder: Path, scaling: Scaling) -> None:
-    """Check a model directory's weights and scaling against its ONNX file, where there is an intact one.
+    """Check the weights and the scaling of a model directory against its ONNX file, if there is an intact one.
 
     Raises:
-        ValueError: they differ.
+        ValueError: the ONNX file was exported from other weights or with another scaling.
     """
     if not (folder / ONNX_NAME).is_file():
         return
     try:
         exported = OnnxBackend(folder / ONNX_NAME)
     except ValueError:
-        # A file that must be exported again says nothing about what is beside it.
+        # A damaged or outdated file says nothing about the other files.
         return
     exported.require_weights_of(folder)
     exported.require_scaling(scaling)

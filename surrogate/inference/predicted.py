@@ -1,4 +1,4 @@
-"""A predicted force history with the interface of a simulated one, so that the same code can use both."""
+"""Predicted trajectories, with the interface of simulated ones; units as in `bem.protocol`."""
 
 from __future__ import annotations
 
@@ -11,50 +11,50 @@ from bem._support.tabular import Column
 from bem.trajectory import Statistics, Trajectory, far_field
 
 FORCE_DOUBT = 0.05
-"""Typical error of a predicted force at the end of a protocol, in pi R dgamma: smaller for 90 % of the test set."""
+"""Error of a predicted force at the end of a protocol, in pi R dgamma; it is smaller for 90 % of the test set."""
 
 
 @dataclass(frozen=True, repr=False)
 class PredictedTrajectory(Trajectory):
-    """A `bem.Trajectory` that a surrogate predicted on measurement steps.
+    """A `bem.Trajectory` that a surrogate predicted at measurement steps.
 
-    Pull-off force and time are the largest force on those steps while unloading, so a peak narrower than a step is
-    understated (`docs/dataset.md` says by how much). The hysteresis is the paper's too, the loop area on those steps by
-    the trapezoidal rule as in `surrogate.data.metrics`, not along an interpolation as a simulated trajectory's. A
-    surrogate knows no contact radius (all NaN), no jumps, and no error of its own (`accuracy` is NaN); of the
-    statistics only the seconds mean anything. `detached` is inferred from the force alone.
+    Pull-off force and pull-off time are those of the largest force at the steps of unloading, so the force of a peak
+    that is narrower than a step is too small (`docs/dataset.md` says by how much). The hysteresis is the loop area at
+    those steps by the trapezoidal rule, as in `surrogate.data.metrics`; a simulated trajectory integrates an
+    interpolation instead. A surrogate predicts no contact radius (all NaN), no jumps, and no error of its own
+    (`accuracy` is NaN). Of `stats`, only the seconds are set. `detached` is inferred from the force alone.
     """
 
     extrapolated: tuple[str, ...] = ()
-    """What lies outside the ranges of the training, in words; empty for a prediction inside them."""
+    """The quantities outside the ranges of the training set, as text; empty if there are none."""
     model: str = ""
-    """Name of the model that predicted it."""
+    """Name of the model."""
 
     @property
     def detached(self) -> bool:
-        """Whether the surfaces have separated by the end; False when unfinished.
+        """Whether the surfaces have separated by the end; False if the prediction is not finite.
 
-        A surrogate knows no contact edge: the force alone decides, against the far-field attraction
-        (`bem.trajectory.far_field`) with room for the error of a prediction. Close to that limit it may be wrong.
+        The last force is compared with the far-field attraction (`bem.trajectory.far_field`), with a tolerance of
+        `FORCE_DOUBT`. Close to that limit the answer may be wrong.
         """
         return self.completed and bool(far_field(self.force[-1], self.indentation[-1], doubt=FORCE_DOUBT))
 
     def work(self) -> float:
-        """Integral of -P d(delta) over the measurement steps by the trapezoidal rule."""
-        # NumPy 2.0 has it, and the stubs of 2.0 do not.
+        """Return the integral of -P d(delta) over the measurement steps, by the trapezoidal rule."""
+        # NumPy 2.0 has `trapezoid`; its type stubs do not.
         return -float(np.trapezoid(self.force, self.indentation))  # type: ignore[attr-defined, unused-ignore]
 
     def columns(self) -> dict[str, Column]:
-        """The columns of `to_dataframe` and `to_xarray`, with their units; without a contact radius."""
+        """Return the columns of `to_dataframe` and `to_xarray` with their units, without the contact radius."""
         return {name: column for name, column in super().columns().items() if name != "contact_radius"}
 
     def facts(self) -> dict[str, str]:
-        """Model, status, number of points and results, as texts."""
+        """Return model, status, number of points and results as text, by name."""
         outside = {"outside the training": ", ".join(self.extrapolated)} if self.extrapolated else {}
         return {"model": self.model} | super().facts() | outside
 
     def summary(self) -> dict[str, Any]:
-        """Return the scalars, ready for JSON."""
+        """Return the scalars by name, ready for JSON."""
         names = ("pull_off_force", "pull_off_time", "max_compression", "hysteresis", "end_force", "detached")
         scalars = {name: getattr(self, name) for name in names} | {"work": self.work()}
         return {"model": self.model, "status": self.status, **scalars, "extrapolated": list(self.extrapolated)}
@@ -70,16 +70,16 @@ def predicted_trajectory(
     model: str,
     seconds: float,
 ) -> PredictedTrajectory:
-    """Wrap one predicted history.
+    """Return the trajectory of one predicted history.
 
     Args:
         times: Times of shape `(steps,)`.
         indentations: Indentations of the same shape.
         force: Forces of the same shape.
-        unloading_from: Index of the first point that belongs to unloading.
-        extrapolated: What lies outside the ranges, in words.
+        unloading_from: Index of the first point of unloading.
+        extrapolated: The quantities outside the ranges of the training set, as text.
         model: Name of the model.
-        seconds: What the prediction took.
+        seconds: Wall-clock time of the prediction, in seconds.
     """
     return PredictedTrajectory(
         time=times,

@@ -1,4 +1,4 @@
-"""Trained models for users: physical arrays or protocols in, forces or trajectories out.
+"""Trained models: they map histories to forces and protocols to trajectories, all physical and dimensionless.
 
 Example:
     >>> import surrogate
@@ -11,7 +11,6 @@ Example:
 from __future__ import annotations
 
 import time
-import warnings
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -28,13 +27,11 @@ from surrogate.inference.keras_backend import KerasBackend
 from surrogate.inference.model_files import find_model
 from surrogate.inference.validity import (
     POINTS,
-    Excess,
     ExtrapolationWarning,
-    advice,
     excesses,
     history_quantities,
     of_history,
-    worst,
+    warn_of_extrapolation,
 )
 
 if TYPE_CHECKING:
@@ -45,12 +42,14 @@ if TYPE_CHECKING:
     from surrogate.inference.predicted import PredictedTrajectory
     from surrogate.inference.streaming import Stream
 
+__all__ = ["ExtrapolationWarning", "Surrogate"]
+
 
 class Surrogate:
-    """A trained model.
+    """A trained model; `surrogate.load` returns one.
 
     Args:
-        backend: What computes its forces.
+        backend: The backend that computes the forces.
     """
 
     def __init__(self, backend: Backend) -> None:
@@ -67,25 +66,25 @@ class Surrogate:
 
     @property
     def name(self) -> str:
-        """The name shown in messages."""
+        """Name of the model."""
         return self.backend.name
 
     @property
     def scaling(self) -> Scaling:
-        """The scaling of the training set, with its ranges."""
+        """The scaling of the training set, and its ranges."""
         return self.backend.scaling
 
     @property
     def modulus_ratio(self) -> float | None:
-        """Modulus ratio of the material it was trained on, the only one it is valid for; `None` if unknown."""
+        """Modulus ratio of the training set, the only one the model is valid for; `None` if unknown."""
         return self.scaling.modulus_ratio
 
     @property
     def model(self) -> keras.Model:
-        """The Keras model, to be differentiated or trained further.
+        """The Keras model, for gradients or further training.
 
         Raises:
-            ValueError: the model was loaded with another backend.
+            ValueError: the model was loaded with another backend than `"keras"`.
         """
         return self._keras_backend().model
 
@@ -95,39 +94,41 @@ class Surrogate:
         """Predict the force along indentation histories.
 
         Args:
-            times: Times of shape `(batch, steps)`, strictly increasing along the steps; a history may begin at any. The
+            times: Times of shape `(batch, steps)`, strictly increasing along the steps, the first one arbitrary. The
                 models were trained on the fixed measurement steps of `bem.dataset.measurement_steps.measurement_grid`.
             indentations: Indentations of the same shape.
-            tabor: Tabor parameters of shape `(batch,)`, or one for all.
-            edge: Marks of the dwell's onset and end, one there and zero elsewhere, of the same shape as `times`. By
-                default they are found: the first and last point of each history's longest run of constant indentation,
-                none where nothing is constant.
+            tabor: Tabor parameters of shape `(batch,)`, or one for all histories.
+            edge: Marks of the same shape, one at the first and the last point of the dwell and zero elsewhere. By
+                default, the dwell is the longest run of constant indentation; a history without one has no marks.
 
         Returns:
             Forces P / (pi R dgamma), tension positive, of shape `(batch, steps)`, float64.
 
         Raises:
-            ValueError: shapes that do not fit, NaN or infinity, times that do not increase, numbers beyond the bounds
-                of `bem.protocol`, marks other than zero and one, Tabor parameters not above zero.
+            ValueError: the shapes do not match; a value is NaN, infinite or outside the bounds of `bem.protocol`; times
+                do not increase strictly; a mark is neither zero nor one; a Tabor parameter is not above zero.
 
         Warns:
-            ExtrapolationWarning: once, naming every quantity in which a history leaves what the model was trained on
-                (see `surrogate.inference.validity`), its worst value and the range.
+            ExtrapolationWarning: a quantity is outside the range of the training set (`surrogate.inference.validity`).
+                One warning names all such quantities, with the value farthest outside and the range.
         """
         times, indentations, tabor, edge = self._checked(times, indentations, tabor, edge)
-        self._warn(excesses({"tabor": tabor, **history_quantities(times, indentations, edge)}, self.scaling.ranges))
+        quantities = {"tabor": tabor, **history_quantities(times, indentations, edge)}
+        warn_of_extrapolation(self.name, excesses(quantities, self.scaling.ranges))
         return self.backend.force(times, indentations, tabor, edge)
 
     def extrapolated(
         self, times: np.ndarray, indentations: np.ndarray, *, tabor: ArrayLike, edge: np.ndarray | None = None
     ) -> list[tuple[str, ...]]:
-        """Say in words what of each history lies outside the training, for the arguments of `predict`.
+        """Return the quantities of each history outside the ranges of the training set, as text.
+
+        The arguments are those of `predict`.
 
         Returns:
-            One tuple per history, empty where nothing does.
+            One tuple of texts per history, empty if all quantities are inside.
 
         Raises:
-            ValueError: as `predict`.
+            ValueError: as for `predict`.
         """
         times, indentations, tabor, edge = self._checked(times, indentations, tabor, edge)
         found = excesses({"tabor": tabor, **history_quantities(times, indentations, edge)}, self.scaling.ranges)
@@ -140,20 +141,21 @@ class Surrogate:
         tabor: ArrayLike,
         counts: tuple[int, int, int] = (50, 20, 50),
     ) -> list[PredictedTrajectory]:
-        """Predict whole trajectories of loading protocols.
+        """Predict the trajectories of loading protocols.
 
         Args:
-            protocols: One protocol or many.
+            protocols: One protocol or a sequence of them.
             tabor: One Tabor parameter per protocol, or one for all.
-            counts: Points of loading, dwell and unloading; the models were trained on the default, and much fewer or
-                more are extrapolation. A protocol without dwell gets no dwell points.
+            counts: Number of points in loading, dwell and unloading. The models were trained on the default; with far
+                fewer or more points they extrapolate. A protocol without a dwell has no dwell points.
 
         Returns:
-            One trajectory per protocol, in order, with the interface of `bem.Trajectory`. Each one's
-            `extrapolated` lists what lies outside the ranges of the training; no warning is issued.
+            One trajectory per protocol, in the same order, with the interface of `bem.Trajectory`. Its `extrapolated`
+            lists the quantities outside the ranges of the training set; there is no warning.
 
         Raises:
-            ValueError: something else than loading protocols, or Tabor parameters that do not fit.
+            ValueError: an item is not a `bem.LoadingProtocol`, the number of Tabor parameters does not match, or a
+                history is outside the bounds of `bem.protocol`.
         """
         from bem.dataset.measurement_steps import measurement_grid
         from bem.protocol import LoadingProtocol
@@ -163,7 +165,7 @@ class Surrogate:
         for protocol in protocols:
             if not isinstance(protocol, LoadingProtocol):
                 raise ValueError(
-                    f"Expected LoadingProtocols; other histories go to `predict`. Received: {shown(protocol)}"
+                    f"Expected LoadingProtocols; `predict` takes other histories. Received: {shown(protocol)}"
                 )
         tabor = checked_tabor(tabor, len(protocols))
         if not protocols:
@@ -209,32 +211,40 @@ class Surrogate:
         return [found[index] for index in range(len(protocols))]
 
     def stream(self, *, tabor: float) -> Stream:
-        """Start a step-by-step prediction of one history, for control loops.
+        """Start the step-by-step prediction of one history, for control loops.
 
         Args:
-            tabor: The Tabor parameter, which stays.
+            tabor: The Tabor parameter of the history.
 
         Returns:
             A `surrogate.inference.streaming.Stream`, whose `step(time, indentation, edge=False)` returns the force.
 
         Raises:
-            ValueError: a Tabor parameter not above zero, or a model that is not causal (M5).
+            ValueError: the Tabor parameter is not above zero, or the model is not causal (M5).
 
         Warns:
-            ExtrapolationWarning: the Tabor parameter lies outside the training's.
+            ExtrapolationWarning: the Tabor parameter is outside the range of the training set.
         """
         from surrogate.inference.streaming import Stream
 
         graph = self.backend.graph()
         checked = checked_tabor(tabor, 1)
-        self._warn(excesses({"tabor": checked}, self.scaling.ranges))
+        warn_of_extrapolation(self.name, excesses({"tabor": checked}, self.scaling.ranges))
         return Stream(graph, self.scaling, tabor=float(checked[0]), name=self.name)
 
     def predict_channels(self, sequence: np.ndarray, tabor: np.ndarray) -> np.ndarray:
-        """Predict the force from scaled channels of shape `(batch, steps, channels)` and scaled Tabor `(batch, 1)`.
+        """Predict the force from scaled inputs (`Scaling.scale_channels`, `Scaling.scale_tabor`).
+
+        Args:
+            sequence: Scaled channels of shape `(batch, steps, channels)`.
+            tabor: Scaled Tabor parameters of shape `(batch, 1)`.
+
+        Returns:
+            Physical forces of shape `(batch, steps)`, float64.
 
         Raises:
-            ValueError: a wrong number of channels, NaN, or another backend than Keras.
+            ValueError: the shape of the channels is wrong, a channel is not finite, or the model was loaded with
+                another backend than `"keras"`.
         """
         backend = self._keras_backend()
         expected = backend.model.inputs[0].shape[-1]
@@ -251,8 +261,8 @@ class Surrogate:
     def _keras_backend(self) -> KerasBackend:
         if not isinstance(self.backend, KerasBackend):
             raise ValueError(
-                f"Expected a model loaded with backend='keras', which alone knows scaled channels and gradients. "
-                f"Received: {type(self.backend).__name__} of {self.name}"
+                f"Expected a model loaded with backend='keras', the only one with scaled channels and gradients. "
+                f"Received: {self.name} with {type(self.backend).__name__}"
             )
         return self.backend
 
@@ -261,13 +271,7 @@ class Surrogate:
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         times, indentations = real_array("times", times), real_array("indentations", indentations)
         check_history(times, indentations)
-        # The models' clock starts with the protocol; close times of a late clock have lost their last digits already.
+        # The time channel of the models starts at zero.
         times = times - times[:, :1]
         edge = edge_from_indentations(indentations) if edge is None else checked_edge(edge, times.shape)
         return times, indentations, checked_tabor(tabor, len(times)), edge
-
-    def _warn(self, found: list[Excess]) -> None:
-        if found:
-            words = worst(found)
-            message = f"{self.name} extrapolates beyond its training: {'; '.join(words)}. Advice: {advice(words)}"
-            warnings.warn(message, ExtrapolationWarning, stacklevel=3)

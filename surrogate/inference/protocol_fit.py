@@ -1,11 +1,10 @@
-"""The load-dwell-unload protocol a measured history follows, fitted through its noise.
+"""Fit of a load-dwell-unload protocol to a measured, noisy indentation history.
 
-The path is straight from the first instant to the peak, flat over the dwell, and straight to the last instant. Its
-corners are found by least squares: the levels of start, peak and end are linear in the path, so only the two instants
-of the dwell's ends are searched for, first over the points of the history and then between them. Two
-assumptions are made unless the points contradict them: corners lie where the sampling rate changes, and the ends where
-they are expected.
-Units as in `bem.protocol`.
+The path is straight from the first point to the peak, constant over the dwell, and straight to the last point. It is
+fitted by least squares. The path is linear in the indentations of start, peak and end, so only the two times at which
+the dwell begins and ends are searched for: first among the points of the history, then between them. Two assumptions
+hold unless the points contradict them: the dwell begins and ends where the sampling interval changes, and the path
+starts and ends at the expected indentation. Units as in `bem.protocol`.
 """
 
 from __future__ import annotations
@@ -15,22 +14,23 @@ import numpy as np
 from surrogate.inference.fitted_protocol import FittedProtocol
 
 EXACT = 1e-6
-"""A history lies on its protocol when no point is farther from it than this share of the travel, as rounding is."""
+"""Largest residual in an exact history, as a fraction of the range of the indentations; it allows for rounding."""
 LARGEST_BEND = 0.02
-"""How far averages over neighbouring points may lie from the protocol, as a share of the travel."""
+"""Largest mean residual over a block of neighbouring points, as a fraction of the travel."""
 LARGEST_NOISE = 0.05
-"""How much points may scatter (standard deviation), as a share of the travel."""
+"""Largest standard deviation of the noise, as a fraction of the travel."""
 SAMPLING_TOLERANCE = 1e-3
-"""How much two steps of one sampling rate may differ, as a share of them."""
+"""Largest relative difference between two time steps of the same sampling interval."""
 SMALLEST_RETURN = 0.1
-"""How far each ramp must lead at least, as a share of the travel."""
+"""Smallest change of indentation in each ramp, as a fraction of the travel."""
 FEWEST_POINTS = 4
-"""Points in a ramp, to distinguish its rate from noise."""
+"""Smallest number of points in a ramp, to determine its rate."""
 CANDIDATES, DECIMATED, BLOCKS = 32, 1000, 24
+"""Points in the first grid of the search, largest number of points it evaluates, and blocks for `LARGEST_BEND`."""
 
 
 class NotOneCycleError(ValueError):
-    """A history is not one load-dwell-unload cycle."""
+    """The history is not one load-dwell-unload cycle."""
 
 
 def fit_protocol(
@@ -39,16 +39,17 @@ def fit_protocol(
     """Fit a load-dwell-unload path to a measured indentation history.
 
     Args:
-        times: Instants of shape `(steps,)`, strictly increasing.
+        times: Times of shape `(steps,)`, strictly increasing.
         indentations: Indentations of the same shape.
-        edge: Marks of the dwell's ends of the same shape, where they are known: one or two, which are then the corners.
-        ends: Where the protocol is thought to begin and end; taken where the points do not contradict it.
+        edge: Marks of the same shape, one at the first and the last point of the dwell and zero elsewhere, if known.
+            The dwell then begins and ends at these points.
+        ends: Expected indentation at start and end; it is used if the points do not contradict it.
 
     Returns:
-        The path.
+        The fitted path.
 
     Raises:
-        NotOneCycleError: the history is something else, or noise hides it.
+        NotOneCycleError: the history is not one cycle, or its noise is too large.
         ValueError: a ramp has too few points to determine its rate.
     """
     if len(times) < 3:
@@ -58,7 +59,7 @@ def fit_protocol(
         raise NotOneCycleError(
             f"Expected marks of one dwell inside the history. Received: marks at {marks[:5].tolist()}"
         )
-    # Corners as places in the sequence of points, which is well spread over all phases, however unequal they are.
+    # A corner is a real-valued index into the points, because all phases have points even if their durations differ.
     if marks.size:
         found, fixed = _path(times, indentations, marks[[0, -1]]), True
     else:
@@ -81,12 +82,12 @@ def fit_protocol(
 
 
 def _as_good(other: FittedProtocol, found: FittedProtocol, count: int) -> bool:
-    """Whether two quantities fixed cost no more than noise does, by a likelihood ratio at three standard deviations."""
+    """Return whether `other`, with two parameters fixed, fits as well: a likelihood-ratio test at three sigma."""
     return other.residual**2 <= (1.0 + 9.0 / max(count - 5, 1)) * found.residual**2
 
 
 def _searched(times: np.ndarray, indentations: np.ndarray) -> FittedProtocol:
-    """The path of least squares: its corners at points where it then is exact, else anywhere between them."""
+    """Return the least-squares path, with corners at points if it is then exact, otherwise anywhere between points."""
     place = _nearest_points(times, indentations)
     if len(times) > DECIMATED:
         place = np.round(_between_points(times, indentations, place))
@@ -95,14 +96,17 @@ def _searched(times: np.ndarray, indentations: np.ndarray) -> FittedProtocol:
 
 
 def _where_sampling_changes(times: np.ndarray) -> np.ndarray | None:
-    """The two points at which the time between points changes, as where instruments record each phase by itself."""
+    """Return the first and the last point at which the sampling interval changes; `None` without one or two changes.
+
+    Some instruments record each phase with its own sampling interval.
+    """
     steps = np.diff(times)
     changes = 1 + np.flatnonzero(np.abs(np.diff(steps)) > SAMPLING_TOLERANCE * np.minimum(steps[1:], steps[:-1]))
     return changes[[0, -1]].astype(np.float64) if 1 <= changes.size <= 2 else None
 
 
 def _hats(times: np.ndarray, first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Weights of the start and of the end at all instants, for corners of shape `(pairs, 1)`: `(pairs, steps)` each."""
+    """Return the weights of start and end at all times, each `(pairs, steps)`, for corners of shape `(pairs, 1)`."""
     start = np.clip((first - times) / (first - times[0]), 0.0, 1.0)
     end = np.clip((times - second) / (times[-1] - second), 0.0, 1.0)
     return start, end
@@ -111,7 +115,7 @@ def _hats(times: np.ndarray, first: np.ndarray, second: np.ndarray) -> tuple[np.
 def _levels(
     start: np.ndarray, end: np.ndarray, indentations: np.ndarray, ends: float | None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Least-squares levels of start, peak and end, `(pairs, 3)`, and the residuals of the points, `(pairs, steps)`."""
+    """Return least-squares levels of start, peak and end, `(pairs, 3)`, and residuals of points, `(pairs, steps)`."""
     peak = 1.0 - start - end
     if ends is not None:
         rest = indentations - ends * (start + end)
@@ -128,16 +132,16 @@ def _levels(
 def _residuals(
     times: np.ndarray, indentations: np.ndarray, places: np.ndarray, ends: float | None = None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Corner instants `(pairs, 2)`, levels and residuals for corners at some places `(pairs, 2)` of the sequence."""
+    """Return the times of corners at real-valued indices, both `(pairs, 2)`, and the result of `_levels`."""
     corners = np.interp(places, np.arange(len(times)), times)
     return corners, *_levels(*_hats(times, corners[:, :1], corners[:, 1:]), indentations, ends)
 
 
 def _nearest_points(times: np.ndarray, indentations: np.ndarray) -> np.ndarray:
-    """The pair of points nearest to the corners: over ever finer grids around the best pair."""
+    """Return the pair of points with the smallest residuals, by a search over successively finer grids."""
     count = len(times)
     kept = np.unique(np.linspace(0, count - 1, min(count, DECIMATED)).round().astype(int))
-    # What the search sees of a long history; corners may be at any of its points.
+    # A long history is decimated for the residuals; the corners may be at any of its points.
     at, depth = np.searchsorted(kept, np.arange(count)), indentations[kept]
     step = max(1, count // CANDIDATES)
     around = np.append(np.arange(1, count - 1, step), count - 2)
@@ -157,7 +161,7 @@ def _nearest_points(times: np.ndarray, indentations: np.ndarray) -> np.ndarray:
 def _between_points(
     times: np.ndarray, indentations: np.ndarray, place: np.ndarray, ends: float | None = None
 ) -> np.ndarray:
-    """Move the corners off the points to the least sum of squares."""
+    """Return real-valued indices of the corners with the least sum of squares, starting from `place`."""
     from scipy.optimize import least_squares
 
     def residuals(found: np.ndarray) -> np.ndarray:
@@ -185,7 +189,11 @@ def _path(times: np.ndarray, indentations: np.ndarray, place: np.ndarray, ends: 
 
 
 def _require_cycle(times: np.ndarray, indentations: np.ndarray, found: FittedProtocol) -> None:
-    """Distinguish noise, which averages out, from another path, which does not."""
+    """Check that the residuals are noise, whose mean over a block of points is small, and that both ramps return.
+
+    Raises:
+        NotOneCycleError: they are not, or one does not.
+    """
     residual = indentations - np.interp(times, found.corners, found.levels())
     block = max(len(times) // BLOCKS, 1)
     means = np.convolve(residual, np.full(block, 1.0 / block), mode="valid")
@@ -210,7 +218,7 @@ def _require_points(times: np.ndarray, found: FittedProtocol) -> None:
     few = [f"{count} in {phase}" for phase, count in counts.items() if count < FEWEST_POINTS]
     if few:
         raise ValueError(
-            f"Expected at least {FEWEST_POINTS} points in loading and in unloading, to tell their rates. "
-            f"Received: {len(times)} points, {' and '.join(few)}; record more of them, mark the dwell's ends in a "
-            "column edge, or give the protocol itself instead of a history"
+            f"Expected at least {FEWEST_POINTS} points in loading and in unloading, to determine their rates; record "
+            "more of them, mark both ends of the dwell in a column edge, or give the protocol instead of a history. "
+            f"Received: {len(times)} points, {' and '.join(few)}"
         )

@@ -1,22 +1,23 @@
-"""Step-by-step prediction for control loops: a causal model carried along as the sphere moves.
+"""Step-by-step prediction of the force, for control loops.
 
-Steps taken one by one and a whole history through `Stream.run` agree bitwise. `Surrogate.predict`, which computes the
-same in another order of float32 operations, agrees within `AGREEMENT` of the history's force range, which
-`tests/surrogate/test_agreement.py` holds the published M1-concat to. A step of M1-concat takes a few tens of
-microseconds (`make bench-stream` measures it) and allocates no array. M5 needs the whole history and cannot stream.
+`Stream.run` gives the same bits as the single steps of `Stream.step`. `Surrogate.predict` computes the same in another
+order of float32 operations; it agrees to within `AGREEMENT` of the history's force range, as
+`tests/surrogate/inference/test_agreement.py` tests for the published M1-concat. A step of M1-concat takes a few tens of
+microseconds (`make bench-stream` measures it) and allocates no array. Only causal models can stream: M5 needs the whole
+history.
 
 Example:
     >>> import surrogate
     >>> stream = surrogate.load("M1-concat").stream(tabor=1.0)  # doctest: +SKIP
     >>> stream.step(0.0, -2.145), stream.step(0.02, -2.0)  # doctest: +SKIP
 
-The models learned from about 120 points a history; `docs/control.md` explains how to divide a protocol into steps.
+The models were trained on 120 points per history; `docs/control.md` explains how to divide a protocol into steps. Units
+as in `bem.protocol`.
 """
 
 from __future__ import annotations
 
 import math
-import warnings
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -24,11 +25,11 @@ import numpy as np
 
 from bem._support.validation import real_array
 from bem._support.wording import shown
-from bem.protocol import LARGEST_INDENTATION, LARGEST_RATE, default_start_indentation
+from bem.protocol import LARGEST_INDENTATION, LARGEST_RATE
 from surrogate.data.features import channel_names
 from surrogate.data.scaling import SYMLOG_PASSES, Scaling
 from surrogate.inference.checks import LONGEST_HISTORY, SHORTEST_STEP, checked_edge, real_number
-from surrogate.inference.validity import START_TOLERANCE, ExtrapolationWarning, advice, excesses, worst
+from surrogate.inference.validity import excesses, start_range, warn_of_extrapolation
 from surrogate.network.graph import Graph
 from surrogate.network.kernels import CHANNELS, INDENTATION, LATEST, MOTION_SIZE, ORIGIN, STEPS, TIME, advance
 from surrogate.network.program import Program
@@ -42,7 +43,7 @@ AGREEMENT = 1e-5
 
 @dataclass(frozen=True, eq=False)
 class Snapshot:
-    """A stream's state at one moment, to return to."""
+    """State of a stream after one of its steps; `Stream.restore` takes it."""
 
     state: np.ndarray
     motion: np.ndarray
@@ -50,16 +51,16 @@ class Snapshot:
 
 
 class Stream:
-    """A prediction that advances point by point; made by `Surrogate.stream`.
+    """Prediction that advances point by point; `Surrogate.stream` returns one.
 
     Args:
-        graph: The network.
-        scaling: Its scaling.
-        tabor: The Tabor parameter.
-        name: The name shown in messages.
+        graph: The network as a graph of elementary operations.
+        scaling: The scaling of its training set.
+        tabor: The Tabor parameter of the history.
+        name: Name of the model in messages.
 
     Raises:
-        ValueError: the model is not causal.
+        ValueError: the model is not causal, or the graph is damaged.
     """
 
     def __init__(self, graph: Graph, scaling: Scaling, *, tabor: float, name: str = "surrogate") -> None:
@@ -75,43 +76,42 @@ class Stream:
         self._channels = np.array([(CHANNELS.index(channel), SYMLOG_PASSES[channel]) for channel in names])
         moments = [*zip(scaling.channel_mean, scaling.channel_scale, strict=True), scaling.force]
         self._moments = np.array(moments, dtype=np.float64)
-        # Snapshots fit every stream of the same network and Tabor parameter, and no other.
+        # A snapshot fits the streams of the same network and Tabor parameter only.
         self._owner = (name, tabor, scaling.dataset_sha256, float(self._weights.sum(dtype=np.float64)))
-        usual = default_start_indentation(tabor)
-        self._starts = ((1.0 + START_TOLERANCE) * usual, (1.0 - START_TOLERANCE) * usual)
-        # Kernels compile, or load, before the first step of a user.
+        self._starts = start_range(tabor)
+        # The kernels are compiled, or loaded, here instead of in the first step of the user.
         self._advance(0.0, 0.0, 0.0)
         self.reset()
 
     @property
     def time(self) -> float:
-        """Time of the latest step; minus infinity before the first."""
+        """Time of the latest step; minus infinity before the first step."""
         return float(self._motion[LATEST]) if self._motion[STEPS] else -math.inf
 
     def step(self, time: float, indentation: float, edge: bool = False) -> float:
-        """Advance to a new point and return the force there.
+        """Advance to the next point and return the force there.
 
         Args:
-            time: Its time, after that of the step before; the first step's may be any.
-            indentation: Its indentation.
-            edge: Whether it is the first or the last point of the dwell, which the caller knows.
+            time: Time of the point, later than that of the previous step; the first time is arbitrary.
+            indentation: Indentation at the point.
+            edge: Whether the point is the first or the last one of the dwell.
 
         Returns:
             The force P / (pi R dgamma), tension positive.
 
         Raises:
-            ValueError: what is no real number, a time that does not advance, NaN or infinity, or motion beyond the
-                bounds of `bem.protocol`; the stream stays where it was.
+            ValueError: an argument is not a finite real number, the time does not increase, or the motion is outside
+                the bounds of `bem.protocol`. The state of the stream is then unchanged.
 
         Warns:
-            ExtrapolationWarning: a first step elsewhere than at -pi^(2/3) mu, where all training histories begin.
+            ExtrapolationWarning: the first indentation is not near -pi^(2/3) mu, where all training histories start.
         """
         motion = self._motion
         if not (isinstance(time, float) and isinstance(indentation, float)):
             time, indentation = real_number("time", time), real_number("indentation", indentation)
         if not (math.isfinite(time) and abs(indentation) <= LARGEST_INDENTATION):
             raise ValueError(
-                f"Expected a finite step, indentations within +-{LARGEST_INDENTATION:g}. "
+                f"Expected a finite time, and an indentation within +-{LARGEST_INDENTATION:g}. "
                 f"Received: time={time!r}, indentation={indentation!r}"
             )
         if motion[STEPS]:
@@ -119,8 +119,8 @@ class Stream:
             step = since - motion[TIME]
             if not (step >= SHORTEST_STEP and since <= LONGEST_HISTORY):
                 raise ValueError(
-                    f"Expected a time after {self.time!r}, that of the step before, and at most {LONGEST_HISTORY:g} "
-                    f"after the first. Received: time={time!r}"
+                    f"Expected a time after {self.time!r}, that of the previous step, and at most {LONGEST_HISTORY:g} "
+                    f"after the first one. Received: time={time!r}"
                 )
             if abs(indentation - motion[INDENTATION]) > LARGEST_RATE * step:
                 raise ValueError(
@@ -128,28 +128,29 @@ class Stream:
                     f"time={time!r} after {float(motion[INDENTATION])!r} at {self.time!r}"
                 )
         elif not self._starts[0] <= indentation <= self._starts[1]:
-            self._warn_of_start(indentation)
+            start = {"tabor": np.array([self.tabor]), "start_indentation": np.array([indentation])}
+            warn_of_extrapolation(self.name, excesses(start, {}))
         return self._advance(float(time), float(indentation), 1.0 if edge else 0.0)
 
     def run(self, times: ArrayLike, indentations: ArrayLike, edge: ArrayLike) -> np.ndarray:
-        """Take many steps, each as `step` takes it; from a fresh stream on, a whole history.
+        """Take many steps, as `step` takes each of them; on a new stream, a whole history.
 
         Args:
             times: Times of shape `(steps,)`.
             indentations: Indentations of the same shape.
-            edge: Marks of the dwell's ends, one there and zero elsewhere, of the same shape.
+            edge: Marks of the same shape, one at the first and the last point of the dwell and zero elsewhere.
 
         Returns:
-            The forces of shape `(steps,)`, float64, bitwise those of `step`.
+            The forces of shape `(steps,)`, float64, bitwise equal to those of `step`.
 
         Raises:
-            ValueError: unequal shapes, a mark that is neither zero nor one, or what `step` refuses; the stream stays
-                where it was.
+            ValueError: the shapes differ, a mark is neither zero nor one, or `step` raises. The state of the stream is
+                then unchanged.
         """
         times, indentations = real_array("times", times), real_array("indentations", indentations)
         if times.ndim != 1 or times.shape != indentations.shape:
             raise ValueError(
-                "Expected times and indentations of one shape (steps,). "
+                "Expected times and indentations of the same shape (steps,). "
                 f"Received: shapes {times.shape} and {indentations.shape}"
             )
         marks = checked_edge(edge, times.shape)
@@ -175,27 +176,20 @@ class Stream:
             edge,
         )
 
-    def _warn_of_start(self, indentation: float) -> None:
-        found = excesses({"tabor": np.array([self.tabor]), "start_indentation": np.array([indentation])}, {})
-        if found:
-            words = worst(found)
-            message = f"{self.name} extrapolates beyond its training: {'; '.join(words)}. Advice: {advice(words)}"
-            warnings.warn(message, ExtrapolationWarning, stacklevel=3)
-
     def reset(self) -> None:
-        """Forget everything: the next step is a history's first."""
+        """Reset the state: the next step is the first one of a history."""
         self._state[:] = 0.0
         self._motion[:] = 0.0
 
     def snapshot(self) -> Snapshot:
-        """Return the state as it is now, so that steps can be tried and undone."""
+        """Return a copy of the state, so that later steps can be undone by `restore`."""
         return Snapshot(self._state.copy(), self._motion.copy(), self._owner)
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Return to a snapshot, taken of this stream or of another one of the same model and Tabor parameter.
+        """Set the state to a snapshot of this stream, or of another one of the same model and Tabor parameter.
 
         Raises:
-            ValueError: it was taken of another model or at another Tabor parameter.
+            ValueError: the snapshot is of another model or another Tabor parameter.
         """
         if not isinstance(snapshot, Snapshot) or snapshot.owner != self._owner:
             raise ValueError(f"Expected a snapshot of {self.name} at tabor={self.tabor:g}. Received: {shown(snapshot)}")

@@ -1,17 +1,20 @@
-"""Range of validity: the quantities of a history that lie outside those of the training, with value and range.
+"""Range of validity: the quantities of a history that are outside the range of the training set.
 
-The protocol's own quantities have the ranges of the training set. The others are what all training histories have in
-common: they begin and end at -pi^(2/3) mu, consist of a straight ramp, a dwell and a straight ramp back, and have 50,
-20 and 50 equally spaced points there. Deviations below the tolerances of this module hardly change the error against
-the solver, except for the number of points: 100 to 140, in proportion, are the nearby resolutions that the paper shows
-(its appendix "FMS-resolution transferability"); `experiments.paper.fms_transfer` measures their error.
+The ranges of the protocol quantities are those of the training set. The other ranges describe what all training
+histories have in common: they start and end at -pi^(2/3) mu, and consist of a straight ramp, a dwell and a straight
+ramp back with 50, 20 and 50 equally spaced points. Deviations within the tolerances of this module hardly change the
+error against the solver. The number of points is an exception: 100 to 140 points in the same proportions are the
+resolutions that the paper compares (its appendix "FMS-resolution transferability of the M1-concat surrogate"), and
+`experiments.paper.fms_transfer` measures their error. Units as in `bem.protocol`.
 """
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import TypeVar
 
 import numpy as np
 
@@ -19,25 +22,26 @@ from bem.dataset.measurement_steps import proportional_counts
 from bem.protocol import default_start_indentation
 from surrogate.data.features import plateau
 
-# Leaves room for rates recovered from rounded times.
+Numbers = TypeVar("Numbers", float, np.ndarray)
+
 RANGE_TOLERANCE = 1e-6
+"""Relative tolerance of all bounds, for rates that are computed from rounded times."""
 
 FEWEST, MOST = (proportional_counts(total) for total in (100, 140))
 POINTS = {
     f"{phase}_points": bounds
     for phase, bounds in zip(("loading", "dwell", "unloading"), zip(FEWEST, MOST, strict=True), strict=True)
 }
-"""Points of each phase without a warning."""
+"""Smallest and largest number of points in each phase."""
 
 START_TOLERANCE = 0.03
-"""How far start and end may lie from -pi^(2/3) mu, as a share of it."""
+"""Largest relative difference of start and end from -pi^(2/3) mu."""
 
 BEND_TOLERANCE = 0.005
-"""How far indentations may lie from the straight ramps and the dwell, as a share of the travel."""
+"""Largest difference of an indentation from the straight ramps and the dwell, as a fraction of the travel."""
 
 LARGEST_STEP_RATIO = 1.5
-"""How much longer the longest time step of a phase may be than its shortest."""
-
+"""Largest ratio of the longest to the shortest time step within a phase."""
 
 PROTOCOL = "compare with the solver before you trust a protocol the model has not seen (`surrogate predict --check`)"
 ENDS = "begin and end the history at -pi^(2/3) tabor, as all of the training do"
@@ -51,35 +55,49 @@ ADVICE = {
     **dict.fromkeys((*POINTS, "step_ratio"), STEPS),
     "bend": BEND,
 }
-"""Advice on a quantity out of its range; `PROTOCOL` for those of the protocol itself."""
+"""Advice by the name of the quantity outside its range; `PROTOCOL` holds for the quantities that are not listed."""
 
 
 class ExtrapolationWarning(UserWarning):
-    """A prediction was asked for outside the ranges the model was trained on."""
+    """A prediction is outside the ranges of the training set."""
 
 
 @dataclass(frozen=True)
 class Excess:
-    """A quantity that leaves its range somewhere; arrays of shape `(batch,)`."""
+    """A quantity that is outside its range in at least one history.
+
+    Args:
+        name: Name of the quantity.
+        values: Its values, shape `(batch,)`.
+        low: Lower bounds, shape `(batch,)`.
+        high: Upper bounds, shape `(batch,)`.
+        beyond: Distance of each value from its range, shape `(batch,)`; zero inside the range, and for NaN.
+    """
 
     name: str
     values: np.ndarray
     low: np.ndarray
     high: np.ndarray
     beyond: np.ndarray
-    """How far each value lies outside, zero for those inside and those that do not exist."""
 
     def words(self, index: int) -> str:
-        """Name, value and range for one history."""
+        """Return name, value and range for the history `index` as text."""
         return f"{self.name} = {self.values[index]:.6g} lies outside [{self.low[index]:.6g}, {self.high[index]:.6g}]"
 
 
+def start_range(tabor: Numbers) -> tuple[Numbers, Numbers]:
+    """Return the lower and the upper bound of the indentation at start and end, of the shape of `tabor`."""
+    start = default_start_indentation(tabor)
+    return (1.0 + START_TOLERANCE) * start, (1.0 - START_TOLERANCE) * start
+
+
 def excesses(quantities: dict[str, np.ndarray], ranges: dict[str, tuple[float, float]]) -> list[Excess]:
-    """Return the quantities that leave their range.
+    """Return the quantities that are outside their range.
 
     Args:
-        quantities: Values by name, each of shape `(batch,)`; NaN where a history has no such thing.
-        ranges: Smallest and largest training value by name. The others' ranges are this module's.
+        quantities: Values by name, each of shape `(batch,)`; NaN if a history does not have the quantity. Names without
+            a range are ignored.
+        ranges: Smallest and largest value in the training set, by name. This module has the ranges of the others.
     """
     bounds: dict[str, tuple[float | np.ndarray, float | np.ndarray]] = {
         **ranges,
@@ -88,13 +106,11 @@ def excesses(quantities: dict[str, np.ndarray], ranges: dict[str, tuple[float, f
         "step_ratio": (1.0, LARGEST_STEP_RATIO),
     }
     if "tabor" in quantities:
-        usual = default_start_indentation(quantities["tabor"])
-        around = ((1.0 + START_TOLERANCE) * usual, (1.0 - START_TOLERANCE) * usual)
-        bounds |= {"start_indentation": around, "end_indentation": around}
+        bounds |= dict.fromkeys(("start_indentation", "end_indentation"), start_range(quantities["tabor"]))
     names = [name for name in quantities if name in bounds]
     if not names:
         return []
-    # All at once, because a single prediction takes little longer than a few dozen array operations.
+    # One set of array operations for all quantities: a prediction takes hardly longer than a few dozen of them.
     values = np.array([quantities[name] for name in names])
     low, high = np.empty_like(values), np.empty_like(values)
     for row, name in enumerate(names):
@@ -109,30 +125,45 @@ def excesses(quantities: dict[str, np.ndarray], ranges: dict[str, tuple[float, f
 
 
 def worst(found: Iterable[Excess]) -> list[str]:
-    """Describe for every quantity the value farthest outside."""
+    """Return, for each quantity, the value farthest outside its range, as text."""
     return [excess.words(int(excess.beyond.argmax())) for excess in found]
 
 
+def warn_of_extrapolation(name: str, found: list[Excess]) -> None:
+    """Issue one `ExtrapolationWarning` for all excesses, if there are any, at the caller of the calling method.
+
+    Args:
+        name: Name of the model.
+        found: What `excesses` returned.
+    """
+    if found:
+        words = worst(found)
+        message = f"{name} extrapolates beyond its training: {'; '.join(words)}. Advice: {advice(words)}"
+        warnings.warn(message, ExtrapolationWarning, stacklevel=3)
+
+
 def advice(words: Iterable[str]) -> str:
-    """Return the advice on what `Excess.words` reported, each piece once."""
+    """Return the advice on the texts of `Excess.words`, without repetition."""
     return "; ".join(dict.fromkeys(ADVICE.get(quantity.split(" = ")[0], PROTOCOL) for quantity in words))
 
 
 def of_history(found: Iterable[Excess], index: int) -> tuple[str, ...]:
-    """Describe what of one history lies outside."""
+    """Return the quantities of the history `index` that are outside their range, as text."""
     return tuple(excess.words(index) for excess in found if excess.beyond[index] > 0.0)
 
 
 def history_quantities(
     times: np.ndarray, indentations: np.ndarray, edge: np.ndarray | None = None
 ) -> dict[str, np.ndarray]:
-    """Recover what `excesses` judges from histories; NaN where a phase is absent.
+    """Return the quantities of histories that `excesses` checks, by name, each of shape `(batch,)`.
+
+    A quantity of a phase that a history does not have is NaN.
 
     Args:
         times: Times of shape `(batch, steps)`.
         indentations: Indentations of the same shape.
-        edge: Marks of the dwell's ends, of the same shape, where the caller knows them. By default, and where there are
-            not one or two marks, the dwell is the longest run of constant indentation.
+        edge: Marks of the same shape, one at the first and the last point of the dwell and zero elsewhere, if known. By
+            default, and for a history without one or two marks, the dwell is the longest run of constant indentation.
     """
     marks = [None] * len(times) if edge is None else edge
     rows = [_history(*row) for row in zip(times, indentations, marks, strict=True)]
@@ -140,12 +171,14 @@ def history_quantities(
 
 
 def has_measurement_steps(times: np.ndarray, indentations: np.ndarray, edge: np.ndarray | None = None) -> bool:
-    """Tell whether the points of one history are about as many in each phase, and as even, as the models learned from.
+    """Return whether the points of one history are like the measurement steps of the training set.
+
+    The number of points in each phase, their spacing and the straightness of the ramps are checked.
 
     Args:
         times: Times of shape `(steps,)`.
         indentations: Indentations of the same shape.
-        edge: Marks of the dwell's ends, where they are known.
+        edge: Marks of the same shape, as for `history_quantities`.
     """
     found = _history(times, indentations, edge)
     shape = {name: np.array([found[name]]) for name in (*POINTS, "bend", "step_ratio")}
@@ -153,7 +186,12 @@ def has_measurement_steps(times: np.ndarray, indentations: np.ndarray, edge: np.
 
 
 def dwell_ends(indentation: np.ndarray, edge: np.ndarray | None = None) -> tuple[int, int]:
-    """Return the first and the last point of the dwell; twice the highest point where there is none."""
+    """Return the indices of the first and the last point of the dwell; without a dwell, twice that of the peak.
+
+    Args:
+        indentation: Indentations of one history, shape `(steps,)`.
+        edge: Marks of the same shape, as for `history_quantities`.
+    """
     if edge is not None and 1 <= np.count_nonzero(edge) <= 2:
         marks = np.flatnonzero(edge)
         return int(marks[0]), int(marks[-1])
@@ -178,7 +216,7 @@ def _history(time: np.ndarray, indentation: np.ndarray, edge: np.ndarray | None)
         "start_indentation": float(indentation[0]),
         "end_indentation": float(indentation[last]),
         "loading_points": onset + 1.0,
-        # Without a dwell there is nothing to count; its time of zero is checked anyway.
+        # Without a dwell there is no number of points; the dwell time of zero is checked.
         "dwell_points": float(end - onset) if end > onset else np.nan,
         "unloading_points": float(last - end),
         "bend": float(np.abs(indentation - straight).max() / travel) if travel else 0.0,

@@ -1,4 +1,4 @@
-"""Weights from a file into a model, checked more strictly than Keras does."""
+"""Reading of weights files, with stricter checks than Keras's."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ if TYPE_CHECKING:
 
 
 def load_weights(model: keras.Model, path: Path) -> None:
-    """Read weights into a model.
+    """Set the weights of a model from a `.weights.h5` file.
 
     Raises:
-        ValueError: the file holds other weights than the model has, or some that are not finite.
+        ValueError: the file is damaged, its weights do not fit the model, or a weight is not finite.
     """
     expected = f"Expected weights of {model.name} with {model.count_params()} parameters"
     try:
-        # Keras leaves weights of layers the model lacks unread, without a word.
+        # Keras ignores weights of layers that the model does not have.
         with h5py.File(path, "r") as file:
             size = sum(item.size for _, item in arrays(file))
         if size != model.count_params():
             raise ValueError(f"{size} parameters")
         model.load_weights(path)
-    except Exception as error:  # of a damaged file the libraries may say anything
+    except Exception as error:  # for a damaged file, the libraries raise errors of many kinds
         reason = shortened(str(error)) or type(error).__name__
         raise ValueError(f"{expected}. Received: {path} ({reason})") from error
     for weight in model.weights:

@@ -1,1 +1,1 @@
-"""A trained network as a graph of operations: its lowering from Keras, its compiled streaming step, its ONNX file."""
+"""Networks as graphs of elementary operations: lowering from Keras, compiled streaming step, format of ONNX files."""

@@ -1,21 +1,22 @@
-"""A trained network as a graph of elementary operations with named weights.
+"""Trained network as a graph of elementary operations with named weights.
 
-`surrogate.network.lowering` makes the graph of a Keras model out of eleven kinds of operation. The ONNX exporter
-(`surrogate.export`) and the streaming kernels (`surrogate.network.kernels`) implement these kinds and need no Keras.
+`surrogate.network.lowering` lowers a Keras model to a graph of eleven kinds of operation. The ONNX export
+(`surrogate.export`) implements all of them, the streaming kernels (`surrogate.network.kernels`) those of causal models.
+Neither needs Keras for it.
 
 ==============  ============================================  =====================================================
 kind            weights                                       result
 ==============  ============================================  =====================================================
 ``append``                                                    the sequence with the Tabor parameter as last channel
-``dense``       ``kernel`` (in, out), ``bias``                an affine map at every step
+``dense``       ``kernel`` (in, out), ``bias``                an affine map at each step
 ``lstm``        ``W`` (1, 4H, in), ``R`` (1, 4H, H), ``B``    hidden states; gates in ONNX order: i, o, f, c
 ``normalise``   ``gamma``, ``beta``                           layer normalisation; option ``epsilon``
 ``convolve``    ``kernel`` (out, in, points), ``bias``        a causal convolution; option ``dilation``
-``relu``                                                      the positive part
+``relu``                                                      max(x, 0)
 ``softmax``                                                   a softmax over the last axis
-``add``                                                       a sum of two
-``modulate``                                                  first times second plus third, the same at all steps
-``mix``                                                       two sequences weighted by a pair of numbers
+``add``                                                       the sum of two sequences
+``modulate``                                                  the first input times the second plus the third
+``mix``                                                       the sum of two sequences with two weights
 ``attend``      ``kernel_q`` .. ``bias_out``                  full self-attention; options ``heads``, ``key_dim``
 ==============  ============================================  =====================================================
 """
@@ -35,10 +36,10 @@ class Operation:
     """One elementary operation.
 
     Args:
-        kind: One of the kinds of the module's table.
-        name: Its result's name; weights are called `name/weight`.
-        inputs: Names of the results it takes.
-        options: What the kind needs besides.
+        kind: One of the kinds in the table of the module.
+        name: Name of the result; a weight has the name `NAME/KEY`.
+        inputs: Names of the results that are its inputs.
+        options: Options of the kind.
     """
 
     kind: str
@@ -47,22 +48,22 @@ class Operation:
     options: dict[str, float] = field(default_factory=dict)
 
     def as_dict(self) -> dict[str, Any]:
-        """Return what JSON can hold."""
+        """Return the fields as a dictionary, ready for JSON."""
         return asdict(self)
 
     @classmethod
     def from_dict(cls, content: dict[str, Any]) -> Operation:
-        """Return what `as_dict` described."""
+        """Return the operation of a dictionary of `as_dict`."""
         return cls(content["kind"], content["name"], tuple(content["inputs"]), dict(content["options"]))
 
 
 @dataclass
 class Graph:
-    """Operations in the order of their evaluation, from `SEQUENCE` and `TABOR` to the last one's result.
+    """A network. Its inputs are `SEQUENCE` and `TABOR`, its output is the result of the last operation.
 
     Args:
-        operations: What is computed.
-        weights: Arrays by name, float32.
+        operations: Operations in the order of their evaluation.
+        weights: Weights by name, float32 arrays.
     """
 
     operations: list[Operation] = field(default_factory=list)

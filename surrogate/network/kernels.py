@@ -1,8 +1,9 @@
-"""Compiled kernels of the step-by-step prediction: one pass over a program of elementary operations.
+"""Compiled kernels of the step-by-step prediction.
 
-A program is an integer array of shape `(operations, COLUMNS)`; a row holds a kind, where the operation finds its inputs
-and leaves its result in one float32 vector of values, where its weights begin in a second one, and where its state
-begins in a third. Nothing here allocates. Gates are in ONNX order: i, o, f, c.
+A program is an integer array of shape `(operations, len(COLUMNS))`. A row holds the kind of an operation, the positions
+of its inputs and of its result in the vector of values, the position of its weights in the vector of weights, and that
+of its state in the vector of states. The three vectors are float32. No kernel allocates an array. The gates of an LSTM
+are in ONNX order: i, o, f, c.
 """
 
 from __future__ import annotations
@@ -21,19 +22,19 @@ COLUMNS = ("kind", "first", "second", "result", "width_in", "width", "weights", 
 
 CHANNELS = ("time", "indentation", "velocity", "acceleration", "edge")
 
-# What a step remembers of the motion, float64.
+# Indices of the vector of the motion, float64, which a step reads and updates.
 TIME, INDENTATION, VELOCITY, ACCELERATION, STEPS, ORIGIN, LATEST = range(7)
 MOTION_SIZE = 7
 
 compiled = njit(cache=True, error_model="numpy", nogil=True)
 
-# Sums of products may be reordered, which lets them run in vector registers; NaN and infinity keep their meaning.
+# Sums of products may be reordered for vector instructions; NaN and infinity are treated as in IEEE 754.
 compiled_sums = njit(cache=True, error_model="numpy", nogil=True, fastmath={"reassoc", "contract"})
 
 
 @compiled_sums
 def accumulate(matrix: np.ndarray, vector: np.ndarray, result: np.ndarray) -> None:
-    """Add `matrix @ vector` to the result; the matrix is flat, row after row."""
+    """Add `matrix @ vector` to `result`; the matrix is flat, in row-major order."""
     columns = vector.size
     for row in range(result.size):
         total = np.float32(0.0)
@@ -45,10 +46,10 @@ def accumulate(matrix: np.ndarray, vector: np.ndarray, result: np.ndarray) -> No
 
 @compiled
 def hyperbolic_tangents(values: np.ndarray) -> None:
-    """Replace float32 values by their hyperbolic tangents, to 4e-7; by NaN what is not finite.
+    """Replace float32 values by their hyperbolic tangents, to 4e-7; values that are not finite become NaN.
 
-    A rational function runs in vector registers where `math.tanh` does not. Source of its coefficients: the minimax
-    approximation of the Eigen library, `generic_fast_tanh_float`.
+    A rational function is compiled to vector instructions, `math.tanh` is not. Source of the coefficients: the minimax
+    approximation `generic_fast_tanh_float` of the Eigen library.
     """
     for index in range(values.size):
         x = min(max(values[index], np.float32(-7.90531110763549805)), np.float32(7.90531110763549805))
@@ -64,7 +65,7 @@ def hyperbolic_tangents(values: np.ndarray) -> None:
         q = q * s + np.float32(1.18534705686654e-04)
         q = q * s + np.float32(2.26843463243900e-03)
         q = q * s + np.float32(4.89352518554385e-03)
-        # The clamp turns what is not finite into a bound; the second term brings it back as NaN.
+        # The clamp makes infinity, and may make NaN, finite; the second term is then NaN.
         values[index] = x * p / q + (values[index] - values[index])
 
 
@@ -75,8 +76,8 @@ def lstm_step(weights: np.ndarray, x: np.ndarray, state: np.ndarray, gates: np.n
     Args:
         weights: Input kernel, recurrent kernel and bias, flat.
         x: The input of shape `(inputs,)`.
-        state: Hidden state, then cell state, of shape `(2 units,)`; updated.
-        gates: Scratch of shape `(4 units,)`.
+        state: Hidden state, then cell state, of shape `(2 units,)`; updated in place.
+        gates: Work array of shape `(4 units,)`.
     """
     units = gates.size // 4
     hidden, cell = state[:units], state[units:]
@@ -100,7 +101,7 @@ def lstm_step(weights: np.ndarray, x: np.ndarray, state: np.ndarray, gates: np.n
 
 @compiled
 def normalise(weights: np.ndarray, x: np.ndarray, result: np.ndarray) -> None:
-    """Normalise a layer; the weights are gamma, beta and epsilon."""
+    """Apply layer normalisation; the weights are gamma, beta and epsilon, flat."""
     width = x.size
     mean = 0.0
     for value in x:
@@ -118,7 +119,7 @@ def normalise(weights: np.ndarray, x: np.ndarray, result: np.ndarray) -> None:
 def convolve_step(
     weights: np.ndarray, x: np.ndarray, ring: np.ndarray, result: np.ndarray, points: int, dilation: int, steps: int
 ) -> None:
-    """Advance a causal convolution, whose past inputs are kept in a ring of rows; the bias follows the kernel."""
+    """Advance a causal convolution; `ring` is a ring buffer of past inputs, and `weights` are kernel and bias, flat."""
     inputs, rows = x.size, ring.size // x.size
     row = steps % rows
     ring[row * inputs : (row + 1) * inputs] = x
@@ -139,7 +140,7 @@ def symlog(value: float) -> float:
 
 @compiled
 def observe(motion: np.ndarray, time: float, indentation: float) -> None:
-    """Update velocity and smoothed acceleration by a new point; the first one sets the clock to zero."""
+    """Update the motion by a new point; the time of the first point becomes zero."""
     if motion[STEPS] == 0.0:
         motion[ORIGIN] = time
     motion[LATEST] = time
@@ -174,16 +175,16 @@ def advance(
     """Take one step and return the physical force.
 
     Args:
-        program: Operations of shape `(operations, columns)`.
+        program: The program, of shape `(operations, len(COLUMNS))`.
         weights: All weights, float32.
-        values: The Tabor parameter's results, the channels and all other results, float32; the channels come first.
-        state: All recurrent states, float32; updated.
-        motion: What is remembered of the motion, float64; updated.
-        channels: Number in `CHANNELS` and symlog passes of every channel, of shape `(channels, 2)`.
-        moments: Mean and deviation of every channel, then of the force, of shape `(channels + 1, 2)`.
-        time: The new point's time by any clock.
-        indentation: The new point's indentation.
-        edge: One at an end of the dwell, else zero.
+        values: The scaled channels, followed by the results of all operations, float32; updated in place.
+        state: All states of LSTM layers and convolutions, float32; updated in place.
+        motion: The motion, of shape `(MOTION_SIZE,)`, float64; updated in place.
+        channels: Index in `CHANNELS` and number of symlog passes of each channel, of shape `(channels, 2)`.
+        moments: Mean and standard deviation of each channel, then of the force, of shape `(channels + 1, 2)`.
+        time: Time of the new point.
+        indentation: Indentation at the new point.
+        edge: One at the first and the last point of the dwell, otherwise zero.
     """
     steps = int(motion[STEPS])
     observe(motion, time, indentation)
@@ -199,7 +200,7 @@ def advance(
         x = values[first : first + width_in]
         result = values[target : target + width]
         if kind == LSTM:
-            # The scratch for the gates lies behind the result.
+            # The work array for the gates follows the result.
             lstm_step(
                 weights[at:], x, state[state_at : state_at + 2 * width], values[target + width : target + 5 * width]
             )
@@ -208,7 +209,7 @@ def advance(
             result[:] = weights[at + width * width_in : at + width * (width_in + 1)]
             accumulate(weights[at:], x, result)
         elif kind == RELU:
-            # Written so that NaN passes.
+            # `max` might replace NaN by zero; this does not.
             for index in range(width):
                 result[index] = np.float32(0.0) if x[index] < 0.0 else x[index]
         elif kind == NORMALISE:

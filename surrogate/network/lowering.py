@@ -1,6 +1,7 @@
-"""Keras layers as elementary operations: those of `surrogate.architectures`, and the standard ones used beside them.
+"""Lowering of Keras models to elementary operations.
 
-Any other layer, or setting of a layer, is refused by name.
+The layers of `surrogate.architectures` and those standard layers in `_LOWERING` can be lowered. For any other layer, or
+another setting of a layer, an error names the layer.
 """
 
 from __future__ import annotations
@@ -17,14 +18,14 @@ if TYPE_CHECKING:
 
 
 class NotExportableError(ValueError):
-    """A model has a layer that cannot be expressed in elementary operations."""
+    """The model has a layer that cannot be expressed in elementary operations."""
 
 
 def lower(model: keras.Model) -> Graph:
-    """Lower a model of `surrogate.build` to elementary operations.
+    """Return a model of `surrogate.build` as a graph of elementary operations.
 
     Raises:
-        NotExportableError: the model has a layer of a kind or setting unknown here.
+        NotExportableError: the class or a setting of a layer is not supported; the message names the layer.
     """
     graph = Graph()
     results: dict[str, str] = {}
@@ -34,7 +35,7 @@ def lower(model: keras.Model) -> Graph:
         if kind == "InputLayer":
             results[name] = name
             continue
-        # What is computed outside of layers, as by `keras.ops`, and a user's own may bear the same names.
+        # Operations outside layers, such as those of `keras.ops`, and layers of users may have the same class names.
         if kind not in _LOWERING or name not in layers or _package(layers[name]) not in ("keras", "surrogate"):
             raise NotExportableError(f"Expected layers of the kinds {', '.join(_LOWERING)}. Received: {kind} {name!r}")
         if len(nodes) != 1 or _sources(nodes[0]["kwargs"]):
@@ -144,7 +145,7 @@ def _add(graph: Graph, layer: Any, inputs: list[str]) -> str:
 
 
 def _dropout(_graph: Graph, _layer: Any, inputs: list[str]) -> str:
-    """Nothing, once trained."""
+    """Return the input: dropout has no effect in prediction."""
     return inputs[0]
 
 

@@ -1,9 +1,8 @@
-"""The ONNX files of `surrogate export`: name, metadata, inputs and output, and the check of their bytes.
+"""Format of the ONNX files of `surrogate export`: name, metadata, inputs, output, and checksum.
 
-The last entry of the metadata, `content_sha256`, is the SHA-256 sum of all bytes before it. A file that loads is
-therefore the one that was exported: its features, scaling, network, and the sum of the weights file they come from. The
-sum detects damage and changes by other tools, not forgery. An ONNX file is a protocol buffer, to which an entry may be
-appended; other programs read it as one more entry.
+The last entry of the metadata, `content_sha256`, is the SHA-256 sum of all bytes before it. It detects damage and
+changes by other programs, not forgery. An ONNX file is a protocol buffer, to which entries may be appended; other
+programs read the checksum as one more entry of the metadata.
 """
 
 from __future__ import annotations
@@ -22,20 +21,20 @@ ONNX_INTERFACE = [
     ("edge", "tensor(double)", 2),
     ("force", "tensor(double)", 2),
 ]
-"""Inputs and the output: name, type and number of axes."""
+"""Name, type and number of dimensions of the inputs and of the output."""
 
 KEY = b"content_sha256"
 _METADATA_ENTRY, _KEY, _VALUE = b"\x72", b"\x0a", b"\x12"
-"""Tags of the fields in `onnx.proto`: `ModelProto.metadata_props`, and key and value of a `StringStringEntryProto`."""
+"""Tags of the fields in `onnx.proto`: `ModelProto.metadata_props`, key and value of `StringStringEntryProto`."""
 
 
 def sealed(content: bytes) -> bytes:
-    """Return a serialised model with its sum."""
+    """Return a serialised ONNX model with its checksum appended."""
     return content + _entry(content)
 
 
 def is_intact(content: bytes) -> bool:
-    """Whether a file ends in the sum of its other bytes."""
+    """Return whether the last bytes of a file are the checksum of all others."""
     end = len(content) - len(_entry(b""))
     return end > 0 and content[end:] == _entry(content[:end])
 

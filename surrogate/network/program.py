@@ -1,4 +1,4 @@
-"""A graph as the compiled kernels read it: rows of numbers, with weights, results and states in flat vectors."""
+"""Program for the compiled kernels: a graph as rows of integers, with weights, results and states in flat vectors."""
 
 from __future__ import annotations
 
@@ -11,18 +11,20 @@ from surrogate.network.kernels import COLUMNS, KINDS
 
 
 class Program:
-    """A graph laid out for one Tabor parameter; what depends on that alone is computed here, once.
+    """Program of a graph for one Tabor parameter.
+
+    Operations that depend on the Tabor parameter only are evaluated here, once.
 
     Args:
         graph: The network.
-        scaling: Its scaling.
+        scaling: The scaling of its training set.
         tabor: The Tabor parameter.
-        name: The name shown in messages.
+        name: Name of the model in messages.
 
     Attributes:
-        rows: Operations, each a list of the kernels' `COLUMNS`.
-        weights: Flat float32 arrays, to be laid end to end.
-        values: Length of the vector of results, scratch included.
+        rows: Operations; each is a list of the integers of `surrogate.network.kernels.COLUMNS`.
+        weights: Flat float32 arrays, which the caller concatenates.
+        values: Length of the vector of values, work arrays included.
         states: Length of the vector of states.
 
     Raises:
@@ -46,8 +48,8 @@ class Program:
                     self._place(operation)
                 else:
                     raise ValueError(
-                        f"Expected a causal model, which sees no step before it is taken. "
-                        f"Received: {name}, whose {operation.name!r} looks at the whole history; use `predict`"
+                        f"Expected a causal model, whose force does not depend on later steps; use `predict`. "
+                        f"Received: {name}, whose {operation.name!r} needs the whole history"
                     )
             if self._where[graph.output][1] != 1:
                 raise ValueError(f"Expected a network that ends in one force. Received: {name}, damaged")
@@ -55,7 +57,7 @@ class Program:
             raise ValueError(f"Expected operations and weights that fit. Received: {name}, damaged") from error
 
     def _check_shapes(self, operation: Operation, row: dict[str, int], sizes: list[int]) -> None:
-        """Kernels trust a program; a damaged graph must not make them read beyond their arrays."""
+        """Check the sizes of weights and inputs, because the kernels do not check the bounds of arrays."""
         into, out, points = row["width_in"], row["width"], row["points"]
         expected = {
             "add": [],
@@ -83,8 +85,8 @@ class Program:
             return x @ self._weight(operation, "kernel") + self._weight(operation, "bias")
         if operation.kind == "relu":
             return np.maximum(x, np.float32(0.0))
-        powers = np.exp(x - x.max())
-        return powers / powers.sum()
+        exponentials = np.exp(x - x.max())
+        return exponentials / exponentials.sum()
 
     def _place(self, operation: Operation) -> None:
         sources = [self._where[source] for source in operation.inputs if source in self._where]

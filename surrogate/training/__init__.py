@@ -1,1 +1,1 @@
-"""How a model is trained: recipe, loop, optimizer, checkpoints, queue, publication."""
+"""Training of models: recipe, training loop, optimizer, checkpoint, queue, publication."""

@@ -1,4 +1,4 @@
-"""Progress of a training run, on disk after every epoch, so that a killed run resumes with the same results."""
+"""Checkpoint of a training run, written after each epoch, so that an interrupted run resumes with the same results."""
 
 from __future__ import annotations
 
@@ -26,9 +26,10 @@ HISTORY_COLUMNS = (
     "seconds",
     "cpu_seconds",
 )
+"""Columns of `history.csv`: the epoch, from 1; the learning rate; errors of the scaled force; accumulated seconds."""
 
 FINGERPRINT = "fingerprint.json"
-"""File of a run by `model.fit` that says which training it is; the package's own checkpoints hold it inside."""
+"""File with the fingerprint of a run by `model.fit`; in a run by the package's loop, `checkpoint.npz` contains it."""
 
 
 @dataclass
@@ -37,11 +38,11 @@ class Progress:
 
     Args:
         history: One row per epoch, with the columns `HISTORY_COLUMNS`; the seconds accumulate.
-        best_mse: The least validation error so far.
-        best_epoch: The epoch it was reached in.
-        best_weights: The trainable weights of that epoch.
-        flat_from: Epoch from which the plateau rule counts.
-        finished: Whether training has come to its end.
+        best_mse: The smallest validation MSE so far.
+        best_epoch: The epoch with that validation MSE.
+        best_weights: The trainable weights of that epoch; empty for a training by `model.fit`.
+        flat_from: Epoch from which `[plateau]` counts its patience.
+        finished: Whether the training has ended by its recipe.
     """
 
     history: list[dict[str, float]] = field(default_factory=list)
@@ -53,7 +54,7 @@ class Progress:
 
     @property
     def epoch(self) -> int:
-        """The last completed epoch, from 1; 0 before the first."""
+        """Number of completed epochs."""
         return len(self.history)
 
     @property
@@ -66,9 +67,15 @@ class Progress:
         """Processor seconds of all epochs so far."""
         return self.history[-1]["cpu_seconds"] if self.history else 0.0
 
+    def add(self, row: dict[str, float]) -> None:
+        """Append the row of an epoch; it becomes the best epoch if its validation MSE is the smallest so far."""
+        self.history.append(row)
+        if row["validation_mse"] < self.best_mse:
+            self.best_mse, self.best_epoch = row["validation_mse"], self.epoch
+
 
 def save_checkpoint(path: Path, model: keras.Model, progress: Progress, *, fingerprint: str) -> None:
-    """Write weights, random states, optimizer and progress to one file, completely or not at all."""
+    """Write weights, random states, optimizer and progress to one file, atomically."""
     from keras import ops
 
     state = {name: getattr(progress, name) for name in ("history", "best_mse", "best_epoch", "flat_from")}
@@ -85,7 +92,7 @@ def load_checkpoint(path: Path, model: keras.Model, *, fingerprint: str) -> Prog
     """Restore a checkpoint into a compiled model of the same architecture.
 
     Raises:
-        ValueError: the checkpoint belongs to another run.
+        ValueError: the checkpoint is of another training.
     """
     with np.load(path) as stored:
         arrays = dict(stored)
@@ -99,17 +106,17 @@ def load_checkpoint(path: Path, model: keras.Model, *, fingerprint: str) -> Prog
 
 
 def require_same_run(folder: Path, fingerprint: str) -> None:
-    """Refuse a run's directory that holds the work of another training.
+    """Check that the directory of a run holds no checkpoint of another training.
 
     Raises:
-        ValueError: it does; the message says in what the two differ.
+        ValueError: it does; the message names the differences.
     """
     if (found := stored_fingerprint(folder)) is not None:
         _require_same(found, fingerprint, folder)
 
 
 def stored_fingerprint(folder: Path) -> str | None:
-    """Return which training the work in a run's directory belongs to; `None` where there is none."""
+    """Return the fingerprint of the checkpoint in the directory of a run; `None` without a checkpoint."""
     if (folder / FINGERPRINT).is_file():
         return (folder / FINGERPRINT).read_text(encoding="utf-8")
     if not (folder / "checkpoint.npz").is_file():
@@ -121,20 +128,20 @@ def stored_fingerprint(folder: Path) -> str | None:
 def _require_same(found: str, wanted: str, folder: Path) -> None:
     if other := fingerprint_differences(found, wanted):
         raise ValueError(
-            f"Expected a checkpoint of this very run; remove {folder} to start anew, or give the training another "
-            f"name. Received: one of another {', '.join(other)}"
+            f"Expected a checkpoint of the same training in {folder}; remove it to start again, or give the training "
+            f"another name. Received: a checkpoint of another {', '.join(other)}"
         )
 
 
 def set_aside(folder: Path, wanted: TrainingIdentity) -> Path | None:
-    """Rename a run's directory whose checkpoint is of another training, so that the run can start anew.
+    """Rename the directory of a run whose checkpoint is of another training, so that the run can start again.
 
     Args:
-        folder: The run's directory.
-        wanted: The training to be run there, under any backend.
+        folder: Directory of the run.
+        wanted: The training that will use the directory; its backend does not matter.
 
     Returns:
-        The new path, or `None` where there is no such checkpoint.
+        The new path, or `None` if there is no checkpoint of another training.
     """
     found = stored_fingerprint(folder)
     if found is None or not fingerprint_differences(found, wanted.fingerprint, but=("backend",)):
@@ -146,7 +153,7 @@ def set_aside(folder: Path, wanted: TrainingIdentity) -> Path | None:
 
 
 def save_history(path: Path, history: list[dict[str, float]]) -> None:
-    """Write the history as CSV."""
+    """Write the history as CSV, one row per epoch, with the columns `HISTORY_COLUMNS`."""
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, HISTORY_COLUMNS, lineterminator="\n")
         writer.writeheader()

@@ -18,13 +18,17 @@ from surrogate.training.loop import Examples
 
 
 def physical_channels(dataset: TrajectoryDataset, indices: np.ndarray, features: str) -> np.ndarray:
-    """Return the unscaled channels of some trajectories, of shape `(batch, steps, channels)`."""
+    """Return the physical channels of the trajectories `indices`, of shape `(batch, steps, channels)`, float64.
+
+    Raises:
+        ValueError: the feature set is unknown.
+    """
     times, indentations = dataset.grid(indices)
     return channels(times, indentations, edge_from_counts(dataset.points_per_phase, len(indices)), features)
 
 
 def scaled_examples(dataset: TrajectoryDataset, indices: np.ndarray, scaling: Scaling) -> Examples:
-    """Return what a model trains on or is tested with."""
+    """Return the scaled inputs and the scaled force of the trajectories `indices`."""
     return Examples(
         sequence=scaling.scale_channels(physical_channels(dataset, indices, scaling.features)),
         tabor=scaling.scale_tabor(dataset.protocols["tabor"][indices]),
@@ -35,7 +39,10 @@ def scaled_examples(dataset: TrajectoryDataset, indices: np.ndarray, scaling: Sc
 def evaluate(
     model: keras.Model, scaling: Scaling, dataset: TrajectoryDataset, indices: np.ndarray
 ) -> dict[str, np.ndarray]:
-    """Return the errors of every given trajectory; see `surrogate.data.metrics.trajectory_errors`."""
+    """Return the errors of a model on the trajectories `indices`, by name, each of shape `(batch,)`.
+
+    The names are those of `surrogate.data.metrics.trajectory_errors`.
+    """
     times, indentations = dataset.grid(indices)
     loading, dwell, _ = dataset.points_per_phase
     examples = scaled_examples(dataset, indices, scaling)
@@ -55,27 +62,36 @@ def evaluate(
 def evaluate_published(
     trained: Surrogate, folder: Path, dataset_path: Path
 ) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-    """Return the test indices of a model directory and the model's errors there.
+    """Return the errors of a trained model on its test set.
+
+    Args:
+        trained: The model, loaded with `backend="keras"`.
+        folder: Its model directory, with `split.json`.
+        dataset_path: The data set file it was trained on.
+
+    Returns:
+        Indices of the test set, shape `(n_test,)`, and the errors of `evaluate`.
 
     Raises:
-        ValueError: the data set is not the one the model was trained on, or lacks trajectories of its split.
+        FileNotFoundError: the data set file or `split.json` does not exist.
+        ValueError: the data set is not that of the training, or lacks completed trajectories of the test set.
     """
     dataset = TrajectoryDataset.load(dataset_path)
     if dataset.sha256 != trained.scaling.dataset_sha256:
         raise ValueError(
-            f"Expected the data set {trained.scaling.dataset_sha256[:12]} that {trained.name} was trained on. "
+            f"Expected the data set {trained.scaling.dataset_sha256[:12]}, on which {trained.name} was trained. "
             f"Received: {dataset_path} ({dataset.sha256[:12]})"
         )
     indices = Split.load(folder / "split.json").test
     if not np.isin(indices, dataset.completed).all():
         raise ValueError(
-            f"Expected test trajectories that {dataset_path} holds completed. Received: {folder / 'split.json'}"
+            f"Expected a test set of completed trajectories of {dataset_path}. Received: {folder / 'split.json'}"
         )
     return indices, evaluate(trained.model, trained.scaling, dataset, indices)
 
 
 def write_errors(path: Path, indices: np.ndarray, errors: dict[str, np.ndarray]) -> None:
-    """Write one row of errors per trajectory."""
+    """Write errors as CSV: one row per trajectory, with its index in the data set and each error."""
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(["trajectory", *errors])

@@ -1,7 +1,7 @@
-"""Which training a model comes from, and whether two trainings are the same.
+"""Identity of a training: all that decides its result.
 
-Whatever compares trainings asks `differences`: the commands that publish or resume one, checkpoints, and the studies
-that set several models side by side. Reading an identity needs no Keras.
+All comparisons of trainings use `differences` or `fingerprint_differences`: the commands that publish or resume a
+training, the checkpoints, and the studies that compare models. Reading an identity needs no Keras.
 """
 
 from __future__ import annotations
@@ -17,13 +17,11 @@ from typing import Any
 import numpy as np
 
 from surrogate.architectures.registry import source_of
-from surrogate.data.dataset import Split, TrajectoryDataset
+from surrogate.data.dataset import PARTS, Split, TrajectoryDataset
 from surrogate.training.recipe import Recipe
 
 PUBLISHED_SEED = "published_seed"
-"""Key of `run.json` that says which of several seeds a published model is, where it stands for all of them."""
-
-PARTS = ("train", "validation", "test")
+"""Key of `run.json` with the seed of a published model that was chosen among models of several seeds."""
 
 WORDS = {
     "dataset": "data set",
@@ -37,33 +35,34 @@ WORDS = {
     "architecture": "architecture",
     "architecture_sha256": "architecture file",
 }
-"""What can differ, by the name of the quantity."""
+"""Words for messages, by the name of the quantity that can differ."""
 
 EVERYTHING = tuple(name for name in WORDS if name not in ("validation", "test"))
-"""All quantities; the split contains validation and test part."""
+"""All quantities; the split contains the validation and the test set."""
 
 ALIKE = tuple(name for name in EVERYTHING if not name.startswith("architecture") and name != "backend")
-"""What architectures need in common to be compared as equally trained.
+"""Quantities that must be equal for two architectures to count as equally trained.
 
-Backends compute the same up to rounding. They draw other initial weights from the same seed, as another seed would.
+The backend is not one of them. Backends compute the same up to rounding; from one seed they draw different initial
+weights, which has the effect of another seed.
 """
 
 HELD_OUT = ("dataset", "validation", "test")
-"""What two models need in common for their errors to be comparable."""
+"""Quantities that must be equal for the errors of two models to be comparable."""
 
 
 @dataclass(frozen=True)
 class TrainingIdentity:
-    """Everything that decides the result of a training.
+    """All that decides the result of a training.
 
     Args:
-        dataset: Digest of the data set, as `surrogate.data.dataset` computes it.
-        parts: Trajectory indices of training, validation and test, by name.
+        dataset: Digest of the data set, `TrajectoryDataset.sha256`.
+        parts: Trajectory indices of the training, validation and test sets, by the names in `PARTS`.
         recipe: Keys and values of the recipe, tables as dictionaries.
-        backend: The Keras backend; `""` where it is not chosen yet.
+        backend: Name of the Keras backend; `""` if it is not chosen yet.
         features: The feature set.
-        architecture: The architecture's name.
-        extra: Digest of the second data set, all for training; `None` without one.
+        architecture: Name of the architecture.
+        extra: Digest of the second data set, which is for training only; `None` without one.
         architecture_sha256: SHA-256 sum of the file that registered the architecture; `None` for the package's own.
     """
 
@@ -88,7 +87,20 @@ class TrainingIdentity:
         extra: TrajectoryDataset | None = None,
         backend: str = "",
     ) -> TrainingIdentity:
-        """Identify the training of an architecture on data sets that are loaded."""
+        """Return the identity of a training that would start now.
+
+        Args:
+            architecture: Name of the architecture.
+            dataset: The data set.
+            split: Its split.
+            recipe: How to train.
+            features: The feature set.
+            extra: The second data set, if there is one.
+            backend: Name of the Keras backend.
+
+        Raises:
+            ValueError: the architecture is unknown.
+        """
         source = source_of(architecture)
         return cls(
             dataset=dataset.sha256,
@@ -102,19 +114,19 @@ class TrainingIdentity:
         )
 
     def of_any_seed(self) -> TrainingIdentity:
-        """Return the identity without the seed of weights and batches."""
+        """Return the identity without the seed of the recipe."""
         return replace(self, recipe={name: value for name, value in self.recipe.items() if name != "seed"})
 
     def facts(self) -> dict[str, Any]:
-        """Return the quantities that `differences` compares, by name; a checkpoint holds the same but the parts."""
+        """Return the quantities that `differences` compares, by name, ready for JSON."""
         split = Split(**{part: np.array(self.parts[part], dtype=np.int64) for part in PARTS}, seed=0)
         return asdict(self) | {"split": split.sha256} | {part: self.parts[part] for part in ("validation", "test")}
 
     @property
     def fingerprint(self) -> str:
-        """One line of JSON for a checkpoint: what decides the result of an epoch.
+        """One line of JSON for checkpoints: all that decides the result of an epoch.
 
-        Without its number of epochs where the recipe only ends by them, so that a training can be continued.
+        The number of epochs is left out if it only ends the training, so that more epochs can be added later.
         """
         facts = self.facts()
         content = {name: facts[name] for name in EVERYTHING if name != "architecture_sha256" or facts[name]}
@@ -124,7 +136,7 @@ class TrainingIdentity:
 
     @property
     def digest(self) -> str:
-        """SHA-256 sum of what decides the training except the backend, which differs by rounding alone."""
+        """SHA-256 digest of the identity without the backend, because backends differ by rounding only."""
         content = asdict(self) | {"backend": ""}
         if content["architecture_sha256"] is None:
             del content["architecture_sha256"]
@@ -132,10 +144,10 @@ class TrainingIdentity:
 
 
 def read_identity(folder: Path) -> TrainingIdentity:
-    """Read which training a model directory comes from.
+    """Return the identity of the training of a model directory.
 
     Raises:
-        FileNotFoundError: not a complete model directory.
+        FileNotFoundError: the model directory is not complete.
         ValueError: a file is damaged, or does not say how the model was trained.
     """
     for name in ("run.json", "split.json", "recipe.toml"):
@@ -160,19 +172,25 @@ def read_identity(folder: Path) -> TrainingIdentity:
 def differences(
     found: TrainingIdentity, wanted: TrainingIdentity, of: Iterable[str] = EVERYTHING, but: Iterable[str] = ()
 ) -> list[str]:
-    """Return in words what differs between two trainings, such as `["data set", "recipe"]`; empty where nothing does.
+    """Return the quantities in which two trainings differ, as the words of `WORDS`, such as `["data set", "recipe"]`.
 
     Args:
         found: One training.
         wanted: The other.
-        of: Which quantities of `WORDS` to compare.
-        but: Which of these not to compare.
+        of: Names of the quantities to compare, keys of `WORDS`.
+        but: Names among these that are not compared.
     """
     return _compared(found.facts(), wanted.facts(), [name for name in of if name not in but])
 
 
 def fingerprint_differences(found: str, wanted: str, but: Iterable[str] = ()) -> list[str]:
-    """Return in words what differs between two fingerprints; `["run"]` where one of them cannot be read."""
+    """Return the words of `WORDS` in which two fingerprints differ; `["run"]` if one of them cannot be read.
+
+    Args:
+        found: One fingerprint.
+        wanted: The other.
+        but: Names of quantities that are not compared.
+    """
     if found == wanted:
         return []
     try:
@@ -183,10 +201,14 @@ def fingerprint_differences(found: str, wanted: str, but: Iterable[str] = ()) ->
 
 
 def trained_otherwise(folder: Path, wanted: TrainingIdentity) -> str:
-    """Say in a few words why a model directory is not what would be trained now; empty where it is.
+    """Return why a model directory is not the result of a training, as words for a message; `""` if it is.
 
-    The backend is no reason: under another one the same training differs by rounding. The seed is none where the model
-    was chosen among several.
+    The backend is not compared, because backends differ by rounding only. The seed is not compared if the model was
+    chosen among models of several seeds.
+
+    Args:
+        folder: The model directory.
+        wanted: The training that would start now.
     """
     try:
         found = read_identity(folder)
@@ -203,5 +225,5 @@ def _compared(found: dict[str, Any], wanted: dict[str, Any], names: Iterable[str
 
 
 def _paced_by_epochs(recipe: dict[str, Any]) -> bool:
-    """Whether the number of epochs decides how an epoch goes; elsewhere it only says when training ends."""
+    """Return whether the result of an epoch depends on the number of epochs, beyond the end of the training."""
     return any(name in recipe for name in ("cosine", "weight_average", "dropout_until"))

@@ -1,13 +1,15 @@
-"""Training by `model.fit` and Keras's own callbacks, for recipes with `loop = "fit"`: what a Keras user would write.
+"""Training by `model.fit` and Keras's own callbacks, for recipes with `loop = "fit"`.
 
-`ReduceLROnPlateau` and `EarlyStopping` follow the validation loss by Keras's rules, `SwapEMAWeights` averages where the
-recipe does, `CSVLogger` keeps the curve, `ModelCheckpoint` the best weights, `BackupAndRestore` the state after each
-epoch. After an interruption Keras restores weights and optimizer, but its callbacks have forgotten their counts; here
-these are taken from the curve again. Batches come in the order of the package's loop, drawn from (seed, epoch), so that
-a training that was interrupted follows the curve of one that was not.
+`ReduceLROnPlateau` and `EarlyStopping` follow the validation loss by Keras's rules. `SwapEMAWeights` averages the
+weights if the recipe does. `CSVLogger` writes the learning curve, `ModelCheckpoint` the best weights, and
+`BackupAndRestore` the state after each epoch. After an interruption Keras restores weights and optimizer, but not the
+counters of its callbacks; `Memory` restores them from the learning curve. The batches have the order of the package's
+loop, drawn from (seed, epoch), so that an interrupted training follows the learning curve of an uninterrupted one.
 
-A run's directory holds `log.csv` (of `CSVLogger`), `history.csv` (the same with the package's columns), `backup/`,
-`best/` and `fingerprint.json`.
+The directory of a run holds `log.csv` (written by `CSVLogger`), `history.csv` (the same with the columns of this
+package), `backup/`, `best/` and `fingerprint.json`.
+
+Source: the paper's section "Training and hyperparameters" states what these callbacks do; all else is Keras's default.
 """
 
 from __future__ import annotations
@@ -16,7 +18,6 @@ import csv
 import json
 import shutil
 import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -24,8 +25,18 @@ import h5py
 import keras
 import numpy as np
 
-from surrogate.training.checkpoint import FINGERPRINT, Progress, save_history
-from surrogate.training.loop import EpochReport, Examples, compile_by, is_over, order_of, require_epochs
+from surrogate.training.checkpoint import FINGERPRINT, Progress
+from surrogate.training.loop import (
+    Examples,
+    TrainingTask,
+    active_dropout,
+    compile_by,
+    is_over,
+    learning_rate,
+    order_of,
+    require_epochs,
+    require_finite,
+)
 from surrogate.training.recipe import Recipe
 
 COLUMNS = {
@@ -36,12 +47,18 @@ COLUMNS = {
     "seconds": "seconds",
     "cpu_seconds": "cpu_seconds",
 }
-"""What the columns of `history.csv` are called in Keras's logs; `log.csv` counts epochs from zero."""
+"""Columns of `history.csv` and their names in Keras's logs. In `log.csv`, epochs start at zero."""
 VALIDATION_BATCH = 256
+"""Trajectories in a batch of the validation set."""
 
 
 class Batches(keras.utils.PyDataset):
-    """Batches of an epoch; Keras counts epochs from zero."""
+    """Batches of the training set, in the order of one epoch.
+
+    Args:
+        examples: Scaled trajectories of the training set.
+        recipe: How to train; its seed and batch size are used.
+    """
 
     def __init__(self, examples: Examples, recipe: Recipe) -> None:
         super().__init__()
@@ -49,7 +66,7 @@ class Batches(keras.utils.PyDataset):
         self.shuffle(0)
 
     def shuffle(self, epoch: int) -> None:
-        """Draw the order of an epoch."""
+        """Draw the order of an epoch; epochs start at zero, as in Keras."""
         self.order = order_of(self.recipe, epoch + 1, len(self.examples))
 
     def __len__(self) -> int:
@@ -62,39 +79,38 @@ class Batches(keras.utils.PyDataset):
 
 
 class Meter(keras.callbacks.Callback):
-    """Draws the order and the dropout of each epoch, and adds its seconds and rate to what the other callbacks see."""
+    """Callback that draws order and dropout of each epoch, and adds seconds and learning rate to the logs."""
 
     def __init__(self, batches: Batches, progress: Progress) -> None:
         super().__init__()
         self.batches, self.progress = batches, progress
 
     def on_epoch_begin(self, epoch: int, logs: dict[str, Any] | None = None) -> None:  # noqa: ARG002
-        """Start the clocks, and dropout from (seed, epoch), as files of weights do not hold what it has drawn."""
+        """Start the clocks, and set the random state of dropout, which a weights file does not hold."""
         self.batches.shuffle(epoch)
-        _draw_from(self.model, self.batches.recipe.seed, epoch)
+        _seed_dropout(self.model, self.batches.recipe.seed, epoch)
         self.started = time.perf_counter(), time.process_time()
 
     def on_epoch_end(self, epoch: int, logs: dict[str, Any]) -> None:
-        """Read them."""
-        if not np.isfinite(logs["val_loss"]):
-            raise FloatingPointError(f"Training diverged: validation error {logs['val_loss']} in epoch {epoch + 1}")
-        logs["learning_rate"] = float(keras.ops.convert_to_numpy(self.model.optimizer.learning_rate))
+        """Check the validation loss and complete the logs."""
+        require_finite(logs["val_loss"], epoch + 1)
+        logs["learning_rate"] = learning_rate(self.model)
         logs["seconds"] = self.progress.seconds + time.perf_counter() - self.started[0]
         logs["cpu_seconds"] = self.progress.cpu_seconds + time.process_time() - self.started[1]
 
 
 class Memory(keras.callbacks.Callback):
-    """Gives callbacks their counts back after an interruption, by showing them the epochs that are behind."""
+    """Callback that restores the counters of others after an interruption, by replaying the completed epochs."""
 
     def __init__(self, callbacks: list[keras.callbacks.Callback], progress: Progress) -> None:
         super().__init__()
         self.callbacks, self.progress = callbacks, progress
 
     def on_train_begin(self, logs: dict[str, Any] | None = None) -> None:  # noqa: ARG002
-        """Show them; the learning rate is the restored one."""
+        """Replay the epochs; the learning rate remains the one that Keras restored."""
         if not self.callbacks:
             return
-        rate = keras.ops.convert_to_numpy(self.model.optimizer.learning_rate).item()
+        rate = learning_rate(self.model)
         for epoch, row in enumerate(self.progress.history):
             for callback in self.callbacks:
                 callback.on_epoch_end(epoch, {"val_loss": row["validation_mse"]})
@@ -102,64 +118,52 @@ class Memory(keras.callbacks.Callback):
 
 
 class Reporter(keras.callbacks.Callback):
-    """Writes the history, reports the epoch, and ends the training where that is asked for."""
+    """Callback that writes the history, reports the epoch, removes all but the best weights, and ends the training."""
 
-    def __init__(
-        self,
-        recipe: Recipe,
-        folder: Path,
-        progress: Progress,
-        should_stop: Callable[[], bool],
-        report: Callable[[EpochReport], None],
-    ) -> None:
+    def __init__(self, task: TrainingTask, progress: Progress) -> None:
         super().__init__()
-        self.recipe, self.folder, self.progress = recipe, folder, progress
-        self.should_stop, self.report = should_stop, report
+        self.task, self.progress = task, progress
 
     def on_epoch_end(self, epoch: int, logs: dict[str, Any]) -> None:
-        """Come last, when all others have kept what they keep."""
-        progress = self.progress
-        _count(progress, {"epoch": epoch + 1} | {name: float(logs[key]) for name, key in COLUMNS.items()})
-        save_history(self.folder / "history.csv", progress.history)
-        for path in (self.folder / "best").glob("*.weights.h5"):
-            if path != _best(self.folder, progress.best_epoch):
+        """End the epoch; this callback is the last one, so that all others have written their files."""
+        self.progress.add({"epoch": epoch + 1} | {name: float(logs[key]) for name, key in COLUMNS.items()})
+        stops = self.task.end_epoch(self.progress)
+        best = _best(self.task.folder, self.progress.best_epoch)
+        for path in best.parent.glob("*.weights.h5"):
+            if path != best:
                 path.unlink()
-        left = (self.recipe.epochs - progress.epoch) * progress.seconds / progress.epoch
-        self.report(EpochReport(self.recipe.epochs, progress.history[-1], left))
-        if self.should_stop():
+        if stops:
             self.model.stop_training = True
 
 
-def fit(
-    model: keras.Model,
-    training: Examples,
-    validation: Examples,
-    *,
-    recipe: Recipe,
-    folder: Path,
-    fingerprint: str = "",
-    should_stop: Callable[[], bool] = lambda: False,
-    report: Callable[[EpochReport], None] = lambda _: None,
-) -> Progress:
-    """Train a model by `model.fit`, or go on where an earlier call in the same folder was interrupted.
+def fit(task: TrainingTask) -> Progress:
+    """Train a model by `model.fit`, or resume the training in the same folder that was interrupted.
 
-    Arguments, result and errors are those of `surrogate.training.loop.train`; the folder keeps the files that the
-    module's docstring lists.
+    The folder holds the files that the docstring of the module lists. The caller has checked that they are of the same
+    training (`surrogate.training.checkpoint.require_same_run`).
+
+    Returns:
+        The progress, as `surrogate.training.loop.train` returns it.
+
+    Raises:
+        ValueError: the run in the folder has more epochs than the recipe.
+        FloatingPointError: the validation error is not finite.
     """
-    batches = Batches(training, recipe)
+    model, recipe, folder, validation = task.model, task.recipe, task.folder, task.validation
+    batches = Batches(task.training, recipe)
     compile_by(recipe, model, len(batches), metrics=["mae"])
     (folder / "best").mkdir(parents=True, exist_ok=True)
-    (folder / FINGERPRINT).write_text(fingerprint, encoding="utf-8")
+    (folder / FINGERPRINT).write_text(task.fingerprint, encoding="utf-8")
     progress = _resumed(folder, len(batches))
     require_epochs(recipe, progress, folder)
     if not is_over(recipe, progress):
         model.fit(
             batches,
             epochs=recipe.epochs,
-            shuffle=False,  # the batches are drawn already
+            shuffle=False,  # `Batches` has the order of the epoch already
             validation_data=((validation.sequence, validation.tabor), validation.force),
             validation_batch_size=VALIDATION_BATCH,
-            callbacks=_callbacks(recipe, folder, batches, progress, should_stop, report),
+            callbacks=_callbacks(task, batches, progress),
             verbose=0,
         )
     progress.finished = is_over(recipe, progress)
@@ -168,17 +172,11 @@ def fit(
     return progress
 
 
-def _callbacks(
-    recipe: Recipe,
-    folder: Path,
-    batches: Batches,
-    progress: Progress,
-    should_stop: Callable[[], bool],
-    report: Callable[[EpochReport], None],
-) -> list[keras.callbacks.Callback]:
-    """Keras's callbacks between those of this module; each sees what those before it have done."""
+def _callbacks(task: TrainingTask, batches: Batches, progress: Progress) -> list[keras.callbacks.Callback]:
+    """Return Keras's callbacks and those of this module, in the order of their calls."""
     from keras import callbacks
 
+    recipe, folder = task.recipe, task.folder
     plateau: list[keras.callbacks.Callback] = []
     if recipe.plateau:
         rule = recipe.plateau
@@ -189,7 +187,7 @@ def _callbacks(
     averaging = []
     if recipe.weight_average is not None:
         averaging = [callbacks.SwapEMAWeights(swap_on_epoch=True)]
-        # The backup was taken with the average in the model.
+        # A restored model holds the averaged weights, as it did when the backup was written.
         averaging[0]._ema_weights_in_model = bool(progress.history)
     return [
         Meter(batches, progress),
@@ -204,12 +202,12 @@ def _callbacks(
         ),
         callbacks.BackupAndRestore(folder / "backup", double_checkpoint=True, delete_checkpoint=False),
         Memory(plateau, progress),
-        Reporter(recipe, folder, progress, should_stop, report),
+        Reporter(task, progress),
     ]
 
 
 def _resumed(folder: Path, steps: int) -> Progress:
-    """The epochs that the backup holds; of later ones, cut off by an interruption, the log is cleared."""
+    """Return the progress that the backup holds, and remove later epochs from `log.csv`."""
     epochs, log = _backed_up(folder / "backup", steps), folder / "log.csv"
     progress = Progress()
     if epochs == 0:
@@ -223,50 +221,46 @@ def _resumed(folder: Path, steps: int) -> Progress:
         writer.writeheader()
         writer.writerows(rows)
     for row in rows:
-        _count(progress, {"epoch": int(row["epoch"]) + 1} | {name: float(row[key]) for name, key in COLUMNS.items()})
+        progress.add({"epoch": int(row["epoch"]) + 1} | {name: float(row[key]) for name, key in COLUMNS.items()})
     return progress
 
 
 def _backed_up(backup: Path, steps: int) -> int:
-    """Epochs in the newer of the two backups that is whole; the other one, or a broken one, is replaced or removed.
+    """Return the number of epochs in the newer complete backup of Keras's two; zero without one.
 
-    Keras writes the weights first and the number of epochs after it: they fit together where the optimizer has made as
-    many steps.
+    Where only the older backup is complete, it replaces the newer one. Where none is, the directory is removed.
+    Keras writes the weights before the number of epochs. A backup is complete if the optimizer in the weights file has
+    made `steps` iterations per epoch.
     """
-    weights, told = backup / "latest.weights.h5", backup / "training_metadata.json"
+    weights, metadata = backup / "latest.weights.h5", backup / "training_metadata.json"
     for suffix in ("", ".bkp"):
         try:
-            epochs = json.loads(told.with_name(told.name + suffix).read_text(encoding="utf-8"))["epoch"]
+            epochs = json.loads(metadata.with_name(metadata.name + suffix).read_text(encoding="utf-8"))["epoch"]
             with h5py.File(weights.with_name(weights.name + suffix)) as file:
-                whole = int(file["optimizer/vars/0"][()]) == epochs * steps
+                complete = int(file["optimizer/vars/0"][()]) == epochs * steps
         except (OSError, ValueError, KeyError):
             continue
-        if whole:
+        if complete:
             if suffix:
-                for path in (weights, told):
+                for path in (weights, metadata):
                     shutil.copyfile(path.with_name(path.name + suffix), path)
             return epochs
     shutil.rmtree(backup, ignore_errors=True)
     return 0
 
 
-def _draw_from(model: keras.Model, seed: int, epoch: int) -> None:
-    """Let dropout draw from (seed, epoch); that of PyTorch draws from the process, that of others from the layer."""
+def _seed_dropout(model: keras.Model, seed: int, epoch: int) -> None:
+    """Set the random state of dropout from (seed, epoch).
+
+    Under PyTorch the process has one random state; under other backends each dropout layer has its own.
+    """
     if keras.backend.backend() == "torch":
         import torch
 
         torch.manual_seed(int(np.random.default_rng([seed, epoch]).integers(2**31)))
-    layers = [one for one in model._flatten_layers() if isinstance(one, keras.layers.Dropout) and one.rate]
-    for place, layer in enumerate(layers):
+    for index, layer in enumerate(active_dropout(model)):
         state = layer.seed_generator.state
-        state.assign(np.random.default_rng([seed, epoch, place]).integers(2**31, size=state.shape))
-
-
-def _count(progress: Progress, row: dict[str, float]) -> None:
-    """Add an epoch to the history, and note whether it is the best."""
-    progress.history.append(row)
-    if row["validation_mse"] < progress.best_mse:
-        progress.best_mse, progress.best_epoch = row["validation_mse"], progress.epoch
+        state.assign(np.random.default_rng([seed, epoch, index]).integers(2**31, size=state.shape))
 
 
 def _best(folder: Path, epoch: int) -> Path:

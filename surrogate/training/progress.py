@@ -1,4 +1,4 @@
-"""Progress of a training: a bar with the time left on a terminal, a line per epoch elsewhere."""
+"""Display of the progress of a training: a progress bar on a terminal, one line per epoch elsewhere."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def epoch_line(epoch: EpochReport) -> str:
-    """Return the result of an epoch in one line."""
+    """Return the result of an epoch as one line of text."""
     row = epoch.row
     left = timedelta(seconds=round(epoch.seconds_left))
     return (
@@ -25,7 +25,7 @@ def epoch_line(epoch: EpochReport) -> str:
 
 @contextmanager
 def reporter(name: str) -> Iterator[Callable[[EpochReport], None]]:
-    """Yield a function that shows an epoch."""
+    """Yield a function that displays the result of an epoch of the run `name`."""
     if not sys.stdout.isatty():
         yield lambda epoch: print(epoch_line(epoch), flush=True)
         return

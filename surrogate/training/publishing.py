@@ -1,6 +1,7 @@
-"""Where a trained model is published: under one plain name, where only another model is ever replaced.
+"""Publication of a trained model: a copy of its model directory under one plain name.
 
-These checks come before a training starts and need no Keras.
+A publication replaces a model directory only, never another file or folder. The checks run before a training starts
+and need no Keras.
 """
 
 from __future__ import annotations
@@ -25,14 +26,18 @@ MODEL_FILES = (
     "recipe.toml",
     "run.json",
 )
-"""What a training leaves in a model directory (see `surrogate.training.runs`)."""
+"""Files of a model directory (see `surrogate.training.runs`)."""
 
 
 def model_name(name: str, what: str = "a name to publish under") -> str:
-    """Return a valid name of a run and its published model.
+    """Check the name of a run and of its published model, and return it.
+
+    Args:
+        name: The name.
+        what: What the name is, for the error message.
 
     Raises:
-        ValueError: it is no plain name, asks running trainings to stop, or would be taken for an ONNX file.
+        ValueError: the name is not plain, is that of the file that stops trainings, or ends in `.onnx`.
     """
     if plain_name(name, what).upper() == STOP_FILE or name.lower().endswith(".onnx"):
         raise ValueError(f"Expected {what} other than {STOP_FILE} and *.onnx; received {reprlib.repr(name)}")
@@ -40,41 +45,41 @@ def model_name(name: str, what: str = "a name to publish under") -> str:
 
 
 def require_place(destination: Path) -> None:
-    """Refuse a path that holds anything but a model directory, which is never replaced.
+    """Check that a path does not exist or is a model directory; nothing else is ever replaced.
 
     Raises:
-        ValueError: a file is there, or a folder that holds anything a training does not write.
+        ValueError: the path is a file, or a folder that is not a model directory or holds other files.
     """
     if not os.path.lexists(destination):
         return
     if not destination.is_dir():
-        raise ValueError(f"Expected a new place for the model, or a model directory. Received: {destination}, a file")
-    strange = sorted(path.name for path in destination.iterdir() if path.name not in MODEL_FILES or path.is_dir())
-    if strange or not (destination / "run.json").is_file():
-        holds = f"which holds {reprlib.repr(strange[0])}" if strange else "which has no run.json"
+        raise ValueError(f"Expected a new path for the model, or a model directory. Received: {destination}, a file")
+    others = sorted(path.name for path in destination.iterdir() if path.name not in MODEL_FILES or path.is_dir())
+    if others or not (destination / "run.json").is_file():
+        holds = f"which holds {reprlib.repr(others[0])}" if others else "which has no run.json"
         raise ValueError(
-            f"Expected a new place for the model, or a model directory. Received: {destination}, {holds}; "
-            "move it away, or choose another name with --label"
+            f"Expected a new path for the model, or a model directory; move the folder away, or choose another name "
+            f"with --label. Received: {destination}, {holds}"
         )
 
 
 def publish(folder: Path, destination: Path, *, replace: bool = False) -> None:
-    """Copy a finished run's model directory to where `surrogate.load` finds it, completely or not at all.
+    """Copy the model directory of a finished run to where `surrogate.load` finds it, completely or not at all.
 
     Args:
-        folder: The run's directory.
-        destination: The model directory to be; where it is a link, what it leads to.
-        replace: Take the place of a model that is there.
+        folder: Directory of the run.
+        destination: Path of the published model directory. If it is a symbolic link, its target is written.
+        replace: Whether to replace a model that is published there.
 
     Raises:
-        ValueError: a model is there and may not be replaced, or something that is none.
+        ValueError: a model is published there and `replace` is false, or the path holds something else.
     """
     require_place(destination)
     if destination.exists() and not replace:
-        raise ValueError(f"Expected --replace, since {destination} is already published. Received: no --replace")
+        raise ValueError(f"Expected --replace, because {destination} is already published. Received: no --replace")
     target = Path(os.path.realpath(destination))
     target.parent.mkdir(parents=True, exist_ok=True)
-    # No model has a hidden name.
+    # A hidden name, which `surrogate list` ignores.
     with tempfile.TemporaryDirectory(prefix=".publishing-", dir=target.parent) as name:
         arriving, former = Path(name) / "arriving", Path(name) / "former"
         shutil.copytree(folder / "model", arriving)

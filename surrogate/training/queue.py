@@ -1,7 +1,7 @@
-"""Train many models, a few at a time, each in its own process, and stop them on request.
+"""Queue of trainings: many models, a few at a time, each in its own process, stopped on request.
 
-The queue keeps no state of its own. A published model of the same training (`surrogate.training.identity`) is done;
-every other one starts or resumes. An interrupted queue is therefore continued by starting it again.
+The queue keeps no state of its own. The same command starts it again after an interruption: models whose training is
+published (`surrogate.training.identity`) are skipped by the caller, and every other training starts or resumes.
 """
 
 from __future__ import annotations
@@ -18,15 +18,18 @@ from types import FrameType
 from bem._support.outputs import plain_name
 
 STOP_FILE = "STOP"
+"""Name of the file in the directory of the runs that stops them after their current epoch."""
 STOPPED = 75
-"""Exit status of a run that was asked to stop and can be resumed (EX_TEMPFAIL)."""
+"""Exit status of a run that stopped on request and can be resumed (EX_TEMPFAIL)."""
 
 
 class StopRequest:
-    """Whether SIGTERM, SIGINT or a stop file asked to stop; call it to know. A second signal ends the process at once.
+    """A callable that returns whether SIGTERM, SIGINT or a stop file has requested a stop.
+
+    The constructor installs handlers of both signals. A second signal of the same kind ends the process at once.
 
     Args:
-        folder: A file called `STOP` in this directory asks to stop.
+        folder: Directory in which a file called `STOP` requests a stop.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -36,7 +39,7 @@ class StopRequest:
             signal.signal(number, self._notice)
 
     def __call__(self) -> bool:
-        """Tell whether a stop has been asked for."""
+        """Return whether a stop has been requested."""
         return self.signalled or self.file.exists()
 
     def _notice(self, number: int, _frame: FrameType | None) -> None:
@@ -57,26 +60,26 @@ def run_queue(
     """Run one process per name, `jobs` at a time.
 
     Args:
-        waiting: The names to train, in order; plain names, since their directories are called so.
-        command: Makes the arguments after `python -m surrogate` that train one name.
-        folder: Directory of the runs; each process writes its output to `NAME/log.txt` there.
-        jobs: Processes at a time.
-        log: Called when a run starts and ends, and with its progress.
-        poll_seconds: How often the processes are looked at.
-        status_seconds: How often the standing is logged.
+        waiting: Names of the models to train, in order. Each is also the name of the run's directory.
+        command: Function of a name that returns the arguments of `python -m surrogate`.
+        folder: Directory of the runs. Each process appends its output to `NAME/log.txt` in it.
+        jobs: Largest number of processes at a time.
+        log: Function that is called with one line of text when a run starts or ends, and with its progress.
+        poll_seconds: Interval at which processes and stop requests are checked, in seconds.
+        status_seconds: Interval at which the progress is logged, in seconds.
 
     Returns:
-        The exit status of every process that was started, by name; `STOPPED` for those to be resumed.
+        The exit status of each process that was started, by name; `STOPPED` if it can be resumed.
 
     Raises:
-        ValueError: a name is no plain one.
+        ValueError: a name is not plain.
     """
     for name in waiting:
         plain_name(name, "a run's name")
     should_stop = StopRequest(folder)
     queue, running, ended = list(waiting), {}, {}
     last_status = time.monotonic()
-    told: set[str] = set()
+    asked: set[str] = set()
     while running or (queue and not should_stop()):
         while queue and len(running) < jobs and not should_stop():
             name = queue.pop(0)
@@ -87,14 +90,14 @@ def run_queue(
                 )
             log(f"{name}: started, {len(queue)} waiting")
         if should_stop():
-            for name in running.keys() - told:
+            for name in running.keys() - asked:
                 running[name].terminate()
-                told.add(name)
+                asked.add(name)
         time.sleep(poll_seconds)
         for name in [name for name, process in running.items() if process.poll() is not None]:
             status = running.pop(name).returncode
-            # A process that has no handler yet is ended by the signal, and resumes as well.
-            ended[name] = STOPPED if name in told and status < 0 else status
+            # The signal ends a process that has not installed its handler yet; that run can be resumed, too.
+            ended[name] = STOPPED if name in asked and status < 0 else status
             outcome = {0: "done", STOPPED: "stopped, to be resumed"}.get(ended[name])
             log(f"{name}: {outcome or f'failed with status {ended[name]}, see {folder / name}/log.txt'}")
         if time.monotonic() - last_status >= status_seconds:
@@ -105,7 +108,7 @@ def run_queue(
 
 
 def standing(history: Path) -> str:
-    """Return the progress of a run in a few words, from its history file."""
+    """Return the progress of a run as text, from its `history.csv`."""
     if not history.exists():
         return "in its first epoch"
     with history.open(encoding="utf-8") as file:

@@ -1,18 +1,27 @@
-"""Training recipes: everything that decides how a model is trained, read from TOML.
+"""Training recipes: TOML files with all hyperparameters of a training.
 
-Keys: `name`, `seed`, `batch_size`, `epochs`, `learning_rate` (the peak), optionally `optimizer` (`"adam"`, the default,
-or `"soap"`), `gradient_norm` (gradients are scaled down to that global norm), `weight_average` (the weights that are
-evaluated and kept are an exponential moving average of the trained ones, of this time constant as a share of all steps;
-a share, so that a shorter training does not average over its own beginning) and `dropout_until` (dropout is switched
-off after this share of the epochs, so that the last ones train the network that will predict; with dropout to the end,
-what follows it has only seen thinned activations and may predict with a bias), and at most one of two tables.
-`[cosine]` with `warmup_epochs`: a linear rise to the peak, then half a cosine to zero. `[plateau]` with `factor`,
-`patience`, `minimum_rate`, `stop_after`: the rate shrinks by `factor` after `patience` epochs without a better
-validation error and training stops after `stop_after`. Without a table the rate is constant. The weights of the best
-validation error are kept in every case. `loop = "fit"` trains by `model.fit` and Keras's own callbacks
-(`surrogate.training.keras_fit`); without it, the package's loop does (`surrogate.training.loop`). The two differ in the
-plateau: to `ReduceLROnPlateau` an epoch is better only where the error falls by more than 1e-4, to the loop where it
-falls at all.
+Required keys: `name`, `seed` (of weights, batches and dropout), `batch_size`, `epochs` (the largest number of epochs)
+and `learning_rate` (the peak of the schedule). Optional keys:
+
+- `optimizer`: `"adam"`, the default, or `"soap"`.
+- `gradient_norm`: global norm to which larger gradients are clipped.
+- `weight_average`: the weights that are evaluated and kept are an exponential moving average of the trained weights.
+  The value is the time constant as a fraction of all steps, in (0, 1]. It is a fraction so that a shorter training
+  averages over fewer steps.
+- `dropout_until`: fraction of the epochs, in [0, 1], after which dropout is switched off, so that the last epochs train
+  the network that predicts. A network that is trained with dropout to the end may predict with a bias.
+- `loop`: `"fit"` trains by `model.fit` and Keras's own callbacks (`surrogate.training.keras_fit`). Without this key the
+  package's loop trains (`surrogate.training.loop`).
+
+At most one table sets the learning-rate schedule; without a table the learning rate is constant:
+
+- `[cosine]`: a linear warm-up over `warmup_epochs`, then a cosine decay to zero at the last epoch.
+- `[plateau]`: the learning rate is multiplied by `factor` after `patience` epochs without a smaller validation error,
+  down to `minimum_rate`. Early stopping ends the training after `stop_after` such epochs. An epoch counts as better if
+  its error is smaller; for `ReduceLROnPlateau`, under `loop = "fit"`, if it is smaller by more than 1e-4.
+
+The weights with the smallest validation error are kept in every case. Recipe `paper` is the paper's, of its section
+"Training and hyperparameters".
 """
 
 from __future__ import annotations
@@ -34,14 +43,25 @@ KINDS = {int: "a whole number", float: "a finite number", str: "a text"}
 
 @dataclass(frozen=True)
 class Cosine:
-    """A linear rise of the rate, then half a cosine to zero at the last epoch."""
+    """Learning-rate schedule: a linear warm-up, then a cosine decay to zero at the last epoch.
+
+    Args:
+        warmup_epochs: Length of the warm-up, in epochs.
+    """
 
     warmup_epochs: float = 0.0
 
 
 @dataclass(frozen=True)
 class Plateau:
-    """Shrink the rate, and in the end stop, when the validation error no longer falls."""
+    """Learning-rate schedule on a plateau of the validation error, with early stopping.
+
+    Args:
+        factor: Factor by which the learning rate is multiplied.
+        patience: Epochs without a smaller validation error before that.
+        minimum_rate: Smallest learning rate.
+        stop_after: Epochs without a smaller validation error before training stops.
+    """
 
     factor: float
     patience: int
@@ -51,7 +71,11 @@ class Plateau:
 
 @dataclass(frozen=True)
 class Recipe:
-    """How to train; the module's docstring explains the fields."""
+    """All hyperparameters of a training; the docstring of the module explains the fields.
+
+    Raises:
+        ValueError: a field is outside its range, or two fields exclude each other.
+    """
 
     name: str
     seed: int
@@ -73,13 +97,13 @@ class Recipe:
         if self.seed < 0:
             raise ValueError(f"Expected a seed of zero or above. Received: seed={self.seed!r}")
         if self.optimizer not in OPTIMIZERS:
-            raise ValueError(f"Expected optimizer in {', '.join(OPTIMIZERS)}. Received: optimizer={self.optimizer!r}")
+            raise ValueError(f"Expected optimizer {' or '.join(OPTIMIZERS)}. Received: optimizer={self.optimizer!r}")
         if self.weight_average is not None and not 0.0 < self.weight_average <= 1.0:
             raise ValueError(f"Expected weight_average in (0, 1]. Received: weight_average={self.weight_average!r}")
         if self.dropout_until is not None and not 0.0 <= self.dropout_until <= 1.0:
             raise ValueError(f"Expected dropout_until in [0, 1]. Received: dropout_until={self.dropout_until!r}")
         if self.loop is not None and self.loop not in LOOPS:
-            raise ValueError(f"Expected loop in {', '.join(LOOPS)}, or no such key. Received: loop={self.loop!r}")
+            raise ValueError(f"Expected loop {' or '.join(LOOPS)}, or no such key. Received: loop={self.loop!r}")
         if self.loop and self.dropout_until is not None:
             raise ValueError("Expected at most one of loop and dropout_until. Received: both")
         if self.plateau and not self.plateau.stop_after > 0:
@@ -89,11 +113,11 @@ class Recipe:
 
     @classmethod
     def load(cls, source: str | Path) -> Recipe:
-        """Read a recipe of this package by name, such as `"swift"`, or any TOML file by path.
+        """Read a recipe of this package by name, such as `"swift"`, or a TOML file by path.
 
         Raises:
-            FileNotFoundError: neither a recipe's name nor a file.
-            ValueError: not a recipe; the message names what is wrong.
+            FileNotFoundError: the argument is neither the name of a recipe nor a file.
+            ValueError: the file is not a recipe; the message names the key or value.
         """
         packaged = {file.name.removesuffix(".toml"): file for file in _packaged_recipes()}
         file = packaged.get(str(source), Path(source))
@@ -109,15 +133,19 @@ class Recipe:
         return cls(**_checked(content, cls, "a training recipe", source))
 
     def with_overrides(self, **overrides: Any) -> Recipe:
-        """Return a copy with some fields replaced; `None` leaves a field as it is."""
+        """Return a copy with fields replaced by keyword; a value of `None` keeps the field.
+
+        Raises:
+            ValueError: as for the constructor.
+        """
         return replace(self, **{name: value for name, value in overrides.items() if value is not None})
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the fields that are set, tables as dictionaries."""
+        """Return the fields that are not `None`, tables as dictionaries."""
         return {name: value for name, value in asdict(self).items() if value is not None}
 
     def to_toml(self) -> str:
-        """Return the recipe as TOML, readable by `load`."""
+        """Return the recipe as TOML, which `load` reads."""
         scalars = [f"{name} = {_toml(value)}" for name, value in self.as_dict().items() if not isinstance(value, dict)]
         tables = [
             "\n".join([f"\n[{name}]", *(f"{key} = {_toml(value)}" for key, value in table.items())])
@@ -133,10 +161,10 @@ def _packaged_recipes() -> list[Any]:
 
 
 def _checked(content: Any, kind: type, what: str, source: str | Path) -> dict[str, Any]:
-    """The keys and values of a table, which must be those of a data class.
+    """Return the content of a TOML table after checking it against the fields of a data class.
 
     Raises:
-        ValueError: a key is missing or unknown, or a value is of another kind; the message says which are allowed.
+        ValueError: a key is missing or unknown, or a value has another type; the message says what is allowed.
     """
     if not isinstance(content, dict):
         raise ValueError(f"Expected {what}. Received: {reprlib.repr(content)} in {source}")
@@ -147,8 +175,8 @@ def _checked(content: Any, kind: type, what: str, source: str | Path) -> dict[st
         "with": [key for key in content if key not in (*needed, *optional)],
     }
     if any(found.values()):
-        allowed = f"Expected {', '.join(needed)}" if needed else f"Expected at most {', '.join(optional)}"
-        allowed += f", and if wanted {', '.join(optional)}," if needed and optional else ""
+        allowed = f"Expected {', '.join(needed)}" if needed else f"Expected no keys but {', '.join(optional)}"
+        allowed += f", and optionally {', '.join(optional)}," if needed and optional else ""
         received = " and ".join(f"{word} {_listed(keys)}" for word, keys in found.items() if keys)
         raise ValueError(f"{allowed} in {what}. Received: {source} {received}")
     hints = get_type_hints(kind)

@@ -1,19 +1,19 @@
-"""One training run from data set file to published model directory.
+"""One training run, from the data set to the model directory.
 
 A model directory holds:
 
     model.weights.h5    the weights, readable under every backend
-    model.onnx          features, scaling and network in one graph (see `surrogate.export`); missing where a
-                        registered architecture has a layer unknown to `surrogate.network.lowering`
-    scaling.json        the training set's statistics and ranges
-    split.json          seed, and the trajectory indices of training, validation and test
-    history.csv         one row per epoch, seconds accumulated
-    metrics.json        errors on validation and test, summarised
-    test_errors.csv     errors of every test trajectory
-    recipe.toml         how it was trained
+    model.onnx          features, scaling and network in one graph (see `surrogate.export`); absent if a registered
+                        architecture has a layer that `surrogate.network.lowering` cannot express
+    scaling.json        statistics and ranges of the training set
+    split.json          seed, and trajectory indices of training, validation and test set
+    history.csv         one row per epoch; the seconds accumulate
+    metrics.json        summary of the errors on validation and test set
+    test_errors.csv     errors of each trajectory of the test set
+    recipe.toml         the recipe
     run.json            versions, seconds, backend, seed, command, digest of the data set
 
-`surrogate.training.publishing` copies it to the place where `surrogate.load` looks.
+`surrogate.training.publishing` copies the directory to where `surrogate.load` finds it.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ from surrogate.training.checkpoint import Progress, require_same_run
 from surrogate.training.evaluation import evaluate, physical_channels, scaled_examples, write_errors
 from surrogate.training.identity import TrainingIdentity
 from surrogate.training.keras_fit import fit
-from surrogate.training.loop import EpochReport, Examples, train, with_fused_lstm
+from surrogate.training.loop import EpochReport, Examples, TrainingTask, train, with_fused_lstm
 from surrogate.training.publishing import model_name, publish
 from surrogate.training.recipe import Recipe
 
@@ -51,22 +51,21 @@ RUN_FORMAT = "viscoelastic-contact-surrogate"
 
 @dataclass(frozen=True)
 class Run:
-    """What is trained on what.
+    """An architecture, the data it is trained on, and how.
 
     Args:
-        architecture: One of the names `surrogate.names()` returns.
-        dataset: The data set that holds validation and test trajectories.
-        split: Its division.
+        architecture: Name of an architecture, one of `surrogate.names()`.
+        dataset: The data set with the training, validation and test sets.
+        split: The split of `dataset`.
         recipe: How to train.
-        features: The feature set.
-        extra: A second data set, of the same material and measurement steps, whose trajectories all join the training
-            part, but for protocols held out.
-        label: The name to publish under, one plain name; the architecture's by default.
-        epochs_given: Whether the recipe's number of epochs was replaced by another.
+        features: The feature set, `"A"` to `"D"`.
+        extra: A second data set, of the same material and measurement steps. Its completed trajectories join the
+            training set, except those whose protocols are in the validation or test set.
+        label: Name to publish the model under; the name of the architecture by default.
+        epochs_given: Whether the number of epochs was given instead of taken from the recipe.
 
     Raises:
-        ValueError: the label is no plain name, or the second data set is of another material or has other measurement
-            steps.
+        ValueError: the name is not plain, or the second data set has another material or other measurement steps.
     """
 
     architecture: str
@@ -85,7 +84,7 @@ class Run:
         for name, words in (("modulus_ratio", "modulus ratio"), ("points_per_phase", "measurement steps")):
             wanted, found = getattr(self.dataset, name), getattr(self.extra, name)
             if found != wanted:
-                raise ValueError(f"Expected an extra data set of the {words} {wanted}. Received: {found}")
+                raise ValueError(f"Expected an extra data set with the {words} {wanted}. Received: {found}")
 
     @property
     def name(self) -> str:
@@ -94,7 +93,7 @@ class Run:
 
     @property
     def identity(self) -> TrainingIdentity:
-        """What decides its result."""
+        """The identity of the training: all that decides its result."""
         return TrainingIdentity.of(
             self.architecture,
             self.dataset,
@@ -107,7 +106,7 @@ class Run:
 
 
 def fit_scaling(run: Run) -> Scaling:
-    """Take the statistics of the run's training trajectories, the extra ones included."""
+    """Return the scaling: the statistics of the run's training set, with the trajectories of the extra data set."""
     sources = [(run.dataset, run.split.train)]
     if run.extra:
         sources.append((run.extra, extra_indices(run)))
@@ -126,14 +125,17 @@ def fit_scaling(run: Run) -> Scaling:
 
 
 def extra_indices(run: Run) -> np.ndarray:
-    """Return the completed trajectories of the extra data set whose protocols the run does not hold out."""
+    """Return the trajectories of the extra data set that join the training set, shape `(n,)`.
+
+    They are completed, and their protocols are not in the validation or test set.
+    """
     completed = run.extra.completed
-    forbidden = set(_protocols(run.dataset, np.concatenate([run.split.validation, run.split.test])))
-    return completed[np.array([row not in forbidden for row in _protocols(run.extra, completed)], dtype=bool)]
+    held_out = set(_protocols(run.dataset, np.concatenate([run.split.validation, run.split.test])))
+    return completed[np.array([row not in held_out for row in _protocols(run.extra, completed)], dtype=bool)]
 
 
 def _protocols(dataset: TrajectoryDataset, indices: np.ndarray) -> list[tuple[float, ...]]:
-    """Protocols as they compare between processors, whose powers differ in the last digit: in single precision."""
+    """Return protocols in single precision, in which they compare equal although processors round differently."""
     columns = dataset.protocols_of(indices).values()
     return list(zip(*(values.astype(np.float32).tolist() for values in columns), strict=True))
 
@@ -147,13 +149,29 @@ def execute(
     log: Callable[[str], None] = lambda _: None,
     command: str = "",
 ) -> Progress:
-    """Train in `folder`, resuming what is there; when finished, leave a complete model directory in `folder/model`."""
+    """Train in `folder`, or resume the training there. When it is finished, write the model directory `folder/model`.
+
+    Args:
+        run: What to train.
+        folder: Directory of the run.
+        should_stop: Called after each epoch; `True` ends the training early, and a later call resumes it.
+        report: Called after each epoch.
+        log: Called with messages, one line of text each.
+        command: The command line, recorded in `run.json`.
+
+    Returns:
+        The progress; its `finished` tells whether the model directory is written.
+
+    Raises:
+        ValueError: `folder` holds a checkpoint of another training, or has trained for more epochs than the recipe.
+        FloatingPointError: the validation error is not finite.
+    """
     keras.config.set_floatx("float32")
     keras.utils.set_random_seed(run.recipe.seed)
     folder.mkdir(parents=True, exist_ok=True)
     model = with_fused_lstm(build(run.architecture, features=run.features))
     if any(isinstance(layer, keras.layers.LSTM) for layer in model.layers) and not has_fused_lstm():
-        log(f"The {keras.backend.backend()} backend has no fused LSTM here; it runs step by step")
+        log(f"The {keras.backend.backend()} backend has no fused LSTM on this device; the LSTM runs step by step")
 
     scaling = fit_scaling(run)
     training = scaled_examples(run.dataset, run.split.train, scaling)
@@ -162,16 +180,17 @@ def execute(
         pairs = zip(vars(training).values(), vars(more).values(), strict=True)
         training = Examples(*(np.concatenate(pair) for pair in pairs))
     require_same_run(folder, run.identity.fingerprint)
-    progress = (fit if run.recipe.loop == "fit" else train)(
+    task = TrainingTask(
         model,
         training,
         scaled_examples(run.dataset, run.split.validation, scaling),
-        recipe=run.recipe,
-        folder=folder,
-        fingerprint=run.identity.fingerprint,
-        should_stop=should_stop,
-        report=report,
+        run.recipe,
+        folder,
+        run.identity.fingerprint,
+        should_stop,
+        report,
     )
+    progress = fit(task) if run.recipe.loop == "fit" else train(task)
     if progress.finished:
         _write_model(run, folder, model, scaling, progress, examples=len(training), command=command, log=log)
     return progress
@@ -190,7 +209,7 @@ def _write_model(
 ) -> None:
     target = folder / "model"
     target.mkdir(exist_ok=True)
-    # A fresh build carries no optimizer, whose state Keras would write beside the weights.
+    # A new model has no optimizer, whose state Keras would write into the weights file.
     bare = build(run.architecture, features=run.features)
     bare.set_weights([keras.ops.convert_to_numpy(variable) for variable in model.weights])
     bare.save_weights(target / "model.weights.h5")
@@ -219,7 +238,7 @@ def _write_model(
         "fused_lstm": has_fused_lstm(),
         "versions": versions(),
         "seed": run.recipe.seed,
-        # A plateau ends a training before its epochs do.
+        # Early stopping ends a training before its last epoch.
         "ended_by": "--epochs" if run.epochs_given and progress.epoch == run.recipe.epochs else "recipe",
         "training_trajectories": examples,
         **cost,
@@ -234,7 +253,7 @@ def _write_model(
         export_folder(target)
     except NotExportableError as error:
         (target / ONNX_NAME).unlink(missing_ok=True)
-        log(f"{run.name}: without {ONNX_NAME}, so that it predicts with backend='keras' alone. {error}")
+        log(f"{run.name}: no {ONNX_NAME} is written, so the model predicts with backend='keras' only. {error}")
 
 
 def _write_json(path: Path, content: dict) -> None:

@@ -1,11 +1,11 @@
-"""The optimizer of the swift recipe: SOAP, Adam in the eigenbasis of Shampoo's preconditioner.
+"""The optimizer SOAP: Adam in the eigenbasis of Shampoo's preconditioner. The recipe `swift` uses it.
 
 Source: N. Vyas, D. Morwani, R. Zhao, I. Shapira, D. Brandfonbrener, L. Janson and S. Kakade, "SOAP: Improving and
 Stabilizing Shampoo using Adam", arXiv:2409.11321, algorithm 3.
 
-For a matrix of weights with gradient G, the directions in which gradients are large are the eigenvectors of the moving
-averages of G G^T and G^T G. SOAP turns the gradient into these bases, takes Adam's step there, and turns it back. The
-bases change slowly, so one step of orthogonal iteration every few steps follows them.
+For a matrix of weights with gradient G, the bases are the eigenvectors of the moving averages of G G^T and of G^T G.
+SOAP rotates the gradient into these bases, takes Adam's step there, and rotates the step back. The bases change slowly,
+so one orthogonal iteration every few steps is enough to follow them.
 """
 
 from __future__ import annotations
@@ -18,15 +18,15 @@ import keras
 from keras import ops
 
 WIDEST = 1024
-"""Sides longer than this keep their own basis: the eigenvectors would cost more than the step."""
+"""Longest side of a matrix that is rotated. Eigenvectors of a longer side would cost more than the rest of the step."""
 
 
 @dataclass(frozen=True)
 class _Blocks:
-    """A variable seen as a stack of matrices of shape `(count, rows, columns)`.
+    """View of a variable as a stack of matrices of shape `(count, rows, columns)`.
 
-    The kernels of an LSTM hold its four gates side by side, those of queries, keys and values their heads; each gate
-    and head is a matrix of its own. Every other kernel is one matrix, from all its inputs to its outputs.
+    The kernel of an LSTM is a stack of the matrices of its four gates. The kernel of a query, key or value is a stack
+    of the matrices of the heads. Every other kernel is one matrix, from all inputs to all outputs.
     """
 
     count: int
@@ -54,7 +54,10 @@ class _Blocks:
 
 @dataclass(frozen=True)
 class _Basis:
-    """One side's moving average of gradient products and its approximate eigenvectors, each `(count, side, side)`."""
+    """Moving average of the gradient products of one side, and its approximate eigenvectors.
+
+    Both have the shape `(count, side, side)`.
+    """
 
     products: Any
     vectors: Any
@@ -62,15 +65,16 @@ class _Basis:
 
 @keras.saving.register_keras_serializable(package="surrogate")
 class Soap(keras.optimizers.Optimizer):
-    """SOAP for matrices and Adam for vectors.
+    """Keras optimizer: SOAP for matrices, Adam for vectors.
 
     Args:
-        learning_rate: A float or a schedule.
-        beta_1: Decay of the average gradient, per step.
-        beta_2: Decay of the average squares and gradient products, per step.
-        basis_every: Steps between two refinements of the eigenbases.
-        epsilon: Added to the root of the average squares.
-        **kwargs: As for every Keras optimizer: `global_clipnorm`, `use_ema`, ...
+        learning_rate: A float or a learning-rate schedule of Keras.
+        beta_1: Decay rate per step of the moving average of the gradient.
+        beta_2: Decay rate per step of the moving averages of squares and gradient products.
+        basis_every: Number of steps between two updates of the eigenbases.
+        epsilon: Constant added to the square root of the mean squares.
+        name: Name of the optimizer.
+        **kwargs: Arguments of every Keras optimizer, such as `global_clipnorm` and `use_ema`.
     """
 
     def __init__(
@@ -88,7 +92,7 @@ class Soap(keras.optimizers.Optimizer):
         self.basis_every, self.epsilon = basis_every, epsilon
 
     def build(self, variables: list[Any]) -> None:
-        """Make the state: two moments of every variable, and of every matrix the bases of its sides."""
+        """Create the state: two moments of each variable, and the bases of both sides of each matrix."""
         if self.built:
             return
         super().build(variables)
@@ -107,7 +111,7 @@ class Soap(keras.optimizers.Optimizer):
         return _Basis(self.add_variable((count, side, side), "zeros", name="products"), vectors)
 
     def update_step(self, gradient: Any, variable: Any, learning_rate: Any) -> None:
-        """Move one variable."""
+        """Update one variable."""
         index = self._get_variable_index(variable)
         blocks, mean, squares = self._blocks[index], self._means[index], self._squares[index]
         step = ops.cast(self.iterations + 1, variable.dtype)
@@ -121,9 +125,9 @@ class Soap(keras.optimizers.Optimizer):
 
         left, right = self._bases[index]
         gradient = blocks.split(gradient)
-        self._average(squares, ops.square(_turn(gradient, left, right)), self.beta_2)
-        move = _turn(blocks.split(mean), left, right) / (ops.sqrt(squares) + self.epsilon)
-        self.assign_sub(variable, rate * blocks.join(_turn_back(move, left, right)))
+        self._average(squares, ops.square(_rotate(gradient, left, right)), self.beta_2)
+        move = _rotate(blocks.split(mean), left, right) / (ops.sqrt(squares) + self.epsilon)
+        self.assign_sub(variable, rate * blocks.join(_rotate_back(move, left, right)))
         if left:
             self._average(left.products, ops.matmul(gradient, _transposed(gradient)), self.beta_2)
         if right:
@@ -134,7 +138,7 @@ class Soap(keras.optimizers.Optimizer):
         self.assign_add(average, (1 - decay) * (value - average))
 
     def _refine(self, bases: list[_Basis]) -> None:
-        """Follow the eigenvectors by one orthogonal iteration, every few steps."""
+        """Update the eigenvectors by one orthogonal iteration, once in `basis_every` steps."""
         if not bases:
             return
         refined = ops.cond(
@@ -146,7 +150,7 @@ class Soap(keras.optimizers.Optimizer):
             self.assign(basis.vectors, vectors)
 
     def get_config(self) -> dict[str, Any]:
-        """Return what makes an equal optimizer."""
+        """Return the arguments of the constructor."""
         own = ("beta_1", "beta_2", "basis_every", "epsilon")
         return {**super().get_config(), **{name: getattr(self, name) for name in own}}
 
@@ -155,13 +159,13 @@ def _transposed(stack: Any) -> Any:
     return ops.transpose(stack, (0, 2, 1))
 
 
-def _turn(stack: Any, left: _Basis | None, right: _Basis | None) -> Any:
+def _rotate(stack: Any, left: _Basis | None, right: _Basis | None) -> Any:
     if left:
         stack = ops.matmul(_transposed(left.vectors), stack)
     return ops.matmul(stack, right.vectors) if right else stack
 
 
-def _turn_back(stack: Any, left: _Basis | None, right: _Basis | None) -> Any:
+def _rotate_back(stack: Any, left: _Basis | None, right: _Basis | None) -> Any:
     if left:
         stack = ops.matmul(left.vectors, stack)
     return ops.matmul(stack, _transposed(right.vectors)) if right else stack

@@ -1,8 +1,8 @@
-"""PyTorch's own LSTM for training under that backend, where Keras steps through the sequence in Python.
+"""PyTorch's LSTM operator for training under the PyTorch backend, where Keras steps through the sequence in Python.
 
-The operator is fused on a processor (oneDNN) and on a GPU (cuDNN) alike, and computes what `keras.layers.LSTM` does up
-to rounding, from the same weights: its four gates stand in Keras's order, its matrices transposed. Models are built
-and published with Keras's layer; only the copy that is trained holds this one.
+The operator is fused on a CPU (oneDNN) and on a GPU (cuDNN). From the same weights it computes the same as
+`keras.layers.LSTM` up to rounding: the four gates have Keras's order, and the matrices are transposed. Models are built
+and published with Keras's layer; only the copy that is trained has this layer.
 """
 
 from __future__ import annotations
@@ -15,17 +15,24 @@ from keras import ops
 
 
 class TorchLSTM(keras.layers.LSTM):
-    """`keras.layers.LSTM` computed by `torch.lstm`: forwards in time, of tanh and sigmoid, without dropout or mask."""
+    """`keras.layers.LSTM` computed by `torch.lstm`.
+
+    A layer that runs backwards, has dropout, a mask, no bias, or activations other than tanh and sigmoid is left to
+    Keras.
+    """
 
     def inner_loop(self, sequences: Any, initial_state: list, mask: Any, training: bool = False) -> tuple:
-        """Return the last output, the outputs of shape `(batch, steps, units)`, and the two last states."""
+        """Return the last output, all outputs of shape `(batch, steps, units)`, and the two final states.
+
+        The last output and each state have the shape `(batch, units)`.
+        """
         if not self._is_standard or mask is not None:
             return super().inner_loop(sequences, initial_state, mask, training)
         cell = self.cell
         from_input, from_state, bias = (
             ops.convert_to_tensor(weight) for weight in (cell.kernel, cell.recurrent_kernel, cell.bias)
         )
-        # PyTorch adds a second bias, of the recurrence.
+        # PyTorch has a second bias for the recurrent part; Keras has not.
         weights = [from_input.T.contiguous(), from_state.T.contiguous(), bias, torch.zeros_like(bias)]
         outputs, *states = torch.lstm(
             sequences,
@@ -51,7 +58,7 @@ class TorchLSTM(keras.layers.LSTM):
 
 
 def with_torch_lstm(model: keras.Model) -> keras.Model:
-    """Return a copy of a functional model, of the same weights in the same order, its LSTMs run by `TorchLSTM`."""
+    """Return a copy of a functional model with `TorchLSTM` layers, with the same weights in the same order."""
 
     def copied(layer: keras.layers.Layer) -> keras.layers.Layer:
         kind = TorchLSTM if type(layer) is keras.layers.LSTM else type(layer)

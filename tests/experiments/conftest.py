@@ -6,7 +6,8 @@ os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
 os.environ.setdefault("TF_NUM_INTRAOP_THREADS", "1")
 
 from bem.dataset.campaign.plan import Campaign
-from experiments.cost import accuracy_cost, solver_processes
+from experiments.cost import accuracy_cost
+from experiments.solver import solver_processes
 from tests.bem.dataset.campaign import stand_in
 from tests.bem.dataset.campaign.helpers import run_here
 

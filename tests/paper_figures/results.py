@@ -77,7 +77,7 @@ def comparison(trained):
 def outdated(content, *names_):
     """The same comparison without these models, which are trained by another recipe."""
     kept = {name: one for name, one in content["models"].items() if name not in names_}
-    sentences = {name: f"{name} is left out: `make models` trains it anew." for name in names_}
+    sentences = {name: f"{name} is left out: `make models` trains it again." for name in names_}
     ranking = {"ranking": list(kept)}
     differences = {name: ["recipe"] for name in names_}
     return content | {"models": kept, "differences": differences, "outdated": sentences, "comparison": ranking}

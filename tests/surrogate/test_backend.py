@@ -12,7 +12,7 @@ from surrogate.backend import has_fused_lstm, limit_threads, silent_stderr, vers
 def test_threads_are_limited_before_keras_is_imported(monkeypatch):
     with pytest.raises(ValueError, match="threads=0"):
         limit_threads(0)
-    with pytest.raises(RuntimeError, match="before keras"):
+    with pytest.raises(RuntimeError, match="before Keras"):
         limit_threads(1)
     monkeypatch.setattr("surrogate.backend.sys.modules", {})
     monkeypatch.setattr("surrogate.backend.os.environ", environment := {"XLA_FLAGS": "--kept"})
@@ -41,7 +41,7 @@ def test_versions_name_the_backend():
     assert set(versions()) == {"python", "keras", "numpy", keras.backend.backend()}
 
 
-def test_what_a_library_says_as_it_starts_is_held_back_unless_it_fails(capfd):
+def test_messages_of_a_library_at_its_start_are_shown_only_if_it_fails(capfd):
     with silent_stderr():
         os.write(2, b"E0000 Unable to register cuDNN factory\n")
     assert capfd.readouterr().err == ""

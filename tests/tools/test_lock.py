@@ -34,7 +34,7 @@ def test_a_new_requirement_is_noticed(settings, text):
 
 def test_a_moved_version_a_missing_hash_and_an_index_are_noticed(settings, text):
     assert lock.problems(settings, re.sub(r"^numpy==[^ ]+", "numpy==1.26.4", text, flags=re.MULTILINE)) == [
-        "numpy<3,>=2.0 is asked for, 1.26.4 is locked"
+        "numpy<3,>=2.0 is required, 1.26.4 is locked"
     ]
     assert lock.problems(settings, text + "\nextra==1.0\n") == ["extra==1.0 has no hash"]
     assert lock.problems(settings, text + "\n--index-url https://example.org\n") == ["the lock names a package index"]

@@ -22,6 +22,7 @@ from loky import cpu_count, get_reusable_executor
 
 from bem._support.validation import whole_number
 from bem._support.wording import shown
+from bem.dataset.campaign import worker
 
 Batch = tuple[tuple[int, Any], ...]
 """Trajectories of a campaign, each with its index and all that a worker needs to know of it."""
@@ -31,10 +32,6 @@ Outcome = tuple[Batch, Any]
 
 SCHEMES = ("tcp", "tls", "ucx", "ws", "wss")
 ONE_THREAD = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL", "BLIS", "NUMBA", "NUMEXPR")}
-
-
-own_process = False
-"""Whether this is a worker of `LocalExecutor`, in which nothing runs but what that gives it."""
 
 
 class CampaignError(RuntimeError):
@@ -158,22 +155,19 @@ def _unheard(thread: str) -> Iterator[None]:
 
 def _begin_worker(parent: int) -> None:
     """Leave Ctrl-C, which reaches all processes, to the main one, and end soon after a main process that was killed."""
-    global own_process
 
     def watch() -> None:
         while os.getppid() == parent:
             time.sleep(0.5)
         os._exit(1)
 
-    own_process = True
+    worker.own_process = True
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=watch, daemon=True).start()
 
 
 def _load_solver(_: Batch) -> None:
-    from bem.dataset.campaign.work import warm_solver
-
-    warm_solver()
+    worker.warm_solver()
 
 
 class ClusterExecutor(Executor):

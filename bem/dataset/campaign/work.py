@@ -1,7 +1,5 @@
 """The work of a campaign: its trajectories divided into batches, and what a worker does with one of them."""
 
-import functools
-import gc
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
@@ -12,11 +10,8 @@ import numpy as np
 from bem._support.provenance import origin, peak_memory
 from bem._support.validation import FloatArray
 from bem.accuracy import NAMED_TARGETS, resolve_accuracy
-from bem.dataset.campaign import executors
 from bem.dataset.campaign.executors import Batch, CampaignError, Executor
-from bem.materials import StandardLinearSolid
-from bem.protocol import LoadingProtocol
-from bem.scene import Scene
+from bem.dataset.campaign.worker import Solver, warm_solver
 from bem.solver.version import SOLVER_VERSION
 
 LONGEST_BATCH = 1.0
@@ -27,8 +22,6 @@ SHARE_OF_REST = 5
 """A batch is at most this part of what each worker has yet to do, so that all end at about the same time ..."""
 BATCHES_PER_WORKER = 96
 """... and need be no smaller than this part of all it does."""
-
-Solver = Callable[..., Any]
 
 
 def solver_name(solver: Solver | None) -> str:
@@ -56,22 +49,6 @@ def batches_of(indices: np.ndarray, seconds: FloatArray, workers: int) -> list[t
         batches.append(tuple(order[begin:end].tolist()))
         begin, used = end, spent[end - 1]
     return batches
-
-
-@functools.cache
-def warm_solver() -> Solver:
-    """The solver with its kernels loaded, so that no trajectory is charged for that."""
-    from bem._support.jit import leave_out_blas
-    from bem.solver.simulation import simulate
-
-    if executors.own_process:
-        leave_out_blas()
-    protocol = LoadingProtocol(peak_indentation=2.0, loading_rate=10.0, dwell_time=0.1, unloading_rate=10.0)
-    simulate(Scene(tabor=1.0, material=StandardLinearSolid(0.1)), protocol, "draft")
-    if executors.own_process:
-        # Where psutil is missing, loky collects garbage every second; what is loaded here is none.
-        gc.freeze()
-    return simulate
 
 
 @dataclass(frozen=True)

@@ -48,7 +48,9 @@ def largest_contact_radius(peak_indentation: float, tabor: float, nonadhesive: b
         return max(hertz, 1e-9)
     radius = hertz + 1.0
     for _ in range(50):  # a^2 = delta/mu + sqrt(2 pi a), JKR's indentation solved by fixed-point iteration
-        radius = math.sqrt(max(peak_indentation / tabor + math.sqrt(2.0 * math.pi * radius), 0.25))
+        before, radius = radius, math.sqrt(max(peak_indentation / tabor + math.sqrt(2.0 * math.pi * radius), 0.25))
+        if radius == before:
+            break
     return radius + 0.4
 
 

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from bem.dataset.file import load_dataset
-from experiments.cost import accuracy_cost, amortisation, solver_processes, surrogate_cost
+from experiments.cost import accuracy_cost, amortisation, surrogate_cost
 from experiments.lineage import dataset_digest
+from experiments.solver import solver_processes
 
 
 def write_model(folder, dataset, *, recipe="swift", **run):

@@ -10,8 +10,8 @@ from bem.dataset.records import COMPLETED, FAILED
 from bem.protocol import default_start_indentation
 from bem.reference_solutions import dmt
 from experiments.common import write_result
-from experiments.cost import accuracy_price
 from experiments.paper import dataset_examples, dataset_statistics, inconsistencies
+from experiments.solver import accuracy_price
 from paper_figures.report.claims import Results, judge, text_claims
 from paper_figures.report.write import row
 from paper_figures.tables import table_accuracy_price

@@ -7,11 +7,11 @@ import pytest
 
 from experiments import common, lineage
 from experiments.paper import error_statistics, fms_transfer, model_comparison
-from experiments.paper.data_efficiency import KEYS as SHARES
-from experiments.paper.data_efficiency import share
-from experiments.paper.data_efficiency import variants as shares
-from experiments.paper.feature_sets import summary as feature_summary
-from experiments.paper.feature_sets import variants as feature_variants
+from experiments.training.data_efficiency import KEYS as SHARES
+from experiments.training.data_efficiency import share
+from experiments.training.data_efficiency import variants as shares
+from experiments.training.feature_sets import summary as feature_summary
+from experiments.training.feature_sets import variants as feature_variants
 from surrogate.architectures.naming import FAMILIES, names
 
 COLUMNS = (
@@ -160,7 +160,7 @@ def test_only_models_trained_alike_are_compared(tmp_path, dataset):
     found = model_comparison.study(tmp_path, dataset)
     # Another backend is no other training, as little as another seed is.
     assert list(found["models"]) == ["M1-concat", "M2-FiLM"]
-    words = {name: sentence.split("its ")[1].split(" being")[0] for name, sentence in found["outdated"].items()}
+    words = {name: sentence.split("its ")[1].split(" is not that")[0] for name, sentence in found["outdated"].items()}
     assert words == {"M1-FiLM": "recipe", "M1-gated": "split", "M2-concat": "data set"}
     assert found["differences"] == {name: [word] for name, word in words.items()}
     assert len(found["missing"]) == 13
@@ -171,8 +171,8 @@ def test_an_outdated_model_comes_with_the_command_that_trains_it_anew(tmp_path, 
     write_model(tmp_path / "M1-FiLM", 0.1, recipe='name = "other"\n')
     write_model(tmp_path / "M1-concat-large", 0.1, dataset_sha256="of others")
     sentences = model_comparison.outdated(model_comparison.published(tmp_path), DIGEST, tmp_path)
-    assert sentences["M1-FiLM"].endswith(": `make models` trains it anew.")
-    remove = f": remove {str(tmp_path / 'M1-concat-large')!r} and train it anew."
+    assert sentences["M1-FiLM"].endswith(": `make models` trains it again.")
+    remove = f": remove {str(tmp_path / 'M1-concat-large')!r} and train it again."
     assert sentences["M1-concat-large"].endswith(remove)
 
 

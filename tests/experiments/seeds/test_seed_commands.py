@@ -6,8 +6,8 @@ import tomllib
 from typer.testing import CliRunner
 
 from experiments.common import CONFIGS
-from experiments.paper.ranking import EXPECTED
 from experiments.seeds import seed_commands
+from experiments.seeds.ranking import EXPECTED
 from surrogate.architectures.naming import paper_names
 from surrogate.cli import app as cli
 from surrogate.inference.model_files import PUBLISHED

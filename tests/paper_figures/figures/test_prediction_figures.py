@@ -3,7 +3,8 @@
 import pytest
 from matplotlib.colors import to_rgba
 
-from paper_figures.figures import figure_6, figure_7, figure_fms_transfer, graphical_abstract
+from paper_figures.figures import figure_6, figure_7, graphical_abstract
+from paper_figures.models import figure_fms_transfer
 from paper_figures.style import models_style
 from tests.paper_figures.results import made, write
 

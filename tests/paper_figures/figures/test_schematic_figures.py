@@ -4,7 +4,8 @@ import importlib
 import json
 
 from experiments.paper.architecture_graphs import graph
-from paper_figures.figures import figure_1, figure_4, figure_architectures
+from paper_figures.figures import figure_1, figure_4
+from paper_figures.models import figure_architectures
 from paper_figures.style import drawing, models_style, schematics
 from surrogate.architectures.naming import CONDITIONINGS, FAMILIES, names
 from tests.paper_figures.results import made, write

@@ -46,7 +46,7 @@ def test_accuracy_and_cost(measured, tmp_path):
     made(table_accuracy_cost, path, folder=tmp_path)
     assert files_in(tmp_path) == pictures("figure-accuracy-cost") | tables("accuracy-cost", "fastest-tool")
     text = (tmp_path / "accuracy-cost.md").read_text(encoding="utf-8")
-    assert "Not published when this was measured: M2-FiLM. Trained otherwise than those compared: M1-concat." in text
+    assert "Not published when this was measured: M2-FiLM. Trained differently from those compared: M1-concat." in text
     assert text.count("20 (10-30)") == 7
     hertz = next(line for line in text.splitlines() if "Hertz" in line)
     assert [cell.strip() for cell in hertz.split("|")[3:6]] == ["2 (3)", "2", "0"]

@@ -40,8 +40,8 @@ def test_amortisation_without_and_with_a_surrogate(measured, tmp_path):
     assert figure_amortisation.totals({"fixed_seconds": 3600.0, "query_seconds": 7200.0})[0] == pytest.approx(3.0)
     made(figure_amortisation, measured({**content, "lines": lines, "break_even": [crossing, never]}), folder=tmp_path)
     text = (tmp_path / "amortisation.md").read_text(encoding="utf-8")
-    assert "Published but not measured: M2-FiLM. Trained anew since they were measured: M2-gated. " in text
-    assert "Trained otherwise than those compared: M1-concat." in text
+    assert "Published but not measured: M2-FiLM. Retrained since the measurement: M2-gated. " in text
+    assert "Trained differently from those compared: M1-concat." in text
     made(figure_amortisation, measured({**content, "lines": lines[:1], "break_even": []}), folder=tmp_path)
     assert files_in(tmp_path) == pictures("figure-amortisation") | tables("amortisation")
     assert "never" in "".join(
@@ -75,4 +75,4 @@ def test_cost_of_training(measured, tmp_path, published):
     held_out = [line.get_xydata()[0].tolist() for line in axes.lines if line.get_label() == "held-out, end of a run"]
     assert held_out == ([[2.0, 4e-4], [1.0, 8e-4]] if published else [])
     assert ([0.5, 0.5] in [list(line.get_ydata()) for line in axes.lines]) == published
-    assert ("1.5 core minutes" in " ".join(text.get_text() for text in axes.texts)) == published
+    assert ("1.5 core-minutes" in " ".join(text.get_text() for text in axes.texts)) == published

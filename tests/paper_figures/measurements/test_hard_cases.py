@@ -119,4 +119,4 @@ def test_surrogate_map(measured, tmp_path):
     text = (tmp_path / "surrogate-map.md").read_text(encoding="utf-8")
     assert len([line for line in text.splitlines() if line.startswith("| ")]) == 2 + 3 + 5 * 2 * 4
     assert "tabor above by 100 %" in text
-    assert "trained otherwise than those compared, with another split and recipe." in text
+    assert "trained differently from those compared, with another split and recipe." in text

@@ -3,8 +3,8 @@ import re
 
 import pytest
 
-from experiments.paper.ranking import contenders
 from experiments.paper_numbers import stated, with_stated
+from experiments.seeds.ranking import contenders
 from paper_figures.report import claims as reproduction
 from paper_figures.report import write as reproduction_report
 from paper_figures.style import drawing
@@ -132,7 +132,7 @@ def test_what_is_not_computed_yet_is_said_to_be_missing(tmp_path):
     assert "make feature-sets" in finding.why
     text = reproduction_report.report(results)
     assert "**reproduced**" not in text
-    assert "## Slips of the paper" in text
+    assert "## Inconsistencies of the paper" in text
 
 
 def test_numbers_come_from_result_files(tmp_path):

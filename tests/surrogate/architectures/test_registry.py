@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 import surrogate
 from experiments.paper import own_architecture_graphs
 from paper_figures.__main__ import save
-from paper_figures.figures import figure_own_architecture
+from paper_figures.models import figure_own_architecture
 from surrogate.architectures.common import inputs, readout
 from surrogate.architectures.layers import AppendTabor, FiLM, TaborGate
 from surrogate.architectures.naming import FAMILIES
@@ -86,7 +86,7 @@ def test_a_registered_family_stands_beside_the_eighteen():
         ("M7", "lstm", {}, "Expected a builder .*'lstm'"),
     ],
 )
-def test_what_cannot_be_registered(family, builder, options, words):
+def test_architectures_that_cannot_be_registered(family, builder, options, words):
     before = surrogate.names(), dict(FAMILIES)
     with pytest.raises(ValueError, match=words):
         surrogate.register(family, builder, **options)
@@ -220,8 +220,8 @@ def test_another_version_of_the_file_neither_resumes_nor_loads(own, tmp_path):
     (tmp_path / "runs" / "STOP").unlink()
     (tmp_path / "own.py").write_text(narrow.replace("Dense(3", "Dense(3, activation='tanh'"))
     refused = own("train", "Own-1-concat", "--architecture", "own.py", fails=True)
-    assert "Expected a checkpoint of this very run" in refused
-    assert refused.endswith("Received: one of another architecture file")
+    assert "Expected a checkpoint of the same training" in refused
+    assert refused.endswith("Received: a checkpoint of another architecture file")
     (tmp_path / "own.py").write_text(narrow)
     own("train", "Own-1-concat", "--architecture", "own.py")
     (tmp_path / "own.py").write_text(narrow + "\n# Other words.\n")
@@ -255,7 +255,7 @@ def test_a_layer_that_cannot_be_exported_leaves_the_model_for_keras(dataset, tmp
     said = []
     assert execute(run, tmp_path, log=said.append).finished
     assert said[-1].startswith(
-        "M7-concat: without model.onnx, so that it predicts with backend='keras' alone. Expected "
+        "M7-concat: no model.onnx is written, so the model predicts with backend='keras' only. Expected "
     )
     assert said[-1].endswith("Received: GRU 'gru'")
     assert not (tmp_path / "model" / "model.onnx").exists()

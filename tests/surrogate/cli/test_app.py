@@ -83,9 +83,13 @@ def test_list_names_models_of_other_forces(elsewhere):
     ("missing", "predicts", "trains"),
     [
         ((), r"onnxruntime [\d.]+", r"keras [\d.]+ on tensorflow [\d.]+"),
-        (("keras",), r"onnxruntime [\d.]+", r"nothing, since Keras and .* are not installed; install .*\[train\]'`"),
-        (("tensorflow",), r"onnxruntime [\d.]+", r"nothing, since keras [\d.]+ has no backend tensorflow here .*"),
-        (("onnxruntime", "keras"), "nothing, since onnxruntime is not installed", "nothing, since Keras .*"),
+        (("keras",), r"onnxruntime [\d.]+", r"nothing, because Keras and .*; install .*\[train\]'`"),
+        (
+            ("tensorflow",),
+            r"onnxruntime [\d.]+",
+            r"nothing, because tensorflow, the backend of keras [\d.]+, is not installed; .*",
+        ),
+        (("onnxruntime", "keras"), "nothing, because onnxruntime is not installed", "nothing, because Keras .*"),
     ],
 )
 def test_list_says_what_is_installed_and_needs_none_of_it(missing, predicts, trains, elsewhere, monkeypatch):
@@ -113,7 +117,7 @@ def test_train_then_evaluate(least, options, tmp_path, monkeypatch):
     # A model trained otherwise neither takes its place nor is it trained first.
     otherwise = ["train", "M1-concat", *options, "--epochs", "1"]
     refused = runner.invoke(cli.app, otherwise)
-    assert "Expected --label for a name of its own, or --replace" in str(refused.exception)
+    assert "Expected --label with another name, or --replace" in str(refused.exception)
     assert json.loads((tmp_path / "models" / "M1-concat" / "run.json").read_text()) == run
     assert runner.invoke(cli.app, [*otherwise, "--label", "short"]).exit_code == 0
 

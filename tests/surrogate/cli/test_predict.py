@@ -65,7 +65,7 @@ def test_check_reports_the_solver_s_answer(command, tmp_path):
     assert "stroke-dasharray" in (tmp_path / "both.svg").read_text()  # the solver's curve
 
 
-def test_extrapolation_is_said_once_per_trajectory(command):
+def test_extrapolation_warns_once_per_trajectory(command):
     code, out, err = command("predict", "M1-concat", "--tabor", 30.0, *FLAGS)
     assert code == 0
     assert "trajectory 0: pull-off" in out
@@ -92,7 +92,7 @@ def test_a_history_that_extrapolates_says_so_and_other_warnings_pass(command, tm
     assert not any("library" in words for words in found["extrapolated"])
 
 
-def test_an_unfinished_check_is_said(command, tmp_path, monkeypatch):
+def test_an_unfinished_check_is_reported(command, tmp_path, monkeypatch):
     import surrogate.cli.comparison
 
     def stopped(protocols, tabor, modulus_ratio):

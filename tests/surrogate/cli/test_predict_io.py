@@ -141,13 +141,13 @@ def test_other_mistakes(command, tmp_path, published):
         (["M1-concat", "--in", tmp_path / "absent.csv"], "which does not exist"),
         (["M1-concat", "--in", tmp_path / "in.xlsx"], "called .csv or .json"),
         (["M1-concat", "--in", tmp_path / "good.csv", "--tabor", 1], "not both"),
-        (["M1-concat", "--in", tmp_path / "history.csv"], "no --tabor"),
-        (["M1-concat", "--tabor", 1], "Missing: --peak-indentation, --loading-rate"),
+        (["M1-concat", "--in", tmp_path / "history.csv"], "or a column tabor, with a history"),
+        (["M1-concat", "--tabor", 1], "Received: no --peak-indentation, --loading-rate"),
         ([*whole, "--out", tmp_path / "out.txt"], "called .csv or .json"),
         ([*whole, "--out", tmp_path / "none" / "out.csv"], "a directory that exists"),
         ([*whole, "--plot", tmp_path / "p.bmp"], "called .png or"),
         ([*whole, "--backend", "torch"], "backend='torch'"),
-        ([tmp_path / "foreign.onnx", *whole[1:]], "foreign.onnx, which is another one"),
+        ([tmp_path / "foreign.onnx", *whole[1:]], "foreign.onnx, which is not one"),
     ):
         assert expected in refused(command, ["predict", *words], folder=tmp_path)
     assert "format onnx" in refused(command, ["export", "M1-concat", "--format", "tflite"], folder=tmp_path)

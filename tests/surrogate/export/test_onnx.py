@@ -104,10 +104,10 @@ def test_training_leaves_a_file_that_loads(folder):
 
 def test_files_that_are_not_ours(folder, tmp_path, dataset):
     (tmp_path / "text.onnx").write_text("no graph")
-    with pytest.raises(ValueError, match=r"ONNX file of `surrogate export`.*text\.onnx, which is another one, damaged"):
+    with pytest.raises(ValueError, match=r"ONNX file of `surrogate export`.*text\.onnx, which is not one, is damaged"):
         surrogate.load(tmp_path / "text.onnx")
     (tmp_path / "text.onnx").write_bytes(sealed(b"no graph"))
-    with pytest.raises(ValueError, match=r"ONNX file of `surrogate export`.*text\.onnx, unreadable"):
+    with pytest.raises(ValueError, match=r"`surrogate export`.*text\.onnx, which ONNX Runtime cannot read"):
         surrogate.load(tmp_path / "text.onnx")
     with pytest.raises(FileNotFoundError, match="does not exist"):
         surrogate.load(tmp_path / "absent.onnx")
@@ -130,8 +130,8 @@ def test_files_that_are_not_ours(folder, tmp_path, dataset):
 @pytest.mark.parametrize(
     ("key", "value", "words"),
     [
-        ("scaling", None, "without scaling in its metadata"),
-        ("weights_sha256", None, "without weights_sha256"),
+        ("scaling", None, "whose metadata lack scaling"),
+        ("weights_sha256", None, "whose metadata lack weights_sha256"),
         ("scaling", "{}", "whose scaling is damaged"),
         ("plan", "[{}]", "whose operations are damaged"),
         ("plan", "[]", "whose operations are damaged"),
@@ -196,7 +196,7 @@ def test_a_file_changed_by_other_tools_is_refused(change, folder):
     change(graph)
     onnx.save(graph, folder / "model.onnx")
     for place in (folder, folder / "model.onnx"):
-        with pytest.raises(ValueError, match=r"model\.onnx, which is another one, damaged"):
+        with pytest.raises(ValueError, match=r"model\.onnx, which is not one, is damaged"):
             surrogate.load(place)
 
 
@@ -255,7 +255,7 @@ def test_random_damage_is_refused_in_one_sentence(count, folder, tmp_path):
         path = (folder if number % 2 else tmp_path) / "model.onnx"
         path.write_bytes(found)
         if found != content:
-            with pytest.raises(ValueError, match=r"model\.onnx, which is another one, damaged") as caught:
+            with pytest.raises(ValueError, match=r"model\.onnx, which is not one, is damaged") as caught:
                 surrogate.load(path.parent if number % 2 else path)
             assert "\n" not in str(caught.value)
             assert len(str(caught.value)) < 1000

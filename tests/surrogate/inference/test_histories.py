@@ -106,10 +106,8 @@ def test_what_is_no_cycle_is_predicted_at_its_points_with_a_warning(command, tmp
     assert code == 0
     assert "fitted" not in out
     first = err.splitlines()[0]
-    assert first.startswith(
-        f"warning: {tmp_path / 'in.csv'} is not what M1-concat was trained on, and is predicted at "
-    )
-    assert first.endswith("mark the dwell's ends in a column edge; and compare with the solver (--check)")
+    assert first.startswith(f"warning: {tmp_path / 'in.csv'} is not a history like those M1-concat was trained on. ")
+    assert first.endswith("mark both ends of the dwell in a column edge, and compare with the solver (--check)")
     assert "loading_points = " in err
     assert "the model counts points: give it 50 equally spaced ones in loading" in err
 
@@ -118,7 +116,7 @@ def test_an_unresolved_ramp_is_refused_with_advice(command, tmp_path):
     times, indentations = unresolved()
     words = ["predict", "M1-concat", "--in", write(tmp_path / "in.csv", times, indentations), "--tabor", 1.0]
     err = refused(command, [*words, "--out", tmp_path / "out.csv"], folder=tmp_path)
-    assert "2 in unloading; record more of them, mark the dwell's ends in a column edge, or give the protocol" in err
+    assert "; record more of them, mark both ends of the dwell in a column edge, or give the protocol" in err
 
 
 @published_only
@@ -137,7 +135,7 @@ def test_a_check_against_another_material_says_so(ratio, command):
     assert code == 0
     other = ratio[-1:] == [0.5]
     assert ("against the solver of another material (modulus ratio 0.5): pull-off" in out) == other
-    assert err.startswith("warning: M1-concat was trained on the modulus ratio 0.1 and knows no other;") == other
+    assert err.startswith("warning: M1-concat was trained on the modulus ratio 0.1 only;") == other
     assert err.count("\n") == other
     code, out, err = command("predict", place, "--tabor", 1.0, *FLAGS, *ratio)
     assert code == (2 if other else 0)
@@ -147,13 +145,11 @@ def test_a_check_against_another_material_says_so(ratio, command):
         assert err == ""
 
 
-def test_a_model_that_does_not_tell_its_material_is_checked_with_a_word(command, monkeypatch):
+def test_the_check_of_a_model_without_a_recorded_material_warns(command, monkeypatch):
     monkeypatch.setattr("surrogate.inference.predictor.Surrogate.modulus_ratio", None)
     words = ["predict", "M1-concat", "--tabor", 1.0, *FLAGS, "--check"]
     _, _, err = command(*words)
-    assert err.startswith(
-        "warning: M1-concat does not record the modulus ratio it was trained on; the solver takes 0.1"
-    )
+    assert err.startswith("warning: M1-concat does not record the modulus ratio it was trained on; the solver uses 0.1")
     assert command(*words, "--modulus-ratio", 0.3)[2] == ""
 
 

@@ -55,7 +55,7 @@ def ending(force, *, depth=-4.0):
     )
 
 
-def test_whether_a_predicted_contact_came_off_is_told_by_the_force_alone():
+def test_detachment_of_a_prediction_follows_from_the_force_alone():
     limit = 4.0 * dmt.rigid_force_from_indentation(-4.0) + FORCE_DOUBT
     assert ending(0.99 * limit).detached
     assert not ending(1.01 * limit).detached
@@ -86,7 +86,7 @@ def test_the_signed_work_stands_in_the_summary():
     assert backwards.hysteresis == 27.0
 
 
-def test_the_command_line_says_what_did_not_come_off_and_what_gave_energy_back():
+def test_the_command_line_reports_attached_contacts_and_negative_work():
     line = predict_cli._readable(0, ending(9.0), None)
     assert "still attached at the end: the pull-off force is the largest so far" in line
     assert "work" not in line

@@ -102,7 +102,7 @@ def test_nearby_numbers_of_points_are_silent(predictor, inside, total):
 
 
 @pytest.mark.parametrize("total", [24, 30, 90, 150, 2000])
-def test_other_numbers_of_points_are_said(predictor, inside, total):
+def test_other_numbers_of_points_warn(predictor, inside, total):
     times, indentations, tabor = inside
     arguments = resampled(times, indentations, total)
     words = (
@@ -113,7 +113,7 @@ def test_other_numbers_of_points_are_said(predictor, inside, total):
     assert len(caught) == 1
 
 
-def test_other_shapes_are_said(predictor, inside):
+def test_other_shapes_warn(predictor, inside):
     times, indentations, tabor = (part[:1] for part in inside)
     peak = indentations.max()
 
@@ -137,7 +137,7 @@ def test_other_shapes_are_said(predictor, inside):
     )
 
 
-def test_other_numbers_of_points_of_a_protocol_are_said(predictor, dataset):
+def test_other_numbers_of_points_of_a_protocol_are_listed(predictor, dataset):
     index = dataset.split().train[0]
     values = {name: float(column[index]) for name, column in dataset.protocols.items()}
     tabor = values.pop("tabor")
@@ -170,8 +170,8 @@ def test_bad_input(predictor, inside):
     for arguments, words in (
         ((times, hole, tabor), "finite indentations.*history 1"),
         ((backwards, indentations, tabor), "increase strictly.*history 2"),
-        ((times, indentations[:, 1:], tabor), "one shape"),
-        ((times[0], indentations[0], tabor), "one shape"),
+        ((times, indentations[:, 1:], tabor), "of the same shape"),
+        ((times[0], indentations[0], tabor), "of the same shape"),
         ((times, indentations, tabor[:2]), "one Tabor parameter per history"),
         ((times, indentations, -tabor), "above zero"),
         ((times, indentations, tabor * np.nan), "above zero"),
@@ -180,7 +180,7 @@ def test_bad_input(predictor, inside):
         ((times + 0j, indentations, tabor), "times must be real numbers"),
         ((times, (indentations + 1j).tolist(), tabor), "indentations must be real numbers"),
         ((times, [[1.0], [2.0, 3.0]], tabor), "indentations must be real numbers"),
-        ((None, indentations, tabor), "one shape"),
+        ((None, indentations, tabor), "of the same shape"),
         ((times * 1e-320, indentations, tabor), "time steps within|increase strictly"),
         ((times * 1e-16, indentations, tabor), "rates within -1e"),
         ((times * 1e30, indentations, tabor), "times after the first within 0 and"),

@@ -48,7 +48,7 @@ def test_steps_equal_the_whole_sequence(name, features, stirred, history):
 
 @pytest.mark.filterwarnings("ignore:.*extrapolates")
 def test_a_model_that_looks_ahead_cannot_stream(stirred):
-    with pytest.raises(ValueError, match=r"causal model.*M5-concat.*use `predict`"):
+    with pytest.raises(ValueError, match=r"causal model.*use `predict`.*M5-concat"):
         Surrogate(stirred("M5-concat")[0]).stream(tabor=1.0)
 
 
@@ -83,10 +83,10 @@ def test_a_refused_step_leaves_the_stream_where_it_was(model, history):
     stream.reset()
     steps(stream, times[:19], indentations[:19])
     for time, depth, words in (
-        (times[18], 0.0, "time after .*that of the step before"),
-        (np.nan, 0.0, "finite step"),
-        (times[19], np.inf, "finite step"),
-        (times[19], 1e7, "indentations within"),
+        (times[18], 0.0, "time after .*that of the previous step"),
+        (np.nan, 0.0, "finite time, and an indentation"),
+        (times[19], np.inf, "finite time, and an indentation"),
+        (times[19], 1e7, "an indentation within"),
         (1e-320, 0.0, "time after"),
         (times[18] + 1e-13, 50.0, "a rate of at most 1e"),
         (1e300, 0.0, "time after .* at most"),
@@ -117,7 +117,7 @@ def test_a_whole_history_is_its_steps_to_the_last_bit(model, history):
     first = stream.run(times[:70], indentations[:70], edge[:70])
     np.testing.assert_array_equal(np.concatenate([first, stream.run(times[70:], indentations[70:], edge[70:])]), whole)
     for bad, words in (
-        ((times, indentations[1:], edge), "one shape"),
+        ((times, indentations[1:], edge), "of the same shape"),
         ((times, indentations, edge[1:]), "edge marks of shape"),
         ((times, indentations, 0.5 * edge), "zero or one"),
         ((times[::-1], indentations, edge), "time after"),

@@ -72,7 +72,7 @@ def test_an_interrupted_training_follows_the_same_curve(plateau_runs):
             np.testing.assert_array_equal(item[()], expected[path][()], err_msg=path)
 
 
-def test_the_rate_and_the_end_follow_kerass_rules(plateau_runs):
+def test_learning_rate_and_early_stopping_follow_keras(plateau_runs):
     folder, whole, _ = plateau_runs
     rows = history(folder / "whole")
     rates = [row["learning_rate"] for row in rows]
@@ -112,10 +112,10 @@ def test_a_training_cut_by_its_epochs_says_so_and_another_one_is_refused(tiny, d
     # What ends by its epochs alone goes on when more are asked for.
     more = execute(run_of(dataset, tmp_path, epochs=2, plateau=PLATEAU), tmp_path / "run")
     assert [row["epoch"] for row in more.history] == [1, 2]
-    with pytest.raises(ValueError, match="at least the 2 epochs"):
+    with pytest.raises(ValueError, match="at least 2 epochs"):
         execute(run, tmp_path / "run")
     other = Run("M1-concat", dataset, dataset.split(seed=1), run.recipe)
-    with pytest.raises(ValueError, match=r"checkpoint of this very run.*of another split"):
+    with pytest.raises(ValueError, match=r"checkpoint of the same training.*of another split"):
         execute(other, tmp_path / "run")
 
 
@@ -125,7 +125,7 @@ def test_divergence_is_reported(tiny, dataset, tmp_path):
         execute(run_of(dataset, tmp_path, rate=1e30), tmp_path / "run")
 
 
-def test_of_two_backups_the_newer_whole_one_is_taken(plateau_runs, tmp_path):
+def test_the_newer_complete_backup_is_used(plateau_runs, tmp_path):
     folder, whole, _ = plateau_runs
     steps = STEPS
 

@@ -94,12 +94,12 @@ def test_a_run_goes_on_when_asked_for_more_epochs_where_they_only_say_when_it_en
         assert json.loads((parts / "model" / "metrics.json").read_text())["epochs"] == epochs
     assert history(parts) == history(whole)[:4]
     assert history(whole)[2]["learning_rate"] < history(whole)[1]["learning_rate"]
-    with pytest.raises(ValueError, match="at least the 4 epochs"):
+    with pytest.raises(ValueError, match="at least 4 epochs"):
         execute(run(PLATEAU, 3), parts)
 
     averaged = "weight_average = 0.5\n"
     execute(run(averaged, 2), paced, should_stop=StopAfter(1))
-    with pytest.raises(ValueError, match=r"checkpoint of this very run.*of another recipe"):
+    with pytest.raises(ValueError, match=r"checkpoint of the same training.*of another recipe"):
         execute(run(averaged, 4), paced)
 
 
@@ -149,7 +149,7 @@ def test_checkpoint_of_another_run_is_refused(least, dataset, tmp_path):
     run = Run("M1-concat", dataset, dataset.split(), recipe(tmp_path, table=""))
     execute(run, tmp_path / "run", should_stop=StopAfter(1))
     other = Run("M1-concat", dataset, dataset.split(seed=1), run.recipe)
-    with pytest.raises(ValueError, match=r"checkpoint of this very run.*of another split"):
+    with pytest.raises(ValueError, match=r"checkpoint of the same training.*of another split"):
         execute(other, tmp_path / "run")
 
 
@@ -164,7 +164,7 @@ def test_extra_trajectories_join_training_but_held_out_protocols_do_not(least, d
 @pytest.mark.parametrize(("name", "value"), [("modulus_ratio", 0.5), ("points_per_phase", (60, 20, 40))])
 def test_extra_trajectories_are_of_the_same_material_and_steps(dataset, tmp_path, name, value):
     other = dataclasses.replace(dataset, **{name: value})
-    with pytest.raises(ValueError, match="Expected an extra data set of the"):
+    with pytest.raises(ValueError, match="Expected an extra data set with the"):
         Run("M1-concat", dataset, dataset.split(), recipe(tmp_path, epochs=1), extra=other)
 
 
@@ -228,7 +228,7 @@ def test_bad_recipes(tmp_path):
         Recipe.load(path)
     with pytest.raises(ValueError, match="seed=-1"):
         Recipe.load("swift").with_overrides(seed=-1)
-    with pytest.raises(ValueError, match=r"loop in fit, or no such key\. Received: loop='own'"):
+    with pytest.raises(ValueError, match=r"Expected loop fit, or no such key\. Received: loop='own'"):
         Recipe.load("swift").with_overrides(loop="own")
     with pytest.raises(ValueError, match="at most one of loop and dropout_until"):
         Recipe.load("swift").with_overrides(loop="fit")
@@ -240,7 +240,7 @@ def test_bad_recipes(tmp_path):
         recipe(tmp_path, PLATEAU.replace("stop_after = 3", "stop_after = 0"))
     with pytest.raises(ValueError, match="dropout_until=2"):
         Recipe.load("swift").with_overrides(dropout_until=2)
-    with pytest.raises(ValueError, match="Expected optimizer in adam, soap"):
+    with pytest.raises(ValueError, match="Expected optimizer adam or soap"):
         Recipe.load("swift").with_overrides(optimizer="sgd")
 
 
@@ -252,7 +252,7 @@ WHOLE = 'name = "mine"\nseed = 0\nbatch_size = 8\nepochs = 3\nlearning_rate = 1e
     [
         (
             'name = "mine"\npatience = 3\nspeed = 1\n',
-            "Expected name, seed, batch_size, epochs, learning_rate, and if wanted optimizer, gradient_norm, "
+            "Expected name, seed, batch_size, epochs, learning_rate, and optionally optimizer, gradient_norm, "
             "weight_average, dropout_until, loop, cosine, plateau, in a training recipe. Received: {} without seed, "
             "batch_size, epochs, learning_rate and with patience, speed",
         ),
@@ -263,7 +263,7 @@ WHOLE = 'name = "mine"\nseed = 0\nbatch_size = 8\nepochs = 3\nlearning_rate = 1e
         ),
         (
             f"{WHOLE}[cosine]\nwarm = 1\n",
-            "Expected at most warmup_epochs in the table [cosine]. Received: {} with warm",
+            "Expected no keys but warmup_epochs in the table [cosine]. Received: {} with warm",
         ),
         (f"{WHOLE}cosine = 3\n", "Expected the table [cosine]. Received: 3 in {}"),
         (
@@ -281,7 +281,7 @@ WHOLE = 'name = "mine"\nseed = 0\nbatch_size = 8\nepochs = 3\nlearning_rate = 1e
         ("name = mine", "Expected a training recipe in TOML. Received: {} (Invalid value (at line 1, column 8))"),
         (
             "".join(f"key_{number} = 1\n" for number in range(10_000)) + WHOLE,
-            "Expected name, seed, batch_size, epochs, learning_rate, and if wanted optimizer, gradient_norm, "
+            "Expected name, seed, batch_size, epochs, learning_rate, and optionally optimizer, gradient_norm, "
             "weight_average, dropout_until, loop, cosine, plateau, in a training recipe. Received: {} with key_0, "
             "key_1, key_2, key_3, key_4 and 9995 more",
         ),

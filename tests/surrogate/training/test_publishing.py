@@ -7,7 +7,7 @@ from typer.testing import CliRunner
 
 from bem._support.outputs import plain_name
 from experiments.common import load_surrogate
-from experiments.paper.trainings import Variant
+from experiments.training.trainings import Variant
 from surrogate.cli import app as cli
 from surrogate.data.dataset import TrajectoryDataset
 from surrogate.inference.model_files import find_model
@@ -36,7 +36,7 @@ def test_plain_names(name):
 
 
 @pytest.mark.parametrize("name", PATHS)
-def test_what_is_no_plain_name(name):
+def test_names_that_are_not_plain(name):
     with pytest.raises(ValueError, match="Expected a name of at most 64 letters") as refused:
         plain_name(name, "a name")
     assert len(str(refused.value)) < 200
@@ -91,7 +91,7 @@ def test_a_folder_that_is_no_model_directory_is_never_removed(name, tmp_path):
         (place / name).write_text("precious")
     before = contents(tmp_path)
     for replace in (False, True):
-        with pytest.raises(ValueError, match=r"Expected a new place for the model.*mine, which holds '(thesis|notes)"):
+        with pytest.raises(ValueError, match=r"Expected a new path for the model.*mine, which holds '(thesis|notes)"):
             publish(tmp_path / "run", place, replace=replace)
     with pytest.raises(ValueError, match=r"which has no run\.json"):
         require_place(tmp_path / "run" / "model")
@@ -106,7 +106,7 @@ def test_a_model_is_replaced_when_asked_and_whole(tmp_path):
     models = tmp_path / "models"
     models.mkdir()
     (models / "mine").symlink_to(old)
-    with pytest.raises(ValueError, match=r"Expected --replace, since .*mine is already published"):
+    with pytest.raises(ValueError, match=r"Expected --replace, because .*mine is already published"):
         publish(tmp_path / "run", models / "mine")
     assert json.loads((models / "mine" / "run.json").read_text())["name"] == "old"
     publish(tmp_path / "run", models / "mine", replace=True)
@@ -168,8 +168,8 @@ def test_a_label_takes_no_published_model_s_place_unless_asked(label, tmp_path, 
     ):
         refused = CliRunner().invoke(cli.app, [*words, *otherwise])
         assert isinstance(refused.exception, ValueError)
-        assert "Expected another --label, or --replace, since" in str(refused.exception)
+        assert "Expected another --label, or --replace, because" in str(refused.exception)
         assert why in str(refused.exception)
     words[1] = "M3-concat"
-    assert "there one of another architecture" in str(CliRunner().invoke(cli.app, words).exception)
+    assert "and a model of another architecture" in str(CliRunner().invoke(cli.app, words).exception)
     assert contents(tmp_path) == before

@@ -35,11 +35,11 @@ def test_a_signal_or_a_file_asks_to_stop_and_a_second_signal_ends_the_process(ho
 @pytest.mark.parametrize(
     "options", [["--features", "A"], ["--fraction", "0.5"], ["--split-seed", "1"], ["--extra", "x"]]
 )
-def test_what_is_trained_otherwise_needs_a_label(options, tmp_path, monkeypatch):
+def test_a_training_with_other_options_needs_a_label(options, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     result = CliRunner().invoke(cli.app, ["train", "M1-concat", *options])
     assert isinstance(result.exception, ValueError)
-    assert str(result.exception).startswith(f"Expected --label beside {options[0]}, since published/models/M1-concat ")
+    assert str(result.exception).startswith(f"Expected --label with {options[0]}, because published/models/M1-concat ")
     for allowed in (["--label", "mine"], ["--models", "elsewhere"]):
         result = CliRunner().invoke(cli.app, ["train", "M1-concat", *options, *allowed])
         # There is no data set here.

@@ -57,9 +57,7 @@ def followed(errors):
     model = SimpleNamespace(optimizer=SimpleNamespace(learning_rate=keras.Variable(0.1)))
     progress, found = Progress(), []
     for epoch, error in enumerate(errors, start=1):
-        progress.history.append({"epoch": epoch})
-        if error < progress.best_mse:
-            progress.best_mse, progress.best_epoch = error, epoch
+        progress.add({"epoch": epoch, "validation_mse": error})
         _follow_plateau(model, PLATEAU, progress)
         rate = float(keras.ops.convert_to_numpy(model.optimizer.learning_rate))
         found.append((round(rate, 6), is_over(PLATEAU, progress)))

@@ -8,7 +8,6 @@ import signal
 import time
 
 import surrogate.inference.keras_backend
-import surrogate.training.keras_fit
 import surrogate.training.loop
 import surrogate.training.runs
 from surrogate.cli.app import app_main
@@ -28,6 +27,5 @@ def waiting(save):
 
 if __name__ == "__main__":
     surrogate.training.runs.build = surrogate.inference.keras_backend.build = build_lstm
-    for module in (surrogate.training.loop, surrogate.training.keras_fit):
-        module.save_history = waiting(module.save_history)
+    surrogate.training.loop.save_history = waiting(surrogate.training.loop.save_history)
     app_main()

@@ -79,9 +79,9 @@ def test_a_batch_travels_with_its_own_protocols_only():
 def test_a_worker_loads_the_solver_without_blas_and_leaves_that_to_others():
     code = (
         "import sys\n"
-        "from bem.dataset.campaign import executors, work\n"
-        "executors.own_process = True\n"
-        "solver = work.warm_solver()\n"
+        "from bem.dataset.campaign import worker\n"
+        "worker.own_process = True\n"
+        "solver = worker.warm_solver()\n"
         "assert 'scipy.linalg' not in sys.modules\n"
         "import scipy.linalg\n"
         "from bem import LoadingProtocol, Scene\n"

@@ -1,0 +1,1 @@
+"""The solver alone: its seconds and errors over accuracies, sizes of the problem and revisions."""

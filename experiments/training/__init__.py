@@ -1,0 +1,1 @@
+"""Studies that train models, and what training costs."""

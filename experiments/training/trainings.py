@@ -1,0 +1,201 @@
+"""Code shared by the studies that train: a queue of variants of one model that can be resumed, and their results.
+
+A variant is trained by `surrogate train` in a separate process, under a label. It is done if a training of the same
+data set, split, recipe, features and architecture is in the published result file of the study, in its own model
+directory, or in that of a published model. A study therefore continues where it was interrupted, also in another clone
+of the published files. Result files keep learning curves and held-out errors, not the weights.
+"""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from datetime import timedelta
+from pathlib import Path
+from typing import Any
+
+import typer
+
+from experiments.paper.model_comparison import read_model
+from surrogate.data.dataset import TrajectoryDataset
+from surrogate.training.identity import TrainingIdentity, differences, read_identity
+from surrogate.training.publishing import model_name
+from surrogate.training.queue import STOPPED, run_queue
+from surrogate.training.recipe import Recipe
+
+WORK = Path("results/training_studies")
+
+
+@dataclass(frozen=True)
+class Variant:
+    """One training.
+
+    Args:
+        label: Name of its directory, one plain name.
+        architecture: One of the 18 paper models' names.
+        recipe: Name or file of the recipe.
+        epochs: Number of epochs; 0 for that of the recipe.
+        features: Feature set.
+        fraction: Share of the training part.
+        fold: Index of the nested family of shares.
+
+    Raises:
+        ValueError: The label is not a plain name.
+    """
+
+    label: str
+    architecture: str
+    recipe: str
+    epochs: int = 0
+    features: str = "D"
+    fraction: float = 1.0
+    fold: int = 0
+
+    def __post_init__(self) -> None:
+        model_name(self.label, "a training's label")
+
+    def command(self, *, dataset: Path, work: Path) -> list[str]:
+        """Arguments of `python -m surrogate` that train the variant."""
+        options = {
+            "label": self.label,
+            "recipe": self.recipe,
+            "features": self.features,
+            "fraction": self.fraction,
+            "fold": self.fold,
+            "dataset": dataset,
+            "threads": 1,
+            "runs": work / "runs",
+            "models": work / "models",
+        }
+        if self.epochs:
+            options["epochs"] = self.epochs
+        flags = [word for name, value in options.items() for word in (f"--{name}", str(value))]
+        return ["train", self.architecture, *flags]
+
+    def identity(self, data: TrajectoryDataset) -> TrainingIdentity:
+        """Identity of the training, the backend excepted."""
+        recipe = Recipe.load(self.recipe).with_overrides(epochs=self.epochs or None)
+        split = data.split().with_fraction(self.fraction, self.fold)
+        return TrainingIdentity.of(self.architecture, data, split, recipe, features=self.features)
+
+
+def is_trained(variant: Variant, data: TrajectoryDataset, folder: Path) -> bool:
+    """Whether a model directory holds the training of a variant, on any backend.
+
+    Raises:
+        ValueError: The directory holds another training.
+    """
+    if not (folder / "run.json").is_file():
+        return False
+    if other := _other(variant, data, folder):
+        raise ValueError(
+            f"training {variant.label!r} must come from {variant.architecture}, recipe {variant.recipe!r} and the data "
+            f"set of digest {data.sha256[:12]}; received one of another {', '.join(other)}: remove {str(folder)!r} to "
+            "train it again"
+        )
+    return True
+
+
+def train_variants(
+    variants: Sequence[Variant],
+    *,
+    dataset: Path,
+    work: Path,
+    models: Path,
+    published: Iterable[dict[str, Any]],
+    jobs: int,
+    publish: Callable[[dict[str, dict[str, Any]]], None],
+) -> None:
+    """Train the variants that are not trained yet.
+
+    Args:
+        variants: The variants, in the order of training.
+        dataset: Data set file.
+        work: Folder in which the trainings of this study are kept.
+        models: Folder of published models; one that was trained in the same way stands for a variant.
+        published: Earlier results of `collect`, from the result file of the study.
+        jobs: Trainings at a time.
+        publish: Called with the results of `collect` by label, once at the start and after each training.
+
+    Raises:
+        typer.Exit: The queue was stopped before all variants were trained; the same call resumes.
+        FileNotFoundError: The data set file does not exist.
+        ValueError: A training in `work` has another data set, split or recipe.
+        RuntimeError: A training failed.
+    """
+    if not dataset.is_file():
+        raise FileNotFoundError(f"data set {str(dataset)!r} not found; `make dataset` makes it")
+    data = TrajectoryDataset.load(dataset)
+    by_label = {variant.label: variant for variant in variants}
+    earlier = {one.get("training"): one for one in published}
+    done: dict[str, dict[str, Any]] = {}
+    for label, variant in by_label.items():
+        if (identity := variant.identity(data).digest) in earlier:
+            done[label] = earlier[identity]
+        elif is_trained(variant, data, work / "models" / label):
+            done[label] = collect(variant, data, work / "models" / label)
+        elif folder := _published(variant, data, models):
+            done[label] = collect(variant, data, folder) | {"taken_from": folder.name}
+    waiting = [label for label in by_label if label not in done]
+    publish(done)
+    started = time.monotonic()
+
+    def log(line: str) -> None:
+        print(line, flush=True)
+        if not line.endswith(": done"):
+            return
+        label = line.removesuffix(": done")
+        done[label] = collect(by_label[label], data, work / "models" / label)
+        publish(done)
+        missing = len(by_label) - len(done)
+        left = (time.monotonic() - started) / (len(waiting) - missing) * missing
+        trained = f"{len(waiting) - missing} of {len(waiting)} trained"
+        print(f"{trained}, about {timedelta(seconds=round(left))} left", flush=True)
+
+    print(f"{len(waiting)} of {len(variants)} trainings to do, {jobs} at a time", flush=True)
+    ended = run_queue(
+        waiting,
+        lambda label: by_label[label].command(dataset=dataset, work=work),
+        folder=work / "runs",
+        jobs=jobs,
+        log=log,
+    )
+    if any(status not in (0, STOPPED) for status in ended.values()):
+        raise RuntimeError(f"a training failed; its log is in {str(work / 'runs')!r}")
+    if len(done) < len(by_label):
+        print("stopped; the same command resumes")
+        raise typer.Exit(STOPPED)
+
+
+def collect(variant: Variant, data: TrajectoryDataset, folder: Path) -> dict[str, Any]:
+    """Learning curve, held-out errors, cost and identity of a trained variant.
+
+    If a published model stands for the variant, `train_variants` adds its name as `taken_from`.
+    """
+    found = read_model(folder)
+    kept = ("mse", "mae", "dtw_rmse", "validation_mse", "epochs", "best_epoch", "hours", "training_trajectories")
+    curve = {name: found["history"][name] for name in ("epoch", "validation_mse")}
+    return {**{name: found[name] for name in kept}, "training": variant.identity(data).digest, "history": curve}
+
+
+def earlier_trainings(out: Path, entries: Callable[[dict[str, Any]], Iterable[dict[str, Any]]]) -> list[dict[str, Any]]:
+    """Earlier trainings in the result file of a study; empty if there is no such file.
+
+    Args:
+        out: The result file.
+        entries: Function that extracts the results of `collect` from the content of the file.
+    """
+    return list(entries(json.loads(out.read_text(encoding="utf-8")))) if out.is_file() else []
+
+
+def _other(variant: Variant, data: TrajectoryDataset, folder: Path) -> list[str]:
+    """Words for the differences between a model directory and a variant."""
+    return differences(read_identity(folder), variant.identity(data), but=("backend",))
+
+
+def _published(variant: Variant, data: TrajectoryDataset, models: Path) -> Path | None:
+    """Directory of a published model that was trained in the same way; `None` if there is none."""
+    candidates = sorted(path.parent for path in models.glob(f"{variant.architecture}*/run.json"))
+    return next((folder for folder in candidates if not _other(variant, data, folder)), None)

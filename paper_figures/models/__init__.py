@@ -1,0 +1,1 @@
+"""Figures of the trained models: architectures, learning curves, inputs, errors and ranking, one module each."""

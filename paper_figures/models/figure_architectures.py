@@ -1,0 +1,118 @@
+"""Diagrams of the 18 paper models, drawn from the graphs of the Keras models.
+
+There is one panel for each family, with its conditionings side by side. Solid arrows carry sequences, dotted arrows the
+Tabor parameter. Two boxes side by side have the same input. `figure_own_architecture` draws a user-defined family with
+these functions.
+"""
+
+from typing import Any
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from paper_figures.style import drawing, schematics
+from surrogate.architectures.naming import CONDITIONINGS, FAMILIES, PAPER_FAMILIES, paper_names
+
+TABOR = "tabor"
+FILL = {
+    "InputLayer": schematics.PLAIN_FILL,
+    "LSTM": schematics.LSTM_FILL,
+    "LayerNormalization": "#e8e8e8",
+    **dict.fromkeys(("Conv1D", "ResidualTCNBlock"), schematics.CONV_FILL),
+    "EncoderBlock": "#f6e3bf",
+    "Dense": schematics.DENSE_FILL,
+    **dict.fromkeys(("AppendTabor", "FiLM", "TaborGate"), schematics.TABOR_FILL),
+    "Add": "#ffffff",
+}
+BOX_WIDTH, BOX_HEIGHT, COLUMN_STEP = 0.78, 0.62, 1.22
+
+
+def ranks(layers: list[dict[str, Any]]) -> dict[str, int]:
+    """Row of each layer, counted from the input: one below the lowest of the layers that it reads."""
+    rows: dict[str, int] = {}
+    for layer in layers:
+        above = [rows[name] for name in layer["inputs"] if name != TABOR]
+        rows[layer["name"]] = 1 + max(above) if above else 0
+    return rows
+
+
+def places(layers: list[dict[str, Any]]) -> dict[str, tuple[float, float]]:
+    """Centre of each box: rows go downwards, boxes of one row are side by side. The Tabor parameter has none."""
+    rows = ranks(layers)
+    by_row: dict[int, list[str]] = {}
+    for layer in layers:
+        if layer["name"] != TABOR:
+            by_row.setdefault(rows[layer["name"]], []).append(layer["name"])
+    found = {}
+    for row, members in by_row.items():
+        for index, name in enumerate(members):
+            found[name] = (0.56 * (index - 0.5 * (len(members) - 1)), -float(row))
+    return found
+
+
+def draw_arrow(axes: Axes, begin: tuple[float, float], end: tuple[float, float], **style: Any) -> None:
+    """Draw an arrow between two points, smaller than in the other figures."""
+    schematics.arrow(axes, begin, end, **{"lw": 0.6, "mutation_scale": 5} | style)
+
+
+def draw_input(axes: Axes, source: str, where: dict[str, tuple[float, float]], name: str) -> None:
+    """Draw the arrow from an input of a layer to the layer: straight from the row above, otherwise around boxes."""
+    x, y = where[name]
+    half, side = 0.5 * BOX_HEIGHT, 0.5 * BOX_WIDTH
+    if source == TABOR:
+        begin = (x - side - 0.16, y)
+        draw_arrow(axes, begin, (x - side, y), linestyle=":", lw=0.8, color=drawing.VERMILION)
+        axes.text(begin[0], y + 0.05, r"$\mu$", color=drawing.VERMILION, fontsize=6, ha="center", va="bottom")
+        return
+    x0, y0 = where[source]
+    if y0 - y < 1.5:
+        draw_arrow(axes, (x0, y0 - half), (x, y + half))
+    else:
+        draw_arrow(axes, (x0 + side, y0), (x + side, y), connectionstyle="arc3,rad=-0.4")
+
+
+def box_text(layer: dict[str, Any]) -> str:
+    """Text of a box, on one or two lines."""
+    if layer["kind"] == "InputLayer":
+        return f"history\n{layer['width']} channels"
+    return layer["label"].replace(", ", "\n", 1)
+
+
+def draw_model(axes: Axes, graph: dict[str, Any], left: float) -> None:
+    """Draw one model as a column of boxes, `left` data units from the left."""
+    layers = [layer for layer in graph["layers"] if layer["name"] != TABOR]
+    where = {name: (x + left, y) for name, (x, y) in places(graph["layers"]).items()}
+    heights = [y for _, y in where.values()]
+    for layer in layers:
+        for source in layer["inputs"]:
+            draw_input(axes, source, where, layer["name"])
+        crowded = heights.count(where[layer["name"]][1]) > 1
+        fill = FILL.get(layer["kind"], "#ffffff")
+        text = box_text(layer).replace(" ", "\n") if crowded else box_text(layer)
+        size = {"width": 0.5 if crowded else BOX_WIDTH, "height": BOX_HEIGHT, "size": 4.6}
+        schematics.box(axes, *where[layer["name"]], text, fill, **size, rounding=0.08, lw=0.5, linespacing=0.95)
+
+
+def draw_family(axes: Axes, graphs: dict[str, Any], family: str, deepest: int) -> None:
+    """Draw the models of one family side by side, in a panel of `deepest` rows."""
+    for column, conditioning in enumerate(one for one in CONDITIONINGS if f"{family}-{one}" in graphs):
+        graph, x = graphs[f"{family}-{conditioning}"], column * COLUMN_STEP
+        draw_model(axes, graph, x)
+        axes.text(x, 0.5, conditioning, ha="center", fontsize=6.5, fontweight="bold")
+        last = max(ranks(graph["layers"]).values())
+        count = f"{graph['parameters']:,}\nparameters"
+        axes.text(x, -last - 0.72, count, ha="center", va="center", fontsize=5.2, linespacing=0.95)
+    axes.set(xlim=(-0.65, 2 * COLUMN_STEP + 0.75), ylim=(-deepest - 1.1, 0.8))
+    axes.axis("off")
+
+
+def compose(architecture_graphs: Any) -> Figure:
+    """Draw the 18 paper models."""
+    graphs = architecture_graphs["models"]
+    deepest = max(row for name in paper_names() for row in ranks(graphs[name]["layers"]).values())
+    drawn = drawing.figure(height=7.8)
+    panels = drawn.subplots(2, 3)
+    for axes, name, one in zip(panels.flat, "abcdef", PAPER_FAMILIES, strict=True):
+        draw_family(axes, graphs, one, deepest)
+        axes.set_title(f"({name}) {one}: {FAMILIES[one]}", loc="left", fontweight="bold", fontsize=6)
+    return drawn

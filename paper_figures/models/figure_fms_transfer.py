@@ -1,0 +1,53 @@
+"""FMS transfer: one trajectory predicted at other numbers of measurement steps, and errors over the held-out set.
+
+The paper shows one trajectory only; the second panel is additional.
+"""
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from paper_figures.style import drawing, models_style
+
+COLORS = (drawing.ORANGE, drawing.BLUE, drawing.PURPLE, drawing.GREEN, drawing.SKY, drawing.VERMILION)
+"""Of the numbers of measurement steps, in their order."""
+
+
+def draw_sample(axes: Axes, sample: dict[str, Any], model: str) -> None:
+    """Draw the solver's force as a line, and each prediction as the model's markers in its own colour."""
+    drawing.zero_line(axes)
+    axes.plot(sample["native"]["indentation"], sample["native"]["force"], color=drawing.BLACK, label="solver")
+    for (total, found), color in zip(sample["predictions"].items(), COLORS, strict=False):
+        look = models_style.step_marker(model) | {"markersize": 4.2, "color": color, "markeredgecolor": color}
+        axes.plot(found["indentation"], found["predicted"], label=f"$N = {total}$", **look)
+    axes.set(xlabel=r"indentation $\hat\delta$", ylabel=r"force $\hat P$")
+    axes.set_title(f"sample ({sample['sample']})", loc="right")
+    axes.legend(loc="best")
+
+
+def draw_test_set(axes: Axes, test_set: dict[str, Any], color: str) -> None:
+    """Draw median and 90th percentile of the force NMAE over the held-out set, for each number of steps."""
+    totals = list(test_set["errors"])
+    places = np.arange(len(totals))
+    for shift, (name, text, shade) in enumerate((("median", "median", 1.0), ("p90", "90th percentile", 0.45))):
+        heights = [test_set["errors"][total]["nmae_percent"][name] for total in totals]
+        bars = axes.bar(places + 0.38 * (shift - 0.5), heights, 0.36, color=color, alpha=shade, label=text)
+        axes.bar_label(bars, fmt="%.2g", fontsize=6.5, padding=1)
+    axes.set_xticks(places, totals)
+    axes.set(xlabel="measurement steps $N$", ylabel="force NMAE (%)")
+    axes.set_title(f"{test_set['trajectories']} held-out trajectories", loc="right")
+    axes.margins(y=0.2)
+    axes.legend(loc="upper center")
+
+
+def compose(fms_transfer: Any) -> Figure:
+    """Draw both panels."""
+    drawn = drawing.figure(height=2.7)
+    first, second = drawn.subplots(1, 2)
+    model = fms_transfer["config"]["model"]
+    draw_sample(first, fms_transfer["sample"], model)
+    draw_test_set(second, fms_transfer["test_set"], models_style.color(model))
+    drawing.letters((first, second))
+    return drawn

@@ -1,0 +1,101 @@
+"""Held-out errors of every seed: points for the trainings, bars for the bootstrap interval over the test set.
+
+Families are side by side, with their conditionings in the order of the paper. Markers and colours are those of all
+figures.
+"""
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from paper_figures.style import drawing, models_style
+from surrogate.architectures.naming import CONDITIONINGS, PAPER_FAMILIES
+
+SHOWN = {
+    "test_mse": "held-out MSE",
+    "pull_off_percent": "median pull-off error (%)",
+    "hysteresis_percent": "median hysteresis error (%)",
+}
+"""Metrics and their labels, one panel each."""
+APART = 0.27
+"""Distance between the conditionings of a family; the distance between families is one."""
+WIDTH = 0.22
+LEAST_SPAN = 6.0
+"""Least ratio of the upper to the lower end of an axis."""
+
+
+def limits(ranking: Any, metric: str) -> tuple[float, float]:
+    """Ends of an axis that shows all seeds and intervals, and at least two labels."""
+    ends = [value for spread in ranking["spread"].values() for value in spread[metric].values()] or [1.0]
+    low, high = min(ends) / 1.2, max(ends) * 1.2
+    wider = max(1.0, np.sqrt(LEAST_SPAN * low / high))
+    return low / wider, high * wider
+
+
+def draw_errors(axes: Axes, ranking: Any, metric: str) -> None:
+    """Draw seeds and intervals of all models in one panel, and mark a family without seeds."""
+    for place, family in enumerate(PAPER_FAMILIES):
+        drawn = 0
+        for shift, conditioning in zip((-APART, 0.0, APART), CONDITIONINGS, strict=True):
+            name = f"{family}-{conditioning}"
+            rows, spread = ranking["models"].get(name, []), ranking["spread"].get(name, {}).get(metric)
+            if not rows:
+                continue
+            at = place + shift
+            low, high = spread["low"], spread["high"]
+            axes.bar(at, high - low, WIDTH, bottom=low, color=models_style.color(name), alpha=0.35, linewidth=0)
+            axes.plot([at - 0.5 * WIDTH, at + 0.5 * WIDTH], [spread["median"]] * 2, color="0.2", linewidth=0.7)
+            # Side by side, so that equal seeds remain visible.
+            across = at + 0.07 * (np.arange(len(rows)) - 0.5 * (len(rows) - 1))
+            look = models_style.marker(name) | {"markersize": 0.62 * models_style.SIZES[conditioning]}
+            axes.plot(across, [row[metric] for row in rows], label=name, zorder=3, **look)
+            drawn += 1
+        if not drawn:
+            axes.text(
+                place,
+                0.03,
+                "no seed yet",
+                rotation=90,
+                ha="center",
+                va="bottom",
+                transform=axes.get_xaxis_transform(),
+                fontsize=6,
+                color="0.5",
+            )
+        if place:
+            axes.axvline(place - 0.5, color="0.88", linewidth=0.6, zorder=0)
+    axes.set(xlim=(-0.5, len(PAPER_FAMILIES) - 0.5), xticks=range(len(PAPER_FAMILIES)), yscale="log")
+    axes.set_xticklabels(PAPER_FAMILIES)
+    axes.tick_params(axis="x", length=0, which="both")
+    axes.set_ylabel(SHOWN[metric])
+    axes.set_ylim(limits(ranking, metric))
+    drawing.log_labels(axes.yaxis)
+
+
+def compose(ranking: Any) -> Figure:
+    """Draw the errors by family."""
+    drawn = drawing.figure(height=2.9)
+    panels = drawn.subplots(1, len(SHOWN))
+    for axes, metric, name in zip(panels, SHOWN, "abc", strict=True):
+        draw_errors(axes, ranking, metric)
+        drawing.letter(axes, name)
+    handles = [
+        *models_style.conditioning_handles(),
+        Line2D([], [], color="0.2", linewidth=0.7, label="median over seeds"),
+        Patch(
+            color="0.5", alpha=0.35, linewidth=0, label=f"{100 * ranking['confidence']:g} % interval over the test set"
+        ),
+    ]
+    drawn.legend(handles=handles, loc="outside upper center", ncols=len(handles), columnspacing=1.4, handlelength=1.4)
+    expected, absent = ranking["seeds_expected"], ranking["missing"]
+    if absent:
+        lacking = [name for name in absent if name in ranking["models"]]
+        parts = [f"fewer than {expected} seeds: {models_style.listed(lacking)}"] if lacking else []
+        none = [name for name in absent if name not in ranking["models"]]
+        parts += [f"no seed yet: {models_style.listed(none)}"] if none else []
+        drawn.supxlabel("; ".join(parts), fontsize=6, color="0.4")
+    return drawn

@@ -1,0 +1,179 @@
+"""A training counts as done only when it comes from what is asked for."""
+
+import json
+import shutil
+
+import pytest
+import typer
+
+from experiments.training import data_efficiency, feature_sets, trainings
+from experiments.training.trainings import Variant, is_trained
+from surrogate.data.dataset import TrajectoryDataset
+
+
+@pytest.fixture
+def data(dataset):
+    return TrajectoryDataset.load(dataset)
+
+
+def write_training(folder, variant, data):
+    """The parts of a model directory that say where it comes from."""
+    from surrogate.training.recipe import Recipe
+
+    folder.mkdir(parents=True)
+    data.split().with_fraction(variant.fraction, variant.fold).save(folder / "split.json")
+    recipe = Recipe.load(variant.recipe).with_overrides(epochs=variant.epochs or None)
+    (folder / "recipe.toml").write_text(recipe.to_toml(), encoding="utf-8")
+    run = {"dataset_sha256": data.sha256, "backend": "tensorflow"}
+    run |= {"features": variant.features, "architecture": variant.architecture}
+    (folder / "run.json").write_text(json.dumps(run), encoding="utf-8")
+
+
+VARIANT = Variant(label="half", architecture="M1-concat", recipe="swift", epochs=35, fraction=0.5, fold=1)
+
+
+def test_a_training_is_done_when_it_comes_from_what_is_asked_for(tmp_path, data):
+    assert not is_trained(VARIANT, data, tmp_path / "half")
+    write_training(tmp_path / "half", VARIANT, data)
+    assert is_trained(VARIANT, data, tmp_path / "half")
+
+
+@pytest.mark.parametrize(
+    ("change", "word"),
+    [
+        ({"epochs": 110}, "recipe"),
+        ({"recipe": "paper"}, "recipe"),
+        ({"fold": 2}, "split"),
+        ({"fraction": 0.25}, "split"),
+        ({"features": "A"}, "feature set"),
+        ({"architecture": "M4-FiLM"}, "architecture"),
+    ],
+)
+def test_a_training_of_something_else_is_refused(change, word, tmp_path, data):
+    write_training(tmp_path / "half", Variant(**(vars(VARIANT) | change)), data)
+    with pytest.raises(ValueError, match=f"received one of another {word}: remove .* to train it again"):
+        is_trained(VARIANT, data, tmp_path / "half")
+
+
+def test_a_training_on_another_data_set_is_refused(tmp_path, data, dataset):
+    write_training(tmp_path / "models" / "half", VARIANT, data)
+    run = tmp_path / "models" / "half" / "run.json"
+    run.write_text(run.read_text(encoding="utf-8").replace(data.sha256, "0" * 64), encoding="utf-8")
+    with pytest.raises(ValueError, match="another data set"):
+        study(tmp_path, dataset, [VARIANT])
+
+
+def write_errors(folder, mse):
+    """The rest of a model directory: errors, a learning curve, costs."""
+    metrics = {"parameters": 1, "epochs": 2, "best_epoch": 1, "cpu_seconds": 1.0}
+    metrics["test"] = {name: {"mean": mse} for name in ("mse", "mae", "dtw_rmse")}
+    (folder / "metrics.json").write_text(json.dumps(metrics), encoding="utf-8")
+    curve = "epoch,train_mse,validation_mse,cpu_seconds\n1,0.1,0.1,1\n"
+    (folder / "history.csv").write_text(curve, encoding="utf-8")
+    run = json.loads((folder / "run.json").read_text(encoding="utf-8"))
+    run |= {"versions": {}, "training_trajectories": 32}
+    (folder / "run.json").write_text(json.dumps(run), encoding="utf-8")
+
+
+def study(tmp_path, dataset, wanted, published=()):
+    """One call; returns the errors published at the end, when all are trained."""
+    found = {}
+    trainings.train_variants(
+        wanted,
+        dataset=dataset,
+        work=tmp_path,
+        models=tmp_path / "published",
+        published=published,
+        jobs=1,
+        publish=lambda done: found.update(done),
+    )
+    return found
+
+
+@pytest.fixture
+def queue(monkeypatch, tmp_path, data):
+    """Stands in for training: each variant of the queue appears with an error of 0.5, but for the labels refused."""
+    refused, started = set(), []
+
+    def run(waiting, command, *, folder, jobs, log):
+        for label in waiting:
+            options = dict(zip(command(label)[2::2], command(label)[3::2], strict=True))
+            variant = Variant(
+                label,
+                command(label)[1],
+                options["--recipe"],
+                int(options["--epochs"]),
+                options["--features"],
+                float(options["--fraction"]),
+                int(options["--fold"]),
+            )
+            started.append(label)
+            if label in refused:
+                return {label: trainings.STOPPED}
+            write_training(tmp_path / "models" / label, variant, data)
+            write_errors(tmp_path / "models" / label, 0.5)
+            log(f"{label}: done")
+        return dict.fromkeys(waiting, 0)
+
+    monkeypatch.setattr(trainings, "run_queue", run)
+    return refused, started
+
+
+def test_a_published_model_that_was_trained_alike_is_taken(tmp_path, data, dataset, queue):
+    for label, epochs, mse in (("M1-concat-short", 35, 0.25), ("M1-concat", 36, 0.75)):
+        folder = tmp_path / "published" / label
+        write_training(folder, Variant(**(vars(VARIANT) | {"epochs": epochs})), data)
+        write_errors(folder, mse)
+    found = study(tmp_path, dataset, [VARIANT])
+    assert (found["half"]["mse"], queue[1]) == (0.25, [])
+    assert found["half"]["taken_from"] == "M1-concat-short"
+
+
+def test_a_study_goes_on_from_its_result_file_in_another_clone(tmp_path, dataset, queue):
+    refused, started = queue
+    config = {"architecture": "M1-concat", "recipe": "swift", "whole_epochs": 1}
+    config |= {"percents": [75, 50], "epochs": [1, 2], "folds": 2, "jobs": 1}
+    toml = tmp_path / "study.toml"
+    toml.write_text("".join(f"{name} = {json.dumps(value)}\n" for name, value in config.items()), encoding="utf-8")
+
+    def run():
+        options = {"dataset": dataset, "models": tmp_path / "published", "work": tmp_path, "out": tmp_path / "out.json"}
+        try:
+            data_efficiency.main(toml, **options)
+        except typer.Exit as stop:
+            return stop.exit_code, json.loads((tmp_path / "out.json").read_text(encoding="utf-8"))
+        return 0, json.loads((tmp_path / "out.json").read_text(encoding="utf-8"))
+
+    refused.add("share-75-fold-1")
+    status, content = run()
+    assert (status, content["complete"]) == (trainings.STOPPED, False)
+    assert [len(one["folds"]) for one in content["shares"]] == [1, 1]
+    assert set(content["summary"].values()) == {None}
+    refused.clear()
+    started.clear()
+    shutil.rmtree(tmp_path / "models")
+    status, content = run()
+    assert (status, content["complete"], content["summary"]["folds"]) == (0, True, 2)
+    assert started == ["share-75-fold-1", "share-50-fold-1"]
+    assert [one["mse_mean"] for one in content["shares"]] == [0.5, 0.5]
+    started.clear()
+    assert run()[0] == 0
+    assert started == []
+
+
+def test_feature_sets_have_no_summary_while_one_is_missing(tmp_path, dataset, queue):
+    queue[0].add("features-D")
+    toml = tmp_path / "study.toml"
+    settings = 'architecture = "M1-concat"\nrecipe = "swift"\nepochs = 1\nsets = ["A", "D"]\njobs = 1\n'
+    toml.write_text(settings, encoding="utf-8")
+    with pytest.raises(typer.Exit):
+        feature_sets.main(toml, dataset, tmp_path / "published", tmp_path, tmp_path / "out.json")
+    content = json.loads((tmp_path / "out.json").read_text(encoding="utf-8"))
+    assert (list(content["sets"]), content["complete"], content["summary"]) == (["A"], False, {})
+
+
+def test_the_result_of_another_training_is_not_taken(tmp_path, dataset, data, queue):
+    other = Variant(**(vars(VARIANT) | {"epochs": 36}))
+    entry = {"training": other.identity(data).digest, "mse": 0.125}
+    found = study(tmp_path, dataset, [VARIANT], published=[entry])
+    assert found["half"]["mse"] == 0.5

@@ -1,0 +1,72 @@
+"""The figure and the tables of the ranking, from small made-up results."""
+
+import csv
+
+import pytest
+
+from paper_figures.models import figure_ranking
+from paper_figures.style import models_style
+from paper_figures.tables import table_ranking
+from surrogate.architectures.naming import names
+from tests.paper_figures.results import made, pictures, ranking, write
+
+
+def read_csv(path):
+    with path.open(encoding="utf-8", newline="") as file:
+        return list(csv.reader(file))
+
+
+def test_every_seed_is_a_point_and_every_interval_a_bar(tmp_path, kept):
+    seeds = dict.fromkeys(names(), 3)
+    content = ranking(seeds)
+    made(figure_ranking, write(tmp_path / "r.json", content), folder=tmp_path)
+    for axes, metric in zip(kept[0].axes, figure_ranking.SHOWN, strict=True):
+        assert axes.get_yscale() == "log"
+        points = {line.get_label(): line for line in axes.lines if line.get_label() in seeds}
+        assert list(points) == names()
+        for name, line in points.items():
+            assert line.get_ydata().tolist() == [row[metric] for row in content["models"][name]]
+            assert line.get_color() == models_style.color(name)
+        bars = [(bar.get_y(), bar.get_y() + bar.get_height()) for bar in axes.patches]
+        low, high = axes.get_ylim()
+        ends = [content["spread"][name][metric] for name in names()]
+        assert bars == [pytest.approx((one["low"], one["high"])) for one in ends]
+        assert low < min(bar[0] for bar in bars) < max(bar[1] for bar in bars) < high
+        assert not axes.texts
+    assert kept[0].get_supxlabel() == ""
+
+
+def test_missing_seeds_are_said(tmp_path, kept):
+    made(figure_ranking, write(tmp_path / "r.json", ranking({"M1-concat": 1, "M1-gated": 3})), folder=tmp_path)
+    assert [text.get_text() for text in kept[0].axes[0].texts] == ["no seed yet"] * 5
+    note = kept[0].get_supxlabel()
+    assert note == "fewer than 3 seeds: M1-concat; no seed yet: M1-FiLM, all of M2, M3, M4, M5, M6"
+
+
+def test_without_any_seed_both_are_made(tmp_path):
+    found = write(tmp_path / "result.json", ranking({}))
+    made(figure_ranking, found, folder=tmp_path)
+    made(table_ranking, found, folder=tmp_path)
+    assert pictures("figure-ranking") <= {path.name for path in tmp_path.iterdir()}
+    assert [row[1] for row in read_csv(tmp_path / "ranking.csv")[1:]] == ["0 of 3"] * 18
+
+
+def test_tables(tmp_path):
+    content = ranking({"M1-concat": 3, "M2-concat": 1})
+    content["spread"]["M1-concat"]["validation_mse"] = {"median": 0.007}
+    found = write(tmp_path / "r.json", content)
+    made(table_ranking, found, folder=tmp_path)
+    rows = read_csv(tmp_path / "ranking.csv")
+    assert rows[1][:3] == ["M1-concat", "3 of 3", "6.00e-05 [4.80e-05, 7.80e-05], seeds 5.00e-05 to 7.00e-05"]
+    assert rows[1][-1] == "0.007"
+    assert rows[2][:3] == ["M2-concat", "1 of 3", "1.00e-04 [8.00e-05, 1.30e-04]"]
+    assert len(rows) == 19
+    text = (tmp_path / "ranking.md").read_text(encoding="utf-8")
+    assert "Missing seeds: M2-concat 1, 2." in text
+    assert "Still without any seed: M1-FiLM, M1-gated, M2-FiLM, M2-gated, all of M3, M4, M5, M6." in text
+    orders = read_csv(tmp_path / "ranking-orders.csv")[1:]
+    assert orders == [
+        ["best model", "M1-concat first", "2 of 3", "-", "not decided"],
+        ["", "M1-concat before M2-concat", "3 and 3", "0.500", "tie"],
+        ["", "M1-concat before M3-concat", "3 and 3", "> 0.999", "holds"],
+    ]
