@@ -65,8 +65,8 @@ $(INSTALLED): requirements.lock pyproject.toml
 	[ -x $(PY) ] || "$$chosen" -m venv $(VENV)
 ifdef SMALL
 	@grep -oE '^[A-Za-z0-9._-]+==[^\]+' requirements.lock > $(VENV)/versions.txt
-	@$(PY) -c 'import sys; sys.exit(sys.version_info[:2] < (3, 13))' || limit="--constraint $(VENV)/versions.txt"; \
-		$(PY) -m pip install --disable-pip-version-check $${limit:-} --editable '.[tables]'
+	@limit=""; $(PY) -c 'import sys; sys.exit(sys.version_info[:2] >= (3, 13))' && limit="--constraint $(VENV)/versions.txt"; \
+		$(PY) -m pip install --disable-pip-version-check $$limit --editable '.[tables]'
 else
 	@$(PY) -m pip install --disable-pip-version-check --require-hashes --requirement requirements.lock
 	@$(PY) -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
