@@ -17,6 +17,7 @@ MAKEFLAGS += --no-builtin-rules
 VENV := .venv
 PY := $(VENV)/bin/python
 INSTALLED := $(VENV)/.installed
+comma := ,
 TEST_WORKERS ?= 2
 
 # Folders of results and of published files; `make smoke` and `make paper-from-scratch` choose others.
@@ -38,29 +39,45 @@ PLACES := --results $(OUT) --published $(PUBLISHED)
 ##@ The paper, from published results (minutes)
 
 .PHONY: setup
-setup: $(INSTALLED)  ## Create .venv with the locked dependencies (Python 3.11 or 3.12; PYTHON=... chooses one)
+setup: $(INSTALLED)  ## Create .venv with the locked dependencies, 3 GB (Python 3.11 or 3.12; PYTHON=... chooses one)
+	@! grep -qs small $(INSTALLED) || { rm $(INSTALLED); $(MAKE) --no-print-directory $(INSTALLED); }
+
+.PHONY: setup-small
+setup-small:  ## Only what simulates, predicts and redraws the paper, 1 GB (any Python from 3.11 on)
+	@[ -e $(INSTALLED) ] || $(MAKE) --no-print-directory $(INSTALLED) SMALL=yes
+
+# The small installation takes the locked versions where they exist for its Python, and else the newest.
+SMALL ?=
+PYTHONS := $(if $(SMALL),python3 python3.14 python3.13 python3.12 python3.11,python3.11 python3.12 python3) python
+BELOW := $(if $(SMALL),(4,),(3, 13))
 
 $(INSTALLED): requirements.lock pyproject.toml
 	@chosen=""; \
-	for candidate in "$${PYTHON:-}" python3.11 python3.12 python3 python; do \
+	for candidate in "$${PYTHON:-}" $(PYTHONS); do \
 		[ -n "$$candidate" ] || continue; \
-		if "$$candidate" -c 'import ensurepip, sys, venv; sys.exit(not (3, 11) <= sys.version_info[:2] < (3, 13))' \
+		if "$$candidate" -c 'import ensurepip, sys, venv; sys.exit(not (3, 11) <= sys.version_info[:2] < $(BELOW))' \
 			>/dev/null 2>&1; then chosen="$$candidate"; break; fi; \
 	done; \
 	if [ -z "$$chosen" ]; then \
-		echo "Python 3.11 or 3.12 (with venv) not found; install one, or name it: make setup PYTHON=/path/to/python" >&2; exit 1; \
+		echo "Python 3.11 or $(if $(SMALL),newer,3.12) (with venv) not found; install one, or name it: make setup$(if $(SMALL),-small) PYTHON=/path/to/python" >&2; exit 1; \
 	fi; \
-	echo "Installing the locked packages into $(VENV): about 3 GB on disk, 3 to 10 minutes with a fast network"; \
+	echo "Installing the locked packages into $(VENV): about $(if $(SMALL),1 GB on disk$(comma) 1 to 3,3 GB on disk$(comma) 3 to 10) minutes with a fast network"; \
 	[ -x $(PY) ] || "$$chosen" -m venv $(VENV)
+ifdef SMALL
+	@grep -oE '^[A-Za-z0-9._-]+==[^\]+' requirements.lock > $(VENV)/versions.txt
+	@limit=""; $(PY) -c 'import sys; sys.exit(sys.version_info[:2] >= (3, 13))' && limit="--constraint $(VENV)/versions.txt"; \
+		$(PY) -m pip install --disable-pip-version-check $$limit --editable '.[tables]'
+else
 	@$(PY) -m pip install --disable-pip-version-check --require-hashes --requirement requirements.lock
 	@$(PY) -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
+endif
 	@echo "Compiling the solver for this processor: about a minute"
 	@$(VENV)/bin/bem compile
-	@touch $@
+	@echo "$(if $(SMALL),small)" > $@
 	@echo "$(VENV) is ready, $$(du -sh $(VENV) | cut -f 1)"
 
 .PHONY: verify
-verify: setup  ## Compare the published files with their manifest
+verify: | $(INSTALLED)  ## Compare the published files with their manifest
 	$(PY) tools/manifest.py verify
 
 .PHONY: paper
@@ -71,6 +88,7 @@ paper: figures tables report  ## Figures, tables and the report
 figures: $$(filter-out table-% $$(LEFT_OUT),$$(PAPER))  ## Every figure of the paper whose inputs are published
 	@$(if $(filter figure-learning-curves,$(LEFT_OUT)),echo "figure-learning-curves is left out: no FiLM or gated model is published; \`make models\` trains them")
 	@$(if $(filter figure-features,$(LEFT_OUT)),echo "figure-features is left out: \`make feature-sets data-efficiency\` trains what it shows")
+	@$(if $(WITHOUT_KERAS),echo "$(WITHOUT_KERAS) are left out: they are drawn from the Keras models; \`make setup\` installs Keras")
 	@echo "figures are in $(FIGURES)"
 
 .PHONY: tables
@@ -272,7 +290,7 @@ median-seeds: $(DATASET) | $(INSTALLED)  ## Replace each model by the median of 
 	$(MAKE) --no-print-directory model-forces
 
 .PHONY: cards
-cards: setup  ## Write the card of each published model, and the metadata of the data set
+cards: setup  ## Write the cards of the data set and of each published model, and the metadata
 	$(PY) -m paper_figures.report.cards --published $(PUBLISHED)
 	$(PY) $(MANIFEST) add $(PUBLISHED)/dataset.croissant.json $(PUBLISHED)/models
 
@@ -427,16 +445,23 @@ clean:  ## Remove caches and build files; never results/, published/ or .venv
 
 ##@ Documentation
 
+# Pages of the tutorials are kept until a tutorial or the solver changes.
+TUTORIALS := docs/gallery/.solver
+$(TUTORIALS): bem/solver/version.py
+	rm -rf $(@D)
+	mkdir -p $(@D)
+	touch $@
+
 .PHONY: docs
-docs: setup  ## Build the documentation into build/site; a broken link fails
-	NO_MKDOCS_2_WARNING=1 $(PY) -m mkdocs build --strict --quiet
+docs: setup $(TUTORIALS)  ## Build the documentation into build/site, with its tutorials (4 minutes the first time); a broken link fails
+	OMP_NUM_THREADS=1 NO_MKDOCS_2_WARNING=1 $(PY) -m mkdocs build --strict --quiet
 
 .PHONY: readme-pictures
-readme-pictures: setup $(FIGURES)/figure-6.pdf  ## Update the pictures of the README, with its own commands
+readme-pictures: setup $(FIGURES)/graphical-abstract.pdf  ## Update the pictures of the README, with its own commands
 	@for program in bem surrogate; do \
 		command="$$(grep "^$(VENV)/bin/$$program .*--plot" README.md)"; set -x; $${command/--plot /--plot docs/images/}; { set +x; } 2>/dev/null; \
 	done
-	cp $(FIGURES)/figure-6.png docs/images/figure-6.png
+	cp $(FIGURES)/graphical-abstract.png docs/images/
 
 .PHONY: docs-effects
 docs-effects: figure-effects  ## Update the picture of docs/effects.md
@@ -515,6 +540,10 @@ inputs = $(foreach one,$(1),$(if $(filter %?,$(one)),$(wildcard $(call path,$(on
 LEFT_OUT := $(if $(wildcard $(addprefix $(MODELS)/M[1-6]-,FiLM/run.json gated/run.json)),,figure-learning-curves) \
 	$(if $(wildcard $(path.feature_sets) $(path.data_efficiency)),,figure-features) \
 	$(if $(wildcard $(path.accuracy_price)),,table-accuracy-price) $(if $(wildcard $(path.ranking)),,figure-ranking table-ranking)
+
+# `make setup-small` installs no Keras, from whose models these are drawn.
+WITHOUT_KERAS := $(if $(shell grep -s small $(INSTALLED)),figure-4 figure-architectures)
+LEFT_OUT += $(WITHOUT_KERAS)
 
 # The file of a figure or table, and the figure or table of a file.
 product = $(if $(filter table-%,$(1)),$(TABLES)/$(1:table-%=%).md,$(FIGURES)$($(1).under)/$(1).pdf)

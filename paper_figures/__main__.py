@@ -7,6 +7,8 @@ make rule of `FILE`: the files from which it was made.
 
 import inspect
 import sys
+import tomllib
+from collections.abc import Sequence
 from importlib import import_module
 from pathlib import Path
 from typing import Annotated, Any
@@ -14,11 +16,12 @@ from typing import Annotated, Any
 import typer
 
 from bem._support.command_line import run_main
-from bem._support.outputs import plain_name
+from bem._support.outputs import plain_name, write_whole
 from experiments.dependencies import Recorder
 from experiments.places import Places, keywords, replaced
 
 HERE = Path(__file__).parent
+CAPTIONS = HERE / "captions.toml"
 KINDS = ("figures", "models", "measurements", "tables")
 
 
@@ -28,18 +31,38 @@ def modules() -> dict[str, str]:
     return {path.stem.replace("_", "-"): f"paper_figures.{path.parent.name}.{path.stem}" for path in files}
 
 
-def save(products: Any, name: str, figures: Path, tables: Path) -> None:
-    """Write the figures as PDF and PNG, and the tables as Markdown, CSV and LaTeX."""
+def caption(name: str, sources: Sequence[Path]) -> str:
+    """The text beside a figure: what is shown, from which data, and what differs from the paper."""
+    words = tomllib.loads(CAPTIONS.read_text(encoding="utf-8"))[name]
+    data = ", ".join(f"`{source}`" for source in sources)
+    parts = {
+        "Shown": words["shown"],
+        "Data": f"{data}. `python -m paper_figures {name}` draws the figure and writes this text.",
+        "Different from the paper": words.get("differs", "The paper has no such figure."),
+    }
+    lines = [f"**{title}.** {' '.join(text.split())}" for title, text in parts.items()]
+    return "\n\n".join([f"# {name.replace('-', ' ').capitalize()}", *lines]) + "\n"
+
+
+def save(products: Any, name: str, figures: Path, tables: Path) -> list[Path]:
+    """Write the figures as PDF and PNG, and the tables as Markdown, CSV and LaTeX.
+
+    Returns:
+        where the caption of each figure belongs.
+    """
     from paper_figures.style import drawing
     from paper_figures.style.writing import Table
 
     if not isinstance(products, dict):
         products = {name.removeprefix("table-"): products}
+    beside = []
     for stem, product in products.items():
         if isinstance(product, Table):
             product.save(stem, tables)
         else:
             drawing.save(product, stem, figures)
+            beside.append(figures / f"{stem}.md")
+    return beside
 
 
 def main(
@@ -61,7 +84,9 @@ def main(
     arguments = places.arguments(compose, f"make {name}")
     products = compose(**arguments, **keywords(context.args, compose))
     inner = plain_name(under, "--under") if under else ""
-    save(products, name, results / "figures" / inner, results / "tables" / inner)
+    sources = [path for path in map(places.path, arguments) if path.exists()]
+    for place in save(products, name, results / "figures" / inner, results / "tables" / inner):
+        write_whole(place, caption(name, sources))
     if recorder and depends:
         recorder.add(*(value for value in arguments.values() if isinstance(value, Path) and value.is_file()))
         recorder.write(depends, results, published)

@@ -1,5 +1,6 @@
 """The guide's Python runs, its commands and make targets exist, and the site builds without a broken link."""
 
+import importlib
 import os
 import re
 import shlex
@@ -17,6 +18,9 @@ from tests.surrogate.conftest import write_dataset
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = sorted((ROOT / "docs").glob("*.md"))
+API_PAGES = ("api-bem", "api-surrogate", "laboratory")
+PUBLIC = ("bem", "bem.lab", "bem.materials_library", "surrogate")
+TUTORIALS = sorted((ROOT / "docs/tutorials").glob("[0-9]_*.py"))
 EXAMPLES = [
     pytest.param(page.name, textwrap.dedent(code), id=f"{page.stem}-{number}")
     for page in PAGES
@@ -62,6 +66,31 @@ def test_the_guide_to_an_architecture_of_ones_own_works_and_leaves_nothing_behin
     assert {path.name for path in tmp_path.rglob("*") if path.is_file()} == {"my_model.py", "published.h5"}
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("tutorial", TUTORIALS, ids=lambda path: path.stem)
+def test_each_tutorial_runs(tutorial, tmp_path):
+    environment = os.environ | {"PYTHONPATH": str(ROOT), "MPLBACKEND": "agg", "OMP_NUM_THREADS": "1"}
+    environment["TMPDIR"] = str(tmp_path)
+    done = subprocess.run(
+        [sys.executable, "-W", "error::RuntimeWarning", tutorial],
+        cwd=tmp_path,
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert not re.search(r"\bnan\b", done.stdout)
+
+
+def test_the_tutorials_show_a_picture_each_and_are_listed():
+    assert len(TUTORIALS) == 7
+    for tutorial in TUTORIALS:
+        code = tutorial.read_text(encoding="utf-8")
+        assert re.match(r'"""\n# \w', code), "the title of the page"
+        assert "plt.subplots" in code
+
+
 def test_the_make_targets_and_files_it_names_exist():
     makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
     for page in PAGES:
@@ -78,9 +107,11 @@ def test_the_commands_it_names_exist(command):
 
 
 def test_the_site_builds_without_a_broken_link(tmp_path):
+    # Tutorials that have not run yet are shown without results; `make docs` runs them.
     result = subprocess.run(
         [sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet", "--site-dir", str(tmp_path)],
         cwd=ROOT,
+        env=os.environ | {"RUN_TUTORIALS": "false"},
         capture_output=True,
         text=True,
         check=False,
@@ -88,6 +119,13 @@ def test_the_site_builds_without_a_broken_link(tmp_path):
     assert result.returncode == 0, result.stdout + result.stderr
     assert "bem.solver.simulation.simulate" in (tmp_path / "api-bem.html").read_text(encoding="utf-8")
     assert "snapshot" in (tmp_path / "api-surrogate.html").read_text(encoding="utf-8")
+    pages = "".join((tmp_path / f"{name}.html").read_text(encoding="utf-8") for name in API_PAGES)
+    for package in PUBLIC:
+        for name in importlib.import_module(package).__all__:
+            assert re.search(rf'id="{package.split(".")[0]}\.[\w.]*\b{name}"', pages), f"{package}.{name}"
+    for tutorial in TUTORIALS:
+        assert (tmp_path / "gallery" / f"{tutorial.stem}.html").is_file()
+        assert (tmp_path / "gallery" / f"{tutorial.stem}.ipynb").is_file()
     for page in ("api-bem.html", "api-surrogate.html"):
         _, *returned = (tmp_path / page).read_text(encoding="utf-8").split("Returns:</span>")
         assert returned

@@ -24,9 +24,8 @@ def printed(examples, capsys):
     return capsys.readouterr().out.splitlines()
 
 
-def test_the_python_example_completes(capsys):
-    (example,) = python_examples(README)
-    assert printed([example], capsys)[0].startswith("completed")
+def test_it_fits_on_one_screen():
+    assert len(README.splitlines()) < 60
 
 
 def test_the_solver_examples_print_what_they_say(capsys):

@@ -3,6 +3,7 @@
 import { USUAL_VIEW, VIEWS, type View } from "./axes";
 import { complaint, QUANTITIES, type Protocol } from "./protocol";
 import { Trouble } from "./trouble";
+import { CONTACT, USUAL_CONTACT, type Contact } from "./units";
 
 const DECIMAL = /^\s*[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?\s*$/i;
 
@@ -10,10 +11,15 @@ export function protocolFragment(protocol: Protocol): string {
   return QUANTITIES.map((name) => `${name}=${Number(protocol[name].toPrecision(8))}`).join("&");
 }
 
-/** The protocol, and the view where it is not the usual one. */
-export function toFragment(protocol: Protocol, view: View): string {
-  const axes = (["time", "force"] as const).filter((axis) => view[axis] !== USUAL_VIEW[axis]);
-  return [protocolFragment(protocol), ...axes.map((axis) => `${axis}=${view[axis]}`)].join("&");
+/** The protocol, and the view where it is not the usual one; in laboratory units, the contact too. */
+export function toFragment(protocol: Protocol, view: View, contact: Contact): string {
+  const axes = (["time", "force", "units"] as const).filter((axis) => view[axis] !== USUAL_VIEW[axis]);
+  const shown = view.units === "laboratory" ? CONTACT : [];
+  return [
+    protocolFragment(protocol),
+    ...axes.map((axis) => `${axis}=${view[axis]}`),
+    ...shown.map((name) => `${name}=${Number(contact[name].toPrecision(8))}`),
+  ].join("&");
 }
 
 /**
@@ -22,7 +28,7 @@ export function toFragment(protocol: Protocol, view: View): string {
  *
  * @throws Trouble naming what is wrong.
  */
-export function fromFragment(fragment: string, fallback: Protocol): { protocol: Protocol; view: View } {
+export function fromFragment(fragment: string, fallback: Protocol): { protocol: Protocol; view: View; contact: Contact } {
   // A plus sign belongs to an exponent here, it is no space.
   const given = new URLSearchParams(fragment.replace(/^#/, "").replaceAll("+", "%2B"));
   const single = (name: string) => {
@@ -38,6 +44,15 @@ export function fromFragment(fragment: string, fallback: Protocol): { protocol: 
     if (complaint(value)) throw new Trouble(`The link gives ${name} = “${text}”, which is no usable number.`);
     protocol[name] = value;
   }
+  const contact = { ...USUAL_CONTACT };
+  for (const name of CONTACT) {
+    const text = single(name);
+    if (text === undefined) continue;
+    const value = DECIMAL.test(text) ? Number(text) : NaN;
+    if (!(value > 0 && Number.isFinite(value)))
+      throw new Trouble(`The link gives ${name} = “${text}”, which is no usable number.`);
+    contact[name] = value;
+  }
   const choice = <T extends string>(name: string, allowed: readonly T[], usual: T): T => {
     const text = single(name);
     const found = text === undefined ? usual : allowed.find((value) => value === text);
@@ -47,6 +62,7 @@ export function fromFragment(fragment: string, fallback: Protocol): { protocol: 
   const view = {
     time: choice("time", VIEWS.time, USUAL_VIEW.time),
     force: choice("force", VIEWS.force, USUAL_VIEW.force),
+    units: choice("units", VIEWS.units, USUAL_VIEW.units),
   };
-  return { protocol, view };
+  return { protocol, view, contact };
 }

@@ -7,9 +7,10 @@ export const VIEWS = {
   /** `steps`: each phase as wide as its number of measurement steps; `real`: true to scale. */
   time: ["steps", "real"],
   force: ["linear", "log"],
+  units: ["dimensionless", "laboratory"],
 } as const;
 export type View = { [axis in keyof typeof VIEWS]: (typeof VIEWS)[axis][number] };
-export const USUAL_VIEW: View = { time: "steps", force: "linear" };
+export const USUAL_VIEW: View = { time: "steps", force: "linear", units: "dimensionless" };
 
 export interface AxisStyle {
   line: string;
@@ -67,14 +68,14 @@ export function valueAxis(name: string, style: AxisStyle, ticks?: { places: numb
   };
 }
 
-export function timeAxis(grid: Grid, view: View, style: AxisStyle, named: boolean) {
+export function timeAxis(grid: Grid, view: View, style: AxisStyle, unit: string) {
   const stretched = view.time === "steps";
   const last = grid.ends[2];
   const corners = [0, ...grid.ends];
   const base = valueAxis("", style);
   const axis = {
     ...base,
-    name: named ? (stretched ? "time / τ, each phase stretched" : "time / τ") : "",
+    name: unit && (stretched ? `time / ${unit}, each phase stretched` : `time / ${unit}`),
     nameLocation: "middle",
     nameGap: 26,
     min: 0,

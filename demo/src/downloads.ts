@@ -2,16 +2,31 @@
 
 import { protocolFragment } from "./address";
 import type { Grid, Protocol } from "./protocol";
+import type { Units } from "./units";
 
-/** One row for each measurement step; numbers in full precision. */
-export function csv(protocol: Protocol, grid: Grid, force: Float64Array, solver?: readonly number[]): string {
+/** One row for each measurement step; numbers in full precision. Laboratory units add columns in SI units. */
+export function csv(
+  protocol: Protocol,
+  grid: Grid,
+  force: Float64Array,
+  units: Units,
+  solver?: readonly number[],
+): string {
   const [onset, end] = grid.ends;
   const phase = (i: number) => (i <= onset ? "loading" : i <= end ? "dwell" : "unloading");
+  const { length, time: instant, force: strength, laboratory } = units;
   const header = ["time", "indentation", "tabor", "edge", "phase", "force", ...(solver ? ["solver_force"] : [])];
+  if (laboratory) header.push("time_s", "indentation_m", "force_N");
+  const si = (i: number) =>
+    laboratory
+      ? [grid.times[i]! * instant.size, grid.indentations[i]! * length.size, force[i]! * strength.size]
+      : [];
   const rows = [...grid.times].map((time, i) =>
-    [time, grid.indentations[i], protocol.tabor, grid.edge[i], phase(i), force[i], ...(solver ? [solver[i]] : [])].join(
-      ",",
-    ),
+    [
+      ...[time, grid.indentations[i], protocol.tabor, grid.edge[i], phase(i), force[i]],
+      ...(solver ? [solver[i]] : []),
+      ...si(i),
+    ].join(","),
   );
   return [header.join(","), ...rows, ""].join("\n");
 }

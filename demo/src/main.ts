@@ -13,6 +13,7 @@ import { LABELS, measurementGrid, QUANTITIES, type Grid, type Protocol } from ".
 import { listCurves, showComparison, showExtrapolation, showInference, showResults } from "./results";
 import { reachable } from "./scrollers";
 import { tell, Trouble, untell } from "./trouble";
+import { CONTACT, converted, DIMENSIONLESS, unitsOf, USUAL_CONTACT, type Units } from "./units";
 
 const RECENT = 20;
 const ADDRESS_DELAY = 150;
@@ -27,6 +28,7 @@ class Page {
   private protocol: Protocol;
   private shown?: { protocol: Protocol; grid: Grid; force: Float64Array; curve?: Curve };
   private view = USUAL_VIEW;
+  private contact = { ...USUAL_CONTACT };
   private waiting = false;
   private addressTimer?: number;
 
@@ -89,15 +91,26 @@ class Page {
     ] as const) {
       byId(id).addEventListener("click", () => this.turn(direction));
     }
-    for (const input of document.querySelectorAll<HTMLInputElement>("input[name=time], input[name=force]")) {
+    for (const input of document.querySelectorAll<HTMLInputElement>("input[name=time], input[name=force], input[name=units]")) {
       input.addEventListener("change", () => {
         this.view = { ...this.view, [input.name]: input.value } as View;
         this.draw();
       });
     }
+    for (const name of CONTACT) {
+      const box = byId<HTMLInputElement>(name);
+      box.addEventListener("input", () => {
+        const value = box.valueAsNumber * Number(box.dataset["scale"]);
+        const usable = value > 0 && Number.isFinite(value);
+        box.setAttribute("aria-invalid", String(!usable));
+        if (!usable) return;
+        this.contact[name] = value;
+        this.draw();
+      });
+    }
     byId("csv").addEventListener("click", () => {
       const { protocol, grid, force, curve } = this.shown!;
-      downloadCsv(csv(protocol, grid, force, curve?.force), protocol);
+      downloadCsv(csv(protocol, grid, force, this.units(protocol), curve?.force), protocol);
     });
     byId("png").addEventListener("click", () => downloadPng(this.plots.png(), this.shown!.protocol));
     byId("share").addEventListener("click", () => void this.share());
@@ -113,7 +126,8 @@ class Page {
 
   private open(fragment: string, fallback: Protocol): void {
     try {
-      const { protocol, view } = fromFragment(fragment, fallback);
+      const { protocol, view, contact } = fromFragment(fragment, fallback);
+      this.contact = contact;
       this.look(view);
       this.show(protocol);
     } catch (error) {
@@ -126,6 +140,10 @@ class Page {
     this.view = view;
     for (const [axis, value] of Object.entries(view)) {
       document.querySelector<HTMLInputElement>(`input[name=${axis}][value=${value}]`)!.checked = true;
+    }
+    for (const name of CONTACT) {
+      const box = byId<HTMLInputElement>(name);
+      box.value = String(Number((this.contact[name] / Number(box.dataset["scale"])).toPrecision(6)));
     }
   }
 
@@ -173,28 +191,35 @@ class Page {
     }
   }
 
+  private units(protocol: Protocol): Units {
+    return this.view.units === "laboratory" ? unitsOf(this.contact, protocol.tabor) : DIMENSIONLESS;
+  }
+
   private draw(): void {
     if (!this.shown) return;
+    byId("contact").hidden = this.view.units !== "laboratory";
     const { protocol, grid, force, curve } = this.shown;
     const outside = this.model.outside(protocol);
     const caption = QUANTITIES.map((name) => `${LABELS[name].brief}\u00a0${significant(protocol[name], 4)}`).join(" · ");
+    const units = this.units(protocol);
+    const drawn = converted(grid, force, curve?.force, units);
     this.plots.draw(
-      { grid, force, solver: curve?.force, pullOff: pullOff(grid, force), extrapolated: outside.length > 0, caption },
+      { ...drawn, pullOff: pullOff(drawn.grid, drawn.force), extrapolated: outside.length > 0, caption },
       this.view,
     );
-    showResults(grid, force, curve);
+    showResults(grid, force, curve, units);
     showInference(median(this.recent));
     showComparison(grid, force, curve, nearestCurve(this.set.curves, protocol), (chosen) => this.show(chosen.protocol));
     showExtrapolation(outside);
     this.picker.value = curve?.name ?? "";
-    byId("results").dataset["address"] = toFragment(protocol, this.view);
+    byId("results").dataset["address"] = toFragment(protocol, this.view, this.contact);
     clearTimeout(this.addressTimer);
     // Browsers limit how often the address may change; a drag changes it far more often.
     this.addressTimer = window.setTimeout(() => this.writeAddress(), ADDRESS_DELAY);
   }
 
   private writeAddress(): void {
-    history.replaceState(null, "", `#${toFragment(this.shown!.protocol, this.view)}`);
+    history.replaceState(null, "", `#${toFragment(this.shown!.protocol, this.view, this.contact)}`);
   }
 }
 

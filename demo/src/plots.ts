@@ -35,6 +35,8 @@ export interface Picture {
   solver?: readonly number[];
   extrapolated: boolean;
   caption: string;
+  /** The units of the numbers above. */
+  names: { length: string; time: string; force: string };
 }
 
 const GROUP = "contact";
@@ -42,10 +44,11 @@ const GROUP = "contact";
 const LEGEND = [{ name: "solver", icon: "path://M0 0h22v2.5h-22z" }, { name: "surrogate" }, { name: "pull-off" }];
 const PLACES = ["protocol", "history", "loop"] as const;
 type Place = (typeof PLACES)[number];
-const TITLES: Record<Place, string> = {
-  protocol: "Protocol: indentation δ / h₀",
-  history: "Force P / (π R Δγ), tension positive",
-  loop: "Loop: force against indentation",
+const bracketed = (name: string) => (name.includes(" ") ? `(${name})` : name);
+const TITLES: Record<Place, (names: Picture["names"]) => string> = {
+  protocol: ({ length }) => `Protocol: indentation δ / ${length}`,
+  history: ({ force }) => `Force P / ${bracketed(force)}, tension positive`,
+  loop: () => "Loop: force against indentation",
 };
 
 export class Plots {
@@ -132,7 +135,7 @@ export class Plots {
           backgroundColor: ink.paper,
           textStyle: { fontFamily: ink.font },
           title: {
-            text: TITLES[place],
+            text: TITLES[place](picture.names),
             subtext: place === "loop" ? picture.caption : "",
             left: 8,
             top: 6,
@@ -183,7 +186,7 @@ export class Plots {
       );
     };
     const style = { line: ink.line, muted: ink.muted };
-    const time = (named: boolean) => timeAxis(grid, view, style, named);
+    const time = (unit: string) => timeAxis(grid, view, style, unit);
     const path = {
       ...surrogate(
         steps.map((i) => [instant(i), grid.indentations[i]!]),
@@ -192,11 +195,11 @@ export class Plots {
       markArea: bands,
     };
     path.lineStyle = { width: 2, type: "solid" };
-    frame("protocol", [{ ...path, showSymbol: false }], time(false), valueAxis("", style));
+    frame("protocol", [{ ...path, showSymbol: false }], time(""), valueAxis("", style));
     const [first, ...others] = both(along, instant(pullOff.step));
-    frame("history", [{ ...first, markArea: bands }, ...others], time(true), valueAxis("", style, ticks));
+    frame("history", [{ ...first, markArea: bands }, ...others], time(picture.names.time), valueAxis("", style, ticks));
     const depth = {
-      ...valueAxis("indentation δ / h₀", style),
+      ...valueAxis(`indentation δ / ${picture.names.length}`, style),
       nameLocation: "middle",
       nameGap: 26,
       splitLine: { show: false },

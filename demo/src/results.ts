@@ -5,26 +5,40 @@ import { title } from "./curves";
 import { milliseconds, percent, significant } from "./format";
 import { forceError, hysteresis, pullOff, relativeError } from "./measures";
 import { LABELS, type Grid, type Quantity } from "./protocol";
+import { worded, type Units } from "./units";
 
 const byId = (id: string) => document.getElementById(id)!;
 
-function tile(id: string, value: number, reference?: number): void {
+function tile(
+  id: string,
+  value: number,
+  units: Units,
+  scale: "force" | "time" | "work",
+  reference?: number,
+  caveat = "",
+): void {
   const output = byId(id);
-  output.textContent = significant(value);
+  const [text, unit] = worded(value, units[scale], units.laboratory);
+  output.textContent = text;
   output.dataset["value"] = String(value);
+  byId(`${id}-unit`).textContent = unit;
+  const other = reference === undefined ? [] : worded(reference, units[scale], units.laboratory);
   byId(`${id}-solver`).textContent =
     reference === undefined
-      ? ""
-      : `solver ${significant(reference)} · error\u00a0${percent(relativeError(value, reference))}`;
+      ? caveat
+      : `solver ${units.laboratory ? other.join("\u00a0") : other[0]} · error\u00a0${percent(relativeError(value, reference))}${caveat && `; ${caveat}`}`;
 }
 
 /** Show what is read off a prediction. */
-export function showResults(grid: Grid, force: Float64Array, curve: Curve | undefined): void {
+export function showResults(grid: Grid, force: Float64Array, curve: Curve | undefined, units: Units): void {
   const top = pullOff(grid, force);
   const reference = curve && pullOff(grid, curve.force);
-  tile("pull-off-force", top.force, reference?.force);
-  tile("pull-off-time", top.time, reference?.time);
-  tile("hysteresis", hysteresis(grid, force), curve && hysteresis(grid, curve.force));
+  tile("pull-off-force", top.force, units, "force", reference?.force);
+  // An instant is known to a measurement step.
+  const step = grid.times[grid.ends[2]]! - grid.times[grid.ends[2] - 1]!;
+  const caveat = `to ± ${worded(step, units.time, units.laboratory).join("\u00a0")}, one step`;
+  tile("pull-off-time", top.time, units, "time", reference?.time, caveat);
+  tile("hysteresis", hysteresis(grid, force), units, "work", curve && hysteresis(grid, curve.force));
 }
 
 /** Show the median time of recent predictions. */

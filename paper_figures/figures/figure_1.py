@@ -77,7 +77,8 @@ def draw_gap(axes: Axes) -> None:
         axes.text(place + side, low + share * (high - low), text, color=color, va="center", ha=ha, fontsize=7.5)
 
     measure(foot - 0.25, level - depth, level, r"$\delta$", drawing.BLUE, -0.12)
-    measure(foot + 0.35, level - depth, lowest, "$h_0$", drawing.ORANGE)
+    measure(foot + 0.35, level - depth, lowest, "", drawing.ORANGE)
+    axes.text(foot + 0.35, level - depth - 0.08, "$h_0$", color=drawing.ORANGE, va="top", ha="center", fontsize=7.5)
     rise = float(np.interp(at - foot, radius, profile))
     measure(at, lowest, lowest + rise, r"$r^2/(2R)$", drawing.GREEN, share=0.85)
     measure(

@@ -25,7 +25,8 @@ def draw_example(axes: Axes, example: dict[str, Any]) -> None:
     native, results = example["native"], example["results"]
     _, t1, t2, t3 = example["phase_times"]
     axes.axhline(0.0, color="0.75", linewidth=0.6, zorder=0)
-    axes.axvspan(t1, t2, color=drawing.ORANGE, alpha=0.35, linewidth=0, label="dwell")
+    # The edge keeps a dwell visible that is short beside the whole.
+    axes.axvspan(t1, t2, facecolor=(drawing.ORANGE, 0.35), edgecolor=drawing.ORANGE, linewidth=0.8, label="dwell")
     axes.plot(native["time"], native["force"], color=drawing.BLUE)
     lowest = int(np.argmin(native["force"]))
     style = {"linestyle": "", "clip_on": False, "zorder": 3}
@@ -33,7 +34,7 @@ def draw_example(axes: Axes, example: dict[str, Any]) -> None:
     axes.plot(*peak, marker="o", color=drawing.VERMILION, label=r"$\hat P_\mathrm{po}$", **style)
     bottom = native["time"][lowest], native["force"][lowest]
     axes.plot(*bottom, marker="s", color=drawing.BLACK, label=r"$\hat P_\mathrm{mc}$", **style)
-    axes.set_xlim(0.0, t3)
+    axes.set_xlim(0.0, 1.03 * t3)
     axes.margins(y=0.12)
     protocol = example["protocol"]
     axes.set_title(rf"$\mu={protocol['tabor']:g}$, $\hat\delta_l={protocol['peak_indentation']:g}$", loc="right")

@@ -20,6 +20,21 @@ def draw_sizes(axes: Axes, models: dict[str, Any], ranking: Any = None) -> None:
     paper = drawing.paper_values("reference_model")
     axes.plot(paper["parameters"] / 1e3, paper["dtw_rmse"], **models_style.paper_marker(paper["name"]))
     draw_models(axes, models, "parameters", "dtw_rmse", ranking, factor=1e-3)
+    # The least error is named, as another model of about the same size and error may lie on it.
+    best = min(models, key=lambda name: models[name]["dtw_rmse"])
+    place = models[best]["parameters"] / 1e3, models[best]["dtw_rmse"]
+    leader = {"arrowstyle": "-", "linewidth": 0.5, "color": models_style.color(best), "shrinkB": 2}
+    axes.annotate(
+        f"least error: {best}",
+        place,
+        (52, -9),
+        textcoords="offset points",
+        fontsize=6,
+        ha="center",
+        va="center",
+        color=models_style.color(best),
+        arrowprops=leader,
+    )
     axes.set(xlabel="learnable parameters (thousands)", ylabel="held-out DTW-RMSE", yscale="log", xlim=(100, 720))
     axes.margins(y=0.2)
     drawing.log_labels(axes.yaxis)
@@ -39,7 +54,7 @@ def draw_effective_energy(axes: Axes, content: dict[str, Any]) -> None:
     beyond = content["summary"]["extrapolation_percent"]
     axes.plot(theirs, [one["surrogate"] for one in points], label=name, **models_style.marker(name))
     if beyond:
-        axes.set_title(rf"{name} asked {beyond:.3g} % above its largest $\mu$", loc="right")
+        axes.set_title(rf"{name}: $\mu$ is {beyond:.3g} % above its training range", loc="right", fontsize=7)
     axes.set(xscale="log", xlabel=r"crack velocity $\tilde v_c$", ylabel=r"effective energy $\hat\Gamma_\mathrm{eff}$")
     axes.set_ylim(0.0, None)
     axes.legend(loc="upper left")

@@ -1,6 +1,6 @@
 """Figure 6: force against indentation of the twelve canonical protocols, by solver and surrogate.
 
-The surrogate has one marker throughout. The number of a sample is at its turning point.
+The surrogate has one marker throughout, and each sample a colour. The number of a sample is at its turning point.
 """
 
 from typing import Any
@@ -15,7 +15,11 @@ CROWDED = {7: (42, 14), 10: (42, 14)}
 """Offset in points of the numbers of those samples whose turning point lies among other loops."""
 
 
-def draw_regime(axes: Axes, regime: dict[str, Any], model: str) -> None:
+COLORS = (drawing.BLUE, drawing.VERMILION, drawing.GREEN)
+"""The samples of a panel, in their order."""
+
+
+def draw_regime(axes: Axes, regime: dict[str, Any], model: str, color: str) -> None:
     """Draw the solver's force as a line, the surrogate's steps as markers, and the number of the sample."""
     native, steps = regime["native"], regime["steps"]
     axes.plot(native["indentation"], native["force"], color=drawing.BLACK, linewidth=0.9, zorder=2)
@@ -24,13 +28,13 @@ def draw_regime(axes: Axes, regime: dict[str, Any], model: str) -> None:
         steps["predicted"],
         zorder=3,
         label=f"({regime['sample']})",
-        **models_style.step_marker(model),
+        **models_style.step_marker(model) | {"color": color, "markeredgecolor": color},
     )
     deepest = native["indentation"].index(max(native["indentation"]))
     turning = native["indentation"][deepest], native["force"][deepest]
     place = {"xytext": CROWDED.get(regime["sample"], (5, 0)), "textcoords": "offset points", "va": "center"}
     leader = {"arrowstyle": "-", "linewidth": 0.5, "shrinkB": 3} if regime["sample"] in CROWDED else None
-    axes.annotate(f"({regime['sample']})", turning, fontsize=7, arrowprops=leader, **place)
+    axes.annotate(f"({regime['sample']})", turning, fontsize=7, color=color, arrowprops=leader, **place)
 
 
 def compose(canonical_regimes: Any) -> Figure:
@@ -39,8 +43,8 @@ def compose(canonical_regimes: Any) -> Figure:
     drawn = drawing.figure(height=5.2)
     for axes, (name, samples) in zip(drawn.subplots(2, 2).flat, PANELS.items(), strict=True):
         drawing.zero_line(axes)
-        for sample in samples:
-            draw_regime(axes, regimes[sample], canonical_regimes["config"]["model"])
+        for sample, color in zip(samples, COLORS, strict=True):
+            draw_regime(axes, regimes[sample], canonical_regimes["config"]["model"], color)
         axes.margins(x=0.12)
         tabor = regimes[samples[0]]["protocol"]["tabor"]
         dwell = "long" if max(regimes[sample]["protocol"]["dwell_time"] for sample in samples) > 0.1 else "short"
@@ -48,6 +52,7 @@ def compose(canonical_regimes: Any) -> Figure:
         drawing.letter(axes, name)
         axes.set(xlabel=r"indentation $\hat\delta$", ylabel=r"force $\hat P$")
         solver = axes.plot([], [], color=drawing.BLACK, linewidth=0.9)[0]
-        marks = axes.get_legend_handles_labels()[0][:1]
-        axes.legend([solver, *marks], ["solver", canonical_regimes["config"]["model"]], loc="best")
+        marks, numbers = axes.get_legend_handles_labels()
+        names = [f"{canonical_regimes['config']['model']} {number}" for number in numbers]
+        axes.legend([solver, *marks], ["solver", *names], loc="best")
     return drawn

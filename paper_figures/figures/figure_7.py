@@ -8,8 +8,10 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
+from matplotlib.ticker import FuncFormatter
 
 from paper_figures.style import drawing
 
@@ -37,6 +39,7 @@ def draw_distribution(axes: Axes, content: dict[str, Any], column: str) -> None:
     axes.hist(parts, bins=bins, weights=weights, stacked=True, color=COLORS)
     axes.set(xscale="log", xlabel=LABELS[column], ylabel="share of trajectories (%)")
     drawing.log_labels(axes.xaxis)
+    mark_lowest(axes.xaxis)
     overall = content["overall"][column]
     for name, style, text in (("median", "-.", "median"), ("p90", "--", "90th percentile")):
         label = f"{text} {overall[name]:.2g} %"
@@ -65,8 +68,18 @@ def draw_relation(axes: Axes, content: dict[str, Any], x: str, y: str, correlati
         )
     axes.set(xscale="log", yscale="log", xlabel=LABELS[x], ylabel=LABELS[y])
     axes.set_title(rf"rank correlation {correlation:.2f}", loc="right")
-    for axis in (axes.xaxis, axes.yaxis):
+    for axis, values in ((axes.xaxis, across), (axes.yaxis, up)):
         drawing.log_labels(axis)
+        if values.min() <= LOWEST:
+            mark_lowest(axis)
+
+
+def mark_lowest(axis: Axis) -> None:
+    """Say at the lowest tick that smaller errors are drawn there too."""
+    usual = axis.get_major_formatter()
+    axis.set_major_formatter(
+        FuncFormatter(lambda value, at: ("≤" if value <= 1.01 * LOWEST else "") + usual(value, at))
+    )
 
 
 def compose(error_statistics: Any) -> Figure:

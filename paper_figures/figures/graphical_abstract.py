@@ -47,7 +47,7 @@ def draw_force(axes: Axes, regime: dict[str, Any], name: str) -> None:
     drawing.zero_line(axes)
     axes.plot(native["indentation"], native["force"], color=drawing.BLACK, linewidth=1.0, label="solver")
     axes.plot(steps["indentation"], steps["predicted"], label=name, **models_style.step_marker(name))
-    axes.set(xlabel=r"indentation $\hat\delta$", ylabel=r"force $\hat P$", title="force history")
+    axes.set(xlabel=r"indentation $\hat\delta$", ylabel=r"force $\hat P$", title="force, predicted and simulated")
     axes.legend(loc="lower left")
 
 

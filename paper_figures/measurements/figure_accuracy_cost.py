@@ -17,8 +17,8 @@ from paper_figures.style.cost_style import FORCE_ERROR, KINDS, kind_of, mark_pap
 from paper_figures.style.models_style import REFERENCE
 
 PANELS = {"pull_off_force": "error of the pull-off force (%)", "force": FORCE_ERROR}
-BESIDE = ("DMT", "Maugis-Dugdale")
-"""Closed forms whose names are to the right of their marker; other names are to the left."""
+PLACES = {"DMT": "below", "Maugis-Dugdale": "right", "Persson-Brener": "above"}
+"""Where closed forms are named, when not to the left of their marker."""
 ROW = 1.45
 """Factor between the rows of names."""
 LARGEST = 100.0
@@ -41,15 +41,26 @@ def draw(axes: Axes, tools: list[dict[str, Any]], quantity: str) -> None:
         axes.plot([], [], linestyle="-" if curve else "", label=kind, markersize=4, linewidth=1.0, **style)
         for tool, second, error in zip(points, seconds, errors, strict=True):
             thin = {"color": style["color"], "linewidth": 0.5, "alpha": 0.7}
+            if tool.get("model", REFERENCE) != REFERENCE:
+                # The spread of one surrogate stands for those of all, which would cover each other.
+                thin["linewidth"] = 0.0
             axes.plot([second, second], [error, min(100.0 * tool["errors"][quantity]["p95"], LARGEST)], **thin)
             axes.plot([tool["seconds"]["low"], tool["seconds"]["high"]], [error, error], **thin)
             inside = style["color"] if tool["protocols"] == most else "white"
             mark = "^" if _percent(tool, quantity) > LARGEST else style["marker"]
             axes.plot(
-                second, error, mark, color=style["color"], markersize=4, markerfacecolor=inside, zorder=3, clip_on=False
+                second,
+                error,
+                mark,
+                color=style["color"],
+                markersize=2.8 if tool.get("model") else 4,
+                markerfacecolor=inside,
+                zorder=3,
+                clip_on=False,
             )
             if tool["setting"] in named:
-                _annotate(axes, named[tool["setting"]], (second, error), style["color"])
+                at = tool["seconds"]["low"] if kind == "solver" else second
+                _annotate(axes, named[tool["setting"]], (at, error), style["color"])
     floor = next((tool for tool in tools if tool["kind"] == "measurement steps"), None)
     if floor and _percent(floor, quantity):
         level = _percent(floor, quantity)
@@ -70,7 +81,7 @@ def draw(axes: Axes, tools: list[dict[str, Any]], quantity: str) -> None:
 
 def names_of(tools: list[dict[str, Any]], quantity: str) -> dict[str, tuple[str, str]]:
     """Text beside a marker and its position, by setting."""
-    named = {name: (name, "left") for name in ("draft", "standard", "reference")}
+    named = {name: (name, "beside") for name in ("draft", "standard", "reference")}
     shown = [tool for tool in tools if tool["kind"] == "closed form" and _percent(tool, quantity) is not None]
     forms = [tool["setting"].split(",")[0] for tool in shown]
     for tool in tools:
@@ -79,7 +90,7 @@ def names_of(tools: list[dict[str, Any]], quantity: str) -> dict[str, tuple[str,
             if forms.count(form) > 1:
                 named[tool["setting"]] = (tool["setting"].replace(", ", ",\n"), "beside")
             else:
-                named[tool["setting"]] = (form.replace("-D", "-\nD"), "right" if form in BESIDE else "left")
+                named[tool["setting"]] = (form.replace("-D", "-\nD"), PLACES.get(form, "left"))
     return named
 
 
@@ -117,6 +128,8 @@ def _annotate(axes: Axes, named: tuple[str, str], place: tuple[float, float], co
         "left": ((-4, -3), "right", "top"),
         "beside": ((-4, 0), "right", "center"),
         "right": ((5, 0), "left", "center"),
+        "below": ((0, -4), "center", "top"),
+        "above": ((2, 4), "right", "bottom"),
     }[side]
     axes.annotate(text, place, xytext=offset, textcoords="offset points", fontsize=5, ha=across, va=up, color=color)
 
@@ -134,5 +147,13 @@ def compose(accuracy_cost: Any) -> Figure:
         draw(axes, accuracy_cost["tools"], quantity)
         drawing.letter(axes, name)
     handles, labels = panels[1].get_legend_handles_labels()
-    drawn.legend(handles, labels, loc="outside lower center", ncol=6, title="open: fewer protocols", title_fontsize=6)
+    drawn.legend(
+        handles,
+        labels,
+        loc="outside lower center",
+        ncol=6,
+        title="thin lines: up to the 95th percentile of the error, quartiles of the time; "
+        f"of the surrogates, for {REFERENCE}; open: fewer protocols",
+        title_fontsize=6,
+    )
     return drawn

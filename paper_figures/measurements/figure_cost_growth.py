@@ -41,7 +41,8 @@ def draw(axes: Axes, curve: dict[str, Any], name: str, kind: str) -> None:
     low, high = (np.array([point["seconds"][name] for point in points]) for name in ("low", "high"))
     axes.errorbar(x, y, [y - low, high - y], linestyle="", markersize=3.5, elinewidth=0.7, **style)
     axes.set(xscale="log", yscale="log")
-    axes.loglog(x, through * x**power, color=style["color"], linewidth=0.9, label=f"{power:+.2f}")
+    axes.loglog(x, y, color=style["color"], linewidth=0.9)
+    axes.loglog(x, through * x**power, color=style["color"], linewidth=0.9, linestyle=":", label=f"{power:+.2f}")
     axes.set_xlabel(LABELS[name])
 
 
@@ -71,7 +72,7 @@ def compose(cost_growth: Any) -> dict[str, Figure | Table]:
             draw(axes, cost_growth[tool][name], name, kind)
         axes.set_ylabel("time of a step (s)" if name == "nodes" else "time (s)")
         sparse_ticks(axes)
-        axes.legend(title="power", title_fontsize=6.5, loc="best")
+        axes.legend(title="fitted power", title_fontsize=6.5, loc="best")
         drawing.letter(axes, panel)
     last = panels[1, 2]
     box = cost_growth["data_set"]["exponents"]

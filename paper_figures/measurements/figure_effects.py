@@ -13,14 +13,22 @@ from paper_figures.style import drawing
 
 STYLES = {
     "Hertz": ("0.5", "-"),
-    "DMT-like": (drawing.SKY, "--"),
-    "JKR-like": (drawing.PURPLE, "--"),
+    "DMT-like": (drawing.SKY, "-"),
+    "JKR-like": (drawing.PURPLE, "-"),
     "rubbery": (drawing.GREEN, "-"),
     "glassy": (drawing.BLUE, "-"),
     "one relaxation": (drawing.VERMILION, "-"),
     "ten relaxations": (drawing.ORANGE, "-"),
     "no adhesion": (drawing.VERMILION, ":"),
 }
+BANDS = {
+    "rubbery": drawing.GREEN,
+    "glassy": drawing.BLUE,
+    "all effects": "0.8",
+    "glassy, no adhesion": drawing.BLACK,
+    "no adhesion": drawing.VERMILION,
+}
+"""The colours of what is recommended; an elastic limit has that of its curve."""
 LABELS = {
     "DMT-like": r"DMT-like ($\mu=0.2$)",
     "JKR-like": r"JKR-like ($\mu=3.2$)",
@@ -42,7 +50,7 @@ def draw_curves(axes: Axes, curves: list[dict[str, Any]]) -> None:
     axes.set_yscale("asinh", linear_width=1.0)
     axes.set_yticks([-30, -10, -3, -1, 0, 1, 3, 6], labels=["-30", "-10", "-3", "-1", "0", "1", "3", "6"])
     axes.minorticks_off()
-    axes.legend(loc="lower left", fontsize=6)
+    below(axes)
 
 
 def draw_stand_ins(axes: Axes, content: dict[str, Any]) -> None:
@@ -62,19 +70,12 @@ def draw_stand_ins(axes: Axes, content: dict[str, Any]) -> None:
         last = i == len(points) - 1
         if last or points[i + 1]["recommended"] != point["recommended"]:
             end = rates[-1] if last else edges[i]
-            axes.axvspan(begin, end, ymin=0.94, ymax=1.0, color="0.93" if last or begin > rates[0] else "0.85")
-            axes.text(
-                np.sqrt(begin * end),
-                0.97,
-                _short(point["recommended"]),
-                transform=axes.get_xaxis_transform(),
-                ha="center",
-                va="center",
-                fontsize=5.5,
-            )
+            name = _short(point["recommended"])
+            color = BANDS.get(name, "0.5")
+            axes.axvspan(begin, end, ymin=0.94, ymax=1.0, color=color, linewidth=0, label=f"calls for: {name}")
             begin = end
     axes.text(rates[-1], 110.0 * content["tolerance"], "tolerance", ha="right", va="bottom", fontsize=6, color="0.4")
-    axes.legend(loc="lower center", ncol=2, fontsize=6.5)
+    below(axes)
 
 
 def draw_ranges(axes: Axes, content: dict[str, Any]) -> None:
@@ -88,17 +89,26 @@ def draw_ranges(axes: Axes, content: dict[str, Any]) -> None:
             axes.plot(tabors, errors, line, color=STYLES[name][0], marker=".", label=label)
     axes.axhline(100.0 * content["tolerance"], color="0.4", linewidth=0.8, linestyle=(0, (5, 3)))
     axes.set(xscale="log", yscale="log", xlabel=r"Tabor parameter $\mu$", ylabel=r"rms $\Delta\hat P$ / range (%)")
-    axes.legend(loc="upper right", fontsize=6.5, title="full: elastic, dotted: one relaxation", title_fontsize=6)
+    axes.plot([], [], "-", color="0.4", label="elastic")
+    axes.plot([], [], ":", color="0.4", label="one relaxation")
+    axes.plot([], [], color="0.4", linewidth=0.8, linestyle=(0, (5, 3)), label="tolerance")
+    below(axes)
+
+
+def below(axes: Axes) -> None:
+    """The legend of a panel below it, where it covers no curve."""
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.22), ncol=2, fontsize=6, columnspacing=1.0)
 
 
 def _short(effects: str) -> str:
-    short = {"viscoelastic, adhesive": "everything", "viscoelastic, without adhesion": "no adhesion"}
-    return short.get(effects, effects.removeprefix("elastic ").removesuffix(", adhesive"))
+    short = {"viscoelastic, adhesive": "all effects", "viscoelastic, without adhesion": "no adhesion"}
+    words = short.get(effects, effects.removeprefix("elastic ").removesuffix(", adhesive"))
+    return words.replace("without", "no")
 
 
 def compose(effects: Any) -> Figure:
     """Draw the figure."""
-    drawn = drawing.figure(height=2.7)
+    drawn = drawing.figure(height=3.3)
     panels = drawn.subplots(1, 3)
     draw_curves(panels[0], effects["curves"])
     draw_stand_ins(panels[1], effects)

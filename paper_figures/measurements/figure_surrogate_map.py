@@ -71,10 +71,10 @@ def draw_worst(axes: Axes, case: dict[str, Any]) -> None:
     steps = np.arange(len(case["force"]))
     axes.plot(steps, case["force"], color=drawing.BLACK, linewidth=0.9)
     axes.plot(steps, case["predicted"], color=drawing.VERMILION, linewidth=0.8)
-    cause = ", ".join(case["causes"]) or "no local cause"
+    cause = "".join(f"\n{one}" for one in case["causes"])
     protocol = case["protocol"]
     axes.set_title(
-        rf"$\mu$={protocol['tabor']:.3g}, $\hat\delta_l$={protocol['peak_indentation']:.3g}" + f"\n{cause}",
+        rf"$\mu$={protocol['tabor']:.3g}, $\hat\delta_l$={protocol['peak_indentation']:.3g}" + cause,
         fontsize=5.5,
     )
     axes.tick_params(labelsize=5)
@@ -117,7 +117,9 @@ def draw_worst_cases(content: dict[str, Any]) -> Figure:
     for axes, case in zip(panels.flat, cases, strict=False):
         draw_worst(axes, case)
     drawn.supxlabel("measurement step", fontsize=8)
-    drawn.supylabel(rf"force $\hat P$: solver (black), {content['model']} (red)", fontsize=8)
+    drawn.supylabel(rf"force $\hat P$: solver (black), {content['model']} (orange)", fontsize=8)
+    if not any(case["causes"] for case in cases):
+        drawn.suptitle("no error has a local cause: neither a jump nor a peak between measurement steps", fontsize=7)
     return drawn
 
 

@@ -49,18 +49,18 @@ def draw_time(axes: Axes, content: dict[str, Any]) -> None:
     reached = content["minutes_to_paper_mse"]
     if reached is not None:
         axes.axvline(reached, color=models_style.color(REFERENCE), linewidth=0.6, linestyle=":", zorder=1)
-        text = f"{reached:.2g} core minutes\nto the paper's"
+        text = f"{reached:.2g} core-minutes to\nthe paper's error"
         axes.text(0.9 * reached, 0.97, text, transform=axes.get_xaxis_transform(), ha="right", va="top", fontsize=6)
     handles, labels = axes.get_legend_handles_labels()
     unique = dict(zip(labels, handles, strict=True))
     axes.legend(unique.values(), unique.keys(), loc="lower left", fontsize=6)
     low, high = axes.get_ylim()
     axes.set_xlim(right=3.0 * axes.get_xlim()[1])
-    axes.set(xlabel="training (core minutes)", ylabel="MSE of the scaled force", ylim=(low / 60.0, high))
+    axes.set(xlabel="training (core-minutes)", ylabel="MSE of the scaled force", ylim=(low / 60.0, high))
 
 
 def draw_shares(axes: Axes, points: list[dict[str, Any]]) -> None:
-    """Draw the test error over the number of trajectories, with their solver seconds on the upper axis."""
+    """Draw the test error over the number of trajectories, and state the solver's time of one of them."""
     if not points:
         drawing.absent(axes, "shares of the data set\nnot trained yet")
         axes.set(xticks=[], yticks=[])
@@ -70,9 +70,8 @@ def draw_shares(axes: Axes, points: list[dict[str, Any]]) -> None:
     models_style.draw_folds(axes, count, error, deviation, folds, models_style.marker(REFERENCE))
     axes.legend(loc="upper right", fontsize=6)
     axes.set(xscale="log", yscale="log", xlabel="training trajectories", ylabel="held-out error (MSE, scaled force)")
-    each = points[-1]["solver_seconds"] / points[-1]["trajectories"]
-    above = axes.secondary_xaxis("top", functions=(lambda n: n * each, lambda s: s / each))
-    above.set_xlabel("solver seconds to make them")
+    each = 1e3 * points[-1]["solver_seconds"] / points[-1]["trajectories"]
+    axes.set_xlabel(f"training trajectories, {each:.0f} ms of the solver each")
 
 
 def compose(training_cost: Any) -> Figure:

@@ -73,7 +73,7 @@ def draw_shares(axes: Axes, content: dict[str, Any] | None) -> None:
     models_style.draw_curve(axes, content["full"]["history"], _look(drawing.BLACK), "100 %")
     for index, one in enumerate(shares):
         look = _look(shades(0.9 * (index + 1) / len(shares)))
-        models_style.draw_curve(axes, one["folds"][FOLD]["history"], look, f"{one['percent']:g} %")
+        models_style.draw_curve(axes, one["folds"][FOLD]["history"], look, f"{one['percent']:.3g} %")
     axes.legend(loc="upper right", ncols=2)
 
 

@@ -7,20 +7,20 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
 from paper_figures.style import drawing, models_style
 
+COLORS = (drawing.ORANGE, drawing.BLUE, drawing.PURPLE, drawing.GREEN, drawing.SKY, drawing.VERMILION)
+"""Of the numbers of measurement steps, in their order."""
+
 
 def draw_sample(axes: Axes, sample: dict[str, Any], model: str) -> None:
-    """Draw the solver's force as a line, and each prediction as markers that are darker for more measurement steps."""
-    edge = to_rgb(models_style.color(model))
-    shades = np.linspace(0.0, 1.0, len(sample["predictions"]))
+    """Draw the solver's force as a line, and each prediction as the model's markers in its own colour."""
     drawing.zero_line(axes)
     axes.plot(sample["native"]["indentation"], sample["native"]["force"], color=drawing.BLACK, label="solver")
-    for (total, found), shade in zip(sample["predictions"].items(), shades, strict=True):
-        look = models_style.step_marker(model) | {"markersize": 4.2, "markerfacecolor": (*edge, shade)}
+    for (total, found), color in zip(sample["predictions"].items(), COLORS, strict=False):
+        look = models_style.step_marker(model) | {"markersize": 4.2, "color": color, "markeredgecolor": color}
         axes.plot(found["indentation"], found["predicted"], label=f"$N = {total}$", **look)
     axes.set(xlabel=r"indentation $\hat\delta$", ylabel=r"force $\hat P$")
     axes.set_title(f"sample ({sample['sample']})", loc="right")

@@ -1,18 +1,16 @@
-"""Cards: README.md in each published model directory, and the metadata of the data set in the Croissant format.
+"""Cards: README.md of the data set and in each published model directory, and metadata in the Croissant format.
 
 Every number comes from the published files: `run.json`, `recipe.toml`, `metrics.json` and `test_errors.csv` of the
-model, and the attributes of the data set. `make cards` writes the cards. The format of the metadata is Croissant 1.0 of
-ML Commons.
+model, and the attributes of the data set. `make cards` writes the cards.
 
 Usage: `python -m paper_figures.report.cards [--published DIR]`.
 """
 
-import hashlib
 import json
 import tomllib
 from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 import typer
@@ -20,71 +18,18 @@ import typer
 from bem._support.command_line import run_main
 from bem._support.outputs import write_whole
 from bem.dataset.file import Dataset, load_dataset
+from paper_figures.report.croissant import LICENCE, METADATA, croissant
 from paper_figures.style.writing import number
 
 CARD = "README.md"
-METADATA = "dataset.croissant.json"
-LICENCE = "BSD-3-Clause"
 REGIONS = {
     "tabor": ("Tabor parameter", (0.2, 1.0, 2.0, 3.2)),
     "unloading_rate": ("Unloading rate", (0.1, 10.0, 100.0, 1000.0)),
     "peak_indentation": ("Peak indentation", (2.0, 20.0, 50.0, 100.0)),
 }
 """Quantities by which errors are listed: their names, and the bounds of their regions."""
+SHARES = (0.0, 0.1, 0.5, 0.9, 1.0)
 ERRORS = {"pull_off_force_percent": "Pull-off force (%)", "hysteresis_percent": "Hysteresis (%)"}
-ARRAYS = {
-    "fms/force": "force at the measurement steps, in pi R dgamma, tension positive",
-    "protocols/tabor": "Tabor parameter",
-    "protocols/peak_indentation": "largest indentation, in h0",
-    "protocols/loading_rate": "speed of loading, in h0 per retardation time",
-    "protocols/dwell_time": "time held at the peak, in retardation times",
-    "protocols/unloading_rate": "speed of unloading, in h0 per retardation time",
-    "scalars/pull_off_force": "largest force while unloading, in pi R dgamma",
-    "scalars/hysteresis": "loop area, in h0 pi R dgamma",
-}
-
-CROISSANT_TERMS = (
-    "citeAs",
-    "column",
-    "equivalentProperty",
-    "extract",
-    "field",
-    "fileProperty",
-    "fileObject",
-    "fileSet",
-    "format",
-    "includes",
-    "isLiveDataset",
-    "jsonPath",
-    "key",
-    "md5",
-    "parentField",
-    "path",
-    "recordSet",
-    "references",
-    "regex",
-    "repeated",
-    "replace",
-    "samplingRate",
-    "separator",
-    "source",
-    "subField",
-    "transform",
-)
-CONTEXT = {
-    "@language": "en",
-    "@vocab": "https://schema.org/",
-    "sc": "https://schema.org/",
-    "dct": "http://purl.org/dc/terms/",
-    "cr": "http://mlcommons.org/croissant/",
-    "rai": "http://mlcommons.org/croissant/RAI/",
-    "conformsTo": "dct:conformsTo",
-    "data": {"@id": "cr:data", "@type": "@json"},
-    "examples": {"@id": "cr:examples", "@type": "@json"},
-    "dataType": {"@id": "cr:dataType", "@type": "@vocab"},
-    **{name: f"cr:{name}" for name in CROISSANT_TERMS},
-}
-"""The standard context of Croissant 1.0."""
 
 
 def spread(values: np.ndarray) -> str:
@@ -170,57 +115,85 @@ Units: h0, retardation times, and h0 per retardation time. A prediction outside 
 """
 
 
-def croissant(path: Path, dataset: Dataset) -> dict[str, Any]:
-    """Metadata of the data set in the Croissant format."""
-    return {
-        "@context": CONTEXT,
-        "@type": "sc:Dataset",
-        "conformsTo": "http://mlcommons.org/croissant/1.0",
-        "name": "adhesive-viscoelastic-contact-trajectories",
-        "description": (
-            f"{len(dataset):,} force histories of a rigid sphere pressed into, held on and pulled off an adhesive "
-            f"viscoelastic half-space of modulus ratio {dataset.attributes['modulus_ratio']:g}, computed by a boundary "
-            "element method. One HDF5 file; docs/dataset.md describes it."
-        ),
-        "license": f"https://spdx.org/licenses/{LICENCE}.html",
-        "version": "1.0.0",
-        "datePublished": "2026-11-20",
-        "creator": {"@type": "sc:Organization", "name": "the contact-trajectories contributors"},
-        "citeAs": "See CITATION.cff.",
-        "variableMeasured": [
-            {
-                "@type": "sc:PropertyValue",
-                "name": name,
-                "description": f"{words}; shape {dataset.columns[name].shape}",
-            }
-            for name, words in ARRAYS.items()
-        ],
-        "distribution": [
-            {
-                "@type": "cr:FileObject",
-                "@id": path.name,
-                "name": path.name,
-                "contentUrl": path.name,
-                "contentSize": f"{path.stat().st_size} B",
-                "encodingFormat": "application/x-hdf5",
-                "sha256": hashlib.sha256(path.read_bytes()).hexdigest(),
-            }
-        ],
-    }
+def data_card(path: Path, dataset: Dataset) -> str:
+    """The card of the data set, in Markdown."""
+    about, scalars = dataset.attributes, dataset.scalars
+    lines = [f"| {name} | {low:g} to {high:g} |" for name, (low, high) in about["ranges"].items()]
+    kinds = {name: scalars[name] for name in ("pull_off_force", "hysteresis", "max_compression", "end_force")}
+    quantiles = [
+        f"| {name} | "
+        + " | ".join(number(float(np.quantile(values, share)), 3) for share in (0.0, 0.1, 0.5, 0.9, 1.0))
+        + " |"
+        for name, values in kinds.items()
+    ]
+    attached = np.mean(scalars["end_force"] > 0.5 * scalars["pull_off_force"])
+    jumping = np.mean(scalars["jump_count"] > 0)
+    minutes = scalars["solver_seconds"].sum() / 60.0
+    newline = chr(10)
+    return f"""\
+# Force histories of soft, adhesive, viscoelastic contacts
+
+`{path.name}`, with metadata in `{METADATA}`. `make cards` writes this file.
+
+## About
+
+{len(dataset):,} force histories of a rigid sphere that is pressed into, held on and pulled off a soft adhesive
+viscoelastic half-space; the training data of the models beside it, and those of the paper computed again.
+
+## Physics
+
+Lennard-Jones attraction; a standard linear solid of modulus ratio {about["modulus_ratio"]:g}; a boundary
+element method on a half-space (`docs/theory.md`). Each history is a ramp, a dwell and a ramp back to
+the start, drawn from the design `{about["design"]}`:
+
+| Quantity | Range |
+| --- | --- |
+{newline.join(lines)}
+
+Units: h0, retardation times, and h0 per retardation time; forces in pi R dgamma, tension positive.
+
+## Format and size
+
+HDF5, {path.stat().st_size / 1e6:.0f} MB: the force at {dataset.force.shape[1]} measurement steps of each history,
+its protocol, scalars and jumps, each array with its unit.
+`docs/dataset.md` lists the arrays and reads them with h5py, pandas and xarray.
+
+| Scalar | least | 10 % | median | 90 % | largest |
+| --- | --- | --- | --- | --- | --- |
+{newline.join(quantiles)}
+
+## Limits
+
+- {100 * jumping:.0f} % of the histories hold a jump. {100 * attached:.0f} % end above half of their pull-off
+  force: the sphere is still attached, and the pull-off force is the largest so far.
+- The measurement steps can miss a narrow peak; the scalars are those of the solver's own, finer history.
+- One material, one shape, no noise: not for a solid of another modulus ratio.
+
+## Generation
+
+`{about["command"]}`,
+in {minutes:.2g} core-minutes of the solver on {about["host"]}. Accuracy `{about["accuracy"]}`, seed {about["seed"]},
+revision {about["git_revision"]}.
+
+## Licence and citation
+
+{LICENCE}, as the software; the weights of the models have the same licence. Cite as in `CITATION.cff`.
+"""
 
 
 def main(
     published: Annotated[Path, typer.Option(help="Folder of the published files.")] = Path("published"),
 ) -> None:
-    """Write the card of each published model and the metadata of the data set."""
+    """Write the cards of the data set and of each published model, and the metadata."""
     path = published / "dataset.h5"
     dataset = load_dataset(path)
-    written = [published / METADATA]
+    written = [published / METADATA, published / CARD]
     write_whole(written[0], json.dumps(croissant(path, dataset), indent=1) + "\n")
+    write_whole(written[1], data_card(path, dataset))
     for run in sorted((published / "models").glob("*/run.json")):
         written.append(run.parent / CARD)
         write_whole(written[-1], model_card(run.parent, dataset))
-    typer.echo(f"{len(written)} files written: {METADATA} and {CARD} of each model")
+    typer.echo(f"{len(written)} files written: {METADATA}, and {CARD} of the data set and of each model")
 
 
 if __name__ == "__main__":

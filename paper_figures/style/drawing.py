@@ -89,14 +89,15 @@ def log_labels(axis: Axis) -> None:
     low, high = axis.get_view_interval()
     short = np.log10(high / low) < 2.0
     axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if short else (1.0,)))
-    axis.set_major_formatter(FuncFormatter(lambda value, _: _power(value)))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: _tick(value, axis.get_view_interval())))
     axis.set_minor_formatter(NullFormatter())
 
 
-def _power(value: float) -> str:
+def _tick(value: float, view: Sequence[float]) -> str:
+    """A tick of an axis of this view: all of its ticks are plain numbers, or all are powers."""
     exponent = int(np.floor(np.log10(value) + 1e-9))
     factor = value / 10.0**exponent
-    if -2 <= exponent <= 2:
+    if min(view) >= 1e-3 and max(view) <= 2e3:
         return f"{value:g}"
     return rf"$10^{{{exponent}}}$" if factor < 1.001 else rf"${factor:.0f}\times10^{{{exponent}}}$"
 

@@ -8,6 +8,7 @@ import pytest
 
 from bem.dataset.designs import QUANTITIES
 from bem.dataset.measurement_steps import FMS, measurement_grid
+from bem.lab import Setup
 from bem.protocol import LoadingProtocol
 from surrogate.data.features import edge_from_counts
 from surrogate.data.metrics import nmae
@@ -108,6 +109,45 @@ def test_link_shares_the_view(browsed):
     assert browsed["viewed"]["view"] == browsed["viewed"]["address"] == {"time": "real", "force": "log"}
     assert browsed["viewed"]["protocol"] == browsed["preset"]["protocol"]
     assert browsed["viewed"]["message"] is None
+
+
+def test_laboratory_units_are_those_of_the_laboratory_package(browsed, folder):
+    seen = browsed["laboratory"]
+    quantities = {name: float(value) for name, value in seen["protocol"].items()}
+    # Poisson's ratio belongs to the modulus here: the page takes the plane-strain one.
+    setup = Setup(
+        radius=5e-8,
+        work_of_adhesion=0.05,
+        relaxed_modulus=5e8,
+        poisson_ratio=0.0,
+        retardation_time=0.01,
+        largest_tabor=quantities["tabor"],
+    )
+    assert setup.tabor == quantities["tabor"]
+    scales = {
+        "pull-off-force": (setup.force_scale, "N"),
+        "pull-off-time": (0.01, "s"),
+        "hysteresis": (setup.force_scale * setup.indentation_scale, "J"),
+    }
+    prefixes = {"a": 1e-18, "f": 1e-15, "p": 1e-12, "n": 1e-9, "µ": 1e-6, "m": 1e-3, "": 1.0}
+    for name, (scale, unit) in scales.items():
+        prefix = seen["units"][name].removesuffix(unit)
+        value = float(seen["shown"][name].replace("−", "-")) * prefixes[prefix]
+        assert value == pytest.approx(seen["values"][name] * scale, rel=1e-4)
+    for row in table(folder / "laboratory.csv")[::20]:
+        assert float(row["force_N"]) == pytest.approx(float(row["force"]) * setup.force_scale, rel=1e-9)
+        assert float(row["indentation_m"]) == pytest.approx(
+            float(row["indentation"]) * setup.indentation_scale, rel=1e-9
+        )
+        assert float(row["time_s"]) == pytest.approx(float(row["time"]) * 0.01, rel=1e-9)
+
+
+def test_link_shares_the_laboratory_units(browsed):
+    assert browsed["laboratory"]["contact"]["units"] == "laboratory"
+    assert browsed["linked"]["contact"] == browsed["laboratory"]["contact"]
+    assert browsed["linked"]["units"] == browsed["laboratory"]["units"]
+    assert browsed["start"]["contact"] == {}
+    assert browsed["sketch"] == 200
 
 
 def test_out_of_range_is_marked(browsed, session):

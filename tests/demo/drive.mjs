@@ -43,13 +43,16 @@ const read = (page) =>
     const text = (id) => document.getElementById(id).textContent;
     const number = (id) => Number(document.getElementById(id).dataset.value);
     const tiles = ["pull-off-force", "pull-off-time", "hysteresis", "inference"];
-    const { time, force, ...protocol } = Object.fromEntries(new URLSearchParams(location.hash.slice(1)));
+    const all = Object.fromEntries(new URLSearchParams(location.hash.slice(1)));
+    const { time, force, units, radius, adhesion, modulus, retardation, ...protocol } = all;
     const chosen = (name) => document.querySelector(`input[name=${name}]:checked`).value;
     return {
       protocol,
       address: { time: time ?? null, force: force ?? null },
       view: { time: chosen("time"), force: chosen("force") },
       values: Object.fromEntries(tiles.map((id) => [id, number(id)])),
+      contact: { units, radius, adhesion, modulus, retardation },
+      units: Object.fromEntries(tiles.slice(0, 3).map((id) => [id, text(`${id}-unit`)])),
       shown: Object.fromEntries(tiles.map((id) => [id, text(id)])),
       boxes: Object.fromEntries(
         [...document.querySelectorAll(".field [type=number]")].map((box) => [box.id, box.value]),
@@ -197,9 +200,23 @@ try {
     await shared.waitForSelector("#message", { state: "hidden", timeout: 5000 });
   }
 
+  const laboratory = await open("#tabor=1.5&peak_indentation=10&loading_rate=10&dwell_time=1&unloading_rate=10");
+  await laboratory.locator("input[name=units][value=laboratory]").check({ force: true });
+  await laboratory.fill("#radius", "0.05");
+  await laboratory.fill("#modulus", "500");
+  await laboratory.waitForFunction(() => location.hash.includes("modulus=500000000"));
+  seen.laboratory = await read(laboratory);
+  await download(laboratory, "#csv", "laboratory.csv");
+  await laboratory.screenshot({ path: join(out, "laboratory.png"), fullPage: true });
+  const linked = await open(new URL(laboratory.url()).hash);
+  seen.linked = await read(linked);
+  seen.sketch = await linked.evaluate(async () => (await fetch("./quantities.svg")).status);
+  await linked.context().close();
+  await laboratory.context().close();
+
   const canonical = "#tabor=3.2&peak_indentation=15&loading_rate=1000&dwell_time=0.008&unloading_rate=1000";
   const dark = await open(canonical, { colorScheme: "dark" });
-  await dark.click("summary");
+  await dark.click("#curve-summary");
   await dark.screenshot({ path: join(out, "dark.png"), fullPage: true });
   await dark.context().close();
   const phone = { viewport: { width: 390, height: 844 }, deviceScaleFactor: 2, hasTouch: true, isMobile: true };

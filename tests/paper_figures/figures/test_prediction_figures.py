@@ -23,7 +23,8 @@ def test_figure_6_plots_solver_and_prediction(tmp_path, regimes, kept):
     markers = {line.get_label(): line for line in panel.lines if line.get_label().startswith("(")}
     assert list(markers) == ["(4)", "(5)", "(6)"]
     assert markers["(5)"].get_xydata().tolist() == [[0.0, 0.5], [5.0, -5.0]]
-    assert {is_reference(line) for line in markers.values()} == {True}
+    assert {line.get_marker() for line in markers.values()} == {"^"}
+    assert len({line.get_color() for line in markers.values()}) == 3
     assert [text.get_text() for text in panel.texts] == ["(4)", "(5)", "(6)"]
     assert [text.xy for text in panel.texts] == [(n, -1.1 * n) for n in (4, 5, 6)]
 
@@ -53,7 +54,8 @@ def test_figure_fms_transfer(tmp_path, kept):
     made(figure_fms_transfer, write(tmp_path / "f.json", content), folder=tmp_path)
     first, second = kept[0].axes
     assert {line.get_label(): line.get_ydata()[-1] for line in first.lines[2:]}["$N = 140$"] == 140.0
-    assert all(is_reference(line) for line in first.lines[2:])
+    assert {line.get_marker() for line in first.lines[2:]} == {"^"}
+    assert len({line.get_color() for line in first.lines[2:]}) == 3
     heights = [bar.get_height() for bars in second.containers for bar in bars if hasattr(bar, "get_height")]
     assert heights == [100.0, 120.0, 140.0, 200.0, 240.0, 280.0]
     assert [bars.get_label() for bars in second.containers] == ["median", "90th percentile"]

@@ -75,4 +75,4 @@ def test_cost_of_training(measured, tmp_path, published):
     held_out = [line.get_xydata()[0].tolist() for line in axes.lines if line.get_label() == "held-out, end of a run"]
     assert held_out == ([[2.0, 4e-4], [1.0, 8e-4]] if published else [])
     assert ([0.5, 0.5] in [list(line.get_ydata()) for line in axes.lines]) == published
-    assert ("1.5 core minutes" in " ".join(text.get_text() for text in axes.texts)) == published
+    assert ("1.5 core-minutes" in " ".join(text.get_text() for text in axes.texts)) == published

@@ -65,3 +65,26 @@ def test_the_metadata_name_the_file_by_its_sum(published):
     (file,) = metadata["distribution"]
     assert file["sha256"] == hashlib.sha256((folder / file["contentUrl"]).read_bytes()).hexdigest()
     assert metadata["description"].startswith("80 force histories")
+
+
+def test_the_metadata_are_valid_croissant(published):
+    croissant = pytest.importorskip("mlcroissant")
+    folder, _ = published
+    cards.main(folder)
+    found = croissant.Dataset(jsonld=str(folder / cards.METADATA)).metadata
+    assert (found.ctx.issues.errors, found.ctx.issues.warnings) == (set(), set())
+    broken = json.loads((folder / cards.METADATA).read_text())
+    del broken["distribution"][0]["contentUrl"]
+    with pytest.raises(croissant.ValidationError):
+        croissant.Dataset(jsonld=broken)
+
+
+def test_the_card_of_the_data_set_states_its_extent(published):
+    folder, _ = published
+    cards.main(folder)
+    text = (folder / cards.CARD).read_text()
+    dataset = load_dataset(folder / "dataset.h5")
+    assert f"{len(dataset):,} force histories" in text
+    median = np.median(dataset.scalars["pull_off_force"])
+    row = next(line for line in text.splitlines() if line.startswith("| pull_off_force |"))
+    assert float(row.split(" | ")[3]) == pytest.approx(median, rel=1e-2)

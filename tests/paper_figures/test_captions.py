@@ -1,0 +1,42 @@
+"""Every figure has a caption beside it, which names the data it was drawn from."""
+
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from paper_figures.__main__ import CAPTIONS, caption, modules, save
+from paper_figures.style import drawing
+from paper_figures.style.writing import Table
+
+ROOT = Path(__file__).resolve().parents[2]
+FIGURES = [name for name, module in modules().items() if not module.startswith("paper_figures.tables.")]
+
+
+def test_every_figure_has_a_caption_and_no_caption_is_without_figure():
+    assert set(tomllib.loads(CAPTIONS.read_text(encoding="utf-8"))) == set(FIGURES)
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_a_caption_says_what_is_shown_and_what_differs(name, tmp_path):
+    text = caption(name, [tmp_path / "some.json"])
+    assert text.startswith("# ")
+    for part in ("**Shown.** ", "**Data.** ", "**Different from the paper.** "):
+        assert len(text.split(part)[1].split("\n\n")[0]) > 20
+    assert str(tmp_path / "some.json") in text
+    assert f"`python -m paper_figures {name}`" in text
+
+
+def test_a_caption_belongs_beside_each_figure_of_a_target(tmp_path):
+    figures, tables = tmp_path / "figures", tmp_path / "tables"
+    products = {"a": drawing.figure(height=2.0), "n": Table(["n"], [["1"]], "."), "b": drawing.figure(height=2.0)}
+    assert save(products, "figure-1", figures, tables) == [figures / "a.md", figures / "b.md"]
+
+
+def test_the_command_writes_the_caption(tmp_path, examples_path):
+    command = [sys.executable, "-m", "paper_figures", "figure-3", "--results", str(tmp_path)]
+    subprocess.run([*command, "--take", f"dataset_examples={examples_path}"], cwd=ROOT, check=True)
+    written = (tmp_path / "figures" / "figure-3.md").read_text(encoding="utf-8")
+    assert written == caption("figure-3", [examples_path])
