@@ -184,5 +184,5 @@ def _tabulated(law: TractionLaw) -> Law:
             f"the work of adhesion of a traction law must be 1; received {law!r} with "
             f"{-scale * unit * potential(1.0) - offset:.8g}"
         )
-    pressed = np.array([gap[0], scale, unit, offset, rest])
-    return Law(True, law.peak_gap, (law.peak_gap - 1.0) / (GAP_AT_PEAK - 1.0), 1.0 - unit, pressed, pieces)
+    numbers = np.vstack([[gap[0], scale, unit, offset, rest, 0.0, 0.0], pieces])
+    return Law(True, law.peak_gap, (law.peak_gap - 1.0) / (GAP_AT_PEAK - 1.0), 1.0 - unit, numbers)
