@@ -25,7 +25,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bem._support.jit import kernel
+from bem._support.jit import kernel, kernel_part
 from bem._support.linear_algebra import add_rows, copy_into, determinant_is_negative, dot, lu_factor, lu_solve
 from bem.solver.pressed import LARGEST_TENSION, changed_gap, pressed_gaps
 from bem.solver.work import FACTORISATIONS, ITERATIONS, UNKNOWNS
@@ -66,7 +66,7 @@ def new_factor(nodes: int) -> Factor:
     )
 
 
-@kernel
+@kernel_part
 def pressed_below(law: Law) -> float:
     """Gap below which the traction is the unknown."""
     return 1.0 + (PRESSED - 1.0) * law.reach

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bem._support.jit import kernel
+from bem._support.jit import kernel, kernel_part
 from bem.tractions import GAP_AT_PEAK, PEAK_TRACTION, Law, slope_at, traction_at
 
 LARGEST_TENSION = 0.9 * PEAK_TRACTION  # of a node whose unknown is the traction
@@ -31,11 +31,11 @@ def pressed_gap_of(law: Law, scaled_traction: float, guess: float) -> float:
     """`pressed_gap` of any law; tension counts up to `LARGEST_TENSION`."""
     if not law.tabulated:
         return pressed_gap(scaled_traction, guess)
-    wanted, joint = min(scaled_traction, LARGEST_TENSION), law.pressed[0]
+    wanted, joint = min(scaled_traction, LARGEST_TENSION), law.numbers[0, 0]
     if wanted <= traction_at(law, joint):
-        unit = law.pressed[2]
+        unit = law.numbers[0, 2]
         near = max(1.0 + (min(guess, joint) - 1.0) / unit, 0.3)
-        return 1.0 + unit * (pressed_gap(wanted / law.pressed[1], near) - 1.0)
+        return 1.0 + unit * (pressed_gap(wanted / law.numbers[0, 1], near) - 1.0)
     gap = joint  # the traction rises ever more slowly, so that Newton's method comes from below
     for _ in range(40):
         change = (wanted - traction_at(law, gap)) / slope_at(law, gap)
@@ -73,17 +73,16 @@ def pressed_gaps(scaled: np.ndarray, count: int, guess: np.ndarray, law: Law, ou
             out[j] = pressed_gap(min(scaled[j], LARGEST_TENSION), guess[j])
 
 
-@kernel
+@kernel_part
 def changed_gap(law: Law, gap: float, wanted: float, pressed: float) -> float:
     """The gap of a node whose traction is to become `wanted`, on the scale on which the law rises.
 
     `pressed` is the gap of that traction. A node that tension takes off the steep branch moves outwards a little.
     """
-    scaled = 1.0 + (gap - 1.0) / law.reach
+    scaled, moved = 1.0 + (gap - 1.0) / law.reach, pressed
     if wanted > LARGEST_TENSION:
         scaled = min(max(scaled, 1.0) * 1.08, 1.15) if scaled < 1.1 else scaled * 1.05
-    elif scaled < 0.98 * GAP_AT_PEAK:
-        return pressed
-    else:
-        scaled *= 0.95
-    return 1.0 + law.reach * (scaled - 1.0)
+        moved = 1.0 + law.reach * (scaled - 1.0)
+    elif scaled >= 0.98 * GAP_AT_PEAK:
+        moved = 1.0 + law.reach * (0.95 * scaled - 1.0)
+    return moved

@@ -5,7 +5,7 @@ Units: see `bem.tractions`.
 
 from __future__ import annotations
 
-import functools
+import itertools
 import math
 from dataclasses import dataclass
 from typing import ClassVar
@@ -14,10 +14,10 @@ import numpy as np
 
 from bem._support.validation import FloatArray, finite_number
 from bem.tractions.law import LENNARD_JONES, Law
-from bem.tractions.lennard_jones import GAP_AT_PEAK, PEAK_TRACTION, potential, tail_energy
+from bem.tractions.lennard_jones import GAP_AT_PEAK, PEAK_TRACTION, potential, tail_energy, traction
 
 _PIECES = 400  # between two breaks of a law
-_WORK_ERROR = 1e-6
+_MISMATCH = 1e-6
 
 
 @dataclass(frozen=True)
@@ -144,14 +144,16 @@ def law_of(adhesion: LennardJones | HardContact | TractionLaw) -> Law:
     """The law in numbers; without adhesion none is used.
 
     Raises:
-        ValueError: for a law whose work of adhesion is not 1.
+        ValueError: for a law whose breaks do not rise, whose traction does not continue the repulsion, or whose work of
+            adhesion is not 1.
     """
     return _tabulated(adhesion) if isinstance(adhesion, TractionLaw) else LENNARD_JONES
 
 
-@functools.cache
 def _tabulated(law: TractionLaw) -> Law:
-    ends = list(zip(law.breaks[:-1], law.breaks[1:], strict=True))
+    if len(law.breaks) < 2 or law.breaks[0] < 1.0 or not np.all(np.diff(law.breaks) > 0.0):
+        raise ValueError(f"breaks of a traction law must be at least two rising gaps from 1 on; received {law.breaks}")
+    ends = itertools.pairwise(law.breaks)
     part = np.arange(_PIECES) / _PIECES
     gap = np.concatenate([low + (high - low) * part for low, high in ends] + [[law.breaks[-1]]])
     value, slope_there = law.traction(gap), law.slope(gap)
@@ -169,12 +171,18 @@ def _tabulated(law: TractionLaw) -> Law:
     pieces[:-1, 1:5] = (cubic / step ** np.arange(4)[:, None]).T
     scale, unit = law.repulsion
     joint = 1.0 + (gap[0] - 1.0) / unit
+    joined = scale * traction(joint)
+    if abs(joined - value[0]) > _MISMATCH:
+        raise ValueError(
+            f"a traction law must continue its repulsion, which is {joined:.8g} at the gap {gap[0]:g}; received "
+            f"{law!r} with {value[0]:.8g}"
+        )
     offset = depth[0] - scale * unit * potential(joint)
     rest = energy[0] - scale * unit**2 * tail_energy(joint)
-    if abs(scale * unit * potential(1.0) + offset + 1.0) > _WORK_ERROR:
+    if abs(scale * unit * potential(1.0) + offset + 1.0) > _MISMATCH:
         raise ValueError(
             f"the work of adhesion of a traction law must be 1; received {law!r} with "
             f"{-scale * unit * potential(1.0) - offset:.8g}"
         )
-    pressed = np.array([gap[0], scale, unit, offset, rest])
-    return Law(True, law.peak_gap, (law.peak_gap - 1.0) / (GAP_AT_PEAK - 1.0), 1.0 - unit, pressed, pieces)
+    numbers = np.vstack([[gap[0], scale, unit, offset, rest, 0.0, 0.0], pieces])
+    return Law(True, law.peak_gap, (law.peak_gap - 1.0) / (GAP_AT_PEAK - 1.0), 1.0 - unit, numbers)

@@ -131,6 +131,15 @@ def test_a_law_of_another_work_of_adhesion_is_refused():
         law_of(Twice())
 
 
+@pytest.mark.parametrize(
+    ("breaks", "words"),
+    [((2.0, 1.5), "breaks of a traction law"), ((0.9, 2.0), "breaks"), ((1.2, 20.0), "must continue its repulsion")],
+)
+def test_a_law_whose_parts_do_not_fit_is_refused(breaks, words):
+    with pytest.raises(ValueError, match=f"{words}.*; received"):
+        law_of(type("Wrong", (Exponential,), {"breaks": breaks})())
+
+
 def test_a_law_of_ones_own_is_one_class():
     """Inverse powers: Lennard-Jones itself, as numbers from its largest traction outwards."""
 
