@@ -75,8 +75,8 @@ class Setup:
     largest_tabor: float = LARGEST_TABOR
     stiffness: float | None = None
 
-    if TYPE_CHECKING:
-        # Text and Pint quantities go in, plain numbers come out.
+    if TYPE_CHECKING:  # text and Pint quantities go in, plain numbers come out
+
         def __init__(
             self,
             *,
