@@ -239,8 +239,7 @@ class Setup:
         """Simulate a protocol of `protocol(...)` or `force_protocol(...)` and give the force curve in SI.
 
         Args:
-            protocol: in the solver's units.
-            accuracy: as for `bem.simulate`.
+            protocol, accuracy: as for `bem.simulate`.
             force_sign: which force is positive. Adhesion is tension; laboratories often count compression.
             check_range: whether to simulate once more, at draft accuracy, to warn where the effective range matters.
 

@@ -8,8 +8,8 @@ import pytest
 from bem import Elastic, StandardLinearSolid
 from bem.effects.scene_effects import Effects
 from bem.lab import ForceCurve, Setup, fit
-from bem.lab.fit_result import result_of
 from bem.lab.contact_point import weights_of
+from bem.lab.fit_result import result_of
 from bem.lab.fitting import ALL, ELASTIC, FitError, Search
 from bem.lab.guess import deep_contact, first_contact, guess_setup, starting_points
 from bem.lab.model import Model, prescribed_path, straight_lines
