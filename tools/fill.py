@@ -134,7 +134,12 @@ def of_fits(published: Path) -> dict[str, str]:
     """How often intervals of fitted force curves contain the truth."""
     from experiments.lab.lab_coverage import page_text
 
-    return {"fit coverage": page_text(_read(published / FILES["coverage"], "make measure-fit-coverage"))}
+    content = _read(published / FILES["coverage"])
+    return {
+        "fit coverage": page_text(content)
+        if content
+        else "Not measured yet: `make measure-fit-coverage docs-laboratory`."
+    }
 
 
 SOURCES: dict[tuple[str, ...], Callable[[Path], dict[str, str]]] = {

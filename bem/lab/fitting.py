@@ -15,13 +15,12 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from scipy.ndimage import maximum_filter1d, median_filter
 from scipy.optimize import OptimizeResult, least_squares
 
 from bem._support.validation import FloatArray, instance
 from bem._support.wording import shown
 from bem.accuracy import TIGHTEST, resolve_accuracy
-from bem.lab.contact_point import Contact, noise_of
+from bem.lab.contact_point import Contact, weights_of
 from bem.lab.curve import ForceCurve
 from bem.lab.fit_result import FitError, FitResult, result_of
 from bem.lab.guess import first_contact, starting_points
@@ -38,8 +37,8 @@ DIFFERENCE = 0.02  # of a logarithm, or of the adhesion length; large enough tha
 _SHORT, _LONG, _POLISH, _ROUNDS = 4, 14, 12, 3  # evaluations of the Jacobian, and times it is polished
 _KEPT, _GOOD = 2, 1.1  # runs continued, and the misfit in standard deviations of the noise at which one is enough
 _CORRECTIONS, _TIGHTER = 2, 4.0
+_STRIDE = 3.0  # steps of the search, over which the derivatives behind the intervals are taken
 _AS_GOOD = 1.1  # noise of a simpler fit over that of the full one
-_AROUND, _ABOVE = 11, 3.0  # points around a change of the force, and how many times theirs a jump is
 
 
 @dataclass
@@ -125,10 +124,22 @@ class Search:
         here = self.residuals(x)
         return np.column_stack([self.residuals(x + step) - here for step in np.eye(x.size)])
 
-    def full_jacobian(self, x: FloatArray) -> FloatArray:
-        """Derivative by all free parameters, the offset last and in N, shape (n, free), by central differences."""
-        columns = [0.5 * (self.residuals(x + step, 0.0) - self.residuals(x - step, 0.0)) for step in np.eye(x.size)]
-        return np.column_stack(columns + [self.weights] * ("force_offset" in self.free))
+    def full_jacobian(self, x: FloatArray) -> tuple[FloatArray, np.ndarray]:
+        """Derivative by all free parameters, the offset last and in N, shape (n, free), by central differences.
+
+        Steps are long: where parameters trade off, the solver's scatter over a short one would look like a difference
+        that tells them apart, and the intervals would be too narrow. Also which rows no jump passed, (n,) bool.
+        """
+        self.residuals(x, 0.0)
+        columns, jumps = [], [self.model.jumps]
+        for step in _STRIDE * np.eye(x.size):
+            sides = []
+            for side in (x + step, x - step):
+                sides.append(self.residuals(side, 0.0))
+                jumps.append(self.model.jumps)
+            columns.append((sides[0] - sides[1]) / (2.0 * _STRIDE))
+        rows = self.model.away_from_jumps(jumps)
+        return np.column_stack(columns + [self.weights] * ("force_offset" in self.free)), rows
 
     def run(self, x: FloatArray, evaluations: int) -> OptimizeResult:
         """Least squares from a point."""
@@ -247,11 +258,10 @@ def _settled(search: Search, x: FloatArray) -> tuple[FloatArray, FloatArray, Flo
     Central differences are less sensitive to the scatter of the solver's results, at which the search stops; and with
     many points the noise averages out to less than the solver's error at the accuracy of the search.
     """
-    jacobian = search.full_jacobian(x)
     search.accuracy = max(resolve_accuracy(search.accuracy).target / _TIGHTER, TIGHTEST)
-    residuals = search.residuals(x)
     # A jump of the model that passes a point makes a difference there that is no derivative.
-    smooth = search.model.away_from_jumps()
+    jacobian, smooth = search.full_jacobian(x)
+    residuals = search.residuals(x)
     for _ in range(_CORRECTIONS):
         step = np.linalg.lstsq(jacobian[smooth], -residuals[smooth], rcond=1e-6)[0][: x.size]
         ahead = search.residuals(x + step)
@@ -259,17 +269,3 @@ def _settled(search: Search, x: FloatArray) -> tuple[FloatArray, FloatArray, Flo
             break
         x, residuals = x + step, ahead
     return x, residuals[smooth], jacobian[smooth]
-
-
-def weights_of(curve: ForceCurve, noise: float) -> FloatArray:
-    """One over the uncertainty of each point: the noise, and around a jump what the force does between samples.
-
-    An instability falls somewhere between two samples. Where exactly is not measured, so the points beside it must
-    not determine the fit; a model that jumps elsewhere still misses the points between. A jump is a change above the
-    noise that is several times those around it: a force that is merely steep is none.
-    """
-    scale = max(noise, noise_of(curve.tension), 1e-4 * float(np.ptp(curve.tension)))
-    change = np.abs(np.gradient(curve.tension))
-    usual = median_filter(change, _AROUND, mode="nearest")
-    steep = maximum_filter1d(np.where(change > np.maximum(5.0 * scale, _ABOVE * usual), change, 0.0), 3)
-    return 1.0 / np.hypot(scale, 2.0 * steep)

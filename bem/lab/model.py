@@ -5,7 +5,7 @@ The history is the path of the sphere; behind a spring, it is the path of the st
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -131,10 +131,19 @@ class Model:
             force = np.where(share > 0.0, (1.0 - share) * force + share * other, force)
         return setup.force_scale * np.where(instants >= 0.0, force, 0.0)
 
-    def away_from_jumps(self) -> np.ndarray:
-        """Which points of the curve, (n,) bool, lie more than two samples from every jump of the last prediction."""
-        far = [np.abs(self.curve.time - jump) > _BESIDE * self._sample for jump in self.jumps]
-        return np.logical_and.reduce([np.ones(len(self.curve), dtype=bool), *far])
+    def away_from_jumps(self, predictions: Sequence[tuple[float, ...]]) -> np.ndarray:
+        """Which points of the curve, (n,) bool, no jump passes between predictions, by more than two samples.
+
+        Args:
+            predictions: instants of the jumps of each, in s; as many in each, or they count one by one.
+        """
+        alike = [jumps for jumps in predictions if len(jumps) == len(predictions[0])]
+        spans = [(min(passed), max(passed)) for passed in zip(*alike, strict=True)]
+        spans += [(jump, jump) for jumps in predictions if len(jumps) != len(predictions[0]) for jump in jumps]
+        beside = _BESIDE * self._sample
+        time = self.curve.time
+        away = [(time < first - beside) | (time > last + beside) for first, last in spans]
+        return np.logical_and.reduce([np.ones(len(self.curve), dtype=bool), *away])
 
 
 def with_memory(setup: Setup, duration: float) -> Setup:

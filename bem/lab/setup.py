@@ -75,8 +75,8 @@ class Setup:
     largest_tabor: float = LARGEST_TABOR
     stiffness: float | None = None
 
-    if TYPE_CHECKING:
-        # Text and Pint quantities go in, plain numbers come out.
+    if TYPE_CHECKING:  # text and Pint quantities go in, plain numbers come out
+
         def __init__(
             self,
             *,
@@ -239,8 +239,7 @@ class Setup:
         """Simulate a protocol of `protocol(...)` or `force_protocol(...)` and give the force curve in SI.
 
         Args:
-            protocol: in the solver's units.
-            accuracy: as for `bem.simulate`.
+            protocol, accuracy: as for `bem.simulate`.
             force_sign: which force is positive. Adhesion is tension; laboratories often count compression.
             check_range: whether to simulate once more, at draft accuracy, to warn where the effective range matters.
 
