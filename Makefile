@@ -47,7 +47,7 @@ setup-small:  ## Only what simulates, predicts and redraws the paper, 1 GB (any 
 	@[ -e $(INSTALLED) ] || $(MAKE) --no-print-directory $(INSTALLED) SMALL=yes
 
 # The small installation takes the locked versions where they exist for its Python, and else the newest.
-SMALL ?=
+SMALL := $(if $(SMALL),$(SMALL),$(shell grep -s small $(INSTALLED)))
 PYTHONS := $(if $(SMALL),python3 python3.14 python3.13 python3.12 python3.11,python3.11 python3.12 python3) python
 BELOW := $(if $(SMALL),(4,),(3, 13))
 
@@ -63,7 +63,7 @@ $(INSTALLED): requirements.lock pyproject.toml
 	fi; \
 	echo "Installing the locked packages into $(VENV): about $(if $(SMALL),1 GB on disk$(comma) 1 to 3,3 GB on disk$(comma) 3 to 10) minutes with a fast network"; \
 	[ -x $(PY) ] || "$$chosen" -m venv $(VENV)
-ifdef SMALL
+ifneq ($(SMALL),)
 	@grep -oE '^[A-Za-z0-9._-]+==[^\]+' requirements.lock > $(VENV)/versions.txt
 	@limit=""; $(PY) -c 'import sys; sys.exit(sys.version_info[:2] >= (3, 13))' && limit="--constraint $(VENV)/versions.txt"; \
 		$(PY) -m pip install --disable-pip-version-check $$limit --editable '.[tables]'
@@ -542,7 +542,7 @@ LEFT_OUT := $(if $(wildcard $(addprefix $(MODELS)/M[1-6]-,FiLM/run.json gated/ru
 	$(if $(wildcard $(path.accuracy_price)),,table-accuracy-price) $(if $(wildcard $(path.ranking)),,figure-ranking table-ranking)
 
 # `make setup-small` installs no Keras, from whose models these are drawn.
-WITHOUT_KERAS := $(if $(shell grep -s small $(INSTALLED)),figure-4 figure-architectures)
+WITHOUT_KERAS := $(if $(SMALL),figure-4 figure-architectures)
 LEFT_OUT += $(WITHOUT_KERAS)
 
 # The file of a figure or table, and the figure or table of a file.
