@@ -34,7 +34,8 @@ def test_without_them_the_others_run_and_nothing_is_published(tmp_path, monkeypa
     for name, value in {"ACCURACIES": ("draft",), "NODES": (20,), "STEPS": 20, "EXACT_TARGET": 4e-3}.items():
         monkeypatch.setattr(peers, name, value)
     out = tmp_path / "peers.json"
-    with pytest.raises(RuntimeError, match=r"measurement without Adhesion and tamaas is in '.*kept.*' and not published"):
+    unpublished = r"measurement without Adhesion and tamaas is in '.*kept.*' and not published"
+    with pytest.raises(RuntimeError, match=unpublished):
         peers.main(32, out, busy=True)
     assert not out.exists()
     content = json.loads((tmp_path / "kept" / "peers.json").read_text(encoding="utf-8"))
