@@ -61,7 +61,7 @@ def train(
     name: Annotated[str, typer.Argument(help="An architecture, see `surrogate list`.")],
     recipe: RecipeOption = "swift",
     dataset: DatasetOption = DATASET,
-    features: Annotated[str, typer.Option(help="Feature set A to D.")] = "D",
+    features: Annotated[str, typer.Option(help="Feature set A to F.")] = "D",
     epochs: EpochsOption = None,
     seed: SeedOption = None,
     split_seed: Annotated[int, typer.Option(help="Seed of the division into training, validation, test.")] = 0,

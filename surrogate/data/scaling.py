@@ -2,7 +2,8 @@
 
 Source: the paper's section on surrogate inputs and targets. With symlog(x) = sign(x) log(1 + |x|), time passes symlog
 twice, indentation, Tabor parameter and force once. The paper leaves velocity and acceleration open; both span decades,
-so they pass symlog once here. The 0/1 edge channel is not transformed. Every channel, the Tabor parameter and the
+so they pass symlog once here, and so do forces and filtered indentations of set F. Flags and what is a logarithm
+already are not transformed. Every channel, the Tabor parameter and the
 force are then shifted by the mean and divided by the standard deviation of the *training* trajectories.
 """
 
@@ -17,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from surrogate.data.features import channel_names
+from surrogate.data.features import PHYSICS, channel_names
 
 FORMAT = "viscoelastic-contact-scaling"
 FORMAT_VERSION = 1
@@ -25,7 +26,8 @@ FORMAT_VERSION = 1
 PUBLISHED_MATERIALS = {"a8108732dbfcd7ea64fe9a88fbd16d06bb0ff632fdfa3f3fb03347a9501e7586": 0.1}
 """Modulus ratio of a data set by its digest, for models trained before it was among the ranges."""
 
-SYMLOG_PASSES = {"time": 2, "indentation": 1, "velocity": 1, "acceleration": 1, "edge": 0}
+SYMLOG_PASSES = {"time": 2, "indentation": 1, "velocity": 1, "acceleration": 1, "edge": 0, "log_step": 0}
+SYMLOG_PASSES |= dict.fromkeys(PHYSICS, 1) | {"log_modulus_ratio": 0, "loading": 0, "unloading": 0}
 
 
 def symlog(values: np.ndarray) -> np.ndarray:
