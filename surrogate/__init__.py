@@ -1,7 +1,8 @@
 """Sequence models that imitate the contact solver: the whole force history from an indentation history.
 
-The 18 paper models, six families times three ways to include the Tabor parameter, are named ``"M1-concat"`` to
-``"M6-gated"``. All quantities are dimensionless as in the paper; forces are positive in tension.
+`"fast"` and `"accurate"` predict protocols on any standard linear solid, with bands. The 18 paper models, six families
+times three ways to include the Tabor parameter, are named ``"M1-concat"`` to ``"M6-gated"``. All quantities are
+dimensionless as in the paper; forces are positive in tension.
 
 Example:
     >>> import surrogate
@@ -16,7 +17,7 @@ Importing this package is quick: keras is imported by the first call that needs 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal, overload
 
 from surrogate.architectures.naming import names
 from surrogate.architectures.registry import register
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 
     from surrogate.inference.predictor import Surrogate
     from surrogate.inference.validity import ExtrapolationWarning
+    from surrogate.pretrained.model import Pretrained
 
 __all__ = ["ExtrapolationWarning", "Surrogate", "build", "load", "names", "register"]
 
@@ -35,7 +37,7 @@ def build(name: str, features: str = "D") -> keras.Model:
 
     Args:
         name: One of `names()`, such as `"M1-concat"`.
-        features: Feature set of the sequence input, `"A"` to `"D"` (see `surrogate.data.features`).
+        features: Feature set of the sequence input, `"A"` to `"F"` (see `surrogate.data.features`).
 
     Returns:
         A functional model of two inputs, `sequence` of shape `(batch, steps, channels)` and `tabor` of shape
@@ -49,11 +51,20 @@ def build(name: str, features: str = "D") -> keras.Model:
     return build_model(name, features=features)
 
 
-def load(name: str | Path, root: str | Path | None = None, *, backend: str = "onnx", threads: int = 1) -> Surrogate:
+@overload
+def load(  # type: ignore[overload-overlap]  # a name is one or the other
+    name: Literal["fast", "accurate"], root: str | Path | None = None, *, backend: str = "onnx", threads: int = 1
+) -> Pretrained: ...
+@overload
+def load(name: str | Path, root: str | Path | None = None, *, backend: str = "onnx", threads: int = 1) -> Surrogate: ...
+def load(
+    name: str | Path, root: str | Path | None = None, *, backend: str = "onnx", threads: int = 1
+) -> Surrogate | Pretrained:
     """Load a trained model, ready to predict forces.
 
     Args:
-        name: A published model's name, the path of a directory written by `surrogate train`, or an ONNX file written by
+        name: `"fast"` or `"accurate"`, which know any standard linear solid and their own uncertainty; a published
+            model's name, the path of a directory written by `surrogate train`, or an ONNX file written by
             `surrogate export`.
         root: The directory searched for names. By default `published/models` beside the package, then the models
             packaged with it.
@@ -63,13 +74,22 @@ def load(name: str | Path, root: str | Path | None = None, *, backend: str = "on
 
     Returns:
         A `Surrogate`: `predict(times, indentations, tabor=...)` returns forces, `trajectories(protocols, tabor=...)`
-        trajectories, `stream(tabor=...)` a step-by-step prediction.
+        trajectories, `stream(tabor=...)` a step-by-step prediction. Of `"fast"` and `"accurate"`, a
+        `surrogate.pretrained.model.Pretrained`: `trajectories(protocols, tabor=..., modulus_ratio=..., coverage=0.9)`
+        returns trajectories with bands.
 
     Raises:
         FileNotFoundError: no such directory, or a file is missing from it.
         ValueError: the weights do not fit the model or are not finite, weights or scaling are not those the ONNX file
             beside them was exported with, or that file is not one of ours, as it was written.
     """
+    if isinstance(name, str) and name in ("fast", "accurate"):
+        from surrogate.pretrained.model import Pretrained, find
+
+        if backend != "onnx":
+            raise ValueError(f"Expected the backend 'onnx' for {name}. Received: backend={backend!r}")
+        return Pretrained(find(name, root), threads)
+
     from surrogate.inference.predictor import Surrogate
 
     return Surrogate.load(name, root=root, backend=backend, threads=threads)

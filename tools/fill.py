@@ -39,6 +39,8 @@ FILES = {
     "cost": "measurements/accuracy_cost.json",
     "peers": "measurements/peers.json",
     "scale": "measurements/campaign_scale.json",
+    "floor": "measurements/measurement_floor.json",
+    "pretrained": "measurements/pretrained_errors.json",
 }
 
 
@@ -128,6 +130,20 @@ def of_scale(published: Path) -> dict[str, str]:
     return {"ten million": page_text(_read(published / FILES["scale"], "make bench-campaign"))}
 
 
+def of_floor(published: Path) -> dict[str, str]:
+    """What measurement steps hold of the solver's results."""
+    from paper_figures.measurements.figure_measurement_floor import page_text
+
+    return {"floor of the steps": page_text(_read(published / FILES["floor"], "make measure-floor"))}
+
+
+def of_pretrained(published: Path) -> dict[str, str]:
+    """Errors, bands and cost of the pretrained models."""
+    from paper_figures.tables.table_surrogates import page_text
+
+    return {"pretrained models": page_text(_read(published / FILES["pretrained"], "make measure-surrogates"))}
+
+
 SOURCES: dict[tuple[str, ...], Callable[[Path], dict[str, str]]] = {
     ("trajectories", "core-minutes", "milliseconds", "paper-cpu-hours"): of_dataset,
     ("seconds of a prediction", "seconds of a step"): of_latency,
@@ -136,6 +152,8 @@ SOURCES: dict[tuple[str, ...], Callable[[Path], dict[str, str]]] = {
     REPRODUCIBILITY: of_reproducibility,
     ("peers",): of_peers,
     ("ten million",): of_scale,
+    ("floor of the steps",): of_floor,
+    ("pretrained models",): of_pretrained,
 }
 """Who knows what belongs in the places of these names."""
 

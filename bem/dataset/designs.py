@@ -84,8 +84,10 @@ class Design:
     @property
     def drawn(self) -> dict[str, tuple[float, float]]:
         """The ranges of all that is drawn, that of the modulus ratio last where it has one."""
-        several = isinstance(self.modulus_ratio, tuple)
-        return {**self.ranges} | ({"modulus_ratio": self.modulus_ratio} if several else {})
+        drawn = dict(self.ranges)
+        if isinstance(self.modulus_ratio, tuple):
+            drawn["modulus_ratio"] = self.modulus_ratio
+        return drawn
 
     @property
     def largest_count(self) -> int:

@@ -86,7 +86,8 @@ class Dataset:
         if self.steps == "physical":
             from bem.dataset.physical_steps import physical_grid
 
-            return physical_grid(**self.protocols, modulus_ratio=self.modulus_ratios, counts=self.counts)
+            protocols: dict[str, Any] = dict(self.protocols)
+            return physical_grid(**protocols, modulus_ratio=self.modulus_ratios, counts=self.counts)
         return measurement_grid(**self.protocols, counts=self.counts)
 
 

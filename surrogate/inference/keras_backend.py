@@ -59,9 +59,9 @@ class KerasBackend:
 
     def force(self, times: np.ndarray, indentations: np.ndarray, tabor: np.ndarray, edge: np.ndarray) -> np.ndarray:
         """Return the physical forces of shape `(batch, steps)`."""
-        material = {"tabor": tabor, "modulus_ratio": self.scaling.modulus_ratio}
-        found = channels(times, indentations, edge, self.scaling.features, **material)
-        sequence = self.scaling.scale_channels(found)
+        scaling = self.scaling
+        found = channels(times, indentations, edge, scaling.features, tabor=tabor, modulus_ratio=scaling.modulus_ratio)
+        sequence = scaling.scale_channels(found)
         return self.force_from_channels(sequence, self.scaling.scale_tabor(tabor))
 
     def force_from_channels(self, sequence: np.ndarray, tabor: np.ndarray) -> np.ndarray:
