@@ -1,7 +1,8 @@
 """How well measurement steps hold what they measure: uniform ones as in the paper, and physical ones.
 
-The solver's own forces at the steps are a perfect model's. Their largest is compared with the solver's pull-off force,
-their loop area with its hysteresis: by the trapezoidal rule, as the paper does, and by monotone cubics.
+The solver's own forces at the steps are a perfect model's. Their largest, and the top of the parabola through it and
+its neighbours, are compared with the solver's pull-off force, their loop area with its hysteresis: by the trapezoidal
+rule, as the paper does, and by monotone cubics.
 """
 
 from __future__ import annotations
@@ -44,17 +45,18 @@ def grid(kind: str, protocols: dict[str, np.ndarray]) -> tuple[np.ndarray, np.nd
 
 def errors(
     true: Trajectory, times: np.ndarray, indentations: np.ndarray, counts: tuple[int, int, int]
-) -> tuple[float, float, float]:
-    """Relative errors of the highest step, and of the loop area by trapezoids and by monotone cubics."""
+) -> tuple[float, float, float, float]:
+    """Relative errors of the highest step, of a parabola's top there, and of the loop by trapezoids and by cubics."""
     from surrogate.pretrained.kernels import results
 
     force = true.at(np.minimum(times, true.time[-1]))
-    area = results(times[np.newaxis], indentations[np.newaxis], force[np.newaxis], np.array(counts))[3, 0]
+    top, _, _, area = results(times[np.newaxis], indentations[np.newaxis], force[np.newaxis], np.array(counts))[:, 0]
     trapezoids = np.sum(0.5 * (force[1:] + force[:-1]) * np.diff(indentations))
     loop = true.hysteresis
     highest = force[counts[0] + counts[1] - 1 :].max()
     return (
         abs(highest / true.pull_off_force - 1.0),
+        abs(top / true.pull_off_force - 1.0),
         abs(abs(trapezoids) - loop) / loop,
         abs(abs(area) - loop) / loop,
     )
@@ -79,16 +81,17 @@ def main(
     """Measure the floor of both kinds of steps on hidden protocols of any modulus ratio."""
     hidden = Hidden.draw(count, ANY_SOLID)
     grids = {kind: grid(kind, hidden.quantities) for kind in KINDS}
-    found: dict[str, list[tuple[float, float, float]]] = {kind: [] for kind in KINDS}
+    found: dict[str, list[tuple[float, ...]]] = {kind: [] for kind in KINDS}
     for row, true in enumerate(hidden.simulated()):
         for kind, (times, indentations) in grids.items():
             found[kind].append(errors(true, times[row], indentations[row], KINDS[kind]))
     content: dict[str, Any] = {"count": count, "example": example(), "kinds": {}}
     for kind, counts in KINDS.items():
-        pull_off, trapezoids, cubics = np.array(found[kind]).T
+        pull_off, parabola, trapezoids, cubics = np.array(found[kind]).T
         content["kinds"][kind] = {
             "counts": counts,
             "pull_off": quantiles(pull_off),
+            "pull_off_parabola": quantiles(parabola),
             "hysteresis_trapezoids": quantiles(trapezoids),
             "hysteresis_cubics": quantiles(cubics),
             "pull_off_errors": np.sort(pull_off),

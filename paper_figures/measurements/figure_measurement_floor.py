@@ -14,6 +14,7 @@ from bem._support.wording import markdown_table
 from paper_figures.style import drawing
 
 STYLES = {"uniform": (drawing.VERMILION, "o"), "physical": (drawing.BLUE, "^")}
+KEYS = ("pull_off", "pull_off_parabola", "hysteresis_trapezoids", "hysteresis_cubics")
 LEAST = 1e-5
 """Errors below are drawn there."""
 
@@ -32,7 +33,7 @@ def draw_example(axes: Axes, example: dict[str, Any]) -> None:
         xlim=(depth[0] + 0.3, depth[top] - 3.0 * (depth[0] - depth[top])),
         ylim=(-0.4 * force[top], 1.2 * force[top]),
     )
-    axes.legend(loc="lower right")
+    axes.legend(loc="upper right")
 
 
 def draw_errors(axes: Axes, kinds: dict[str, Any]) -> None:
@@ -50,13 +51,20 @@ def draw_errors(axes: Axes, kinds: dict[str, Any]) -> None:
 
 def page_text(content: dict[str, Any]) -> str:
     """A table of the errors for a page, in percent."""
-    heads = ["Steps", "Points", "Pull-off force", "Hysteresis, trapezoids", "Hysteresis, monotone cubics"]
+    heads = [
+        "Steps",
+        "Points",
+        "Highest step",
+        "Top of a parabola",
+        "Hysteresis, trapezoids",
+        "Hysteresis, monotone cubics",
+    ]
     found = []
     for name, kind in content["kinds"].items():
-        cells = [kind[key] for key in ("pull_off", "hysteresis_trapezoids", "hysteresis_cubics")]
+        cells = [kind[key] for key in KEYS]
         texts = [", ".join(f"{cell[level]:.2g}" for level in ("p50", "p90", "p99")) for cell in cells]
         found.append([name, " + ".join(map(str, kind["counts"])), *texts])
-    return f"{markdown_table(heads, found, 'llrrr')}\n\nMeasured by `{content['command']}`."
+    return f"{markdown_table(heads, found, 'llrrrr')}\n\nMeasured by `{content['command']}`."
 
 
 def compose(measurement_floor: Any) -> Figure:
