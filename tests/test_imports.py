@@ -44,7 +44,7 @@ ALLOWED = {
     "surrogate.inference": WORDS | {"bem.dataset"} | PREDICTING,
     "surrogate.export": SUPPORT | {"bem.dataset"} | PREDICTING,
     "surrogate.pretrained": WORDS | {"bem.dataset", "surrogate.data", "surrogate.inference"},
-    "surrogate.training": SUPPORT | {"surrogate.export", "surrogate.pretrained"} | PREDICTING,
+    "surrogate.training": SUPPORT | {"bem.dataset", "surrogate.export", "surrogate.pretrained"} | PREDICTING,
     "surrogate": {"surrogate.inference", "surrogate.architectures", "surrogate.pretrained"},
     "surrogate.cli": WORDS | {"bem", "bem.dataset"} | SURROGATE,
     "experiments": BEM | {"bem.lab", "bem.materials_library"} | SURROGATE,

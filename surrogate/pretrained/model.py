@@ -14,7 +14,7 @@ from __future__ import annotations
 import json
 import time
 import warnings
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -173,12 +173,10 @@ class Pretrained:
                 ExtrapolationWarning,
                 stacklevel=2,
             )
-        seconds = (time.perf_counter() - clock) / len(protocols)
-        found = []
-        for row in range(len(protocols)):
-            found.append(self._trajectory(parts[row // BATCH], row % BATCH, ratio[row], coverage, seconds))
-            if row in extrapolated:
-                found[row] = _without_bands(found[row], extrapolated[row])
+        stats = Statistics(seconds=(time.perf_counter() - clock) / len(protocols))
+        found = [one for part in parts for one in self._trajectories(part, coverage, stats)]
+        for row, words in extrapolated.items():
+            found[row] = _without_bands(found[row], words)
         return found
 
     def _computed(self, quantities: np.ndarray, start: np.ndarray, coverage: float) -> dict[str, np.ndarray]:
@@ -197,42 +195,44 @@ class Pretrained:
         known = np.column_stack([quantities, sharpness])
         log_width, width = self.bands.widths(known, coverage)
         return {
-            "known": known,
             "time": times,
             "indentation": indentations,
-            "scaled": scaled,
             "force": force,
             "force_lower": self.scaling.unscale_force(scaled - width),
             "force_upper": self.scaling.unscale_force(scaled + width),
+            "ratio": ratio,
             "results": np.column_stack([pull_off, instant, work]),
             "interval": pull_off[:, np.newaxis] * np.exp(log_width[:, np.newaxis] * [-1.0, 1.0]),
         }
 
-    def _trajectory(
-        self, part: dict[str, np.ndarray], row: int, ratio: float, coverage: float, seconds: float
-    ) -> BandedTrajectory:
-        force = part["force"][row]
-        turn = int(self.counts[0] + self.counts[1]) - 1
-        low, high = part["interval"][row].tolist()
-        pull_off, instant, work = part["results"][row].tolist()
-        return BandedTrajectory(
-            time=part["time"][row],
-            indentation=part["indentation"][row],
-            force=force,
-            contact_radius=np.full(force.size, np.nan),
-            status="completed",
-            jumps=(),
-            stats=Statistics(seconds=seconds),
-            accuracy=float("nan"),
-            unloading=np.arange(force.size) >= turn,
-            model=self.name,
-            modulus_ratio=float(ratio),
-            coverage=coverage,
-            pull_off_interval=(low, high),
-            force_lower=part["force_lower"][row],
-            force_upper=part["force_upper"][row],
-            results=(pull_off, instant, work),
-        )
+    def _trajectories(
+        self, part: dict[str, np.ndarray], coverage: float, stats: Statistics
+    ) -> Iterator[BandedTrajectory]:
+        """One trajectory after the other; what does not differ between them they share, read-only."""
+        steps = int(self.counts.sum())
+        radius, unloading = np.full(steps, np.nan), np.arange(steps) >= self.counts[0] + self.counts[1] - 1
+        radius.flags.writeable = unloading.flags.writeable = False
+        histories = (part[name] for name in ("time", "indentation", "force", "force_lower", "force_upper"))
+        numbers = (part[name].tolist() for name in ("interval", "results", "ratio"))
+        for time_, indentation, force, lower, upper, interval, results, ratio in zip(*histories, *numbers, strict=True):
+            yield BandedTrajectory(
+                time=time_,
+                indentation=indentation,
+                force=force,
+                contact_radius=radius,
+                status="completed",
+                jumps=(),
+                stats=stats,
+                accuracy=np.nan,
+                unloading=unloading,
+                model=self.name,
+                modulus_ratio=ratio,
+                coverage=coverage,
+                pull_off_interval=tuple(interval),
+                force_lower=lower,
+                force_upper=upper,
+                results=tuple(results),
+            )
 
 
 def find(name: str, root: str | Path | None = None) -> Path:

@@ -21,6 +21,7 @@ import numpy as np
 from keras import layers
 
 from bem._support.outputs import whole_file
+from bem.dataset.designs import PAPER_RANGES
 from surrogate.architectures.common import inputs, readout
 from surrogate.architectures.layers import AppendTabor
 from surrogate.backend import versions
@@ -34,6 +35,8 @@ from surrogate.training.recipe import Cosine, Recipe
 
 FEATURES = "F"
 RUN_FORMAT = "viscoelastic-contact-pretrained"
+RANGES = PAPER_RANGES | {"modulus_ratio": (0.01, 1.0)}
+"""Of the design, which its trajectories fill."""
 HELD_OUT = (0.05, 0.05)
 """Shares of the trajectories that choose the epoch, and that calibrate the bands."""
 
@@ -113,7 +116,7 @@ def train_model(
         tabor=dataset.protocols["tabor"][split.train],
         force=dataset.force[split.train],
         features=FEATURES,
-        protocols=dataset.protocols_of(split.train),
+        protocols={name: np.array(bounds) for name, bounds in RANGES.items()},
         dataset_sha256=dataset.sha256,
     )
     asked = {"units": definition.units, "dataset": dataset.sha256, "split": split.sha256, "recipe": recipe.as_dict()}
