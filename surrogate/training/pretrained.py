@@ -145,6 +145,7 @@ def train_model(
         "counts": list(dataset.points_per_phase),
         "training_trajectories": len(split.train),
         "calibration_trajectories": len(split.test),
+        "seed": recipe.seed,
         "recipe": recipe.as_dict(),
         "best_epoch": progress.best_epoch,
         "validation_mse": progress.best_mse,
