@@ -145,6 +145,9 @@ figure-peers.cost := peers  ## Error against time on one elastic sphere, also in
 table-peers.cost := peers  ## Errors and times on the elastic sphere as a table
 figure-hard-cases.cost := hard_case_map soak?  ## Difficult cases of the solver, as a map and a table, and the result of the soak
 figure-surrogate-map.cost := surrogate_map  ## Errors of MODEL=M1-concat over the box, its twenty worst trajectories, and a table
+figure-measurement-floor.cost := measurement_floor  ## What uniform and physical measurement steps hold of the pull-off force
+figure-surrogates.cost := pretrained_errors  ## Where a surrogate wins: error against processor time
+table-surrogates.cost := pretrained_errors  ## The same as a table, with the coverage of the bands
 figure-broad-band.cost := broad_band  ## Pull-off of broad-band solids over the unloading rate
 
 .PHONY: table-hard-cases
@@ -254,6 +257,17 @@ model-budgets: $(DATASET) | $(INSTALLED)  ## Train M1-concat for 8, 15 and 60 ep
 MORE_MODELS ?= model-paper-recipe model-budgets model-inputs-c model-large
 .PHONY: more-models
 more-models: $(MORE_MODELS)  ## Train M1-concat by the four targets above: another recipe, fewer and more epochs, other inputs, more data
+
+# Of any solid, drawn with the protocols; not published.
+ANY_SOLID := $(OUT)/dataset/any_solid.h5
+PRETRAINED ?= fast accurate
+.PHONY: pretrained
+pretrained: setup  ## Train and publish `fast` and `accurate`, for any standard linear solid (simulates 32,768 trajectories first)
+	@mkdir -p $(OUT)/dataset
+	$(VENV)/bin/bem campaign --design sobol --count 32768 --modulus-ratio 0.01:1 --steps physical --replace --out $(ANY_SOLID)
+	$(PY) -m surrogate.training.pretrained $(PRETRAINED) --dataset $(ANY_SOLID) --runs $(OUT)/pretrained \
+		--publish $(PUBLISHED)/pretrained $(addprefix --epochs ,$(EPOCHS))
+	$(PY) $(MANIFEST) add $(PUBLISHED)/pretrained
 
 feature-sets.publishes := feature_sets  ## Train the input representations A to D and publish their errors
 data-efficiency.publishes := data_efficiency  ## Train on decreasing shares of the data and publish the errors
@@ -367,6 +381,9 @@ measure-training-cost.makes := training_cost  ## Error against time of training,
 measure-training-cost.with := $(DATA) $(ALL_MODELS) --shares $(PUBLISHED)/data_efficiency.json $(SPEED)
 measure-training-cost.needs := dataset
 measure-hard-cases.makes := hard_case_map  ## The solver over the box, beyond it and at named extremes, with refinement
+measure-floor.makes := measurement_floor  ## Errors of the measurement steps alone, uniform and physical
+measure-surrogates.makes := pretrained_errors  ## Errors, bands and cost of the pretrained models on hidden protocols
+measure-surrogates.needs := M1-concat
 measure-broad-band.makes := broad_band  ## Pull-off of broad-band solids over the unloading rate
 measure-broad-band.beside := broad_band.csv
 measure-large-tabor.makes := large_tabor  ## Pull-off, a viscoelastic crack and their cost at large Tabor parameters

@@ -1,6 +1,6 @@
-"""Put the published M1-concat into the wheel; everything else is said in `pyproject.toml`.
+"""Put the published M1-concat, `fast` and `accurate` into the wheel; everything else is said in `pyproject.toml`.
 
-The weights have one home, `published/models`, so the build copies them rather than the repository holding them twice.
+The weights have one home, `published`, so the build copies them rather than the repository holding them twice.
 """
 
 import shutil
@@ -26,6 +26,10 @@ class BuildWithModel(build_py):
         target.mkdir(parents=True, exist_ok=True)
         for name in FILES:
             shutil.copyfile(source / name, target / name)
+        # Apart from the paper's, which are listed by their folders.
+        if (pretrained := source.parents[1] / "pretrained").is_dir():
+            place = Path(self.build_lib) / "surrogate" / "pretrained" / "models"
+            shutil.copytree(pretrained, place, dirs_exist_ok=True)
 
 
 setup(cmdclass={"build_py": BuildWithModel})

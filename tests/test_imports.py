@@ -23,7 +23,7 @@ PREDICTING = {
     "surrogate.data",
     "surrogate.backend",
 }
-SURROGATE = {"surrogate", "surrogate.training", "surrogate.export", *PREDICTING}
+SURROGATE = {"surrogate", "surrogate.training", "surrogate.export", "surrogate.pretrained", *PREDICTING}
 # Room by room, what it may import besides itself.
 ALLOWED = {
     "bem._support": set(),
@@ -43,8 +43,9 @@ ALLOWED = {
     "surrogate.network": SUPPORT | {"surrogate.data"},
     "surrogate.inference": WORDS | {"bem.dataset"} | PREDICTING,
     "surrogate.export": SUPPORT | {"bem.dataset"} | PREDICTING,
-    "surrogate.training": SUPPORT | {"surrogate.export"} | PREDICTING,
-    "surrogate": {"surrogate.inference", "surrogate.architectures"},
+    "surrogate.pretrained": WORDS | {"bem.dataset", "surrogate.data", "surrogate.inference"},
+    "surrogate.training": SUPPORT | {"bem.dataset", "surrogate.export", "surrogate.pretrained"} | PREDICTING,
+    "surrogate": {"surrogate.inference", "surrogate.architectures", "surrogate.pretrained"},
     "surrogate.cli": WORDS | {"bem", "bem.dataset"} | SURROGATE,
     "experiments": BEM | {"bem.lab", "bem.materials_library"} | SURROGATE,
     # Figures read results; of the code they take names, and how a number is written.

@@ -11,6 +11,8 @@ from pathlib import Path
 import pytest
 
 from surrogate.inference.model_files import PUBLISHED
+from surrogate.pretrained.model import FILES
+from surrogate.pretrained.model import PUBLISHED as PRETRAINED
 
 ROOT = Path(__file__).resolve().parents[1]
 MODEL = {"model.onnx", "model.weights.h5", "run.json", "scaling.json", "metrics.json", "split.json"}
@@ -28,6 +30,7 @@ def wheel(tmp_path_factory):
     for name in ("bem", "surrogate", "experiments", "paper_figures"):
         shutil.copytree(ROOT / name, source / name, ignore=shutil.ignore_patterns("__pycache__"))
     shutil.copytree(PUBLISHED / "M1-concat", source / "published" / "models" / "M1-concat")
+    shutil.copytree(PRETRAINED, source / "published" / "pretrained")
     command = [sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "--no-build-isolation", "--no-index"]
     subprocess.run([*command, "--wheel-dir", source / "dist", source], check=True, capture_output=True)
     (built,) = (source / "dist").glob("*.whl")
@@ -97,6 +100,22 @@ def test_an_installation_predicts_from_anywhere(site, tmp_path):
     place, force = found.rsplit(" ", 1)
     assert Path(place) == site / "surrogate" / "models" / "M1-concat"
     assert 1.0 < float(force) < 20.0
+
+
+@pytest.mark.parametrize("name", sorted(path.name for path in PRETRAINED.glob("*")))
+def test_an_installation_predicts_any_solid_from_anywhere(site, tmp_path, name):
+    assert set(FILES) <= {path.name for path in (site / "surrogate" / "pretrained" / "models" / name).iterdir()}
+    found = isolated(
+        site,
+        "import surrogate\n"
+        "from bem import LoadingProtocol\n"
+        "protocol = LoadingProtocol(peak_indentation=20, loading_rate=10, dwell_time=1, unloading_rate=10)\n"
+        f"(one,) = surrogate.load({name!r}).trajectories(protocol, tabor=1.0, modulus_ratio=0.1)\n"
+        "print(*one.pull_off_interval, one.pull_off_force)",
+        tmp_path,
+    )
+    low, high, force = map(float, found.split())
+    assert 1.0 < low < force < high < 20.0
 
 
 COMMAND = """

@@ -41,6 +41,8 @@ FILES = {
     "peers": "measurements/peers.json",
     "scale": "measurements/campaign_scale.json",
     "coverage": "measurements/lab_coverage.json",
+    "floor": "measurements/measurement_floor.json",
+    "pretrained": "measurements/pretrained_errors.json",
 }
 
 
@@ -142,6 +144,20 @@ def of_fits(published: Path) -> dict[str, str]:
     }
 
 
+def of_floor(published: Path) -> dict[str, str]:
+    """What measurement steps hold of the solver's results."""
+    from paper_figures.measurements.figure_measurement_floor import page_text
+
+    return {"floor of the steps": page_text(_read(published / FILES["floor"], "make measure-floor"))}
+
+
+def of_pretrained(published: Path) -> dict[str, str]:
+    """Errors, bands and cost of the pretrained models."""
+    from paper_figures.tables.table_surrogates import page_text
+
+    return {"pretrained models": page_text(_read(published / FILES["pretrained"], "make measure-surrogates"))}
+
+
 SOURCES: dict[tuple[str, ...], Callable[[Path], dict[str, str]]] = {
     ("trajectories", "core-minutes", "milliseconds", "paper-cpu-hours"): of_dataset,
     ("seconds of a prediction", "seconds of a step"): of_latency,
@@ -151,6 +167,8 @@ SOURCES: dict[tuple[str, ...], Callable[[Path], dict[str, str]]] = {
     ("peers",): of_peers,
     ("ten million",): of_scale,
     ("fit coverage",): of_fits,
+    ("floor of the steps",): of_floor,
+    ("pretrained models",): of_pretrained,
 }
 """Function that returns the text of the places with these names."""
 

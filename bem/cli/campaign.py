@@ -15,6 +15,8 @@ from bem._support.wording import shown
 
 INTERRUPTED = 130
 DESIGN_HELP = "How protocols are drawn: paper (the default), log-uniform or sobol."
+RATIO_HELP = "Modulus ratio E0/Einf; 0.1 by default. LOW:HIGH draws it, by log-uniform or sobol."
+STEPS_HELP = "Where forces are stored: uniform steps as in the paper (the default), or physical ones."
 RANGE_HELP = "NAME=LOW:HIGH or NAME=VALUE for a quantity of the design; may be repeated."
 CLUSTER_HELP = "Use the workers of this Dask scheduler, e.g. tcp://127.0.0.1:8786, instead of this machine's cores."
 
@@ -26,11 +28,12 @@ def campaign(
     count: Annotated[int | None, typer.Option(help="How many protocols; 12450 by default, as in the paper.")] = None,
     seed: Annotated[int | None, typer.Option(help="Seed of the design; 0 by default.")] = None,
     accuracy: Annotated[str | None, typer.Option(help="As in `bem simulate`; standard by default.")] = None,
-    modulus_ratio: Annotated[float | None, typer.Option(help="Modulus ratio E0/Einf; 0.1 by default.")] = None,
+    modulus_ratio: Annotated[str | None, typer.Option(help=RATIO_HELP)] = None,
     ranges: Annotated[list[str] | None, typer.Option("--range", help=RANGE_HELP)] = None,
     design_file: Annotated[
         Path | None, typer.Option(help="TOML file of design, count, seed, accuracy, modulus_ratio and a table ranges.")
     ] = None,
+    steps: Annotated[str | None, typer.Option(help=STEPS_HELP)] = None,
     native: Annotated[bool, typer.Option(help="Keep the solver's own, adaptive histories too.")] = False,
     workers: Annotated[int | None, typer.Option(help="Processes; as many as cores by default.")] = None,
     cluster: Annotated[str | None, typer.Option(help=CLUSTER_HELP)] = None,
@@ -48,12 +51,17 @@ def campaign(
         raise ValueError("a data set is verified by `bem verify FILE --sample N`; received --verify or --sample")
     if out is None:
         raise ValueError("campaign needs --out FILE.h5 to write")
+    from bem.dataset.designs import parse_ratio
+    from bem.dataset.measurement_steps import PHYSICAL
+
     given = {
         "design": design,
         "count": count,
         "seed": seed,
         "accuracy": None if accuracy is None else parse_accuracy(accuracy),
-        "modulus_ratio": modulus_ratio,
+        "modulus_ratio": None if modulus_ratio is None else parse_ratio(modulus_ratio),
+        "steps": steps,
+        "counts": PHYSICAL if steps == "physical" else None,
     }
     how = {"workers": workers, "cluster": cluster, "replace": replace, "retry_failed": retry_failed}
     with _workers_loading(workers, out) if cluster is None else nullcontext():

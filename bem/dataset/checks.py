@@ -54,7 +54,9 @@ def column_fault(columns: Columns, identity: Mapping[str, Any], counts: tuple[in
     """
     if len(counts) != 3 or list(counts) != list(identity["counts"]):
         return f"whose measurement points are {shown(list(counts))} instead of {shown(identity['counts'])}"
-    for name, kinds, shape in _expected(columns, sum(counts)):
+    if identity.get("steps", "uniform") not in ("uniform", "physical"):
+        return f"whose measurement steps are {shown(identity['steps'])}"
+    for name, kinds, shape in _expected(columns, sum(counts), identity["modulus_ratio"]):
         if name not in columns:
             return f"without /{name}"
         values = columns[name]
@@ -82,6 +84,9 @@ def _number_fault(columns: Columns) -> str:
             return f"whose /protocols/{name} is not finite"
         if name in POSITIVE and np.any(values <= 0.0):
             return f"whose /protocols/{name} is not above zero"
+    ratios = columns.get("protocols/modulus_ratio", np.ones(1))
+    if not np.all((ratios > 0.0) & (ratios <= 1.0)):
+        return "whose /protocols/modulus_ratio is not above 0 and at most 1"
     if np.any(columns["protocols/dwell_time"] < 0.0):
         return "whose /protocols/dwell_time is below zero"
     completed = columns["status"] == COMPLETED
@@ -95,7 +100,7 @@ def _number_fault(columns: Columns) -> str:
     return ""
 
 
-def _expected(columns: Columns, points: int) -> Iterator[tuple[str, str, tuple[int, ...]]]:
+def _expected(columns: Columns, points: int, ratio: Any) -> Iterator[tuple[str, str, tuple[int, ...]]]:
     """Name, allowed kinds of dtype and shape of each array; those that fix the shapes of others come first."""
     whole, real = "iu", "iuf"
     size = len(columns["index"]) if "index" in columns else 0
@@ -104,6 +109,8 @@ def _expected(columns: Columns, points: int) -> Iterator[tuple[str, str, tuple[i
     yield "reason", "O", (size,)
     yield "fms/force", real, (size, points)
     yield from ((f"protocols/{name}", real, (size,)) for name in QUANTITIES)
+    if isinstance(ratio, list):
+        yield "protocols/modulus_ratio", real, (size,)
     yield from ((f"scalars/{name}", real, (size,)) for name in SCALARS)
     jumps = len(columns["jumps/trajectory"]) if "jumps/trajectory" in columns else 0
     yield "jumps/trajectory", whole, (jumps,)

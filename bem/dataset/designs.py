@@ -55,7 +55,8 @@ class Design:
         name: 'paper', 'log-uniform' or 'sobol'.
         ranges: (low, high) of any of `QUANTITIES`, both positive; the paper's for those left out. Equal bounds fix a
             quantity. The paper's grid keeps its number of points in a changed range.
-        modulus_ratio: relaxed over instantaneous modulus of every scene, in (0, 1].
+        modulus_ratio: relaxed over instantaneous modulus of every scene, in (0, 1]; or (low, high) of ratios drawn like
+            the other quantities, by 'log-uniform' or 'sobol'.
 
     Raises:
         ValueError: naming the quantity, the allowed range and the value received.
@@ -67,18 +68,26 @@ class Design:
 
     name: str = "paper"
     ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    modulus_ratio: float = 0.1
+    modulus_ratio: float | tuple[float, float] = 0.1
 
     def __post_init__(self) -> None:
         if self.name not in DESIGNS:
             raise ValueError(f"design must be one of {', '.join(DESIGNS)}; received {shown(self.name)}")
-        ratio = finite_number("modulus_ratio", self.modulus_ratio, above=0.0, high=1.0)
+        ratio = _checked_ratio(self.modulus_ratio, self.name)
         unknown = sorted(set(self.ranges) - set(QUANTITIES))
         if unknown:
             raise ValueError(f"ranges must name some of {', '.join(QUANTITIES)}; received {shown(unknown[0])}")
         merged = {name: _checked_range(name, self.ranges.get(name, PAPER_RANGES[name])) for name in QUANTITIES}
         object.__setattr__(self, "ranges", merged)
         object.__setattr__(self, "modulus_ratio", ratio)
+
+    @property
+    def drawn(self) -> dict[str, tuple[float, float]]:
+        """The ranges of all that is drawn, that of the modulus ratio last where it has one."""
+        drawn = dict(self.ranges)
+        if isinstance(self.modulus_ratio, tuple):
+            drawn["modulus_ratio"] = self.modulus_ratio
+        return drawn
 
     @property
     def largest_count(self) -> int:
@@ -88,7 +97,7 @@ class Design:
         return 2**30
 
     def protocols(self, count: int, seed: int) -> dict[str, FloatArray]:
-        """Draw `count` protocols: the quantities by name, each of shape (count,).
+        """Draw `count` protocols: the quantities by name, each of shape (count,), with `modulus_ratio` if it is drawn.
 
         Raises:
             ValueError: for a negative seed, for more protocols than the design offers, or for ranges in which a phase
@@ -99,7 +108,7 @@ class Design:
         columns = self._grid_nodes(count, seed) if self.name == "paper" else self._spread(count, seed)
         for first in range(0, count, _CHECKED_AT_ONCE):
             part = slice(first, first + _CHECKED_AT_ONCE)
-            measurement_grid(**{name: values[part] for name, values in columns.items()}, counts=FMS)
+            measurement_grid(**{name: columns[name][part] for name in QUANTITIES}, counts=FMS)
         return columns
 
     def _grids(self) -> list[FloatArray]:
@@ -115,19 +124,20 @@ class Design:
         return {name: grid[node] for name, grid, node in zip(QUANTITIES, grids, nodes, strict=True)}
 
     def _spread(self, count: int, seed: int) -> dict[str, FloatArray]:
+        drawn = self.drawn
         if self.name == "sobol":
             # Imported here because scipy.stats takes half a second.
             from scipy.stats.qmc import Sobol
 
-            sequence = Sobol(d=len(QUANTITIES), scramble=True, bits=30, rng=np.random.default_rng(seed))
+            sequence = Sobol(d=len(drawn), scramble=True, bits=30, rng=np.random.default_rng(seed))
             unit = sequence.random_base2(int(count - 1).bit_length())[:count]
         else:
-            unit = np.random.default_rng(seed).random((count, len(QUANTITIES)))
-        low, high = np.log(np.array(list(self.ranges.values()))).T
+            unit = np.random.default_rng(seed).random((count, len(drawn)))
+        low, high = np.log(np.array(list(drawn.values()))).T
         values = np.exp(low + (high - low) * unit)
         # The exponential of a logarithm may leave the range by one rounding.
-        bounds = np.array(list(self.ranges.values())).T
-        return dict(zip(QUANTITIES, np.clip(values, *bounds).T.copy(), strict=True))
+        bounds = np.array(list(drawn.values())).T
+        return dict(zip(drawn, np.clip(values, *bounds).T.copy(), strict=True))
 
 
 def _checked_range(name: str, bounds: Any) -> tuple[float, float]:
@@ -141,6 +151,32 @@ def _checked_range(name: str, bounds: Any) -> tuple[float, float]:
     if low > high:
         raise ValueError(f"range of {name} must have its lower bound first; received {low!r} to {high!r}")
     return low, high
+
+
+def _checked_ratio(ratio: Any, design: str) -> float | tuple[float, float]:
+    if not isinstance(ratio, list | tuple):
+        return finite_number("modulus_ratio", ratio, above=0.0, high=1.0)
+    if len(ratio) != 2:
+        raise ValueError(f"modulus_ratio must be a number, or two, low and high; received {shown(ratio)}")
+    low, high = (finite_number("modulus_ratio", value, above=0.0, high=1.0) for value in ratio)
+    if low > high:
+        raise ValueError(f"range of modulus_ratio must have its lower bound first; received {low!r} to {high!r}")
+    if design == "paper" and low < high:
+        raise ValueError("a range of modulus_ratio needs the design log-uniform or sobol; received 'paper'")
+    return (low, high) if low < high else low
+
+
+def parse_ratio(text: str) -> float | tuple[float, ...]:
+    """Read `0.1` or `0.01:1`, as given on the command line.
+
+    Raises:
+        ValueError: the text has another form.
+    """
+    try:
+        numbers = tuple(float(part) for part in text.split(":"))
+    except ValueError:
+        raise ValueError(f"modulus-ratio must read VALUE or LOW:HIGH; received {shown(text)}") from None
+    return numbers[0] if len(numbers) == 1 else numbers
 
 
 def parse_range(text: str) -> tuple[str, tuple[float, float]]:

@@ -55,6 +55,18 @@ class Dataset:
         return {name: self.columns[f"protocols/{name}"] for name in QUANTITIES}
 
     @property
+    def modulus_ratios(self) -> FloatArray:
+        """Modulus ratio of each trajectory's solid, shape (n,)."""
+        one = self.attributes["campaign"]["modulus_ratio"]
+        stored = self.columns.get("protocols/modulus_ratio")
+        return np.full(len(self), float(one)) if stored is None else stored
+
+    @property
+    def steps(self) -> str:
+        """How the measurement steps are placed: 'uniform' or 'physical'."""
+        return self.attributes["campaign"].get("steps", "uniform")
+
+    @property
     def scalars(self) -> dict[str, NDArray[Any]]:
         """Results and cost by name, each of shape (n,)."""
         return {name: self.columns[f"scalars/{name}"] for name in SCALARS}
@@ -71,6 +83,11 @@ class Dataset:
 
     def grid(self) -> tuple[FloatArray, FloatArray]:
         """Measurement instants and indentations, each of shape (n, N)."""
+        if self.steps == "physical":
+            from bem.dataset.physical_steps import physical_grid
+
+            protocols: dict[str, Any] = dict(self.protocols)
+            return physical_grid(**protocols, modulus_ratio=self.modulus_ratios, counts=self.counts)
         return measurement_grid(**self.protocols, counts=self.counts)
 
 

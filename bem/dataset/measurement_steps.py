@@ -14,6 +14,8 @@ from bem._support.wording import shown
 from bem.protocol import LoadingProtocol, default_start_indentation
 
 FMS = (50, 20, 50)
+PHYSICAL = (22, 8, 72)
+"""Points of loading, dwell and unloading of `bem.dataset.physical_steps`: fewer than `FMS` in all."""
 FIRST_UNLOADING = FMS[0] + FMS[1] - 1
 """Index of the step at which the dwell ends and the unloading begins."""
 

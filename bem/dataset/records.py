@@ -40,16 +40,18 @@ class Settings:
     """How every trajectory of a campaign is simulated and measured.
 
     Args:
-        modulus_ratio: relaxed over instantaneous modulus.
+        modulus_ratio: relaxed over instantaneous modulus, of trajectories that do not say their own.
         accuracy: as in `bem.simulate`.
         counts: measurement points in loading, dwell and unloading.
         native: whether the solver's own, adaptive history is kept too.
+        steps: 'uniform' or 'physical', see `measurement_instants`.
     """
 
     modulus_ratio: float = 0.1
     accuracy: str | float = "standard"
     counts: tuple[int, int, int] = FMS
     native: bool = False
+    steps: str = "uniform"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -93,18 +95,24 @@ def simulate_record(index: int, quantities: Mapping[str, float], settings: Setti
 
     Args:
         index: place of the protocol in its design.
-        quantities: tabor, peak_indentation, loading_rate, dwell_time and unloading_rate.
+        quantities: tabor, peak_indentation, loading_rate, dwell_time, unloading_rate, and the modulus ratio if it is
+            not that of all.
         settings: how to simulate and measure.
         solver: `bem.simulate` or a stand-in with its signature.
     """
     rest = {name: float(value) for name, value in quantities.items()}
-    tabor = rest.pop("tabor")
+    tabor, ratio = rest.pop("tabor"), rest.pop("modulus_ratio", settings.modulus_ratio)
     # One failing case must not end the batch, whatever error it raises.
     try:
-        material = StandardLinearSolid(settings.modulus_ratio) if settings.modulus_ratio < 1.0 else Elastic()
+        material = StandardLinearSolid(ratio) if ratio < 1.0 else Elastic()
         protocol = LoadingProtocol(**rest)
         trajectory = solver(Scene(tabor=tabor, material=material), protocol, accuracy=settings.accuracy)
-        return _kept(index, trajectory, measurement_times(protocol, tabor, settings.counts), settings)
+        times = measurement_times(protocol, tabor, settings.counts)
+        if settings.steps == "physical":
+            from bem.dataset.physical_steps import physical_grid
+
+            times = physical_grid(tabor=tabor, **rest, modulus_ratio=ratio, counts=settings.counts)[0][0]
+        return _kept(index, trajectory, times, settings)
     except Exception as error:
         return failed(index, f"{type(error).__name__}: {error}", settings)
 

@@ -61,7 +61,7 @@ def train(
     name: Annotated[str, typer.Argument(help="Name of an architecture; `surrogate list` shows them.")],
     recipe: RecipeOption = "swift",
     dataset: DatasetOption = DATASET,
-    features: Annotated[str, typer.Option(help="Feature set, A to D.")] = "D",
+    features: Annotated[str, typer.Option(help="Feature set, A to F.")] = "D",
     epochs: EpochsOption = None,
     seed: SeedOption = None,
     split_seed: Annotated[int, typer.Option(help="Seed of the split into training, validation and test set.")] = 0,

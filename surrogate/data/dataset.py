@@ -105,7 +105,9 @@ class TrajectoryDataset:
             `published/MANIFEST.json`.
         forces_sha256: SHA-256 digest of the request and of all bits of the stored forces and scalars. Where it differs,
             the errors of two models refer to different reference forces.
-        modulus_ratio: Relaxed over instantaneous modulus of the standard linear solid; `None` if the file states none.
+        modulus_ratio: Relaxed over instantaneous modulus of the standard linear solid; `None` if the file states none,
+            or one for each trajectory, which `protocols` then hold under this name.
+        steps: How the measurement steps are placed: `"uniform"` or `"physical"`.
     """
 
     protocols: dict[str, np.ndarray]
@@ -116,6 +118,7 @@ class TrajectoryDataset:
     sha256: str
     forces_sha256: str
     modulus_ratio: float | None
+    steps: str = "uniform"
 
     @classmethod
     def load(cls, path: str | Path) -> TrajectoryDataset:
@@ -127,15 +130,18 @@ class TrajectoryDataset:
         """
         content = load_dataset(path)
         asked = _digest(content)
+        ratio = content.attributes.get("modulus_ratio")
+        several = {"modulus_ratio": content.modulus_ratios} if isinstance(ratio, list) else {}
         return cls(
-            protocols=content.protocols,
+            protocols=content.protocols | several,
             force=content.force.astype(np.float64),
             points_per_phase=content.counts,
             scalars={name: content.scalars[name] for name in RESULTS},
             status=content.columns["status"],
             sha256=asked,
             forces_sha256=_forces_digest(content, asked),
-            modulus_ratio=content.attributes.get("modulus_ratio"),
+            modulus_ratio=None if several else ratio,
+            steps=content.steps,
         )
 
     def __len__(self) -> int:
@@ -154,7 +160,19 @@ class TrajectoryDataset:
         """Return times and indentations of the trajectories `indices` on the FMS, each of shape `(batch, steps)`."""
         from bem.dataset.measurement_steps import measurement_grid
 
-        return measurement_grid(**self.protocols_of(indices), counts=self.points_per_phase)
+        protocols = {name: self.protocols[name][indices] for name in QUANTITIES}
+        if self.steps == "physical":
+            from bem.dataset.physical_steps import physical_grid
+
+            ratios = self.modulus_ratios(indices)
+            return physical_grid(**protocols, modulus_ratio=ratios, counts=self.points_per_phase)
+        return measurement_grid(**protocols, counts=self.points_per_phase)
+
+    def modulus_ratios(self, indices: np.ndarray) -> np.ndarray | None:
+        """Return the modulus ratios of some trajectories, shape `(batch,)`; `None` where the file has none."""
+        if "modulus_ratio" in self.protocols:
+            return self.protocols["modulus_ratio"][indices]
+        return None if self.modulus_ratio is None else np.full(len(indices), self.modulus_ratio)
 
     def split(self, seed: int = 0, fractions: tuple[float, float] = (0.1, 0.1)) -> Split:
         """Split the completed trajectories at random.
@@ -185,7 +203,12 @@ def _digest(content: Dataset) -> str:
     asked: dict[str, object] = {name: str(content.attributes.get(name)) for name in ("modulus_ratio", "accuracy")}
     asked["counts"] = list(content.counts)
     digest = hashlib.sha256(json.dumps(asked, sort_keys=True).encode())
-    for values in content.protocols.values():
+    columns = list(content.protocols.values())
+    if content.steps != "uniform":
+        digest.update(content.steps.encode())
+    if isinstance(content.attributes.get("modulus_ratio"), list):
+        columns.append(content.modulus_ratios)
+    for values in columns:
         # Single precision, because the last digit of a power differs between processors.
         digest.update(values.astype("<f4").tobytes())
     digest.update((content.columns["status"] == COMPLETED).tobytes())

@@ -12,6 +12,17 @@ C     time, indentation, velocity, acceleration   4
 D     time, indentation, velocity, edge           4
 ====  ==========================================  ========
 
+Two more are not the paper's. E adds the length of each step, which D shows only as a difference of times. F adds what
+closed forms say of any standard linear solid at little cost (`surrogate.data.physics`):
+
+====  ===============================================================================================  ========
+set   channels                                                                                         count
+====  ===============================================================================================  ========
+E     those of D, log of the step length                                                                5
+F     those of E, force of Lee and Radok, relaxed force of Hertz, indentation filtered by the solid's   12
+      two times, log of the modulus ratio, flags of loading and unloading
+====  ===============================================================================================  ========
+
 D is the default. Velocity is the backward difference of indentation over time, which is causal; the first velocity is
 zero, because the sphere starts from rest. Acceleration is the backward difference of the velocity, smoothed by an
 exponential moving average; the paper states no smoothing factor, and `ACCELERATION_SMOOTHING` is the one used here.
@@ -25,12 +36,20 @@ import numpy as np
 
 from bem._support.wording import shown
 
+PHYSICS = ("lee_radok", "hertz", "memory_relaxation", "memory_retardation")
+"""Channels of `surrogate.data.physics`, which is imported only where they are asked for, for the time it takes."""
+
 FEATURE_SETS: dict[str, tuple[str, ...]] = {
     "A": ("time", "indentation"),
     "B": ("time", "indentation", "velocity"),
     "C": ("time", "indentation", "velocity", "acceleration"),
     "D": ("time", "indentation", "velocity", "edge"),
+    "E": ("time", "indentation", "velocity", "edge", "log_step"),
 }
+FEATURE_SETS["F"] = (*FEATURE_SETS["E"], *PHYSICS, "log_modulus_ratio", "loading", "unloading")
+
+NEEDS_MATERIAL = ("F",)
+"""Sets whose channels depend on the Tabor parameter and the modulus ratio."""
 
 ACCELERATION_SMOOTHING = 0.3
 """Weight of the newest value in the moving average of the acceleration."""
@@ -123,29 +142,60 @@ def edge_from_counts(points_per_phase: tuple[int, int, int], batch: int) -> np.n
     return edge
 
 
-def channels(times: np.ndarray, indentations: np.ndarray, edge: np.ndarray, features: str = "D") -> np.ndarray:
+def log_step(times: np.ndarray) -> np.ndarray:
+    """Return the logarithm of the time since the step before; the first value is zero."""
+    logarithms = np.zeros_like(times, dtype=np.float64)
+    logarithms[..., 1:] = np.log(np.diff(times, axis=-1))
+    return logarithms
+
+
+def channels(
+    times: np.ndarray,
+    indentations: np.ndarray,
+    edge: np.ndarray,
+    features: str = "D",
+    *,
+    tabor: np.ndarray | None = None,
+    modulus_ratio: np.ndarray | float | None = None,
+) -> np.ndarray:
     """Return the physical (unscaled) channels of a feature set.
 
     Args:
         times: A 2D array of shape `(batch, steps)`, strictly increasing along the steps.
         indentations: An array of the same shape.
         edge: An array of the same shape, from `edge_from_indentations` or `edge_from_counts`.
-        features: The feature set, `"A"` to `"D"`.
+        features: The feature set, `"A"` to `"F"`.
+        tabor: Tabor parameters of shape `(batch,)`, for `"F"`.
+        modulus_ratio: Modulus ratios of shape `(batch,)`, or one for all, for `"F"`.
 
     Returns:
         A 3D array of shape `(batch, steps, channels)`, float64.
 
     Raises:
-        ValueError: the feature set is unknown.
+        ValueError: the feature set is unknown, or it needs the material and this is not given.
     """
+    names, physics = channel_names(features), {}
+    if features in NEEDS_MATERIAL:
+        if tabor is None or modulus_ratio is None:
+            raise ValueError(f"Expected tabor and modulus_ratio for feature set {features}. Received: none")
+        from surrogate.data.physics import physics_channels
+
+        ratios = np.broadcast_to(np.asarray(modulus_ratio, dtype=np.float64), len(times)).copy()
+        histories = (np.asarray(one, dtype=np.float64) for one in (times, indentations, tabor))
+        physics = dict(zip(PHYSICS, physics_channels(*histories, ratios), strict=True))
+        physics["log_modulus_ratio"] = np.broadcast_to(np.log(ratios)[:, np.newaxis], times.shape)
+        motion = velocity(times, indentations)
+        physics |= {"loading": motion > 0.0, "unloading": motion < 0.0}
     makers = {
         "time": lambda: times,
         "indentation": lambda: indentations,
         "velocity": lambda: velocity(times, indentations),
         "acceleration": lambda: smoothed_acceleration(times, indentations),
         "edge": lambda: edge,
+        "log_step": lambda: log_step(times),
     }
-    return np.stack([makers[name]() for name in channel_names(features)], axis=-1).astype(np.float64)
+    found = [physics[name] if name in physics else makers[name]() for name in names]
+    return np.stack(found, axis=-1).astype(np.float64)
 
 
 def _backward_difference(times: np.ndarray, values: np.ndarray) -> np.ndarray:

@@ -2,8 +2,9 @@
 
 Source: the paper's section "Surrogate-model inputs and targets". With symlog(x) = sign(x) log(1 + |x|), time is
 transformed twice; indentation, Tabor parameter and force are transformed once. The paper does not say how velocity and
-acceleration are transformed; both span decades, so they are transformed once here. The 0/1 edge channel is not
-transformed. Each channel, the Tabor parameter and the force are then standardised: the mean of the *training* set is
+acceleration are transformed; both span decades, so they are transformed once here, and so are the forces and filtered
+indentations of set F. Flags, and channels that are logarithms already, are not transformed. Each channel, the Tabor
+parameter and the force are then standardised: the mean of the *training* set is
 subtracted, and the difference is divided by its standard deviation.
 """
 
@@ -18,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from surrogate.data.features import channel_names
+from surrogate.data.features import PHYSICS, channel_names
 
 FORMAT = "viscoelastic-contact-scaling"
 FORMAT_VERSION = 1
@@ -26,7 +27,8 @@ FORMAT_VERSION = 1
 PUBLISHED_MATERIALS = {"a8108732dbfcd7ea64fe9a88fbd16d06bb0ff632fdfa3f3fb03347a9501e7586": 0.1}
 """Modulus ratio by `TrajectoryDataset.sha256`, for models whose `ranges` were saved without the modulus ratio."""
 
-SYMLOG_PASSES = {"time": 2, "indentation": 1, "velocity": 1, "acceleration": 1, "edge": 0}
+SYMLOG_PASSES = {"time": 2, "indentation": 1, "velocity": 1, "acceleration": 1, "edge": 0, "log_step": 0}
+SYMLOG_PASSES |= dict.fromkeys(PHYSICS, 1) | {"log_modulus_ratio": 0, "loading": 0, "unloading": 0}
 """How many times each channel is transformed by `symlog`."""
 
 

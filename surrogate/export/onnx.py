@@ -28,7 +28,7 @@ from bem.dataset.designs import QUANTITIES
 from bem.dataset.measurement_steps import FMS, measurement_grid
 from surrogate.architectures.naming import split_name
 from surrogate.architectures.registry import REGISTERED
-from surrogate.data.features import ACCELERATION_SMOOTHING, channel_names, edge_from_counts
+from surrogate.data.features import ACCELERATION_SMOOTHING, NEEDS_MATERIAL, channel_names, edge_from_counts
 from surrogate.data.scaling import SYMLOG_PASSES, Scaling
 from surrogate.export.onnx_graph import EMITTERS, OnnxGraph
 from surrogate.inference.keras_backend import KerasBackend, keras_model
@@ -123,6 +123,8 @@ def build_graph(
         NotExportableError: the model has layers unknown to `surrogate.network.lowering`.
         ValueError: the model has weights that are not finite.
     """
+    if scaling.features in NEEDS_MATERIAL:
+        raise NotExportableError(f"Expected a feature set of times and indentations. Received: {scaling.features}")
     network = lower(model)
     for weight, values in network.weights.items():
         if not np.isfinite(values).all():
@@ -179,6 +181,7 @@ def _scaled_channels(graph: OnnxGraph, scaling: Scaling) -> str:
             "velocity": lambda v=velocity: v,
             "acceleration": lambda v=velocity: _moving_average(graph, graph.slope(v)),
             "edge": lambda: "edge",
+            "log_step": graph.log_step,
         }[channel]()
         for _ in range(SYMLOG_PASSES[channel]):
             column = graph.symlog(column)

@@ -75,6 +75,12 @@ class OnnxGraph:
         ]
         return self.add("Pad", self.add("Div", *rises), self.integers([0, 1, 0, 0]))
 
+    def log_step(self) -> str:
+        """Logarithm of the time since the step before, zero at the first."""
+        one, minus_one, zero, far = (self.integers([bound]) for bound in (1, -1, 0, np.iinfo(np.int64).max))
+        later, earlier = self.add("Slice", "times", one, far, one), self.add("Slice", "times", zero, minus_one, one)
+        return self.add("Pad", self.add("Log", self.add("Sub", later, earlier)), self.integers([0, 1, 0, 0]))
+
     def finish(self, name: str) -> onnx.GraphProto:
         """Return the ONNX graph with the physical inputs and output."""
         matrix = ["batch", "steps"]

@@ -66,7 +66,9 @@ class KerasBackend:
 
     def force(self, times: np.ndarray, indentations: np.ndarray, tabor: np.ndarray, edge: np.ndarray) -> np.ndarray:
         """Return the physical forces of shape `(batch, steps)`."""
-        sequence = self.scaling.scale_channels(channels(times, indentations, edge, self.scaling.features))
+        scaling = self.scaling
+        found = channels(times, indentations, edge, scaling.features, tabor=tabor, modulus_ratio=scaling.modulus_ratio)
+        sequence = scaling.scale_channels(found)
         return self.force_from_channels(sequence, self.scaling.scale_tabor(tabor))
 
     def force_from_channels(self, sequence: np.ndarray, tabor: np.ndarray) -> np.ndarray:

@@ -73,6 +73,8 @@ class Stream:
         self._state = np.zeros(program.states, dtype=np.float32)
         self._motion = np.zeros(MOTION_SIZE)
         names = channel_names(scaling.features)
+        if not set(names) <= set(CHANNELS):
+            raise ValueError(f"Expected a model of the feature sets A to D. Received: {name} of {scaling.features}")
         self._channels = np.array([(CHANNELS.index(channel), SYMLOG_PASSES[channel]) for channel in names])
         moments = [*zip(scaling.channel_mean, scaling.channel_scale, strict=True), scaling.force]
         self._moments = np.array(moments, dtype=np.float64)

@@ -28,6 +28,7 @@ def campaign_of(attributes: dict[str, Any]) -> Campaign:
             design=Design(identity["design"], identity["ranges"], identity["modulus_ratio"]),
             **{name: identity[name] for name in ("count", "seed", "accuracy", "native")},
             counts=tuple(identity["counts"]),
+            steps=identity.get("steps", "uniform"),
             shard=(int(number), int(total)),
         )
     except (AttributeError, KeyError, TypeError) as error:

@@ -9,12 +9,17 @@ from typing import Any
 import numpy as np
 
 from bem._support.validation import FloatArray, whole_number
+from bem._support.wording import shown
 from bem.accuracy import resolve_accuracy
 from bem.dataset.campaign.work import Solver, expected_seconds, solver_name
 from bem.dataset.designs import QUANTITIES, Design
 from bem.dataset.file import load_dataset, write_dataset
 from bem.dataset.measurement_steps import FMS, checked_counts
 from bem.dataset.records import Columns, Record, Settings, failed, simulate_record, tabulate, untabulate
+
+STEPS = ("uniform", "physical")
+NAMES = (*QUANTITIES, "modulus_ratio")
+"""What a design draws, in its order; the last only where it has a range."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,6 +33,7 @@ class Campaign:
         accuracy: as in `bem.simulate`.
         counts: measurement points in loading, dwell and unloading.
         native: whether the solver's own histories are kept too.
+        steps: 'uniform', or 'physical' for those of `bem.dataset.physical_steps`.
         shard: (i, n) for the i-th of n interleaved shares, counting from 1, none of them empty.
 
     Raises:
@@ -40,10 +46,13 @@ class Campaign:
     accuracy: str | float = "standard"
     counts: tuple[int, int, int] = FMS
     native: bool = False
+    steps: str = "uniform"
     shard: tuple[int, int] = (1, 1)
 
     def __post_init__(self) -> None:
         resolve_accuracy(self.accuracy)
+        if self.steps not in STEPS:
+            raise ValueError(f"steps must be one of {', '.join(STEPS)}; received {shown(self.steps)}")
         count = whole_number("count", self.count, low=1, high=self.design.largest_count)
         shards = whole_number("shards", self.shard[1], low=1, high=count)
         checked = {
@@ -68,16 +77,22 @@ class Campaign:
     @property
     def settings(self) -> Settings:
         """How each of them is simulated and measured."""
+        ratio = self.design.modulus_ratio
         return Settings(
-            modulus_ratio=self.design.modulus_ratio, accuracy=self.accuracy, counts=self.counts, native=self.native
+            modulus_ratio=ratio[1] if isinstance(ratio, tuple) else ratio,
+            accuracy=self.accuracy,
+            counts=self.counts,
+            native=self.native,
+            steps=self.steps,
         )
 
     def identity(self, solver: Solver | None = None) -> dict[str, Any]:
         """Everything that determines the numbers."""
+        ratio = self.design.modulus_ratio
         return {
             "design": self.design.name,
             "ranges": {name: list(bounds) for name, bounds in self.design.ranges.items()},
-            "modulus_ratio": self.design.modulus_ratio,
+            "modulus_ratio": list(ratio) if isinstance(ratio, tuple) else ratio,
             "seed": self.seed,
             "count": self.count,
             "accuracy": self.accuracy,
@@ -85,6 +100,8 @@ class Campaign:
             "native": self.native,
             "shard": "/".join(map(str, self.shard)),
             "solver": solver_name(solver),
+            # As before there were other steps.
+            **({"steps": self.steps} if self.steps != "uniform" else {}),
         }
 
     def shard_path(self, out: Path) -> Path:
@@ -98,8 +115,8 @@ class Campaign:
         return expected_seconds({name: values[indices] for name, values in self.protocols.items()}, self.accuracy)
 
     def items(self, indices: np.ndarray) -> list[tuple[float, ...]]:
-        """What a worker needs to know of some of the trajectories: their protocols in the order of `QUANTITIES`."""
-        return list(map(tuple, np.stack([self.protocols[name][indices] for name in QUANTITIES], axis=1).tolist()))
+        """What a worker needs to know of some of the trajectories: their protocols in the order of `NAMES`."""
+        return list(map(tuple, np.stack([values[indices] for values in self.protocols.values()], axis=1).tolist()))
 
     @property
     def simulator(self) -> functools.partial:
@@ -145,4 +162,4 @@ def root_attributes(identity: dict[str, Any]) -> dict[str, Any]:
 
 
 def _simulated(settings: Settings, index: int, protocol: tuple[float, ...], solver: Solver) -> Record:
-    return simulate_record(index, dict(zip(QUANTITIES, protocol, strict=True)), settings, solver)
+    return simulate_record(index, dict(zip(NAMES, protocol, strict=False)), settings, solver)

@@ -4,7 +4,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bem.dataset.designs import DESIGNS, PAPER_RANGES, QUANTITIES, Design, parse_range, read_design_file
+from bem.dataset.designs import DESIGNS, PAPER_RANGES, QUANTITIES, Design, parse_range, parse_ratio, read_design_file
 
 PAPER_VALUES = Path(__file__).parents[3] / "experiments" / "paper_values"
 
@@ -66,6 +66,10 @@ def test_sobol_covers_each_octant_evenly():
         ({"ranges": {"tabor": 1.0}}, "range of tabor must be two numbers"),
         ({"ranges": {"radius": (1.0, 2.0)}}, "received 'radius'"),
         ({"modulus_ratio": 0.0}, "modulus_ratio must be a finite number greater than 0"),
+        ({"modulus_ratio": (0.1, 2.0)}, "modulus_ratio must be a finite number greater than 0 and at most 1"),
+        ({"modulus_ratio": (0.5, 0.1), "name": "sobol"}, "range of modulus_ratio must have its lower bound first"),
+        ({"modulus_ratio": (0.1, 0.5, 1.0)}, "modulus_ratio must be a number, or two, low and high"),
+        ({"modulus_ratio": (0.1, 0.5)}, "a range of modulus_ratio needs the design log-uniform or sobol"),
     ],
 )
 def test_impossible_designs_are_refused(arguments, message):
@@ -75,21 +79,43 @@ def test_impossible_designs_are_refused(arguments, message):
 
 @pytest.mark.parametrize(("count", "seed"), [(0, 0), (True, 0), (1.5, 0), (559_873, 0), (1, -1), (1, 0.5)])
 def test_impossible_counts_and_seeds_are_refused(count, seed):
-    with pytest.raises(ValueError, match="must be a whole number from"):
+    with pytest.raises(ValueError, match=r"must be a whole number from"):
         Design("paper").protocols(count, seed)
 
 
 def test_a_phase_that_vanishes_in_double_precision_is_refused():
     design = Design("log-uniform", {"loading_rate": (1e-12, 1e-12), "unloading_rate": (1e12, 1e12)})
-    with pytest.raises(ValueError, match="strictly increasing"):
+    with pytest.raises(ValueError, match=r"strictly increasing"):
         design.protocols(3, seed=0)
+
+
+@pytest.mark.parametrize("name", ["log-uniform", "sobol"])
+def test_modulus_ratios_are_drawn_with_the_protocols(name):
+    drawn = Design(name, modulus_ratio=(0.01, 1.0)).protocols(256, seed=3)
+    ratios = drawn.pop("modulus_ratio")
+    assert list(drawn) == list(QUANTITIES)
+    places = np.log(ratios / 0.01) / np.log(100.0)
+    assert 0.0 <= places.min() < 0.02
+    assert 0.98 < places.max() <= 1.0
+    assert abs(np.corrcoef(places, np.log(drawn["tabor"]))[0, 1]) < 0.2
+
+
+def test_a_range_of_one_modulus_ratio_is_a_number():
+    assert Design("sobol", modulus_ratio=(0.1, 0.1)) == Design("sobol", modulus_ratio=0.1)
+
+
+def test_modulus_ratios_on_the_command_line():
+    assert parse_ratio("0.1") == 0.1
+    assert parse_ratio("0.01:1") == (0.01, 1.0)
+    with pytest.raises(ValueError, match=r"modulus-ratio must read VALUE or LOW:HIGH; received 'a'"):
+        parse_ratio("a")
 
 
 def test_range_on_the_command_line():
     assert parse_range("tabor=0.2:3.2") == ("tabor", (0.2, 3.2))
     assert parse_range("tabor=1") == ("tabor", (1.0, 1.0))
     for text in ("tabor", "tabor=", "tabor=a:b", "tabor=1:2:3"):
-        with pytest.raises(ValueError, match="range must read NAME=LOW:HIGH"):
+        with pytest.raises(ValueError, match=r"range must read NAME=LOW:HIGH"):
             parse_range(text)
 
 
@@ -97,7 +123,7 @@ def test_design_file(tmp_path):
     path = tmp_path / "design.toml"
     path.write_text('design = "sobol"\ncount = 5\n[ranges]\ntabor = [1.0, 2.0]\n', encoding="utf-8")
     assert read_design_file(path) == {"design": "sobol", "count": 5, "ranges": {"tabor": [1.0, 2.0]}}
-    with pytest.raises(FileNotFoundError, match="design file not found"):
+    with pytest.raises(FileNotFoundError, match=r"design file not found"):
         read_design_file(tmp_path / "absent.toml")
     for text, message in (("design =", "must be TOML"), ("speed = 1", "'speed'"), ("ranges = 3", "must be a table")):
         path.write_text(text, encoding="utf-8")

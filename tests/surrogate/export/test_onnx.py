@@ -15,7 +15,7 @@ from surrogate.inference.keras_backend import keras_model
 from surrogate.inference.model_files import PUBLISHED, read_run
 from surrogate.inference.onnx_backend import OnnxBackend
 from surrogate.inference.predictor import Surrogate
-from surrogate.network.lowering import lower
+from surrogate.network.lowering import NotExportableError, lower
 from surrogate.network.onnx_file import sealed
 from surrogate.training.recipe import Recipe
 from surrogate.training.runs import Run, fit_scaling
@@ -49,7 +49,7 @@ def save(graph, path):
 @pytest.mark.filterwarnings("ignore:.*extrapolates")
 @pytest.mark.parametrize(
     ("name", "features"),
-    [*((name, "D") for name in surrogate.names()), *(("M3-concat", features) for features in "ABC")],
+    [*((name, "D") for name in surrogate.names()), *(("M3-concat", features) for features in "ABCE")],
 )
 def test_file_agrees_with_keras(name, features, stirred, protocols, tmp_path):
     backend, expected = stirred(name, features)
@@ -325,3 +325,9 @@ def test_export_writes_beside_the_weights_or_where_told(command, published, tmp_
         assert own.read_bytes() == before
     finally:
         own.write_bytes(before)
+
+
+def test_inputs_of_the_material_are_left_to_keras(dataset):
+    scaling = scaling_of(dataset, "F")
+    with pytest.raises(NotExportableError, match=r"Expected a feature set of times and indentations. Received: F"):
+        build_graph(surrogate.build("M1-concat", "F"), scaling, name="mine", architecture="M1-concat")

@@ -187,3 +187,9 @@ def test_hyperbolic_tangent():
     broken = np.array([np.nan, np.inf, -np.inf], dtype=np.float32)
     hyperbolic_tangents(broken)
     assert np.isnan(broken).all()
+
+
+def test_a_model_of_other_inputs_is_refused(stirred):
+    backend, _ = stirred("M3-concat", "E")
+    with pytest.raises(ValueError, match=r"Expected a model of the feature sets A to D. Received: mine of E"):
+        Stream(backend.graph(), backend.scaling, tabor=1.0, name="mine")

@@ -1,0 +1,261 @@
+"""Measurement steps that follow the physics: most of them where the contact separates.
+
+Fifty equally spaced unloading points step over a narrow pull-off peak (`experiments.surrogates.measurement_floor`
+measures by how much). These steps know protocol, Tabor parameter and material alone. They rest on the force of Lee and
+Radok without adhesion, whose memory of indentation^(3/2) is carried on through the unloading: it crosses zero shortly
+before the pull-off. With offsets s of the indentation below that crossing,
+
+- loading points are equally spaced;
+- dwell points, and a quarter of the unloading points before the crossing, are spaced half by time, half by the change
+  of that force;
+- the other unloading points are spaced evenly in log s within three ranges: two thirds of them where the pull-off is to
+  be expected, the others below and above that.
+
+The pull-off is expected at s = 0.65 r (d / delta_l)^(1/2) (mu / delta_l)^(1/10), a fit to simulations in the paper's
+ranges, where r is the travel left after the crossing and d the travel before it. Units as in `bem.protocol`; forces of
+Lee and Radok are in units of the relaxed Hertz force at indentation 1. Source: Lee and Radok, J. Appl. Mech. 27 (1960)
+438; Johnson, Contact Mechanics (1985), section 6.5.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from bem._support.jit import kernel
+from bem._support.validation import FloatArray
+from bem.dataset.measurement_steps import PHYSICAL, checked_counts
+from bem.materials import Material, StandardLinearSolid
+from bem.protocol import default_start_indentation
+
+_FIRST = 0.05  # smallest offset after the crossing, in h0
+_BEFORE = 0.22  # share of the unloading points before the crossing
+_RANGES = (0.2, 0.55, 2.0)  # bounds of ranges after it, over the expected offset of the pull-off
+_SHARES = (0.0, 0.08, 0.31, 0.85, 1.0)  # of the other points up to each bound, both ends included
+# Where the force is computed, as shares of a phase: even in the logarithm, because the fastest relaxation may be far
+# faster than the dwell; in the unloading, from fine steps to even ones.
+_LOADING = np.linspace(0.0, 1.0, 41)
+_DWELL = np.append(0.0, np.exp(np.linspace(-12.0, 0.0, 40)))
+_UNLOADING = np.sinh(np.linspace(0.0, 6.0, 81)) / np.sinh(6.0)
+
+
+def physical_grid(
+    *,
+    tabor: ArrayLike,
+    peak_indentation: ArrayLike,
+    loading_rate: ArrayLike,
+    dwell_time: ArrayLike,
+    unloading_rate: ArrayLike,
+    material: Material | Sequence[Material] | None = None,
+    modulus_ratio: ArrayLike | None = None,
+    counts: Sequence[int] = PHYSICAL,
+    start_indentation: ArrayLike | None = None,
+) -> tuple[FloatArray, FloatArray]:
+    """Measurement instants and indentations of many protocols at once.
+
+    Args:
+        tabor, peak_indentation, loading_rate, dwell_time, unloading_rate: one value for each of B protocols, shape (B,)
+            or scalar.
+        material: one for all, or one for each.
+        modulus_ratio: shape (B,) or scalar, of standard linear solids, instead of `material`.
+        counts: points in the loading, dwell and unloading phases, N in all.
+        start_indentation: shape (B,) or scalar; by default -pi^(2/3) mu.
+
+    Returns:
+        times and indentations, each of shape (B, N) and float64; the same instants that `measurement_grid` has at the
+        start, at the peak, at the end of the dwell and at the end.
+
+    Raises:
+        ValueError: neither or both of material and modulus ratio, fewer than 8 unloading points, dwell points asked of
+            a protocol without dwell, a peak not above zero, a start not below it, or instants that coincide in double
+            precision.
+    """
+    counts = checked_counts(counts)
+    if counts[2] < 8:
+        raise ValueError(f"counts must ask for at least 8 unloading points; received {counts[2]}")
+    if start_indentation is None:
+        start_indentation = default_start_indentation(np.asarray(tabor, dtype=np.float64))
+    given = (tabor, peak_indentation, loading_rate, dwell_time, unloading_rate, start_indentation)
+    protocols = np.stack(np.broadcast_arrays(*(np.atleast_1d(np.asarray(one, np.float64)) for one in given)))
+    if np.any(wrong := ~((protocols[1] > 0.0) & (protocols[5] < 0.0))):
+        row = int(np.flatnonzero(wrong)[0])
+        raise ValueError(
+            "peak_indentation must lie above 0, and the start indentation below; received protocol "
+            f"{row} with {float(protocols[1, row])!r} and a start of {float(protocols[5, row])!r}"
+        )
+    if counts[1] and np.any(protocols[3] <= 0.0):
+        raise ValueError(
+            "counts must ask for no dwell points where dwell_time is 0; "
+            f"received {counts[1]} with a dwell_time of {float(protocols[3].min())!r}"
+        )
+    if (material is None) == (modulus_ratio is None):
+        raise ValueError("steps need either a material or a modulus_ratio; received neither or both")
+    if material is None:
+        strengths, rates = solids(np.broadcast_to(np.asarray(modulus_ratio, np.float64), protocols.shape[1:]))
+    else:
+        strengths, rates = relaxation(material, protocols.shape[1])
+    times, indentations, _ = on_steps(protocols, strengths, rates, np.array(counts))
+    if not np.all(rising := np.all(np.diff(times, axis=1) > 0.0, axis=1)):
+        row = int(np.flatnonzero(~rising)[0])
+        raise ValueError(
+            "measurement times must be strictly increasing in double precision; received protocol "
+            f"{row} with the quantities {protocols[:5, row].tolist()}"
+        )
+    return times, indentations
+
+
+def solids(modulus_ratio: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Relaxation strengths and rates, each (B, 1), of standard linear solids of modulus ratios (B,)."""
+    bad = ~((modulus_ratio > 0.0) & (modulus_ratio <= 1.0))
+    if np.any(bad):
+        StandardLinearSolid(float(modulus_ratio[bad][0]))  # says what is allowed
+    rates = 1.0 / modulus_ratio[:, np.newaxis]
+    return rates - 1.0, rates
+
+
+def relaxation(material: Material | Sequence[Material], count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Relaxation strengths g and rates r of materials, each (count, m): E(t)/E0 = 1 + sum_j g_j exp(-r_j t).
+
+    Shorter spectra are filled with strengths of zero. The rates are the eigenvalues of the rates at which the memory
+    vectors of `bem.materials` change under constant strain.
+    """
+    one = [material] if isinstance(material, Material) else list(material)
+    if len(one) not in (1, count):
+        raise ValueError(f"material must be one, or one for each of {count} protocols; received {len(one)}")
+    found = {}
+    for solid in one:
+        if id(solid) not in found:
+            each = np.sqrt(solid.strengths / solid.times)
+            matrix = np.diag(1.0 / solid.times) + np.outer(each, each) / solid.modulus_ratio
+            rates, vectors = np.linalg.eigh(matrix) if each.size else (np.ones(1), np.zeros((1, 1)))
+            weights = vectors.T @ np.sqrt(solid.strengths * solid.times) if each.size else np.zeros(1)
+            found[id(solid)] = (weights * (vectors.T @ each) / solid.modulus_ratio if each.size else weights, rates)
+    terms = max(len(strengths) for strengths, _ in found.values())
+    both = np.zeros((2, len(one), terms))
+    both[1] = 1.0
+    for row, solid in enumerate(one):
+        for part, values in zip(both, found[id(solid)], strict=True):
+            part[row, : len(values)] = values
+    strengths, rates = np.broadcast_to(both, (2, count, terms)) if len(one) == count else both.repeat(count, axis=1)
+    return np.ascontiguousarray(strengths), np.ascontiguousarray(rates)
+
+
+@kernel
+def _hertz(indentation: float) -> float:
+    return indentation * np.sqrt(indentation) if indentation > 0.0 else 0.0
+
+
+@kernel
+def carry(memory: np.ndarray, rates: np.ndarray, dt: float, change: float) -> None:
+    """Carry memories z_j = int exp(-r_j (t - s)) du(s), shape (m,), over a step in which u changes linearly."""
+    for j in range(memory.size):
+        lost = -np.expm1(-rates[j] * dt)
+        memory[j] += lost / (rates[j] * dt) * change - lost * memory[j]
+
+
+@kernel
+def _spread(positions: np.ndarray, force: np.ndarray, count: int) -> np.ndarray:
+    """`count` of increasing `positions` (n,), the last included, spaced half by them, half by the change of `force`."""
+    n = positions.size
+    cumulated = np.zeros(n)
+    total = 1e-300
+    for i in range(1, n):
+        total += abs(force[i] - force[i - 1])
+    for i in range(1, n):
+        cumulated[i] = (
+            cumulated[i - 1]
+            + 0.5 * (positions[i] - positions[i - 1]) / (positions[n - 1] - positions[0])
+            + 0.5 * abs(force[i] - force[i - 1]) / total
+        )
+    wanted = np.arange(1, count + 1) / count * cumulated[n - 1]
+    found = np.interp(wanted, cumulated, positions)
+    found[count - 1] = positions[n - 1]
+    return found
+
+
+@kernel
+def _after(crossing: float, start: float, peak: float, tabor: float, count: int) -> np.ndarray:
+    """Offsets (count,) below the crossing, the last one down to the start."""
+    room = crossing - start
+    expected = 0.65 * room * np.sqrt((peak - crossing) / peak) * (tabor / peak) ** 0.1
+    knots = np.empty(5)
+    knots[4] = np.log(room)
+    knots[0] = min(np.log(_FIRST), knots[4] - 3.0)
+    for i in range(3):
+        knots[i + 1] = min(max(np.log(expected * _RANGES[i]), knots[i] + 0.1), knots[4] - 0.2 * (3 - i))
+    offsets = np.exp(np.interp(np.arange(count) / (count - 1), np.array(_SHARES), knots))
+    offsets[count - 1] = room
+    return offsets
+
+
+@kernel
+def on_steps(
+    protocols: np.ndarray, strengths: np.ndarray, rates: np.ndarray, counts: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Instants and indentations (B, N), and the crossings (B,), of protocols (6, B): the quantities, and the start."""
+    batch, terms = strengths.shape
+    loading, dwell, unloading = counts
+    times = np.empty((batch, loading + dwell + unloading))
+    indentations = np.empty_like(times)
+    crossings = np.zeros(batch)
+    memory = np.empty(terms)
+    where, force = np.empty(_UNLOADING.size), np.empty(_UNLOADING.size)
+    for row in range(batch):
+        tabor, peak, up, dwelt, down, start = protocols[:, row]
+        onset = (peak - start) / up
+        turn = onset + dwelt
+        for i in range(loading):
+            part = i / (loading - 1)
+            times[row, i] = onset * part
+            indentations[row, i] = start * (1.0 - part) + peak * part
+        memory[:] = 0.0
+        for i in range(1, _LOADING.size):
+            high, low = peak * _LOADING[i], peak * _LOADING[i - 1]
+            carry(memory, rates[row], (high - low) / up, _hertz(high) - _hertz(low))
+        if dwelt > 0.0:
+            for i in range(_DWELL.size):
+                where[i] = dwelt * _DWELL[i]
+                if i > 0:
+                    carry(memory, rates[row], where[i] - where[i - 1], 0.0)
+                force[i] = _hertz(peak) + (strengths[row] * memory).sum()
+            if dwell > 0:
+                spread = _spread(where[: _DWELL.size], force[: _DWELL.size], dwell)
+                times[row, loading : loading + dwell] = onset + spread
+            indentations[row, loading : loading + dwell] = peak
+        crossing, last = _crossing(peak, down, strengths[row], rates[row], memory, where, force)
+        before = max(int(_BEFORE * unloading + 0.5), 1)
+        travel = np.empty(unloading)
+        travel[:before] = _spread(where[: last + 1], force[: last + 1], before)
+        travel[before:] = (peak - crossing) + _after(crossing, start, peak, tabor, unloading - before)
+        travel[unloading - 1] = peak - start
+        times[row, loading + dwell :] = turn + travel / down
+        indentations[row, loading + dwell :] = peak - travel
+        indentations[row, loading + dwell + unloading - 1] = start
+        crossings[row] = crossing
+    return times, indentations, crossings
+
+
+@kernel
+def _crossing(
+    peak: float,
+    down: float,
+    strengths: np.ndarray,
+    rates: np.ndarray,
+    memory: np.ndarray,
+    where: np.ndarray,
+    force: np.ndarray,
+) -> tuple[float, int]:
+    """Indentation at which the force vanishes; leaves travels in `where` and forces in `force` up to the last place."""
+    where[0], force[0] = 0.0, _hertz(peak) + (strengths * memory).sum()
+    for i in range(_UNLOADING.size - 1):
+        where[i + 1] = peak * _UNLOADING[i + 1]
+        left = peak - where[i + 1]
+        change = _hertz(left) - _hertz(peak - where[i])
+        carry(memory, rates, (where[i + 1] - where[i]) / down, change)
+        force[i + 1] = _hertz(left) + (strengths * memory).sum()
+        if force[i + 1] <= 0.0:
+            part = force[i] / (force[i] - force[i + 1])
+            where[i + 1] = where[i] + part * (where[i + 1] - where[i])
+            force[i + 1] = 0.0
+            return peak - where[i + 1], i + 1
+    return 0.0, _UNLOADING.size - 1

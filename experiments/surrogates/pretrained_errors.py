@@ -1,0 +1,133 @@
+"""Errors, bands and cost of `fast` and `accurate` on hidden protocols, beside a model of the paper and the solver.
+
+Hidden protocols are off the paper's grid, at its modulus ratio and at any. The truth is the solver at standard
+accuracy: its own pull-off force and hysteresis. Processor seconds are of one thread, per trajectory, in a batch and in
+single calls, taken in turns with the solver's.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+
+import surrogate
+from bem import LoadingProtocol
+from bem._support.command_line import run_main
+from bem._support.plain_json import plain
+from experiments import common
+from experiments.common import MODULUS_RATIO, write_result
+from experiments.surrogates.hidden_protocols import ANY_SOLID, Hidden, quantiles
+from experiments.timing import MEASUREMENTS
+from surrogate.pretrained.model import NAMES
+
+OUT = MEASUREMENTS / "pretrained_errors.json"
+COVERAGE = 0.9
+FAST = 100.0
+"""Unloading rate above which peaks are narrow."""
+TIMED = 128
+"""Protocols of one batch whose seconds are measured."""
+ROUNDS = 5
+
+
+def protocols(hidden: Hidden) -> list[LoadingProtocol]:
+    """The protocols as a user writes them."""
+    rows = (hidden.row(index)[0] for index in range(len(hidden)))
+    return [LoadingProtocol(**{name: value for name, value in row.items() if name != "tabor"}) for row in rows]
+
+
+def predicted(name: str, hidden: Hidden) -> Callable[[slice], list[Any]]:
+    """What predicts some of the protocols; names other than the pretrained are models of the paper's kind."""
+    model: Any = surrogate.load(name)
+    paths, tabor, ratio = protocols(hidden), hidden.quantities["tabor"], hidden.quantities["modulus_ratio"]
+
+    def of(part: slice) -> list[Any]:
+        given = {"modulus_ratio": ratio[part], "coverage": COVERAGE} if name in NAMES else {}
+        found = model.trajectories(paths[part], tabor=tabor[part], **given)
+        # What a user asks of a trajectory belongs to its cost.
+        return [(one.pull_off_force, one.hysteresis, getattr(one, "pull_off_interval", None)) for one in found]
+
+    return of
+
+
+def compare(name: str, hidden: Hidden, truth: np.ndarray) -> dict[str, Any]:
+    """Errors of one model, and how often its bands contain the truth (n, 2)."""
+    found = predicted(name, hidden)(slice(None))
+    results = np.array([row[:2] for row in found])
+    errors = np.abs(results / truth - 1.0)
+    content: dict[str, Any] = {"pull_off": quantiles(errors[:, 0]), "hysteresis": quantiles(errors[:, 1])}
+    if name in NAMES:
+        low, high = np.array([row[2] for row in found]).T
+        inside = (low <= truth[:, 0]) & (truth[:, 0] <= high)
+        quick = hidden.quantities["unloading_rate"] > FAST
+        content |= {
+            "covered": float(inside.mean()),
+            "covered_fast": float(inside[quick].mean()) if quick.any() else None,
+            "width": quantiles((high - low) / results[:, 0]),
+        }
+    return content
+
+
+def cost(names: list[str], hidden: Hidden) -> dict[str, dict[str, float]]:
+    """Median processor seconds per trajectory of the solver and of every model, in a batch and in a single call."""
+    part = slice(0, min(TIMED, len(hidden)))
+    makers = {name: predicted(name, hidden) for name in names}
+    for make in makers.values():
+        make(part)
+        make(slice(0, 1))
+    spent: dict[str, dict[str, list[float]]] = {name: {"batch": [], "single": []} for name in ("solver", *names)}
+    size = part.stop
+    for turn in range(ROUNDS):
+        chosen = range(turn, size, ROUNDS)
+        clock = time.process_time()
+        for index in chosen:
+            values, ratio = hidden.row(index)
+            trajectory = common.simulated(values, accuracy="standard", modulus_ratio=ratio)
+            assert trajectory.pull_off_force + trajectory.hysteresis > 0.0
+        spent["solver"]["single"].append((time.process_time() - clock) / len(chosen))
+        for name, make in makers.items():
+            clock = time.process_time()
+            make(part)
+            spent[name]["batch"].append((time.process_time() - clock) / size)
+            clock = time.process_time()
+            for index in chosen:
+                make(slice(index, index + 1))
+            spent[name]["single"].append((time.process_time() - clock) / len(chosen))
+    spent["solver"]["batch"] = spent["solver"]["single"]
+    return {name: {kind: float(np.median(values)) for kind, values in row.items()} for name, row in spent.items()}
+
+
+def main(
+    count: Annotated[int, typer.Option(help="How many protocols of each kind.")] = 2000,
+    model: Annotated[list[str] | None, typer.Option(help="Models; repeat the option.")] = None,
+    out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
+) -> None:
+    """Compare the models on hidden protocols at the paper's modulus ratio and at any, and their cost."""
+    names = model or [*NAMES, "M1-concat"]
+    content: dict[str, Any] = {
+        "count": count,
+        "coverage": COVERAGE,
+        "fast": FAST,
+        "models": {name: {} for name in names},
+    }
+    for kind, ratio in (("paper", MODULUS_RATIO), ("any", ANY_SOLID)):
+        hidden = Hidden.draw(count, ratio)
+        truth = np.array([(one.pull_off_force, one.hysteresis) for one in hidden.simulated()])
+        for name in names:
+            if kind == "paper" or name in NAMES:
+                content["models"][name][kind] = compare(name, hidden, truth)
+                print(f"{name}, modulus ratio {ratio}: {content['models'][name][kind]}")
+    seconds = cost(names, Hidden.draw(min(count, TIMED), MODULUS_RATIO))
+    content["seconds"] = seconds
+    for name in names:
+        ratios = ", ".join(f"{kind} {seconds['solver'][kind] / seconds[name][kind]:.1f}" for kind in seconds[name])
+        print(f"{name}: so many times cheaper than the solver: {ratios}")
+    write_result(out, f"pretrained_errors --count {count}", plain(content))
+
+
+if __name__ == "__main__":
+    run_main(main)

@@ -1,0 +1,77 @@
+"""Figure: what uniform and physical measurement steps hold of the pull-off force.
+
+Left, both on a narrow peak; right, the share of hidden protocols whose highest step is further from the pull-off force
+than an error. Reads the data of `experiments.surrogates.measurement_floor`.
+"""
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from bem._support.wording import markdown_table
+from paper_figures.style import drawing
+
+STYLES = {"uniform": (drawing.VERMILION, "o"), "physical": (drawing.BLUE, "^")}
+KEYS = ("pull_off", "pull_off_parabola", "hysteresis_trapezoids", "hysteresis_cubics")
+LEAST = 1e-5
+"""Errors below are drawn there."""
+
+
+def draw_example(axes: Axes, example: dict[str, Any]) -> None:
+    """The peak, and the steps on it."""
+    depth, force = np.array(example["indentation"]), np.array(example["force"])
+    axes.plot(depth, force, color="0.6", linewidth=0.8, label="solver")
+    for name, steps in example["steps"].items():
+        color, marker = STYLES[name]
+        axes.plot(steps["indentation"], steps["force"], marker, color=color, markersize=2.5, label=name)
+    top = int(force.argmax())
+    axes.set(
+        xlabel=r"indentation $\hat\delta$",
+        ylabel=r"force $\hat P$",
+        xlim=(depth[0] + 0.3, depth[top] - 3.0 * (depth[0] - depth[top])),
+        ylim=(-0.4 * force[top], 1.2 * force[top]),
+    )
+    axes.legend(loc="upper right")
+
+
+def draw_errors(axes: Axes, kinds: dict[str, Any]) -> None:
+    """How often the error exceeds a size."""
+    for name, kind in kinds.items():
+        errors = np.maximum(np.sort(kind["pull_off_errors"])[::-1], LEAST)
+        share = np.arange(1, errors.size + 1) / errors.size
+        points = "+".join(map(str, kind["counts"]))
+        axes.loglog(100.0 * errors, share, color=STYLES[name][0], label=f"{name}, {points}")
+    for share in (0.1, 0.01):
+        axes.axhline(share, color="0.7", linewidth=0.5, linestyle=":")
+    axes.set(xlabel="error of the highest step (%)", ylabel="share of protocols above", ylim=(1e-3, 1.0))
+    axes.legend(loc="lower left")
+
+
+def page_text(content: dict[str, Any]) -> str:
+    """A table of the errors for a page, in percent."""
+    heads = [
+        "Steps",
+        "Points",
+        "Highest step",
+        "Top of a parabola",
+        "Hysteresis, trapezoids",
+        "Hysteresis, monotone cubics",
+    ]
+    found = []
+    for name, kind in content["kinds"].items():
+        cells = [kind[key] for key in KEYS]
+        texts = [", ".join(f"{cell[level]:.2g}" for level in ("p50", "p90", "p99")) for cell in cells]
+        found.append([name, " + ".join(map(str, kind["counts"])), *texts])
+    return f"{markdown_table(heads, found, 'llrrrr')}\n\nMeasured by `{content['command']}`."
+
+
+def compose(measurement_floor: Any) -> Figure:
+    """Draw the figure."""
+    drawn = drawing.figure(height=2.6)
+    left, right = drawn.subplots(1, 2)
+    draw_example(left, measurement_floor["example"])
+    draw_errors(right, measurement_floor["kinds"])
+    drawing.letters((left, right))
+    return drawn

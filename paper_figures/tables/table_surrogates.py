@@ -1,0 +1,70 @@
+"""Table: errors, bands and cost of the pretrained models on hidden protocols.
+
+Reads the data of `experiments.surrogates.pretrained_errors`.
+"""
+
+from typing import Any
+
+from bem._support.wording import markdown_table
+from paper_figures.style.writing import Table
+
+KINDS = {"paper": "0.1", "any": "0.01 to 1"}
+HEADS = [
+    "Model",
+    "Modulus ratio",
+    "Pull-off error (%), median, p90, p99",
+    "Hysteresis error (%), median, p90",
+    "Covered",
+    "Covered, fast unloading",
+    "Width of the band (%), median, p90",
+    "Time in batches (ms)",
+    "Single (ms)",
+    "Solver over model, batches",
+]
+
+
+def several(values: dict[str, float], *names: str) -> str:
+    """Some quantiles."""
+    return ", ".join(f"{values[name]:.2g}" for name in names)
+
+
+def rows(content: dict[str, Any]) -> list[list[str]]:
+    """One row for each model and kind of protocols."""
+    found, solver = [], content["seconds"]["solver"]
+    for name, model in content["models"].items():
+        cost = content["seconds"][name]
+        for kind, errors in model.items():
+            banded = "covered" in errors
+            quick = errors.get("covered_fast")
+            found.append(
+                [
+                    name,
+                    KINDS[kind],
+                    several(errors["pull_off"], "p50", "p90", "p99"),
+                    several(errors["hysteresis"], "p50", "p90"),
+                    f"{errors['covered']:.2f}" if banded else "",
+                    "" if quick is None else f"{quick:.2f}",
+                    several(errors["width"], "p50", "p90") if banded else "",
+                    f"{1e3 * cost['batch']:.3f}",
+                    f"{1e3 * cost['single']:.2f}",
+                    f"{solver['batch'] / cost['batch']:.0f}",
+                ]
+            )
+    return found
+
+
+def page_text(content: dict[str, Any]) -> str:
+    """The table for a page, and how it was made."""
+    return f"{markdown_table(HEADS, rows(content), 'll' + 8 * 'r')}\n\nMeasured by `{content['command']}`."
+
+
+def compose(pretrained_errors: Any) -> Table:
+    """Write the table."""
+    return Table(
+        HEADS,
+        rows(pretrained_errors),
+        f"Errors against the solver at standard accuracy on {pretrained_errors['count']} protocols of each kind that "
+        f"no training has seen. The bands are made to cover {pretrained_errors['coverage']:.0%}; unloading is fast "
+        f"above a rate of {pretrained_errors['fast']:g}. The solver takes "
+        f"{1e3 * pretrained_errors['seconds']['solver']['batch']:.2f} ms.",
+    )

@@ -1,0 +1,267 @@
+"""`fast` and `accurate` for users: protocols and material in, trajectories with bands out.
+
+Example:
+    >>> import surrogate
+    >>> from bem import LoadingProtocol
+    >>> model = surrogate.load("fast")  # doctest: +SKIP
+    >>> protocol = LoadingProtocol(peak_indentation=20.0, loading_rate=10.0, dwell_time=1.0, unloading_rate=10.0)
+    >>> (found,) = model.trajectories(protocol, tabor=1.0, modulus_ratio=0.1)  # doctest: +SKIP
+    >>> found.pull_off_force, found.pull_off_interval  # doctest: +SKIP
+"""
+
+from __future__ import annotations
+
+import json
+import time
+import warnings
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from bem._support.validation import finite_number, real_array
+from bem._support.wording import shown
+from bem.protocol import LoadingProtocol
+from bem.trajectory import Statistics
+from surrogate.data.scaling import Scaling
+from surrogate.inference.checks import checked_tabor
+from surrogate.inference.model_files import existing
+from surrogate.inference.predicted import PredictedTrajectory
+from surrogate.inference.validity import ExtrapolationWarning, excesses, of_history, worst
+from surrogate.pretrained.bands import LARGEST_COVERAGE, Bands
+from surrogate.pretrained.network import BATCH, Network
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+NAMES = ("accurate", "fast")
+PUBLISHED = Path(__file__).resolve().parents[2] / "published" / "pretrained"
+PACKAGED = Path(__file__).resolve().parent / "models"
+FILES = ("model.onnx", "scaling.json", "bands.npz", "run.json")
+"""What a folder of a pretrained model must hold."""
+
+QUANTITIES = ("tabor", "peak_indentation", "loading_rate", "dwell_time", "unloading_rate", "modulus_ratio")
+
+
+@dataclass(frozen=True, repr=False)
+class BandedTrajectory(PredictedTrajectory):
+    """A predicted trajectory with bands.
+
+    Pull-off force and time are those of a parabola through the highest step of the unloading and its neighbours, the
+    hysteresis is that of monotone cubics through the steps. Outside the ranges of the training, which `extrapolated`
+    names, every band is infinite.
+    """
+
+    modulus_ratio: float = np.nan
+    coverage: float = np.nan
+    """Share of true values that the bands are made to contain."""
+    pull_off_interval: tuple[float, float] = (-np.inf, np.inf)
+    """Band of the pull-off force: low, high."""
+    force_lower: np.ndarray | None = None
+    force_upper: np.ndarray | None = None
+    """Band of the force at each step by itself, shape (steps,)."""
+    results: tuple[float, float, float] = (np.nan, np.nan, np.nan)
+    """Pull-off force, its time, and the work."""
+
+    @property
+    def pull_off_force(self) -> float:
+        """Largest force while unloading, tension positive."""
+        return self.results[0]
+
+    @property
+    def pull_off_time(self) -> float:
+        """Time of the pull-off force."""
+        return self.results[1]
+
+    def work(self) -> float:
+        """Integral of -P d(delta) over the history."""
+        return self.results[2]
+
+    def summary(self) -> dict[str, Any]:
+        """Return the scalars, ready for JSON; without the interval where it is infinite."""
+        within = {} if self.extrapolated else {"pull_off_interval": list(self.pull_off_interval)}
+        return super().summary() | {"modulus_ratio": self.modulus_ratio, "coverage": self.coverage} | within
+
+
+class Pretrained:
+    """A pretrained model.
+
+    Args:
+        folder: Where its files are.
+        threads: Threads of ONNX Runtime.
+
+    Raises:
+        FileNotFoundError: a file is missing.
+        ValueError: a file is damaged.
+    """
+
+    def __init__(self, folder: Path, threads: int = 1) -> None:
+        for name in FILES:
+            existing(folder / name)
+        self.folder, self.name = folder, folder.name
+        self.scaling = Scaling.load(folder / "scaling.json")
+        self.network = Network(folder / "model.onnx", threads)
+        try:
+            self.run = json.loads((folder / "run.json").read_text(encoding="utf-8"))
+            self.counts = np.array(self.run["counts"], dtype=np.int64)
+            with np.load(folder / "bands.npz") as arrays:
+                self.bands = Bands(**{name: arrays[name].astype(np.float64) for name in arrays.files})
+        except (ValueError, KeyError, TypeError, OSError) as error:
+            raise ValueError(f"Expected a folder of `make pretrained`. Received: {folder}, damaged") from error
+        moments = [*zip(self.scaling.channel_mean, self.scaling.channel_scale, strict=True), self.scaling.tabor]
+        self._mean, self._scale = np.array(moments).T.copy()
+
+    @property
+    def ranges(self) -> dict[str, tuple[float, float]]:
+        """Smallest and largest value of each quantity in the training, by name."""
+        return self.scaling.ranges
+
+    def trajectories(
+        self,
+        protocols: Sequence[LoadingProtocol] | LoadingProtocol,
+        *,
+        tabor: ArrayLike,
+        modulus_ratio: ArrayLike,
+        coverage: float = 0.9,
+    ) -> list[BandedTrajectory]:
+        """Predict whole trajectories of loading protocols on standard linear solids.
+
+        Args:
+            protocols: One protocol or many. One without a dwell is computed with the shortest dwell of the training.
+            tabor: One Tabor parameter per protocol, or one for all.
+            modulus_ratio: One modulus ratio per protocol, or one for all, in (0, 1].
+            coverage: Share of true values that the bands are to contain, up to 0.99.
+
+        Returns:
+            One trajectory per protocol, in order.
+
+        Raises:
+            ValueError: something else than loading protocols, numbers that do not fit or are out of bounds, or a
+                protocol that does not start below zero and press above it.
+
+        Warns:
+            ExtrapolationWarning: once, where protocols leave the ranges of the training; their bands are infinite.
+        """
+        clock = time.perf_counter()
+        protocols = list(protocols) if isinstance(protocols, Iterable) else [protocols]
+        for protocol in protocols:
+            if not isinstance(protocol, LoadingProtocol):
+                raise ValueError(f"Expected LoadingProtocols. Received: {shown(protocol)}")
+        coverage = finite_number("coverage", coverage, above=0.0, high=LARGEST_COVERAGE)
+        mu, ratio = checked_tabor(tabor, len(protocols)), _checked_ratio(modulus_ratio, len(protocols))
+        if not protocols:
+            return []
+        paths = np.array([(p.peak_indentation, p.loading_rate, p.dwell_time, p.unloading_rate) for p in protocols])
+        start = np.array([p.start(tabor) for p, tabor in zip(protocols, mu.tolist(), strict=True)])
+        quantities = np.column_stack([mu, paths, ratio])
+        named = dict(zip(QUANTITIES, quantities.T, strict=True))
+        outside = excesses({**named, "start_indentation": start}, self.scaling.ranges)
+        quantities[:, 3] = np.maximum(quantities[:, 3], self.scaling.ranges["dwell_time"][0])
+        parts = [
+            self._computed(quantities[at : at + BATCH], start[at : at + BATCH], coverage)
+            for at in range(0, len(quantities), BATCH)
+        ]
+        extrapolated: dict[int, tuple[str, ...]] = {}
+        if outside:
+            rows = np.flatnonzero(np.any([excess.beyond > 0.0 for excess in outside], axis=0))
+            extrapolated = {int(row): of_history(outside, row) for row in rows}
+            warnings.warn(
+                f"{len(rows)} of {len(protocols)} protocols lie outside the training of {self.name}, and their bands "
+                f"are infinite: {', '.join(worst(outside))}",
+                ExtrapolationWarning,
+                stacklevel=2,
+            )
+        stats = Statistics(seconds=(time.perf_counter() - clock) / len(protocols))
+        found = [one for part in parts for one in self._trajectories(part, coverage, stats)]
+        for row, words in extrapolated.items():
+            found[row] = _without_bands(found[row], words)
+        return found
+
+    def _computed(self, quantities: np.ndarray, start: np.ndarray, coverage: float) -> dict[str, np.ndarray]:
+        """All arrays of one batch, histories first."""
+        # Compiled, so imported by the first call.
+        from bem.dataset.physical_steps import physical_grid
+        from surrogate.pretrained.kernels import results, scaled_inputs
+
+        protocols = dict(zip(QUANTITIES, quantities.T, strict=True))
+        times, indentations = physical_grid(**protocols, counts=self.counts.tolist(), start_indentation=start)
+        tabor, ratio = (np.ascontiguousarray(quantities[:, column]) for column in (0, 5))
+        inputs = scaled_inputs(times, indentations, tabor, ratio, self.counts, self._mean, self._scale)
+        scaled = self.network(inputs).astype(np.float64)
+        force = self.scaling.unscale_force(scaled)
+        pull_off, instant, sharpness, work = results(times, indentations, force, self.counts)
+        known = np.column_stack([quantities, sharpness])
+        log_width, width = self.bands.widths(known, coverage)
+        return {
+            "time": times,
+            "indentation": indentations,
+            "force": force,
+            "force_lower": self.scaling.unscale_force(scaled - width),
+            "force_upper": self.scaling.unscale_force(scaled + width),
+            "ratio": ratio,
+            "results": np.column_stack([pull_off, instant, work]),
+            "interval": pull_off[:, np.newaxis] * np.exp(log_width[:, np.newaxis] * [-1.0, 1.0]),
+        }
+
+    def _trajectories(
+        self, part: dict[str, np.ndarray], coverage: float, stats: Statistics
+    ) -> Iterator[BandedTrajectory]:
+        """One trajectory after the other; what does not differ between them they share, read-only."""
+        steps = int(self.counts.sum())
+        radius, unloading = np.full(steps, np.nan), np.arange(steps) >= self.counts[0] + self.counts[1] - 1
+        radius.flags.writeable = unloading.flags.writeable = False
+        histories = (part[name] for name in ("time", "indentation", "force", "force_lower", "force_upper"))
+        numbers = (part[name].tolist() for name in ("interval", "results", "ratio"))
+        for time_, indentation, force, lower, upper, interval, results, ratio in zip(*histories, *numbers, strict=True):
+            yield BandedTrajectory(
+                time=time_,
+                indentation=indentation,
+                force=force,
+                contact_radius=radius,
+                status="completed",
+                jumps=(),
+                stats=stats,
+                accuracy=np.nan,
+                unloading=unloading,
+                model=self.name,
+                modulus_ratio=ratio,
+                coverage=coverage,
+                pull_off_interval=tuple(interval),
+                force_lower=lower,
+                force_upper=upper,
+                results=tuple(results),
+            )
+
+
+def find(name: str, root: str | Path | None = None) -> Path:
+    """Return the folder of a pretrained model.
+
+    Raises:
+        FileNotFoundError: it is not there.
+    """
+    places = [Path(root)] if root is not None else [PUBLISHED, Path("published/pretrained").absolute(), PACKAGED]
+    for place in places:
+        if (place / name / "run.json").is_file():
+            return place / name
+    raise FileNotFoundError(f"No {name} in {' or '.join(map(str, places))}; `make pretrained` trains it")
+
+
+def _without_bands(trajectory: BandedTrajectory, words: tuple[str, ...]) -> BandedTrajectory:
+    far = np.full(trajectory.force.size, np.inf)
+    changed = {"extrapolated": words, "pull_off_interval": (-np.inf, np.inf), "force_lower": -far, "force_upper": far}
+    return type(trajectory)(**{**vars(trajectory), **changed})
+
+
+def _checked_ratio(modulus_ratio: ArrayLike, count: int) -> np.ndarray:
+    """One modulus ratio per history, shape `(count,)`."""
+    ratio = real_array("modulus_ratio", modulus_ratio)
+    if ratio.ndim > 1 or ratio.size not in (1, count):
+        raise ValueError(f"Expected one modulus ratio per protocol ({count}). Received: shape {ratio.shape}")
+    ratio = np.broadcast_to(ratio.reshape(-1), (count,))
+    bad = np.flatnonzero(~((ratio > 0.0) & (ratio <= 1.0)))
+    if bad.size:
+        value = float(ratio[bad[0]])
+        raise ValueError(f"Expected modulus ratios in (0, 1]. Received: modulus_ratio={value!r} of protocol {bad[0]}")
+    return ratio

@@ -1,0 +1,87 @@
+import numpy as np
+import pytest
+
+from bem import Elastic, LoadingProtocol, PronySeries, Scene, StandardLinearSolid, simulate
+from bem.dataset.measurement_steps import FMS, PHYSICAL, measurement_grid
+from bem.dataset.physical_steps import on_steps, physical_grid, relaxation, solids
+
+# Protocols with pull-off peaks of different widths, the second narrower than a uniform step.
+PROTOCOLS = {
+    "tabor": np.array([1.0, 0.55]),
+    "peak_indentation": np.array([20.0, 69.0]),
+    "loading_rate": np.array([10.0, 1.2]),
+    "dwell_time": np.array([1.0, 0.003]),
+    "unloading_rate": np.array([1.0, 900.0]),
+}
+RATIOS = np.array([0.1, 0.04])
+
+
+def test_phases_meet_the_corners_of_the_protocol():
+    times, indentations = physical_grid(**PROTOCOLS, modulus_ratio=RATIOS)
+    uniform, depths = measurement_grid(**PROTOCOLS, counts=PHYSICAL)
+    corners = [0, PHYSICAL[0] - 1, PHYSICAL[0] + PHYSICAL[1] - 1, -1]
+    assert times.shape == indentations.shape == (2, sum(PHYSICAL))
+    np.testing.assert_allclose(times[:, corners], uniform[:, corners], rtol=1e-12)
+    np.testing.assert_allclose(indentations[:, corners], depths[:, corners], rtol=1e-12)
+    assert np.all(np.diff(times, axis=1) > 0.0)
+    assert np.all(np.diff(indentations[:, corners[2] :], axis=1) < 0.0)
+
+
+def test_fewer_of_them_find_a_narrow_peak_that_uniform_ones_miss():
+    protocol = LoadingProtocol(**{name: float(values[1]) for name, values in PROTOCOLS.items() if name != "tabor"})
+    found = simulate(Scene(0.55, StandardLinearSolid(0.04)), protocol)
+    errors = []
+    for times in (
+        measurement_grid(**PROTOCOLS, counts=FMS)[0][1],
+        physical_grid(**PROTOCOLS, modulus_ratio=RATIOS)[0][1],
+    ):
+        highest = found.at(np.minimum(times, found.time[-1])).max()
+        errors.append(1.0 - highest / found.pull_off_force)
+    assert errors[0] > 0.2
+    assert errors[1] < 0.03
+
+
+def test_without_memory_the_force_vanishes_at_first_touch():
+    protocols = np.stack([*PROTOCOLS.values(), -2.1 * PROTOCOLS["tabor"]])
+    *_, elastic = on_steps(protocols, *solids(np.ones(2)), np.array(PHYSICAL))
+    *_, soft = on_steps(protocols, *solids(RATIOS), np.array(PHYSICAL))
+    np.testing.assert_allclose(elastic, 0.0, atol=1e-12)
+    assert np.all(soft > 0.3)
+
+
+def test_relaxation_is_the_inverse_of_retardation():
+    moduli, times = np.array([4.0, 0.5, 2.0]), np.array([1e-3, 0.2, 30.0])
+    strengths, rates = relaxation(PronySeries.from_moduli(moduli, times), 1)
+    order = np.argsort(rates[0])[::-1]
+    np.testing.assert_allclose(1.0 / rates[0, order], times, rtol=1e-8)
+    np.testing.assert_allclose(strengths[0, order], moduli, rtol=1e-8)
+
+
+@pytest.mark.parametrize("several", [False, True])
+def test_any_material_gives_the_steps_of_the_solid_that_it_is(several):
+    expected = physical_grid(**PROTOCOLS, modulus_ratio=[0.1, 1.0] if several else 0.1)
+    one = PronySeries([0.9], [1.0])
+    found = physical_grid(**PROTOCOLS, material=[one, Elastic()] if several else one)
+    np.testing.assert_allclose(found, expected, rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"modulus_ratio": None}, "either a material or a modulus_ratio"),
+        ({"modulus_ratio": 1.5}, "modulus_ratio must be"),
+        ({"counts": (22, 8, 7)}, "at least 8 unloading points; received 7"),
+        ({"dwell_time": 0.0}, "no dwell points"),
+        ({"peak_indentation": -0.1}, "must lie above 0"),
+        ({"start_indentation": 0.5}, "the start indentation below"),
+        ({"unloading_rate": 1e20, "loading_rate": 1e-10}, "strictly increasing"),
+    ],
+)
+def test_what_has_no_such_steps_is_refused(changes, message):
+    with pytest.raises(ValueError, match=message):
+        physical_grid(**{**PROTOCOLS, "modulus_ratio": RATIOS, **changes})
+
+
+def test_materials_must_be_as_many_as_protocols():
+    with pytest.raises(ValueError, match=r"one for each of 2 protocols; received 3"):
+        physical_grid(**PROTOCOLS, material=[Elastic()] * 3)
