@@ -49,7 +49,8 @@ def try_step(
         control: what the protocol prescribes there: the indentation, or the displacement of the stage, or the force.
         remembered, response: what the material contributes, from `bem.solver.hereditary`.
         can_shrink: whether a shorter step may be tried; otherwise every solution is accepted.
-        shortened: whether a longer step failed, as before a fold: the stability of the solution is judged anew then.
+        shortened: whether a longer step failed, as before a fold: the stability of the solution is judged anew then, and
+            always where there is a spring.
         work: counts as in `bem.solver.work`, added to.
 
     Returns:
@@ -87,7 +88,9 @@ def try_step(
             traction,
             work,
         )
-        if solved and shortened:
+        spring = problem.machine.compliance > 0.0
+        if solved and (shortened or spring):  # a spring is linearised anew in each step, the kept factorisation is not
+            influence = influence_of(problem, mesh, response, gap) if spring else influence
             factorise(influence, mesh.force_weights, gap, tabor, law, response, factor)
             work[FACTORISATIONS] += 1
             solved = not factor.unstable[0]

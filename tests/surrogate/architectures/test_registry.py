@@ -227,7 +227,7 @@ def test_another_version_of_the_file_neither_resumes_nor_loads(own, tmp_path):
     (tmp_path / "own.py").write_text(narrow + "\n# Other words.\n")
     assert "Received: own.py (" in own("evaluate", "Own-1-concat", "--architecture", "own.py", fails=True)
     refused = own("train", "Own-1-concat", "--architecture", "own.py", fails=True)
-    assert "there one of another architecture file" in refused
+    assert "a model of another architecture file" in refused
 
 
 def test_the_queue_passes_the_file_on(own, monkeypatch):
