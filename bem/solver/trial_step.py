@@ -49,8 +49,8 @@ def try_step(
         control: what the protocol prescribes there: the indentation, or the displacement of the stage, or the force.
         remembered, response: what the material contributes, from `bem.solver.hereditary`.
         can_shrink: whether a shorter step may be tried; otherwise every solution is accepted.
-        shortened: whether a longer step failed, as before a fold: the stability of the solution is judged anew then, and
-            always where there is a spring.
+        shortened: whether a longer step failed, as before a fold: the stability of the solution is judged anew
+            then, and always where there is a spring.
         work: counts as in `bem.solver.work`, added to.
 
     Returns:

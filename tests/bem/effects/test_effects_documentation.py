@@ -14,11 +14,11 @@ PAGE = Path(__file__).parents[3] / "docs" / "effects.md"
 COST = PAGE.with_name("cost.md")
 SLS = StandardLinearSolid(0.1)
 SCENES = {
-    "hertz": Scene(1.0, Elastic(), HardContact()),
-    "adhesion": Scene(1.0),
-    "memory": Scene(1.0, SLS),
-    "memory, no adhesion": Scene(1.0, SLS, HardContact()),
-    "spring": Scene(1.0, spring=5.0),
+    "hertz": Scene(1.5, Elastic(), HardContact()),
+    "adhesion": Scene(1.5),
+    "memory": Scene(1.5, SLS),
+    "memory, no adhesion": Scene(1.5, SLS, HardContact()),
+    "spring": Scene(1.5, spring=5.0),
 }
 ADDED = {"no adhesion": ("hertz", "adhesion"), "adhesion": ("adhesion", "hertz")}
 ADDED["a relaxation process"] = ("memory", "adhesion")
