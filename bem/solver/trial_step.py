@@ -14,6 +14,7 @@ from bem.solver.extrapolation import (
     predict,
     prediction_error,
 )
+from bem.solver.instabilities import is_unstable
 from bem.solver.machine.compliance import depth_error, expected_depth, right_side_with_spring
 from bem.solver.nonadhesive import solve_nonadhesive
 from bem.solver.problem import Problem
@@ -50,7 +51,7 @@ def try_step(
         remembered, response: what the material contributes, from `bem.solver.hereditary`.
         can_shrink: whether a shorter step may be tried; otherwise every solution is accepted.
         shortened: whether a longer step failed, as before a fold: the stability of the solution is judged anew
-            then, and always where there is a spring.
+            then. Behind a spring it always is.
         work: counts as in `bem.solver.work`, added to.
 
     Returns:
@@ -88,12 +89,14 @@ def try_step(
             traction,
             work,
         )
-        spring = problem.machine.compliance > 0.0
-        if solved and (shortened or spring):  # a spring is linearised anew in each step, the kept factorisation is not
-            influence = influence_of(problem, mesh, response, gap) if spring else influence
+        if solved and shortened:
             factorise(influence, mesh.force_weights, gap, tabor, law, response, factor)
             work[FACTORISATIONS] += 1
             solved = not factor.unstable[0]
+        if (
+            solved and problem.machine.compliance > 0.0
+        ):  # it is linearised anew in each step
+            solved = not is_unstable(influence_of(problem, mesh, response, gap), tabor, law, response, gap)
         if not solved or work[ITERATIONS] - before >= _STALE_AFTER:
             factor.order[0] = 0
     if not solved:

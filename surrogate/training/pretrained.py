@@ -30,7 +30,7 @@ from surrogate.data.scaling import Scaling
 from surrogate.pretrained.model import PUBLISHED, QUANTITIES
 from surrogate.pretrained.network import Network, onnx_file
 from surrogate.training.evaluation import physical_channels, scaled_examples
-from surrogate.training.loop import EpochReport, train, with_fused_lstm
+from surrogate.training.loop import EpochReport, TrainingTask, train, with_fused_lstm
 from surrogate.training.recipe import Cosine, Recipe
 
 FEATURES = "F"
@@ -121,13 +121,15 @@ def train_model(
     )
     asked = {"units": definition.units, "dataset": dataset.sha256, "split": split.sha256, "recipe": recipe.as_dict()}
     progress = train(
-        model,
-        scaled_examples(dataset, split.train, scaling),
-        scaled_examples(dataset, split.validation, scaling),
-        recipe=recipe,
-        folder=folder,
-        fingerprint=json.dumps(asked, sort_keys=True),
-        report=report,
+        TrainingTask(
+            model=model,
+            training=scaled_examples(dataset, split.train, scaling),
+            validation=scaled_examples(dataset, split.validation, scaling),
+            recipe=recipe,
+            folder=folder,
+            fingerprint=json.dumps(asked, sort_keys=True),
+            report=report,
+        )
     )
     target = folder / name
     target.mkdir(exist_ok=True)

@@ -94,8 +94,8 @@ def test_feature_sets_change_the_input_only(features):
 def test_unknown_names_list_the_known():
     with pytest.raises(ValueError, match=r"M1-concat, M1-FiLM, .*M6-gated.*name='M7-concat'"):
         surrogate.build("M7-concat")
-    with pytest.raises(ValueError, match=r"A, B, C, D.*features='E'"):
-        surrogate.build("M1-concat", features="E")
+    with pytest.raises(ValueError, match=r"A, B, C, D, E, F.*features='G'"):
+        surrogate.build("M1-concat", features="G")
     from surrogate.architectures.m1_lstm import lstm
 
     with pytest.raises(ValueError, match="conditioning='film'"):
