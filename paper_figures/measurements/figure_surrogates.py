@@ -39,7 +39,7 @@ def compose(pretrained_errors: Any) -> Figure:
     panels = drawn.subplots(1, 2, sharey=True)
     for axes, kind in zip(panels, TITLES, strict=True):
         draw(axes, pretrained_errors, kind)
-    panels[0].set_ylabel("error of the pull-off force (%)")
+    panels[0].set_ylabel("error of the pull-off force (%),\nmedian to 90th percentile")
     panels[1].legend(loc="upper left")
     drawing.letters(panels)
     return drawn
