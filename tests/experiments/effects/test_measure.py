@@ -47,7 +47,7 @@ def test_an_absent_effect_costs_no_file():
     code = effect_files.code_of(SCENES)
     own = effect_files.own_files(code)
     assert own["Hertz"] == ["nonadhesive"]
-    assert {"equilibrium", "tractions", "instabilities"} <= set(own["adhesion"])
+    assert {"equilibrium", "lennard_jones", "instabilities"} <= set(own["adhesion"])
     assert "hereditary" in own["full"]
     assert not {"nonadhesive", "hereditary"} & set(own["adhesion"])
     assert "time_stepping" in effect_files.branches(code)["adhesion"]
