@@ -93,9 +93,7 @@ def try_step(
             factorise(influence, mesh.force_weights, gap, tabor, law, response, factor)
             work[FACTORISATIONS] += 1
             solved = not factor.unstable[0]
-        if (
-            solved and problem.machine.compliance > 0.0
-        ):  # it is linearised anew in each step
+        if solved and problem.machine.compliance > 0.0:  # it is linearised anew in each step
             solved = not is_unstable(influence_of(problem, mesh, response, gap), tabor, law, response, gap)
         if not solved or work[ITERATIONS] - before >= _STALE_AFTER:
             factor.order[0] = 0
