@@ -43,8 +43,11 @@ def test_a_very_stiff_spring_is_none(scene):
     assert endless.spring is None
     assert stiff.time.size == rigid.time.size
     np.testing.assert_allclose(stiff.indentation, rigid.indentation, atol=1e-8)
-    # Near a fold the state follows the square root of what disturbs it.
-    np.testing.assert_allclose(stiff.force, rigid.force, rtol=1e-5, atol=1e-9)
+    # The steps differ by what a fold makes of the spring's 1e-12, so that forces are compared at equal times; each side
+    # of a jump is where a record is.
+    smooth = ~np.isin(rigid.time, [jump.time for jump in rigid.jumps])
+    np.testing.assert_allclose(stiff.force[smooth], rigid.at(stiff.time[smooth]), rtol=1e-7, atol=1e-9)
+    np.testing.assert_allclose(stiff.force[~smooth], rigid.force[~smooth], rtol=1e-7, atol=1e-9)
 
 
 def test_a_very_stiff_spring_is_none_without_adhesion():
@@ -85,13 +88,13 @@ def test_the_contact_jumps_where_its_slope_is_that_of_the_spring(spring):
     found, rigid = run(Scene(1.0, spring=spring), CYCLE, 1e-3), run(Scene(1.0), CYCLE, 1e-3)
     jump_in, jump_out = found.jumps
     # Greenwood (1997): the branches of the rigid machine; the whole is unstable where the force rises by k.
-    away = rigid.unloading & (rigid.force > 0.0) & (rigid.indentation < 1.0) & (rigid.contact_radius > 0.0)
-    depth, force = rigid.indentation[away][::-1], rigid.force[away][::-1]
-    middle, slopes = 0.5 * (depth[1:] + depth[:-1]), np.diff(force) / np.maximum(np.diff(depth), 1e-12)
+    held = rigid.unloading & (rigid.force > 0.0) & (rigid.indentation < 1.0) & (rigid.time < rigid.jumps[-1].time)
+    depth, force = rigid.indentation[held][::-1], rigid.force[held][::-1]
+    middle, slopes = 0.5 * (depth[1:] + depth[:-1]), np.diff(force) / np.diff(depth)
     past = middle < depth[np.argmax(force)]
-    at = middle[past][np.argmin(np.abs(slopes[past] - spring))]
-    assert jump_out.indentation == pytest.approx(at, abs=0.08)
-    assert jump_out.force_before == pytest.approx(np.interp(at, depth, force), rel=0.03)
+    at = np.interp(-spring, -slopes[past], middle[past])
+    assert jump_out.indentation == pytest.approx(at, abs=0.01)
+    assert jump_out.force_before == pytest.approx(np.interp(at, depth, force), rel=0.01)
     for jump in (jump_in, jump_out):
         # The stage stands still: force and indentation move along the spring.
         moved = jump.indentation_after - jump.indentation
