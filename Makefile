@@ -1,10 +1,8 @@
-# There are two layers: a result depends on its inputs, and a figure on results. Each run records the modules, settings
-# and
-# values of the paper that it used, in a folder `.depends` beside its result; they are not listed here.
+# Two layers: a result depends on its inputs, and a figure on results. Each run records the modules, settings and values of
+# the paper that it used, in a folder `.depends` beside its result; they are not listed here.
 #
 # A figure or table is one line of this file, `NAME.GROUP := RESULTS  ## CAPTION`, and one module of `paper_figures`. A
-# study
-# is one line and one module of `experiments`. `RESULT?` marks a result that may be missing. `make help` shows the
+# study is one line and one module of `experiments`. `RESULT?` marks a result that may be missing. `make help` shows the
 # captions.
 
 SHELL := /bin/bash
@@ -460,7 +458,7 @@ clean:  ## Remove caches and build files; never results/, published/ or .venv
 	find . -path ./$(VENV) -prune -o -path ./results -prune -o -path ./published -prune \
 		-o -type d -name __pycache__ -exec rm -rf {} +
 
-##@ Documentation
+##@ Documentation and demonstrator
 
 # Pages of the tutorials are kept until a tutorial or the solver changes.
 TUTORIALS := docs/gallery/.solver
@@ -496,7 +494,6 @@ docs-control: setup  ## Update the times of a prediction and of a step in docs/c
 docs-laboratory: $(MEASUREMENTS)/lab_coverage.json | $(INSTALLED)  ## Renew the table of docs/laboratory.md
 	$(PY) tools/fill.py docs/laboratory.md --published $(PUBLISHED)
 
-##@ Demonstrator
 
 DEMO_MODEL ?= published/models/M1-concat/model.onnx
 DEMO_PORT ?= 8000

@@ -15,6 +15,7 @@ exactly, whatever dt. Source: paper, Eqs. (creep compliance) and (displacement);
 (1982), section 1.2; interconversion after Gross, Mathematical Structure of the Theories of Viscoelasticity (1953).
 """
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Self
 
@@ -32,21 +33,21 @@ def _read_only(values: ArrayLike) -> FloatArray:
     return array
 
 
-class Material:
+class Material(ABC):
     """Interface of a material to the solver; the module docstring defines strengths and times.
 
     Each material has its `modulus_ratio` too, relaxed over instantaneous modulus, k = E0/Einf, in (0, 1].
     """
 
     @property
+    @abstractmethod
     def strengths(self) -> FloatArray:
         """Retardation strengths c_i, shape (m,), positive, with a sum below 1; m = 0 for an elastic solid."""
-        raise NotImplementedError
 
     @property
+    @abstractmethod
     def times(self) -> FloatArray:
         """Retardation times tau_i, shape (m,)."""
-        raise NotImplementedError
 
     def creep_compliance(self, time: ArrayLike) -> FloatArray:
         """Creep compliance E0 C(t) at `time` >= 0 (any shape), between the modulus ratio and 1."""

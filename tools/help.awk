@@ -13,7 +13,7 @@ BEGIN { FS = " *## "; print "Usage: make TARGET" }
 /^[a-zA-Z0-9_.-]+(:| :=).* ## / {
     split($1, words, /\.(paper|cost|makes|publishes) :=|:/)
     if (all || groups == 1) { printf "  %-26s %s\n", words[1], $2; next }
-    if (length(names) + length(words[1]) > 100) flush_names()
+    if (length(names) + length(words[1]) > 112) flush_names()
     names = names (names == "" ? "  " : " ") words[1]
 }
 END { flush_names(); if (!all) print "\n`make help-all` says what each of them does." }

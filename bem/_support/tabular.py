@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+from abc import ABC, abstractmethod
 from io import StringIO
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -23,32 +24,32 @@ class Column(NamedTuple):
     unit: str
 
 
-class Tabular:
+class Tabular(ABC):
     """Base of records in columns of equal length.
 
     A subclass gives `columns`, `facts`, `summary` and `plot`.
     """
 
+    @abstractmethod
     def columns(self) -> dict[str, Column]:
         """The columns by name."""
-        raise NotImplementedError
 
+    @abstractmethod
     def facts(self) -> dict[str, str]:
         """What identifies the record at a glance, as texts by name."""
-        raise NotImplementedError
 
+    @abstractmethod
     def summary(self) -> dict[str, Any]:
         """What describes the whole record."""
-        raise NotImplementedError
 
     def attributes(self) -> dict[str, Any]:
         """Numbers and texts of the summary, with 0 and 1 for truth values, which the files of xarray do not know."""
         scalars = {name: value for name, value in self.summary().items() if isinstance(value, str | float | bool)}
         return {name: int(value) if isinstance(value, bool) else value for name, value in scalars.items()}
 
+    @abstractmethod
     def plot(self) -> Figure:
         """Draw the record into a new figure."""
-        raise NotImplementedError
 
     def __repr__(self) -> str:
         facts = ", ".join(f"{name} {value}" for name, value in self.facts().items())

@@ -15,6 +15,7 @@ from typer.core import TyperGroup
 
 from bem._support.command_line import one_sentence, parse_accuracy
 from bem._support.outputs import IMAGES, Outputs, require_suffix
+from bem.cli.arguments import one_of_cycle_and_forces, parse_material
 
 RADIUS = "Radius of the sphere, e.g. 50um; a plain number is in m."
 SIGN_HELP = "Which force is positive: tension or compression."
@@ -80,7 +81,6 @@ def simulate_si(
     Example: bem simulate --radius 50um --work-of-adhesion 50mJ/m2 --modulus 2MPa --peak-indentation 1um --loading-rate
     2um/s --unloading-rate 2um/s --material sls:0.3 --retardation-time 100ms --plot loop.png
     """
-    from bem.cli.app import one_of_cycle_and_forces, parse_material
     from bem.lab.setup import Setup
     from bem.lab.units import readable
 
@@ -149,7 +149,6 @@ def fit_curve(
 
     Example: bem fit curve.csv --radius 50um --plot fit.png --out fit.json
     """
-    from bem.cli.app import parse_material
     from bem.lab.fitting import fit
     from bem.lab.guess import guess_setup
     from bem.lab.reading import read

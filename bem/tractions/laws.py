@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -30,7 +31,7 @@ class HardContact:
     """Impenetrable surfaces without attraction: gap >= 1, traction <= 0, and one of them zero."""
 
 
-class TractionLaw:
+class TractionLaw(ABC):
     """A law other than Lennard-Jones; a subclass is a frozen dataclass with what follows.
 
     From the gap `breaks[0]` to `breaks[-1]` the subclass gives the traction; beyond there is none. Below, where
@@ -47,13 +48,13 @@ class TractionLaw:
     fineness: ClassVar[float] = 1.0
     """Spacing of nodes at the contact edge, of that for Lennard-Jones; the steepest fall of the traction sets it."""
 
+    @abstractmethod
     def traction(self, gap: FloatArray) -> FloatArray:
         """Traction (n,) at gaps (n,) from `breaks[0]` to `breaks[-1]`."""
-        raise NotImplementedError
 
+    @abstractmethod
     def slope(self, gap: FloatArray) -> FloatArray:
         """Its derivative (n,)."""
-        raise NotImplementedError
 
 
 @dataclass(frozen=True)

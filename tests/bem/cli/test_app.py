@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from bem.cli.app import app, parse_material, readable
+from bem.cli.app import app
+from bem.cli.arguments import parse_material
+from bem.cli.summary import readable
 from bem.materials import Elastic, PronySeries, StandardLinearSolid
 from bem.trajectory import Statistics, Trajectory
 
