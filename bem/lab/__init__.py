@@ -19,15 +19,14 @@ from bem._support.lazy_names import lazy_names
 if TYPE_CHECKING:
     from bem.lab.curve import ForceCurve
     from bem.lab.effective_range import EffectiveRangeWarning
-    from bem.lab.fit_result import FitResult
-    from bem.lab.fitting import fit
+    from bem.lab.fitting import FitResult, fit
     from bem.lab.setup import Setup
 
 __all__ = ["EffectiveRangeWarning", "FitResult", "ForceCurve", "Setup", "fit"]
 
 _HOME = {
     "EffectiveRangeWarning": "effective_range",
-    "FitResult": "fit_result",
+    "FitResult": "fitting",
     "ForceCurve": "curve",
     "Setup": "setup",
     "fit": "fitting",

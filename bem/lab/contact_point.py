@@ -2,7 +2,6 @@
 
 Before contact the force is a constant. Its mean over the first part of the approach is the baseline, and the scatter
 there the noise. The contact begins where the force leaves the baseline permanently, by attraction or by compression.
-The points beside a jump of the force weigh little in a fit.
 """
 
 from __future__ import annotations
@@ -10,7 +9,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import maximum_filter1d, median_filter
 
 from bem._support.validation import FloatArray
 from bem.lab.curve import ForceCurve
@@ -21,8 +19,6 @@ FEWEST = 10
 _FIRST_PART = 0.2  # of the approach, taken for the baseline at first
 _LEAVES = 4.0  # standard deviations off the baseline
 _DRIFT = 0.1  # of the largest force, between the halves of a baseline
-_UNSURE = 5  # points around a change of the force that count as beside a jump
-_AROUND, _ABOVE = 11, 3.0  # points around a change of the force, and how many times theirs a jump is
 _NONE = 1e-300  # N; stands for a baseline without noise
 _STANDS_OUT = 8.0  # standard deviations that the largest force must be off it
 
@@ -82,20 +78,6 @@ def noise_of(values: FloatArray) -> float:
         return 0.0
     second = values[2:] - 2.0 * values[1:-1] + values[:-2]
     return float(1.4826 * np.median(np.abs(second - np.median(second))) / np.sqrt(6.0))
-
-
-def weights_of(curve: ForceCurve, noise: float) -> FloatArray:
-    """One over the uncertainty of each point: the noise, and around a jump what the force does between samples.
-
-    An instability falls somewhere between two samples. Where exactly is not measured, so the points beside it must
-    not determine the fit; a model that jumps elsewhere still misses the points between. A jump is a change above the
-    noise that is several times those around it: a force that is merely steep is none.
-    """
-    scale = max(noise, noise_of(curve.tension), 1e-4 * float(np.ptp(curve.tension)))
-    change = np.abs(np.gradient(curve.tension))
-    usual = median_filter(change, _AROUND, mode="nearest")
-    steep = maximum_filter1d(np.where(change > np.maximum(5.0 * scale, _ABOVE * usual), change, 0.0), _UNSURE)
-    return 1.0 / np.hypot(scale, 2.0 * steep)
 
 
 def _level(force: FloatArray) -> tuple[float, float]:

@@ -8,13 +8,14 @@ import pytest
 from bem import Elastic, StandardLinearSolid
 from bem.effects.scene_effects import Effects
 from bem.lab import ForceCurve, Setup, fit
-from bem.lab.contact_point import weights_of
-from bem.lab.fit_result import result_of
-from bem.lab.fitting import ALL, ELASTIC, FitError, Search
-from bem.lab.guess import deep_contact, first_contact, guess_setup, starting_points
-from bem.lab.model import Model, prescribed_path, straight_lines
-from bem.lab.model_choice import effects_called_for, sentence
-from bem.lab.parameters import PARAMETERS
+from bem.lab.fitting import ALL, ELASTIC, FitError
+from bem.lab.fitting.model import Model, prescribed_path, straight_lines
+from bem.lab.fitting.model_choice import effects_called_for, sentence
+from bem.lab.fitting.parameters import PARAMETERS
+from bem.lab.fitting.result import result_of
+from bem.lab.fitting.search import Search
+from bem.lab.fitting.starts import starting_points
+from bem.lab.guess import deep_contact, first_contact, guess_setup
 from bem.solver.discretisation import master_grid
 from tests.bem.lab.measurement import BEAD, TRUTH, measured
 
@@ -221,17 +222,6 @@ def test_a_stage_is_found_from_the_indentation_where_a_curve_has_none(behind_a_c
     np.testing.assert_array_equal(prescribed_path(curve, BEAD), curve.indentation)
     rigid = ForceCurve(time=curve.time, indentation=curve.stage, force=curve.force, stage=curve.stage)
     assert rigid.stiffness is None
-
-
-def test_a_jump_weighs_little_and_a_steep_force_as_much_as_any():
-    time = np.linspace(0.0, 1.0, 201)
-    steep = 1e-9 * np.random.default_rng(0).standard_normal(201) + 1e-5 * np.maximum(time - 0.5, 0.0)
-    weights = weights_of(ForceCurve(time=time, indentation=time, force=steep), 1e-9)
-    assert weights.min() == pytest.approx(weights.max())
-    jump = np.where(time > 0.7, steep - 1e-6, steep)
-    weights = weights_of(ForceCurve(time=time, indentation=time, force=jump), 1e-9)
-    away = np.abs(time - 0.7025)
-    assert weights[away < 0.006].max() < 0.1 * weights[away > 0.026].min()
 
 
 def test_the_deep_part_of_an_approach_shows_where_the_solid_begins():

@@ -12,13 +12,13 @@ from scipy.stats import t as student
 
 from bem._support.validation import FloatArray
 from bem.lab.curve import ForceCurve
-from bem.lab.model import prescribed_path
-from bem.lab.parameters import PARAMETERS
+from bem.lab.fitting.model import prescribed_path
+from bem.lab.fitting.parameters import PARAMETERS
 from bem.lab.setup import Setup
 from bem.lab.units import readable
 
 if TYPE_CHECKING:
-    from bem.lab.fitting import Search
+    from bem.lab.fitting.search import Search
 
 CONFIDENCE = 0.95
 _LOOSE = {"logarithm": np.log(2.0), "logit": 2.0}
@@ -98,7 +98,7 @@ class FitResult:
 
     def plot(self, path: str | Path) -> None:
         """Draw measurement, model and residuals into an image file."""
-        from bem.lab.fit_plot import plot_fit
+        from bem.lab.fitting.plot import plot_fit
 
         plot_fit(self, path)
 

@@ -13,6 +13,7 @@ import numpy as np
 from bem._support.validation import FloatArray
 from bem.lab.contact_point import noise_of
 from bem.lab.curve import ForceCurve
+from bem.lab.fitting.jumps import MeasuredJump, between, instants_of
 from bem.lab.setup import Setup
 from bem.materials import Elastic, StandardLinearSolid
 from bem.protocol import PiecewiseLinearProtocol, default_start_indentation
@@ -64,17 +65,22 @@ class Model:
     Args:
         curve: the measurement.
         setup: what is known; parameters of `tension` replace its values.
+        measured: the curve's jumps, with levels counted from the force without contact.
     """
 
     curve: ForceCurve
     setup: Setup
+    measured: tuple[MeasuredJump, ...] = ()
     evaluations: int = 0
     jumps: tuple[float, ...] = ()
     """Instants of the curve at which the last prediction jumped, in s."""
+    passages: FloatArray = field(init=False)
+    """Instants at which it passed the levels of the measured jumps, in s, shape (measured,); NaN for none."""
     _lines: tuple[FloatArray, FloatArray] = field(init=False)
     _sample: float = field(init=False)
 
     def __post_init__(self) -> None:
+        self.passages = np.full(len(self.measured), np.nan)
         self._sample = float(np.median(np.diff(np.unique(self.curve.time))))
         self._lines = straight_lines(self.curve.time, prescribed_path(self.curve, self.setup))
 
@@ -120,6 +126,9 @@ class Model:
             return None
         origin = self.curve.time[0] + begin
         self.jumps = tuple(origin + setup.time_scale * jump.time for jump in trajectory.jumps)
+        self.passages = instants_of(
+            self.measured, origin + setup.time_scale * trajectory.time, setup.force_scale * trajectory.force
+        )
         instants = (self.curve.time - origin) / setup.time_scale
         force = trajectory.at(np.clip(instants, 0.0, trajectory.time[-1]))
         # A jump is spread over one sample, so that predictions change steadily when it moves from one to the next.
@@ -130,6 +139,10 @@ class Model:
             other = np.where(late >= 0.0, jump.force_before, jump.force_after)
             force = np.where(share > 0.0, (1.0 - share) * force + share * other, force)
         return setup.force_scale * np.where(instants >= 0.0, force, 0.0)
+
+    def between_jumps(self) -> np.ndarray:
+        """Which points of the curve, (n,) bool, lie before a measured jump and after the last prediction's, or so."""
+        return between(self.measured, self.passages, self.curve.time, self._sample)
 
     def away_from_jumps(self, predictions: Sequence[tuple[float, ...]]) -> np.ndarray:
         """Which points of the curve, (n,) bool, no jump passes between predictions, by more than two samples.

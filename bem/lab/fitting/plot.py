@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from bem.lab.fit_result import FitResult
+    from bem.lab.fitting.result import FitResult
 
 
 def plot_fit(result: FitResult, path: str | Path) -> None:

@@ -6,8 +6,8 @@ import numpy as np
 
 from bem.effects.recommendation import recommend
 from bem.effects.scene_effects import Effects
-from bem.lab.fit_result import FitResult
-from bem.lab.model import Model
+from bem.lab.fitting.model import Model
+from bem.lab.fitting.result import FitResult
 
 _SHARE = 0.5  # of the noise, that leaving an effect out may change the force by
 
