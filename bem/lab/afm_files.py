@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from bem._support.validation import FloatArray
 from bem._support.wording import shown
-from bem.lab.curve import ForceSign
 from bem.lab.units import INSTALL
+
+if TYPE_CHECKING:
+    from bem.lab.curve import ForceSign
 
 
 def read_afm(path: Path, stiffness: float | None) -> tuple[dict[str, FloatArray], float | None, ForceSign]:

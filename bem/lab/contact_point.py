@@ -7,11 +7,14 @@ there the noise. The contact begins where the force leaves the baseline permanen
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from bem._support.validation import FloatArray
-from bem.lab.curve import ForceCurve
+
+if TYPE_CHECKING:
+    from bem.lab.curve import ForceCurve
 
 FEWEST = 10
 """Points of baseline needed, and of contact."""

@@ -17,11 +17,11 @@ import numpy as np
 from bem._support.tabular import Column, Tabular
 from bem._support.validation import FloatArray, finite_vector
 from bem._support.wording import shown
+from bem.lab.contact_point import Contact, find_contact
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from bem.lab.contact_point import Contact
     from bem.lab.units import Quantity
 
 ForceSign = Literal["tension", "compression"]
@@ -127,8 +127,6 @@ class ForceCurve(Tabular):
 
     def contact(self) -> Contact:
         """Baseline, noise and contact point, as the approach shows them; see `bem.lab.contact_point`."""
-        from bem.lab.contact_point import find_contact
-
         return find_contact(self)
 
     def columns(self) -> dict[str, Column]:

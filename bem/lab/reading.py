@@ -18,6 +18,7 @@ import numpy as np
 
 from bem._support.validation import FloatArray, finite_number
 from bem._support.wording import shown
+from bem.lab.afm_files import read_afm
 from bem.lab.curve import ForceCurve, ForceSign, require_sign
 from bem.lab.units import Quantity, factor, to_si
 
@@ -67,8 +68,6 @@ def read(
     )
     paths = [Path(path)] if isinstance(path, str | Path) else [Path(part) for part in path]
     if len(paths) == 1 and paths[0].suffix.lower() not in TEXT_FILES:
-        from bem.lab.afm_files import read_afm
-
         quantities, spring, sign = read_afm(paths[0], spring)
         curve = _curve(quantities, spring, sign, None, str(paths[0]))
         return _checked(curve.with_sign(force_sign), str(paths[0]))

@@ -8,8 +8,8 @@ the indentation history and what `bem.simulate` returned. docs/cluster.md descri
 import functools
 import hashlib
 import json
-from collections.abc import Iterable, Sequence
-from dataclasses import asdict, dataclass, fields, replace
+from collections.abc import Iterable
+from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -20,6 +20,7 @@ from bem._support.outputs import write_whole
 from bem._support.validation import FloatArray
 from bem._support.wording import shortened, shown
 from bem.accuracy import resolve_accuracy
+from bem.dataset.campaign.case_records import ARRAYS, CaseRecord, case_columns, records_of
 from bem.dataset.campaign.descriptions import described, restored
 from bem.dataset.campaign.work import Solver, expected_seconds, solver_name
 from bem.dataset.file import plain_attribute, read_tree, write_tree
@@ -28,11 +29,10 @@ from bem.dataset.records import COMPLETED, FAILED, RESULTS, Columns
 from bem.dataset.sealed_file import BLOCK, seal
 from bem.protocol import ForceProtocol, LoadingProtocol, PiecewiseLinearProtocol
 from bem.scene import Scene
-from bem.trajectory import Jump, Statistics, Trajectory
+from bem.trajectory import Trajectory
 
 FORMAT = "viscoelastic-contact-cases"
 FORMAT_VERSION = 1
-ARRAYS = {"time": float, "indentation": float, "force": float, "contact_radius": float, "unloading": np.uint8}
 
 Protocol = LoadingProtocol | PiecewiseLinearProtocol | ForceProtocol
 
@@ -50,17 +50,6 @@ class Case(NamedTuple):
     protocol: Protocol
     trajectory: Trajectory | None
     reason: str
-
-
-@dataclass(frozen=True)
-class CaseRecord:
-    """One case; `trajectory` ends early or is `None` where `status` is `FAILED`; numbers in the order of `RESULTS`."""
-
-    index: int
-    status: int
-    reason: str
-    trajectory: Trajectory | None = None
-    scalars: tuple[float, ...] = (np.nan,) * len(RESULTS)
 
 
 class Cases:
@@ -127,26 +116,11 @@ class Cases:
 
     def columns(self, records: Iterable[CaseRecord]) -> Columns:
         """Arrays of some records, in the order of their index."""
-        ordered = sorted(records, key=lambda record: record.index)
-        histories = [record.trajectory for record in ordered]
-        columns: Columns = {
-            "index": np.array([record.index for record in ordered], dtype=np.int64),
-            "status": np.array([record.status for record in ordered], dtype=np.uint8),
-            "reason": np.array([record.reason for record in ordered], dtype=object),
-            "outcome": np.array([_outcome(history) for history in histories], dtype=object),
-        }
-        for name, values in zip(RESULTS, zip(*(record.scalars for record in ordered), strict=True), strict=True):
-            columns[f"scalars/{name}"] = np.array(values, dtype=np.float64)
-        lengths = [0 if history is None else len(history.time) for history in histories]
-        columns["native/offsets"] = np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64)
-        for name, kind in ARRAYS.items():
-            arrays = [getattr(history, name) for history in histories if history is not None]
-            columns[f"native/{name}"] = np.concatenate([np.empty(0), *arrays]).astype(kind)
-        return columns
+        return case_columns(records)
 
     def records(self, columns: Columns) -> list[CaseRecord]:
         """The records that such arrays hold."""
-        return _records(columns)
+        return records_of(columns)
 
     def read(self, path: Path) -> tuple[Columns, dict[str, Any]]:
         """Arrays and root attributes of a complete file.
@@ -190,7 +164,7 @@ def _read(path: Path) -> tuple[Columns, dict[str, Any], list[Case]]:
         try:
             columns = read_tree(file)
             attributes = {name: plain_attribute(value) for name, value in file.attrs.items()}
-            rows = zip(columns["scene"], columns["protocol"], _records(columns), strict=True)
+            rows = zip(columns["scene"], columns["protocol"], records_of(columns), strict=True)
             cases = [
                 Case(restored(json.loads(scene)), restored(json.loads(protocol)), record.trajectory, record.reason)
                 for scene, protocol, record in rows
@@ -241,45 +215,3 @@ def _simulated(accuracy: str | float, index: int, case: tuple[Scene, Protocol], 
     # A copy drops what the trajectory has computed and kept since.
     status, reason = (COMPLETED, "") if trajectory.completed else (FAILED, trajectory.status)
     return CaseRecord(index, status, reason, replace(trajectory), scalars)
-
-
-def _outcome(trajectory: Trajectory | None) -> str:
-    """What a trajectory holds besides its arrays, as JSON, which has no NaN: such numbers are left out."""
-    if trajectory is None:
-        return "null"
-    names = ("status", "accuracy", "energy_balance", "jumps", "stats")
-    found = {name: getattr(trajectory, name) for name in names}
-    found |= {"spring": trajectory.spring} if trajectory.spring is not None else {}
-    found |= {"by_force": True} if trajectory.by_force else {}
-    found["jumps"] = [_numbers(asdict(jump)) for jump in trajectory.jumps]
-    found["stats"] = asdict(trajectory.stats)
-    return json.dumps(_numbers(found), allow_nan=False, default=lambda number: number.item())
-
-
-def _numbers(values: dict[str, Any]) -> dict[str, Any]:
-    return {name: value for name, value in values.items() if not (isinstance(value, float) and np.isnan(value))}
-
-
-def _records(columns: Columns) -> list[CaseRecord]:
-    offsets = columns["native/offsets"].tolist()
-    scalars = zip(*(columns[f"scalars/{name}"].tolist() for name in RESULTS), strict=True)
-    rows = zip(columns["index"], columns["status"], columns["reason"], columns["outcome"], scalars, strict=True)
-    return [
-        CaseRecord(int(index), int(status), str(reason), _trajectory(columns, offsets[row : row + 2], outcome), numbers)
-        for row, (index, status, reason, outcome, numbers) in enumerate(rows)
-    ]
-
-
-def _trajectory(columns: Columns, bounds: Sequence[int], outcome: str) -> Trajectory | None:
-    found = json.loads(str(outcome))
-    if found is None:
-        return None
-    arrays: dict[str, Any] = {name: columns[f"native/{name}"][slice(*bounds)] for name in ARRAYS}
-    arrays["unloading"] = arrays["unloading"].astype(bool)
-    found["jumps"] = tuple(Jump(**_with_nan(Jump, jump)) for jump in found["jumps"])
-    found["stats"] = Statistics(**_with_nan(Statistics, found["stats"]))
-    return Trajectory(**arrays, **found)
-
-
-def _with_nan(kind: type, found: dict[str, Any]) -> dict[str, Any]:
-    return {field.name: found.get(field.name, np.nan) for field in fields(kind)}
