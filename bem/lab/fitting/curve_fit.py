@@ -36,7 +36,8 @@ ELASTIC = ("relaxed_modulus", "work_of_adhesion", "contact_point", "force_offset
 DIFFERENCE = 0.02  # of a logarithm, or of the adhesion length; large enough that the solver's own errors do not matter
 _SHORT, _LONG, _POLISH, _ROUNDS = 4, 14, 12, 3  # evaluations of the Jacobian, and times it is polished
 _KEPT = 2  # runs continued
-_CORRECTIONS, _TIGHTER = 2, 4.0
+_CORRECTIONS, _TIGHTER = 4, 4.0
+_SMALL = 0.1  # gain in squared standard deviations, below which the solution is settled
 _SCATTER = 0.02  # adhesion lengths of travel, by which the solver's own error moves a jump
 _AS_GOOD = 1.1  # noise of a simpler fit over that of the full one
 
@@ -145,9 +146,16 @@ def _settled(search: Search, x: FloatArray) -> tuple[FloatArray, FloatArray, Flo
     jacobian, smooth = search.full_jacobian(x)
     residuals = search.residuals(x)
     for _ in range(_CORRECTIONS):
-        step = np.linalg.lstsq(jacobian[smooth], -residuals[smooth], rcond=1e-6)[0][: x.size]
-        ahead = search.residuals(x + step)
+        # The column of the offset is in 1/N: columns of one length let the least squares see all of them.
+        length = np.maximum(np.linalg.norm(jacobian[smooth], axis=0), np.finfo(float).tiny)
+        step = np.linalg.lstsq(jacobian[smooth] / length, -residuals[smooth], rcond=1e-6)[0] / length
+        ahead = search.residuals(x + step[: x.size])
         if not ahead @ ahead < residuals @ residuals:
             break
-        x, residuals = x + step, ahead
+        gained = residuals @ residuals - ahead @ ahead
+        x, residuals = x + step[: x.size], ahead
+        if gained < _SMALL:
+            break
+        jacobian, smooth = search.full_jacobian(x)
+        residuals = search.residuals(x)
     return x, residuals[smooth], jacobian[smooth]

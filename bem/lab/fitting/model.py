@@ -5,6 +5,7 @@ The history is the path of the sphere; behind a spring, it is the path of the st
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -22,6 +23,7 @@ _CLOSENESS = 1e-3  # of the range of indentation, by which the lines may miss a 
 _FAR = 3.0  # in default start indentations: farther away nothing acts, and the approach is left out
 _BESIDE = 2.0  # samples on either side of a jump that do not count
 MOST_KNOTS = 400
+_FEWEST = 4  # samples between two corners, from which a line through them is better than one through the corners
 
 SETUP_PARAMETERS = ("relaxed_modulus", "work_of_adhesion", "retardation_time", "modulus_ratio")
 
@@ -40,7 +42,8 @@ def straight_lines(time: FloatArray, path: FloatArray) -> tuple[FloatArray, Floa
     """Instants from zero, in s, and positions, in m, of few points between which a measured path is straight.
 
     Lines are split at the point they miss most (Ramer, 1972; Douglas and Peucker, 1973) until none is missed by more
-    than a thousandth of the range, or by three standard deviations of the noise.
+    than a thousandth of the range, or by three standard deviations of the noise. A corner falls between two samples: it
+    is where the lines through the points on either side of it meet.
     """
     time, first = np.unique(time - time[0], return_index=True)
     depth = path[first]
@@ -54,8 +57,23 @@ def straight_lines(time: FloatArray, path: FloatArray) -> tuple[FloatArray, Floa
         if missed[worst] > allowed:
             kept.add(begin + worst)
             open_pieces += [(begin, begin + worst), (begin + worst, end)]
-    knots = np.array(sorted(kept))
-    return time[knots], depth[knots]
+    return _corners(time, depth, sorted(kept))
+
+
+def _corners(time: FloatArray, depth: FloatArray, knots: list[int]) -> tuple[FloatArray, FloatArray]:
+    """Corners near the samples `knots`: where the lines through the points between them meet, if within a sample."""
+    instants, places = time[knots], depth[knots]
+    lines = [
+        np.polynomial.Polynomial.fit(time[a + 1 : b], depth[a + 1 : b], 1).convert().coef if b - a > _FEWEST else None
+        for a, b in itertools.pairwise(knots)
+    ]
+    for i, (before, after) in enumerate(itertools.pairwise(lines), start=1):
+        if before is None or after is None or before.size < 2 or after.size < 2 or before[1] == after[1]:
+            continue
+        meeting = (after[0] - before[0]) / (before[1] - after[1])
+        if time[knots[i] - 1] <= meeting <= time[knots[i] + 1]:
+            instants[i], places[i] = meeting, before[0] + before[1] * meeting
+    return instants, places
 
 
 @dataclass
