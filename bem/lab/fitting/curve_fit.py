@@ -17,6 +17,7 @@ import numpy as np
 from bem._support.validation import FloatArray, instance
 from bem._support.wording import shown
 from bem.accuracy import TIGHTEST, resolve_accuracy
+from bem.effects.scene_effects import Effects
 from bem.lab.contact_point import Contact
 from bem.lab.curve import ForceCurve
 from bem.lab.fitting.jumps import measured_jumps, weights_of
@@ -25,7 +26,7 @@ from bem.lab.fitting.model_choice import effects_called_for, sentence
 from bem.lab.fitting.parameters import MEMORY, PARAMETERS
 from bem.lab.fitting.result import FitError, FitResult, result_of
 from bem.lab.fitting.search import Search
-from bem.lab.fitting.starts import starting_points
+from bem.lab.fitting.starts import faster_memories, starting_points
 from bem.lab.guess import first_contact
 from bem.lab.setup import Setup
 from bem.materials import Elastic, StandardLinearSolid
@@ -37,6 +38,7 @@ DIFFERENCE = 0.02  # of a logarithm, or of the adhesion length; large enough tha
 _SHORT, _LONG, _POLISH, _ROUNDS = 4, 14, 12, 3  # evaluations of the Jacobian, and times it is polished
 _KEPT = 2  # runs continued
 _CORRECTIONS, _TIGHTER = 4, 4.0
+_LONGEST = 10.0  # steps of the search, that one correction moves a parameter
 _SMALL = 0.1  # gain in squared standard deviations, below which the solution is settled
 _SCATTER = 0.02  # adhesion lengths of travel, by which the solver's own error moves a jump
 _AS_GOOD = 1.1  # noise of a simpler fit over that of the full one
@@ -88,16 +90,35 @@ def fit(
         setup = with_memory(setup, duration)
     if "modulus_ratio" in chosen:
         instance("material, whose modulus_ratio is free,", setup.material, (StandardLinearSolid,))
-    result = _fitted(curve, setup, chosen, contact, duration, accuracy, report)
     if free is not None:
-        return result
+        return _fitted(curve, setup, chosen, contact, duration, accuracy, report)
+    result, effects = _fewest(curve, setup, contact, duration, accuracy, report)
+    return dataclasses.replace(result, sentences=(sentence(effects), *result.sentences))
+
+
+def _fewest(
+    curve: ForceCurve,
+    setup: Setup,
+    contact: Contact,
+    duration: float,
+    accuracy: str | float,
+    report: Callable[[int, float], None] | None,
+) -> tuple[FitResult, Effects]:
+    """The fit of all parameters, or the elastic one where that describes the curve as well."""
+    elastic = setup.replaced(material=Elastic(), retardation_time=None)
+    try:
+        result = _fitted(curve, setup, ALL, contact, duration, accuracy, report)
+    except FitError:
+        # A memory that the curve does not show leaves the search without a minimum.
+        result = _fitted(curve, elastic, ELASTIC, contact, duration, accuracy, report)
+        return result, effects_called_for(result)
     effects = effects_called_for(result)
     if effects.terms == 0 or not result.determines_memory():
         elastic = result.setup.replaced(material=Elastic(), retardation_time=None)
         simpler = _fitted(curve, elastic, ELASTIC, contact, duration, accuracy, report)
         if simpler.noise < _AS_GOOD * result.noise:
-            result, effects = simpler, effects_called_for(simpler)
-    return dataclasses.replace(result, sentences=(sentence(effects), *result.sentences))
+            return simpler, effects_called_for(simpler)
+    return result, effects
 
 
 def _fitted(
@@ -116,12 +137,14 @@ def _fitted(
     unit |= {"modulus_ratio": 2.0 * DIFFERENCE}
     starts = starting_points(curve, setup, contact, duration, free)
     levels = dataclasses.replace(curve, force=curve.tension - contact.force_offset, force_sign="tension")
-    model = Model(curve, setup, measured_jumps(levels, contact.noise))
     least = _SCATTER * setup.adhesion_length * duration / float(np.sum(np.abs(np.diff(prescribed_path(curve, setup)))))
-    search = Search(model, free, fixed, unit, starts[0], weights_of(curve, contact.noise), report=report, least=least)
+    model = Model(curve, setup, measured_jumps(levels, contact.noise), least)
+    search = Search(model, free, fixed, unit, starts[0], weights_of(curve, contact.noise), report=report)
     points = sorted((search.point(start) for start in starts), key=search.misfit)
     runs = search.until_good(points, _SHORT)
-    best = min(search.until_good([run.x for run in runs[:_KEPT]], _LONG), key=lambda run: run.cost)
+    best = search.until_good([run.x for run in runs[:_KEPT]], _LONG)[0]
+    others = faster_memories(search.values(best.x), free)
+    best = min([best, *(search.run(search.point(start), _LONG) for start in others)], key=lambda run: run.cost)
     search.accuracy = accuracy
     for _ in range(_ROUNDS):
         last, best = best, search.run(best.x, _POLISH)
@@ -149,11 +172,12 @@ def _settled(search: Search, x: FloatArray) -> tuple[FloatArray, FloatArray, Flo
         # The column of the offset is in 1/N: columns of one length let the least squares see all of them.
         length = np.maximum(np.linalg.norm(jacobian[smooth], axis=0), np.finfo(float).tiny)
         step = np.linalg.lstsq(jacobian[smooth] / length, -residuals[smooth], rcond=1e-6)[0] / length
-        ahead = search.residuals(x + step[: x.size])
+        moved = np.clip(x + np.clip(step[: x.size], -_LONGEST, _LONGEST), *search.bounds)
+        ahead = search.residuals(moved)
         if not ahead @ ahead < residuals @ residuals:
             break
         gained = residuals @ residuals - ahead @ ahead
-        x, residuals = x + step[: x.size], ahead
+        x, residuals = moved, ahead
         if gained < _SMALL:
             break
         jacobian, smooth = search.full_jacobian(x)

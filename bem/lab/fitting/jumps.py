@@ -83,7 +83,7 @@ def instants_of(jumps: Sequence[MeasuredJump], time: FloatArray, tension: FloatA
 
 
 def lateness(jumps: Sequence[MeasuredJump], instants: FloatArray, least: float, duration: float) -> FloatArray:
-    """Residuals of the instants, in standard deviations, shape (jumps,); large ones count as their logarithm.
+    """How late the model jumps, in standard deviations of the instant, shape (jumps,).
 
     Args:
         jumps: those of the curve.
@@ -92,18 +92,28 @@ def lateness(jumps: Sequence[MeasuredJump], instants: FloatArray, least: float, 
         duration: of the curve, in s.
     """
     deviations = np.hypot([jump.deviation for jump in jumps], least)
-    late = np.where(np.isnan(instants), duration, instants - [jump.time for jump in jumps]) / deviations
+    return np.where(np.isnan(instants), duration, instants - [jump.time for jump in jumps]) / deviations
+
+
+def as_residuals(late: FloatArray) -> FloatArray:
+    """Residuals of `lateness`; large ones count as their logarithm, so that the forces lead a search from far away."""
     return _FAR * np.arcsinh(late / _FAR)
 
 
-def between(jumps: Sequence[MeasuredJump], instants: FloatArray, time: FloatArray, sample: float) -> np.ndarray:
-    """Which points lie between a measured jump and the model's, (n,) bool; a model without one leaves none out."""
-    inside = np.zeros(time.size, dtype=bool)
-    for jump, instant in zip(jumps, instants, strict=True):
+def shares_between(
+    jumps: Sequence[MeasuredJump], instants: FloatArray, late: FloatArray, time: FloatArray, sample: float
+) -> FloatArray:
+    """By what factor the residuals of the points count, (n,): 1 except between a measured jump and the model's.
+
+    There the forces say nothing once the two are close; from far away they lead the search, and count whole.
+    """
+    shares = np.ones(time.size)
+    for jump, instant, away in zip(jumps, instants, late, strict=True):
         if np.isfinite(instant):
             first, last = sorted((jump.time, float(instant)))
-            inside |= (time > first - 0.5 * sample) & (time < last + 0.5 * sample)
-    return inside
+            inside = (time > first - 0.5 * sample) & (time < last + 0.5 * sample)
+            shares[inside] *= away**2 / (_FAR**2 + away**2)
+    return shares
 
 
 def _changes(curve: ForceCurve, noise: float) -> tuple[float, FloatArray, np.ndarray]:

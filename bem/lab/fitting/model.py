@@ -14,10 +14,11 @@ import numpy as np
 from bem._support.validation import FloatArray
 from bem.lab.contact_point import noise_of
 from bem.lab.curve import ForceCurve
-from bem.lab.fitting.jumps import MeasuredJump, between, instants_of
+from bem.lab.fitting.jumps import MeasuredJump, instants_of, lateness, shares_between
 from bem.lab.setup import Setup
 from bem.materials import Elastic, StandardLinearSolid
 from bem.protocol import PiecewiseLinearProtocol, default_start_indentation
+from bem.reference_solutions.dmt import rigid_force_from_indentation
 
 _CLOSENESS = 1e-3  # of the range of indentation, by which the lines may miss a measured point
 _FAR = 3.0  # in default start indentations: farther away nothing acts, and the approach is left out
@@ -61,18 +62,22 @@ def straight_lines(time: FloatArray, path: FloatArray) -> tuple[FloatArray, Floa
 
 
 def _corners(time: FloatArray, depth: FloatArray, knots: list[int]) -> tuple[FloatArray, FloatArray]:
-    """Corners near the samples `knots`: where the lines through the points between them meet, if within a sample."""
-    instants, places = time[knots], depth[knots]
-    lines = [
-        np.polynomial.Polynomial.fit(time[a + 1 : b], depth[a + 1 : b], 1).convert().coef if b - a > _FEWEST else None
-        for a, b in itertools.pairwise(knots)
-    ]
-    for i, (before, after) in enumerate(itertools.pairwise(lines), start=1):
-        if before is None or after is None or before.size < 2 or after.size < 2 or before[1] == after[1]:
+    """Corners near the samples `knots`: where the lines through the points on either side meet, if within a sample."""
+    corners = {knot: (float(time[knot]), float(depth[knot])) for knot in knots}
+    straight = [(a, b) for a, b in itertools.pairwise(knots) if b - a > _FEWEST]
+    lines = [np.polynomial.Polynomial.fit(time[a + 1 : b], depth[a + 1 : b], 1).convert().coef for a, b in straight]
+    for ((_, end), (begin, _)), (before, after) in zip(
+        itertools.pairwise(straight), itertools.pairwise(lines), strict=True
+    ):
+        # One corner may have left two knots, the samples on either side of it.
+        if begin - end > 1 or before.size < 2 or after.size < 2 or before[1] == after[1]:
             continue
-        meeting = (after[0] - before[0]) / (before[1] - after[1])
-        if time[knots[i] - 1] <= meeting <= time[knots[i] + 1]:
-            instants[i], places[i] = meeting, before[0] + before[1] * meeting
+        instant = (after[0] - before[0]) / (before[1] - after[1])
+        if time[end - 1] <= instant <= time[begin + 1]:
+            corners[end] = float(instant), float(before[0] + before[1] * instant)
+            if begin > end:
+                del corners[begin]
+    instants, places = np.array(list(corners.values())).T
     return instants, places
 
 
@@ -84,11 +89,13 @@ class Model:
         curve: the measurement.
         setup: what is known; parameters of `tension` replace its values.
         measured: the curve's jumps, with levels counted from the force without contact.
+        least: smallest standard deviation of the instant of a jump, in s.
     """
 
     curve: ForceCurve
     setup: Setup
     measured: tuple[MeasuredJump, ...] = ()
+    least: float = 0.0
     evaluations: int = 0
     jumps: tuple[float, ...] = ()
     """Instants of the curve at which the last prediction jumped, in s."""
@@ -110,7 +117,7 @@ class Model:
     def protocol(self, setup: Setup, contact_point: float = 0.0) -> tuple[PiecewiseLinearProtocol, float]:
         """The measured path in the units of a setup, and the instant, in s, at which it begins.
 
-        The approach from far away is left out.
+        The approach from far away is left out; there the force is that of rigid surfaces.
         """
         time, depth = self._lines
         depth = (depth - contact_point) / setup.indentation_scale
@@ -156,11 +163,19 @@ class Model:
             share = 0.5 - np.abs(late)
             other = np.where(late >= 0.0, jump.force_before, jump.force_after)
             force = np.where(share > 0.0, (1.0 - share) * force + share * other, force)
-        return setup.force_scale * np.where(instants >= 0.0, force, 0.0)
+        # The approach that was left out: from that far the surfaces attract each other as rigid ones.
+        apart = (prescribed_path(self.curve, setup) - values.get("contact_point", 0.0)) / setup.indentation_scale
+        return setup.force_scale * np.where(
+            instants >= 0.0, force, rigid_force_from_indentation(np.minimum(apart, 0.0))
+        )
 
-    def between_jumps(self) -> np.ndarray:
-        """Which points of the curve, (n,) bool, lie before a measured jump and after the last prediction's, or so."""
-        return between(self.measured, self.passages, self.curve.time, self._sample)
+    def late(self) -> FloatArray:
+        """How late the last prediction jumps, in standard deviations, shape (measured,)."""
+        return lateness(self.measured, self.passages, self.least, float(np.ptp(self.curve.time)))
+
+    def shares(self) -> FloatArray:
+        """By what factor the residuals of the last prediction count, (n,): less between its jumps and the measured."""
+        return shares_between(self.measured, self.passages, self.late(), self.curve.time, self._sample)
 
     def away_from_jumps(self, predictions: Sequence[tuple[float, ...]]) -> np.ndarray:
         """Which points of the curve, (n,) bool, no jump passes between predictions, by more than two samples.

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.optimize import OptimizeResult, least_squares
 
 from bem._support.validation import FloatArray
-from bem.lab.fitting.jumps import lateness
+from bem.lab.fitting.jumps import as_residuals
 from bem.lab.fitting.model import Model
 from bem.lab.fitting.parameters import PARAMETERS
 
@@ -36,8 +36,6 @@ class Search:
     weights: FloatArray
     accuracy: str | float = "draft"
     report: Callable[[int, float], None] | None = None
-    least: float = 0.0
-    """Smallest standard deviation of the instant of a jump, in s."""
     _last: tuple[Any, FloatArray | None] = (None, None)
 
     @property
@@ -67,11 +65,27 @@ class Search:
         parameter = PARAMETERS[name]
         return (parameter.inner(value) - parameter.inner(self.origin[name])) / self.unit[name]
 
+    @cached_property
+    def bounds(self) -> tuple[FloatArray, FloatArray]:
+        """Lowest and highest values of each searched parameter."""
+        low, high = (
+            np.array(
+                [
+                    self._inner(name, getattr(PARAMETERS[name], side))
+                    if PARAMETERS[name].scale != "linear"
+                    else getattr(PARAMETERS[name], side)
+                    for name in self.searched
+                ]
+            )
+            for side in ("low", "high")
+        )
+        return low, high
+
     def offset(self, tension: FloatArray) -> float:
         """The force offset, as a tension: the best one where it is free."""
         if "force_offset" not in self.free:
             return self.fixed.get("force_offset", 0.0)
-        square = np.where(self.model.between_jumps(), 0.0, self.weights**2)
+        square = (self.weights * self.model.shares()) ** 2
         return float(np.sum(square * (self.model.curve.tension - tension)) / np.sum(square))
 
     def residuals(self, x: FloatArray, offset: float | None = None) -> FloatArray:
@@ -85,9 +99,8 @@ class Search:
             return np.full(len(self.model.curve) + len(self.model.measured), self.bad)
         curve = self.model.curve
         added = self.offset(tension) if offset is None else offset
-        missed = np.where(self.model.between_jumps(), 0.0, self.weights * (tension + added - curve.tension))
-        late = lateness(self.model.measured, self.model.passages, self.least, float(np.ptp(curve.time)))
-        found = np.concatenate([missed, late])
+        missed = self.model.shares() * self.weights * (tension + added - curve.tension)
+        found = np.concatenate([missed, as_residuals(self.model.late())])
         if self.report is not None:
             self.report(self.model.evaluations, float(np.sqrt(np.mean(found**2))))
         return found
@@ -119,14 +132,14 @@ class Search:
         """
         self.residuals(x, 0.0)
         columns, jumps = [], [self.model.jumps]
-        smooth = [~self.model.between_jumps()]
+        smooth = [self.model.shares() == 1.0]
         known = [np.isfinite(self.model.passages)]
         for step in _STRIDE * np.eye(x.size):
             sides = []
             for side in (x + step, x - step):
                 sides.append(self.residuals(side, 0.0))
                 jumps.append(self.model.jumps)
-                smooth.append(~self.model.between_jumps())
+                smooth.append(self.model.shares() == 1.0)
                 known.append(np.isfinite(self.model.passages))
             columns.append((sides[0] - sides[1]) / (2.0 * _STRIDE))
         points = np.logical_and.reduce([self.model.away_from_jumps(jumps), *smooth])
@@ -136,18 +149,14 @@ class Search:
 
     def run(self, x: FloatArray, evaluations: int) -> OptimizeResult:
         """Least squares from a point."""
-        parameters = [PARAMETERS[name] for name in self.searched]
-        bounds = [
-            [self._inner(p.name, getattr(p, side)) if p.scale != "linear" else getattr(p, side) for p in parameters]
-            for side in ("low", "high")
-        ]
-        inside = np.clip(x, np.array(bounds[0]) + 1e-9, np.array(bounds[1]) - 1e-9)
+        low, high = self.bounds
+        inside = np.clip(x, low + 1e-9, high - 1e-9)
         # The solver's results scatter by its own error: an improvement below that is not real.
         return least_squares(
             self.residuals,
             inside,
             jac=self.jacobian,
-            bounds=bounds,
+            bounds=(low, high),
             max_nfev=evaluations,
             xtol=1e-4,
             ftol=1e-5,

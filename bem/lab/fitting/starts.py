@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from bem.lab.contact_point import Contact
 from bem.lab.curve import ForceCurve
 from bem.lab.fitting.parameters import MEMORY
@@ -10,6 +12,7 @@ from bem.lab.setup import Setup
 
 _RATIOS = (0.5, 0.15)
 _TIME_SHARES = (0.02, 0.1, 0.5)  # of the duration in contact, at which retardation times are tried
+_FASTER, _STIFFER, _LARGEST_RATIO = (30.0, 6.0), 3.0, 0.8
 
 
 def starting_points(
@@ -19,8 +22,7 @@ def starting_points(
     base = {
         "relaxed_modulus": setup.relaxed_modulus,
         "work_of_adhesion": setup.work_of_adhesion,
-        # The force leaves the baseline by attraction, before the undeformed sphere would touch.
-        "contact_point": contact.contact_point + 0.5 * setup.adhesion_length,
+        "contact_point": contact.contact_point + _attracted_from(setup),
         "retardation_time": setup.time_scale,
         "modulus_ratio": setup.material.modulus_ratio,
     }
@@ -44,3 +46,30 @@ def starting_points(
             }
             starts.append(base | softer | {"retardation_time": time, "modulus_ratio": ratio})
     return starts
+
+
+def faster_memories(found: dict[str, float], free: tuple[str, ...]) -> list[dict[str, float]]:
+    """Points with shorter retardation times than those of a solution; none unless the time is free.
+
+    A force that decays over the dwell looks like the beginning of a slow relaxation or the whole of a faster and
+    smaller one. The search does not cross from one to the other; the instantaneous modulus of both is the same.
+    """
+    if not {"retardation_time", "modulus_ratio"} <= set(free):
+        return []
+    stiffer = min(_STIFFER, _LARGEST_RATIO / found["modulus_ratio"])
+    changes = {"modulus_ratio": stiffer, "relaxed_modulus": stiffer, "work_of_adhesion": stiffer**0.5}
+    changed = {name: found[name] * factor for name, factor in changes.items() if name in free}
+    return [found | changed | {"retardation_time": found["retardation_time"] / faster} for faster in _FASTER]
+
+
+def _attracted_from(setup: Setup) -> float:
+    """How far before the undeformed sphere would touch attraction moves the force off the baseline, in m.
+
+    A spring jumps where the attraction of rigid surfaces, 8/3 pi R dgamma over the gap squared, changes as its
+    stiffness; a soft one does so from afar.
+    """
+    near = 0.5 * setup.adhesion_length
+    if setup.stiffness is None:
+        return near
+    stiffness = setup.stiffness * setup.gap / setup.force_scale
+    return max(near, (np.cbrt(16.0 / 3.0 / stiffness) - 1.0) * setup.gap)

@@ -155,6 +155,14 @@ def test_a_measured_path_becomes_few_straight_lines(curve):
     assert np.max(np.abs(np.interp(curve.time, times, depths) - curve.indentation)) < 1.1e-3 * np.ptp(curve.indentation)
 
 
+def test_a_corner_between_two_samples_is_where_the_lines_meet():
+    time = np.linspace(0.0, 1.0, 101)
+    path = np.minimum(2.0 * time, 1.0) - 3.0 * np.maximum(time - 0.7043, 0.0)
+    times, places = straight_lines(time, path)
+    np.testing.assert_allclose(times, [0.0, 0.5, 0.7043, 1.0], atol=1e-9)
+    np.testing.assert_allclose(places, [0.0, 1.0, 1.0, path[-1]], atol=1e-9)
+
+
 def test_the_model_is_the_simulation_that_made_the_curve():
     clean = measured(noise=0.0)
     tension = Model(clean, BEAD).tension({"contact_point": TRUTH["contact_point"]}, "standard")
