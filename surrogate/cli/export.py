@@ -12,9 +12,12 @@ from surrogate.cli.predict import ArchitectureOption, FoundOption
 
 
 def export(
-    name: Annotated[str, typer.Argument(help="Name of a published model, or model directory.")],
+    name: Annotated[str, typer.Argument(help="fast, accurate, name of a published model, or model directory.")],
     file_format: Annotated[str, typer.Option("--format", help="Format of the file, onnx.")] = "onnx",
-    out: Annotated[Path | None, typer.Option(help="The file. Default: model.onnx in the model directory.")] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="The file. Default: model.onnx in the model directory; fast and accurate need it."),
+    ] = None,
     models: FoundOption = None,
     architecture: ArchitectureOption = None,
 ) -> None:
@@ -22,10 +25,14 @@ def export(
     from bem._support.outputs import Outputs, require_suffix
     from surrogate.architectures.registry import load_architectures
     from surrogate.inference.model_files import find_model
+    from surrogate.pretrained.model import NAMES
 
     if file_format != "onnx":
         raise ValueError(f"Expected the format onnx. Received: {shown(file_format)}")
     require_suffix(out, (".onnx",))
+    if name in NAMES:
+        _export_pretrained(name, out, models)
+        return
     folder = find_model(name, models)
     if not folder.is_dir():
         raise ValueError(f"Expected a model directory. Received: {folder}")
@@ -40,6 +47,26 @@ def export(
         with outputs.write(written) as part:
             part.write_bytes(content)
     typer.echo(f"{written}: {len(content) / 1e6:.2f} MB")
+
+
+def _export_pretrained(name: str, out: Path | None, models: Path | None) -> None:
+    """Write a pretrained model with its inputs F and its bands; this needs no Keras.
+
+    Raises:
+        ValueError: no file is given, since `model.onnx` of its directory is the network alone.
+    """
+    from bem._support.outputs import Outputs
+    from surrogate.export.pretrained import file_content
+    from surrogate.pretrained.model import Pretrained, find
+
+    folder = find(name, models)
+    if out is None:
+        raise ValueError(f"Expected --out FILE, since {folder / 'model.onnx'} is the network alone. Received: no --out")
+    with Outputs(out) as outputs:
+        content = file_content(Pretrained(folder))
+        with outputs.write(out) as part:
+            part.write_bytes(content)
+    typer.echo(f"{out}: {len(content) / 1e6:.2f} MB")
 
 
 def _exported(folder: Path) -> bytes | None:

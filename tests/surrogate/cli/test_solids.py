@@ -110,3 +110,13 @@ def test_files_that_do_not_fit_the_model(command, tmp_path):
     code, _, err = command("predict", "fast", "--in", tmp_path / "solids.json", "--modulus-ratio", 0.2)
     assert code == 2
     assert err.startswith("surrogate: Expected modulus ratios from --in FILE or from --modulus-ratio, not both")
+
+
+def test_export_writes_one_file_and_never_over_the_network(command, tmp_path):
+    network = (PUBLISHED / "fast" / "model.onnx").read_bytes()
+    code, out, err = command("export", "fast")
+    assert (code, out) == (2, "")
+    assert err.startswith("surrogate: Expected --out FILE, since ")
+    assert (PUBLISHED / "fast" / "model.onnx").read_bytes() == network
+    assert command("export", "fast", "--out", tmp_path / "fast.onnx")[0] == 0
+    assert len((tmp_path / "fast.onnx").read_bytes()) > len(network)
