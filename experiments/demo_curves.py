@@ -1,11 +1,11 @@
 """Solver curves that the browser demonstrator draws over the predictions of the surrogate.
 
 There are three kinds. The first are the paper's twelve canonical protocols (its timing table), simulated at the
-accuracy of the data set. The second are trajectories of the published data set on which no model was trained: the held-out
-protocols nearest to the points of a Sobol sequence in the logarithms of the five quantities, so that a few of them
-cover the whole box. One file has both on the measurement steps of the data set. Another file has them on the physical
-steps of the pretrained models, simulated, and the third kind: protocols on other standard linear solids, drawn in the
-ranges of the pretrained models with a seed of their own.
+accuracy of the data set. The second are trajectories of the published data set on which no model was trained: the
+held-out protocols nearest to the points of a Sobol sequence in the logarithms of the five quantities, so that a few of
+them cover the whole box. One file has both on the measurement steps of the data set. Another file has them on the
+physical steps of the pretrained models, simulated, and the third kind: protocols on other standard linear solids, drawn
+in the ranges of the pretrained models with a seed of their own.
 
 Usage: `python -m experiments.demo_curves [--count N] [--out FILE] [--solids N] [--solids-out FILE]`.
 """

@@ -5,8 +5,6 @@ from __future__ import annotations
 import warnings
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from surrogate.cli.answer import USUAL_MODULUS_RATIO, Answer, asked_protocols
 
 if TYPE_CHECKING:
@@ -34,6 +32,8 @@ def predict_solids(
     Raises:
         ValueError: the file holds a history, the modulus ratio is given twice, or numbers are out of bounds.
     """
+    import numpy as np
+
     from surrogate.inference.validity import ExtrapolationWarning
 
     if table is not None and table.is_history:
