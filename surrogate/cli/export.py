@@ -63,7 +63,7 @@ def _export_pretrained(name: str, out: Path | None, models: Path | None) -> None
     if out is None:
         raise ValueError(f"Expected --out FILE, since {folder / 'model.onnx'} is the network alone. Received: no --out")
     with Outputs(out) as outputs:
-        content = file_content(Pretrained(folder))
+        content = file_content(**Pretrained(folder).parts())
         with outputs.write(out) as part:
             part.write_bytes(content)
     typer.echo(f"{out}: {len(content) / 1e6:.2f} MB")

@@ -116,7 +116,7 @@ def test_a_solid_is_simulated_on_the_physical_steps(solids):
 @pytest.mark.parametrize("name", ["fast", "accurate"])
 def test_tracked_models_are_the_published_ones(name):
     """Fails when the models were trained anew: run `make demo-models`."""
-    content = file_content(surrogate.load(name))
+    content = file_content(**surrogate.load(name).parts())
     tracked = (ROOT / "demo" / "public" / f"{name}.onnx").read_bytes()
     parts = [onnx.load_model_from_string(each) for each in (content, tracked)]
     words, weights = (

@@ -45,7 +45,7 @@ def run(content, model, solids, *outputs):
 
 
 def test_forces_are_those_of_the_model(model, solids):
-    _, _, (force,) = run(file_content(model), model, solids, "force")
+    _, _, (force,) = run(file_content(**model.parts()), model, solids, "force")
     protocols = [
         LoadingProtocol(**{name: float(solids[name][row]) for name in QUANTITIES if name != "tabor"})
         for row in range(len(force))
@@ -57,7 +57,7 @@ def test_forces_are_those_of_the_model(model, solids):
 
 
 def test_inputs_are_those_of_the_kernels(model, solids):
-    graph = onnx.load_model_from_string(file_content(model))
+    graph = onnx.load_model_from_string(file_content(**model.parts()))
     shape = ["steps", "batch", 13]
     graph.graph.output.append(onnx.helper.make_tensor_value_info("network/inputs", onnx.TensorProto.FLOAT, shape))
     times, indentations, (found,) = run(graph.SerializeToString(), model, solids, "network/inputs")
@@ -69,9 +69,9 @@ def test_inputs_are_those_of_the_kernels(model, solids):
 
 
 def test_the_file_holds_its_bands_ranges_and_counts(model):
-    content = file_content(model)
+    content = file_content(**model.parts())
     assert is_intact(content)
-    assert content == file_content(model)
+    assert content == file_content(**model.parts())
     found = {entry.key: entry.value for entry in onnx.load_model_from_string(content).metadata_props}
     assert found["format"] == "viscoelastic-contact-pretrained-onnx"
     assert json.loads(found["counts"]) == model.counts.tolist()
@@ -87,6 +87,6 @@ def test_the_file_holds_its_bands_ranges_and_counts(model):
 
 
 def test_the_package_loads_it_by_name_only(model, tmp_path):
-    (tmp_path / "page.onnx").write_bytes(file_content(model))
+    (tmp_path / "page.onnx").write_bytes(file_content(**model.parts()))
     with pytest.raises(ValueError, match=rf"page\.onnx, which holds the pretrained model {model.name} for other"):
         surrogate.load(tmp_path / "page.onnx")
