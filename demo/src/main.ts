@@ -28,6 +28,8 @@ class Page {
   private readonly plots: Plots;
   private readonly fallback: Protocol;
   private recent: number[] = [];
+  /** How often a model was asked for: the last one asked for is shown. */
+  private turns = 0;
   private loaded: Loaded;
   /** The name of a pretrained model; undefined for the paper's. */
   private chosen?: string;
@@ -64,7 +66,7 @@ class Page {
         this.fallback,
         this.shelf.paper.model.name,
       );
-      await this.take(model);
+      if (!(await this.take(model))) return;
       this.contact = contact;
       this.look(view);
       this.show(protocol);
@@ -78,15 +80,22 @@ class Page {
   /**
    * Put a model on the page, with its ranges and its solver curves.
    *
+   * @returns Whether it is on the page: not where another one was asked for meanwhile.
    * @throws Trouble where it cannot be had; the model before stays.
    */
-  private async take(chosen: string | undefined): Promise<void> {
+  private async take(chosen: string | undefined): Promise<boolean> {
+    const turn = ++this.turns;
     document.body.dataset["model"] = "loading";
     try {
-      this.loaded = await this.shelf.get(chosen);
+      const loaded = await this.shelf.get(chosen);
+      if (turn !== this.turns) return false;
+      this.loaded = loaded;
       this.chosen = chosen;
+    } catch (error) {
+      if (turn !== this.turns) return false;
+      throw error;
     } finally {
-      byId<HTMLInputElement>(`model-${this.chosen ?? "paper"}`).checked = true;
+      if (turn === this.turns) byId<HTMLInputElement>(`model-${this.chosen ?? "paper"}`).checked = true;
     }
     const { model, set } = this.loaded;
     this.recent = [];
@@ -95,13 +104,14 @@ class Page {
     this.picker.fill(set.curves);
     byId("steps").textContent = String(set.counts.reduce((sum, count) => sum + count));
     await this.compareAll();
-    document.body.dataset["model"] = model.name;
+    if (turn === this.turns) document.body.dataset["model"] = model.name;
+    return turn === this.turns;
   }
 
   /** Change to another model, and keep the protocol. */
   private async choose(chosen: string | undefined): Promise<void> {
     try {
-      await this.take(chosen);
+      if (!(await this.take(chosen))) return;
     } catch (error) {
       document.body.dataset["model"] = this.loaded.model.name;
       tell(`${(error as Error).message} The model before stays.`);
@@ -186,7 +196,8 @@ class Page {
 
   private change(protocol: Protocol): void {
     untell();
-    this.protocol = protocol;
+    // A copy, so that a prediction under way sees that it is no longer the one asked for.
+    this.protocol = { ...protocol };
     if (this.loaded.model.banded) this.ratio = protocol.modulus_ratio;
     if (!this.waiting) void this.predict();
   }

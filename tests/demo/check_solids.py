@@ -98,6 +98,11 @@ def test_the_modulus_ratio_is_fixed_where_the_model_knows_one(seen):
     assert seen["again"]["protocol"] == seen["keyed"]["protocol"]
 
 
+def test_of_models_chosen_in_a_hurry_the_last_one_stays(seen):
+    assert seen["hurried"]["model"] == {"link": "accurate", "chosen": "accurate", "named": "accurate"}
+    assert seen["hurried"]["interval"] is not None
+
+
 def test_outside_the_training_the_interval_says_so(seen):
     outside = seen["outside"]
     assert outside["interval"] == ["-Infinity", "Infinity", "90 %: unbounded, outside the training"]

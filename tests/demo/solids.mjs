@@ -77,6 +77,11 @@ export async function solids({ open, phone, download, out }) {
   await page.screenshot({ path: join(out, "solid-outside.png") });
 
   await choose(page, "accurate");
+  // Of models chosen in a hurry, the last one stays.
+  for (const name of ["fast", "paper", "accurate"]) page.locator(`#model-${name}`).check({ force: true }).catch(() => {});
+  await page.waitForTimeout(300);
+  await settled(page);
+  seen.hurried = await read(page);
   await page.selectOption("#presets", "solid-3");
   await page.waitForFunction(() => !location.hash.includes("modulus_ratio=0.005"));
   await settled(page);
