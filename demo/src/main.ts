@@ -1,7 +1,6 @@
 /** The page: whatever changes protocol or model leads to one prediction, and that to one drawing. */
 
 import { fromFragment, toFragment, type State } from "./address";
-import { USUAL_VIEW, type View } from "./axes";
 import { Controls } from "./controls";
 import { curveOf, nearestCurve, type Curve } from "./curves";
 import { csv, downloadCsv, downloadPng, fileName } from "./downloads";
@@ -16,7 +15,8 @@ import { listCurves, showComparison, showExtrapolation, showInference, showResul
 import { reachable } from "./scrollers";
 import { Shelf, type Loaded } from "./shelf";
 import { tell, Trouble, untell } from "./trouble";
-import { CONTACT, converted, DIMENSIONLESS, unitsOf, USUAL_CONTACT, type Units } from "./units";
+import { converted, DIMENSIONLESS, unitsOf, type Units } from "./units";
+import { ViewControls } from "./view_controls";
 
 const RECENT = 20;
 const ADDRESS_DELAY = 150;
@@ -26,6 +26,7 @@ class Page {
   private readonly controls: Controls;
   private readonly picker: Picker;
   private readonly plots: Plots;
+  private readonly look: ViewControls;
   private readonly fallback: Protocol;
   private recent: number[] = [];
   /** How often a model was asked for: the last one asked for is shown. */
@@ -37,8 +38,6 @@ class Page {
   /** The modulus ratio that a pretrained model had last, while the paper's model shows its own. */
   private ratio: number;
   private shown?: { protocol: Protocol; prediction: Prediction; curve?: Curve; by: Loaded; chosen?: string };
-  private view = USUAL_VIEW;
-  private contact = { ...USUAL_CONTACT };
   private waiting = false;
   private addressTimer?: number;
 
@@ -55,6 +54,7 @@ class Page {
       () => this.protocol,
       (curve) => this.show(curve.protocol),
     );
+    this.look = new ViewControls(() => this.draw());
     this.listen();
   }
 
@@ -67,8 +67,7 @@ class Page {
         this.shelf.paper.model.name,
       );
       if (!(await this.take(model))) return;
-      this.contact = contact;
-      this.look(view);
+      this.look.show(view, contact);
       this.show(protocol);
     } catch (error) {
       await this.take(undefined);
@@ -140,23 +139,6 @@ class Page {
     for (const input of document.querySelectorAll<HTMLInputElement>("input[name=model]")) {
       input.addEventListener("change", () => void this.choose(input.value || undefined));
     }
-    for (const input of document.querySelectorAll<HTMLInputElement>("input[name=time], input[name=force], input[name=units]")) {
-      input.addEventListener("change", () => {
-        this.view = { ...this.view, [input.name]: input.value } as View;
-        this.draw();
-      });
-    }
-    for (const name of CONTACT) {
-      const box = byId<HTMLInputElement>(name);
-      box.addEventListener("input", () => {
-        const value = box.valueAsNumber * Number(box.dataset["scale"]);
-        const usable = value > 0 && Number.isFinite(value);
-        box.setAttribute("aria-invalid", String(!usable));
-        if (!usable) return;
-        this.contact[name] = value;
-        this.draw();
-      });
-    }
     const file = () => fileName(this.shown!.protocol, this.shown!.chosen);
     byId("csv").addEventListener("click", () => {
       const { protocol, prediction, curve } = this.shown!;
@@ -165,17 +147,6 @@ class Page {
     byId("png").addEventListener("click", () => downloadPng(this.plots.png(), file()));
     byId("share").addEventListener("click", () => void this.share());
     addEventListener("hashchange", () => void this.open());
-  }
-
-  private look(view: View): void {
-    this.view = view;
-    for (const [axis, value] of Object.entries(view)) {
-      document.querySelector<HTMLInputElement>(`input[name=${axis}][value=${value}]`)!.checked = true;
-    }
-    for (const name of CONTACT) {
-      const box = byId<HTMLInputElement>(name);
-      box.value = String(Number((this.contact[name] / Number(box.dataset["scale"])).toPrecision(6)));
-    }
   }
 
   private async share(): Promise<void> {
@@ -226,12 +197,14 @@ class Page {
   }
 
   private units(protocol: Protocol): Units {
-    return this.view.units === "laboratory" ? unitsOf(this.contact, protocol.tabor) : DIMENSIONLESS;
+    const { view, contact } = this.look;
+    return view.units === "laboratory" ? unitsOf(contact, protocol.tabor) : DIMENSIONLESS;
   }
 
   private draw(): void {
     if (!this.shown) return;
-    byId("contact").hidden = this.view.units !== "laboratory";
+    const { view } = this.look;
+    byId("contact").hidden = view.units !== "laboratory";
     const { protocol, prediction, curve, by } = this.shown;
     const { model, set } = by;
     byId("model-name").textContent = model.name;
@@ -241,7 +214,7 @@ class Page {
     const caption = named.map((name) => `${LABELS[name].brief}\u00a0${significant(protocol[name], 4)}`).join(" · ");
     const units = this.units(protocol);
     const drawn = converted(prediction, curve?.force, units);
-    this.plots.draw({ ...drawn, extrapolated: outside.length > 0, caption }, this.view);
+    this.plots.draw({ ...drawn, extrapolated: outside.length > 0, caption }, view);
     showResults(prediction, curve, units);
     showInference(median(this.recent));
     showComparison(prediction, curve, nearestCurve(set.curves, protocol), (chosen) => this.show(chosen.protocol));
@@ -255,7 +228,7 @@ class Page {
 
   private state(): State {
     const { protocol, chosen } = this.shown!;
-    return { protocol, view: this.view, contact: this.contact, model: chosen };
+    return { protocol, view: this.look.view, contact: this.look.contact, model: chosen };
   }
 
   private writeAddress(): void {

@@ -78,8 +78,11 @@ export async function solids({ open, phone, download, out }) {
 
   await choose(page, "accurate");
   // Of models chosen in a hurry, the last one stays.
-  for (const name of ["fast", "paper", "accurate"]) page.locator(`#model-${name}`).check({ force: true }).catch(() => {});
-  await page.waitForTimeout(300);
+  await choose(page, "paper");
+  await page.evaluate(() => {
+    for (const name of ["fast", "paper", "accurate"]) document.getElementById(`model-${name}`).click();
+  });
+  await page.waitForFunction(() => location.hash.includes("model=accurate"));
   await settled(page);
   seen.hurried = await read(page);
   await page.selectOption("#presets", "solid-3");
