@@ -511,8 +511,12 @@ test-demo: setup  ## Test the demonstrator in headless Chromium against Python; 
 	tests/demo/run.sh $(DEMO_MODEL)
 
 .PHONY: demo-curves
-demo-curves: setup  ## Choose and simulate the solver curves of the demonstrator (demo/public/curves.json)
+demo-curves: setup  ## Choose and simulate the solver curves of the demonstrator (demo/public/curves.json and solids.json)
 	$(PY) -m experiments.demo_curves
+
+.PHONY: demo-models
+demo-models: setup  ## Export the pretrained models for the demonstrator (demo/public/fast.onnx and accurate.onnx)
+	for model in fast accurate; do $(PY) -m surrogate export $$model --models $(PUBLISHED)/pretrained --out demo/public/$$model.onnx || exit 1; done
 
 demo/node_modules/.installed: demo/package.json demo/package-lock.json demo/.npmrc
 	@command -v npm >/dev/null || { echo "npm not found; install Node 18 or newer with npm" >&2; exit 1; }

@@ -37,7 +37,7 @@ await build({
 });
 for (const file of ["boot.js", "styles.css", "icon.svg"]) cpSync(join(here, "src", file), join(dist, file));
 cpSync(join(here, "../docs/images/quantities.svg"), join(dist, "quantities.svg"));
-cpSync(join(here, "public/curves.json"), join(dist, "curves.json"));
+for (const file of readdirSync(join(here, "public"))) cpSync(join(here, "public", file), join(dist, file));
 cpSync(model, join(dist, "model.onnx"));
 cpSync(join(here, "node_modules/onnxruntime-web/dist/ort-wasm-simd-threaded.wasm"), join(dist, "ort.wasm"));
 

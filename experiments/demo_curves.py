@@ -1,11 +1,13 @@
 """Solver curves that the browser demonstrator draws over the predictions of the surrogate.
 
-There are two kinds. The first are the paper's twelve canonical protocols (its timing table), simulated at the accuracy
-of the data set. The second are trajectories of the published data set on which no model was trained: the held-out
-protocols nearest to the points of a Sobol sequence in the logarithms of the five quantities, so that a few of them
-cover the whole box.
+There are three kinds. The first are the paper's twelve canonical protocols (its timing table), simulated at the
+accuracy of the data set. The second are trajectories of the published data set on which no model was trained: the
+held-out protocols nearest to the points of a Sobol sequence in the logarithms of the five quantities, so that a few of
+them cover the whole box. One file has both on the measurement steps of the data set. Another file has them on the
+physical steps of the pretrained models, simulated, and the third kind: protocols on other standard linear solids, drawn
+in the ranges of the pretrained models with a seed of their own.
 
-Usage: `python -m experiments.demo_curves [--count N] [--out FILE]`.
+Usage: `python -m experiments.demo_curves [--count N] [--out FILE] [--solids N] [--solids-out FILE]`.
 """
 
 import json
@@ -19,15 +21,22 @@ from scipy.stats import qmc
 from bem._support.command_line import run_main
 from bem._support.outputs import write_whole
 from bem._support.provenance import provenance
-from bem.dataset.designs import QUANTITIES
+from bem.dataset.designs import QUANTITIES, Design
+from bem.dataset.measurement_steps import PHYSICAL
+from bem.dataset.physical_steps import physical_grid
 from experiments.common import DATASET, MODELS, MODULUS_RATIO, on_steps, simulated
 from experiments.paper_numbers import paper_rows
 from surrogate.data.dataset import Split, TrajectoryDataset
 
 SPLIT = MODELS / "M1-concat" / "split.json"
 OUT = Path("demo/public/curves.json")
+SOLIDS_OUT = Path("demo/public/solids.json")
 ACCURACY = "standard"
 COUNT = 36
+SOLIDS = 24
+ANY_SOLID = (0.01, 1.0)
+SEED = 77
+"""Of the other solids; trainings and hidden protocols use others."""
 RESULTS = ("pull_off_force", "pull_off_time", "hysteresis")
 # Forces of the data set have single precision; more digits would only lengthen the file.
 SIGNIFICANT_DIGITS = 7
@@ -97,25 +106,59 @@ def held_out_curves(dataset: TrajectoryDataset, split: Split, count: int) -> lis
     ]
 
 
+def other_solids(count: int) -> list[dict[str, Any]]:
+    """Draw protocols and modulus ratios: entries without results and force."""
+    drawn = Design("log-uniform", modulus_ratio=ANY_SOLID).protocols(count, SEED)
+    names = (*QUANTITIES, "modulus_ratio")
+    return [
+        {"name": f"solid-{row + 1}", "kind": "solid", "protocol": {name: float(drawn[name][row]) for name in names}}
+        for row in range(count)
+    ]
+
+
+def physical_curve(curve: dict[str, Any]) -> dict[str, Any]:
+    """Simulate the protocol of an entry, on the physical steps.
+
+    Raises:
+        RuntimeError: The simulation did not complete.
+    """
+    protocol = {"modulus_ratio": MODULUS_RATIO} | curve["protocol"]
+    trajectory = simulated(protocol, accuracy=ACCURACY, modulus_ratio=protocol["modulus_ratio"])
+    times, _ = physical_grid(**protocol)
+    return {
+        "name": curve["name"],
+        "kind": curve["kind"],
+        "protocol": protocol,
+        "results": dict(zip(RESULTS, rounded([getattr(trajectory, name) for name in RESULTS]), strict=True)),
+        "force": rounded(trajectory.at(times[0].clip(max=trajectory.time[-1]))),
+    }
+
+
+def write_curves(out: Path, head: dict[str, Any], curves: list[dict[str, Any]]) -> None:
+    """Write curves as JSON, one line each."""
+    facts = {"modulus_ratio": MODULUS_RATIO, "accuracy": ACCURACY, **head}
+    facts |= provenance("python -m experiments.demo_curves")
+    lines = ",\n".join(json.dumps(curve) for curve in curves)
+    out.parent.mkdir(parents=True, exist_ok=True)
+    write_whole(out, f'{json.dumps(facts)[:-1]}, "curves": [\n{lines}\n]}}\n')
+
+
 def main(
-    out: Annotated[Path, typer.Option(help="File to write.")] = OUT,
+    out: Annotated[Path, typer.Option(help="File of the curves on the data set's steps.")] = OUT,
     count: Annotated[int, typer.Option(help="Trajectories of the data set's test part.")] = COUNT,
+    solids_out: Annotated[Path, typer.Option(help="File of the curves on physical steps.")] = SOLIDS_OUT,
+    solids: Annotated[int, typer.Option(help="Protocols on other solids.", min=1)] = SOLIDS,
 ) -> None:
-    """Write the curves as JSON, one line each."""
+    """Write both files of solver curves."""
     dataset = TrajectoryDataset.load(DATASET)
     split = Split.load(SPLIT) if SPLIT.is_file() else dataset.split()
     curves = [paper_curve(row) for row in paper_rows("canonical_protocols")]
     curves += held_out_curves(dataset, split, count)
-    head = {
-        "modulus_ratio": MODULUS_RATIO,
-        "accuracy": ACCURACY,
-        "counts": dataset.points_per_phase,
-        "dataset_sha256": dataset.sha256,
-        **provenance("python -m experiments.demo_curves"),
-    }
-    lines = ",\n".join(json.dumps(curve) for curve in curves)
-    out.parent.mkdir(parents=True, exist_ok=True)
-    write_whole(out, f'{json.dumps(head)[:-1]}, "curves": [\n{lines}\n]}}\n')
+    write_curves(out, {"counts": dataset.points_per_phase, "dataset_sha256": dataset.sha256}, curves)
+    typer.echo(f"{out}: {len(curves)} curves")
+    physical = [physical_curve(curve) for curve in [*curves, *other_solids(solids)]]
+    write_curves(solids_out, {"counts": PHYSICAL, "dataset_sha256": dataset.sha256}, physical)
+    typer.echo(f"{solids_out}: {len(physical)} curves")
 
 
 if __name__ == "__main__":

@@ -1,12 +1,15 @@
 /** One slider and one number box for each quantity, kept in step; the slider moves in the logarithm. */
 
 import { significant } from "./format";
-import { isOutside, type Ranges } from "./model";
+import { isOutside } from "./model";
+import type { Ranges } from "./model_file";
 import { complaint, LABELS, QUANTITIES, type Protocol, type Quantity } from "./protocol";
 
 const NOTCHES = 400;
 // The slider reaches beyond the training range by this share of its logarithm, on both sides.
 const MARGIN = 0.12;
+// The modulus ratio has no margin: none lies above one, and its slider keeps its ends where a model knows one ratio only.
+const RATIOS = [0.01, 1] as const;
 const SLIDER_DIGITS = 3;
 const BOX_DIGITS = 6;
 
@@ -15,6 +18,7 @@ interface Field {
   slider: HTMLInputElement;
   box: HTMLInputElement;
   note: HTMLElement;
+  hint: HTMLElement;
   low: number;
   high: number;
 }
@@ -25,13 +29,31 @@ export class Controls {
 
   constructor(
     host: HTMLElement,
-    private readonly ranges: Ranges,
+    private ranges: Ranges,
     initial: Protocol,
     private readonly changed: (protocol: Protocol) => void,
   ) {
     this.protocol = { ...initial };
     for (const quantity of QUANTITIES) this.fields.set(quantity, this.build(host, quantity));
+    this.suit(ranges, "");
     this.show(initial);
+  }
+
+  /** Take the ranges of another model; `fixed` says why a quantity of one value cannot be changed. */
+  suit(ranges: Ranges, fixed: string): void {
+    this.ranges = ranges;
+    for (const [quantity, field] of this.fields) {
+      const [from, to] = ranges[quantity];
+      const one = from === to;
+      const [low, high] = quantity === "modulus_ratio" ? RATIOS : [from, to];
+      const margin = quantity === "modulus_ratio" ? 0 : MARGIN;
+      const reach = Math.pow(high / low, margin);
+      Object.assign(field, { low: low / reach, high: high * reach });
+      field.slider.style.setProperty("--from", String(margin / (1 + 2 * margin)));
+      field.slider.disabled = field.box.disabled = one;
+      field.row.classList.toggle("fixed", one);
+      field.hint.textContent = one ? fixed : "";
+    }
   }
 
   /** Show a protocol without announcing it. */
@@ -45,8 +67,6 @@ export class Controls {
 
   private build(host: HTMLElement, quantity: Quantity): Field {
     const { name, symbol, unit } = LABELS[quantity];
-    const [low, high] = this.ranges[quantity];
-    const reach = Math.pow(high / low, MARGIN);
     const row = document.createElement("div");
     row.className = "field";
     row.innerHTML = `
@@ -55,14 +75,14 @@ export class Controls {
         aria-describedby="${quantity}-note"><span class="unit">${unit}</span></span>
       <input type="range" id="${quantity}-slider" min="0" max="${NOTCHES}" step="1" aria-label="${name}"
         aria-describedby="${quantity}-note">
-      <p class="note" id="${quantity}-note" role="status"></p>`;
+      <p class="note" id="${quantity}-note" role="status"></p><p class="hint"></p>`;
     host.append(row);
     const slider = row.querySelector<HTMLInputElement>("[type=range]")!;
     const box = row.querySelector<HTMLInputElement>("[type=number]")!;
-    slider.style.setProperty("--from", String(MARGIN / (1 + 2 * MARGIN)));
     slider.addEventListener("input", () => this.slid(quantity));
     box.addEventListener("input", () => this.typed(quantity));
-    return { row, slider, box, note: row.querySelector(".note")!, low: low / reach, high: high * reach };
+    const [note, hint] = [row.querySelector<HTMLElement>(".note")!, row.querySelector<HTMLElement>(".hint")!];
+    return { row, slider, box, note, hint, low: 1, high: 1 };
   }
 
   private slid(quantity: Quantity): void {
@@ -77,7 +97,7 @@ export class Controls {
   private typed(quantity: Quantity): void {
     const { box, row, note } = this.fields.get(quantity)!;
     const value = box.value.trim() === "" ? NaN : Number(box.value);
-    const wrong = complaint(value);
+    const wrong = complaint(value, quantity);
     box.setAttribute("aria-invalid", String(Boolean(wrong)));
     if (wrong) {
       row.classList.add("outside");

@@ -1,12 +1,15 @@
-/** Solver curves of published protocols, written by `python -m experiments.demo_curves`. */
+/**
+ * Solver curves of published protocols, written by `python -m experiments.demo_curves`: one file on the paper's
+ * measurement steps and of its solid, one on the physical steps and of any standard linear solid.
+ */
 
 import { fetchFile } from "./files";
-import { complaint, QUANTITIES, sameProtocol, type Counts, type Protocol } from "./protocol";
+import { complaint, QUANTITIES, sameProtocol, type Counts, type Protocol, type Quantity } from "./protocol";
 import { Trouble } from "./trouble";
 
 export interface Curve {
   name: string;
-  kind: "paper" | "test";
+  kind: "paper" | "test" | "solid";
   protocol: Protocol;
   /** Of the solver's own history, which is finer than the measurement steps. */
   results: { pull_off_force: number; pull_off_time: number; hysteresis: number };
@@ -37,11 +40,13 @@ export async function loadCurves(url: string): Promise<CurveSet> {
   if (!isCurveSet(content)) {
     throw new Trouble(`The solver curves could not be read: ${url} is not what experiments.demo_curves writes.`);
   }
+  for (const { protocol } of content.curves) protocol.modulus_ratio ??= content.modulus_ratio;
   return content;
 }
 
 function isCurveSet(content: unknown): content is CurveSet {
-  const { counts, curves } = (content ?? {}) as Partial<CurveSet>;
+  const { counts, curves, modulus_ratio } = (content ?? {}) as Partial<CurveSet>;
+  if (complaint(modulus_ratio ?? NaN, "modulus_ratio")) return false;
   if (!areNumbers(counts, 3) || !counts.every((count) => Number.isInteger(count) && count > 1)) return false;
   const steps = counts.reduce((sum, count) => sum + count);
   return Array.isArray(curves) && curves.length > 0 && curves.every((curve: unknown) => isCurve(curve, steps));
@@ -49,10 +54,14 @@ function isCurveSet(content: unknown): content is CurveSet {
 
 function isCurve(content: unknown, steps: number): content is Curve {
   const { name, kind, protocol, results, force } = (content ?? {}) as Partial<Curve>;
+  // The paper's curves leave out the modulus ratio, which they share.
+  const usable = (quantity: Quantity) =>
+    (quantity === "modulus_ratio" && protocol?.[quantity] === undefined) ||
+    complaint(protocol?.[quantity] ?? NaN, quantity) === undefined;
   return (
     typeof name === "string" &&
-    (kind === "paper" || kind === "test") &&
-    QUANTITIES.every((quantity) => complaint(protocol?.[quantity] ?? NaN) === undefined) &&
+    (kind === "paper" || kind === "test" || kind === "solid") &&
+    QUANTITIES.every(usable) &&
     areNumbers([results?.pull_off_force, results?.pull_off_time, results?.hysteresis], 3) &&
     areNumbers(force, steps)
   );
@@ -65,12 +74,13 @@ function areNumbers(values: unknown, length: number): values is number[] {
 /** The paper's number of a sample, or the place of a trajectory in the data set. */
 export function number(curve: Curve): string {
   const digits = curve.name.slice(curve.name.lastIndexOf("-") + 1);
-  return curve.kind === "paper" ? `(${digits})` : digits;
+  return curve.kind === "test" ? digits : `(${digits})`;
 }
 
 /** What a curve is called on the page. */
 export function title(curve: Curve): string {
-  return `${curve.kind === "paper" ? "Paper sample" : "Test trajectory"} ${number(curve)}`;
+  const kinds = { paper: "Paper sample", test: "Test trajectory", solid: "Solid" };
+  return `${kinds[curve.kind]} ${number(curve)}`;
 }
 
 export function curveOf(curves: readonly Curve[], protocol: Protocol): Curve | undefined {

@@ -1,21 +1,27 @@
 /** The history on the screen as CSV, the charts as PNG. */
 
 import { protocolFragment } from "./address";
-import type { Grid, Protocol } from "./protocol";
+import type { Prediction } from "./model";
+import type { Protocol } from "./protocol";
 import type { Units } from "./units";
 
-/** One row for each measurement step; numbers in full precision. Laboratory units add columns in SI units. */
+/**
+ * One row for each measurement step; numbers in full precision. A pretrained model adds the modulus ratio and its band,
+ * which is empty outside the training; laboratory units add columns in SI units.
+ */
 export function csv(
   protocol: Protocol,
-  grid: Grid,
-  force: Float64Array,
+  { grid, force, band }: Prediction,
   units: Units,
   solver?: readonly number[],
 ): string {
   const [onset, end] = grid.ends;
   const phase = (i: number) => (i <= onset ? "loading" : i <= end ? "dwell" : "unloading");
   const { length, time: instant, force: strength, laboratory } = units;
-  const header = ["time", "indentation", "tabor", "edge", "phase", "force", ...(solver ? ["solver_force"] : [])];
+  const banded = band ? ["modulus_ratio", "force_lower", "force_upper"] : [];
+  const header = ["time", "indentation", "tabor", "edge", "phase", "force", ...banded];
+  if (solver) header.push("solver_force");
+  const finite = (value: number) => (Number.isFinite(value) ? value : "");
   if (laboratory) header.push("time_s", "indentation_m", "force_N");
   const si = (i: number) =>
     laboratory
@@ -24,6 +30,7 @@ export function csv(
   const rows = [...grid.times].map((time, i) =>
     [
       ...[time, grid.indentations[i], protocol.tabor, grid.edge[i], phase(i), force[i]],
+      ...(band ? [protocol.modulus_ratio, finite(band.lower[i]!), finite(band.upper[i]!)] : []),
       ...(solver ? [solver[i]] : []),
       ...si(i),
     ].join(","),
@@ -31,18 +38,20 @@ export function csv(
   return [header.join(","), ...rows, ""].join("\n");
 }
 
-export function downloadCsv(text: string, protocol: Protocol): void {
+export function downloadCsv(text: string, name: string): void {
   const url = URL.createObjectURL(new Blob([text], { type: "text/csv" }));
-  download(url, `${fileName(protocol)}.csv`);
+  download(url, `${name}.csv`);
   setTimeout(() => URL.revokeObjectURL(url), 60_000);
 }
 
-export function downloadPng(url: string, protocol: Protocol): void {
-  download(url, `${fileName(protocol)}.png`);
+export function downloadPng(url: string, name: string): void {
+  download(url, `${name}.png`);
 }
 
-function fileName(protocol: Protocol): string {
-  return `contact_${protocolFragment(protocol).replaceAll("=", "-").replaceAll("&", "_")}`;
+/** The name of a downloaded file, without its suffix. */
+export function fileName(protocol: Protocol, model: string | undefined): string {
+  const words = protocolFragment(protocol, model !== undefined).replaceAll("=", "-").replaceAll("&", "_");
+  return `contact_${words}${model ? `_${model}` : ""}`;
 }
 
 function download(url: string, name: string): void {

@@ -1,60 +1,133 @@
-/** The page: whatever changes the protocol leads to one prediction, and that to one drawing. */
+/** The page: whatever changes protocol or model leads to one prediction, and that to one drawing. */
 
-import { fromFragment, toFragment } from "./address";
-import { USUAL_VIEW, type View } from "./axes";
+import { fromFragment, toFragment, type State } from "./address";
 import { Controls } from "./controls";
-import { curveOf, loadCurves, nearestCurve, number, type Curve, type CurveSet } from "./curves";
-import { csv, downloadCsv, downloadPng } from "./downloads";
+import { curveOf, nearestCurve, type Curve } from "./curves";
+import { csv, downloadCsv, downloadPng, fileName } from "./downloads";
 import { percent, significant } from "./format";
-import { forceError, median, pullOff, relativeError } from "./measures";
-import { Model } from "./model";
+import { forceError, median, relativeError } from "./measures";
+import type { Prediction } from "./model";
+import { PRETRAINED_NAMES } from "./model_file";
+import { Picker } from "./picker";
 import { Plots } from "./plots";
-import { LABELS, measurementGrid, QUANTITIES, type Grid, type Protocol } from "./protocol";
-import { listCurves, showComparison, showExtrapolation, showInference, showResults } from "./results";
+import { LABELS, QUANTITIES, type Protocol } from "./protocol";
+import { listCurves, showComparison, showExtrapolation, showInference, showResults, solverResults } from "./results";
 import { reachable } from "./scrollers";
+import { Shelf, type Loaded } from "./shelf";
 import { tell, Trouble, untell } from "./trouble";
-import { CONTACT, converted, DIMENSIONLESS, unitsOf, USUAL_CONTACT, type Units } from "./units";
+import { converted, DIMENSIONLESS, unitsOf, type Units } from "./units";
+import { ViewControls } from "./view_controls";
 
 const RECENT = 20;
 const ADDRESS_DELAY = 150;
 const byId = <T extends HTMLElement>(id: string) => document.getElementById(id) as T;
 
 class Page {
-  private readonly grids = new Map<Curve, Grid>();
   private readonly controls: Controls;
+  private readonly picker: Picker;
   private readonly plots: Plots;
-  private readonly recent: number[] = [];
-  private readonly picker = byId<HTMLSelectElement>("presets");
+  private readonly look: ViewControls;
+  private readonly fallback: Protocol;
+  private recent: number[] = [];
+  /** How often a model was asked for: the last one asked for is shown. */
+  private turns = 0;
+  private loaded: Loaded;
+  /** The name of a pretrained model; undefined for the paper's. */
+  private chosen?: string;
   private protocol: Protocol;
-  private shown?: { protocol: Protocol; grid: Grid; force: Float64Array; curve?: Curve };
-  private view = USUAL_VIEW;
-  private contact = { ...USUAL_CONTACT };
+  /** The modulus ratio that a pretrained model had last, while the paper's model shows its own. */
+  private ratio: number;
+  private shown?: { protocol: Protocol; prediction: Prediction; curve?: Curve; by: Loaded; chosen?: string };
   private waiting = false;
   private addressTimer?: number;
 
-  constructor(
-    private readonly model: Model,
-    private readonly set: CurveSet,
-  ) {
-    const fallback = set.curves[0]!.protocol;
-    this.protocol = fallback;
-    this.controls = new Controls(byId("controls"), model.ranges, fallback, (protocol) => this.change(protocol));
-    this.plots = new Plots({ protocol: byId("protocol"), history: byId("history"), loop: byId("loop") });
-    for (const curve of set.curves) this.grids.set(curve, measurementGrid(curve.protocol, set.counts));
-    this.fillPicker();
-    this.listen(fallback);
-    this.open(location.hash, fallback);
+  constructor(private readonly shelf: Shelf) {
+    this.loaded = shelf.paper;
+    this.fallback = this.loaded.set.curves[0]!.protocol;
+    this.protocol = this.fallback;
+    this.ratio = this.fallback.modulus_ratio;
+    const { ranges } = this.loaded.model;
+    this.controls = new Controls(byId("controls"), ranges, this.fallback, (protocol) => this.change(protocol));
+    const [protocol, history, loop, residual] = ["protocol", "history", "loop", "residual"].map((id) => byId(id));
+    this.plots = new Plots({ protocol: protocol!, history: history!, loop: loop!, residual: residual! });
+    this.picker = new Picker(
+      () => this.protocol,
+      (curve) => this.show(curve.protocol),
+    );
+    this.look = new ViewControls(() => this.draw());
+    this.listen();
+  }
+
+  /** Show what the address says. */
+  async open(): Promise<void> {
+    try {
+      const { protocol, view, contact, model } = fromFragment(
+        location.hash,
+        this.fallback,
+        this.shelf.paper.model.name,
+      );
+      if (!(await this.take(model))) return;
+      this.look.show(view, contact);
+      this.show(protocol);
+    } catch (error) {
+      await this.take(undefined);
+      this.show(this.fallback);
+      tell(`${(error as Error).message} Showing the first of the paper’s samples instead.`);
+    }
+  }
+
+  /**
+   * Put a model on the page, with its ranges and its solver curves.
+   *
+   * @returns Whether it is on the page: not where another one was asked for meanwhile.
+   * @throws Trouble where it cannot be had; the model before stays.
+   */
+  private async take(chosen: string | undefined): Promise<boolean> {
+    const turn = ++this.turns;
+    document.body.dataset["model"] = "loading";
+    try {
+      const loaded = await this.shelf.get(chosen);
+      if (turn !== this.turns) return false;
+      this.loaded = loaded;
+      this.chosen = chosen;
+    } catch (error) {
+      if (turn !== this.turns) return false;
+      throw error;
+    } finally {
+      if (turn === this.turns) byId<HTMLInputElement>(`model-${this.chosen ?? "paper"}`).checked = true;
+    }
+    const { model, set } = this.loaded;
+    this.recent = [];
+    const others = PRETRAINED_NAMES.join(" and ");
+    this.controls.suit(model.ranges, `${model.name} knows this solid only; ${others} know any.`);
+    this.picker.fill(set.curves);
+    byId("steps").textContent = String(set.counts.reduce((sum, count) => sum + count));
+    await this.compareAll();
+    if (turn === this.turns) document.body.dataset["model"] = model.name;
+    return turn === this.turns;
+  }
+
+  /** Change to another model, and keep the protocol. */
+  private async choose(chosen: string | undefined): Promise<void> {
+    try {
+      if (!(await this.take(chosen))) return;
+    } catch (error) {
+      document.body.dataset["model"] = this.loaded.model.name;
+      tell(`${(error as Error).message} The model before stays.`);
+      return;
+    }
+    const ratio = this.loaded.model.banded ? this.ratio : this.fallback.modulus_ratio;
+    this.show({ ...this.protocol, modulus_ratio: ratio });
   }
 
   /** Predict all published protocols at once and list the errors. */
-  async compareAll(): Promise<void> {
-    const cases = this.set.curves.map((curve) => ({ protocol: curve.protocol, grid: this.grids.get(curve)! }));
-    const predictions = await this.model.predict(cases);
-    const rows = this.set.curves.map((curve, i) => {
-      const { grid } = cases[i]!;
-      const { force } = predictions[i]!;
-      const pullOffError = relativeError(pullOff(grid, force).force, pullOff(grid, curve.force).force);
-      return { curve, error: forceError(force, curve.force), pullOffError };
+  private async compareAll(): Promise<void> {
+    const { model, set } = this.loaded;
+    const predictions = await model.predict(set.curves.map((curve) => curve.protocol));
+    const rows = set.curves.map((curve, i) => {
+      const { grid, force, pullOff } = predictions[i]!;
+      const top = solverResults(grid, curve, model.banded).pull_off_force;
+      return { curve, error: forceError(force, curve.force), pullOffError: relativeError(pullOff.force, top) };
     });
     listCurves(rows, (curve) => this.show(curve.protocol));
     byId("curve-summary").textContent =
@@ -62,89 +135,18 @@ class Page {
       `median pull-off error ${percent(median(rows.map((row) => row.pullOffError)))}`;
   }
 
-  private fillPicker(): void {
-    const group = (label: string, kind: Curve["kind"]) => {
-      const element = document.createElement("optgroup");
-      element.label = label;
-      for (const curve of this.set.curves.filter((candidate) => candidate.kind === kind)) {
-        const { tabor, peak_indentation } = curve.protocol;
-        const text = `${number(curve)}: μ ${significant(tabor, 3)}, δₗ ${significant(peak_indentation, 3)}`;
-        element.append(new Option(text, curve.name));
-      }
-      return element;
-    };
-    this.picker.append(
-      new Option("your own", ""),
-      group("The paper’s representative samples", "paper"),
-      group("Test trajectories of the data set", "test"),
-    );
-  }
-
-  private listen(fallback: Protocol): void {
-    this.picker.addEventListener("change", () => {
-      const curve = this.set.curves.find((candidate) => candidate.name === this.picker.value);
-      if (curve) this.show(curve.protocol);
-    });
-    for (const [id, direction] of [
-      ["previous", -1],
-      ["next", 1],
-    ] as const) {
-      byId(id).addEventListener("click", () => this.turn(direction));
+  private listen(): void {
+    for (const input of document.querySelectorAll<HTMLInputElement>("input[name=model]")) {
+      input.addEventListener("change", () => void this.choose(input.value || undefined));
     }
-    for (const input of document.querySelectorAll<HTMLInputElement>("input[name=time], input[name=force], input[name=units]")) {
-      input.addEventListener("change", () => {
-        this.view = { ...this.view, [input.name]: input.value } as View;
-        this.draw();
-      });
-    }
-    for (const name of CONTACT) {
-      const box = byId<HTMLInputElement>(name);
-      box.addEventListener("input", () => {
-        const value = box.valueAsNumber * Number(box.dataset["scale"]);
-        const usable = value > 0 && Number.isFinite(value);
-        box.setAttribute("aria-invalid", String(!usable));
-        if (!usable) return;
-        this.contact[name] = value;
-        this.draw();
-      });
-    }
+    const file = () => fileName(this.shown!.protocol, this.shown!.chosen);
     byId("csv").addEventListener("click", () => {
-      const { protocol, grid, force, curve } = this.shown!;
-      downloadCsv(csv(protocol, grid, force, this.units(protocol), curve?.force), protocol);
+      const { protocol, prediction, curve } = this.shown!;
+      downloadCsv(csv(protocol, prediction, this.units(protocol), curve?.force), file());
     });
-    byId("png").addEventListener("click", () => downloadPng(this.plots.png(), this.shown!.protocol));
+    byId("png").addEventListener("click", () => downloadPng(this.plots.png(), file()));
     byId("share").addEventListener("click", () => void this.share());
-    addEventListener("hashchange", () => this.open(location.hash, fallback));
-  }
-
-  private turn(direction: number): void {
-    const { curves } = this.set;
-    const at = curves.findIndex((curve) => curve === curveOf(curves, this.protocol));
-    const next = at < 0 ? (direction > 0 ? 0 : curves.length - 1) : (at + direction + curves.length) % curves.length;
-    this.show(curves[next]!.protocol);
-  }
-
-  private open(fragment: string, fallback: Protocol): void {
-    try {
-      const { protocol, view, contact } = fromFragment(fragment, fallback);
-      this.contact = contact;
-      this.look(view);
-      this.show(protocol);
-    } catch (error) {
-      this.show(fallback);
-      tell(`${(error as Error).message} Showing the first of the paper’s samples instead.`);
-    }
-  }
-
-  private look(view: View): void {
-    this.view = view;
-    for (const [axis, value] of Object.entries(view)) {
-      document.querySelector<HTMLInputElement>(`input[name=${axis}][value=${value}]`)!.checked = true;
-    }
-    for (const name of CONTACT) {
-      const box = byId<HTMLInputElement>(name);
-      box.value = String(Number((this.contact[name] / Number(box.dataset["scale"])).toPrecision(6)));
-    }
+    addEventListener("hashchange", () => void this.open());
   }
 
   private async share(): Promise<void> {
@@ -165,7 +167,9 @@ class Page {
 
   private change(protocol: Protocol): void {
     untell();
-    this.protocol = protocol;
+    // A copy, so that a prediction under way sees that it is no longer the one asked for.
+    this.protocol = { ...protocol };
+    if (this.loaded.model.banded) this.ratio = protocol.modulus_ratio;
     if (!this.waiting) void this.predict();
   }
 
@@ -176,11 +180,12 @@ class Page {
       let done: Protocol;
       do {
         done = this.protocol;
-        const grid = measurementGrid(done, this.set.counts);
-        const [prediction] = await this.model.predict([{ protocol: done, grid }]);
+        const by = this.loaded;
+        const chosen = this.chosen;
+        const [prediction] = await by.model.predict([done]);
         this.recent.push(prediction!.milliseconds);
         if (this.recent.length > RECENT) this.recent.shift();
-        this.shown = { protocol: done, grid, force: prediction!.force, curve: curveOf(this.set.curves, done) };
+        this.shown = { protocol: done, prediction: prediction!, curve: curveOf(by.set.curves, done), by, chosen };
         await new Promise(requestAnimationFrame);
         this.draw();
       } while (done !== this.protocol);
@@ -192,34 +197,42 @@ class Page {
   }
 
   private units(protocol: Protocol): Units {
-    return this.view.units === "laboratory" ? unitsOf(this.contact, protocol.tabor) : DIMENSIONLESS;
+    const { view, contact } = this.look;
+    return view.units === "laboratory" ? unitsOf(contact, protocol.tabor) : DIMENSIONLESS;
   }
 
   private draw(): void {
     if (!this.shown) return;
-    byId("contact").hidden = this.view.units !== "laboratory";
-    const { protocol, grid, force, curve } = this.shown;
-    const outside = this.model.outside(protocol);
-    const caption = QUANTITIES.map((name) => `${LABELS[name].brief}\u00a0${significant(protocol[name], 4)}`).join(" · ");
+    const { view } = this.look;
+    byId("contact").hidden = view.units !== "laboratory";
+    const { protocol, prediction, curve, by } = this.shown;
+    const { model, set } = by;
+    byId("model-name").textContent = model.name;
+    byId("solid").textContent = significant(protocol.modulus_ratio, 3);
+    const outside = model.outside(protocol);
+    const named = QUANTITIES.filter((name) => model.banded || name !== "modulus_ratio");
+    const caption = named.map((name) => `${LABELS[name].brief}\u00a0${significant(protocol[name], 4)}`).join(" · ");
     const units = this.units(protocol);
-    const drawn = converted(grid, force, curve?.force, units);
-    this.plots.draw(
-      { ...drawn, pullOff: pullOff(drawn.grid, drawn.force), extrapolated: outside.length > 0, caption },
-      this.view,
-    );
-    showResults(grid, force, curve, units);
+    const drawn = converted(prediction, curve?.force, units);
+    this.plots.draw({ ...drawn, extrapolated: outside.length > 0, caption }, view);
+    showResults(prediction, curve, units);
     showInference(median(this.recent));
-    showComparison(grid, force, curve, nearestCurve(this.set.curves, protocol), (chosen) => this.show(chosen.protocol));
-    showExtrapolation(outside);
-    this.picker.value = curve?.name ?? "";
-    byId("results").dataset["address"] = toFragment(protocol, this.view, this.contact);
+    showComparison(prediction, curve, nearestCurve(set.curves, protocol), (chosen) => this.show(chosen.protocol));
+    showExtrapolation(outside, model.banded);
+    this.picker.mark(curve);
+    byId("results").dataset["address"] = toFragment(this.state());
     clearTimeout(this.addressTimer);
     // Browsers limit how often the address may change; a drag changes it far more often.
     this.addressTimer = window.setTimeout(() => this.writeAddress(), ADDRESS_DELAY);
   }
 
+  private state(): State {
+    const { protocol, chosen } = this.shown!;
+    return { protocol, view: this.look.view, contact: this.look.contact, model: chosen };
+  }
+
   private writeAddress(): void {
-    history.replaceState(null, "", `#${toFragment(this.shown!.protocol, this.view, this.contact)}`);
+    history.replaceState(null, "", `#${toFragment(this.state())}`);
   }
 }
 
@@ -237,12 +250,11 @@ async function start(): Promise<void> {
       "This browser runs no WebAssembly, which the surrogate needs; switch it on, or use a current browser.",
     );
   }
-  const [model, set] = await Promise.all([Model.load("./model.onnx", "./ort.wasm"), loadCurves("./curves.json")]);
-  byId("model-name").textContent = model.name;
+  const shelf = await Shelf.open();
+  byId("paper-name").textContent = shelf.paper.model.name;
   byId("demonstrator").hidden = false;
-  const page = new Page(model, set);
+  await new Page(shelf).open();
   for (const box of document.querySelectorAll<HTMLElement>(".charts, .scroll")) reachable(box);
-  await page.compareAll();
   byId("progress").hidden = true;
   document.body.dataset["state"] = "ready";
   await keepForOffline().catch(() => {

@@ -1,20 +1,25 @@
 /**
- * The published surrogate, run by ONNX Runtime Web in WebAssembly on one thread, so that the page needs no
- * cross-origin isolation and hence no server of its own.
+ * A surrogate, run by ONNX Runtime Web in WebAssembly on one thread, so that the page needs no cross-origin isolation
+ * and hence no server of its own. One of the paper's models knows one solid and equally spaced steps; a pretrained one
+ * knows any standard linear solid, physical steps, and its own uncertainty.
  */
 
 import * as ort from "onnxruntime-web/wasm";
 
+import { halfWidths } from "./bands";
+import type { CurveSet } from "./curves";
 import { fetchFile } from "./files";
-import { readMetadata } from "./onnx_metadata";
-import { measurementGrid, QUANTITIES, type Grid, type Protocol, type Quantity } from "./protocol";
+import { hysteresis, pullOff, smoothHysteresis, smoothPullOff, type PullOff } from "./measures";
+import { readDescription, type Description } from "./model_file";
+import { physicalGrid } from "./physical_steps";
+import { measurementGrid, QUANTITIES, type Counts, type Grid, type Protocol, type Quantity } from "./protocol";
 import { Trouble } from "./trouble";
 
 const INPUTS = ["times", "indentations", "tabor", "edge"];
 const OUTPUT = "force";
-const FORMAT = "viscoelastic-contact-surrogate-onnx";
-const FORMAT_VERSION = "1";
-// As in `surrogate/extrapolation.py`: relative to the bound.
+/** Share of true values that the bands are to contain. */
+export const COVERAGE = 0.9;
+// As in `surrogate/inference/validity.py`: relative to the bound.
 const RANGE_TOLERANCE = 1e-6;
 
 /** Whether a positive quantity lies outside its training range, but for rounding. */
@@ -22,38 +27,63 @@ export function isOutside(value: number, low: number, high: number): boolean {
   return value < low * (1 - RANGE_TOLERANCE) || value > high * (1 + RANGE_TOLERANCE);
 }
 
-
-export type Ranges = Record<Quantity, readonly [number, number]>;
+/** Where the solver's values are to be expected: at each step, and for the pull-off force. */
+export interface Band {
+  lower: Float64Array;
+  upper: Float64Array;
+  pullOff: readonly [number, number];
+}
 
 export interface Prediction {
+  grid: Grid;
   force: Float64Array;
+  pullOff: PullOff;
+  hysteresis: number;
+  /** Of a pretrained model; infinitely wide outside its training. */
+  band?: Band;
   milliseconds: number;
 }
+
+/** The symmetric logarithm of `surrogate/data/scaling.py`, and its inverse. */
+const symlog = (value: number) => Math.sign(value) * Math.log1p(Math.abs(value));
+const symexp = (value: number) => Math.sign(value) * Math.expm1(Math.abs(value));
 
 export class Model {
   private idle: Promise<unknown> = Promise.resolve();
 
   private constructor(
     private readonly session: ort.InferenceSession,
-    readonly name: string,
-    readonly ranges: Ranges,
+    private readonly about: Description,
+    private readonly counts: Counts,
   ) {}
 
+  get name(): string {
+    return this.about.name;
+  }
+
+  /** Smallest and largest value of each quantity in the training. */
+  get ranges(): Description["ranges"] {
+    return this.about.ranges;
+  }
+
+  /** Whether it knows any standard linear solid, and its uncertainty. */
+  get banded(): boolean {
+    return this.about.bands !== undefined;
+  }
+
   /**
-   * Fetch and compile the model.
+   * Fetch and compile a model.
    *
+   * @param curves The solver curves: their measurement steps are the model's, and their solid that of one that knows one.
    * @throws Trouble: no such file, not one of our models, or nothing that runs.
    */
-  static async load(url: string, runtime: string): Promise<Model> {
+  static async load(url: string, runtime: string, curves: Promise<CurveSet>): Promise<Model> {
     const bytes = await fetchFile(url, "The model");
-    const metadata = readMetadata(bytes);
-    const ranges = parseRanges(metadata.get("ranges"));
-    const foreign = `${url} is not a surrogate of this project`;
-    if (metadata.get("format") !== FORMAT || !ranges) throw new Trouble(`${foreign}: its metadata do not say so.`);
-    if (metadata.get("format_version") !== FORMAT_VERSION) {
-      throw new Trouble(`${foreign}: expected version ${FORMAT_VERSION}, received ${metadata.get("format_version")}.`);
+    const { counts, modulus_ratio: modulusRatio } = await curves;
+    const about = readDescription(bytes, url, modulusRatio);
+    if (about.counts && about.counts.join() !== counts.join()) {
+      throw new Trouble(`${url} and the solver curves have different measurement steps; build the page again.`);
     }
-
     ort.env.wasm.numThreads = 1;
     ort.env.wasm.wasmPaths = { wasm: runtime };
     let session: ort.InferenceSession;
@@ -67,43 +97,63 @@ export class Model {
         `The model could not be started: ${runtime} or ${url} is damaged, or this browser is too old for them.`,
       );
     }
-    const wanted = [...INPUTS, OUTPUT].join(", ");
+    const inputs = about.bands ? [...INPUTS, "modulus_ratio"] : INPUTS;
+    const wanted = [...inputs, OUTPUT].join(", ");
     const found = [...session.inputNames, ...session.outputNames].join(", ");
-    if ([...session.inputNames].sort().join() !== [...INPUTS].sort().join() || session.outputNames[0] !== OUTPUT) {
-      throw new Trouble(`${foreign}: expected ${wanted}, received ${found}.`);
+    if ([...session.inputNames].sort().join() !== [...inputs].sort().join() || session.outputNames[0] !== OUTPUT) {
+      throw new Trouble(`${url} is not a surrogate of this project: expected ${wanted}, received ${found}.`);
     }
-    const model = new Model(session, metadata.get("name") ?? "surrogate", ranges);
+    const model = new Model(session, about, counts);
     await model.warmUp();
     return model;
   }
 
-  /** Predict the force along sampled protocols of equal length, all in one run; calls wait for each other. */
-  predict(cases: readonly { protocol: Protocol; grid: Grid }[]): Promise<Prediction[]> {
-    const result = this.idle.then(() => this.run(cases));
+  /** The steps at which a protocol is predicted. */
+  grid(protocol: Protocol): Grid {
+    return this.banded ? physicalGrid(this.dwelling(protocol), this.counts) : measurementGrid(protocol, this.counts);
+  }
+
+  /** Predict protocols, all in one run; calls wait for each other. */
+  predict(protocols: readonly Protocol[]): Promise<Prediction[]> {
+    const result = this.idle.then(() => this.run(protocols));
     this.idle = result.catch(() => undefined);
     return result;
   }
 
-  /** A first run compiles what later ones only call. */
-  private async warmUp(): Promise<void> {
-    const protocol = Object.fromEntries(QUANTITIES.map((name) => [name, this.ranges[name][0]])) as Protocol;
-    await this.predict([{ protocol, grid: measurementGrid(protocol, [2, 1, 1]) }]);
+  /** The quantities of a protocol that lie outside the training ranges. */
+  outside(protocol: Protocol): Quantity[] {
+    return QUANTITIES.filter((name) => isOutside(protocol[name], ...this.ranges[name]));
   }
 
-  private async run(cases: readonly { protocol: Protocol; grid: Grid }[]): Promise<Prediction[]> {
-    const batch = cases.length;
-    const steps = cases[0]!.grid.times.length;
+  /** A first run compiles what later ones only call. */
+  private async warmUp(): Promise<void> {
+    await this.predict([Object.fromEntries(QUANTITIES.map((name) => [name, this.ranges[name][0]])) as Protocol]);
+  }
+
+  /** The physical steps need a dwell: a shorter one than any of the training is computed as the shortest. */
+  private dwelling(protocol: Protocol): Protocol {
+    return { ...protocol, dwell_time: Math.max(protocol.dwell_time, this.ranges.dwell_time[0]) };
+  }
+
+  private async run(protocols: readonly Protocol[]): Promise<Prediction[]> {
+    const grids = protocols.map((protocol) => this.grid(protocol));
+    const batch = grids.length;
+    const steps = grids[0]!.times.length;
     const stack = (part: "times" | "indentations" | "edge") => {
       const values = new Float64Array(batch * steps);
-      cases.forEach(({ grid }, row) => values.set(grid[part], row * steps));
+      grids.forEach((grid, row) => values.set(grid[part], row * steps));
       return new ort.Tensor("float64", values, [batch, steps]);
     };
-    const tabor = Float64Array.from(cases, ({ protocol }) => protocol.tabor);
+    const each = (name: Quantity) => {
+      const values = Float64Array.from(protocols, (protocol) => protocol[name]);
+      return new ort.Tensor("float64", values, [batch]);
+    };
     const feeds = {
       times: stack("times"),
       indentations: stack("indentations"),
-      tabor: new ort.Tensor("float64", tabor, [batch]),
+      tabor: each("tabor"),
       edge: stack("edge"),
+      ...(this.banded && { modulus_ratio: each("modulus_ratio") }),
     };
     const begin = performance.now();
     const { [OUTPUT]: output } = await this.session.run(feeds);
@@ -112,24 +162,29 @@ export class Model {
     if (!force.every(Number.isFinite)) {
       throw new Trouble("These phases are too different in length for the measurement steps to be told apart.");
     }
-    return cases.map((_, row) => ({ force: force.slice(row * steps, (row + 1) * steps), milliseconds }));
+    return protocols.map((protocol, row) => ({
+      grid: grids[row]!,
+      milliseconds,
+      ...this.results(protocol, grids[row]!, force.slice(row * steps, (row + 1) * steps)),
+    }));
   }
 
-  /** The quantities of a protocol that lie outside the training ranges. */
-  outside(protocol: Protocol): Quantity[] {
-    return QUANTITIES.filter((name) => {
-      const [low, high] = this.ranges[name];
-      return isOutside(protocol[name], low, high);
-    });
-  }
-}
-
-function parseRanges(text: string | undefined): Ranges | undefined {
-  try {
-    const ranges = JSON.parse(text ?? "null") as Ranges | null;
-    const complete = QUANTITIES.every((name) => ranges?.[name]?.length === 2 && ranges[name].every(Number.isFinite));
-    return complete ? ranges! : undefined;
-  } catch {
-    return undefined;
+  private results(protocol: Protocol, grid: Grid, force: Float64Array) {
+    const { bands, force: scale } = this.about;
+    if (!bands) return { force, pullOff: pullOff(grid, force), hysteresis: hysteresis(grid, force) };
+    const top = smoothPullOff(grid, force);
+    const found = { force, pullOff: top, hysteresis: smoothHysteresis(grid, force) };
+    if (this.outside(protocol).length) {
+      const far = new Float64Array(force.length).fill(Infinity);
+      return { ...found, band: { lower: far.map((value) => -value), upper: far, pullOff: [-Infinity, Infinity] as const } };
+    }
+    const widths = halfWidths(bands, this.dwelling(protocol), top.sharpness, COVERAGE);
+    const moved = (sign: number) =>
+      force.map((value, step) => {
+        const scaled = (symlog(value) - scale.mean) / scale.deviation;
+        return symexp((scaled + sign * widths.force[step]!) * scale.deviation + scale.mean);
+      });
+    const interval = [top.force * Math.exp(-widths.pullOff), top.force * Math.exp(widths.pullOff)] as const;
+    return { ...found, band: { lower: moved(-1), upper: moved(1), pullOff: interval } };
   }
 }

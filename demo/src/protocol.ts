@@ -1,11 +1,19 @@
 /**
- * What a loading protocol is and where it is sampled: load to a peak, dwell, unload to the start, with a fixed number
- * of equally spaced measurement steps in each phase. Mirrors `bem/protocol.py` and `bem/measurement.py`.
+ * What a loading protocol on a solid is and where it is sampled: load to a peak, dwell, unload to the start, with a
+ * fixed number of equally spaced measurement steps in each phase. Mirrors `bem/protocol.py` and
+ * `bem/dataset/measurement_steps.py`; `physical_steps.ts` has the steps of the pretrained models.
  *
  * Units: indentation in h0, time in retardation times, rates in h0 per retardation time.
  */
 
-export const QUANTITIES = ["tabor", "peak_indentation", "loading_rate", "dwell_time", "unloading_rate"] as const;
+export const QUANTITIES = [
+  "tabor",
+  "peak_indentation",
+  "loading_rate",
+  "dwell_time",
+  "unloading_rate",
+  "modulus_ratio",
+] as const;
 export type Quantity = (typeof QUANTITIES)[number];
 export type Protocol = Record<Quantity, number>;
 export type Counts = readonly [number, number, number];
@@ -25,6 +33,7 @@ export const LABELS: Record<Quantity, { name: string; brief: string; symbol: str
   loading_rate: { name: "Loading rate", brief: "loading", symbol: "v_L", unit: "h₀/τ" },
   dwell_time: { name: "Dwell time", brief: "dwell", symbol: "t_D", unit: "τ" },
   unloading_rate: { name: "Unloading rate", brief: "unloading", symbol: "v_U", unit: "h₀/τ" },
+  modulus_ratio: { name: "Modulus ratio", brief: "k", symbol: "k", unit: "" },
 };
 
 /** The paper's initial indentation -π^(2/3) μ. */
@@ -32,14 +41,26 @@ export function startIndentation(tabor: number): number {
   return -Math.pow(Math.PI, 2 / 3) * tabor;
 }
 
-/** Why a value is no use as a quantity of a protocol; undefined where it is. */
-export function complaint(value: number): string | undefined {
-  if (!Number.isFinite(value)) return "Give a number.";
-  if (value < SMALLEST || value > LARGEST) return `Give a number from ${SMALLEST} to ${LARGEST}.`;
-  return undefined;
-}
 const SMALLEST = 1e-5;
 const LARGEST = 1e5;
+
+/** Why a value is no use as a quantity of a protocol; undefined where it is. */
+export function complaint(value: number, quantity: Quantity): string | undefined {
+  if (!Number.isFinite(value)) return "Give a number.";
+  // The relaxed modulus is no larger than the instantaneous one.
+  const largest = quantity === "modulus_ratio" ? 1 : LARGEST;
+  if (value < SMALLEST || value > largest) return `Give a number from ${SMALLEST} to ${largest}.`;
+  return undefined;
+}
+
+/** The ends of the phases, and the marks of the dwell. */
+export function phases([loading, dwell, unloading]: Counts): Pick<Grid, "edge" | "ends"> {
+  const ends = [loading - 1, loading + dwell - 1, loading + dwell + unloading - 1] as const;
+  const edge = new Float64Array(ends[2] + 1);
+  edge[ends[0]] = 1;
+  edge[ends[1]] = 1;
+  return { edge, ends };
+}
 
 /** Sample a protocol on the fixed measurement steps. */
 export function measurementGrid(protocol: Protocol, counts: Counts): Grid {
@@ -63,11 +84,21 @@ export function measurementGrid(protocol: Protocol, counts: Counts): Grid {
   for (let i = 1; i <= unloading; i++) {
     set(loading + dwell + i - 1, t2 + ((t3 - t2) * i) / unloading, 1 - i / unloading);
   }
-  const ends = [loading - 1, loading + dwell - 1, steps - 1] as const;
-  const edge = new Float64Array(steps);
-  edge[ends[0]] = 1;
-  edge[ends[1]] = 1;
-  return { times, indentations, edge, ends };
+  return { times, indentations, ...phases(counts) };
+}
+
+/** Interpolate linearly between points with increasing `places`; constant beyond them. */
+export function linearly(at: number, places: ArrayLike<number>, values: ArrayLike<number>): number {
+  const last = places.length - 1;
+  if (at < places[0]!) return values[0]!;
+  if (at >= places[last]!) return values[last]!;
+  let [low, high] = [0, last];
+  while (high - low > 1) {
+    const middle = (low + high) >> 1;
+    if (places[middle]! <= at) low = middle;
+    else high = middle;
+  }
+  return values[low]! + ((values[high]! - values[low]!) / (places[high]! - places[low]!)) * (at - places[low]!);
 }
 
 /** Whether two protocols are the same but for rounding. */

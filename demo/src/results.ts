@@ -4,7 +4,8 @@ import type { Curve } from "./curves";
 import { title } from "./curves";
 import { milliseconds, percent, significant } from "./format";
 import { forceError, hysteresis, pullOff, relativeError } from "./measures";
-import { LABELS, type Grid, type Quantity } from "./protocol";
+import type { Prediction } from "./model";
+import { LABELS, QUANTITIES, type Grid, type Quantity } from "./protocol";
 import { worded, type Units } from "./units";
 
 const byId = (id: string) => document.getElementById(id)!;
@@ -29,16 +30,43 @@ function tile(
       : `solver ${units.laboratory ? other.join("\u00a0") : other[0]} · error\u00a0${percent(relativeError(value, reference))}${caveat && `; ${caveat}`}`;
 }
 
+/**
+ * What the solver gives for a curve: on the steps of the paper's models, which know no more than these, and in its own
+ * time steps for a pretrained model, which interpolates.
+ */
+export function solverResults(grid: Grid, curve: Curve, banded: boolean): Curve["results"] {
+  if (banded) return curve.results;
+  const top = pullOff(grid, curve.force);
+  return { pull_off_force: top.force, pull_off_time: top.time, hysteresis: hysteresis(grid, curve.force) };
+}
+
 /** Show what is read off a prediction. */
-export function showResults(grid: Grid, force: Float64Array, curve: Curve | undefined, units: Units): void {
-  const top = pullOff(grid, force);
-  const reference = curve && pullOff(grid, curve.force);
-  tile("pull-off-force", top.force, units, "force", reference?.force);
-  // An instant is known to a measurement step.
+export function showResults(prediction: Prediction, curve: Curve | undefined, units: Units): void {
+  const { grid, band } = prediction;
+  const reference = curve && solverResults(grid, curve, band !== undefined);
+  tile("pull-off-force", prediction.pullOff.force, units, "force", reference?.pull_off_force);
+  // On equal steps an instant is known to a measurement step.
   const step = grid.times[grid.ends[2]]! - grid.times[grid.ends[2] - 1]!;
-  const caveat = `to ± ${worded(step, units.time, units.laboratory).join("\u00a0")}, one step`;
-  tile("pull-off-time", top.time, units, "time", reference?.time, caveat);
-  tile("hysteresis", hysteresis(grid, force), units, "work", curve && hysteresis(grid, curve.force));
+  const caveat = band ? "" : `to ± ${worded(step, units.time, units.laboratory).join("\u00a0")}, one step`;
+  tile("pull-off-time", prediction.pullOff.time, units, "time", reference?.pull_off_time, caveat);
+  tile("hysteresis", prediction.hysteresis, units, "work", reference?.hysteresis);
+  showInterval(band?.pullOff, units);
+}
+
+function showInterval(interval: readonly [number, number] | undefined, units: Units): void {
+  const line = byId("pull-off-interval");
+  line.hidden = !interval;
+  if (!interval) {
+    delete line.dataset["low"];
+    delete line.dataset["high"];
+    return;
+  }
+  const [low, high] = interval;
+  line.dataset["low"] = String(low);
+  line.dataset["high"] = String(high);
+  const words = interval.map((value) => worded(value, units.force, units.laboratory));
+  const shown = units.laboratory ? words.map((each) => each.join("\u00a0")) : words.map(([text]) => text);
+  line.textContent = Number.isFinite(low) ? `90 %: ${shown.join(" to ")}` : "90 %: unbounded, outside the training";
 }
 
 /** Show the median time of recent predictions. */
@@ -49,8 +77,7 @@ export function showInference(median: number): void {
 
 /** Say which solver curve is drawn and how far it is, or which is the nearest. */
 export function showComparison(
-  grid: Grid,
-  force: Float64Array,
+  { grid, force, band }: Prediction,
   curve: Curve | undefined,
   nearest: Curve,
   choose: (curve: Curve) => void,
@@ -61,25 +88,41 @@ export function showComparison(
     button.type = "button";
     button.textContent = title(nearest);
     button.addEventListener("click", () => choose(nearest));
-    line.replaceChildren("No solver curve was published for this very protocol. The nearest one: ", button);
+    const what = band ? "protocol and solid" : "protocol";
+    line.replaceChildren(`No solver curve was published for this very ${what}. The nearest one: `, button);
     delete line.dataset["error"];
     return;
   }
   const error = forceError(force, curve.force);
-  const onSteps = pullOff(grid, curve.force).force;
-  const floor = relativeError(onSteps, curve.results.pull_off_force);
   line.dataset["error"] = String(error);
-  line.textContent =
-    `${title(curve)}: force error ${percent(error)}. In its own, finer time steps the solver peaks at ` +
-    `${significant(curve.results.pull_off_force)}, ${percent(floor)} away from the largest force on the measurement steps.`;
+  const own = curve.results.pull_off_force;
+  const start = `${title(curve)}: force error ${percent(error)}.`;
+  if (!band) {
+    const floor = relativeError(pullOff(grid, curve.force).force, own);
+    line.textContent =
+      `${start} In its own, finer time steps the solver peaks at ` +
+      `${significant(own)}, ${percent(floor)} away from the largest force on the measurement steps.`;
+    return;
+  }
+  const inside = band.pullOff[0] <= own && own <= band.pullOff[1] ? "inside" : "outside";
+  const steps = curve.force.length;
+  line.textContent = Number.isFinite(band.pullOff[0])
+    ? `${start} The solver’s pull-off force ${significant(own)} lies ${inside} the 90 % interval, and its force inside ` +
+      `the band at ${stepsInside(band, curve.force)} of ${steps} steps.`
+    : start;
+}
+
+function stepsInside({ lower, upper }: NonNullable<Prediction["band"]>, force: readonly number[]): number {
+  return force.filter((value, step) => lower[step]! <= value && value <= upper[step]!).length;
 }
 
 /** Say that a prediction is an extrapolation, and in what. */
-export function showExtrapolation(outside: readonly Quantity[]): void {
+export function showExtrapolation(outside: readonly Quantity[], banded: boolean): void {
   const banner = byId("extrapolation");
   banner.hidden = outside.length === 0;
   const names = outside.map((name) => LABELS[name].name);
-  banner.textContent = `Extrapolation, the surrogate may be far off: outside its training range in ${names.join(", ")}.`;
+  const end = banded ? "; there its 90 % band and interval are unbounded." : ".";
+  banner.textContent = `Extrapolation, the surrogate may be far off: outside its training range in ${names.join(", ")}${end}`;
 }
 
 /** List all solver curves with their errors; a click on one shows it. */
@@ -91,10 +134,7 @@ export function listCurves(
   body.replaceChildren(
     ...rows.map(({ curve, error, pullOffError }) => {
       const row = document.createElement("tr");
-      const { tabor, peak_indentation, loading_rate, dwell_time, unloading_rate } = curve.protocol;
-      const values = [tabor, peak_indentation, loading_rate, dwell_time, unloading_rate].map((value) =>
-        significant(value, 3),
-      );
+      const values = QUANTITIES.map((name) => significant(curve.protocol[name], 3));
       const button = document.createElement("button");
       button.type = "button";
       button.textContent = title(curve);
@@ -107,6 +147,7 @@ export function listCurves(
       row.append(...cells);
       row.dataset["name"] = curve.name;
       row.dataset["error"] = String(error);
+      row.dataset["pullOffError"] = String(pullOffError);
       return row;
     }),
   );

@@ -6,7 +6,7 @@
  */
 
 import { significant } from "./format";
-import type { Grid } from "./protocol";
+import type { Prediction } from "./model";
 
 export const CONTACT = ["radius", "adhesion", "modulus", "retardation"] as const;
 /** Radius in m, work of adhesion in J/m², relaxed plane-strain modulus in Pa, retardation time in s. */
@@ -68,8 +68,8 @@ export function worded(value: number, scale: Scale, laboratory: boolean): [strin
 const largest = (values: ArrayLike<number>) => Array.from(values).reduce((top, value) => Math.max(top, Math.abs(value)), 0);
 const times = (values: ArrayLike<number>, factor: number) => Float64Array.from(values, (value) => value * factor);
 
-/** Grid and forces as the charts show them, and the names of their units. */
-export function converted(grid: Grid, force: ArrayLike<number>, solver: ArrayLike<number> | undefined, units: Units) {
+/** Grid, forces and band as the charts show them, and the names of their units. */
+export function converted({ grid, force, pullOff, band }: Prediction, solver: ArrayLike<number> | undefined, units: Units) {
   const { laboratory } = units;
   const length = handy(units.length, laboratory, largest(grid.indentations));
   const time = handy(units.time, laboratory, grid.times[grid.ends[2]]!);
@@ -77,6 +77,12 @@ export function converted(grid: Grid, force: ArrayLike<number>, solver: ArrayLik
   return {
     grid: { ...grid, times: times(grid.times, time.size), indentations: times(grid.indentations, length.size) },
     force: times(force, strength.size),
+    pullOff: { step: pullOff.step, force: pullOff.force * strength.size, time: pullOff.time * time.size },
+    band: band && {
+      lower: times(band.lower, strength.size),
+      upper: times(band.upper, strength.size),
+      pullOff: [band.pullOff[0] * strength.size, band.pullOff[1] * strength.size] as const,
+    },
     solver: solver && [...times(solver, strength.size)],
     names: { length: length.name, time: time.name, force: strength.name },
   };

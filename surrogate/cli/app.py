@@ -15,7 +15,8 @@ from bem._support.outputs import Outputs
 from surrogate.architectures.naming import names, split_name
 from surrogate.architectures.registry import load_architectures
 from surrogate.backend import import_keras, limit_threads
-from surrogate.cli.predict import ArchitectureOption, FoundOption, export, predict
+from surrogate.cli.export import export
+from surrogate.cli.predict import ArchitectureOption, FoundOption, predict
 from surrogate.inference.model_files import find_model, model_roots
 from surrogate.training.publishing import model_name, require_place
 from surrogate.training.queue import STOP_FILE, STOPPED, StopRequest, run_queue

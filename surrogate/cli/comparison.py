@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -75,16 +76,16 @@ def _largest_since(simulated: Any, instants: np.ndarray) -> float:
     return float(simulated.force[last].max()) if last.any() else np.nan
 
 
-def simulate_same(protocols: list[Any], tabor: np.ndarray, modulus_ratio: float) -> list[Any]:
-    """Return the solver's trajectories of protocols, one per Tabor parameter, with a standard linear solid."""
+def simulate_same(protocols: Sequence[Any], tabor: Sequence[float], modulus_ratios: Sequence[float]) -> list[Any]:
+    """Return the solver's trajectories of protocols on standard linear solids, one of each."""
     from bem import Scene, StandardLinearSolid, simulate
 
-    material = StandardLinearSolid(modulus_ratio=modulus_ratio)
-    return [simulate(Scene(float(mu), material), one) for one, mu in zip(protocols, tabor, strict=True)]
+    rows = zip(protocols, tabor, modulus_ratios, strict=True)
+    return [simulate(Scene(float(mu), StandardLinearSolid(modulus_ratio=ratio)), one) for one, mu, ratio in rows]
 
 
-def plot_predictions(path: Path, predicted: list[Any], simulated: list[Any] | None = None) -> None:
-    """Draw force over time and over indentation, with dashed lines for the solver.
+def plot_predictions(path: Path, predicted: Sequence[Any], simulated: Sequence[Any] | None = None) -> None:
+    """Draw force over time and over indentation, bands where there are any, and dashed lines for the solver.
 
     Args:
         path: Image file; the suffix determines the format.
@@ -110,6 +111,10 @@ def plot_predictions(path: Path, predicted: list[Any], simulated: list[Any] | No
             axes.plot(
                 getattr(found, quantity), found.force, color=colours[number], label=found.model if first else None
             )
+            if quantity == "time" and getattr(found, "force_lower", None) is not None and not found.extrapolated:
+                axes.fill_between(
+                    found.time, found.force_lower, found.force_upper, color=colours[number], alpha=0.25, linewidth=0
+                )
             if simulated:
                 other = simulated[number]
                 style = {"color": "0.1", "linestyle": "--", "linewidth": 1.0}

@@ -2,16 +2,17 @@
 
 Input, as CSV with a header or as JSON:
 
-- protocols: the columns `tabor, peak_indentation, loading_rate, dwell_time, unloading_rate`, one protocol per row; as
-  JSON, a list of objects.
+- protocols: the columns `tabor, peak_indentation, loading_rate, dwell_time, unloading_rate` and, for the pretrained
+  models, `modulus_ratio`, one protocol per row; as JSON, a list of objects.
 - one history: the columns `time, indentation` and, if known, `edge` (one at the first and the last point of the dwell)
   and `tabor` (the same in every row); as JSON, an object of lists, in which `tabor` may be a number. The columns
-  `force`, `solver_force`, `phase` and `trajectory`, which this command and the demonstrator write, are ignored, but the
-  file must hold one trajectory only.
+  `force`, `force_lower`, `force_upper`, `solver_force`, `modulus_ratio`, `phase` and `trajectory`, which this command
+  and the demonstrator write, are ignored, but the file must hold one trajectory only.
 
-Output: CSV with the columns `trajectory, time, indentation, force` and, after a check with the solver, `solver_force`,
-which is empty after the end of an unfinished simulation; or JSON, a list of objects with scalars and arrays. Numbers
-have full precision.
+Output: CSV with the columns `trajectory, time, indentation, force`, of a pretrained model `force_lower` and
+`force_upper`, which are empty outside its training, and, after a check with the solver, `solver_force`, which is empty
+after the end of an unfinished simulation; or JSON, a list of objects with scalars and arrays. Numbers have full
+precision.
 """
 
 from __future__ import annotations
@@ -35,7 +36,9 @@ from bem.dataset.designs import QUANTITIES
 
 HISTORY_COLUMNS = ("time", "indentation")
 EDGE, TABOR, TRAJECTORY = "edge", "tabor", "trajectory"
-READ_OVER = ("force", "solver_force", "phase", TRAJECTORY)
+MODULUS_RATIO = "modulus_ratio"
+BAND = ("force_lower", "force_upper")
+READ_OVER = ("force", *BAND, "solver_force", MODULUS_RATIO, "phase", TRAJECTORY)
 WANTED = f"the columns {', '.join(QUANTITIES)} of protocols, or {', '.join(HISTORY_COLUMNS)} of a history"
 
 # Python's `float` also accepts texts such as 1_0, which no other program means as a number.
@@ -102,13 +105,18 @@ def read_table(path: Path) -> Table:
         raise ValueError(f"Expected an input file that can be read. Received: {path} ({error.strerror})") from error
     read = Table(path, *_csv_columns(text, path)) if path.suffix == ".csv" else Table(path, _json_columns(text, path))
     names = set(read.columns)
-    if names != {*QUANTITIES} and not {*HISTORY_COLUMNS} <= names <= {*HISTORY_COLUMNS, EDGE, TABOR, *READ_OVER}:
+    if names - {MODULUS_RATIO} != {*QUANTITIES} and not {*HISTORY_COLUMNS} <= names <= {
+        *HISTORY_COLUMNS,
+        EDGE,
+        TABOR,
+        *READ_OVER,
+    }:
         found = shortened(", ".join(sorted(names)))
         raise ValueError(f"Expected {WANTED} (and {EDGE} and {TABOR}, if known). Received: {found} in {path}")
     if not all(read.columns.values()):
         raise ValueError(f"Expected at least one row of numbers. Received: {path}, which has none")
     if not read.is_history:
-        return replace(read, columns={name: read.numbers(name) for name in QUANTITIES})
+        return replace(read, columns={name: read.numbers(name) for name in read.columns})
     columns = {name: read.numbers(name) for name in read.columns if name not in READ_OVER}
     if len(set(map(str, read.columns.get(TRAJECTORY, ())))) > 1:
         raise ValueError(f"Expected the history of one trajectory. Received: several in {path}")
@@ -145,11 +153,12 @@ def write_trajectories(
             file.write(to_json(trajectories, checks, solver_forces) + "\n")
             return
         writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(["trajectory", "time", "indentation", "force", *(["solver_force"] if solver_forces else [])])
+        names = ["time", "indentation", "force", *_band(trajectories)]
+        writer.writerow(["trajectory", *names, *(["solver_force"] if solver_forces else [])])
         for number, found in enumerate(trajectories):
-            columns = [found.time, found.indentation, found.force, *([solver_forces[number]] if solver_forces else [])]
+            columns = [getattr(found, name) for name in names] + ([solver_forces[number]] if solver_forces else [])
             rows = zip(*(column.tolist() for column in columns), strict=True)
-            writer.writerows([number, *("" if math.isnan(value) else repr(value) for value in row)] for row in rows)
+            writer.writerows([number, *(repr(value) if math.isfinite(value) else "" for value in row)] for row in rows)
 
 
 def to_json(
@@ -157,14 +166,23 @@ def to_json(
     checks: Sequence[dict[str, Any]] | None = None,
     solver_forces: Sequence[np.ndarray] | None = None,
 ) -> str:
-    """Return scalars and arrays of trajectories as a JSON list; NaN becomes null. Arguments as `write_trajectories`."""
+    """Return scalars and arrays of trajectories as a JSON list; what is not finite becomes null.
+
+    Arguments as `write_trajectories`.
+    """
     content = []
     for number, found in enumerate(trajectories):
-        entry = found.summary() | {name: getattr(found, name) for name in ("time", "indentation", "force")}
+        names = ("time", "indentation", "force", *_band(trajectories))
+        entry = found.summary() | {name: getattr(found, name) for name in names}
         if solver_forces:
             entry["solver_force"] = solver_forces[number]
         content.append(entry | ({"check": checks[number]} if checks else {}))
     return json.dumps(plain(content))
+
+
+def _band(trajectories: Sequence[Any]) -> tuple[str, ...]:
+    """Return the names of the arrays of the band, if the trajectories have one."""
+    return BAND if all(getattr(found, BAND[0], None) is not None for found in trajectories) else ()
 
 
 def _csv_columns(text: str, path: Path) -> tuple[dict[str, list[Any]], tuple[int, ...]]:

@@ -47,6 +47,10 @@ class OnnxGraph:
         """Add a vector of integers."""
         return self.constant(np.array(values, dtype=np.int64))
 
+    def integer(self, value: int) -> str:
+        """Add one integer, without dimensions."""
+        return self.constant(np.array(value, dtype=np.int64))
+
     def cast(self, source: str, to: int) -> str:
         """Convert to another type, of `onnx.TensorProto`."""
         return self.add("Cast", source, to=to)
@@ -67,24 +71,23 @@ class OnnxGraph:
 
     def slope(self, values: str) -> str:
         """Compute the backward difference over time along the steps; the first value is zero."""
-        ends = [self.integers([bound]) for bound in (1, -1, 0, np.iinfo(np.int64).max)]
-        one, minus_one, zero, far = ends
-        rises = [
-            self.add("Sub", self.add("Slice", x, one, far, one), self.add("Slice", x, zero, minus_one, one))
-            for x in (values, "times")
-        ]
-        return self.add("Pad", self.add("Div", *rises), self.integers([0, 1, 0, 0]))
+        quotient = self.add("Div", self.rise(values), self.rise("times"))
+        return self.add("Pad", quotient, self.integers([0, 1, 0, 0]))
+
+    def rise(self, values: str) -> str:
+        """Compute the differences of neighbours along the steps, of which there is one less."""
+        one, minus_one, zero, far = (self.integers([bound]) for bound in (1, -1, 0, np.iinfo(np.int64).max))
+        later, earlier = self.add("Slice", values, one, far, one), self.add("Slice", values, zero, minus_one, one)
+        return self.add("Sub", later, earlier)
 
     def log_step(self) -> str:
         """Logarithm of the time since the step before, zero at the first."""
-        one, minus_one, zero, far = (self.integers([bound]) for bound in (1, -1, 0, np.iinfo(np.int64).max))
-        later, earlier = self.add("Slice", "times", one, far, one), self.add("Slice", "times", zero, minus_one, one)
-        return self.add("Pad", self.add("Log", self.add("Sub", later, earlier)), self.integers([0, 1, 0, 0]))
+        return self.add("Pad", self.add("Log", self.rise("times")), self.integers([0, 1, 0, 0]))
 
-    def finish(self, name: str) -> onnx.GraphProto:
-        """Return the ONNX graph with the physical inputs and output."""
+    def finish(self, name: str, more: dict[str, list[str]] | None = None) -> onnx.GraphProto:
+        """Return the ONNX graph with the physical inputs and output, and `more` inputs by name with their shapes."""
         matrix = ["batch", "steps"]
-        shapes = {"times": matrix, "indentations": matrix, "tabor": ["batch"], "edge": matrix}
+        shapes = {"times": matrix, "indentations": matrix, "tabor": ["batch"], "edge": matrix} | (more or {})
         inputs = [helper.make_tensor_value_info(key, TensorProto.DOUBLE, shape) for key, shape in shapes.items()]
         output = helper.make_tensor_value_info("force", TensorProto.DOUBLE, matrix)
         constants = [numpy_helper.from_array(values, key) for key, values in self.initializers.items()]

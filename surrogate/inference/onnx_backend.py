@@ -18,6 +18,7 @@ from surrogate.network.onnx_file import (
     ONNX_INTERFACE,
     ONNX_METADATA,
     ONNX_NAME,
+    PRETRAINED_FORMAT,
     is_intact,
 )
 
@@ -59,6 +60,9 @@ class OnnxBackend:
         except Exception as error:
             raise self._unlike("which ONNX Runtime cannot read") from error
         found = self.metadata.get("format"), self.metadata.get("format_version")
+        if found[0] == PRETRAINED_FORMAT:
+            name = shortened(self.metadata.get("name", ""))
+            raise self._unlike(f"which holds the pretrained model {name} for other programs; load it by its name")
         if found[0] != ONNX_FORMAT:
             raise self._unlike("which is not one")
         if found[1] != str(ONNX_FORMAT_VERSION):

@@ -12,6 +12,8 @@ import hashlib
 ONNX_FORMAT = "viscoelastic-contact-surrogate-onnx"
 ONNX_FORMAT_VERSION = 1
 ONNX_NAME = "model.onnx"
+PRETRAINED_FORMAT = "viscoelastic-contact-pretrained-onnx"
+"""Format of the files of `surrogate.export.pretrained`, which other programs run."""
 
 ONNX_METADATA = ("name", "architecture", "features", "ranges", "scaling", "plan", "dataset_sha256", "weights_sha256")
 ONNX_INTERFACE = [

@@ -30,7 +30,7 @@ from surrogate.inference.checks import checked_tabor
 from surrogate.inference.model_files import existing
 from surrogate.inference.predicted import PredictedTrajectory
 from surrogate.inference.validity import ExtrapolationWarning, excesses, of_history, worst
-from surrogate.pretrained.bands import LARGEST_COVERAGE, Bands
+from surrogate.pretrained.bands import LARGEST_COVERAGE, LEVELS, Bands
 from surrogate.pretrained.network import BATCH, Network
 
 if TYPE_CHECKING:
@@ -117,6 +117,16 @@ class Pretrained:
     def ranges(self) -> dict[str, tuple[float, float]]:
         """Smallest and largest value of each quantity in the training, by name."""
         return self.scaling.ranges
+
+    def parts(self) -> dict[str, Any]:
+        """Return what `surrogate.export.pretrained.file_content` makes one file of, by argument."""
+        return {
+            "name": self.name,
+            "network": (self.folder / "model.onnx").read_bytes(),
+            "scaling": self.scaling,
+            "counts": self.counts.tolist(),
+            "bands": {"levels": LEVELS} | self.bands.as_arrays(),
+        }
 
     def trajectories(
         self,

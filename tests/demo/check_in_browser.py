@@ -177,6 +177,8 @@ def test_nothing_is_wider_than_a_phone(browsed):
 def test_focused_control_is_in_sight_on_a_phone(browsed):
     assert browsed["hidden"] == {window: [] for window in browsed["hidden"]}
     assert browsed["stays"] == {window: window in ("390x844", "375x667") for window in browsed["hidden"]}
+    for window in ("390x844", "375x667", "667x375", "844x390"):
+        assert browsed["visible"][window] > 0.95, window
     assert browsed["scroller"] == 0
     assert browsed["noScroller"] == -1
 
@@ -233,6 +235,9 @@ def test_trouble_is_told_in_a_sentence(browsed, trouble):
         ("tabor=1&tabor=2", "The link gives tabor more than once."),
         ("force=cubic", "The link gives force = “cubic”, which is neither linear nor log."),
         ("time=real&time=steps", "The link gives time more than once."),
+        ("model=slow", "The link gives model = “slow”, which is neither M1-concat nor fast nor accurate."),
+        ("modulus_ratio=0.3", "The link gives modulus_ratio = “0.3”, but M1-concat knows 0.1 only; add model=fast"),
+        ("model=fast&modulus_ratio=2", "The link gives modulus_ratio = “2”, which is no usable number."),
     ],
 )
 def test_unusable_link_is_refused_in_a_sentence(browsed, fragment, sentence):

@@ -11,7 +11,9 @@ import { createRequire } from "node:module";
 import { dirname, join } from "node:path";
 import { fileURLToPath } from "node:url";
 
+import { hidden, read, settled, visible } from "./looking.mjs";
 import { serve } from "./serving.mjs";
+import { solids } from "./solids.mjs";
 import { PATIENCE, troubles } from "./troubles.mjs";
 
 const here = dirname(fileURLToPath(import.meta.url));
@@ -27,61 +29,8 @@ const FLAGS = [
   "--disable-sync",
 ];
 
-const settled = (page) =>
-  page.waitForFunction(
-    () => {
-      const drawn = document.getElementById("results").dataset.address;
-      if (document.body.dataset.state === "failed") throw new Error(document.getElementById("message").textContent);
-      return document.body.dataset.state === "ready" && drawn && location.hash === `#${drawn}`;
-    },
-    undefined,
-    { timeout: PATIENCE },
-  );
-
-const read = (page) =>
-  page.evaluate(() => {
-    const text = (id) => document.getElementById(id).textContent;
-    const number = (id) => Number(document.getElementById(id).dataset.value);
-    const tiles = ["pull-off-force", "pull-off-time", "hysteresis", "inference"];
-    const all = Object.fromEntries(new URLSearchParams(location.hash.slice(1)));
-    const { time, force, units, radius, adhesion, modulus, retardation, ...protocol } = all;
-    const chosen = (name) => document.querySelector(`input[name=${name}]:checked`).value;
-    return {
-      protocol,
-      address: { time: time ?? null, force: force ?? null },
-      view: { time: chosen("time"), force: chosen("force") },
-      values: Object.fromEntries(tiles.map((id) => [id, number(id)])),
-      contact: { units, radius, adhesion, modulus, retardation },
-      units: Object.fromEntries(tiles.slice(0, 3).map((id) => [id, text(`${id}-unit`)])),
-      shown: Object.fromEntries(tiles.map((id) => [id, text(id)])),
-      boxes: Object.fromEntries(
-        [...document.querySelectorAll(".field [type=number]")].map((box) => [box.id, box.value]),
-      ),
-      comparison: text("comparison"),
-      error: document.getElementById("comparison").dataset.error ?? null,
-      extrapolation: document.getElementById("extrapolation").hidden ? null : text("extrapolation"),
-      message: document.getElementById("message").hidden ? null : text("message"),
-      picked: document.getElementById("presets").value,
-      chart: document.getElementById("loop").getAttribute("aria-label"),
-      wide: document.documentElement.scrollWidth > document.documentElement.clientWidth,
-    };
-  });
-
-/** Controls that the charts hide, or that lie outside the window, once they have the focus. */
-const hidden = (page) =>
-  page.evaluate(() => {
-    const charts = document.querySelector(".charts");
-    const found = [];
-    for (const control of document.querySelectorAll("#side button, #side select, #side input")) {
-      scrollTo(0, document.body.scrollHeight);
-      control.focus();
-      const [seen, stage] = [control.getBoundingClientRect(), charts.getBoundingClientRect()];
-      const beside = seen.right <= stage.left || stage.right <= seen.left;
-      const covered = !beside && seen.top < stage.bottom && stage.top < seen.bottom;
-      if (covered || seen.top < -1 || seen.bottom > innerHeight + 1) found.push(control.id || control.value);
-    }
-    return found;
-  });
+const BAD_LINKS = ["tabor=soft", "tabor=0x1", "tabor=1&tabor=2", "force=cubic", "time=real&time=steps", "model=slow"];
+BAD_LINKS.push("modulus_ratio=0.3", "model=fast&modulus_ratio=2");
 
 async function download(page, button, name) {
   const [file] = await Promise.all([page.waitForEvent("download"), page.click(button)]);
@@ -115,10 +64,11 @@ const watch = (page) => {
     if (!local) seen.foreign.push(request.url());
   });
 };
-const open = async (fragment, options = {}) => {
+const open = async (fragment, { broken = false, ...options } = {}) => {
   const context = await browser.newContext({ viewport: { width: 1440, height: 900 }, ...options });
   const page = await context.newPage();
-  watch(page);
+  // A page whose files are to be missing reports that they are.
+  if (!broken) watch(page);
   await page.goto(base + fragment);
   await settled(page);
   return page;
@@ -191,7 +141,7 @@ try {
   seen.refused = await shared.textContent("#tabor-note");
 
   seen.badLinks = {};
-  for (const fragment of ["tabor=soft", "tabor=0x1", "tabor=1&tabor=2", "force=cubic", "time=real&time=steps"]) {
+  for (const fragment of BAD_LINKS) {
     await shared.evaluate((hash) => (location.hash = hash), fragment);
     await shared.waitForSelector("#message:not([hidden])");
     await settled(shared);
@@ -231,6 +181,7 @@ try {
   await small.emulateMedia({ colorScheme: "light" });
   seen.hidden = {};
   seen.stays = {};
+  seen.visible = {};
   for (const [width, height] of [
     [390, 844],
     [375, 667],
@@ -244,12 +195,14 @@ try {
       () => getComputedStyle(document.querySelector(".charts")).position === "sticky",
     );
     await small.locator("#dwell_time-slider").focus();
+    seen.visible[`${width}x${height}`] = await visible(small);
     await small.screenshot({ path: join(out, `phone-${width}x${height}.png`) });
     if (width !== 667) continue;
     seen.scroller = await small.evaluate(() => document.querySelector(".charts").tabIndex);
     await small.screenshot({ path: join(out, "phone-landscape.png"), fullPage: true });
   }
   await small.context().close();
+  seen.solids = await solids({ open, phone, download, out });
   seen.noScroller = await page.evaluate(() => document.querySelector(".charts").tabIndex);
 
   // Without a just-in-time compiler there is no WebAssembly either.

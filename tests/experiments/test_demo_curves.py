@@ -2,12 +2,16 @@ import json
 from pathlib import Path
 
 import numpy as np
+import onnx
 import pytest
 
+import surrogate
 from bem.dataset.designs import QUANTITIES
+from bem.dataset.measurement_steps import PHYSICAL
 from experiments import demo_curves
 from experiments.paper_numbers import paper_rows
 from surrogate.data.dataset import Split, TrajectoryDataset
+from surrogate.export.pretrained import file_content
 
 ROOT = Path(__file__).parents[2]
 
@@ -15,6 +19,11 @@ ROOT = Path(__file__).parents[2]
 @pytest.fixture(scope="module")
 def tracked():
     return json.loads((ROOT / demo_curves.OUT).read_text(encoding="utf-8"))
+
+
+@pytest.fixture(scope="module")
+def solids():
+    return json.loads((ROOT / demo_curves.SOLIDS_OUT).read_text(encoding="utf-8"))
 
 
 @pytest.fixture(scope="module")
@@ -75,3 +84,49 @@ def test_a_sample_is_simulated_on_the_measurement_steps(tracked):
     )
     assert len(curve["force"]) == 120
     assert max(curve["force"][69:]) <= curve["results"]["pull_off_force"]
+
+
+def test_tracked_solids_are_the_same_protocols_and_others(tracked, solids):
+    """Fails when one of the two files was written alone: run `make demo-curves`."""
+    assert solids["dataset_sha256"] == tracked["dataset_sha256"]
+    assert tuple(solids["counts"]) == PHYSICAL
+    known = len(tracked["curves"])
+    for one, other in zip(solids["curves"][:known], tracked["curves"], strict=True):
+        assert (one["name"], one["kind"]) == (other["name"], other["kind"])
+        assert one["protocol"] == {"modulus_ratio": 0.1} | other["protocol"]
+        assert one["results"]["pull_off_force"] == pytest.approx(other["results"]["pull_off_force"], rel=2e-2)
+    others = solids["curves"][known:]
+    drawn = demo_curves.other_solids(demo_curves.SOLIDS)
+    assert [{key: one[key] for key in ("name", "kind", "protocol")} for one in others] == drawn
+    ratios = [one["protocol"]["modulus_ratio"] for one in others]
+    assert min(ratios) < 0.03
+    assert max(ratios) > 0.3
+
+
+def test_a_solid_is_simulated_on_the_physical_steps(solids):
+    tracked = solids["curves"][-1]
+    curve = demo_curves.physical_curve({key: tracked[key] for key in ("name", "kind", "protocol")})
+    np.testing.assert_allclose(curve["force"], tracked["force"], rtol=5e-3, atol=5e-3 * np.abs(tracked["force"]).max())
+    assert len(curve["force"]) == sum(PHYSICAL)
+    # Most steps are where the contact separates, so that they hold nearly all of the peak.
+    peak = curve["results"]["pull_off_force"]
+    assert 0.97 * peak < max(curve["force"][sum(PHYSICAL[:2]) - 1 :]) <= 1.0001 * peak
+
+
+@pytest.mark.parametrize("name", ["fast", "accurate"])
+def test_tracked_models_are_the_published_ones(name):
+    """Fails when the models were trained anew: run `make demo-models`."""
+    content = file_content(**surrogate.load(name).parts())
+    tracked = (ROOT / "demo" / "public" / f"{name}.onnx").read_bytes()
+    parts = [onnx.load_model_from_string(each) for each in (content, tracked)]
+    words, weights = (
+        [{entry.key: entry.value for entry in part.metadata_props} for part in parts],
+        [{item.name: onnx.numpy_helper.to_array(item) for item in part.graph.initializer} for part in parts],
+    )
+    # The checksum is of the bytes, which another version of onnx may order otherwise.
+    for one in words:
+        del one["content_sha256"]
+    assert words[0] == words[1]
+    assert weights[0].keys() == weights[1].keys()
+    for key, values in weights[0].items():
+        np.testing.assert_array_equal(values, weights[1][key], err_msg=key)

@@ -1,0 +1,68 @@
+/** What the metadata of an ONNX file of `surrogate export` say of a model. */
+
+import { parseBands, type Bands } from "./bands";
+import { readMetadata } from "./onnx_metadata";
+import { QUANTITIES, type Counts, type Quantity } from "./protocol";
+import { Trouble } from "./trouble";
+
+const PAPER = "viscoelastic-contact-surrogate-onnx";
+const PRETRAINED = "viscoelastic-contact-pretrained-onnx";
+const VERSION = "1";
+/** Names of the pretrained models, in links and of files. */
+export const PRETRAINED_NAMES = ["fast", "accurate"] as const;
+
+export type Ranges = Record<Quantity, readonly [number, number]>;
+
+export interface Description {
+  name: string;
+  ranges: Ranges;
+  /** Moments of the force's symmetric logarithm. */
+  force: { mean: number; deviation: number };
+  /** Of a pretrained model. */
+  counts?: Counts;
+  bands?: Bands;
+}
+
+/**
+ * Read the metadata of a file.
+ *
+ * @param modulusRatio Of the solid of a model that does not state one.
+ * @throws Trouble where it is none of our models, or one of another version.
+ */
+export function readDescription(bytes: Uint8Array, url: string, modulusRatio: number): Description {
+  const metadata = readMetadata(bytes);
+  const foreign = `${url} is not a surrogate of this project`;
+  const format = metadata.get("format");
+  const ranges = json<Partial<Ranges>>(metadata.get("ranges"));
+  const complete = { modulus_ratio: [modulusRatio, modulusRatio], ...ranges } as Ranges;
+  const scale = json<{ force?: unknown }>(metadata.get("scaling"))?.force;
+  const known = (format === PAPER || format === PRETRAINED) && ranges && areRanges(complete) && arePair(scale);
+  if (!known) throw new Trouble(`${foreign}: its metadata do not say so.`);
+  if (metadata.get("format_version") !== VERSION) {
+    throw new Trouble(`${foreign}: expected version ${VERSION}, received ${metadata.get("format_version")}.`);
+  }
+  const force = { mean: scale[0], deviation: scale[1] };
+  const about = { name: metadata.get("name") ?? "surrogate", ranges: complete, force };
+  if (format === PAPER) return about;
+  const counts = json<number[]>(metadata.get("counts"));
+  const whole = counts?.length === 3 && counts.every((count) => Number.isInteger(count) && count > 1);
+  const bands = whole ? parseBands(metadata.get("bands"), counts.reduce((sum, count) => sum + count)) : undefined;
+  if (!whole || !bands) throw new Trouble(`${foreign}: its bands are damaged.`);
+  return { ...about, counts: counts as unknown as Counts, bands };
+}
+
+function json<T>(text: string | undefined): T | undefined {
+  try {
+    return (JSON.parse(text ?? "null") as T | null) ?? undefined;
+  } catch {
+    return undefined;
+  }
+}
+
+function arePair(values: unknown): values is [number, number] {
+  return Array.isArray(values) && values.length === 2 && values.every(Number.isFinite);
+}
+
+function areRanges(ranges: Ranges): boolean {
+  return QUANTITIES.every((name) => arePair(ranges[name]));
+}

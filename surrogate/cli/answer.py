@@ -1,0 +1,118 @@
+"""What `surrogate predict` was asked and found: protocols, trajectories, and their errors against the solver."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+USUAL_MODULUS_RATIO = 0.1
+"""Modulus ratio of the published data set, where neither a model nor the user says another."""
+
+
+@dataclass(frozen=True)
+class Answer:
+    """Predictions of one call, one entry per trajectory.
+
+    Args:
+        protocols: The protocols; of a history, only for a check.
+        tabor: Their Tabor parameters.
+        found: Trajectories at measurement steps.
+        written: What is written: the same, or at the points of a given history.
+        at_points: Trajectories at the points that are written.
+        solver_ratios: Modulus ratios for the solver.
+        model_ratios: Those that the model was trained on or was given; None where it does not say.
+    """
+
+    protocols: Sequence[Any]
+    tabor: Sequence[float]
+    found: Sequence[Any]
+    written: Sequence[Any]
+    at_points: Sequence[Any]
+    solver_ratios: Sequence[float]
+    model_ratios: Sequence[float | None]
+
+    def compared(self, simulated: Sequence[Any]) -> list[dict[str, Any]]:
+        """Return the errors against the solver's trajectories, and both materials, one dictionary each."""
+        from surrogate.cli.comparison import solver_errors
+
+        rows = zip(self.found, simulated, self.solver_ratios, self.model_ratios, strict=True)
+        return [
+            solver_errors(found, true) | {"modulus_ratio": ratio, "model_modulus_ratio": own}
+            for found, true, ratio, own in rows
+        ]
+
+
+def asked_protocols(table: Any, options: dict[str, float | None]) -> tuple[list[Any], Any]:
+    """Return the protocols and their Tabor parameters, from a file or from the options.
+
+    Raises:
+        ValueError: both or neither are given, or a protocol is not valid.
+    """
+    import numpy as np
+
+    from bem.protocol import LoadingProtocol
+    from surrogate.inference.checks import checked_tabor
+
+    given = {key: value for key, value in options.items() if value is not None}
+    if table is None:
+        if missing := [f"--{key.replace('_', '-')}" for key in options if key not in given]:
+            raise ValueError(f"Expected --in FILE, or a complete protocol. Received: no {', '.join(missing)}")
+        columns = {key: np.array([value]) for key, value in given.items()}
+    elif given:
+        raise ValueError(f"Expected protocols from --in FILE or from options, not both. Received: {', '.join(given)}")
+    else:
+        columns = table.columns
+    protocols = []
+    for number, row in enumerate(zip(*(columns[key] for key in options), strict=True)):
+        values = dict(zip(options, map(float, row), strict=True))
+        try:
+            mu = float(checked_tabor(values.pop("tabor"), 1)[0])
+            protocols.append(LoadingProtocol(**values))
+            protocols[-1].history(mu)
+        except ValueError as error:
+            where = "from options" if table is None else table.where(number)
+            raise ValueError(f"Expected a valid protocol. Received: one {where}: {error}") from error
+    return protocols, columns["tabor"]
+
+
+def readable(number: int, found: Any, check: dict[str, Any] | None) -> str:
+    """Return one trajectory in a few lines: results, band, and errors where the solver was asked."""
+    banded = hasattr(found, "pull_off_interval")
+    interval = ""
+    if banded and not found.extrapolated:
+        low, high = found.pull_off_interval
+        interval = f" ({100 * found.coverage:g} % interval {low:.5g} to {high:.5g})"
+    line = (
+        f"trajectory {number}: pull-off force {found.pull_off_force:.5g}{interval} at time {found.pull_off_time:.5g}, "
+        f"hysteresis {found.hysteresis:.5g}, max compression {found.max_compression:.5g}"
+    )
+    if found.work() < 0.0:
+        line += f", work {found.work():.5g}: the contact gave energy back; not dissipation"
+    if found.completed and not found.detached:
+        line += ", still attached at the end: the pull-off force is the largest so far"
+    if banded:
+        line += f", modulus ratio {found.modulus_ratio:g}\n{_band_words(found)}"
+    if check is None:
+        return line
+    if check["solver_status"] != "completed":
+        return f"{line}\n  against the solver: nothing to compare, it did not finish: {check['solver_status']}"
+    other = check["model_modulus_ratio"] not in (None, check["modulus_ratio"])
+    material = f" of another material (modulus ratio {check['modulus_ratio']:g})" if other else ""
+    return (
+        f"{line}\n  against the solver{material}: pull-off force off by {check['pull_off_percent']:.2f} % "
+        f"({check['pull_off_on_steps_percent']:.2f} % on the measurement steps), hysteresis by "
+        f"{check['hysteresis_percent']:.2f} % ({check['hysteresis_on_steps_percent']:.2f} %), "
+        f"force by {100 * check['force_rms']:.2f} % of its range (rms)"
+    )
+
+
+def _band_words(found: Any) -> str:
+    """Return the band of the force in a few words, for a trajectory that has one."""
+    if found.extrapolated:
+        return f"  no band: outside the ranges that {found.model} was trained on"
+    half = sorted(0.5 * (found.force_upper - found.force_lower))
+    return (
+        f"  {100 * found.coverage:g} % band of the force at each step: half-width {half[len(half) // 2]:.3g} in the "
+        f"median, {half[-1]:.3g} at most; --out and --json give it"
+    )
