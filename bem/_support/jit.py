@@ -15,11 +15,13 @@ import os
 import sys
 import tempfile
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 from numba import config, njit
 
 _OPTIONS = {"error_model": "numpy", "nogil": True, "fastmath": {"contract"}}
+_MARK = ".complete"  # in a cache that holds all kernels; without it, a compilation was interrupted
 COMPILING_SECONDS = 40  # on one core of 2021; `make setup` does it beforehand
 
 
@@ -41,14 +43,21 @@ def cache_directory() -> str:
 
 
 def announce_compilation() -> None:
-    """Print a line on standard error when the kernels are not in the cache and will be compiled."""
+    """Print a line on standard error when not all kernels are in the cache, and some will be compiled."""
     in_main_process = multiprocessing.parent_process() is None
-    if (
-        in_main_process
-        and not config.DISABLE_JIT
-        and not any(Path(config.CACHE_DIR or cache_directory()).rglob("*.nbc"))
-    ):
+    if in_main_process and not config.DISABLE_JIT and not _mark().exists():
         print(f"bem: compiling the solver for this processor, once; about {COMPILING_SECONDS} s ...", file=sys.stderr)
+
+
+def note_compilation() -> None:
+    """Note in the cache that it holds all kernels; where it cannot be written, they are compiled each time."""
+    if not config.DISABLE_JIT and not _mark().exists():
+        with suppress(OSError):
+            _mark().touch()
+
+
+def _mark() -> Path:
+    return Path(config.CACHE_DIR or cache_directory()) / _MARK
 
 
 def leave_out_blas() -> None:

@@ -9,7 +9,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bem._support.jit import announce_compilation
+from bem._support.jit import announce_compilation, note_compilation
 from bem._support.peaks import with_peaks
 from bem._support.validation import instance
 from bem._support.wording import shown
@@ -116,6 +116,7 @@ def load_kernels() -> None:
     announce_compilation()
     scene, path = Scene(tabor=1.0, adhesion=HardContact()), PiecewiseLinearProtocol([0.0, 1.0], [0.0, 0.1])
     march(*_prepare(scene, path, resolve_accuracy("draft"), np.linspace(0.0, 2.0, 5)), False, 3)
+    note_compilation()
 
 
 def count_unstable(scene: Scene, protocol: Protocol, accuracy: str | float = "standard") -> int:
