@@ -90,7 +90,8 @@ def test_columns_of_other_names_are_told_apart(tmp_path, curve):
     path = written(tmp_path / "a.csv", "clock,h,F_n (N)", curve.time, curve.indentation, curve.force)
     names = {"clock": "time (s)", "h": "indentation (m)", "F_n (N)": "force (N)"}
     assert len(ForceCurve.read(path, columns=names)) == len(curve)
-    with no column of a known name"):
+    wanted = r"Expected a column force, such as 'force \(nN\)'; received .* with no column of a known name"
+    with pytest.raises(ValueError, match=wanted):
         ForceCurve.read(path)
 
 
