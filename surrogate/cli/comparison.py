@@ -113,7 +113,9 @@ def plot_predictions(path: Path, predicted: Sequence[Any], simulated: Sequence[A
             label_once = found.model if first else None
             axes.plot(getattr(found, quantity), found.force, color=colour, linewidth=2.5, label=label_once)
             if quantity == "time" and getattr(found, "force_lower", None) is not None and not found.extrapolated:
-                axes.fill_between(found.time, found.force_lower, found.force_upper, color=colour, alpha=0.25, linewidth=0)
+                axes.fill_between(
+                    found.time, found.force_lower, found.force_upper, color=colour, alpha=0.25, linewidth=0
+                )
             if simulated:
                 other = simulated[number]
                 style = {"color": "black", "linestyle": "--", "linewidth": 1.0}
