@@ -151,6 +151,10 @@ figure-broad-band.cost := broad_band  ## Pull-off of broad-band solids over the 
 .PHONY: table-hard-cases
 table-hard-cases: figure-hard-cases
 
+# Names with spaces would be several names for make.
+$(foreach name,OUT PUBLISHED CONFIGS SMOKE SCRATCH,$(if $(filter-out 0 1,$(words $($(name)))),$(error \
+	$(name) must be a path without spaces; received '$($(name))')))
+
 # The model whose errors are drawn. The map of any model but M1-concat is measured if it does not exist.
 MODEL ?= M1-concat
 ifneq ($(words $(MODEL))$(findstring /,$(MODEL))$(filter .% -%,$(MODEL)),1)

@@ -30,6 +30,7 @@ TIP = Setup(
     material=StandardLinearSolid(modulus_ratio=0.3),
 )
 CANTILEVERS = (0.5, 3.0, 40.0, None)  # N/m; the last is a rigid one
+COLORS = ("#0072B2", "#E69F00", "#009E73", "#D55E00")
 DEPTH, SPEED = 3e-9, 2e-7  # m, m/s, of the stage
 AWAY = 25e-9  # m, from where the softest is sure to let go
 
@@ -75,12 +76,17 @@ def draw(pulls: list[Pull], path: str | Path) -> None:
     figure = Figure(figsize=(9.0, 3.8), layout="constrained")
     FigureCanvasAgg(figure)
     measured, contact = figure.subplots(1, 2, sharey=True)
-    for each in pulls:
+    for each, color in zip(pulls, COLORS, strict=True):
         curve = each.viscoelastic
         stage = curve.indentation if curve.stage is None else curve.stage
         for axes, where in ((measured, stage), (contact, curve.indentation)):
-            axes.plot(where * 1e9, curve.tension * 1e9, linewidth=1.2, label=name_of(each.stiffness))
-    measured.set(xlabel="displacement of the stage (nm)", xlim=(-18.0, 4.0), ylim=(-13.0, 13.0))
+            axes.plot(where * 1e9, curve.tension * 1e9, color=color, linewidth=1.2, label=name_of(each.stiffness))
+    for axes in (measured, contact):
+        axes.axhline(0.0, color="0.8", linewidth=0.8, zorder=0)
+        axes.spines[["top", "right"]].set_visible(False)
+    measured.set(
+        xticks=range(-15, 5, 5), xlabel="displacement of the stage (nm)", xlim=(-18.0, 4.0), ylim=(-13.0, 13.0)
+    )
     measured.set_ylabel("force (nN), tension positive")
     contact.set(xlabel="indentation of the tip (nm)", xlim=(-6.0, 3.0))
     measured.legend(title="cantilever", frameon=False)

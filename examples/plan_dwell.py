@@ -58,6 +58,11 @@ def shortest(forces: np.ndarray) -> float | None:
     return float(DWELLS[first]) if first < len(DWELLS) else None
 
 
+def in_print(speed: float) -> str:
+    """A speed in m/s with its unit, in the spelling of the axes."""
+    return readable(speed, "m/s").replace(" u", " µ")
+
+
 def draw(forces: np.ndarray, dwell: float | None, path: str | Path) -> None:
     """Pull-off force over dwell, for each approach."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -68,15 +73,18 @@ def draw(forces: np.ndarray, dwell: float | None, path: str | Path) -> None:
     FigureCanvasAgg(figure)
     axes = figure.subplots()
     for approach, column in zip(APPROACHES, forces.T, strict=True):
-        axes.plot(DWELLS, column, ".-", linewidth=1.2, label=readable(approach, "m/s"))
+        axes.plot(DWELLS, column, ".-", linewidth=1.2, clip_on=False, zorder=3, label=in_print(approach))
     if dwell is not None:
         axes.axvline(dwell, color="0.6", linewidth=0.8)
+        words = f"within {100 * TOLERANCE:.0f} %"
+        place = {"xytext": (-3, 0), "textcoords": "offset points", "xycoords": ("data", "axes fraction")}
+        axes.annotate(words, (dwell, 0.02), ha="right", va="bottom", color="0.4", **place)
     axes.set_xscale("symlog", linthresh=1e-3)
     axes.set_xlim(left=0.0)
     axes.xaxis.set_major_formatter(EngFormatter("s"))
     axes.yaxis.set_major_formatter(EngFormatter("N"))
-    axes.set(xlabel="dwell", ylabel=f"pull-off force, retracted at {readable(RETRACTION, 'm/s')}")
-    axes.legend(title="approach", framealpha=1.0, edgecolor="none")
+    axes.set(xlabel="dwell", ylabel=f"pull-off force, retracted at {in_print(RETRACTION)}")
+    axes.legend(title="approach", loc="lower right", bbox_to_anchor=(0.9, 0.1), frameon=False)
     axes.spines[["top", "right"]].set_visible(False)
     figure.savefig(path, dpi=150)
 

@@ -72,10 +72,11 @@ def draw(planned: dict[float, float], path: str | Path) -> None:
     axes.loglog(speeds, [pull_off_force(speed) for speed in speeds], color="#0072B2", linewidth=1.4)
     at_rest = PULL_OFF_FORCE * LENS.force_scale
     axes.axhline(at_rest, color="0.6", linewidth=0.8)
-    axes.annotate("elastic", (SPEEDS[1], at_rest), xytext=(0, -10), textcoords="offset points", ha="right", color="0.4")
+    axes.annotate("elastic", (SPEEDS[1], at_rest), xytext=(0, 3), textcoords="offset points", ha="right", color="0.4")
     for force, speed in planned.items():
         axes.plot(speed, force, "o", color="#D55E00", markersize=5)
-        words = f"{readable(force, 'N')} at {readable(speed, 'm/s')}"
+        # With the micro sign of the axes.
+        words = f"{readable(force, 'N')} at {readable(speed, 'm/s')}".replace(" u", " µ")
         axes.annotate(words, (speed, force), xytext=(8, -4), textcoords="offset points", color="#D55E00")
     axes.xaxis.set_major_formatter(EngFormatter("m/s"))
     axes.yaxis.set_major_formatter(EngFormatter("N"))

@@ -31,9 +31,21 @@ def modules() -> dict[str, str]:
     return {path.stem.replace("_", "-"): f"paper_figures.{path.parent.name}.{path.stem}" for path in files}
 
 
+def words_of(name: str) -> dict[str, str]:
+    """What `captions.toml` says of a figure.
+
+    Raises:
+        ValueError: it says nothing.
+    """
+    words = tomllib.loads(CAPTIONS.read_text(encoding="utf-8")).get(name, {})
+    if "shown" not in words:
+        raise ValueError(f"Expected a table [{name}] with a text `shown` in {CAPTIONS}; received none")
+    return words
+
+
 def caption(name: str, sources: Sequence[Path]) -> str:
     """The text beside a figure: what is shown, from which data, and what differs from the paper."""
-    words = tomllib.loads(CAPTIONS.read_text(encoding="utf-8"))[name]
+    words = words_of(name)
     data = ", ".join(f"`{source}`" for source in sources)
     parts = {
         "Shown": words["shown"],
@@ -78,6 +90,8 @@ def main(
     known = modules()
     if name not in known:
         raise ValueError(f"Expected one of {', '.join(known)}; received {name!r}")
+    if ".tables." not in known[name]:
+        words_of(name)  # before the figure is drawn
     recorder = Recorder() if depends else None
     compose = import_module(known[name]).compose
     places = Places(results, published, taken=replaced(take or []))

@@ -299,6 +299,16 @@ def test_a_part_of_the_data_set_is_not_published(tmp_path):
         assert refused("COUNT=5", f"PUBLISHED={published}")
 
 
+@pytest.mark.parametrize("name", ["OUT", "PUBLISHED"])
+def test_a_folder_with_a_space_in_its_name_is_refused_in_one_sentence(name):
+    found = subprocess.run(
+        ["make", "-n", "table-models", f"{name}=two words"], cwd=ROOT, capture_output=True, text=True
+    )
+    assert found.returncode == 2
+    assert found.stderr.count("\n") == 1
+    assert f"{name} must be a path without spaces; received 'two words'" in found.stderr
+
+
 def test_setting_up_says_what_it_does_before_it_takes_minutes(tmp_path):
     """A program stands in for Python and for `bem`: it makes an environment of itself, and says what pip is asked."""
     python = tmp_path / "python"

@@ -143,8 +143,14 @@ def main() -> int:
     given = parser.parse_args()
     try:
         if given.action == "add":
-            for name in add(given.root, given.paths, command=given.command, seed=given.seed, seconds=given.seconds):
+            before = read(given.root)
+            names = add(given.root, given.paths, command=given.command, seed=given.seed, seconds=given.seconds)
+            after = read(given.root)
+            changed = [name for name in names if before.get(name) != after[name]]
+            for name in changed:
                 print(f"{name} is in the manifest")
+            if len(changed) < len(names):
+                print(f"unchanged: {len(names) - len(changed)}")
             return 0
         found = problems(given.root)
     except (ValueError, OSError) as error:

@@ -78,7 +78,8 @@ class Outputs:
     def _reserve(self, path: Path) -> None:
         with _refusals(path):
             if path.is_dir() or not path.absolute().parent.is_dir():
-                raise ValueError(f"Expected an output file in a directory that exists; received {path}")
+                itself = ", which is a directory itself" if path.is_dir() else ""
+                raise ValueError(f"Expected an output file in a directory that exists; received {path}{itself}")
             if path.exists() and not path.is_file():
                 return
             # A link stays one; its target is replaced. A link that leads to itself is refused by the system.

@@ -22,7 +22,6 @@ app = typer.Typer(
     help="Adhesive contact of a rigid sphere with a viscoelastic half-space. All quantities are dimensionless: "
     "indentation in h0, time in retardation times, force in pi R dgamma (tension positive).",
     no_args_is_help=True,
-    add_completion=False,
     pretty_exceptions_enable=False,
 )
 
@@ -33,22 +32,6 @@ TIMES_HELP = "Instants of a prescribed force, separated by commas; in place of a
 FORCES_HELP = "Force at these times, separated by commas, linear between them,"
 
 add_version(app, "bem", __version__)
-register(app)
-lab.register(app)
-
-
-@app.command("compile")
-def compile_kernels() -> None:
-    """Compile the solver for this processor now, so that the first simulation starts at once; `make setup` does it."""
-    import numpy as np
-
-    from bem._support.interpolation import ForceInterpolant
-    from bem.solver.simulation import load_kernels
-
-    load_kernels()
-    ForceInterpolant(np.arange(3.0), np.arange(3.0), []).at(np.array([0.5]))
-    ForceInterpolant(np.arange(3.0), np.arange(3.0), []).integrals()
-    typer.echo("bem: the solver is compiled")
 
 
 @app.command()
@@ -82,7 +65,8 @@ def simulate(
 ) -> None:
     """Simulate one load-dwell-unload cycle, or a prescribed force, and print a summary.
 
-    Either a cycle is given (peak-indentation, loading-rate, unloading-rate), or times and forces.
+    Either a cycle is given (peak-indentation, loading-rate, unloading-rate), or times and forces. With --radius, all
+    quantities are in newtons, metres and seconds: `bem simulate-si --help` lists the options.
 
     Example: bem simulate --tabor 3.2 --peak-indentation 15 --loading-rate 1000 --dwell-time 0.008 --unloading-rate 1000
     --plot loop.png
@@ -115,6 +99,24 @@ def simulate(
     typer.echo(to_json(trajectory) if as_json else readable(trajectory))
     if not trajectory.completed:
         raise typer.Exit(1)
+
+
+lab.register(app)
+register(app)
+
+
+@app.command("compile")
+def compile_kernels() -> None:
+    """Compile the solver for this processor now, so that the first simulation starts at once; `make setup` does it."""
+    import numpy as np
+
+    from bem._support.interpolation import ForceInterpolant
+    from bem.solver.simulation import load_kernels
+
+    load_kernels()
+    ForceInterpolant(np.arange(3.0), np.arange(3.0), []).at(np.array([0.5]))
+    ForceInterpolant(np.arange(3.0), np.arange(3.0), []).integrals()
+    typer.echo("bem: the solver is compiled")
 
 
 def app_main() -> None:

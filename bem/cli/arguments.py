@@ -65,5 +65,5 @@ def parse_adhesion(text: str) -> Any:
     from bem.tractions import LAWS
 
     if text not in LAWS:
-        raise ValueError(f"adhesion must be {', '.join(LAWS)}; received {shown(text)}")
+        raise ValueError(f"adhesion must be one of {', '.join(LAWS)}; received {shown(text)}")
     return LAWS[text]()

@@ -126,6 +126,9 @@ def _workers_loading(workers: int | None, out: Path) -> Iterator[None]:
 
     with LocalExecutor(workers) as local:
         local.load_solver()
+        from bem._support.jit import announce_compilation
+
+        announce_compilation()
         yield
 
 

@@ -15,6 +15,7 @@ from typer.core import TyperGroup
 
 from bem._support.command_line import one_sentence, parse_accuracy
 from bem._support.outputs import IMAGES, Outputs, require_suffix
+from bem._support.wording import shown
 from bem.cli.arguments import one_of_cycle_and_forces, parse_material
 
 RADIUS = "Radius of the sphere, e.g. 50um; a plain number is in m."
@@ -155,6 +156,9 @@ def fit_curve(
 
     require_suffix(plot, IMAGES)
     require_suffix(out, (".json",))
+    solid = parse_material(material)
+    if hasattr(solid, "compliances"):
+        raise ValueError(f"material of a fit must be elastic or sls:K; received {shown(material)}")
     given = {
         "relaxed_modulus": modulus,
         "work_of_adhesion": work_of_adhesion,
@@ -168,7 +172,7 @@ def fit_curve(
         start = guess_setup(
             measured,
             radius=radius,
-            material=parse_material(material),
+            material=solid,
             poisson_ratio=poisson_ratio,
             largest_tabor=largest_tabor,
             **known,

@@ -7,19 +7,23 @@ import math
 from pathlib import Path
 from typing import Any
 
+MOST_FORCES = 8
+"""Forces named in a title, which has to fit over the picture."""
 STILL_ATTACHED = "still attached at the end: the pull-off force is the largest so far"
 
 
 def title(scene: Any, protocol: Any) -> str:
-    """Scene and protocol in one line."""
+    """Scene and protocol, a line for each."""
     material = type(scene.material).__name__.replace("StandardLinearSolid", "standard linear solid")
     if hasattr(scene.material, "modulus_ratio"):
         material += f" of modulus ratio {scene.material.modulus_ratio:g}"
     contact = f"Tabor parameter {scene.tabor:g}, {material}"
     if not hasattr(protocol, "peak_indentation"):
-        return f"{contact}; forces {', '.join(f'{force:g}' for force in protocol.forces)}"
+        forces = [f"{force:g}" for force in protocol.forces]
+        more = f", ... ({len(forces)} in all)" if len(forces) > MOST_FORCES else ""
+        return f"{contact}\nforces {', '.join(forces[:MOST_FORCES])}{more}"
     return (
-        f"{contact}; indented to {protocol.peak_indentation:g} at rate "
+        f"{contact}\nindented to {protocol.peak_indentation:g} at rate "
         f"{protocol.loading_rate:g}, held for {protocol.dwell_time:g}, unloaded at rate {protocol.unloading_rate:g}"
     )
 

@@ -30,6 +30,8 @@ def read_afm(path: Path, stiffness: float | None) -> tuple[dict[str, FloatArray]
     """
     if not path.exists():
         raise FileNotFoundError(2, "No such file or directory", str(path))
+    if path.is_dir():
+        raise ValueError(f"Expected a CSV or an AFM file; received {path}, which is a directory")
     try:
         import afmformats
     except ImportError as error:

@@ -71,11 +71,13 @@ def read(
         quantities, spring, sign = read_afm(paths[0], spring)
         curve = _curve(quantities, spring, sign, None, str(paths[0]))
         return _checked(curve.with_sign(force_sign), str(paths[0]))
+    if len({part.resolve() for part in paths}) < len(paths):
+        raise ValueError(f"the files of one curve must be different; received {' and '.join(map(str, paths))}")
     parts = [_quantities(part, columns or {}) for part in paths]
     names = set(parts[0])
     for part, name in zip(parts, paths, strict=True):
         if set(part) != names:
-            raise ValueError(f"the files of one curve must have the same columns; received {name} with {sorted(part)}")
+            raise ValueError(f"the files of one curve must have the same columns; received {name} with {_listed(part)}")
     joined = {name: np.concatenate([part[name] for part in parts]) for name in names if name != "time"}
     if "time" in names:
         joined["time"] = _one_time([part["time"] for part in parts])
@@ -88,7 +90,7 @@ def _curve(
     quantities: dict[str, FloatArray], stiffness: float | None, force_sign: ForceSign, speed: float | None, where: str
 ) -> ForceCurve:
     if "force" not in quantities:
-        raise ValueError(f"Expected a column force, such as 'force (nN)'; received {where} with {sorted(quantities)}")
+        raise ValueError(f"Expected a column force, such as 'force (nN)'; received {where} with {_listed(quantities)}")
     if "height" in quantities and "displacement" not in quantities:
         quantities["displacement"] = -quantities["height"]
     if "indentation" in quantities:
@@ -98,7 +100,7 @@ def _curve(
     elif "displacement" not in quantities:
         raise ValueError(
             f"Expected a column indentation, or displacement and a stiffness; received {where} with "
-            f"{sorted(quantities)}"
+            f"{_listed(quantities)}"
         )
     elif stiffness is None:
         raise ValueError(
@@ -138,6 +140,11 @@ def _checked(curve: ForceCurve, where: str) -> ForceCurve:
                 f"force_sign={curve.force_sign!r} and should be {other!r}"
             )
     return curve
+
+
+def _listed(quantities: Mapping[str, FloatArray]) -> str:
+    """The columns that were found, in words."""
+    return ", ".join(sorted(quantities)) or "no column of a known name in its first line"
 
 
 def _one_time(times: list[FloatArray]) -> FloatArray:

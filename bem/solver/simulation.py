@@ -9,7 +9,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bem._support.jit import announce_compilation
+from bem._support.jit import announce_compilation, note_compilation, uninterrupted
 from bem._support.peaks import with_peaks
 from bem._support.validation import instance
 from bem._support.wording import shown
@@ -101,7 +101,7 @@ def simulate(
         if has_curve(run.problem):
             result = march_elastic(run.problem, run.times, run.controls)
         else:
-            result = march(*run, initial_state == "glassy", MOST_STEPS)
+            result = uninterrupted(march, *run, initial_state == "glassy", MOST_STEPS)
         seconds += time.perf_counter() - started
         aim = wanted
         # On a mesh too coarse for its scene the contact may find no equilibrium at a fold; a finer one is tried then.
@@ -115,13 +115,14 @@ def load_kernels() -> None:
     """Compile the solver's kernels, or load them from the cache, by following a tiny contact once."""
     announce_compilation()
     scene, path = Scene(tabor=1.0, adhesion=HardContact()), PiecewiseLinearProtocol([0.0, 1.0], [0.0, 0.1])
-    march(*_prepare(scene, path, resolve_accuracy("draft"), np.linspace(0.0, 2.0, 5)), False, 3)
+    uninterrupted(march, *_prepare(scene, path, resolve_accuracy("draft"), np.linspace(0.0, 2.0, 5)), False, 3)
+    note_compilation()
 
 
 def count_unstable(scene: Scene, protocol: Protocol, accuracy: str | float = "standard") -> int:
     """Number of states along a trajectory that are no stable equilibria, each checked again; zero if all is well."""
     run = _prepare(scene, _path(scene, protocol), resolve_accuracy(accuracy), audit=True)
-    return work_by_name(march(*run, False, MOST_STEPS).work)["unstable"]
+    return work_by_name(uninterrupted(march, *run, False, MOST_STEPS).work)["unstable"]
 
 
 class _Run(NamedTuple):

@@ -20,9 +20,12 @@ def draw_sizes(axes: Axes, models: dict[str, Any], ranking: Any = None) -> None:
     paper = drawing.paper_values("reference_model")
     axes.plot(paper["parameters"] / 1e3, paper["dtw_rmse"], **models_style.paper_marker(paper["name"]))
     draw_models(axes, models, "parameters", "dtw_rmse", ranking, factor=1e-3)
-    # The least error is named, as another model of about the same size and error may lie on it.
+    # The least error is named, and its marker is in front and smaller: a model of about the same size may lie on it.
     best = min(models, key=lambda name: models[name]["dtw_rmse"])
-    place = models[best]["parameters"] / 1e3, models[best]["dtw_rmse"]
+    of_seeds = models_style.seeds_of(ranking, best) >= models_style.SEVERAL
+    error = ranking["spread"][best]["test_dtw_rmse"]["median"] if of_seeds else models[best]["dtw_rmse"]
+    place = models[best]["parameters"] / 1e3, error
+    axes.plot(*place, **models_style.marker(best) | {"markersize": 4.8}, zorder=3.5)
     leader = {"arrowstyle": "-", "linewidth": 0.5, "color": models_style.color(best), "shrinkB": 2}
     axes.annotate(
         f"least error: {best}",

@@ -67,7 +67,7 @@ def draw_relation(axes: Axes, content: dict[str, Any], x: str, y: str, correlati
             rasterized=True,
         )
     axes.set(xscale="log", yscale="log", xlabel=LABELS[x], ylabel=LABELS[y])
-    axes.set_title(rf"rank correlation {correlation:.2f}", loc="right")
+    axes.set_title(f"rank correlation {drawing.written(correlation, '.2f')}", loc="right")
     for axis, values in ((axes.xaxis, across), (axes.yaxis, up)):
         drawing.log_labels(axis)
         if values.min() <= LOWEST:

@@ -42,7 +42,9 @@ def draw(axes: Axes, curve: dict[str, Any], name: str, kind: str) -> None:
     axes.errorbar(x, y, [y - low, high - y], linestyle="", markersize=3.5, elinewidth=0.7, **style)
     axes.set(xscale="log", yscale="log")
     axes.loglog(x, y, color=style["color"], linewidth=0.9)
-    axes.loglog(x, through * x**power, color=style["color"], linewidth=0.9, linestyle=":", label=f"{power:+.2f}")
+    axes.loglog(
+        x, through * x**power, color=style["color"], linewidth=0.9, linestyle=":", label=drawing.written(power, "+.2f")
+    )
     axes.set_xlabel(LABELS[name])
 
 
@@ -72,13 +74,15 @@ def compose(cost_growth: Any) -> dict[str, Figure | Table]:
             draw(axes, cost_growth[tool][name], name, kind)
         axes.set_ylabel("time of a step (s)" if name == "nodes" else "time (s)")
         sparse_ticks(axes)
-        axes.legend(title="fitted power", title_fontsize=6.5, loc="best")
+        # The lines of this panel leave room between them only, which is widest on the right.
+        place = {"loc": "center right", "bbox_to_anchor": (1.0, 0.45)} if name == "unloading_rate" else {"loc": "best"}
+        axes.legend(title="fitted power", title_fontsize=6.5, **place)
         drawing.letter(axes, panel)
     last = panels[1, 2]
     box = cost_growth["data_set"]["exponents"]
     last.barh(range(len(box)), list(box.values()), color=drawing.SKY)
     last.axvline(0.0, color="0.4", linewidth=0.6)
-    last.set_yticks(range(len(box)), [name.replace("_", " ") for name in box])
+    last.set_yticks(range(len(box)), [name.replace("_", " ").replace("tabor", "Tabor parameter") for name in box])
     last.invert_yaxis()
     last.set_xlabel("power over the data set (solver)")
     drawing.letter(last, "f")

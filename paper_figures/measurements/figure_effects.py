@@ -48,7 +48,8 @@ def draw_curves(axes: Axes, curves: list[dict[str, Any]]) -> None:
     axes.set_ylabel(r"force $\hat P$")
     # Shows the tension of an elastic contact and the large compression of a glassy one on one axis.
     axes.set_yscale("asinh", linear_width=1.0)
-    axes.set_yticks([-30, -10, -3, -1, 0, 1, 3, 6], labels=["-30", "-10", "-3", "-1", "0", "1", "3", "6"])
+    ticks = (-30, -10, -3, -1, 0, 1, 3, 6)
+    axes.set_yticks(ticks, labels=[drawing.written(tick) for tick in ticks])
     axes.minorticks_off()
     below(axes)
 

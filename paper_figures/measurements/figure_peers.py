@@ -40,10 +40,11 @@ def draw(axes: Axes, runs: list[dict[str, Any]]) -> None:
         seconds = [run["seconds"] for run in points]
         errors = [max(100.0 * run["error"], LEAST) for run in points]
         line = "" if tool == "closed form" else "-"
-        axes.plot(seconds, errors, linestyle=line, linewidth=1.0, markersize=4, **style)
+        resolved = [place for place, error in enumerate(errors) if error > LEAST]
+        axes.plot(seconds, errors, linestyle=line, linewidth=1.0, markersize=4, markevery=resolved, **style)
         for run, second, error in zip(points, seconds, errors, strict=True):
             if error == LEAST:
-                axes.plot(second, error, "v", color=style["color"], markersize=4)
+                axes.plot(second, error, "v", color=style["color"], markersize=5)
             if tool == "closed form" or run["setting"] in ENDS.get(tool, ()):
                 name(axes, run["setting"].replace(" x ", "×"), (second, error), style["color"])
     axes.set(xscale="log", yscale="log", xlabel="time, one core (s)", xlim=(3e-6, 3e2), ylim=(0.25 * LEAST, 60.0))

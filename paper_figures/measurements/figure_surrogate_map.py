@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator
 
 from bem.dataset.designs import PAPER_RANGES
 from paper_figures.style import drawing
@@ -35,7 +36,10 @@ def draw_map(drawn: Figure, axes: Axes, test: dict[str, Any], across: str, up: s
     mesh = axes.pcolormesh(10.0 ** edges[0], 10.0 ** edges[1], cell, norm=LogNorm())
     axes.set(xscale="log", yscale="log", xlabel=drawing.SYMBOLS[across], ylabel=drawing.SYMBOLS[up])
     sparse_ticks(axes)
-    drawn.colorbar(mesh, ax=axes, label="median force error (%)")
+    bar = drawn.colorbar(mesh, ax=axes, label="median force error (%)")
+    bar.ax.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 3.0, 4.0, 6.0)))
+    bar.ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    bar.minorticks_off()
 
 
 def draw_causes(axes: Axes, by_cause: dict[str, Any]) -> None:
@@ -63,6 +67,7 @@ def draw_out_of_range(axes: Axes, rows: list[dict[str, Any]]) -> None:
     axes.set_xscale("symlog", linthresh=5.0)
     axes.set_xticks([0, 5, 20, 100], labels=["0", "5", "20", "100"])
     axes.set(yscale="log", xlabel="beyond the bound (%)", ylabel="median force error (%)")
+    drawing.log_labels(axes.yaxis)
     axes.legend(ncol=2, title="full: above, dotted: below", title_fontsize=6)
 
 

@@ -13,6 +13,8 @@ from matplotlib.figure import Figure
 from paper_figures.style import drawing, models_style
 from paper_figures.style.models_style import REFERENCE
 
+LEGIBLE = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.5}
+"""The background of words that may lie on a curve."""
 GREY = {"color": "0.75", "linewidth": 0.7}
 
 
@@ -43,17 +45,25 @@ def draw_time(axes: Axes, content: dict[str, Any]) -> None:
         place = {"xytext": (-5, 0), "ha": "right"} if left else {"xytext": (5, 0), "ha": "left"}
         at = (run["core_minutes"], run["test_mse"])
         axes.annotate(
-            words or f"{run['epochs']} epochs", at, textcoords="offset points", fontsize=6, va="center", **place
+            words or f"{run['epochs']} epochs",
+            at,
+            textcoords="offset points",
+            fontsize=6,
+            va="center",
+            bbox=LEGIBLE,
+            zorder=3.5,
+            **place,
         )
     axes.axhline(content["paper_mse"], color=drawing.PAPER, linewidth=0.8, linestyle="--", label="paper's held-out")
     reached = content["minutes_to_paper_mse"]
     if reached is not None:
         axes.axvline(reached, color=models_style.color(REFERENCE), linewidth=0.6, linestyle=":", zorder=1)
         text = f"{reached:.2g} core-minutes to\nthe paper's error"
-        axes.text(0.9 * reached, 0.97, text, transform=axes.get_xaxis_transform(), ha="right", va="top", fontsize=6)
+        drawing.beside(axes, reached, text, height=0.97, shift=4, fontsize=6, bbox=LEGIBLE)
     handles, labels = axes.get_legend_handles_labels()
     unique = dict(zip(labels, handles, strict=True))
-    axes.legend(unique.values(), unique.keys(), loc="lower left", fontsize=6)
+    frame = {"frameon": True, "framealpha": 1.0, "edgecolor": "none"}
+    axes.legend(unique.values(), unique.keys(), loc="lower left", fontsize=6, **frame)
     low, high = axes.get_ylim()
     axes.set_xlim(right=3.0 * axes.get_xlim()[1])
     axes.set(xlabel="training (core-minutes)", ylabel="MSE of the scaled force", ylim=(low / 60.0, high))

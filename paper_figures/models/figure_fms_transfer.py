@@ -34,7 +34,7 @@ def draw_test_set(axes: Axes, test_set: dict[str, Any], color: str) -> None:
     for shift, (name, text, shade) in enumerate((("median", "median", 1.0), ("p90", "90th percentile", 0.45))):
         heights = [test_set["errors"][total]["nmae_percent"][name] for total in totals]
         bars = axes.bar(places + 0.38 * (shift - 0.5), heights, 0.36, color=color, alpha=shade, label=text)
-        axes.bar_label(bars, fmt="%.2g", fontsize=6.5, padding=1)
+        axes.bar_label(bars, labels=[f"{height:#.2g}".rstrip(".") for height in heights], fontsize=6.5, padding=1)
     axes.set_xticks(places, totals)
     axes.set(xlabel="measurement steps $N$", ylabel="force NMAE (%)")
     axes.set_title(f"{test_set['trajectories']} held-out trajectories", loc="right")

@@ -14,7 +14,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+from matplotlib.ticker import Formatter, FuncFormatter, LogLocator, NullFormatter
 
 from experiments.paper_numbers import paper_values as paper_values
 
@@ -76,6 +76,11 @@ def by_phase(axes: Axes, time: np.ndarray, values: np.ndarray, phase_times: Sequ
 def absent(axes: Axes, text: str) -> None:
     """Write in the middle of an empty panel why it is empty."""
     axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", color="0.4")
+
+
+def written(value: float, form: str = "g") -> str:
+    """A number in a format, with the same minus sign as at the ticks of an axis."""
+    return Formatter.fix_minus(format(value, form))
 
 
 def beside(axes: Axes, x: float, text: str, *, height: float, shift: float, **style: Any) -> None:

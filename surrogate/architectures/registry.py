@@ -178,7 +178,7 @@ def _source_of(builder: Callable[..., Any]) -> Source | None:
 
 def _line(error: BaseException, file: Path) -> str:
     """Return the line of the file in which an exception was raised, as text for a message."""
-    if isinstance(error, SyntaxError):
+    if isinstance(error, SyntaxError) and error.lineno:
         return f" in line {error.lineno}"
     lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == str(file)]
     return f" in line {lines[-1]}" if lines else ""

@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 
 MOST_DRAWN = 12
+COLOURS = ("#E69F00", "#56B4E9", "#009E73", "#CC79A7", "#D55E00", "#0072B2")
+"""Of the predictions, in turn; those of Okabe and Ito."""
 FORCE_LABEL = r"force $P/(\pi R \Delta\gamma_0)$, tension positive"
 
 ERRORS = (
@@ -92,7 +94,6 @@ def plot_predictions(path: Path, predicted: Sequence[Any], simulated: Sequence[A
         predicted: Predicted trajectories; the first `MOST_DRAWN` are drawn.
         simulated: Trajectories of the solver, in the same order.
     """
-    from matplotlib import colormaps
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -100,7 +101,6 @@ def plot_predictions(path: Path, predicted: Sequence[Any], simulated: Sequence[A
     FigureCanvasAgg(figure)
     history, loop = figure.subplots(1, 2, sharey=True)
     shown = predicted[:MOST_DRAWN]
-    colours = colormaps["viridis"](np.linspace(0.0, 0.85, len(shown)))
     for axes, quantity, label in (
         (history, "time", r"time $t/\tau$"),
         (loop, "indentation", r"indentation $\delta/h_0$"),
@@ -108,16 +108,17 @@ def plot_predictions(path: Path, predicted: Sequence[Any], simulated: Sequence[A
         axes.axhline(0.0, color="0.8", linewidth=0.8)
         for number, found in enumerate(shown):
             first = number == 0
-            axes.plot(
-                getattr(found, quantity), found.force, color=colours[number], label=found.model if first else None
-            )
+            # Wide and light, so that it shows beside the solver's dashes where the two agree.
+            colour = COLOURS[number % len(COLOURS)]
+            label_once = found.model if first else None
+            axes.plot(getattr(found, quantity), found.force, color=colour, linewidth=2.5, label=label_once)
             if quantity == "time" and getattr(found, "force_lower", None) is not None and not found.extrapolated:
                 axes.fill_between(
-                    found.time, found.force_lower, found.force_upper, color=colours[number], alpha=0.25, linewidth=0
+                    found.time, found.force_lower, found.force_upper, color=colour, alpha=0.25, linewidth=0
                 )
             if simulated:
                 other = simulated[number]
-                style = {"color": "0.1", "linestyle": "--", "linewidth": 1.0}
+                style = {"color": "black", "linestyle": "--", "linewidth": 1.0}
                 axes.plot(getattr(other, quantity), other.force, **style, label="solver" if first else None)
         axes.set_xlabel(label)
         axes.spines[["top", "right"]].set_visible(False)

@@ -45,11 +45,17 @@ def model_name(name: str, what: str = "a name to publish under") -> str:
 
 
 def require_place(destination: Path) -> None:
-    """Check that a path does not exist or is a model directory; nothing else is ever replaced.
+    """Check that a path can be written, and does not exist or is a model directory; nothing else is ever replaced.
 
     Raises:
-        ValueError: the path is a file, or a folder that is not a model directory or holds other files.
+        ValueError: the path is a file, or a folder that is not a model directory or holds other files, or lies where
+            nothing can be written.
     """
+    place = Path(os.path.realpath(destination)).parent
+    while not place.exists():
+        place = place.parent
+    if not os.access(place, os.W_OK | os.X_OK):
+        raise ValueError(f"Expected a place for the model that can be written. Received: {destination}, in {place}")
     if not os.path.lexists(destination):
         return
     if not destination.is_dir():

@@ -29,6 +29,11 @@ def test_a_caption_says_what_is_shown_and_what_differs(name, tmp_path):
     assert f"`python -m paper_figures {name}`" in text
 
 
+def test_a_figure_without_a_caption_is_told_where_it_belongs():
+    with pytest.raises(ValueError, match=r"Expected a table \[figure-mine\] with a text `shown` in .*captions.toml"):
+        caption("figure-mine", [])
+
+
 def test_a_caption_belongs_beside_each_figure_of_a_target(tmp_path):
     figures, tables = tmp_path / "figures", tmp_path / "tables"
     products = {"a": drawing.figure(height=2.0), "n": Table(["n"], [["1"]], "."), "b": drawing.figure(height=2.0)}

@@ -134,3 +134,12 @@ def test_command_line(published):
 def test_what_is_published_matches():
     assert "dataset.h5" in manifest.read(ROOT / "published")
     assert manifest.problems(ROOT / "published") == []
+
+
+def test_only_what_is_new_is_listed(published, capsys, monkeypatch):
+    monkeypatch.setattr(sys, "argv", ["manifest", "--root", str(published), "add", str(published / "models")])
+    assert manifest.main() == 0
+    assert capsys.readouterr().out.count("is in the manifest") == 2
+    (published / "models" / "M1" / "history.csv").write_text("epoch\n1\n", encoding="utf-8")
+    assert manifest.main() == 0
+    assert capsys.readouterr().out == "models/M1/history.csv is in the manifest\nunchanged: 1\n"

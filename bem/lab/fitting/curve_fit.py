@@ -76,8 +76,10 @@ def fit(
     instance("setup", setup, (Setup,))
     chosen = ALL if free is None else tuple(free)
     unknown = [name for name in chosen if name not in PARAMETERS]
-    if unknown or not chosen or set(chosen) == {"force_offset"}:
-        raise ValueError(f"free must be one or more of {', '.join(ALL)}; received {shown(free)}")
+    if unknown or not set(chosen) - {"force_offset"}:
+        names = ", ".join(name for name in ALL if name != "force_offset")
+        received = shown(unknown[0] if unknown else ", ".join(chosen))
+        raise ValueError(f"free must be one or more of {names}, with or without force_offset; received {received}")
     chosen = tuple(name for name in ALL if name in chosen)
     if setup.stiffness is None and curve.stiffness is not None:
         setup = setup.replaced(stiffness=curve.stiffness)

@@ -14,7 +14,7 @@ def plot_fit(result: FitResult, path: str | Path) -> None:
     # Drawing without a display, and without touching a caller's pyplot state.
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
-    from matplotlib.ticker import EngFormatter
+    from matplotlib.ticker import EngFormatter, MaxNLocator
 
     figure = Figure(figsize=(9.0, 3.8), layout="constrained")
     FigureCanvasAgg(figure)
@@ -28,10 +28,11 @@ def plot_fit(result: FitResult, path: str | Path) -> None:
         bent = 0.0 if result.setup.stiffness is None else offset / result.setup.stiffness
         touched = result.values["contact_point"] + (bent if measured.force_sign == "tension" else -bent)
         loop.axvline(touched, color="#D55E00", linewidth=0.8, label="contact point")
-    loop.axhline(offset, color="0.8", linewidth=0.8)
+    loop.axhline(offset, color="0.8", linewidth=0.8, label="force offset" if "force_offset" in result.values else None)
     loop.set_xlabel("indentation")
     loop.set_ylabel(f"force, {measured.force_sign} positive")
     loop.xaxis.set_major_formatter(EngFormatter("m"))
+    loop.xaxis.set_major_locator(MaxNLocator(5))
     loop.legend(frameon=False)
     history.axhline(0.0, color="0.8", linewidth=0.8)
     history.plot(measured.time, result.residuals, ".", color="#009E73", markersize=3)

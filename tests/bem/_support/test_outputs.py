@@ -73,6 +73,8 @@ def test_places_that_cannot_be_written(tmp_path):
     for path in (tmp_path, tmp_path / "none" / "a.csv"):
         with pytest.raises(ValueError, match="a directory that exists; received"):
             require_output(path)
+    with pytest.raises(ValueError, match="which is a directory itself"):
+        require_output(tmp_path)
     with pytest.raises(ValueError, match="different output files"):
         Outputs(tmp_path / "a.csv", tmp_path / "a.csv")
     require_output(tmp_path / f"{'n' * 250}.csv")

@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from bem import ForceProtocol, LoadingProtocol, Scene, simulate
 from bem.cli.app import app
 from bem.cli.arguments import parse_material
-from bem.cli.summary import readable
+from bem.cli.summary import readable, title
 from bem.materials import Elastic, PronySeries, StandardLinearSolid
+from bem.plots import draw_trajectory
 from bem.trajectory import Statistics, Trajectory
 
 STATS = Statistics(
@@ -214,3 +216,28 @@ def test_a_cycle_or_forces_must_be_given(words, message):
     result = CliRunner().invoke(app, ["simulate", "--tabor", "1", *words])
     assert isinstance(result.exception, ValueError)
     assert message in str(result.exception)
+
+
+def test_the_help_begins_with_a_simulation_and_tells_of_si_units():
+    words = CliRunner().invoke(app, ["--help"]).stdout
+    assert "--show-completion" in words
+    assert [words.index(name) for name in ("simulate ", "fit ", "campaign ")] == sorted(
+        words.index(name) for name in ("simulate ", "fit ", "campaign ")
+    )
+    assert "--radius" in CliRunner().invoke(app, ["simulate", "--help"]).stdout
+
+
+@pytest.mark.parametrize("forces", [[-1.0, -5.0, 1.0], [0.123456789e-3 * place for place in range(400)]])
+def test_the_title_of_a_picture_fits_into_it(forces):
+    solid = StandardLinearSolid(0.123456)
+    cycle = LoadingProtocol(
+        peak_indentation=123.456, loading_rate=1234.56, dwell_time=0.00123456, unloading_rate=1234.56
+    )
+    trajectory = simulate(
+        Scene(0.5), LoadingProtocol(peak_indentation=1.0, loading_rate=1.0, dwell_time=0.0, unloading_rate=1.0), "draft"
+    )
+    for protocol in (cycle, ForceProtocol(range(len(forces)), forces)):
+        picture = draw_trajectory(trajectory, title(Scene(1.23456, solid), protocol))
+        picture.draw_without_rendering()
+        across = picture._suptitle.get_window_extent()
+        assert 0.0 < across.x0 < across.x1 < picture.bbox.width

@@ -101,6 +101,7 @@ def test_fit_writes_its_json_and_its_picture(tmp_path):
         ("time (s),indentation (m),force (N)", [], "the curve shows no contact"),
         ("time (s),indentation (m),force (N)", ["--free", "colour"], "the curve shows no contact"),
         ("time (s),indentation (m),force (N)", ["--plot", "a.txt"], "Expected an output file called .png"),
+        ("time (s),indentation (m),force (N)", ["--material", "prony:0.5@1"], "a fit must be elastic or sls:K"),
         ("time (s),indentation (m),force (N)", ["--out", "a.txt"], "Expected an output file called .json"),
         ("time (s),indentation (m),force (N)", ["--radius", "0"], "radius must be a finite number greater than 0"),
         ("time (s),indentation (m),force (kg)", [], "must be a force, in a unit such as N; received the unit 'kg'"),

@@ -126,7 +126,8 @@ def test_what_the_curve_does_not_determine_is_said(curve, monkeypatch):
     [
         ((BEAD, ("stiffness",)), "free must be one or more of relaxed_modulus, .*received"),
         ((BEAD, ()), "free must be one or more"),
-        ((BEAD, ("force_offset",)), "free must be one or more"),
+        ((BEAD, ("force_offset",)), "with or without force_offset; received 'force_offset'"),
+        ((BEAD, ("relaxed_modulus", "colour")), "received 'colour'"),
         (("bead",), "setup must be one of Setup"),
     ],
 )

@@ -90,7 +90,8 @@ def test_columns_of_other_names_are_told_apart(tmp_path, curve):
     path = written(tmp_path / "a.csv", "clock,h,F_n (N)", curve.time, curve.indentation, curve.force)
     names = {"clock": "time (s)", "h": "indentation (m)", "F_n (N)": "force (N)"}
     assert len(ForceCurve.read(path, columns=names)) == len(curve)
-    with pytest.raises(ValueError, match=r"Expected a column force, such as 'force \(nN\)'; received .* with \[\]"):
+    wanted = r"Expected a column force, such as 'force \(nN\)'; received .* with no column of a known name"
+    with pytest.raises(ValueError, match=wanted):
         ForceCurve.read(path)
 
 
@@ -175,3 +176,17 @@ def test_a_curve_without_contact_or_baseline_is_refused(curve):
     short = ForceCurve(time=curve.time[-30:], indentation=curve.indentation[-30:], force=curve.force[-30:])
     with pytest.raises(ValueError, match="at least 20 points up to its deepest one"):
         short.contact()
+
+
+def test_one_file_given_twice_is_no_approach_and_retract(tmp_path, curve):
+    curve.write(tmp_path / "a.csv")
+    with pytest.raises(ValueError, match="the files of one curve must be different"):
+        ForceCurve.read([tmp_path / "a.csv", tmp_path / "." / "a.csv"])
+
+
+def test_a_directory_and_a_file_without_a_header_are_named(tmp_path):
+    (tmp_path / "a.csv").write_text("0,1,2\n1,2,3\n2,3,4\n")
+    with pytest.raises(ValueError, match="with no column of a known name in its first line"):
+        ForceCurve.read(tmp_path / "a.csv")
+    with pytest.raises(ValueError, match="which is a directory"):
+        ForceCurve.read(tmp_path)

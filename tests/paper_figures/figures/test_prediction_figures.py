@@ -5,7 +5,7 @@ from matplotlib.colors import to_rgba
 
 from paper_figures.figures import figure_6, figure_7, graphical_abstract
 from paper_figures.models import figure_fms_transfer
-from paper_figures.style import models_style
+from paper_figures.style import drawing, models_style
 from tests.paper_figures.results import made, write
 
 
@@ -69,3 +69,12 @@ def test_graphical_abstract_states_the_medians(tmp_path, regimes, errors, kept):
     (predicted,) = [line for line in kept[0].axes[2].lines if line.get_label() == "M1-concat"]
     assert is_reference(predicted)
     assert predicted.get_ydata().tolist() == [0.5, -5.0]
+
+
+def test_numbers_have_the_minus_sign_of_the_axes_and_as_many_digits():
+    assert drawing.written(-0.05, ".2f") == "\N{MINUS SIGN}0.05"
+    assert drawing.written(3) == "3"
+    predictions = {"errors": {n: {"nmae_percent": {"median": 0.7749, "p90": 2.0}} for n in ("100", "120")}}
+    axes = drawing.figure(height=2.0).subplots()
+    figure_fms_transfer.draw_test_set(axes, predictions | {"trajectories": 3}, "black")
+    assert [text.get_text() for text in axes.texts] == ["0.77", "0.77", "2.0", "2.0"]

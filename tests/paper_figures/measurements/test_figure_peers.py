@@ -43,3 +43,11 @@ def test_closed_forms_and_the_ends_of_curves_are_named():
     drawn = figure_peers.compose(CONTENT)
     names = {text.get_text() for axes in drawn.axes for text in axes.texts}
     assert names == {"draft", "32×32", "128×128", "JKR"}
+
+
+def test_an_error_that_is_not_resolved_has_a_triangle_and_no_other_marker():
+    (axes,) = [
+        axes for axes in figure_peers.compose(CONTENT).axes if axes.get_title() == "compression without adhesion"
+    ]
+    solver = [line for line in axes.lines if line.get_color() == figure_peers.STYLES["solver"]["color"]]
+    assert [(line.get_marker(), line.get_markevery()) for line in solver] == [("o", []), ("v", None)]

@@ -121,6 +121,7 @@ def test_a_builder_of_something_else_is_refused(build):
     ("text", "words"),
     [
         ("x = 1", "which does not$"),
+        ('raise ValueError("\\0")'.replace("\\0", "\0"), "which fails: "),
         ("import surrogate\n\nsurrogate.register('M1', print)", "which fails in line 3: ValueError: Expected a family"),
         ("def (", "which fails in line 1: SyntaxError: "),
         ("import no_such_library", "which fails in line 1: ModuleNotFoundError: No module named 'no_such_library'"),

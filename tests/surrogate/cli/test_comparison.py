@@ -1,9 +1,11 @@
 """What `surrogate predict --check` says of a prediction beside the solver."""
 
+from types import SimpleNamespace
+
 import numpy as np
 
 from bem import PiecewiseLinearProtocol, Scene, StandardLinearSolid, simulate
-from surrogate.cli.comparison import solver_errors
+from surrogate.cli.comparison import plot_predictions, solver_errors
 from surrogate.inference.predicted import predicted_trajectory
 
 
@@ -25,3 +27,18 @@ def test_of_several_cycles_the_last_unloading_is_compared():
     )
     assert simulated.pull_off_force > 1.5 * predicted.pull_off_force
     assert solver_errors(predicted, simulated)["pull_off_percent"] < 1.0
+
+
+def test_the_solver_is_told_from_the_predictions_where_they_agree(tmp_path, monkeypatch):
+    drawn = []
+    monkeypatch.setattr("matplotlib.figure.Figure.savefig", lambda self, *_, **__: drawn.append(self))
+    time = np.linspace(0.0, 1.0, 5)
+    curves = [SimpleNamespace(time=time, indentation=time, force=time, model="M1-concat") for _ in range(3)]
+    plot_predictions(tmp_path / "a.png", curves, curves)
+    for axes in drawn[0].axes:
+        predicted, solver = axes.lines[1::2], axes.lines[2::2]
+        assert len(solver) == len(predicted) == 3
+        assert {line.get_color() for line in solver} == {"black"}
+        assert {line.get_linestyle() for line in solver} == {"--"}
+        assert solver[0].get_linewidth() < predicted[0].get_linewidth()
+        assert len({line.get_color() for line in predicted}) == 3

@@ -1,6 +1,7 @@
 """A name from outside is one plain name, and nothing but a model is ever replaced, and that only when asked."""
 
 import json
+from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
@@ -173,3 +174,10 @@ def test_a_label_takes_no_published_model_s_place_unless_asked(label, tmp_path, 
     words[1] = "M3-concat"
     assert "and a model of another architecture" in str(CliRunner().invoke(cli.app, words).exception)
     assert contents(tmp_path) == before
+
+
+def test_a_place_that_cannot_be_written_is_refused_before_hours_of_training(tmp_path, monkeypatch):
+    require_place(tmp_path / "models" / "mine")
+    monkeypatch.setattr("os.access", lambda place, _: Path(place) != tmp_path)
+    with pytest.raises(ValueError, match="Expected a place for the model that can be written"):
+        require_place(tmp_path / "models" / "mine")
