@@ -25,7 +25,16 @@ from bem import (
 )
 from bem.protocol import default_start_indentation
 from experiments.common import write_result
-from experiments.robustness.hard_cases import ACCURACY, REFINEMENT, Protocol, compared, energy, pair, scene_of
+from experiments.robustness.hard_cases import (
+    ACCURACY,
+    REFINEMENT,
+    Protocol,
+    compared,
+    energy,
+    pair,
+    relative_change,
+    scene_of,
+)
 from experiments.robustness.soak import points_of, protocols
 from experiments.timing import MEASUREMENTS, Jobs, Out, in_parallel, plain, progress
 
@@ -97,7 +106,7 @@ def coarsely(scene: Scene, protocol: Protocol, pull_off_force: float) -> dict[st
         trajectory = simulate(scene, protocol, accuracy)
         found[str(accuracy)] = {
             "status": trajectory.status,
-            "change": abs(trajectory.pull_off_force / pull_off_force - 1.0),
+            "change": relative_change(trajectory.pull_off_force, pull_off_force),
             "energy": energy(trajectory),
             "seconds": trajectory.stats.seconds,
         }

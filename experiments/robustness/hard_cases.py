@@ -87,6 +87,11 @@ def energy(trajectory: Trajectory) -> float:
     return trajectory.work() / trajectory.turnover() if trajectory.completed else np.nan
 
 
+def relative_change(value: float, reference: float) -> float:
+    """Change of a force from its reference; zero where both vanish, as without adhesion."""
+    return 0.0 if value == reference else abs(value / reference - 1.0) if reference else np.inf
+
+
 def compared(coarse: Trajectory, fine: Trajectory) -> dict[str, Any]:
     """Status, cost and results of both trajectories, and the change of the results."""
     both = coarse.completed and fine.completed
@@ -96,11 +101,11 @@ def compared(coarse: Trajectory, fine: Trajectory) -> dict[str, Any]:
         "finite": bool(np.all(np.isfinite(coarse.force))),
         "pull_off_force": coarse.pull_off_force,
         "refined_pull_off_force": fine.pull_off_force,
-        "change": abs(coarse.pull_off_force / fine.pull_off_force - 1.0) if both else np.nan,
+        "change": relative_change(coarse.pull_off_force, fine.pull_off_force) if both else np.nan,
         "work_change": abs(coarse.work() - fine.work()) / fine.turnover() if both else np.nan,
         "energy": energy(coarse),
         "refined_energy": energy(fine),
-        "end_over_pull_off": coarse.end_force / coarse.pull_off_force if coarse.completed else np.nan,
+        "end_over_pull_off": coarse.end_force / coarse.pull_off_force if coarse.pull_off_force else np.nan,
         "jumps": len(coarse.jumps),
         "refined_jumps": len(fine.jumps),
         "steps": coarse.stats.steps,

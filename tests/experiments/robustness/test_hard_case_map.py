@@ -1,8 +1,12 @@
 """The map of hard cases at single points and one named extreme."""
 
+import numpy as np
+import pytest
+
 from bem import LoadingProtocol
 from bem.reference_solutions import jkr
 from experiments.robustness import hard_case_map
+from experiments.robustness.hard_cases import relative_change
 from experiments.robustness.soak import points_of, protocols
 
 
@@ -26,3 +30,12 @@ def test_the_map_is_drawn_inside_the_box_and_beyond_it():
     points = points_of(protocols("beyond", 4, 1, "sobol"))
     assert all(point["peak_indentation"] <= 200.0 * point["tabor"] ** -1.5 for point in points)
     assert hard_case_map.mapped(points_of(protocols("inside", 1, 3, "sobol"))[0])["finite"]
+
+
+def test_a_contact_without_adhesion_has_no_pull_off_force_to_change():
+    scene, protocol = hard_case_map.extremes()["stiff glass without adhesion"]
+    found = hard_case_map.extreme("stiff glass", scene, protocol)
+    assert found["change"] == 0.0
+    assert found["coarse"]["draft"]["change"] == 0.0
+    assert relative_change(1.0, 0.0) == np.inf
+    assert relative_change(1.02, 1.0) == pytest.approx(0.02)
