@@ -60,6 +60,16 @@ def of_dataset(published: Path) -> dict[str, str]:
     }
 
 
+def of_price(published: Path) -> dict[str, str]:
+    """Cost of the paper's trajectories by the present solver at standard accuracy, the start of a campaign included."""
+    levels = _read(published / "accuracy_price.json", "make accuracy-price")["levels"]
+    (standard,) = (level for level in levels if level["accuracy"] == "standard")
+    return {
+        "core-seconds": f"{standard['core_seconds']:.2g}",
+        "milliseconds each": f"{1e3 * standard['core_seconds'] / standard['trajectories']:.2g}",
+    }
+
+
 def of_latency(published: Path) -> dict[str, str]:
     """Times of a prediction and of a step of a stream, or a note that they are not measured yet."""
     from experiments.cost.bench_surrogate import PREDICTIONS, STREAM, prediction_table, stream_table
@@ -160,6 +170,7 @@ def of_pretrained(published: Path) -> dict[str, str]:
 
 SOURCES: dict[tuple[str, ...], Callable[[Path], dict[str, str]]] = {
     ("trajectories", "core-minutes", "milliseconds", "paper-cpu-hours"): of_dataset,
+    ("core-seconds", "milliseconds each"): of_price,
     ("seconds of a prediction", "seconds of a step"): of_latency,
     ("targets", "machine"): of_targets,
     ("fastest tool",): of_cost,

@@ -160,7 +160,7 @@ def main(
     out: Out = OUT,
 ) -> None:
     """Draw, fit and count."""
-    code = [path.read_text(encoding="utf-8") for path in sorted(Path(bem.lab.__file__).parent.glob("*.py"))]
+    code = [path.read_text(encoding="utf-8") for path in sorted(Path(bem.lab.__file__).parent.rglob("*.py"))]
     code.append(Path(__file__).read_text(encoding="utf-8"))
     place = folder / fingerprint(seed=seed, solver=SOLVER_VERSION, code=code)
     content: dict[str, Any] = {"noise": NOISE, "points": POINTS}

@@ -34,6 +34,14 @@ def test_the_cost_of_the_data_set_is_the_solvers_as_in_figure_2():
     assert each == pytest.approx(float(values["milliseconds"]), rel=0.05)
 
 
+def test_the_cost_in_the_readme_is_the_present_solvers_and_less_than_that_of_the_data_set():
+    published = PATH.parents[1] / "published"
+    price, dataset = fill.of_price(published), fill.of_dataset(published)
+    seconds, each = float(price["core-seconds"]), float(price["milliseconds each"])
+    assert each == pytest.approx(1e3 * seconds / int(dataset["trajectories"].replace(",", "")), rel=0.05)
+    assert seconds < 60.0 * float(dataset["core-minutes"])
+
+
 def test_an_unknown_place_is_refused():
     with pytest.raises(ValueError, match="received 'other'"):
         fill.filled("<!-- other -->?<!-- end -->", {"count": "3"})
