@@ -11,13 +11,14 @@ from typing import Any
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patheffects import withStroke
 
 from paper_figures.style import drawing
 from paper_figures.style.cost_style import FORCE_ERROR, KINDS, kind_of, mark_paper
 from paper_figures.style.models_style import REFERENCE
 
 PANELS = {"pull_off_force": "error of the pull-off force (%)", "force": FORCE_ERROR}
-PLACES = {"DMT": "below", "Maugis-Dugdale": "right", "Persson-Brener": "above"}
+PLACES = {"DMT": "below", "Maugis-Dugdale": "below", "Persson-Brener": "above"}
 """Where closed forms are named, when not to the left of their marker."""
 ROW = 1.45
 """Factor between the rows of names."""
@@ -67,14 +68,15 @@ def draw(axes: Axes, tools: list[dict[str, Any]], quantity: str) -> None:
         axes.axhline(level, color="0.6", linewidth=0.7, linestyle="--", zorder=0)
         axes.annotate(
             "120 measurement steps",
-            (0.02, level),
+            (0.88, level),
             xycoords=("axes fraction", "data"),
             fontsize=5.5,
             color="0.4",
+            ha="right",
             va="bottom",
         )
     axes.set(xscale="log", yscale="log", xlabel="time a trajectory, one core (s)", ylabel=PANELS[quantity])
-    axes.set_xlim(axes.get_xlim()[0] / 8.0, 1000.0)
+    axes.set_xlim(axes.get_xlim()[0] / 25.0, 1000.0)
     axes.set_ylim(top=1.3 * LARGEST)
     mark_paper(axes, height=0.48)
 
@@ -131,7 +133,17 @@ def _annotate(axes: Axes, named: tuple[str, str], place: tuple[float, float], co
         "below": ((0, -4), "center", "top"),
         "above": ((2, 4), "right", "bottom"),
     }[side]
-    axes.annotate(text, place, xytext=offset, textcoords="offset points", fontsize=5, ha=across, va=up, color=color)
+    axes.annotate(
+        text,
+        place,
+        xytext=offset,
+        textcoords="offset points",
+        fontsize=5,
+        ha=across,
+        va=up,
+        color=color,
+        path_effects=[withStroke(linewidth=1.5, foreground="white")],
+    )
 
 
 def _percent(tool: dict[str, Any], quantity: str) -> float | None:
