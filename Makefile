@@ -146,6 +146,7 @@ figure-surrogate-map.cost := surrogate_map  ## Errors of MODEL=M1-concat over th
 figure-measurement-floor.cost := measurement_floor  ## What uniform and physical measurement steps hold of the pull-off force
 figure-surrogates.cost := pretrained_errors  ## Where a surrogate wins: error against processor time
 table-surrogates.cost := pretrained_errors  ## The same as a table, with the coverage of the bands
+figure-inverse.cost := inverse_problem  ## A material with its uncertainty from one force curve, by surrogate and by solver
 figure-broad-band.cost := broad_band  ## Pull-off of broad-band solids over the unloading rate
 
 .PHONY: table-hard-cases
@@ -341,6 +342,8 @@ smoke: setup  ## The same steps on tiny data with one epoch, in minutes; the num
 PROTOCOLS ?= 200
 FINEST ?= 200
 FINEST_PEER ?= 128
+SAMPLES ?= 1000000
+SOLVER_SAMPLES ?= 4000
 SOAK ?= 100000
 SOAK_BEYOND ?= 20000
 # BUSY=yes publishes times even if the machine was busy.
@@ -386,6 +389,8 @@ measure-hard-cases.makes := hard_case_map  ## The solver over the box, beyond it
 measure-floor.makes := measurement_floor  ## Errors of the measurement steps alone, uniform and physical
 measure-surrogates.makes := pretrained_errors  ## Errors, bands and cost of the pretrained models on hidden protocols
 measure-surrogates.needs := M1-concat
+measure-inverse.makes := inverse_problem  ## The posterior of a material from a noisy curve: 10^6 samples of `fast`, SOLVER_SAMPLES=4000 of the solver (SAMPLES=1000000)
+measure-inverse.with := --samples $(SAMPLES) --solver-samples $(SOLVER_SAMPLES) $(IDLE)
 measure-broad-band.makes := broad_band  ## Pull-off of broad-band solids over the unloading rate
 measure-broad-band.beside := broad_band.csv
 measure-large-tabor.makes := large_tabor  ## Pull-off, a viscoelastic crack and their cost at large Tabor parameters
