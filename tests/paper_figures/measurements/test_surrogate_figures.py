@@ -1,5 +1,7 @@
 """Figures and table of the pretrained models, from made-up measurements."""
 
+import pytest
+
 from paper_figures.measurements import figure_measurement_floor, figure_surrogates
 from paper_figures.style import drawing
 from paper_figures.tables import table_surrogates
@@ -42,9 +44,41 @@ def test_surrogates(measured, tmp_path):
     assert files_in(tmp_path) == pictures("figure-surrogates")
 
 
+WHOLE = CONTENT | {
+    "seconds": {
+        name: row | {"gradient": 12.0 * row["batch"], "step": row["single"] / 100.0}
+        for name, row in CONTENT["seconds"].items()
+    },
+    "gradients": {"tools": {name: {"common": ERRORS, "modulus_ratio": None} for name in CONTENT["seconds"]}},
+}
+
+
+def test_surrogates_have_a_panel_for_each_way_to_call_that_is_measured(measured, tmp_path):
+    made(figure_surrogates, measured(WHOLE), folder=tmp_path)
+    assert files_in(tmp_path) == pictures("figure-surrogates")
+    few, many = figure_surrogates.compose(CONTENT), figure_surrogates.compose(WHOLE)
+    assert [len(drawn.axes) for drawn in (few, many)] == [2, 4]
+    stepwise, slopes = many.axes[2:]
+    # The solver is the truth of a force, and has an error of its own in a gradient.
+    assert [len(axes.lines) for axes in (stepwise, slopes)] == [5, 6]
+    assert stepwise.lines[0].get_xdata()[0] == pytest.approx(30.0)
+    assert slopes.lines[1].get_xdata()[0] == pytest.approx(36.0)
+    assert slopes.lines[1].get_ydata()[0] == 0.5
+
+
 def test_table_of_surrogates(measured, tmp_path):
     made(table_surrogates, measured(CONTENT), folder=tmp_path)
     assert files_in(tmp_path) == tables("table-surrogates") or files_in(tmp_path) == tables("surrogates")
     first, second, third = table_surrogates.rows(CONTENT)
     assert first[:6] == ["fast", "0.1", "0.5, 2, 7", "0.5, 2", "0.91", ""]
     assert (first[-1], second[1], third[4]) == ("30", "0.01 to 1", "")
+
+
+def test_the_table_of_calls_has_the_solver_and_every_model():
+    more = {"count": 7, "fine": 5e-4, **WHOLE["gradients"]}
+    solver, fast, other = table_surrogates.calls(WHOLE | {"gradients": more})
+    assert solver == ["solver", "3", "3", "30", "36", "0.5, 2"]
+    assert (fast[0], fast[2:5]) == ("fast", ["0.5", "5", "1.2"])
+    assert other[0] == "M1-concat"
+    text = table_surrogates.calls_text(WHOLE | {"gradients": more, "host": "a machine", "command": "a command"})
+    assert "on 7 protocols, relative to the solver at 0.0005; measured by `a command` on a machine." in text
