@@ -102,7 +102,7 @@ class Inference:
     """Posteriors of one measured curve by the name of the tool, and what they cost.
 
     Args:
-        posteriors: By the names below.
+        posteriors: By the names `SURROGATE`, `IGNORED` and `SOLVER`.
         seconds: Processor seconds of a sample of the surrogate and of the solver.
         searched: Processor seconds of search and calibration together.
     """
@@ -110,9 +110,6 @@ class Inference:
     posteriors: dict[str, Sample]
     seconds: dict[str, float]
     searched: float
-
-
-SURROGATE, IGNORED, SOLVER = "surrogate", "surrogate, its error ignored", "solver"
 
 
 def infer(

@@ -6,7 +6,7 @@ Reads the data of `experiments.surrogates.pretrained_errors`.
 from typing import Any
 
 from bem._support.wording import markdown_table
-from paper_figures.style.writing import Table
+from paper_figures.style.writing import Table, number
 
 WAYS = {"batch": 1e3, "single": 1e3, "step": 1e6, "gradient": 1e3}
 """Ways to call, and units of their times over a second."""
@@ -69,7 +69,7 @@ def calls(content: dict[str, Any]) -> list[list[str]]:
     for name in ("solver", *content["models"]):
         seconds, errors = content["seconds"][name], content["gradients"]["tools"][name]["common"]
         times = [f"{factor * seconds[kind]:.3g}" for kind, factor in WAYS.items()]
-        found.append([name, *times, several(errors, "p50", "p90")])
+        found.append([name, *times, ", ".join(number(errors[level], 2) for level in ("p50", "p90"))])
     return found
 
 
