@@ -192,24 +192,19 @@ class Pretrained:
         return found
 
     def stream(self, *, tabor: float, modulus_ratio: float) -> PretrainedStream:
-        """Return a stream, which predicts the force point by point.
-
-        Args:
-            tabor: The Tabor parameter of the history.
-            modulus_ratio: Relaxed over instantaneous modulus of its solid, in (0, 1].
+        """Return a stream, which predicts point by point, for a Tabor parameter and a modulus ratio in (0, 1].
 
         Raises:
-            ValueError: a number is out of bounds.
+            ValueError: one of them is out of bounds.
 
         Warns:
-            ExtrapolationWarning: a number lies outside the ranges of the training.
+            ExtrapolationWarning: one of them lies outside the ranges of the training.
         """
-        # Compiled, so imported by the first call.
         from surrogate.pretrained.streaming import PretrainedStream
 
-        mu, ratio = checked_tabor(tabor, 1), checked_modulus_ratio(modulus_ratio, 1)
-        warn_of_extrapolation(self.name, excesses({"tabor": mu, "modulus_ratio": ratio}, self.scaling.ranges))
-        return PretrainedStream(self, tabor=float(mu[0]), modulus_ratio=float(ratio[0]))
+        solid = {"tabor": checked_tabor(tabor, 1), "modulus_ratio": checked_modulus_ratio(modulus_ratio, 1)}
+        warn_of_extrapolation(self.name, excesses(solid, self.scaling.ranges))
+        return PretrainedStream(self, **{name: float(value[0]) for name, value in solid.items()})
 
     def _computed(self, quantities: np.ndarray, start: np.ndarray, coverage: float) -> dict[str, np.ndarray]:
         """All arrays of one batch, histories first."""
