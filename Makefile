@@ -146,6 +146,8 @@ figure-surrogate-map.cost := surrogate_map  ## Errors of MODEL=M1-concat over th
 figure-measurement-floor.cost := measurement_floor  ## What uniform and physical measurement steps hold of the pull-off force
 figure-surrogates.cost := pretrained_errors  ## Where a surrogate wins: error against processor time
 table-surrogates.cost := pretrained_errors  ## The same as a table, with the coverage of the bands
+figure-inverse.cost := inverse_problem  ## A material with its uncertainty from one force curve, by surrogate and by solver
+figure-size-error.cost := size_error  ## Error against the number of parameters, beside the paper's 18 models
 figure-broad-band.cost := broad_band  ## Pull-off of broad-band solids over the unloading rate
 
 .PHONY: table-hard-cases
@@ -264,12 +266,16 @@ more-models: $(MORE_MODELS)  ## Train M1-concat by the four targets above: anoth
 ANY_SOLID := $(OUT)/dataset/any_solid.h5
 PRETRAINED ?= fast accurate
 .PHONY: pretrained
-pretrained: setup  ## Train and publish `fast` and `accurate`, for any standard linear solid (simulates 32,768 trajectories first)
-	@mkdir -p $(OUT)/dataset
-	$(VENV)/bin/bem campaign --design sobol --count 32768 --modulus-ratio 0.01:1 --steps physical --replace --out $(ANY_SOLID)
+pretrained: setup $(ANY_SOLID)  ## Train and publish `fast` and `accurate`, for any standard linear solid (simulates 32,768 trajectories first)
 	$(PY) -m surrogate.training.pretrained $(PRETRAINED) --dataset $(ANY_SOLID) --runs $(OUT)/pretrained \
 		--publish $(PUBLISHED)/pretrained $(addprefix --epochs ,$(EPOCHS))
 	$(PY) $(MANIFEST) add $(PUBLISHED)/pretrained
+
+.PRECIOUS: $(ANY_SOLID)
+$(ANY_SOLID): bem/solver/version.py | $(INSTALLED)
+	@mkdir -p $(@D)
+	$(VENV)/bin/bem campaign --design sobol --count 32768 --modulus-ratio 0.01:1 --steps physical --replace --out $@
+	@touch $@
 
 feature-sets.publishes := feature_sets  ## Train the input representations A to D and publish their errors
 data-efficiency.publishes := data_efficiency  ## Train on decreasing shares of the data and publish the errors
@@ -341,6 +347,8 @@ smoke: setup  ## The same steps on tiny data with one epoch, in minutes; the num
 PROTOCOLS ?= 200
 FINEST ?= 200
 FINEST_PEER ?= 128
+SAMPLES ?= 1000000
+SOLVER_SAMPLES ?= 4000
 SOAK ?= 100000
 SOAK_BEYOND ?= 20000
 # BUSY=yes publishes times even if the machine was busy.
@@ -351,7 +359,7 @@ DATA := --dataset $(DATASET)
 ALL_MODELS := --models $(MODELS)
 
 .PHONY: measurements
-measurements: $$(filter-out soak measure-peers,$$(MEASURING))  ## All measurements except the soak and those of other software
+measurements: $$(filter-out soak measure-peers measure-size-error,$$(MEASURING))  ## All measurements except the soak, trainings and those of other software
 # Two simultaneous measurements would disturb each other.
 .NOTPARALLEL: measurements
 
@@ -386,6 +394,11 @@ measure-hard-cases.makes := hard_case_map  ## The solver over the box, beyond it
 measure-floor.makes := measurement_floor  ## Errors of the measurement steps alone, uniform and physical
 measure-surrogates.makes := pretrained_errors  ## Errors, bands and cost of the pretrained models on hidden protocols
 measure-surrogates.needs := M1-concat
+measure-inverse.makes := inverse_problem  ## The posterior of a material from a noisy curve: 10^6 samples of `fast`, SOLVER_SAMPLES=4000 of the solver (SAMPLES=1000000)
+measure-inverse.with := --samples $(SAMPLES) --solver-samples $(SOLVER_SAMPLES) $(IDLE)
+measure-size-error.makes := size_error  ## Train LSTMs of 8 to 256 units as `fast` and compare them with the paper's models (hours; resumes)
+measure-size-error.with := --dataset $(ANY_SOLID) --runs $(OUT)/size_error $(ALL_MODELS)
+measure-size-error.needs := any_solid
 measure-broad-band.makes := broad_band  ## Pull-off of broad-band solids over the unloading rate
 measure-broad-band.beside := broad_band.csv
 measure-large-tabor.makes := large_tabor  ## Pull-off, a viscoelastic crack and their cost at large Tabor parameters
@@ -498,6 +511,9 @@ docs-control: setup  ## Update the times of a prediction and of a step in docs/c
 docs-laboratory: $(MEASUREMENTS)/lab_coverage.json | $(INSTALLED)  ## Renew the table of docs/laboratory.md
 	$(PY) tools/fill.py docs/laboratory.md --published $(PUBLISHED)
 
+.PHONY: docs-surrogates
+docs-surrogates: $(addprefix $(MEASUREMENTS)/,pretrained_errors.json inverse_problem.json size_error.json) | $(INSTALLED)  ## Renew the tables of docs/surrogate-models.md
+	$(PY) tools/fill.py docs/surrogate-models.md --published $(PUBLISHED)
 
 DEMO_MODEL ?= published/models/M1-concat/model.onnx
 DEMO_PORT ?= 8000
@@ -550,6 +566,7 @@ path.dataset := $(DATASET)
 path.models = $(MODELS) $(wildcard $(MODELS)/*/run.json)
 path.M1-concat = $(addprefix $(REFERENCE)/,run.json model.weights.h5 scaling.json) $(wildcard $(REFERENCE)/model.onnx)
 path.more-models = $(path.models)
+path.any_solid := $(ANY_SOLID)
 path.solver := bem/solver/version.py
 path.architectures := surrogate/architectures/registry.py
 path.feature_sets := $(PUBLISHED)/feature_sets.json

@@ -43,7 +43,7 @@ ALLOWED = {
     "surrogate.network": SUPPORT | {"surrogate.data"},
     "surrogate.inference": WORDS | {"bem.dataset"} | PREDICTING,
     "surrogate.export": SUPPORT | {"bem.dataset"} | PREDICTING,
-    "surrogate.pretrained": WORDS | {"bem.dataset", "surrogate.data", "surrogate.inference"},
+    "surrogate.pretrained": WORDS | {"bem.dataset", "surrogate.data", "surrogate.inference", "surrogate.network"},
     "surrogate.training": SUPPORT | {"bem.dataset", "surrogate.export", "surrogate.pretrained"} | PREDICTING,
     "surrogate": {"surrogate.inference", "surrogate.architectures", "surrogate.pretrained"},
     "surrogate.cli": WORDS | {"bem", "bem.dataset"} | SURROGATE,

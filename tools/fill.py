@@ -43,6 +43,8 @@ FILES = {
     "coverage": "measurements/lab_coverage.json",
     "floor": "measurements/measurement_floor.json",
     "pretrained": "measurements/pretrained_errors.json",
+    "inverse": "measurements/inverse_problem.json",
+    "size": "measurements/size_error.json",
 }
 
 
@@ -162,10 +164,25 @@ def of_floor(published: Path) -> dict[str, str]:
 
 
 def of_pretrained(published: Path) -> dict[str, str]:
-    """Errors, bands and cost of the pretrained models."""
-    from paper_figures.tables.table_surrogates import page_text
+    """Errors, bands and cost of the pretrained models, and what each way to call them costs."""
+    from paper_figures.tables.table_surrogates import calls_text, page_text
 
-    return {"pretrained models": page_text(_read(published / FILES["pretrained"], "make measure-surrogates"))}
+    content = _read(published / FILES["pretrained"], "make measure-surrogates")
+    return {"pretrained models": page_text(content), "ways to call": calls_text(content)}
+
+
+def of_inverse(published: Path) -> dict[str, str]:
+    """The posterior of a material by surrogate and by solver."""
+    from paper_figures.measurements.figure_inverse import page_text
+
+    return {"inverse problem": page_text(_read(published / FILES["inverse"], "make measure-inverse"))}
+
+
+def of_size(published: Path) -> dict[str, str]:
+    """Errors against the number of parameters."""
+    from paper_figures.measurements.figure_size_error import page_text
+
+    return {"size against error": page_text(_read(published / FILES["size"], "make measure-size-error"))}
 
 
 SOURCES: dict[tuple[str, ...], Callable[[Path], dict[str, str]]] = {
@@ -179,7 +196,9 @@ SOURCES: dict[tuple[str, ...], Callable[[Path], dict[str, str]]] = {
     ("ten million",): of_scale,
     ("fit coverage",): of_fits,
     ("floor of the steps",): of_floor,
-    ("pretrained models",): of_pretrained,
+    ("pretrained models", "ways to call"): of_pretrained,
+    ("inverse problem",): of_inverse,
+    ("size against error",): of_size,
 }
 """Function that returns the text of the places with these names."""
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bem import Trajectory
+from bem import LoadingProtocol, Trajectory
 from bem.dataset.designs import QUANTITIES, Design
 from experiments import common
 
@@ -40,6 +40,16 @@ class Hidden:
         """Quantities of one protocol, and its modulus ratio."""
         values = {name: float(self.quantities[name][index]) for name in QUANTITIES}
         return values, float(self.quantities["modulus_ratio"][index])
+
+    def part(self, rows: slice) -> Hidden:
+        """Some of the protocols."""
+        return Hidden({name: values[rows] for name, values in self.quantities.items()})
+
+    def protocols(self) -> list[LoadingProtocol]:
+        """The protocols as a user writes them."""
+        names = [name for name in QUANTITIES if name != "tabor"]
+        rows = zip(*(self.quantities[name].tolist() for name in names), strict=True)
+        return [LoadingProtocol(**dict(zip(names, row, strict=True))) for row in rows]
 
     def simulated(self, accuracy: str | float = "standard") -> Iterator[Trajectory]:
         """Simulate one after the other."""

@@ -2,7 +2,8 @@
 
 Hidden protocols are off the paper's grid, at its modulus ratio and at any. The truth is the solver at standard
 accuracy: its own pull-off force and hysteresis. Processor seconds are of one thread, per trajectory, in a batch and in
-single calls, taken in turns with the solver's.
+single calls, per gradient of the pull-off force (`experiments.surrogates.gradients`) and per step of a stream, taken in
+turns with the solver's. Errors of gradients are relative to the solver at a finer accuracy.
 """
 
 from __future__ import annotations
@@ -16,12 +17,13 @@ import numpy as np
 import typer
 
 import surrogate
-from bem import LoadingProtocol
 from bem._support.command_line import run_main
 from bem._support.plain_json import plain
 from experiments import common
 from experiments.common import MODULUS_RATIO, write_result
+from experiments.surrogates import gradients
 from experiments.surrogates.hidden_protocols import ANY_SOLID, Hidden, quantiles
+from experiments.surrogates.model_calls import pull_offs, streamed
 from experiments.timing import MEASUREMENTS
 from surrogate.pretrained.model import NAMES
 
@@ -34,16 +36,10 @@ TIMED = 128
 ROUNDS = 5
 
 
-def protocols(hidden: Hidden) -> list[LoadingProtocol]:
-    """The protocols as a user writes them."""
-    rows = (hidden.row(index)[0] for index in range(len(hidden)))
-    return [LoadingProtocol(**{name: value for name, value in row.items() if name != "tabor"}) for row in rows]
-
-
 def predicted(name: str, hidden: Hidden) -> Callable[[slice], list[Any]]:
     """What predicts some of the protocols; names other than the pretrained are models of the paper's kind."""
     model: Any = surrogate.load(name)
-    paths, tabor, ratio = protocols(hidden), hidden.quantities["tabor"], hidden.quantities["modulus_ratio"]
+    paths, tabor, ratio = hidden.protocols(), hidden.quantities["tabor"], hidden.quantities["modulus_ratio"]
 
     def of(part: slice) -> list[Any]:
         given = {"modulus_ratio": ratio[part], "coverage": COVERAGE} if name in NAMES else {}
@@ -73,22 +69,35 @@ def compare(name: str, hidden: Hidden, truth: np.ndarray) -> dict[str, Any]:
 
 
 def cost(names: list[str], hidden: Hidden) -> dict[str, dict[str, float]]:
-    """Median processor seconds per trajectory of the solver and of every model, in a batch and in a single call."""
+    """Median processor seconds of the solver and of every model, by what is asked.
+
+    `batch` and `single` are per trajectory, `gradient` is that of a gradient of many protocols in one batch, `step`
+    that of one step of a stream. The solver's gradient is its simulations, its step one of its own time steps.
+    """
     part = slice(0, min(TIMED, len(hidden)))
     makers = {name: predicted(name, hidden) for name in names}
-    for make in makers.values():
+    slopes = {name: pull_offs(name) for name in names}
+    streams = {name: streamed(name, hidden) for name in names}
+    for name, make in makers.items():
         make(part)
         make(slice(0, 1))
-    spent: dict[str, dict[str, list[float]]] = {name: {"batch": [], "single": []} for name in ("solver", *names)}
+        gradients.gradient(slopes[name], hidden.part(slice(0, 1)), gradients.of(name))
+        streams[name](0)
+    kinds = ("batch", "single", "gradient", "step")
+    spent: dict[str, dict[str, list[float]]] = {name: {kind: [] for kind in kinds} for name in ("solver", *names)}
     size = part.stop
     for turn in range(ROUNDS):
         chosen = range(turn, size, ROUNDS)
-        clock = time.process_time()
+        clock, steps = time.process_time(), 0
         for index in chosen:
             values, ratio = hidden.row(index)
             trajectory = common.simulated(values, accuracy="standard", modulus_ratio=ratio)
             assert trajectory.pull_off_force + trajectory.hysteresis > 0.0
-        spent["solver"]["single"].append((time.process_time() - clock) / len(chosen))
+            steps += trajectory.stats.steps
+        each = (time.process_time() - clock) / len(chosen)
+        spent["solver"]["single"].append(each)
+        spent["solver"]["gradient"].append(2 * len(gradients.QUANTITIES) * each)
+        spent["solver"]["step"].append(each * len(chosen) / steps)
         for name, make in makers.items():
             clock = time.process_time()
             make(part)
@@ -97,8 +106,26 @@ def cost(names: list[str], hidden: Hidden) -> dict[str, dict[str, float]]:
             for index in chosen:
                 make(slice(index, index + 1))
             spent[name]["single"].append((time.process_time() - clock) / len(chosen))
+            some = hidden.part(slice(turn, size, ROUNDS))
+            clock = time.process_time()
+            gradients.gradient(slopes[name], some, gradients.of(name))
+            spent[name]["gradient"].append((time.process_time() - clock) / len(some))
+            clock = time.process_time()
+            steps = sum(streams[name](index) for index in chosen)
+            spent[name]["step"].append((time.process_time() - clock) / steps)
     spent["solver"]["batch"] = spent["solver"]["single"]
     return {name: {kind: float(np.median(values)) for kind, values in row.items()} for name, row in spent.items()}
+
+
+def slopes(names: list[str], hidden: Hidden) -> dict[str, Any]:
+    """Errors of the gradients of the solver at standard accuracy and of every model."""
+    true = gradients.gradient(gradients.simulated(gradients.FINE), hidden)
+    tools = {"solver": gradients.simulated("standard")} | {name: pull_offs(name) for name in names}
+    found = {
+        name: gradients.errors(gradients.gradient(tool, hidden, gradients.of(name)), true)
+        for name, tool in tools.items()
+    }
+    return {"count": len(hidden), "difference": gradients.STEP, "fine": gradients.FINE, "tools": found}
 
 
 def main(
@@ -121,6 +148,9 @@ def main(
             if kind == "paper" or name in NAMES:
                 content["models"][name][kind] = compare(name, hidden, truth)
                 print(f"{name}, modulus ratio {ratio}: {content['models'][name][kind]}")
+    content["gradients"] = slopes(names, Hidden.draw(min(count, TIMED), MODULUS_RATIO))
+    for name, found in content["gradients"]["tools"].items():
+        print(f"{name}, gradient: {found}")
     seconds = cost(names, Hidden.draw(min(count, TIMED), MODULUS_RATIO))
     content["seconds"] = seconds
     for name in names:

@@ -6,8 +6,10 @@ Reads the data of `experiments.surrogates.pretrained_errors`.
 from typing import Any
 
 from bem._support.wording import markdown_table
-from paper_figures.style.writing import Table
+from paper_figures.style.writing import Table, number
 
+WAYS = {"batch": 1e3, "single": 1e3, "step": 1e6, "gradient": 1e3}
+"""Ways to call, and units of their times over a second."""
 KINDS = {"paper": "0.1", "any": "0.01 to 1"}
 HEADS = [
     "Model",
@@ -56,6 +58,29 @@ def rows(content: dict[str, Any]) -> list[list[str]]:
 def page_text(content: dict[str, Any]) -> str:
     """The table for a page, and how it was made."""
     return f"{markdown_table(HEADS, rows(content), 'll' + 8 * 'r')}\n\nMeasured by `{content['command']}`."
+
+
+CALLS = ["Tool", "Batch (ms)", "Single (ms)", "Step (µs)", "Gradient (ms)", "Gradient error (%), median, p90"]
+
+
+def calls(content: dict[str, Any]) -> list[list[str]]:
+    """Time of each way to call the solver and the models, and the error of the gradient."""
+    found = []
+    for name in ("solver", *content["models"]):
+        seconds, errors = content["seconds"][name], content["gradients"]["tools"][name]["common"]
+        times = [f"{factor * seconds[kind]:.3g}" for kind, factor in WAYS.items()]
+        found.append([name, *times, ", ".join(number(errors[level], 2) for level in ("p50", "p90"))])
+    return found
+
+
+def calls_text(content: dict[str, Any]) -> str:
+    """The table of the ways to call for a page, and how it was made."""
+    gradients = content["gradients"]
+    return (
+        f"{markdown_table(CALLS, calls(content), 'lrrrrr')}\n\n"
+        f"Errors of gradients on {gradients['count']} protocols, relative to the solver at {gradients['fine']:g}; "
+        f"measured by `{content['command']}` on {content['host']}."
+    )
 
 
 def compose(pretrained_errors: Any) -> Table:

@@ -52,6 +52,23 @@ def checked_tabor(tabor: ArrayLike, count: int) -> np.ndarray:
     return tabor
 
 
+def checked_modulus_ratio(modulus_ratio: ArrayLike, count: int) -> np.ndarray:
+    """Return one modulus ratio per history, shape `(count,)`, from one per history or one for all.
+
+    Raises:
+        ValueError: they are neither, or lie outside (0, 1].
+    """
+    ratio = real_array("modulus_ratio", modulus_ratio)
+    if ratio.ndim > 1 or ratio.size not in (1, count):
+        raise ValueError(f"Expected one modulus ratio per protocol ({count}). Received: shape {ratio.shape}")
+    ratio = np.broadcast_to(ratio.reshape(-1), (count,))
+    bad = np.flatnonzero(~((ratio > 0.0) & (ratio <= 1.0)))
+    if bad.size:
+        value = float(ratio[bad[0]])
+        raise ValueError(f"Expected modulus ratios in (0, 1]. Received: modulus_ratio={value!r} of protocol {bad[0]}")
+    return ratio
+
+
 def check_history(times: np.ndarray, indentations: np.ndarray) -> None:
     """Check times and indentations of shape `(batch, steps)`.
 

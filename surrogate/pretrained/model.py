@@ -21,20 +21,22 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bem._support.validation import finite_number, real_array
+from bem._support.validation import finite_number
 from bem._support.wording import shown
 from bem.protocol import LoadingProtocol
 from bem.trajectory import Statistics
 from surrogate.data.scaling import Scaling
-from surrogate.inference.checks import checked_tabor
+from surrogate.inference.checks import checked_modulus_ratio, checked_tabor
 from surrogate.inference.model_files import existing
 from surrogate.inference.predicted import PredictedTrajectory
-from surrogate.inference.validity import ExtrapolationWarning, excesses, of_history, worst
+from surrogate.inference.validity import ExtrapolationWarning, excesses, of_history, warn_of_extrapolation, worst
 from surrogate.pretrained.bands import LARGEST_COVERAGE, LEVELS, Bands
 from surrogate.pretrained.network import BATCH, Network
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
+
+    from surrogate.pretrained.streaming import PretrainedStream
 
 NAMES = ("accurate", "fast")
 PUBLISHED = Path(__file__).resolve().parents[2] / "published" / "pretrained"
@@ -160,7 +162,7 @@ class Pretrained:
             if not isinstance(protocol, LoadingProtocol):
                 raise ValueError(f"Expected LoadingProtocols. Received: {shown(protocol)}")
         coverage = finite_number("coverage", coverage, above=0.0, high=LARGEST_COVERAGE)
-        mu, ratio = checked_tabor(tabor, len(protocols)), _checked_ratio(modulus_ratio, len(protocols))
+        mu, ratio = checked_tabor(tabor, len(protocols)), checked_modulus_ratio(modulus_ratio, len(protocols))
         if not protocols:
             return []
         paths = np.array([(p.peak_indentation, p.loading_rate, p.dwell_time, p.unloading_rate) for p in protocols])
@@ -188,6 +190,21 @@ class Pretrained:
         for row, words in extrapolated.items():
             found[row] = _without_bands(found[row], words)
         return found
+
+    def stream(self, *, tabor: float, modulus_ratio: float) -> PretrainedStream:
+        """Return a stream, which predicts point by point, for a Tabor parameter and a modulus ratio in (0, 1].
+
+        Raises:
+            ValueError: one of them is out of bounds.
+
+        Warns:
+            ExtrapolationWarning: one of them lies outside the ranges of the training.
+        """
+        from surrogate.pretrained.streaming import PretrainedStream
+
+        solid = {"tabor": checked_tabor(tabor, 1), "modulus_ratio": checked_modulus_ratio(modulus_ratio, 1)}
+        warn_of_extrapolation(self.name, excesses(solid, self.scaling.ranges))
+        return PretrainedStream(self, **{name: float(value[0]) for name, value in solid.items()})
 
     def _computed(self, quantities: np.ndarray, start: np.ndarray, coverage: float) -> dict[str, np.ndarray]:
         """All arrays of one batch, histories first."""
@@ -262,16 +279,3 @@ def _without_bands(trajectory: BandedTrajectory, words: tuple[str, ...]) -> Band
     far = np.full(trajectory.force.size, np.inf)
     changed = {"extrapolated": words, "pull_off_interval": (-np.inf, np.inf), "force_lower": -far, "force_upper": far}
     return type(trajectory)(**{**vars(trajectory), **changed})
-
-
-def _checked_ratio(modulus_ratio: ArrayLike, count: int) -> np.ndarray:
-    """One modulus ratio per history, shape `(count,)`."""
-    ratio = real_array("modulus_ratio", modulus_ratio)
-    if ratio.ndim > 1 or ratio.size not in (1, count):
-        raise ValueError(f"Expected one modulus ratio per protocol ({count}). Received: shape {ratio.shape}")
-    ratio = np.broadcast_to(ratio.reshape(-1), (count,))
-    bad = np.flatnonzero(~((ratio > 0.0) & (ratio <= 1.0)))
-    if bad.size:
-        value = float(ratio[bad[0]])
-        raise ValueError(f"Expected modulus ratios in (0, 1]. Received: modulus_ratio={value!r} of protocol {bad[0]}")
-    return ratio

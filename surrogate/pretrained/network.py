@@ -63,6 +63,27 @@ def onnx_file(weights: list[np.ndarray], name: str) -> bytes:
     return model.SerializeToString(deterministic=True)
 
 
+def weights_of(path: Path) -> tuple[list[int], np.ndarray]:
+    """Return units of the LSTMs and of the dense layer of a file of `onnx_file`, and all its weights.
+
+    The weights are flat float32, layer after layer: those of an LSTM as `surrogate.network.kernels.lstm_step` takes
+    them, those of a dense layer as a matrix of a row for each output, then the bias.
+    """
+    import onnx
+    from onnx import numpy_helper
+
+    known = {one.name: numpy_helper.to_array(one) for one in onnx.load(path).graph.initializer}
+    units, parts = [], []
+    while (name := f"R{len(units)}") in known:
+        size = known[name].shape[2]
+        number = len(units)
+        parts += [known[f"W{number}"], known[name], known[f"B{number}"][0, : 4 * size]]
+        units.append(size)
+    units.append(known["bias"].size)
+    parts += [known["kernel"].T, known["bias"], known["last"], known["offset"]]
+    return units, np.concatenate([part.ravel() for part in parts]).astype(np.float32)
+
+
 class Network:
     """An ONNX file of `onnx_file`, run by ONNX Runtime on one thread.
 

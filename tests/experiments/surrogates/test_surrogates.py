@@ -5,7 +5,7 @@ import pytest
 
 from bem import simulate
 from experiments import common
-from experiments.surrogates import measurement_floor, pretrained_errors
+from experiments.surrogates import gradients, inverse_problem, measurement_floor, model_calls, pretrained_errors
 from experiments.surrogates.hidden_protocols import Hidden, quantiles
 
 DRAW = Hidden.draw
@@ -23,7 +23,7 @@ def draft(monkeypatch):
     monkeypatch.setattr(measurement_floor.Hidden, "draw", drawn)
 
     def simulated(row, *, accuracy, modulus_ratio=0.1):
-        assert accuracy == "standard"
+        assert accuracy in ("standard", gradients.FINE)
         return simulate(*common.problem(row, modulus_ratio), "draft")
 
     monkeypatch.setattr(common, "simulated", simulated)
@@ -57,6 +57,24 @@ class Oracle:
         ratios = np.broadcast_to(0.1 if modulus_ratio is None else modulus_ratio, len(protocols))
         return [Answer(*row) for row in zip(protocols, tabor, ratios, strict=True)]
 
+    def stream(self, **of_what):
+        assert set(of_what) <= {"tabor", "modulus_ratio"}
+        return Steps()
+
+
+class Steps:
+    """A stream that counts."""
+
+    taken, marked = 0, 0
+
+    def reset(self):
+        type(self).taken = type(self).marked = 0
+
+    def step(self, time, indentation, edge):
+        assert np.isfinite(time + indentation)
+        type(self).taken += 1
+        type(self).marked += edge
+
 
 class Answer:
     def __init__(self, protocol, tabor, ratio):
@@ -67,6 +85,7 @@ class Answer:
 
 
 def test_errors_coverage_and_cost_of_a_model_that_errs_by_one_percent(tmp_path, monkeypatch):
+    assert model_calls.surrogate is pretrained_errors.surrogate
     monkeypatch.setattr(pretrained_errors.surrogate, "load", {"fast": Oracle(), "M1-concat": Oracle()}.get)
     out = tmp_path / "errors.json"
     pretrained_errors.main(5, ["fast", "M1-concat"], out)
@@ -78,3 +97,59 @@ def test_errors_coverage_and_cost_of_a_model_that_errs_by_one_percent(tmp_path, 
         assert found["covered"] == 1.0
     assert list(content["models"]["M1-concat"]) == ["paper"]
     assert all(seconds > 0.0 for row in content["seconds"].values() for seconds in row.values())
+    assert {*content["seconds"]["fast"]} == {*content["seconds"]["solver"]} == {"batch", "single", "gradient", "step"}
+    # As many steps as the paper's kind of model has, which was the last one called.
+    assert (Steps.taken, Steps.marked) == (120, 2)
+    slopes = content["gradients"]["tools"]
+    assert slopes["M1-concat"]["modulus_ratio"] is None
+    # A constant factor does not change the gradient of a logarithm; here the solver is one of another accuracy.
+    assert slopes["fast"]["common"]["p50"] == pytest.approx(slopes["solver"]["common"]["p50"])
+
+
+def test_gradients_of_a_power_law_are_its_exponents():
+    hidden = DRAW(3, (0.01, 1.0))
+    exponents = np.array([0.3, -0.2, 0.1, 0.05, 0.4, -0.6])
+
+    def power_law(moved):
+        logs = [np.log(moved.quantities[name]) for name in gradients.QUANTITIES]
+        return np.exp(exponents @ np.array(logs))
+
+    found = gradients.gradient(power_law, hidden)
+    np.testing.assert_allclose(found, np.tile(exponents, (3, 1)), atol=1e-9)
+    np.testing.assert_allclose(gradients.gradient(power_law, hidden, 5), found[:, :5], atol=1e-9)
+    wrong = found * [1.1, 1.1, 1.1, 1.1, 1.1, 1.0] + [0.0, 0.0, 0.0, 0.0, 0.0, 0.02]
+    errors = gradients.errors(wrong, found)
+    assert errors["common"]["p50"] == pytest.approx(10.0)
+    assert errors["modulus_ratio"]["p90"] == pytest.approx(2.0)
+    assert gradients.errors(wrong[:, :5], found)["modulus_ratio"] is None
+
+
+def test_the_inverse_problem_is_described_and_published(tmp_path, monkeypatch):
+    """A posterior that was found, and stand-ins for both tools."""
+    example = inverse_problem.example
+    monkeypatch.setattr(inverse_problem.surrogate, "load", lambda name: name)
+    few = np.log([example.TRUE]) + 0.01 * np.random.default_rng(0).standard_normal((300, 3))
+    sample = inverse_problem.Sample(few, np.zeros(300))
+    found = example.Inference(
+        dict.fromkeys((example.SURROGATE, example.IGNORED, example.SOLVER), sample),
+        {example.SURROGATE: 1e-4, example.SOLVER: 1e-2},
+        1.0,
+    )
+    monkeypatch.setattr(example, "infer", lambda *_, **__: found)
+    monkeypatch.setattr(example, "predicted", lambda _, points: np.zeros((len(points), 200)))
+    monkeypatch.setattr(
+        example, "simulated", lambda points, *_, **__: np.tile(np.linspace(0, 1, 200), (len(points), 1))
+    )
+    out = tmp_path / "inverse.json"
+    inverse_problem.main(300, 300, 0, out, busy=True)
+    content = json.loads(out.read_text())
+    solver, surrogates = (content["posteriors"][name] for name in (example.SOLVER, example.SURROGATE))
+    assert surrogates["effective"] == pytest.approx(300.0)
+    for one, bins in ((solver, 24), (surrogates, 80)):
+        for histogram in one["densities"]:
+            assert len(histogram["density"]) == bins
+            area = np.sum(np.array(histogram["density"]) * np.diff(histogram["edges"]))
+            assert area == pytest.approx(1.0, abs=0.03)
+    assert [pair["parameters"] for pair in surrogates["pairs"]] == [[0, 1], [1, 2]]
+    assert np.shape(content["solver_shown"]) == (inverse_problem.SHOWN, 3)
+    assert 0.0 < content["seconds"]["surrogate"] < 1.0

@@ -1,0 +1,121 @@
+"""
+# Infer a material
+
+What is the material behind one noisy force curve, and how well is it known? Bayes' rule answers with a probability of
+every material, and needs the force curves of thousands of them. A pretrained surrogate predicts these in seconds, and a
+few hundred simulations tell how far it can be trusted.
+"""
+
+# %%
+# ## The experiment
+#
+# A sphere is pressed in by 15 h0, held, and pulled off. Radius, work of adhesion and the range h0 of the adhesion are
+# known. Tabor parameter, modulus ratio and retardation time are not. The solver makes the curve, with 1 % noise.
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+import surrogate
+from bem import LoadingProtocol, Scene, StandardLinearSolid, simulate
+from bem.protocol import default_start_indentation
+from surrogate.inference.posterior import Likelihood, Prior, batches, search, widened
+
+TRUE = {"tabor": 1.37, "modulus_ratio": 0.113, "retardation_time": 1.21}
+PEAK, APPROACH, DWELL, RETRACTION = 15.0, 10.0, 0.5, 30.0  # h0, h0/s, s, h0/s
+instants = np.linspace(0.0, 2.55, 201)[1:]  # s, from the first touch
+
+
+def protocol(retardation_time):
+    """The experiment in the units of the solver, whose time is the retardation time."""
+    return LoadingProtocol(
+        peak_indentation=PEAK,
+        loading_rate=APPROACH * retardation_time,
+        dwell_time=DWELL / retardation_time,
+        unloading_rate=RETRACTION * retardation_time,
+    )
+
+
+def recorded(found, tabor, retardation_time):
+    """Force at the instants of the record. A history begins before the touch, at an indentation below zero."""
+    touch = -default_start_indentation(tabor) / (APPROACH * retardation_time)
+    return found.at(touch + instants / retardation_time)
+
+
+def solved(logarithms, accuracy="standard"):
+    """Force curves of the solver for logarithms of parameters."""
+    rows = []
+    for tabor, ratio, time in np.exp(logarithms).tolist():
+        found = simulate(Scene(tabor, StandardLinearSolid(ratio)), protocol(time), accuracy)
+        rows.append(recorded(found, tabor, time))
+    return np.array(rows)
+
+
+(force,) = solved(np.log([list(TRUE.values())]), "reference")
+noise = 0.01 * np.ptp(force)
+measured = force + noise * np.random.default_rng(0).standard_normal(force.size)
+
+figure, axes = plt.subplots(figsize=(6.0, 3.0), layout="constrained")
+axes.plot(instants, measured, ".", markersize=3)
+axes.set(xlabel="time (s)", ylabel=r"force ($\pi R\Delta\gamma$)")
+plt.show()
+
+# %%
+# ## The surrogate, and where the answer is
+#
+# `fast` knows any standard linear solid. Before the measurement, the logarithms of the parameters are uniform between
+# bounds. `search` finds where the posterior is.
+
+model = surrogate.load("fast")
+prior = Prior({"tabor": (0.8, 3.2), "modulus_ratio": (0.02, 0.5), "retardation_time": (0.2, 5.0)})
+
+
+def predicted(logarithms):
+    """Force curves of the surrogate for logarithms of parameters."""
+    tabor, ratio, times = np.exp(logarithms).T
+    found = model.trajectories([protocol(time) for time in times.tolist()], tabor=tabor, modulus_ratio=ratio)
+    return np.array([recorded(*row) for row in zip(found, tabor.tolist(), times.tolist(), strict=True)])
+
+
+near = search(predicted, Likelihood(measured, noise), prior)
+
+# %%
+# ## The surrogate's own error
+#
+# Simulations around the answer show by how much the surrogate is off, compared with the noise. Mean and covariance of
+# this error become a part of the likelihood.
+
+some = prior.draw(128, 1, widened(near, 3.0)).logarithms
+errors = solved(some) - predicted(some)
+
+figure, axes = plt.subplots(figsize=(6.0, 3.0), layout="constrained")
+axes.plot(instants, errors.T, color="0.7", linewidth=0.5)
+axes.fill_between(instants, -noise, noise, alpha=0.3, label="noise")
+axes.set(xlabel="time (s)", ylabel="error of the surrogate")
+axes.legend(frameon=False)
+plt.show()
+
+# %%
+# ## The posterior
+#
+# Twenty thousand materials with weights. `effective` tells as how many of equal weight they count.
+
+likelihood = Likelihood(measured, noise, errors)
+sample = prior.draw(20_000, 2, search(predicted, likelihood, prior, start=widened(near, 3.0)))
+posterior = sample.times(np.concatenate([likelihood(predicted(part)) for part in batches(sample.logarithms)]))
+print(f"{len(posterior)} samples, as good as {posterior.effective:.0f} of equal weight")
+summary = posterior.summary()
+for number, (name, true) in enumerate(TRUE.items()):
+    mean, low, high = (summary[key][number] for key in ("mean", "low", "high"))
+    print(f"{name:17} {mean:.4f}, 95 % interval {low:.4f} to {high:.4f}, true {true}")
+
+figure, panels = plt.subplots(1, 2, figsize=(7.0, 3.2), layout="constrained")
+columns = dict(zip(TRUE, np.exp(posterior.logarithms).T, strict=True))
+for axes, (x, y) in zip(panels, (("tabor", "modulus_ratio"), ("modulus_ratio", "retardation_time")), strict=True):
+    axes.hist2d(columns[x], columns[y], 40, weights=posterior.weights, cmap="Blues")
+    axes.plot(TRUE[x], TRUE[y], "r+", markersize=12)
+    axes.set(xlabel=x.replace("_", " "), ylabel=y.replace("_", " "))
+plt.show()
+
+# %%
+# `examples/infer_material.py` takes a million samples, and checks the answer by the same posterior with the solver in
+# place of the surrogate; the comparison is on the page of the surrogate models.

@@ -1,0 +1,127 @@
+"""An inverse problem with uncertainty: what a surrogate of a batch of thousands is for.
+
+The posterior of `examples/infer_material.py`, of a million samples by the pretrained `fast` and of some thousand by the
+solver, from the same noisy curve. The seconds of a sample, from parameters to likelihood, are taken in turns.
+"""
+
+from __future__ import annotations
+
+import time
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+
+import surrogate
+from examples import infer_material as example
+from experiments.timing import CLOCK, MEASUREMENTS, Busy, Out, progress, publish
+from surrogate.inference.posterior import BATCH, Likelihood, Sample
+
+OUT = MEASUREMENTS / "inverse_problem.json"
+ROUNDS, TIMED = 7, 32
+"""Rounds of the timing, and simulations in each."""
+BINS = {example.SOLVER: 24}
+SHOWN = 400
+"""Samples of the solver that are drawn in the figure."""
+
+
+def cost(model: Any, points: np.ndarray, likelihood: Likelihood) -> dict[str, float]:
+    """Median processor seconds of a sample of surrogate and solver, a batch of one after some of the other.
+
+    Args:
+        model: The surrogate.
+        points: Logarithms of parameters of the posterior, (n, 3), n at least `BATCH`.
+        likelihood: Any.
+    """
+    spent: dict[str, list[float]] = {example.SURROGATE: [], example.SOLVER: []}
+    likelihood(example.predicted(model, points[:BATCH]))
+    for turn in range(ROUNDS):
+        clock = time.process_time()
+        likelihood(example.predicted(model, points[:BATCH]))
+        spent[example.SURROGATE].append((time.process_time() - clock) / len(points[:BATCH]))
+        some = np.roll(points, -turn * TIMED, axis=0)[:TIMED]
+        clock = time.process_time()
+        likelihood(example.simulated(some))
+        spent[example.SOLVER].append((time.process_time() - clock) / len(some))
+    return {name: float(np.median(values)) for name, values in spent.items()}
+
+
+def densities(sample: Sample, bounds: np.ndarray, bins: int) -> list[dict[str, np.ndarray]]:
+    """Histogram of each parameter between bounds (3, 2)."""
+    found = []
+    for values, ends in zip(np.exp(sample.logarithms).T, bounds, strict=True):
+        density, edges = np.histogram(values, bins, ends, weights=sample.weights)
+        found.append({"edges": edges, "density": density / np.diff(edges)})
+    return found
+
+
+def pairs(sample: Sample, bounds: np.ndarray, bins: int = 50) -> list[dict[str, Any]]:
+    """Histograms of neighbouring parameters."""
+    values, found = np.exp(sample.logarithms), []
+    for first, second in ((0, 1), (1, 2)):
+        density, x, y = np.histogram2d(
+            values[:, first], values[:, second], bins, bounds[[first, second]], weights=sample.weights
+        )
+        found.append({"parameters": [first, second], "x": x, "y": y, "density": density})
+    return found
+
+
+def described(found: example.Inference) -> dict[str, Any]:
+    """Summaries and histograms of the posteriors, on the same bounds; of pairs for the surrogate alone."""
+    summaries = {name: sample.summary() for name, sample in found.posteriors.items()}
+    margin = 2.0 * np.max([one["sd"] for one in summaries.values()], axis=0)
+    low = np.min([one["low"] for one in summaries.values()], axis=0) - margin
+    high = np.max([one["high"] for one in summaries.values()], axis=0) + margin
+    bounds = np.column_stack([low, high])
+    return {
+        name: {
+            "samples": len(sample),
+            "effective": sample.effective,
+            "summary": summaries[name],
+            "densities": densities(sample, bounds, BINS.get(name, 80)),
+        }
+        | ({"pairs": pairs(sample, bounds)} if name == example.SURROGATE else {})
+        for name, sample in found.posteriors.items()
+    }
+
+
+def main(
+    samples: Annotated[int, typer.Option(min=example.LEAST, help="Samples of the surrogate.")] = 1_000_000,
+    solver_samples: Annotated[int, typer.Option(min=example.LEAST, help="Samples of the solver.")] = 4_000,
+    seed: Annotated[int, typer.Option(help="Of noise and draws.")] = 0,
+    out: Out = OUT,
+    busy: Busy = False,
+) -> None:
+    """Infer, time and describe."""
+    measured, noise = example.measured_curve(seed=seed)
+    model = surrogate.load("fast")
+    with CLOCK:
+        found = example.infer(
+            measured, noise, model, samples=samples, solver_samples=solver_samples, seed=seed, show=progress
+        )
+        seconds = cost(model, found.posteriors[example.SURROGATE].logarithms[: 2 * BATCH], Likelihood(measured, noise))
+    solver = found.posteriors[example.SOLVER]
+    chosen = np.random.default_rng(seed).choice(len(solver), SHOWN, p=solver.weights)
+    mean = found.posteriors[example.SURROGATE].summary()["mean"]
+    content: dict[str, Any] = {
+        "parameters": list(example.PRIOR.bounds),
+        "prior": example.PRIOR.bounds,
+        "true": example.TRUE,
+        "noise_share": example.NOISE,
+        "calibration": example.CALIBRATION,
+        "posteriors": described(found),
+        "seconds": seconds,
+        "spent": found.seconds,
+        "searched": found.searched,
+        "solver_shown": np.exp(solver.logarithms[chosen]),
+        "curve": {
+            "time": example.instants(),
+            "measured": measured,
+            "mean": example.simulated(np.log([mean]))[0],
+        },
+    }
+    for name, one in content["posteriors"].items():
+        print(f"{name}: {one['samples']} samples, as good as {one['effective']:.0f}: {one['summary']}")
+    print(f"processor seconds of a sample: {seconds}")
+    options = f"--samples {samples} --solver-samples {solver_samples} --seed {seed}"
+    publish(out, f"inverse_problem {options}", content, busy=busy)

@@ -1,0 +1,111 @@
+"""Figure: the posterior of three parameters from one noisy force curve, with a surrogate and with the solver.
+
+Reads the data of `experiments.surrogates.inverse_problem`; `page_text` is the table of docs/surrogate-models.md.
+"""
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from bem._support.wording import markdown_table
+from paper_figures.style import drawing
+from paper_figures.style.writing import number
+
+LABELS = {
+    "tabor": r"Tabor parameter $\mu$",
+    "modulus_ratio": "modulus ratio $k$",
+    "retardation_time": "retardation time (s)",
+}
+WORDS = {"tabor": "Tabor parameter", "modulus_ratio": "Modulus ratio", "retardation_time": "Retardation time (s)"}
+STYLES = {
+    "surrogate": {"color": drawing.BLUE, "linewidth": 1.4},
+    "surrogate, its error ignored": {"color": drawing.ORANGE, "linewidth": 1.0, "linestyle": "--"},
+    "solver": {"color": drawing.BLACK, "linewidth": 0.9},
+}
+LEVELS = (0.95, 0.68)
+
+
+def draw_density(axes: Axes, content: dict[str, Any], index: int) -> None:
+    """Densities of one parameter, and its true value."""
+    for tool, posterior in content["posteriors"].items():
+        found = posterior["densities"][index]
+        axes.stairs(found["density"], found["edges"], label=tool, **STYLES[tool])
+    axes.axvline(content["true"][index], color=drawing.VERMILION, linestyle=":", label="true")
+    axes.set(xlabel=LABELS[content["parameters"][index]], yticks=[], ylim=(0.0, None))
+
+
+def levels_of(density: np.ndarray) -> list[float]:
+    """Heights of a histogram above which `LEVELS` of it lie, rising."""
+    ordered = np.sort(density.ravel())[::-1]
+    held = np.cumsum(ordered) / ordered.sum()
+    return [float(ordered[np.searchsorted(held, level)]) for level in LEVELS]
+
+
+def draw_pair(axes: Axes, content: dict[str, Any], pair: dict[str, Any]) -> None:
+    """Regions of 68 and 95 % of the surrogate's posterior, samples of the solver's, and the true values."""
+    x, y = (0.5 * (np.array(pair[name][1:]) + pair[name][:-1]) for name in "xy")
+    density = np.array(pair["density"]).T
+    axes.contourf(x, y, density, [*levels_of(density), np.inf], colors=["#b9d7ec", "#6fb1dc"])
+    first, second = pair["parameters"]
+    solver = np.array(content["solver_shown"])
+    axes.plot(solver[:, first], solver[:, second], ".", color=drawing.BLACK, markersize=1.2)
+    axes.plot(content["true"][first], content["true"][second], "+", color=drawing.VERMILION, markersize=9.0)
+    axes.set(xlabel=LABELS[content["parameters"][first]], ylabel=LABELS[content["parameters"][second]])
+
+
+def draw_curve(axes: Axes, curve: dict[str, Any]) -> None:
+    """The measured curve, and the solver at the posterior mean."""
+    axes.plot(curve["time"], curve["measured"], ".", color="0.6", markersize=2.5, label="measured")
+    axes.plot(curve["time"], curve["mean"], color=drawing.BLUE, linewidth=1.0, label="at the mean")
+    drawing.zero_line(axes)
+    axes.set(xlabel="time (s)", ylabel=r"force $P/(\pi R\Delta\gamma)$")
+    axes.legend(loc="upper left")
+
+
+def compose(inverse_problem: Any) -> Figure:
+    """Draw the figure."""
+    drawn = drawing.figure(height=4.4)
+    panels = drawn.subplots(2, 3)
+    for index, axes in enumerate(panels[0]):
+        draw_density(axes, inverse_problem, index)
+    draw_curve(panels[1, 0], inverse_problem["curve"])
+    for axes, pair in zip(panels[1, 1:], inverse_problem["posteriors"]["surrogate"]["pairs"], strict=True):
+        draw_pair(axes, inverse_problem, pair)
+    handles, labels = panels[0, 0].get_legend_handles_labels()
+    drawn.legend(handles, labels, loc="outside upper center", ncols=len(labels))
+    drawing.letters(panels.flat)
+    return drawn
+
+
+def rows(content: dict[str, Any]) -> list[list[str]]:
+    """One row for each posterior, and one for the truth."""
+    seconds, solver = content["seconds"], content["posteriors"]["solver"]["summary"]
+    found = []
+    for tool, posterior in content["posteriors"].items():
+        summary = posterior["summary"]
+        cells = [
+            f"{number(mean, 4)} ({number(low, 4)} to {number(high, 4)})"
+            for mean, low, high in zip(summary["mean"], summary["low"], summary["high"], strict=True)
+        ]
+        away = max(abs(a - b) / sd for a, b, sd in zip(summary["mean"], solver["mean"], solver["sd"], strict=True))
+        counts = [f"{posterior['samples']:,}", f"{posterior['effective']:,.0f}"]
+        # One pass over the samples gives both posteriors of the surrogate.
+        price = 1e3 * seconds[tool.partition(",")[0]]
+        found.append([tool, *cells, "-" if tool == "solver" else f"{away:.2f}", *counts, f"{price:.3f}"])
+    return [["true", *(number(value, 4) for value in content["true"]), "", "", "", ""], *found]
+
+
+def page_text(content: dict[str, Any]) -> str:
+    """The table for a page, and how it was made."""
+    head = ["Posterior of", *(WORDS[name] for name in content["parameters"])]
+    head += ["Largest distance from the solver's mean (sd)", "Samples", "Effective samples", "Time of a sample (ms)"]
+    seconds = content["seconds"]
+    return (
+        f"{markdown_table(head, rows(content), 'lrrrrrrr')}\n\n"
+        f"Means and 95 % intervals. A sample of the solver costs {seconds['solver'] / seconds['surrogate']:.0f} times "
+        f"as much. Before, search and {content['calibration']} simulations for the surrogate's error took "
+        f"{content['searched']:.0f} s of processor time. Measured by `{content['command']}` on {content['host']}; "
+        f"the process had {content['processor_share']:.0%} of its core."
+    )

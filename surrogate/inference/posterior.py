@@ -1,0 +1,194 @@
+"""Posterior of parameters from a measured curve, by weighted samples of a model that predicts thousands of curves.
+
+The prior is uniform in the logarithms of the parameters, and the noise is Gaussian. A surrogate's own error belongs to
+the likelihood: its differences from the solver at some parameters near the answer have a mean and a covariance, and
+what is measured differs from the prediction by such an error and by the noise. Samples come from a Student
+distribution, which `search` fits in stages of rising temper, and carry weights, so that they are those of the exact
+posterior of the likelihood.
+
+Sources: J. Kaipio and E. Somersalo, J. Comput. Appl. Math. 198 (2007) 493 (approximation error); O. Cappe, A. Guillin,
+J. M. Marin and C. P. Robert, J. Comput. Graph. Stat. 13 (2004) 907 (fitted proposals); L. Kish, Survey Sampling (1965)
+(effective sample size).
+
+Example: `examples/infer_material.py`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve
+from scipy.special import logsumexp
+from scipy.stats import multivariate_t
+
+FREEDOM = 6.0
+"""Degrees of freedom of a proposal, whose tails then are wider than those of a posterior near a Gaussian."""
+WIDER = 1.2
+"""A proposal over the sample to which it is fitted."""
+STAGE = 4096
+"""Samples of a stage of the search."""
+LEAST = STAGE / 16
+"""As how many samples of equal weight those of a stage must be, for the next proposal to be fitted to them."""
+MOST_STAGES = 20
+BATCH = 1024
+"""Curves that are computed at a time."""
+
+Model = Callable[[np.ndarray], np.ndarray]
+"""Predicts curves of shape (n, m) for logarithms of parameters of shape (n, p)."""
+
+
+class Likelihood:
+    """Gaussian likelihood of a measured curve, up to a constant factor.
+
+    Args:
+        measured: The curve, shape (m,).
+        noise: Standard deviation of the noise, independent from point to point.
+        errors: By what the true curve exceeds the model's at some parameters, shape (n, m); rows that are not finite
+            are left out. `None`: the model has no error.
+
+    Raises:
+        ValueError: The noise is not above zero, or fewer than two errors are finite.
+    """
+
+    def __init__(self, measured: np.ndarray, noise: float, errors: np.ndarray | None = None) -> None:
+        if not noise > 0.0:
+            raise ValueError(f"noise must lie above 0; received {noise!r}")
+        covariance = noise**2 * np.eye(measured.size)
+        self.expected = measured
+        if errors is not None:
+            errors = errors[np.all(np.isfinite(errors), axis=1)]
+            if len(errors) < 2:
+                raise ValueError(f"errors must be known at two parameters at least; received {len(errors)}")
+            self.expected = measured - errors.mean(axis=0)
+            # The mean of n errors is itself uncertain by one n-th of their covariance.
+            covariance += (1.0 + 1.0 / len(errors)) * np.cov(errors, rowvar=False)
+        self._precision = cho_solve(cho_factor(covariance), np.eye(measured.size))
+
+    def __call__(self, curves: np.ndarray) -> np.ndarray:
+        """Logarithm for predicted curves (n, m), shape (n,); minus infinity for a curve that is not finite."""
+        known = np.all(np.isfinite(curves), axis=1)
+        residual = curves[known] - self.expected
+        found = np.full(len(curves), -np.inf)
+        found[known] = -0.5 * np.einsum("ij,ij->i", residual @ self._precision, residual)
+        return found
+
+
+@dataclass(frozen=True)
+class Sample:
+    """Parameters with weights.
+
+    Args:
+        logarithms: Of the parameters, shape (n, p).
+        log_weights: Shape (n,), up to a constant.
+    """
+
+    logarithms: np.ndarray
+    log_weights: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.logarithms)
+
+    @property
+    def weights(self) -> np.ndarray:
+        """Weights that sum to one, shape (n,)."""
+        return np.exp(self.log_weights - logsumexp(self.log_weights))
+
+    @property
+    def effective(self) -> float:
+        """How many samples of equal weight are as good, by Kish."""
+        return float(1.0 / np.sum(self.weights**2))
+
+    def proposal(self, wider: float = WIDER) -> Any:
+        """Student distribution about the mean, its matrix the covariance times the square of `wider`."""
+        centre = self.weights @ self.logarithms
+        return _student(centre, wider**2 * np.cov(self.logarithms, rowvar=False, aweights=self.weights))
+
+    def summary(self) -> dict[str, np.ndarray]:
+        """Mean, standard deviation and ends of the 95 % interval of the parameters, each of shape (p,)."""
+        values, weights = np.exp(self.logarithms), self.weights
+        mean = weights @ values
+        low, high = np.quantile(values, [0.025, 0.975], axis=0, weights=weights, method="inverted_cdf")
+        return {"mean": mean, "sd": np.sqrt(weights @ (values - mean) ** 2), "low": low, "high": high}
+
+    def times(self, log_likelihood: np.ndarray) -> Sample:
+        """The same parameters, their weights times a likelihood, given by its logarithm, shape (n,)."""
+        return Sample(self.logarithms, self.log_weights + log_likelihood)
+
+
+@dataclass(frozen=True)
+class Prior:
+    """Parameters that lie between bounds, uniform in their logarithms.
+
+    Args:
+        bounds: Lower and upper one, above zero, by the name of the parameter.
+    """
+
+    bounds: Mapping[str, tuple[float, float]]
+
+    def draw(self, count: int, seed: int, proposal: Any = None) -> Sample:
+        """Draw samples whose weights make them those of the prior.
+
+        Args:
+            count: How many are drawn; those of a proposal that lie outside of the bounds are left out.
+            seed: Of the draw.
+            proposal: What they are drawn from, such as `Sample.proposal`; by default the prior itself.
+        """
+        low, high = np.log(list(self.bounds.values())).T
+        rng = np.random.default_rng(seed)
+        if proposal is None:
+            return Sample(rng.uniform(low, high, (count, low.size)), np.zeros(count))
+        points = np.atleast_2d(proposal.rvs(count, random_state=rng))
+        points = points[np.all((points >= low) & (points <= high), axis=1)]
+        return Sample(points, -np.atleast_1d(proposal.logpdf(points)))
+
+
+def batches(points: np.ndarray, size: int = BATCH) -> list[np.ndarray]:
+    """Divide rows into parts of at most `size`."""
+    return [points[at : at + size] for at in range(0, len(points), size)]
+
+
+def widened(proposal: Any, factor: float) -> Any:
+    """Student distribution about the same point, so many times as wide."""
+    return _student(proposal.loc, factor**2 * proposal.shape)
+
+
+def search(model: Model, likelihood: Likelihood, prior: Prior, *, start: Any = None, seed: int = 0) -> Any:
+    """Find a proposal that resembles the posterior.
+
+    The first stage draws from `start`, by default the prior, each later one from the fit of the one before. A stage
+    raises the likelihood to the largest power up to 1 at which its samples are as good as `LEAST` of equal weight.
+
+    Raises:
+        RuntimeError: The power is below 1 after `MOST_STAGES`.
+    """
+    sample, power = prior.draw(STAGE, seed, start), 0.0
+    for stage in range(1, MOST_STAGES + 1):
+        found = np.concatenate([likelihood(model(part)) for part in batches(sample.logarithms)])
+        power = _power(sample, found)
+        # Minus infinity times zero is no number.
+        fitted = sample.times(power * found if power > 0.0 else np.where(np.isfinite(found), 0.0, -np.inf))
+        if power == 1.0:
+            return fitted.proposal()
+        sample = prior.draw(STAGE, seed + stage, fitted.proposal())
+    raise RuntimeError(
+        f"the search did not reach the posterior in {MOST_STAGES} stages; the likelihood was raised to {power:.2g}"
+    )
+
+
+def _power(sample: Sample, log_likelihood: np.ndarray) -> float:
+    """Largest power of the likelihood up to 1 at which the sample is as good as `LEAST` of equal weight."""
+    low, high = 0.0, 1.0
+    if sample.times(log_likelihood).effective >= LEAST:
+        return 1.0
+    for _ in range(30):
+        middle = 0.5 * (low + high)
+        enough = sample.times(middle * log_likelihood).effective >= LEAST
+        low, high = (middle, high) if enough else (low, middle)
+    return low
+
+
+def _student(centre: np.ndarray, shape: np.ndarray) -> Any:
+    return multivariate_t(centre, shape, FREEDOM)
