@@ -32,8 +32,8 @@ def solver_name(solver: Solver | None) -> str:
 def expected_seconds(protocols: dict[str, FloatArray], accuracy: str | float = "standard") -> FloatArray:
     """Seconds each protocol may take, a fit to measured ones: deep contacts of large Tabor parameter cost most."""
     tighter = NAMED_TARGETS["standard"] / resolve_accuracy(accuracy).target
-    scale = 3e-4 * tighter ** (1.3 if tighter > 1.0 else 0.7)
-    return scale * (2.5 + protocols["tabor"] ** 0.4 * protocols["peak_indentation"])
+    scale = 5.5e-4 * tighter ** (0.9 if tighter > 1.0 else 0.35)
+    return scale * (0.5 + protocols["tabor"] ** 0.4 * np.sqrt(np.maximum(protocols["peak_indentation"], 0.0)))
 
 
 def batches_of(indices: np.ndarray, seconds: FloatArray, workers: int) -> list[tuple[int, ...]]:

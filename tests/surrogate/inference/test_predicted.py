@@ -9,7 +9,7 @@ import surrogate
 from bem import LoadingProtocol
 from bem.protocol import default_start_indentation
 from bem.reference_solutions import dmt
-from surrogate.cli import predict as predict_cli
+from surrogate.cli import answer
 from surrogate.inference.predicted import FORCE_DOUBT, predicted_trajectory
 from tests.surrogate.inference.predicting import PROTOCOL
 
@@ -87,9 +87,9 @@ def test_the_signed_work_stands_in_the_summary():
 
 
 def test_the_command_line_reports_attached_contacts_and_negative_work():
-    line = predict_cli._readable(0, ending(9.0), None)
+    line = answer.readable(0, ending(9.0), None)
     assert "still attached at the end: the pull-off force is the largest so far" in line
     assert "work" not in line
-    line = predict_cli._readable(0, ending(-9.0), None)
+    line = answer.readable(0, ending(-9.0), None)
     assert "attached" not in line
     assert ", work -27: the contact gave energy back; not dissipation" in line
