@@ -108,6 +108,8 @@ def lone_spikes(force: np.ndarray, scale: float) -> np.ndarray:
     """
     if force.size < 5:
         return np.empty(0)
+    # Without adhesion there is no pull-off force, and the range of the force takes its place.
+    scale = scale or float(np.ptp(force))
     before, at, after = force[1:-3], force[2:-2], force[3:-1]
     out = np.minimum(np.abs(at - before), np.abs(at - after)) * ((at - before) * (at - after) > 0.0)
     around = np.abs(np.stack([before - force[:-4], after - before, force[4:] - after])).max(axis=0)

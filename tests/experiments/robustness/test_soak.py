@@ -24,6 +24,15 @@ def test_a_lone_spike_is_told_from_peaks_and_jumps():
     assert len(soak.lone_spikes(np.array([0.0, 9.0, 0.0]), 1.0)) == 0
 
 
+def test_rounding_is_no_spike_where_there_is_no_pull_off_force():
+    force = np.linspace(0.0, -1.0, 50)
+    force[20:] = 0.0
+    force[40] = 1e-16
+    assert soak.lone_spikes(force, 0.0).size == 0
+    force[40] = 0.1
+    assert soak.lone_spikes(force, 0.0).size == 1
+
+
 def test_a_small_soak_raises_nothing_and_keeps_its_memory(tmp_path, monkeypatch):
     monkeypatch.setattr(soak, "CHUNK", 6)
     content = soak_summary(48, 12, tmp_path)
