@@ -195,10 +195,7 @@ class Pretrained:
         """Return a stream, which predicts point by point, for a Tabor parameter and a modulus ratio in (0, 1].
 
         Raises:
-            ValueError: one of them is out of bounds.
-
-        Warns:
-            ExtrapolationWarning: one of them lies outside the ranges of the training.
+            ValueError: one of them is out of bounds; an `ExtrapolationWarning` names what the training did not contain.
         """
         from surrogate.pretrained.streaming import PretrainedStream
 
