@@ -35,8 +35,11 @@ def test_a_cache_that_cannot_be_written_does_not_stop_a_simulation(cache, monkey
     assert "compiling the solver" in capsys.readouterr().err
 
 
+# A program started in the background of a shell ignores Ctrl-C unless told otherwise.
 SIMULATIONS = """
+import signal
 import bem
+signal.signal(signal.SIGINT, signal.default_int_handler)
 scene = bem.Scene(3.0)
 path = bem.LoadingProtocol(peak_indentation=20.0, loading_rate=1.0, dwell_time=0.0, unloading_rate=1.0)
 bem.simulate(scene, path)
@@ -74,6 +77,9 @@ def test_simulations_in_a_row_are_interrupted_without_a_crash():
             assert run.stdout.readline() == b"begun\n"
             time.sleep(wait)
             run.send_signal(signal.SIGINT)
-            said = run.communicate(timeout=60)[1]
+            try:
+                said = run.communicate(timeout=60)[1]
+            finally:
+                run.kill()
         assert run.returncode == -signal.SIGINT
         assert b"KeyboardInterrupt" in said

@@ -30,7 +30,7 @@ def test_workers_wait_for_the_last_batch():
     expected = campaign.expected_seconds(campaign.indices)
     even = [bench_campaign.tail(campaign, expected, workers) for workers in (1, 2, 8)]
     assert even[0]["tail"] == pytest.approx(0.0, abs=1e-9)
-    assert all(0.0 <= one["tail"] < 0.05 for one in even)
+    assert all(0.0 <= one["tail"] < 0.05 for one in even[1:])
     # Trajectories all of which cost what the cheapest is expected to, but one.
     seconds = np.full(300, 1e-3)
     seconds[int(np.argmin(expected))] = 1.0
