@@ -107,11 +107,11 @@ def _fewest(
     report: Callable[[int, float], None] | None,
 ) -> tuple[FitResult, Effects]:
     """The fit of all parameters, or the elastic one where that describes the curve as well."""
-    elastic = setup.replaced(material=Elastic(), retardation_time=None)
     try:
         result = _fitted(curve, setup, ALL, contact, duration, accuracy, report)
     except FitError:
         # A memory that the curve does not show leaves the search without a minimum.
+        elastic = setup.replaced(material=Elastic(), retardation_time=None)
         result = _fitted(curve, elastic, ELASTIC, contact, duration, accuracy, report)
         return result, effects_called_for(result)
     effects = effects_called_for(result)
@@ -183,5 +183,4 @@ def _settled(search: Search, x: FloatArray) -> tuple[FloatArray, FloatArray, Flo
         if gained < _SMALL:
             break
         jacobian, smooth = search.full_jacobian(x)
-        residuals = search.residuals(x)
     return x, residuals[smooth], jacobian[smooth]

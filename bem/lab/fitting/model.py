@@ -148,6 +148,7 @@ class Model:
         protocol, begin = self.protocol(setup, values.get("contact_point", 0.0))
         trajectory = simulate(setup.scene(), protocol, accuracy)
         if not trajectory.completed:
+            self.jumps, self.passages = (), np.full(len(self.measured), np.nan)
             return None
         origin = self.curve.time[0] + begin
         self.jumps = tuple(origin + setup.time_scale * jump.time for jump in trajectory.jumps)

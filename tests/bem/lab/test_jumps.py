@@ -5,7 +5,7 @@ import pytest
 
 from bem import StandardLinearSolid, simulate
 from bem.lab import ForceCurve, Setup, fit
-from bem.lab.fitting import ALL
+from bem.lab.fitting import ALL, curve_fit
 from bem.lab.fitting.jumps import as_residuals, instants_of, lateness, measured_jumps, shares_between, weights_of
 from bem.lab.guess import guess_setup
 from experiments.lab import lab_coverage
@@ -71,12 +71,18 @@ def test_the_points_between_the_jumps_of_curve_and_model_count_little_where_thos
 
 
 @pytest.mark.parametrize("number", [7, 10])
-def test_a_fit_finds_the_jumps_of_a_cantilever(number):
+def test_a_fit_finds_the_jumps_of_a_cantilever(number, monkeypatch):
     # The forces alone leave the search where its jump is several samples from the measured one.
     rng = np.random.default_rng([0, 1, number])
     truth = lab_coverage.drawn(rng, "stage")
     curve = lab_coverage.measured(truth, rng)
+    searches = []
+    keep = curve_fit.result_of
+    monkeypatch.setattr(curve_fit, "result_of", lambda search, *found: searches.append(search) or keep(search, *found))
     result = fit(curve, guess_setup(curve, radius=lab_coverage.RADIUS), lab_coverage.ALL)
+    late = searches[-1].model.late()
+    assert late.size >= 1
+    assert np.all(np.abs(late) < 3.0)
     for name, (low, high) in result.intervals.items():
         assert low <= truth[name] <= high, name
     assert result.noise == pytest.approx(0.01 * np.ptp(curve.force), rel=0.1)
@@ -125,7 +131,7 @@ def test_a_soft_spring_jumps_from_afar_and_a_fast_memory_is_found():
     path = bead.protocol(
         peak_indentation=1.5e-6, loading_rate=2e-5, dwell_time=0.2, unloading_rate=2e-5, start_indentation=-6e-6
     )
-    curve = curve_of(bead, path, 2000, 0.003)
+    curve = curve_of(bead, path, 5000, 0.003)
     result = fit(curve, guess_setup(curve, radius=50e-6), ALL)
     assert result.noise == pytest.approx(0.003 * np.ptp(curve.force), rel=0.1)
     assert result.values["retardation_time"] == pytest.approx(0.05, rel=0.3)

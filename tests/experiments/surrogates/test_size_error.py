@@ -7,13 +7,11 @@ import numpy as np
 import pytest
 
 from bem import simulate
-from bem.dataset.designs import Design
-from bem.dataset.physical_steps import physical_grid
 from experiments import common
 from experiments.surrogates import size_error
 from experiments.surrogates.hidden_protocols import Hidden
 from surrogate.data.dataset import TrajectoryDataset
-from surrogate.data.physics import physics_channels
+from tests.physical_data import physical_dataset
 
 pytest.importorskip("surrogate.training.pretrained")
 COUNT = 160
@@ -23,20 +21,7 @@ DRAW = Hidden.draw
 @pytest.fixture
 def dataset(monkeypatch):
     """Any forces that depend on the inputs, in place of a file of the solver's; the solver at its quickest."""
-    protocols = Design("sobol", modulus_ratio=(0.01, 1.0)).protocols(COUNT, seed=0)
-    times, indentations = physical_grid(**protocols)
-    force = 2.0 + physics_channels(times, indentations, protocols["tabor"], protocols["modulus_ratio"])[1] / 1e3
-    held = TrajectoryDataset(
-        protocols=protocols,
-        force=force,
-        points_per_phase=(22, 8, 72),
-        scalars={"pull_off_force": force[:, 29:].max(axis=1)},
-        status=np.zeros(COUNT, dtype=np.uint8),
-        sha256="0" * 64,
-        forces_sha256="0" * 64,
-        modulus_ratio=None,
-        steps="physical",
-    )
+    held = physical_dataset(COUNT)
     monkeypatch.setattr(TrajectoryDataset, "load", lambda _: held)
     monkeypatch.setattr(size_error, "limit_threads", lambda _: None)
 

@@ -5,11 +5,8 @@ import numpy as np
 import pytest
 
 from bem import LoadingProtocol
-from bem.dataset.designs import Design
-from bem.dataset.physical_steps import physical_grid
-from surrogate.data.dataset import TrajectoryDataset
-from surrogate.data.physics import physics_channels
 from surrogate.pretrained.model import Pretrained
+from tests.physical_data import physical_dataset
 
 pretrained = pytest.importorskip("surrogate.training.pretrained")
 COUNT = 160
@@ -19,20 +16,7 @@ TINY = pretrained.Definition((6,), COUNT, replace(pretrained._RECIPE, epochs=1, 
 @pytest.fixture(scope="module")
 def dataset():
     """Any forces that depend on the inputs and have a peak: the solver's are not needed to go through the motions."""
-    protocols = Design("sobol", modulus_ratio=(0.01, 1.0)).protocols(COUNT, seed=0)
-    times, indentations = physical_grid(**protocols)
-    force = 2.0 + physics_channels(times, indentations, protocols["tabor"], protocols["modulus_ratio"])[1] / 1e3
-    return TrajectoryDataset(
-        protocols=protocols,
-        force=force,
-        points_per_phase=(22, 8, 72),
-        scalars={"pull_off_force": force[:, 29:].max(axis=1)},
-        status=np.zeros(COUNT, dtype=np.uint8),
-        sha256="0" * 64,
-        forces_sha256="0" * 64,
-        modulus_ratio=None,
-        steps="physical",
-    )
+    return physical_dataset(COUNT)
 
 
 def test_a_trained_model_is_ready_to_use_and_resumed_not_repeated(dataset, tmp_path):
