@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bem._support.interpolation import ForceInterpolant
+from bem._numerics.interpolation import ForceInterpolant
 from bem._support.quantities import FORCE, UNITS
 from bem._support.tabular import Column, Tabular
 from bem._support.validation import FloatArray

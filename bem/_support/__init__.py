@@ -1,1 +1,1 @@
-"""Shared by all parts of the package: validation, wording, compilation, small linear algebra, whole files."""
+"""Shared by all parts of the package: validation, wording, output files, progress, command lines."""

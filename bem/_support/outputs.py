@@ -32,11 +32,13 @@ class Outputs:
         paths: The files, `None` for those not wanted. A device or a pipe is written directly.
 
     Raises:
-        ValueError: a path twice, a directory, or a place that cannot be written.
+        ValueError: a path twice, '-', a directory, or a place that cannot be written.
     """
 
     def __init__(self, *paths: Path | None) -> None:
         self.paths = [Path(path) for path in paths if path is not None]
+        if Path("-") in self.paths:
+            raise ValueError("Expected the name of an output file, which cannot be standard output; received -")
         if len(set(map(Path.absolute, self.paths))) < len(self.paths):
             raise ValueError(f"Expected different output files; received {', '.join(map(str, self.paths))}")
         self._targets: dict[Path, Path] = {}

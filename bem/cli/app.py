@@ -110,7 +110,7 @@ def compile_kernels() -> None:
     """Compile the solver for this processor now, so that the first simulation starts at once; `make setup` does it."""
     import numpy as np
 
-    from bem._support.interpolation import ForceInterpolant
+    from bem._numerics.interpolation import ForceInterpolant
     from bem.solver.simulation import load_kernels
 
     load_kernels()

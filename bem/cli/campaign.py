@@ -126,7 +126,7 @@ def _workers_loading(workers: int | None, out: Path) -> Iterator[None]:
 
     with LocalExecutor(workers) as local:
         local.load_solver()
-        from bem._support.jit import announce_compilation
+        from bem._numerics.jit import announce_compilation
 
         announce_compilation()
         yield

@@ -22,7 +22,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bem._support.jit import kernel
+from bem._numerics.jit import kernel
 from bem._support.validation import FloatArray
 from bem.dataset.measurement_steps import PHYSICAL, checked_counts
 from bem.materials import Material, StandardLinearSolid
@@ -77,6 +77,23 @@ def physical_grid(
         start_indentation = default_start_indentation(np.asarray(tabor, dtype=np.float64))
     given = (tabor, peak_indentation, loading_rate, dwell_time, unloading_rate, start_indentation)
     protocols = np.stack(np.broadcast_arrays(*(np.atleast_1d(np.asarray(one, np.float64)) for one in given)))
+    if (material is None) == (modulus_ratio is None):
+        raise ValueError("steps need either a material or a modulus_ratio; received neither or both")
+    if material is None:
+        strengths, rates = solids(np.broadcast_to(np.asarray(modulus_ratio, np.float64), protocols.shape[1:]))
+    else:
+        strengths, rates = relaxation(material, protocols.shape[1])
+    return checked_steps(protocols, strengths, rates, np.array(counts))
+
+
+def checked_steps(
+    protocols: np.ndarray, strengths: np.ndarray, rates: np.ndarray, counts: np.ndarray
+) -> tuple[FloatArray, FloatArray]:
+    """Steps as `physical_grid` returns them, of arguments as `on_steps` takes them.
+
+    Raises:
+        ValueError: as `physical_grid` raises for the quantities.
+    """
     if np.any(wrong := ~((protocols[1] > 0.0) & (protocols[5] < 0.0))):
         row = int(np.flatnonzero(wrong)[0])
         raise ValueError(
@@ -88,15 +105,10 @@ def physical_grid(
             "counts must ask for no dwell points where dwell_time is 0; "
             f"received {counts[1]} with a dwell_time of {float(protocols[3].min())!r}"
         )
-    if (material is None) == (modulus_ratio is None):
-        raise ValueError("steps need either a material or a modulus_ratio; received neither or both")
-    if material is None:
-        strengths, rates = solids(np.broadcast_to(np.asarray(modulus_ratio, np.float64), protocols.shape[1:]))
-    else:
-        strengths, rates = relaxation(material, protocols.shape[1])
-    times, indentations, _ = on_steps(protocols, strengths, rates, np.array(counts))
-    if not np.all(rising := np.all(np.diff(times, axis=1) > 0.0, axis=1)):
-        row = int(np.flatnonzero(~rising)[0])
+    times, indentations, _ = on_steps(protocols, strengths, rates, counts)
+    steps = np.diff(times, axis=1)
+    if not steps.min() > 0.0:
+        row = int(np.flatnonzero(~(steps > 0.0).all(axis=1))[0])
         raise ValueError(
             "measurement times must be strictly increasing in double precision; received protocol "
             f"{row} with the quantities {protocols[:5, row].tolist()}"

@@ -14,7 +14,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bem._support.jit import kernel
+from bem._numerics.jit import kernel
 from bem._support.validation import FloatArray
 from bem.materials import recursion_step
 from bem.protocol import PiecewiseLinearProtocol

@@ -1,1 +1,1 @@
-"""How a contact is solved: time stepping, equilibrium, instabilities, hereditary memory."""
+"""How a contact is solved: mesh, equilibrium, instabilities, hereditary memory, time stepping."""

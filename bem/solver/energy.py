@@ -12,7 +12,7 @@ Units: h0 pi R dgamma. Source: Greenwood, Proc. R. Soc. A 453 (1997) 1277, on th
 
 import numpy as np
 
-from bem._support.jit import kernel
+from bem._numerics.jit import kernel
 from bem.tractions import Law, potential_at, tail_energy, tail_energy_at
 
 

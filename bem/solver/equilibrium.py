@@ -16,7 +16,7 @@ allowed: the stiffer the contact, the more force a residual is worth. It must be
 of positive slope, such as the one from gap to traction where surfaces press, keeps the sign of the determinant, and
 iterations with a kept factorisation only converge to states of the same sign (all eigenvalues of the quotient of both
 Jacobians lie within 1 of 1, and the extrapolation is bounded). So the sign is known from the last factorisation. At a
-fold, where few iterations leave this open, `bem.solver.trial_step` factorises at the solution itself.
+fold, where few iterations leave this open, `bem.solver.stepping.trial_step` factorises at the solution itself.
 Source: paper, Appendix "BEM discretisation details", Eqs. (LJdisc) to (uzdisc2); Walker and Ni, SIAM J. Numer. Anal. 49
 (2011) 1715.
 """
@@ -25,8 +25,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bem._support.jit import kernel, kernel_part
-from bem._support.linear_algebra import add_rows, copy_into, determinant_is_negative, dot, lu_factor, lu_solve
+from bem._numerics.jit import kernel, kernel_part
+from bem._numerics.linear_algebra import add_rows, copy_into, determinant_is_negative, dot, lu_factor, lu_solve
 from bem.solver.pressed import LARGEST_TENSION, changed_gap, pressed_gaps
 from bem.solver.work import FACTORISATIONS, ITERATIONS, UNKNOWNS
 from bem.tractions import GAP_AT_PEAK, Law, slope_at, tail_force, tail_force_at, traction, traction_at
@@ -45,7 +45,7 @@ _SMALLEST_RESIDUAL = 1e-10  # in h0; rounding leaves less
 class Factor(NamedTuple):
     """A kept factorisation of the Jacobian over the first nodes."""
 
-    columns: np.ndarray  # (n, n), see `bem._support.linear_algebra`
+    columns: np.ndarray  # (n, n), see `bem._numerics.linear_algebra`
     pivots: np.ndarray  # (n,) int32
     by_traction: np.ndarray  # (n,) bool: the unknown is the traction
     order: np.ndarray  # (1,) int64: nodes in the linear system; 0 when there is no factorisation

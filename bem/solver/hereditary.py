@@ -26,8 +26,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bem._support.jit import kernel
-from bem._support.linear_algebra import copy_into
+from bem._numerics.jit import kernel
+from bem._numerics.linear_algebra import copy_into
 from bem.materials import recursion_step
 from bem.solver.discretisation.regrid import regrid
 

@@ -11,8 +11,8 @@ this problem.
 
 import numpy as np
 
-from bem._support.jit import kernel
-from bem._support.linear_algebra import copy_into, determinant_is_negative, dot, lu_factor, lu_solve
+from bem._numerics.jit import kernel
+from bem._numerics.linear_algebra import copy_into, determinant_is_negative, dot, lu_factor, lu_solve
 from bem.solver.equilibrium import residual_of, tractions_of
 from bem.solver.work import FACTORISATIONS, ITERATIONS
 from bem.tractions import Law, slope_at

@@ -12,8 +12,8 @@ Source: Johnson, Contact Mechanics, 1985, section 5.9; Hertz's solution is in `b
 
 import numpy as np
 
-from bem._support.jit import kernel
-from bem._support.linear_algebra import add_rows, lu_factor, lu_solve
+from bem._numerics.jit import kernel
+from bem._numerics.linear_algebra import add_rows, lu_factor, lu_solve
 from bem.solver.work import FACTORISATIONS, ITERATIONS, UNKNOWNS
 
 _MOST_ITERATIONS = 100

@@ -22,8 +22,8 @@ import time
 
 import numpy as np
 
-from bem._support.jit import kernel
-from bem._support.linear_algebra import add_rows, lu_factor, lu_solve
+from bem._numerics.jit import kernel
+from bem._numerics.linear_algebra import add_rows, lu_factor, lu_solve
 from bem._support.validation import instance, whole_number
 from bem.protocol import LoadingProtocol, PiecewiseLinearProtocol
 from bem.scene import Scene

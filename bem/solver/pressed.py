@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bem._support.jit import kernel, kernel_part
+from bem._numerics.jit import kernel, kernel_part
 from bem.tractions import GAP_AT_PEAK, PEAK_TRACTION, Law, slope_at, traction_at
 
 LARGEST_TENSION = 0.9 * PEAK_TRACTION  # of a node whose unknown is the traction

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bem._support.jit import in_python
+from bem._numerics.jit import in_python
 from bem.accuracy import Controls
 from bem.reference_solutions import hertz
 from bem.scene import Scene
@@ -14,9 +14,9 @@ from bem.solver.discretisation.hat_influence import kernel_series
 from bem.solver.discretisation.influence import require_mesh
 from bem.solver.discretisation.master_grid import Grid, master_grid, moves
 from bem.solver.discretisation.mesh import Mesh, fixed_mesh
-from bem.solver.extrapolation import Scales
 from bem.solver.machine.compliance import Machine
 from bem.solver.machine.reach import machine_of
+from bem.solver.stepping.extrapolation import Scales
 from bem.tractions import HardContact, Law, law_of
 
 _NOISE = 0.04
@@ -49,6 +49,7 @@ def discretise(
     mesh: ArrayLike | None,
     audit: bool = False,
     by_force: bool = False,
+    moving: bool = False,
 ) -> tuple[Problem, Mesh]:
     """The problem of a scene, and the user's own mesh, empty where there is none.
 
@@ -59,6 +60,7 @@ def discretise(
         mesh: radii (n,) of a fixed mesh, or None.
         audit: whether the stability of each accepted state is checked again.
         by_force: whether the protocol prescribes the force.
+        moving: whether the grid has to move, also where one that stays is small enough.
 
     Raises:
         ValueError: for a mesh that ends inside the contact, or is none.
@@ -81,7 +83,8 @@ def discretise(
                 f"{radii[-1]:.4g}"
             )
     own_mesh = fixed_mesh(tabor, radii, strengths.size > 0)
-    grid = own_mesh.grid if radii.size else master_grid(tabor, deepest, nonadhesive, controls, strengths.size > 0)
+    remembers = strengths.size > 0
+    grid = own_mesh.grid if radii.size else master_grid(tabor, deepest, nonadhesive, controls, remembers, moving)
     problem = Problem(
         tabor=tabor,
         law=law_of(scene.adhesion),

@@ -9,8 +9,9 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bem._support.jit import announce_compilation, note_compilation, uninterrupted
-from bem._support.peaks import with_peaks
+from bem._numerics.interruption import interruptible
+from bem._numerics.jit import announce_compilation, note_compilation
+from bem._numerics.peaks import with_peaks
 from bem._support.validation import instance
 from bem._support.wording import shown
 from bem.accuracy import Accuracy, Controls, resolve_accuracy
@@ -19,10 +20,10 @@ from bem.reference_solutions import hertz
 from bem.scene import Scene
 from bem.solver.discretisation.cohesive_zone import edge_resistance, largest_contact_radius
 from bem.solver.discretisation.mesh import Mesh
-from bem.solver.elastic.march import has_curve, march_elastic
+from bem.solver.elastic.march import has_curve, march_elastic, prefers_curve
 from bem.solver.machine.reach import deepest_indentation
 from bem.solver.problem import Problem, discretise
-from bem.solver.time_stepping import (
+from bem.solver.stepping.time_stepping import (
     COMPLETED,
     DETACHED,
     NO_EQUILIBRIUM,
@@ -101,7 +102,7 @@ def simulate(
         if has_curve(run.problem):
             result = march_elastic(run.problem, run.times, run.controls)
         else:
-            result = uninterrupted(march, *run, initial_state == "glassy", MOST_STEPS)
+            result = interruptible(march, *run, initial_state == "glassy", MOST_STEPS)
         seconds += time.perf_counter() - started
         aim = wanted
         # On a mesh too coarse for its scene the contact may find no equilibrium at a fold; a finer one is tried then.
@@ -115,14 +116,14 @@ def load_kernels() -> None:
     """Compile the solver's kernels, or load them from the cache, by following a tiny contact once."""
     announce_compilation()
     scene, path = Scene(tabor=1.0, adhesion=HardContact()), PiecewiseLinearProtocol([0.0, 1.0], [0.0, 0.1])
-    uninterrupted(march, *_prepare(scene, path, resolve_accuracy("draft"), np.linspace(0.0, 2.0, 5)), False, 3)
+    interruptible(march, *_prepare(scene, path, resolve_accuracy("draft"), np.linspace(0.0, 2.0, 5)), False, 3)
     note_compilation()
 
 
 def count_unstable(scene: Scene, protocol: Protocol, accuracy: str | float = "standard") -> int:
     """Number of states along a trajectory that are no stable equilibria, each checked again; zero if all is well."""
     run = _prepare(scene, _path(scene, protocol), resolve_accuracy(accuracy), audit=True)
-    return work_by_name(uninterrupted(march, *run, False, MOST_STEPS).work)["unstable"]
+    return work_by_name(interruptible(march, *run, False, MOST_STEPS).work)["unstable"]
 
 
 class _Run(NamedTuple):
@@ -147,11 +148,12 @@ def _prepare(
 ) -> _Run:
     deepest, adhesive = deepest_indentation(scene, path), not isinstance(scene.adhesion, HardContact)
     by_force = isinstance(path, ForceProtocol)
+    on_curve = mesh is None and not audit and not by_force and prefers_curve(scene, deepest)
     controls = _for_law(accuracy.controls(_edge_resistance(scene, path, deepest) if adhesive else 0.0, adhesive), scene)
-    problem, own_mesh = discretise(scene, deepest, controls, mesh, audit, by_force)
+    problem, own_mesh = discretise(scene, deepest, controls, mesh, audit, by_force, on_curve)
     if problem.series.size:  # a grid that moves interpolates by lines
         controls = _for_law(accuracy.line_controls(elastic=scene.material.strengths.size == 0), scene)
-        problem, own_mesh = discretise(scene, deepest, controls, mesh, audit, by_force)
+        problem, own_mesh = discretise(scene, deepest, controls, mesh, audit, by_force, on_curve)
     values = path.forces if isinstance(path, ForceProtocol) else path.indentations
     return _Run(problem, own_mesh, np.array(path.times), np.array(values))
 

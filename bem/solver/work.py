@@ -5,7 +5,7 @@ Each constant is the position of one count in that array.
 
 import numpy as np
 
-from bem._support.jit import kernel
+from bem._numerics.jit import kernel
 
 COUNTS = (
     "iterations",

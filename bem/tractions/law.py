@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bem._support.jit import kernel, kernel_part
+from bem._numerics.jit import kernel, kernel_part
 from bem.tractions.lennard_jones import GAP_AT_PEAK, potential, slope, tail_energy, tail_force, traction
 
 # No integers: Numba compiles a function anew for each constant one.

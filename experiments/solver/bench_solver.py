@@ -3,11 +3,11 @@
 Trajectories run one after the other on one core. Times are processor seconds, and errors are against refined solutions,
 both as in `experiments.solver.solver_processes`. The result is one JSON file and the tables of
 `docs/solver-benchmark.md`. With `--baseline REVISION` the solver of the working tree is compared with that of a git
-revision instead.
+revision instead, also on scenes beyond the box.
 
 Usage: `python -m experiments bench_solver [--count N] [--seed N] [--reference-count N] [--out FILE] [--report FILE]`,
 or `python -m experiments bench_solver --baseline REVISION [--exact REVISION] [--accuracy NAME] [--count N]
-[--seed N] [--repeats N]`.
+[--seed N] [--repeats N] [--beyond N]`.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from bem.accuracy import resolve_accuracy
 from bem.solver.version import SOLVER_VERSION
 from experiments.common import write_result
 from experiments.robustness.known_results import known_results, summary
-from experiments.solver import revision_comparison, solver_processes
+from experiments.solver import beyond_the_box, revision_comparison, solver_processes
 from experiments.solver.startup import command_seconds
 from experiments.timing import in_fresh_process, plain
 
@@ -224,6 +224,7 @@ def main(
     exact_by: Annotated[str, typer.Option("--exact", help="Revision of the refined solutions.")] = "",
     accuracy: Annotated[list[str] | None, typer.Option(help="Accuracy; repeatable.")] = None,
     repeats: Annotated[int, typer.Option(min=1, help="Runs of each revision; the fastest counts.")] = 3,
+    beyond: Annotated[int, typer.Option(min=0, help="Scenes of each sample beyond the box, with --baseline.")] = 100,
 ) -> None:
     """Measure, print the tables and write them."""
     accuracies = tuple(asked(words) for words in accuracy or ()) or revision_comparison.ACCURACIES
@@ -231,6 +232,9 @@ def main(
     if baseline:
         found = revision_comparison.compare(baseline, exact_by or baseline, accuracies, count, seed, repeats, jobs)
         revision_comparison.show(found)
+        if beyond:
+            found["beyond"] = beyond_the_box.compare(baseline, "standard", beyond, seed, repeats)
+            beyond_the_box.show(found["beyond"])
         write_result(out or COMPARISON, f"{command} --baseline {baseline} --repeats {repeats}", plain(found))
         return
     requests = solver_processes.drawn(count, seed)

@@ -1,8 +1,9 @@
 """The solver of one git revision as a program that runs one simulation per line of input, for `solver_processes`.
 
 It imports the `bem` of that revision, which is first on the path of its process, and therefore uses only the part of
-the public interface that all revisions share. Each line of input is a JSON object: `tabor`, `modulus_ratio`, `protocol`
-(the arguments of `LoadingProtocol`), `accuracy` and the instants `times`. Each line of output is a JSON object too:
+the public interface that all revisions share. Each line of input is a JSON object: `tabor`, `modulus_ratio` (1 is
+elastic), `protocol` (the arguments of `LoadingProtocol`), `accuracy`, the instants `times`, and `adhesion`, which is 0
+without adhesion and may be absent. Each line of output is a JSON object too:
 `seconds` (processor seconds of the simulation), `status`, `work` (the statistics that this revision has) and, if it
 completed, `results`.
 """
@@ -18,7 +19,7 @@ def answer(asked: dict) -> dict:
     """Simulate once; an exception of the solver becomes the status."""
     started = time.process_time()
     try:
-        scene = bem.Scene(asked["tabor"], bem.StandardLinearSolid(asked["modulus_ratio"]))
+        scene = scene_of(asked)
         protocol = bem.LoadingProtocol(**asked["protocol"])
         started = time.process_time()
         trajectory = bem.simulate(scene, protocol, asked["accuracy"])
@@ -34,6 +35,13 @@ def answer(asked: dict) -> dict:
         found["results"] = [trajectory.pull_off_force, trajectory.hysteresis]
         found["results"] += trajectory.at([min(instant, trajectory.time[-1]) for instant in asked["times"]]).tolist()
     return found
+
+
+def scene_of(asked: dict) -> bem.Scene:
+    """The scene of a request."""
+    ratio = asked["modulus_ratio"]
+    material = bem.StandardLinearSolid(ratio) if ratio < 1.0 else bem.Elastic()
+    return bem.Scene(asked["tabor"], material, *([] if asked.get("adhesion", 1.0) else [bem.HardContact()]))
 
 
 if __name__ == "__main__":

@@ -4,7 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
-from bem._support.jit import kernel
+from bem._numerics.jit import kernel
 from bem.materials import Elastic, PronySeries, StandardLinearSolid, recursion_coefficients, recursion_step
 
 

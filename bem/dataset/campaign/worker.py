@@ -18,7 +18,7 @@ own_process = False
 @functools.cache
 def warm_solver() -> Solver:
     """The solver with its kernels loaded, so that no trajectory is charged for that."""
-    from bem._support.jit import leave_out_blas
+    from bem._numerics.jit import leave_out_blas
     from bem.solver.simulation import simulate
 
     if own_process:

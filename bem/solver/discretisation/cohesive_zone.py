@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from bem._support.jit import in_python, kernel
+from bem._numerics.jit import in_python, kernel
 
 CRACK_LENGTH = 2.48
 NONADHESIVE_EDGE = 0.12  # without adhesion there is no such zone: resolve this fraction of the contact radius

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from bem._support.jit import kernel, kernel_part
+from bem._numerics.jit import kernel, kernel_part
 from bem.solver.discretisation.cohesive_zone import edge_width
 from bem.solver.discretisation.master_grid import Grid, grid_around, holds, moves
 from bem.solver.discretisation.mesh import (
@@ -24,7 +24,7 @@ from bem.solver.discretisation.regrid import regrid, same_places
 
 if TYPE_CHECKING:
     from bem.solver.problem import Problem
-    from bem.solver.state import State
+    from bem.solver.stepping.state import State
 
 _WIDE_GAP = 4.0  # in h0; beyond it the remembered traction need not be resolved
 

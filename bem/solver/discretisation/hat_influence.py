@@ -16,7 +16,7 @@ import functools
 
 import numpy as np
 
-from bem._support.jit import kernel
+from bem._numerics.jit import kernel
 from bem.solver.discretisation.elliptic_integrals import elliptic_integrals
 
 _FAR = 4.0  # x or 1/x beyond which the kernel is a short power series

@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bem._support.jit import in_python, kernel
+from bem._numerics.jit import in_python, kernel
 from bem.accuracy import Controls
 from bem.solver.discretisation.cohesive_zone import edge_width, largest_contact_radius
 from bem.solver.discretisation.hat_influence import hat_influence, kernel_series
@@ -47,7 +47,12 @@ class Grid(NamedTuple):
 
 
 def master_grid(
-    tabor: float, peak_indentation: float, nonadhesive: bool, controls: Controls, remembers: bool = True
+    tabor: float,
+    peak_indentation: float,
+    nonadhesive: bool,
+    controls: Controls,
+    remembers: bool = True,
+    moving: bool = False,
 ) -> Grid:
     """Grid that resolves the contact edge wherever an indentation up to the peak can bring it.
 
@@ -57,6 +62,7 @@ def master_grid(
         nonadhesive: whether there is no adhesion.
         controls: spacing at the edge and extent.
         remembers: whether the material has a memory.
+        moving: whether the grid has to move, also where one that stays is small enough.
 
     Raises:
         MemoryError: with the number of equal spacings it would take, when that exceeds `LARGEST_REMEMBERED`, or
@@ -66,7 +72,7 @@ def master_grid(
     spacing = controls.edge_spacing * in_python(edge_width)(radius, tabor, nonadhesive)
     reach = 1.15 * radius if nonadhesive else math.sqrt(radius**2 + 2.0 * controls.far_gap / tabor)
     size = math.ceil(reach / spacing) + 2
-    if size <= LARGEST_GRID:
+    if size <= LARGEST_GRID and not moving:
         matrix = _MATRICES[not nonadhesive].of_size(256 * math.ceil(size / 256))
         return Grid(size, spacing, np.arange(size), matrix, not nonadhesive, -math.inf, math.inf)
     most = LARGEST_REMEMBERED if remembers else LARGEST_LATTICE

@@ -19,8 +19,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bem._support.jit import kernel
-from bem._support.linear_algebra import copy_into
+from bem._numerics.jit import kernel
+from bem._numerics.linear_algebra import copy_into
 from bem._support.wording import shown
 from bem.accuracy import Controls
 from bem.solver.discretisation.influence import force_weights, influence_matrix

@@ -8,7 +8,7 @@ conserved: the surface far away does not feel the change.
 
 import numpy as np
 
-from bem._support.jit import kernel
+from bem._numerics.jit import kernel
 
 
 @kernel

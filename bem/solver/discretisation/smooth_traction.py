@@ -13,7 +13,7 @@ Source: the mean of the error of linear interpolation, K. Atkinson, An Introduct
 
 import numpy as np
 
-from bem._support.jit import kernel
+from bem._numerics.jit import kernel
 
 
 def smooth_influence(hats: np.ndarray) -> np.ndarray:

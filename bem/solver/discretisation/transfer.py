@@ -7,7 +7,7 @@ grid.
 
 import numpy as np
 
-from bem._support.jit import kernel
+from bem._numerics.jit import kernel
 from bem.solver.discretisation.mesh import Mesh
 from bem.solver.equilibrium import pressed_below
 from bem.solver.pressed import pressed_gap_of

@@ -15,8 +15,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bem._support.jit import in_python
-from bem._support.linear_algebra import lu_factor, lu_solve
+from bem._numerics.jit import in_python
+from bem._numerics.linear_algebra import lu_factor, lu_solve
 from bem.reference_solutions import jkr
 from bem.solver.discretisation.cohesive_zone import edge_width
 from bem.solver.discretisation.hat_influence import hat_influence

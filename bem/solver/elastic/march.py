@@ -11,17 +11,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bem.scene import Scene
 from bem.solver.elastic.curve import Equilibrium, Lattice, lattice_of, solve_closed, solve_open, trace
 from bem.solver.instabilities import smallest_eigenvalue
 from bem.solver.problem import Problem
-from bem.solver.time_stepping import COMPLETED, NO_EQUILIBRIUM, Marched
+from bem.solver.stepping.time_stepping import COMPLETED, NO_EQUILIBRIUM, Marched
 from bem.solver.work import FOLD_SOLVES, NODES, STEPS, new_work
-from bem.tractions import LENNARD_JONES
+from bem.tractions import LENNARD_JONES, LennardJones
 
 _BETWEEN = 48  # samples from one solved point to the next ...
 _RECORDED = 8  # ... of which one in so many is recorded
 _ROUNDING = 1e-12
 _SMALLEST_TABOR = 2.0  # below, the edge is held firmly, and time steps follow it well
+_USUAL_TABOR = 4.5  # from here on the curve costs less than time steps, also where a grid that stays would do
+_SNAP_IN = 2.64  # undeformed gap at which surfaces snap together, over mu^(3/7); by `simulate`, mu from 4.5 to 8
 
 
 @dataclass(frozen=True)
@@ -144,6 +147,17 @@ class _Walk:
         return float(
             smallest_eigenvalue(point.mesh.influence, self.lattice.problem.tabor, LENNARD_JONES, 1.0, point.gap)
         )
+
+
+def prefers_curve(scene: Scene, deepest: float) -> bool:
+    """Whether the curve serves a scene at less cost than time steps; it needs a grid that moves.
+
+    Args:
+        scene: Of any kind.
+        deepest: Largest indentation; surfaces that never touch are followed by a few time steps.
+    """
+    elastic = scene.material.strengths.size == 0 and isinstance(scene.adhesion, LennardJones) and scene.spring is None
+    return elastic and scene.tabor >= _USUAL_TABOR and deepest > 1.0 - _SNAP_IN * scene.tabor ** (3.0 / 7.0)
 
 
 def has_curve(problem: Problem) -> bool:

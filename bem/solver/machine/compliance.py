@@ -27,7 +27,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bem._support.jit import kernel
+from bem._numerics.jit import kernel
 from bem.solver.discretisation.mesh import Mesh
 from bem.tractions import Law, slope, slope_at, tail_force, tail_force_at, traction, traction_at
 

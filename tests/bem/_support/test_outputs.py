@@ -81,6 +81,16 @@ def test_places_that_cannot_be_written(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize("other", [None, "a.csv"])
+def test_a_dash_is_no_file_and_not_standard_output(other, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(ValueError, match=r"^Expected the name of an output file, .*standard output; received -$"):
+        Outputs(Path("-"), None if other is None else Path(other))
+    with pytest.raises(ValueError, match="standard output; received -"):
+        require_output("-")
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_a_link_that_leads_to_itself(tmp_path):
     link = tmp_path / "loop.csv"
     link.symlink_to(link)

@@ -181,6 +181,32 @@ def test_on_the_command_line_a_mistake_exits_with_2_and_without_a_traceback():
     assert "Traceback" not in result.stderr
 
 
+SI = ["--radius", "50um", "--work-of-adhesion", "50mJ/m2", "--modulus", "2MPa", "--peak-indentation", "1um"]
+SI += ["--loading-rate", "2um/s", "--unloading-rate", "2um/s"]
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        command("--csv", "-"),
+        command("--plot", "-"),
+        ["simulate-si", *SI, "--csv", "-"],
+        ["fit", "curve.csv", "--radius", "50um", "--out", "-"],
+        ["campaign", "--count", "3", "--out", "-"],
+        ["merge", "a.h5", "--out", "-"],
+    ],
+    ids=lambda words: " ".join(words[:1] + words[-2:]),
+)
+def test_no_file_is_called_like_standard_output(words, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    result = CliRunner().invoke(app, words)
+    assert result.exit_code != 0
+    said = result.stderr.removeprefix("bem: ") or str(result.exception)
+    assert said.startswith("Expected ")
+    assert said.strip().endswith("; received -")
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_a_spring_has_a_column_of_its_own_and_jumps_say_where_to(tmp_path):
     path = tmp_path / "a.csv"
     changes = {"tabor": "1", "material": "elastic", "start_indentation": "-9", "loading_rate": "1"}

@@ -13,8 +13,10 @@ import typer
 from typer.testing import CliRunner
 
 from bem.cli.campaign import register
+from bem.dataset.campaign.checkpoints import CampaignError
 from bem.dataset.campaign.run import run_campaign
 from bem.dataset.file import open_dataset, read_tree
+from tests.bem.dataset.campaign import stand_in
 from tests.data_files import editing
 
 ROOT = Path(__file__).parents[4]
@@ -129,6 +131,16 @@ def put(name, value):
         file[name][...] = content
 
     return change
+
+
+def begun(plan, out, monkeypatch, solver=stand_in.solve):
+    """A campaign all of whose parts are there, but not the file."""
+    with monkeypatch.context() as patch:
+        patch.setattr("bem.dataset.campaign.plan.write_dataset", lambda *_: (_ for _ in ()).throw(OSError("unplugged")))
+        with pytest.raises(CampaignError, match="unplugged"):
+            run_campaign(plan, out, solver=solver, replace=True)
+    assert not out.exists()
+    return out.with_name(out.name + ".parts")
 
 
 class Here:

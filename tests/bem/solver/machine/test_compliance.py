@@ -14,7 +14,7 @@ from bem.solver.machine.compliance import (
     right_side_with_spring,
 )
 from bem.solver.machine.reach import deepest_indentation, machine_of
-from bem.solver.state import right_side
+from bem.solver.stepping.state import right_side
 from bem.tractions import LENNARD_JONES, tail_force, traction
 from tests.bem.solver.contacts import mesh_for
 

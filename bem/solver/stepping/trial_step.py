@@ -2,9 +2,13 @@
 
 import numpy as np
 
-from bem._support.jit import kernel_part
+from bem._numerics.jit import kernel_part
 from bem.solver.equilibrium import Factor, factorise, force_of, solve_adhesive
-from bem.solver.extrapolation import (
+from bem.solver.instabilities import is_unstable
+from bem.solver.machine.compliance import depth_error, expected_depth, right_side_with_spring
+from bem.solver.nonadhesive import solve_nonadhesive
+from bem.solver.problem import Problem
+from bem.solver.stepping.extrapolation import (
     CONTROL,
     DEPTH,
     Recent,
@@ -14,11 +18,7 @@ from bem.solver.extrapolation import (
     predict,
     prediction_error,
 )
-from bem.solver.instabilities import is_unstable
-from bem.solver.machine.compliance import depth_error, expected_depth, right_side_with_spring
-from bem.solver.nonadhesive import solve_nonadhesive
-from bem.solver.problem import Problem
-from bem.solver.state import State, influence_of, right_side, state_of
+from bem.solver.stepping.state import State, influence_of, right_side, state_of
 from bem.solver.work import FACTORISATIONS, ITERATIONS
 
 _STALE_AFTER = 8  # iterations in one step after which the kept factorisation is dropped

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from bem.solver.equilibrium import force_of
-from bem.solver.extrapolation import (
+from bem.solver.stepping.extrapolation import (
     DEPTH,
     Scales,
     bend_of_force,

@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from scipy.interpolate import PchipInterpolator
 
 from bem import LoadingProtocol, Scene, StandardLinearSolid, simulate
-from bem._support.interpolation import ForceInterpolant
+from bem._numerics.interpolation import ForceInterpolant
 
 
 def test_a_corner_is_kept_where_a_smooth_curve_would_round_it():

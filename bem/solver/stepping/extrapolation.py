@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bem._support.jit import kernel
-from bem._support.linear_algebra import copy_into, dot
+from bem._numerics.jit import kernel
+from bem._numerics.linear_algebra import copy_into, dot
 from bem.solver.equilibrium import force_of, pressed_below
 from bem.solver.pressed import pressed_gaps
 from bem.tractions import PEAK_TRACTION, Law, traction_at

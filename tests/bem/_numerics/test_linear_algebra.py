@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from bem._support.jit import kernel
-from bem._support.linear_algebra import add_rows, determinant_is_negative, dot, lu_factor, lu_solve
+from bem._numerics.jit import kernel
+from bem._numerics.linear_algebra import add_rows, determinant_is_negative, dot, lu_factor, lu_solve
 
 
 @kernel

@@ -1,22 +1,21 @@
 """The contact at one instant: its state and its equilibria.
 
-What time stepping (`bem.solver.time_stepping`) needs of a state: the right-hand side of the gap equation, the state on
-another mesh, and an equilibrium to settle on where a step cannot be taken by Newton-Raphson.
+What time stepping (`bem.solver.stepping.time_stepping`) needs of a state: the right-hand side of the gap equation, the
+state on another mesh, and an equilibrium to settle on where a step cannot be taken by Newton-Raphson.
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
-from bem._support.jit import kernel, kernel_part
-from bem._support.linear_algebra import add_rows, copy_into, dot
+from bem._numerics.jit import kernel, kernel_part
+from bem._numerics.linear_algebra import add_rows, copy_into, dot
 from bem.solver.discretisation.cohesive_zone import contact_edge
 from bem.solver.discretisation.following import carried, edge_left_window, same_grid, same_nodes, select_mesh
 from bem.solver.discretisation.mesh import Mesh, prolong
 from bem.solver.discretisation.transfer import transfer
 from bem.solver.energy import stored_energy
 from bem.solver.equilibrium import force_of
-from bem.solver.extrapolation import Recent, start_recent
 from bem.solver.hereditary import Memory, StepFactors, advance
 from bem.solver.instabilities import settle
 from bem.solver.machine.compliance import (
@@ -28,6 +27,7 @@ from bem.solver.machine.compliance import (
 )
 from bem.solver.nonadhesive import nonadhesive_edge, solve_nonadhesive
 from bem.solver.problem import Problem
+from bem.solver.stepping.extrapolation import Recent, start_recent
 from bem.solver.work import REMESHINGS
 
 _MOST_MESHES = 200  # of one equilibrium

@@ -11,7 +11,7 @@ one of them, and its results differ between processors. Source: G. H. Golub and 
 
 import numpy as np
 
-from bem._support.jit import kernel
+from bem._numerics.jit import kernel
 
 _PANEL = 4  # rows eliminated together, so that the rest of the matrix is read a quarter as often
 

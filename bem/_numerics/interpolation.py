@@ -74,7 +74,7 @@ class ForceInterpolant:
             )
         wanted = np.clip(wanted, first, last)
         # Imported here, as below, because a surrogate measures protocols without a compiler.
-        from bem._support.monotone import monotone_values
+        from bem._numerics.monotone import monotone_values
 
         piece_of = np.searchsorted(self._bounds, wanted, side="right")
         result = np.empty(wanted.shape)
@@ -86,13 +86,13 @@ class ForceInterpolant:
 
     def integrals(self) -> list[float]:
         """Integral of the force over the time of each of `ranges`."""
-        from bem._support.monotone import monotone_integral
+        from bem._numerics.monotone import monotone_integral
 
         return [monotone_integral(*self._curve(piece)) for piece in range(len(self.ranges))]
 
     def _curve(self, piece: int) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Distinct instants of a piece, and force and slope at them."""
-        from bem._support.monotone import monotone_slopes
+        from bem._numerics.monotone import monotone_slopes
 
         if piece not in self._curves:
             begin, end = self.ranges[piece]

@@ -10,15 +10,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bem._support.jit import kernel, kernel_part
-from bem.solver.course import Course, new_course, with_jump, with_record
+from bem._numerics.interruption import asked_to_stop
+from bem._numerics.jit import kernel, kernel_part
 from bem.solver.discretisation.cohesive_zone import edge_width
 from bem.solver.discretisation.following import carried, edge_left_window, first_mesh, same_grid, same_nodes
 from bem.solver.discretisation.master_grid import moves
 from bem.solver.discretisation.mesh import Mesh
 from bem.solver.discretisation.regrid import same_places
 from bem.solver.equilibrium import Factor, new_factor
-from bem.solver.extrapolation import push_recent, start_recent
 from bem.solver.hereditary import (
     Memory,
     forget_rate,
@@ -31,7 +30,9 @@ from bem.solver.hereditary import (
 from bem.solver.instabilities import is_unstable
 from bem.solver.machine.compliance import has_flown_off
 from bem.solver.problem import Problem
-from bem.solver.state import (
+from bem.solver.stepping.course import Course, new_course, with_jump, with_record
+from bem.solver.stepping.extrapolation import push_recent, start_recent
+from bem.solver.stepping.state import (
     State,
     energy_of,
     equilibrate,
@@ -42,10 +43,10 @@ from bem.solver.state import (
     remember_start,
     state_under,
 )
-from bem.solver.trial_step import try_step
+from bem.solver.stepping.trial_step import try_step
 from bem.solver.work import FOLD_SOLVES, NODES, REJECTIONS, REMESHINGS, STEPS, UNSTABLE, new_work
 
-COMPLETED, NO_EQUILIBRIUM, TOO_MANY_STEPS, UNPHYSICAL, DETACHED = 0, 1, 2, 3, 4
+COMPLETED, NO_EQUILIBRIUM, TOO_MANY_STEPS, UNPHYSICAL, DETACHED, INTERRUPTED = 0, 1, 2, 3, 4, 5
 
 _CHECK_MESH_EVERY = 40  # steps
 _STIFF_RESPONSE = 0.02  # below, nodes are chosen anew only where the edge has left its window
@@ -60,7 +61,7 @@ class Marched(NamedTuple):
     work: np.ndarray  # as named in `bem.solver.work`
     segment_steps: np.ndarray  # (s - 1,) int64: steps of each segment
     energies: np.ndarray  # (2,): stored at the beginning and at the end
-    outcome: int  # COMPLETED, NO_EQUILIBRIUM, TOO_MANY_STEPS, UNPHYSICAL or DETACHED
+    outcome: int  # COMPLETED, NO_EQUILIBRIUM, TOO_MANY_STEPS, UNPHYSICAL, DETACHED or INTERRUPTED
 
 
 class Segment(NamedTuple):
@@ -143,6 +144,7 @@ def _follow(
     course: Course,
     mesh_chosen: int,
     most_steps: int,
+    signals: np.ndarray,
     work: np.ndarray,
 ) -> tuple[State, Memory, Factor, Course, int, int]:
     """Follow one segment of the protocol; `mesh_chosen` is the step at which nodes were chosen last."""
@@ -153,6 +155,8 @@ def _follow(
     while now < segment.duration:
         if course.filled[0] >= most_steps:
             return state, memory, factor, course, mesh_chosen, TOO_MANY_STEPS
+        if asked_to_stop(signals):
+            return state, memory, factor, course, mesh_chosen, INTERRUPTED
         step, after = _within(step, now, segment.duration)
         at_end = after == segment.duration
         control = segment.last_control if at_end else segment.first_control + segment.rate * after
@@ -228,7 +232,13 @@ def _follow(
 
 @kernel
 def march(
-    problem: Problem, mesh: Mesh, times: np.ndarray, controls: np.ndarray, glassy: bool, most_steps: int
+    problem: Problem,
+    mesh: Mesh,
+    times: np.ndarray,
+    controls: np.ndarray,
+    glassy: bool,
+    most_steps: int,
+    signals: np.ndarray,
 ) -> Marched:
     """Follow the history that a protocol prescribes (`times`, `controls`), linear between its s instants.
 
@@ -238,6 +248,7 @@ def march(
         times, controls: (s,) the protocol: indentations (of the stage, where there is a spring), or forces.
         glassy: whether the surfaces meet at once (instantaneous modulus) rather than fully relaxed.
         most_steps: give up after this many.
+        signals: uint8, those that arrive meanwhile (`bem._numerics.interruption`); each step looks at them.
     """
     work, course = new_work(), new_course()
     segment_steps = np.zeros(times.size - 1, dtype=np.int64)
@@ -257,7 +268,7 @@ def march(
             steps = work[STEPS]
             segment = _segment(problem, times, controls, k)
             state, memory, factor, course, mesh_chosen, outcome = _follow(
-                problem, segment, state, memory, factor, course, mesh_chosen, most_steps, work
+                problem, segment, state, memory, factor, course, mesh_chosen, most_steps, signals, work
             )
             segment_steps[k] = work[STEPS] - steps
             if outcome != COMPLETED:

@@ -12,18 +12,14 @@ import hashlib
 import importlib
 import multiprocessing
 import os
-import signal
 import sys
 import tempfile
-import threading
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, TypeVar
 
 from numba import config, njit
 
-_Result = TypeVar("_Result")
 _OPTIONS = {"error_model": "numpy", "nogil": True, "fastmath": {"contract"}}
 _MARK = ".complete"  # in a cache that holds all kernels; without it, a compilation was interrupted
 COMPILING_SECONDS = 40  # on one core of 2021; `make setup` does it beforehand
@@ -82,33 +78,6 @@ def leave_out_blas() -> None:
 def in_python(function: Callable) -> Callable:
     """Return the function that a kernel was compiled from: for a few calls, loading the kernel takes longer."""
     return getattr(function, "py_func", function)
-
-
-def uninterrupted(function: Callable[..., _Result], *arguments: Any) -> _Result:
-    """Call a kernel; a signal that arrives meanwhile is handled as soon as it has returned.
-
-    A kernel makes the named tuple that it returns by calling Python. A signal handler that raises at that moment, as
-    that of Ctrl-C does, would end the process with a segmentation fault: Numba does not look for errors there. Handlers
-    run in the main thread only, so that calls from others need no protection.
-
-    Raises:
-        KeyboardInterrupt: Ctrl-C was pressed meanwhile.
-    """
-    if threading.current_thread() is not threading.main_thread():
-        return function(*arguments)
-    arrived: list[tuple[int, Any]] = []
-    handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
-    raising = {number: handler for number, handler in handlers.items() if callable(handler)}
-    for number in raising:
-        signal.signal(number, lambda *what: arrived.append(what))
-    try:
-        result = function(*arguments)
-    finally:
-        for number, handler in raising.items():
-            signal.signal(number, handler)
-    for number, frame in arrived:
-        raising[signal.Signals(number)](number, frame)
-    return result
 
 
 def kernel(function: Callable) -> Callable:

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from bem._support.peaks import with_peaks
+from bem._numerics.peaks import with_peaks
 
 
 def records_of(times, forces, depths=None):

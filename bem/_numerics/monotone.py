@@ -6,7 +6,7 @@ which they are tested; setting that up takes longer than solving a short traject
 
 import numpy as np
 
-from bem._support.jit import kernel
+from bem._numerics.jit import kernel
 
 
 @kernel

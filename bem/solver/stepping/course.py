@@ -4,11 +4,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bem._support.jit import kernel, kernel_part
-from bem._support.linear_algebra import copy_into
+from bem._numerics.jit import kernel, kernel_part
+from bem._numerics.linear_algebra import copy_into
 from bem.solver.instabilities import smallest_eigenvalue
 from bem.solver.problem import Problem
-from bem.solver.state import State, energy_of, influence_of
+from bem.solver.stepping.state import State, energy_of, influence_of
 
 
 class Course(NamedTuple):

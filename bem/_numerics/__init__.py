@@ -1,0 +1,1 @@
+"""Small numerics that all packages share: compilation, dense systems, interpolation, peaks."""

@@ -1,0 +1,1 @@
+"""How the state advances in time: predict, solve, judge, accept, record."""
