@@ -56,7 +56,7 @@ def core_seconds(stage: str, published: Path, labels: tuple[str, ...] = ()) -> f
     if not content["complete"]:
         return None
     if stage == "feature-sets":
-        trained = list(content["sets"].values())
+        trained = [*content["sets"].values(), *content.get("physical", {}).values()]
     else:
         trained = [content["full"], *(fold for one in content["shares"] for fold in one["folds"])]
     return 3600.0 * sum(one["hours"] for one in trained if "taken_from" not in one)

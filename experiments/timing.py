@@ -105,6 +105,8 @@ def progress(
 ) -> Iterator[Item]:
     """Yield the items one by one, and show how many are done and how long the rest will take.
 
+    The time of the first is left out of the estimate, because programs start and kernels are compiled in it.
+
     Args:
         items: The items; each takes the same time, unless `shares` is given.
         label: Name of the items in the messages.
@@ -122,14 +124,18 @@ def progress(
                 yield item
                 bar.advance(task, 1.0 if shares is None else shares[done])
         return
-    started = said = time.perf_counter()
+    started = said = first = time.perf_counter()
     for done, item in enumerate(items, start=1):
         yield item
         now = time.perf_counter()
+        if done == 1:
+            first = now
         if now - said > SAID_EVERY or (done == count and now - started > SAID_EVERY):
-            rest = (count - done) / done if shares is None else sum(shares[done:]) / sum(shares[:done])
-            left = timedelta(seconds=round((now - started) * rest))
-            print(f"{label}: {done} of {count}, {left} left", file=sys.stderr, flush=True)
+            left = ""
+            if done > 1:
+                rest = (count - done) / (done - 1) if shares is None else sum(shares[done:]) / sum(shares[1:done])
+                left = f", {timedelta(seconds=round((now - first) * rest))} left"
+            print(f"{label}: {done} of {count}{left}", file=sys.stderr, flush=True)
             said = now
 
 

@@ -59,7 +59,7 @@ def _use_scipy() -> None:
     import numpy as np
     from scipy.linalg.lapack import dgetrf, dgetrs
 
-    import bem._support.linear_algebra as algebra
+    import bem._numerics.linear_algebra as algebra
 
     def lu_factor(columns: np.ndarray, order: int, pivots: np.ndarray) -> None:
         columns[:order, :order], pivots[:order], _ = dgetrf(columns[:order, :order])

@@ -14,7 +14,7 @@ from importlib.metadata import PackageNotFoundError, version
 
 import numpy as np
 
-from bem._support.jit import in_python
+from bem._numerics.jit import in_python
 from bem.reference_solutions import hertz
 from bem.solver.discretisation.cohesive_zone import largest_contact_radius
 from bem.tractions import tail_force

@@ -42,6 +42,7 @@ def cases() -> dict[str, tuple[Scene, Any, str]]:
         "slow, with jumps": (Scene(3.0, StandardLinearSolid(0.1)), slow, "standard"),
         "long range": (Scene(0.2, StandardLinearSolid(0.1)), cycle, "standard"),
         "elastic": (Scene(2.0, Elastic()), cycle, "standard"),
+        "elastic, short range": (Scene(6.0, Elastic()), cycle, "standard"),
         "two relaxation times, two cycles": (Scene(1.0, series), twice, "standard"),
         "without adhesion": (Scene(1.0, StandardLinearSolid(0.1), HardContact()), cycle, "standard"),
         "stiff": (Scene(0.05, StandardLinearSolid(0.01), LennardJones()), slow, "standard"),

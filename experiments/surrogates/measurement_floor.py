@@ -7,6 +7,7 @@ rule, as the paper does, and by monotone cubics.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -34,6 +35,8 @@ EXAMPLE = {
 }
 """A narrow peak, drawn with both kinds of steps."""
 KINDS = {"uniform": FMS, "physical": PHYSICAL}
+READINGS = ("pull_off", "pull_off_parabola", "hysteresis_trapezoids", "hysteresis_cubics")
+"""Highest step, a parabola's top there, and the loop by trapezoids and by cubics."""
 
 
 def grid(kind: str, protocols: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
@@ -43,23 +46,37 @@ def grid(kind: str, protocols: dict[str, np.ndarray]) -> tuple[np.ndarray, np.nd
     return measurement_grid(**{name: protocols[name] for name in QUANTITIES}, counts=FMS)
 
 
-def errors(
-    true: Trajectory, times: np.ndarray, indentations: np.ndarray, counts: tuple[int, int, int]
-) -> tuple[float, float, float, float]:
-    """Relative errors of the highest step, of a parabola's top there, and of the loop by trapezoids and by cubics."""
+def reading_errors(
+    times: np.ndarray, indentations: np.ndarray, force: np.ndarray, counts: tuple[int, int, int], true: np.ndarray
+) -> np.ndarray:
+    """Relative errors of what forces at the steps show, shape (4, n), in the order of `READINGS`.
+
+    Args:
+        times, indentations, force: Histories of shape (n, N).
+        counts: Points of loading, dwell and unloading.
+        true: Pull-off force and hysteresis, shape (2, n).
+    """
+    from surrogate.data.metrics import hysteresis
     from surrogate.pretrained.kernels import results
 
-    force = true.at(np.minimum(times, true.time[-1]))
-    top, _, _, area = results(times[np.newaxis], indentations[np.newaxis], force[np.newaxis], np.array(counts))[:, 0]
-    trapezoids = np.sum(0.5 * (force[1:] + force[:-1]) * np.diff(indentations))
-    loop = true.hysteresis
-    highest = force[counts[0] + counts[1] - 1 :].max()
-    return (
-        abs(highest / true.pull_off_force - 1.0),
-        abs(top / true.pull_off_force - 1.0),
-        abs(abs(trapezoids) - loop) / loop,
-        abs(abs(area) - loop) / loop,
-    )
+    top, _, _, area = results(times, indentations, force, np.array(counts))
+    highest = force[:, counts[0] + counts[1] - 1 :].max(axis=1)
+    found = np.stack([highest, top, hysteresis(indentations, force), np.abs(area)])
+    return np.abs(found / np.repeat(true, 2, axis=0) - 1.0)
+
+
+def results_of(trajectories: Sequence[Trajectory]) -> np.ndarray:
+    """Pull-off force and hysteresis, shape (2, n)."""
+    return np.array([(one.pull_off_force, one.hysteresis) for one in trajectories]).T
+
+
+def errors(
+    trajectories: Sequence[Trajectory], times: np.ndarray, indentations: np.ndarray, counts: tuple[int, int, int]
+) -> np.ndarray:
+    """The same of the solver's own forces at the steps, which are a perfect model's."""
+    pairs = zip(trajectories, times, strict=True)
+    force = np.array([one.at(np.minimum(instants, one.time[-1])) for one, instants in pairs])
+    return reading_errors(times, indentations, force, counts, results_of(trajectories))
 
 
 def example() -> dict[str, Any]:
@@ -81,20 +98,14 @@ def main(
     """Measure the floor of both kinds of steps on hidden protocols of any modulus ratio."""
     hidden = Hidden.draw(count, ANY_SOLID)
     grids = {kind: grid(kind, hidden.quantities) for kind in KINDS}
-    found: dict[str, list[tuple[float, ...]]] = {kind: [] for kind in KINDS}
-    for row, true in enumerate(hidden.simulated()):
-        for kind, (times, indentations) in grids.items():
-            found[kind].append(errors(true, times[row], indentations[row], KINDS[kind]))
+    trajectories = list(hidden.simulated())
     content: dict[str, Any] = {"count": count, "example": example(), "kinds": {}}
     for kind, counts in KINDS.items():
-        pull_off, parabola, trapezoids, cubics = np.array(found[kind]).T
+        found = errors(trajectories, *grids[kind], counts)
         content["kinds"][kind] = {
             "counts": counts,
-            "pull_off": quantiles(pull_off),
-            "pull_off_parabola": quantiles(parabola),
-            "hysteresis_trapezoids": quantiles(trapezoids),
-            "hysteresis_cubics": quantiles(cubics),
-            "pull_off_errors": np.sort(pull_off),
+            **{name: quantiles(values) for name, values in zip(READINGS, found, strict=True)},
+            "pull_off_errors": np.sort(found[0]),
         }
         print(kind, counts, {name: values for name, values in content["kinds"][kind].items() if "errors" not in name})
     write_result(out, f"measurement_floor --count {count}", plain(content))

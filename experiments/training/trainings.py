@@ -40,6 +40,7 @@ class Variant:
         features: Feature set.
         fraction: Share of the training part.
         fold: Index of the nested family of shares.
+        dataset: Data set file, if it is not that of the study.
 
     Raises:
         ValueError: The label is not a plain name.
@@ -52,6 +53,7 @@ class Variant:
     features: str = "D"
     fraction: float = 1.0
     fold: int = 0
+    dataset: Path | None = None
 
     def __post_init__(self) -> None:
         model_name(self.label, "a training's label")
@@ -64,7 +66,7 @@ class Variant:
             "features": self.features,
             "fraction": self.fraction,
             "fold": self.fold,
-            "dataset": dataset,
+            "dataset": self.dataset or dataset,
             "threads": 1,
             "runs": work / "runs",
             "models": work / "models",
@@ -112,7 +114,7 @@ def train_variants(
 
     Args:
         variants: The variants, in the order of training.
-        dataset: Data set file.
+        dataset: Data set file of the variants that have none of their own.
         work: Folder in which the trainings of this study are kept.
         models: Folder of published models; one that was trained in the same way stands for a variant.
         published: Earlier results of `collect`, from the result file of the study.
@@ -121,23 +123,24 @@ def train_variants(
 
     Raises:
         typer.Exit: The queue was stopped before all variants were trained; the same call resumes.
-        FileNotFoundError: The data set file does not exist.
+        FileNotFoundError: A data set file does not exist.
         ValueError: A training in `work` has another data set, split or recipe.
         RuntimeError: A training failed.
     """
     if not dataset.is_file():
         raise FileNotFoundError(f"data set {str(dataset)!r} not found; `make dataset` makes it")
-    data = TrajectoryDataset.load(dataset)
+    files = {path: TrajectoryDataset.load(path) for path in {one.dataset or dataset for one in variants}}
+    data = {variant.label: files[variant.dataset or dataset] for variant in variants}
     by_label = {variant.label: variant for variant in variants}
     earlier = {one.get("training"): one for one in published}
     done: dict[str, dict[str, Any]] = {}
     for label, variant in by_label.items():
-        if (identity := variant.identity(data).digest) in earlier:
+        if (identity := variant.identity(data[label]).digest) in earlier:
             done[label] = earlier[identity]
-        elif is_trained(variant, data, work / "models" / label):
-            done[label] = collect(variant, data, work / "models" / label)
-        elif folder := _published(variant, data, models):
-            done[label] = collect(variant, data, folder) | {"taken_from": folder.name}
+        elif is_trained(variant, data[label], work / "models" / label):
+            done[label] = collect(variant, data[label], work / "models" / label)
+        elif folder := _published(variant, data[label], models):
+            done[label] = collect(variant, data[label], folder) | {"taken_from": folder.name}
     waiting = [label for label in by_label if label not in done]
     publish(done)
     started = time.monotonic()
@@ -147,7 +150,7 @@ def train_variants(
         if not line.endswith(": done"):
             return
         label = line.removesuffix(": done")
-        done[label] = collect(by_label[label], data, work / "models" / label)
+        done[label] = collect(by_label[label], data[label], work / "models" / label)
         publish(done)
         missing = len(by_label) - len(done)
         left = (time.monotonic() - started) / (len(waiting) - missing) * missing
@@ -178,6 +181,14 @@ def collect(variant: Variant, data: TrajectoryDataset, folder: Path) -> dict[str
     kept = ("mse", "mae", "dtw_rmse", "validation_mse", "epochs", "best_epoch", "hours", "training_trajectories")
     curve = {name: found["history"][name] for name in ("epoch", "validation_mse")}
     return {**{name: found[name] for name in kept}, "training": variant.identity(data).digest, "history": curve}
+
+
+def kept_folder(variant: Variant, data: TrajectoryDataset, *, work: Path, models: Path) -> Path | None:
+    """Model directory with the weights of a variant; `None` if only its errors are published."""
+    folder = work / "models" / variant.label
+    if (folder / "run.json").is_file() and not _other(variant, data, folder):
+        return folder
+    return _published(variant, data, models)
 
 
 def earlier_trainings(out: Path, entries: Callable[[dict[str, Any]], Iterable[dict[str, Any]]]) -> list[dict[str, Any]]:

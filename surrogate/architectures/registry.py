@@ -100,7 +100,7 @@ def load_architectures(files: Iterable[Path]) -> None:
     """
     for file in files:
         if not file.is_file():
-            raise FileNotFoundError(f"{WANTED}. Received: {file}")
+            raise FileNotFoundError(f"{WANTED}. Received: {file}, which does not exist")
         import_keras()
         content, before = file.read_bytes(), dict(REGISTERED)
         source = Source.of(file.name, content)

@@ -60,7 +60,8 @@ def asked_protocols(table: Any, options: dict[str, float | None]) -> tuple[list[
             raise ValueError(f"Expected --in FILE, or a complete protocol. Received: no {', '.join(missing)}")
         columns = {key: np.array([value]) for key, value in given.items()}
     elif given:
-        raise ValueError(f"Expected protocols from --in FILE or from options, not both. Received: {', '.join(given)}")
+        both = ", ".join([f"--in {table.path}", *(f"--{key.replace('_', '-')}" for key in given)])
+        raise ValueError(f"Expected protocols from --in FILE or from options, not both. Received: {both}")
     else:
         columns = table.columns
     protocols = []
@@ -71,8 +72,10 @@ def asked_protocols(table: Any, options: dict[str, float | None]) -> tuple[list[
             protocols.append(LoadingProtocol(**values))
             protocols[-1].history(mu)
         except ValueError as error:
-            where = "from options" if table is None else table.where(number)
-            raise ValueError(f"Expected a valid protocol. Received: one {where}: {error}") from error
+            if table is None:
+                raise
+            # The sentence ends with what was received.
+            raise ValueError(f"{error} {table.where(number)}") from error
     return protocols, columns["tabor"]
 
 

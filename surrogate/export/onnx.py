@@ -4,7 +4,7 @@ One graph contains features, scaling and network, so the file is self-contained.
 `indentations` and `edge` of shape `(batch, steps)`, `tabor` of shape `(batch,)`. Output: `force` of shape `(batch,
 steps)`, float64. `edge` is one at the first and the last point of the dwell and zero elsewhere. All operations before
 and after the network are float64, because differences of large times lose digits; the network is float32. Each LSTM is
-one ONNX operator.
+one ONNX operator. In a model of the inputs F, the modulus ratio of the training set is a constant.
 
 The metadata of the file are `format`, `format_version`, `name`, `architecture`, `features`, `ranges` (JSON: smallest
 and largest value of each protocol quantity in the training set), `scaling` (JSON), `plan` (JSON: the operations of
@@ -21,15 +21,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import onnx
-from onnx import TensorProto, helper, numpy_helper
+from onnx import TensorProto, helper
 
 from bem._support.outputs import whole_file
 from bem.dataset.designs import QUANTITIES
 from bem.dataset.measurement_steps import FMS, measurement_grid
 from surrogate.architectures.naming import split_name
 from surrogate.architectures.registry import REGISTERED
-from surrogate.data.features import ACCELERATION_SMOOTHING, NEEDS_MATERIAL, channel_names, edge_from_counts
-from surrogate.data.scaling import SYMLOG_PASSES, Scaling
+from surrogate.data.features import NEEDS_MATERIAL, edge_from_counts
+from surrogate.data.scaling import Scaling
+from surrogate.export.channels import RATIO, scaled_channels
 from surrogate.export.onnx_graph import EMITTERS, OnnxGraph
 from surrogate.inference.keras_backend import KerasBackend, keras_model
 from surrogate.inference.model_files import read_run
@@ -121,16 +122,16 @@ def build_graph(
 
     Raises:
         NotExportableError: the model has layers unknown to `surrogate.network.lowering`.
-        ValueError: the model has weights that are not finite.
+        ValueError: the model has weights that are not finite, or its inputs need a modulus ratio that is not known.
     """
-    if scaling.features in NEEDS_MATERIAL:
-        raise NotExportableError(f"Expected a feature set of times and indentations. Received: {scaling.features}")
     network = lower(model)
     for weight, values in network.weights.items():
         if not np.isfinite(values).all():
             raise ValueError(f"Expected finite weights. Received: NaN or infinity in {weight} of {name}")
     graph = OnnxGraph()
-    sequence = _scaled_channels(graph, scaling)
+    if scaling.features in NEEDS_MATERIAL:
+        graph.initializers[RATIO] = np.array([scaling.known_modulus_ratio])
+    sequence = scaled_channels(graph, scaling)
     mean, deviation = scaling.tabor
     tabor = graph.standardise(graph.symlog("tabor"), np.array(mean), np.array(deviation))
     tabor = graph.add("Unsqueeze", graph.cast(tabor, TensorProto.FLOAT), graph.integers([1]))
@@ -140,10 +141,7 @@ def build_graph(
     for operation in network.operations:
         results[operation.name] = EMITTERS[operation.kind](graph, operation, [results[i] for i in operation.inputs])
 
-    scaled = graph.cast(graph.add("Squeeze", results[network.output], graph.integers([2])), TensorProto.DOUBLE)
-    mean, deviation = scaling.force
-    scaled = graph.add("Add", graph.add("Mul", scaled, graph.number(deviation)), graph.number(mean))
-    graph.symexp(scaled, "force")
+    graph.unscaled_force(graph.add("Squeeze", results[network.output], graph.integers([2])), scaling.force)
 
     content = helper.make_model(
         graph.finish(name), opset_imports=[helper.make_opsetid("", OPSET)], producer_name="contact-trajectories"
@@ -167,61 +165,3 @@ def _metadata(network: Graph, scaling: Scaling, name: str, architecture: str, we
         "dataset_sha256": scaling.dataset_sha256,
         "weights_sha256": weights_sha256,
     }
-
-
-def _scaled_channels(graph: OnnxGraph, scaling: Scaling) -> str:
-    velocity = None
-    columns = []
-    for channel in channel_names(scaling.features):
-        if channel in ("velocity", "acceleration") and velocity is None:
-            velocity = graph.slope("indentations")
-        column = {
-            "time": lambda: "times",
-            "indentation": lambda: "indentations",
-            "velocity": lambda v=velocity: v,
-            "acceleration": lambda v=velocity: _moving_average(graph, graph.slope(v)),
-            "edge": lambda: "edge",
-            "log_step": graph.log_step,
-        }[channel]()
-        for _ in range(SYMLOG_PASSES[channel]):
-            column = graph.symlog(column)
-        columns.append(graph.add("Unsqueeze", column, graph.integers([2])))
-    stacked = graph.add("Concat", *columns, axis=2)
-    mean, deviation = (np.array(values) for values in (scaling.channel_mean, scaling.channel_scale))
-    return graph.cast(graph.standardise(stacked, mean, deviation), TensorProto.FLOAT)
-
-
-def _moving_average(graph: OnnxGraph, source: str) -> str:
-    """Add an exponential moving average along the steps, with the initial value zero, and return its name."""
-    state, item, result = (
-        helper.make_tensor_value_info(name, TensorProto.DOUBLE, ["batch"]) for name in ("before", "raw", "after")
-    )
-    output = helper.make_tensor_value_info("smooth", TensorProto.DOUBLE, ["batch"])
-    weights = {"share": ACCELERATION_SMOOTHING, "rest": 1.0 - ACCELERATION_SMOOTHING}
-    body = helper.make_graph(
-        [
-            helper.make_node("Mul", ["raw", "share"], ["new"]),
-            helper.make_node("Mul", ["before", "rest"], ["old"]),
-            helper.make_node("Add", ["new", "old"], ["after"]),
-            helper.make_node("Identity", ["after"], ["smooth"]),
-        ],
-        "moving_average",
-        [state, item],
-        [result, output],
-        initializer=[numpy_helper.from_array(np.array(value), key) for key, value in weights.items()],
-    )
-    start = graph.add("Mul", TABOR, graph.number(0.0))
-    smooth = f"Scan_{len(graph.nodes)}"
-    graph.nodes.append(
-        helper.make_node(
-            "Scan",
-            [start, source],
-            [f"{smooth}_last", smooth],
-            name=smooth,
-            body=body,
-            num_scan_inputs=1,
-            scan_input_axes=[1],
-            scan_output_axes=[1],
-        )
-    )
-    return smooth

@@ -84,6 +84,20 @@ class OnnxGraph:
         """Logarithm of the time since the step before, zero at the first."""
         return self.add("Pad", self.add("Log", self.rise("times")), self.integers([0, 1, 0, 0]))
 
+    def scan(self, body: onnx.GraphProto, start: str, *sources: str, axis: int) -> str:
+        """Run `body` along an axis of the sources, from the state `start`, and stack its results along this axis."""
+        name, count = f"Scan_{len(self.nodes)}", len(sources)
+        axes = {"num_scan_inputs": count, "scan_input_axes": [axis] * count, "scan_output_axes": [axis]}
+        node = helper.make_node("Scan", [start, *sources], [f"{name}_last", name], name=name, body=body, **axes)
+        self.nodes.append(node)
+        return name
+
+    def unscaled_force(self, scaled: str, moments: tuple[float, float]) -> None:
+        """Add the output `force` from the scaled force, float32, and its mean and standard deviation."""
+        mean, deviation = moments
+        product = self.add("Mul", self.cast(scaled, TensorProto.DOUBLE), self.number(deviation))
+        self.symexp(self.add("Add", product, self.number(mean)), "force")
+
     def finish(self, name: str, more: dict[str, list[str]] | None = None) -> onnx.GraphProto:
         """Return the ONNX graph with the physical inputs and output, and `more` inputs by name with their shapes."""
         matrix = ["batch", "steps"]

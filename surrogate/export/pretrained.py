@@ -17,10 +17,10 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 import onnx
-from onnx import TensorProto, helper, numpy_helper
+from onnx import helper, numpy_helper
 
 from surrogate.data.scaling import Scaling
-from surrogate.export.inputs_f import RATIO, scaled_inputs
+from surrogate.export.channels import RATIO, scaled_channels
 from surrogate.export.onnx import IR_VERSION, OPSET
 from surrogate.export.onnx_graph import OnnxGraph
 from surrogate.network.onnx_file import PRETRAINED_FORMAT, sealed
@@ -44,14 +44,11 @@ def file_content(
     """
     inner = onnx.compose.add_prefix_graph(onnx.load_model_from_string(network).graph, "network/")
     graph = OnnxGraph()
-    inputs = scaled_inputs(graph, scaling)
-    graph.add("Identity", inputs, output="network/inputs")
+    inputs = scaled_channels(graph, scaling, with_tabor=True)
+    graph.add("Transpose", inputs, perm=[1, 0, 2], output="network/inputs")
     graph.nodes.extend(inner.node)
     graph.initializers |= {item.name: numpy_helper.to_array(item) for item in inner.initializer}
-    scaled = graph.cast(graph.add("Transpose", "network/force", perm=[1, 0]), TensorProto.DOUBLE)
-    mean, deviation = scaling.force
-    scaled = graph.add("Add", graph.add("Mul", scaled, graph.number(deviation)), graph.number(mean))
-    graph.symexp(scaled, "force")
+    graph.unscaled_force(graph.add("Transpose", "network/force", perm=[1, 0]), scaling.force)
     content = helper.make_model(
         graph.finish(name, more={RATIO: ["batch"]}),
         opset_imports=[helper.make_opsetid("", OPSET)],

@@ -48,7 +48,8 @@ def checked_tabor(tabor: ArrayLike, count: int) -> np.ndarray:
     bad = np.flatnonzero(~(np.isfinite(tabor) & (tabor > 0.0)))
     if bad.size:
         value = float(tabor[bad[0]])
-        raise ValueError(f"Expected finite Tabor parameters above zero. Received: tabor={value!r} of history {bad[0]}")
+        place = _place("of history", bad[0], count)
+        raise ValueError(f"Expected finite Tabor parameters above zero. Received: tabor={value!r}{place}")
     return tabor
 
 
@@ -65,7 +66,8 @@ def checked_modulus_ratio(modulus_ratio: ArrayLike, count: int) -> np.ndarray:
     bad = np.flatnonzero(~((ratio > 0.0) & (ratio <= 1.0)))
     if bad.size:
         value = float(ratio[bad[0]])
-        raise ValueError(f"Expected modulus ratios in (0, 1]. Received: modulus_ratio={value!r} of protocol {bad[0]}")
+        place = _place("of protocol", bad[0], count)
+        raise ValueError(f"Expected modulus ratios in (0, 1]. Received: modulus_ratio={value!r}{place}")
     return ratio
 
 
@@ -84,17 +86,18 @@ def check_history(times: np.ndarray, indentations: np.ndarray) -> None:
     for name, values in (("times", times), ("indentations", indentations)):
         bad = np.flatnonzero(~np.isfinite(values).all(axis=1))
         if bad.size:
-            raise ValueError(f"Expected finite {name}. Received: NaN or infinity in history {bad[0]}")
+            raise ValueError(
+                f"Expected finite {name}. Received: NaN or infinity{_place('in history', bad[0], len(values))}"
+            )
     # Models use the time since the first point; by rounding, two late times may have the same one.
     since = times - times[:, :1]
     steps = np.diff(since, axis=1)
     bad = np.flatnonzero((steps <= 0.0).any(axis=1))
     if bad.size:
         step = int(np.argmax(steps[bad[0]] <= 0.0)) + 1
-        raise ValueError(
-            "Expected times that increase strictly. "
-            f"Received: {float(times[bad[0], step])!r} after {float(times[bad[0], step - 1])!r} in history {bad[0]}"
-        )
+        found = f"{float(times[bad[0], step])!r} after {float(times[bad[0], step - 1])!r}"
+        place = _place("in history", bad[0], len(times))
+        raise ValueError(f"Expected times that increase strictly. Received: {found}{place}")
     _within("indentations", indentations, -LARGEST_INDENTATION, LARGEST_INDENTATION)
     _within("times after the first", since, 0.0, LONGEST_HISTORY)
     _within("time steps", steps, SHORTEST_STEP, LONGEST_HISTORY)
@@ -119,6 +122,12 @@ def checked_edge(edge: ArrayLike, shape: tuple[int, ...]) -> np.ndarray:
 def _within(name: str, values: np.ndarray, low: float, high: float) -> None:
     if values.size and not (values.min() >= low and values.max() <= high):
         row, column = np.argwhere((values < low) | (values > high))[0]
+        place = _place("in history", row, len(values))
         raise ValueError(
-            f"Expected {name} within {low:g} and {high:g}. Received: {float(values[row, column])!r} in history {row}"
+            f"Expected {name} within {low:g} and {high:g}. Received: {float(values[row, column])!r}{place}"
         )
+
+
+def _place(words: str, index: int, count: int) -> str:
+    """Where a value is, in words; nothing if there is only one place."""
+    return f" {words} {index}" if count > 1 else ""

@@ -26,13 +26,13 @@ import numpy as np
 from bem._support.validation import real_array
 from bem._support.wording import shown
 from bem.protocol import LARGEST_INDENTATION, LARGEST_RATE
-from surrogate.data.features import channel_names
+from surrogate.data.features import NEEDS_MATERIAL, channel_names
 from surrogate.data.scaling import SYMLOG_PASSES, Scaling
 from surrogate.inference.checks import LONGEST_HISTORY, SHORTEST_STEP, checked_edge, real_number
 from surrogate.inference.validity import excesses, start_range, warn_of_extrapolation
 from surrogate.network.graph import Graph
 from surrogate.network.kernels import CHANNELS, INDENTATION, LATEST, MOTION_SIZE, ORIGIN, STEPS, TIME, advance
-from surrogate.network.program import Program
+from surrogate.network.program import Program, aligned
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -57,29 +57,40 @@ class Stream:
         graph: The network as a graph of elementary operations.
         scaling: The scaling of its training set.
         tabor: The Tabor parameter of the history.
+        modulus_ratio: Modulus ratio of its solid, for inputs that depend on it; by default that of the training set.
         name: Name of the model in messages.
 
     Raises:
-        ValueError: the model is not causal, or the graph is damaged.
+        ValueError: the model is not causal, the graph is damaged, or the modulus ratio is needed and unknown.
     """
 
-    def __init__(self, graph: Graph, scaling: Scaling, *, tabor: float, name: str = "surrogate") -> None:
+    def __init__(
+        self,
+        graph: Graph,
+        scaling: Scaling,
+        *,
+        tabor: float,
+        modulus_ratio: float | None = None,
+        name: str = "surrogate",
+    ) -> None:
+        if scaling.features in NEEDS_MATERIAL and modulus_ratio is None:
+            modulus_ratio = scaling.known_modulus_ratio
         self.name = name
         self.tabor = tabor
+        self.modulus_ratio = modulus_ratio
         program = Program(graph, scaling, tabor, name)
         self._program = np.array(program.rows, dtype=np.int64)
-        self._weights = np.concatenate(program.weights, dtype=np.float32)
+        self._weights = aligned(np.concatenate(program.weights, dtype=np.float32))
         self._values = np.zeros(program.values, dtype=np.float32)
         self._state = np.zeros(program.states, dtype=np.float32)
         self._motion = np.zeros(MOTION_SIZE)
+        self._solid = np.array([-4.0 / (3.0 * np.pi) * tabor**-1.5, np.nan if modulus_ratio is None else modulus_ratio])
         names = channel_names(scaling.features)
-        if not set(names) <= set(CHANNELS):
-            raise ValueError(f"Expected a model of the feature sets A to D. Received: {name} of {scaling.features}")
         self._channels = np.array([(CHANNELS.index(channel), SYMLOG_PASSES[channel]) for channel in names])
         moments = [*zip(scaling.channel_mean, scaling.channel_scale, strict=True), scaling.force]
         self._moments = np.array(moments, dtype=np.float64)
-        # A snapshot fits the streams of the same network and Tabor parameter only.
-        self._owner = (name, tabor, scaling.dataset_sha256, float(self._weights.sum(dtype=np.float64)))
+        # A snapshot fits the streams of the same network, Tabor parameter and solid only.
+        self._owner = (name, tabor, modulus_ratio, scaling.dataset_sha256, float(self._weights.sum(dtype=np.float64)))
         self._starts = start_range(tabor)
         # The kernels are compiled, or loaded, here instead of in the first step of the user.
         self._advance(0.0, 0.0, 0.0)
@@ -173,6 +184,7 @@ class Stream:
             self._motion,
             self._channels,
             self._moments,
+            self._solid,
             time,
             indentation,
             edge,

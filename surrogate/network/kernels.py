@@ -13,18 +13,21 @@ import math
 import numpy as np
 from numba import njit
 
-from surrogate.data.features import ACCELERATION_SMOOTHING
+from surrogate.data.features import ACCELERATION_SMOOTHING, FEATURE_SETS
 
 KINDS = ("add", "append", "convolve", "dense", "lstm", "mix", "modulate", "normalise", "relu")
 ADD, APPEND, CONVOLVE, DENSE, LSTM, MIX, MODULATE, NORMALISE, RELU = range(len(KINDS))
 
 COLUMNS = ("kind", "first", "second", "result", "width_in", "width", "weights", "state", "points", "dilation")
 
-CHANNELS = ("time", "indentation", "velocity", "acceleration", "edge")
+CHANNELS = (*FEATURE_SETS["F"], "acceleration")
+"""The first entries of the vector of the motion, float64, which a step reads and updates."""
 
-# Indices of the vector of the motion, float64, which a step reads and updates.
-TIME, INDENTATION, VELOCITY, ACCELERATION, STEPS, ORIGIN, LATEST = range(7)
-MOTION_SIZE = 7
+TIME, INDENTATION, VELOCITY, EDGE, LOG_STEP, LEE_RADOK, HERTZ = range(7)
+MEMORY_RELAXATION, MEMORY_RETARDATION, LOG_MODULUS_RATIO, LOADING, UNLOADING, ACCELERATION = range(7, 13)
+# After the channels; MEMORY is that of the force of Hertz.
+STEPS, ORIGIN, LATEST, MEMORY = range(13, 17)
+MOTION_SIZE = 17
 
 compiled = njit(cache=True, error_model="numpy", nogil=True)
 
@@ -139,24 +142,54 @@ def symlog(value: float) -> float:
 
 
 @compiled
-def observe(motion: np.ndarray, time: float, indentation: float) -> None:
-    """Update the motion by a new point; the time of the first point becomes zero."""
+def observe(motion: np.ndarray, solid: np.ndarray, time: float, indentation: float, edge: float) -> None:
+    """Update the motion by a new point; the time of the first point becomes zero.
+
+    Args:
+        motion: The motion, of shape `(MOTION_SIZE,)`; updated in place.
+        solid: Relaxed force of Hertz at an indentation of one, and modulus ratio; with NaN as the modulus ratio, the
+            channels that depend on the solid are left out.
+        time, indentation, edge: The new point.
+    """
     if motion[STEPS] == 0.0:
         motion[ORIGIN] = time
     motion[LATEST] = time
     time -= motion[ORIGIN]
-    velocity = 0.0
-    acceleration = 0.0
+    step, velocity, acceleration = 0.0, 0.0, 0.0
     if motion[STEPS] > 0.0:
         step = time - motion[TIME]
         velocity = (indentation - motion[INDENTATION]) / step
         raw = (velocity - motion[VELOCITY]) / step
         acceleration = ACCELERATION_SMOOTHING * raw + (1.0 - ACCELERATION_SMOOTHING) * motion[ACCELERATION]
+        motion[LOG_STEP] = math.log(step)
     motion[TIME] = time
     motion[INDENTATION] = indentation
     motion[VELOCITY] = velocity
     motion[ACCELERATION] = acceleration
+    motion[EDGE] = edge
     motion[STEPS] += 1.0
+    if not math.isnan(solid[1]):
+        _observe_solid(motion, solid[0], solid[1], step)
+
+
+@compiled
+def _observe_solid(motion: np.ndarray, size: float, ratio: float, step: float) -> None:
+    """Carry the channels of the solid to a point `step` after the last one, or zero at the first."""
+    indentation, velocity = motion[INDENTATION], motion[VELOCITY]
+    hertz = size * indentation * math.sqrt(indentation) if indentation > 0.0 else 0.0
+    if step > 0.0:
+        change = velocity * step
+        lost, forgotten = -math.expm1(-step / ratio), -math.expm1(-step)
+        motion[MEMORY] += lost / (step / ratio) * (hertz - motion[HERTZ]) - lost * motion[MEMORY]
+        motion[MEMORY_RELAXATION] += lost / (step / ratio) * change - lost * motion[MEMORY_RELAXATION]
+        motion[MEMORY_RETARDATION] += forgotten / step * change - forgotten * motion[MEMORY_RETARDATION]
+    else:
+        motion[MEMORY] = hertz
+    motion[HERTZ] = hertz
+    motion[LEE_RADOK] = hertz + (1.0 / ratio - 1.0) * motion[MEMORY]
+    motion[LOG_MODULUS_RATIO] = math.log(ratio)
+    motion[LOADING] = 1.0 if velocity > 0.0 else 0.0
+    motion[UNLOADING] = 1.0 if velocity < 0.0 else 0.0
 
 
 @compiled
@@ -168,6 +201,7 @@ def advance(
     motion: np.ndarray,
     channels: np.ndarray,
     moments: np.ndarray,
+    solid: np.ndarray,
     time: float,
     indentation: float,
     edge: float,
@@ -180,17 +214,17 @@ def advance(
         values: The scaled channels, followed by the results of all operations, float32; updated in place.
         state: All states of LSTM layers and convolutions, float32; updated in place.
         motion: The motion, of shape `(MOTION_SIZE,)`, float64; updated in place.
-        channels: Index in `CHANNELS` and number of symlog passes of each channel, of shape `(channels, 2)`.
+        channels: Index in the motion and number of symlog passes of each channel, of shape `(channels, 2)`.
         moments: Mean and standard deviation of each channel, then of the force, of shape `(channels + 1, 2)`.
+        solid: Relaxed force of Hertz at an indentation of one, and modulus ratio, or NaN if no channel needs it.
         time: Time of the new point.
         indentation: Indentation at the new point.
         edge: One at the first and the last point of the dwell, otherwise zero.
     """
     steps = int(motion[STEPS])
-    observe(motion, time, indentation)
+    observe(motion, solid, time, indentation, edge)
     for index in range(channels.shape[0]):
-        code = channels[index, 0]
-        raw = edge if code == 4 else motion[code]
+        raw = motion[channels[index, 0]]
         for _ in range(channels[index, 1]):
             raw = symlog(raw)
         values[index] = np.float32((raw - moments[index, 0]) / moments[index, 1])

@@ -79,9 +79,9 @@ class Bands:
         right = min(max(int(np.searchsorted(LEVELS, coverage)), 1), len(LEVELS) - 1)
         part = (coverage - LEVELS[right - 1]) / (LEVELS[right] - LEVELS[right - 1])
         pull_off, force = (
-            (1.0 - part) * table[:, right - 1] + part * table[:, right] for table in (self.pull_off, self.force)
+            (1.0 - part) * table[group, right - 1] + part * table[group, right] for table in (self.pull_off, self.force)
         )
-        return pull_off[group] * np.exp(difficulty), force[group]
+        return pull_off * np.exp(difficulty), force
 
     def as_arrays(self) -> dict[str, np.ndarray]:
         """Return what to store; `Bands(**arrays)` is the inverse."""

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from bem._support.jit import kernel
-from bem._support.monotone import monotone_integral, monotone_slopes
+from bem._numerics.jit import kernel
+from bem._numerics.monotone import monotone_integral, monotone_slopes
 from surrogate.data.physics import physics_channels
 
 

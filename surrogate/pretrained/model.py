@@ -15,7 +15,6 @@ import json
 import time
 import warnings
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -28,8 +27,16 @@ from bem.trajectory import Statistics
 from surrogate.data.scaling import Scaling
 from surrogate.inference.checks import checked_modulus_ratio, checked_tabor
 from surrogate.inference.model_files import existing
-from surrogate.inference.predicted import PredictedTrajectory
-from surrogate.inference.validity import ExtrapolationWarning, excesses, of_history, warn_of_extrapolation, worst
+from surrogate.inference.validity import (
+    Excess,
+    ExtrapolationWarning,
+    excesses,
+    of_history,
+    start_range,
+    warn_of_extrapolation,
+    worst,
+)
+from surrogate.pretrained.banded import BandedTrajectory, without_bands
 from surrogate.pretrained.bands import LARGEST_COVERAGE, LEVELS, Bands
 from surrogate.pretrained.network import BATCH, Network
 
@@ -45,46 +52,6 @@ FILES = ("model.onnx", "scaling.json", "bands.npz", "run.json")
 """What a folder of a pretrained model must hold."""
 
 QUANTITIES = ("tabor", "peak_indentation", "loading_rate", "dwell_time", "unloading_rate", "modulus_ratio")
-
-
-@dataclass(frozen=True, repr=False)
-class BandedTrajectory(PredictedTrajectory):
-    """A predicted trajectory with bands.
-
-    Pull-off force and time are those of a parabola through the highest step of the unloading and its neighbours, the
-    hysteresis is that of monotone cubics through the steps. Outside the ranges of the training, which `extrapolated`
-    names, every band is infinite.
-    """
-
-    modulus_ratio: float = np.nan
-    coverage: float = np.nan
-    """Share of true values that the bands are made to contain."""
-    pull_off_interval: tuple[float, float] = (-np.inf, np.inf)
-    """Band of the pull-off force: low, high."""
-    force_lower: np.ndarray | None = None
-    force_upper: np.ndarray | None = None
-    """Band of the force at each step by itself, shape (steps,)."""
-    results: tuple[float, float, float] = (np.nan, np.nan, np.nan)
-    """Pull-off force, its time, and the work."""
-
-    @property
-    def pull_off_force(self) -> float:
-        """Largest force while unloading, tension positive."""
-        return self.results[0]
-
-    @property
-    def pull_off_time(self) -> float:
-        """Time of the pull-off force."""
-        return self.results[1]
-
-    def work(self) -> float:
-        """Integral of -P d(delta) over the history."""
-        return self.results[2]
-
-    def summary(self) -> dict[str, Any]:
-        """Return the scalars, ready for JSON; without the interval where it is infinite."""
-        within = {} if self.extrapolated else {"pull_off_interval": list(self.pull_off_interval)}
-        return super().summary() | {"modulus_ratio": self.modulus_ratio, "coverage": self.coverage} | within
 
 
 class Pretrained:
@@ -114,6 +81,11 @@ class Pretrained:
             raise ValueError(f"Expected a folder of `make pretrained`. Received: {folder}, damaged") from error
         moments = [*zip(self.scaling.channel_mean, self.scaling.channel_scale, strict=True), self.scaling.tabor]
         self._mean, self._scale = np.array(moments).T.copy()
+        self._low, self._high = np.array([self.ranges[name] for name in QUANTITIES]).T.copy()
+        # What does not differ between trajectories they share, read-only.
+        steps = int(self.counts.sum())
+        self._radius, self._unloading = np.full(steps, np.nan), np.arange(steps) >= self.counts[:2].sum() - 1
+        self._radius.flags.writeable = self._unloading.flags.writeable = False
 
     @property
     def ranges(self) -> dict[str, tuple[float, float]]:
@@ -168,8 +140,7 @@ class Pretrained:
         paths = np.array([(p.peak_indentation, p.loading_rate, p.dwell_time, p.unloading_rate) for p in protocols])
         start = np.array([p.start(tabor) for p, tabor in zip(protocols, mu.tolist(), strict=True)])
         quantities = np.column_stack([mu, paths, ratio])
-        named = dict(zip(QUANTITIES, quantities.T, strict=True))
-        outside = excesses({**named, "start_indentation": start}, self.scaling.ranges)
+        outside = self._excesses(quantities, start)
         quantities[:, 3] = np.maximum(quantities[:, 3], self.scaling.ranges["dwell_time"][0])
         parts = [
             self._computed(quantities[at : at + BATCH], start[at : at + BATCH], coverage)
@@ -188,7 +159,7 @@ class Pretrained:
         stats = Statistics(seconds=(time.perf_counter() - clock) / len(protocols))
         found = [one for part in parts for one in self._trajectories(part, coverage, stats)]
         for row, words in extrapolated.items():
-            found[row] = _without_bands(found[row], words)
+            found[row] = without_bands(found[row], words)
         return found
 
     def stream(self, *, tabor: float, modulus_ratio: float) -> PretrainedStream:
@@ -203,15 +174,27 @@ class Pretrained:
         warn_of_extrapolation(self.name, excesses(solid, self.scaling.ranges))
         return PretrainedStream(self, **{name: float(value[0]) for name, value in solid.items()})
 
+    def _excesses(self, quantities: np.ndarray, start: np.ndarray) -> list[Excess]:
+        """What lies outside the training; two comparisons answer first for a single protocol, which lies inside."""
+        low, high = start_range(quantities[:, 0])
+        if (
+            (self._low <= quantities).all()
+            and (quantities <= self._high).all()
+            and ((low <= start) & (start <= high)).all()
+        ):
+            return []
+        named = dict(zip(QUANTITIES, quantities.T, strict=True))
+        return excesses({**named, "start_indentation": start}, self.ranges)
+
     def _computed(self, quantities: np.ndarray, start: np.ndarray, coverage: float) -> dict[str, np.ndarray]:
         """All arrays of one batch, histories first."""
         # Compiled, so imported by the first call.
-        from bem.dataset.physical_steps import physical_grid
+        from bem.dataset.physical_steps import checked_steps, solids
         from surrogate.pretrained.kernels import results, scaled_inputs
 
-        protocols = dict(zip(QUANTITIES, quantities.T, strict=True))
-        times, indentations = physical_grid(**protocols, counts=self.counts.tolist(), start_indentation=start)
         tabor, ratio = (np.ascontiguousarray(quantities[:, column]) for column in (0, 5))
+        protocols = np.array([*quantities[:, :5].T, start])
+        times, indentations = checked_steps(protocols, *solids(ratio), self.counts)
         inputs = scaled_inputs(times, indentations, tabor, ratio, self.counts, self._mean, self._scale)
         scaled = self.network(inputs).astype(np.float64)
         force = self.scaling.unscale_force(scaled)
@@ -232,10 +215,7 @@ class Pretrained:
     def _trajectories(
         self, part: dict[str, np.ndarray], coverage: float, stats: Statistics
     ) -> Iterator[BandedTrajectory]:
-        """One trajectory after the other; what does not differ between them they share, read-only."""
-        steps = int(self.counts.sum())
-        radius, unloading = np.full(steps, np.nan), np.arange(steps) >= self.counts[0] + self.counts[1] - 1
-        radius.flags.writeable = unloading.flags.writeable = False
+        """One trajectory after the other."""
         histories = (part[name] for name in ("time", "indentation", "force", "force_lower", "force_upper"))
         numbers = (part[name].tolist() for name in ("interval", "results", "ratio"))
         for time_, indentation, force, lower, upper, interval, results, ratio in zip(*histories, *numbers, strict=True):
@@ -243,12 +223,12 @@ class Pretrained:
                 time=time_,
                 indentation=indentation,
                 force=force,
-                contact_radius=radius,
+                contact_radius=self._radius,
                 status="completed",
                 jumps=(),
                 stats=stats,
                 accuracy=np.nan,
-                unloading=unloading,
+                unloading=self._unloading,
                 model=self.name,
                 modulus_ratio=ratio,
                 coverage=coverage,
@@ -270,9 +250,3 @@ def find(name: str, root: str | Path | None = None) -> Path:
         if (place / name / "run.json").is_file():
             return place / name
     raise FileNotFoundError(f"No {name} in {' or '.join(map(str, places))}; `make pretrained` trains it")
-
-
-def _without_bands(trajectory: BandedTrajectory, words: tuple[str, ...]) -> BandedTrajectory:
-    far = np.full(trajectory.force.size, np.inf)
-    changed = {"extrapolated": words, "pull_off_interval": (-np.inf, np.inf), "force_lower": -far, "force_upper": far}
-    return type(trajectory)(**{**vars(trajectory), **changed})

@@ -12,6 +12,8 @@ from typing import Any
 
 import numpy as np
 
+from surrogate.network.graph import SEQUENCE, TABOR, Graph
+
 CHANNELS = 13
 BATCH = 128
 """Histories computed at a time: larger batches leave the caches and gain nothing."""
@@ -63,25 +65,23 @@ def onnx_file(weights: list[np.ndarray], name: str) -> bytes:
     return model.SerializeToString(deterministic=True)
 
 
-def weights_of(path: Path) -> tuple[list[int], np.ndarray]:
-    """Return units of the LSTMs and of the dense layer of a file of `onnx_file`, and all its weights.
-
-    The weights are flat float32, layer after layer: those of an LSTM as `surrogate.network.kernels.lstm_step` takes
-    them, those of a dense layer as a matrix of a row for each output, then the bias.
-    """
+def graph_of(path: Path) -> Graph:
+    """Return the network of a file of `onnx_file` as a graph of elementary operations."""
     import onnx
     from onnx import numpy_helper
 
     known = {one.name: numpy_helper.to_array(one) for one in onnx.load(path).graph.initializer}
-    units, parts = [], []
-    while (name := f"R{len(units)}") in known:
-        size = known[name].shape[2]
-        number = len(units)
-        parts += [known[f"W{number}"], known[name], known[f"B{number}"][0, : 4 * size]]
-        units.append(size)
-    units.append(known["bias"].size)
-    parts += [known["kernel"].T, known["bias"], known["last"], known["offset"]]
-    return units, np.concatenate([part.ravel() for part in parts]).astype(np.float32)
+    graph = Graph()
+    source = graph.add("append", "inputs", [SEQUENCE, TABOR])
+    number = 0
+    while f"R{number}" in known:
+        weights = {key: known[f"{key}{number}"] for key in "WRB"}
+        source = graph.add("lstm", f"lstm{number}", [source], weights)
+        number += 1
+    source = graph.add("dense", "dense", [source], {"kernel": known["kernel"], "bias": known["bias"]})
+    source = graph.add("relu", "relu", [source])
+    graph.add("dense", "force", [source], {"kernel": known["last"], "bias": known["offset"]})
+    return graph
 
 
 class Network:

@@ -47,7 +47,7 @@ def test_hours_of_data_set_and_studies(tmp_path):
         file.attrs.update(format=FORMAT, format_version=FORMAT_VERSION, core_seconds=180.0)
     one = {"hours": 0.5}
     taken = one | {"taken_from": "M1-concat"}
-    sets = {"complete": True, "sets": {"A": one, "B": one, "D": taken}}
+    sets = {"complete": True, "sets": {"A": one, "D": taken}, "physical": {"D": one}}
     (tmp_path / "feature_sets.json").write_text(json.dumps(sets), encoding="utf-8")
     shares = {"complete": True, "full": taken, "shares": [{"folds": [one, one]}, {"folds": [one, one]}]}
     (tmp_path / "data_efficiency.json").write_text(json.dumps(shares), encoding="utf-8")

@@ -204,10 +204,13 @@ def test_comparison_of_no_model_names_the_target(tmp_path, dataset):
 
 
 def test_feature_sets_differ_in_nothing_else():
-    config = {"architecture": "M1-concat", "recipe": "swift", "epochs": 0, "sets": ["A", "D"]}
-    found = feature_variants(config)
-    assert found["A"].features == "A"
-    assert found["A"].command(dataset="d", work=Path("work"))[:2] == ["train", "M1-concat"]
+    config = {"architecture": "M1-concat", "recipe": "swift", "epochs": 0, "sets": ["A", "D"], "physical": ["D"]}
+    found = feature_variants(config, Path("p"))
+    assert list(found) == [("sets", "A"), ("sets", "D"), ("physical", "D")]
+    assert found["sets", "A"].features == "A"
+    commands = [one.command(dataset="d", work=Path("work")) for one in found.values()]
+    assert commands[0][:2] == ["train", "M1-concat"]
+    assert [words[words.index("--dataset") + 1] for words in commands] == ["d", "d", "p"]
     assert {(v.recipe, v.fraction, v.epochs) for v in found.values()} == {("swift", 1.0, 0)}
     summary = feature_summary({"A": {"validation_mse": 7.0}, "D": {"validation_mse": 1.0}})
     assert summary == {"order": ["D", "A"], "best": "D", "factor_a_over_d": 7.0}

@@ -51,13 +51,14 @@ def test_without_them_the_others_run_and_nothing_is_published(tmp_path, monkeypa
 
 
 def test_the_time_left_counts_how_long_things_take(monkeypatch, capsys):
-    now = iter([0.0, 1.0, 2.0])
+    now = iter([0.0, 1.0, 3.0, 63.0])
     monkeypatch.setattr(timing, "SAID_EVERY", -1.0)
     monkeypatch.setattr(timing.time, "perf_counter", lambda: next(now))
-    assert list(timing.progress("ab", "letters", shares=[1.0, 60.0])) == ["a", "b"]
-    first, second = capsys.readouterr().err.splitlines()
-    assert first == "letters: 1 of 2, 0:01:00 left"
-    assert second == "letters: 2 of 2, 0:00:00 left"
+    assert list(timing.progress("abc", "letters", shares=[1.0, 2.0, 60.0])) == ["a", "b", "c"]
+    first, second, third = capsys.readouterr().err.splitlines()
+    assert first == "letters: 1 of 3"
+    assert second == "letters: 2 of 3, 0:01:00 left"
+    assert third == "letters: 3 of 3, 0:00:00 left"
 
 
 def test_adhesion_on_a_coarse_grid():

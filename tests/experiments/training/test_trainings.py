@@ -6,28 +6,9 @@ import shutil
 import pytest
 import typer
 
-from experiments.training import data_efficiency, feature_sets, trainings
+from experiments.training import data_efficiency, trainings
 from experiments.training.trainings import Variant, is_trained
-from surrogate.data.dataset import TrajectoryDataset
-
-
-@pytest.fixture
-def data(dataset):
-    return TrajectoryDataset.load(dataset)
-
-
-def write_training(folder, variant, data):
-    """The parts of a model directory that say where it comes from."""
-    from surrogate.training.recipe import Recipe
-
-    folder.mkdir(parents=True)
-    data.split().with_fraction(variant.fraction, variant.fold).save(folder / "split.json")
-    recipe = Recipe.load(variant.recipe).with_overrides(epochs=variant.epochs or None)
-    (folder / "recipe.toml").write_text(recipe.to_toml(), encoding="utf-8")
-    run = {"dataset_sha256": data.sha256, "backend": "tensorflow"}
-    run |= {"features": variant.features, "architecture": variant.architecture}
-    (folder / "run.json").write_text(json.dumps(run), encoding="utf-8")
-
+from tests.experiments.training.helpers import write_errors, write_training
 
 VARIANT = Variant(label="half", architecture="M1-concat", recipe="swift", epochs=35, fraction=0.5, fold=1)
 
@@ -63,18 +44,6 @@ def test_a_training_on_another_data_set_is_refused(tmp_path, data, dataset):
         study(tmp_path, dataset, [VARIANT])
 
 
-def write_errors(folder, mse):
-    """The rest of a model directory: errors, a learning curve, costs."""
-    metrics = {"parameters": 1, "epochs": 2, "best_epoch": 1, "cpu_seconds": 1.0}
-    metrics["test"] = {name: {"mean": mse} for name in ("mse", "mae", "dtw_rmse")}
-    (folder / "metrics.json").write_text(json.dumps(metrics), encoding="utf-8")
-    curve = "epoch,train_mse,validation_mse,cpu_seconds\n1,0.1,0.1,1\n"
-    (folder / "history.csv").write_text(curve, encoding="utf-8")
-    run = json.loads((folder / "run.json").read_text(encoding="utf-8"))
-    run |= {"versions": {}, "training_trajectories": 32}
-    (folder / "run.json").write_text(json.dumps(run), encoding="utf-8")
-
-
 def study(tmp_path, dataset, wanted, published=()):
     """One call; returns the errors published at the end, when all are trained."""
     found = {}
@@ -88,35 +57,6 @@ def study(tmp_path, dataset, wanted, published=()):
         publish=lambda done: found.update(done),
     )
     return found
-
-
-@pytest.fixture
-def queue(monkeypatch, tmp_path, data):
-    """Stands in for training: each variant of the queue appears with an error of 0.5, but for the labels refused."""
-    refused, started = set(), []
-
-    def run(waiting, command, *, folder, jobs, log):
-        for label in waiting:
-            options = dict(zip(command(label)[2::2], command(label)[3::2], strict=True))
-            variant = Variant(
-                label,
-                command(label)[1],
-                options["--recipe"],
-                int(options["--epochs"]),
-                options["--features"],
-                float(options["--fraction"]),
-                int(options["--fold"]),
-            )
-            started.append(label)
-            if label in refused:
-                return {label: trainings.STOPPED}
-            write_training(tmp_path / "models" / label, variant, data)
-            write_errors(tmp_path / "models" / label, 0.5)
-            log(f"{label}: done")
-        return dict.fromkeys(waiting, 0)
-
-    monkeypatch.setattr(trainings, "run_queue", run)
-    return refused, started
 
 
 def test_a_published_model_that_was_trained_alike_is_taken(tmp_path, data, dataset, queue):
@@ -159,17 +99,6 @@ def test_a_study_goes_on_from_its_result_file_in_another_clone(tmp_path, dataset
     started.clear()
     assert run()[0] == 0
     assert started == []
-
-
-def test_feature_sets_have_no_summary_while_one_is_missing(tmp_path, dataset, queue):
-    queue[0].add("features-D")
-    toml = tmp_path / "study.toml"
-    settings = 'architecture = "M1-concat"\nrecipe = "swift"\nepochs = 1\nsets = ["A", "D"]\njobs = 1\n'
-    toml.write_text(settings, encoding="utf-8")
-    with pytest.raises(typer.Exit):
-        feature_sets.main(toml, dataset, tmp_path / "published", tmp_path, tmp_path / "out.json")
-    content = json.loads((tmp_path / "out.json").read_text(encoding="utf-8"))
-    assert (list(content["sets"]), content["complete"], content["summary"]) == (["A"], False, {})
 
 
 def test_the_result_of_another_training_is_not_taken(tmp_path, dataset, data, queue):

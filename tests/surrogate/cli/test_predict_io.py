@@ -28,9 +28,15 @@ HEADER = "tabor,peak_indentation,loading_rate,dwell_time,unloading_rate\n"
         (HEADER + '"1,20,10,1,10\n', "comma-separated numbers under a header"),
         (HEADER + "1,20,10,1,1_0\n", "finite numbers. Received: '1_0'"),
         (HEADER + "1,20,10,1,\u0661\n", "finite numbers"),
-        (HEADER + "1,20,10,1,10\n\n \n1,20,0,1,10\n", r"in row 2 \(line 5\) of .*in.csv: loading_rate must be"),
-        (HEADER + "1,20,10,1,10\n0,20,1,1,10\n", r"in row 2 \(line 3\) of .*in.csv: Expected finite Tabor"),
-        (HEADER + "1,20,10,1,10\n1,20,1e-12,1e-9,10\n", r"in row 2 \(line 3\).*outlast the rounding"),
+        (
+            HEADER + "1,20,10,1,10\n\n \n1,20,0,1,10\n",
+            r"loading_rate must be .*; received 0\.0 in row 2 \(line 5\) of \S+in.csv$",
+        ),
+        (
+            HEADER + "1,20,10,1,10\n0,20,1,1,10\n",
+            r"Tabor parameters above zero\. Received: tabor=0\.0 in row 2 \(line 3\) of \S+in.csv$",
+        ),
+        (HEADER + "1,20,10,1,10\n1,20,1e-12,1e-9,10\n", r"outlast the rounding .*; received .* in row 2 \(line 3\)"),
         ("1,20,10,1,10\n1,20,10,1,10\n", "a header that names the columns. Received: numbers in the first row"),
     ],
 )
@@ -140,7 +146,10 @@ def test_other_mistakes(command, tmp_path, published):
         (["M1-concat", "--in", tmp_path / "binary.csv"], "text in UTF-8"),
         (["M1-concat", "--in", tmp_path / "absent.csv"], "which does not exist"),
         (["M1-concat", "--in", tmp_path / "in.xlsx"], "called .csv or .json"),
-        (["M1-concat", "--in", tmp_path / "good.csv", "--tabor", 1], "not both"),
+        (
+            ["M1-concat", "--in", tmp_path / "good.csv", "--tabor", 1],
+            f"not both. Received: --in {tmp_path}/good.csv, --tabor",
+        ),
         (["M1-concat", "--in", tmp_path / "history.csv"], "or a column tabor, with a history"),
         (["M1-concat", "--tabor", 1], "Received: no --peak-indentation, --loading-rate"),
         ([*whole, "--out", tmp_path / "out.txt"], "called .csv or .json"),

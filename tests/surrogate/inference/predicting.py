@@ -1,5 +1,7 @@
 """What the tests of `surrogate predict` share: protocols, measured histories of them, and how a mistake must end."""
 
+import re
+
 import numpy as np
 
 from bem import LoadingProtocol
@@ -13,7 +15,9 @@ def refused(command, words, *, folder):
     before = {path.name: path.read_bytes() for path in folder.iterdir()}
     code, out, err = command(*words)
     assert (code, out) == (2, ""), err
-    assert err.startswith("surrogate: Expected ")
+    # One sentence, and not one within another.
+    assert re.match(r"surrogate: (Expected|\w+ must|the \w+ phase must) ", err)
+    assert len(re.findall(r"\b[Rr]eceived\b", err)) == 1
     assert err.count("\n") == 1
     assert len(err) < 1000
     assert {path.name: path.read_bytes() for path in folder.iterdir()} == before

@@ -1,3 +1,4 @@
+import dataclasses
 import gc
 import tracemalloc
 import warnings
@@ -10,7 +11,7 @@ from surrogate.inference.predictor import Surrogate
 from surrogate.inference.streaming import Stream
 from surrogate.inference.validity import ExtrapolationWarning
 from surrogate.network.graph import Graph
-from surrogate.network.kernels import hyperbolic_tangents
+from surrogate.network.kernels import COLUMNS, hyperbolic_tangents
 
 HISTORY = 4
 CAUSAL = [name for name in surrogate.names() if not name.startswith("M5")]
@@ -36,7 +37,7 @@ def steps(stream, times, indentations, edges=(49, 69)):
 
 @pytest.mark.filterwarnings("ignore:.*extrapolates")
 @pytest.mark.parametrize(
-    ("name", "features"), [*((name, "D") for name in CAUSAL), *(("M3-concat", features) for features in "ABC")]
+    ("name", "features"), [*((name, "D") for name in CAUSAL), *(("M3-concat", features) for features in "ABCEF")]
 )
 def test_steps_equal_the_whole_sequence(name, features, stirred, history):
     backend, wholes = stirred(name, features)
@@ -189,7 +190,26 @@ def test_hyperbolic_tangent():
     assert np.isnan(broken).all()
 
 
-def test_a_model_of_other_inputs_is_refused(stirred):
-    backend, _ = stirred("M3-concat", "E")
-    with pytest.raises(ValueError, match=r"Expected a model of the feature sets A to D. Received: mine of E"):
-        Stream(backend.graph(), backend.scaling, tabor=1.0, name="mine")
+@pytest.mark.filterwarnings("ignore:.*extrapolates")
+def test_inputs_of_the_material_need_one_that_is_known(stirred, history):
+    times, indentations, tabor = history
+    backend, _ = stirred("M3-concat", "F")
+    forces = [
+        Stream(backend.graph(), backend.scaling, tabor=tabor, **ratio).run(times, indentations, 0.0 * times)
+        for ratio in ({}, {"modulus_ratio": 0.1}, {"modulus_ratio": 0.5})
+    ]
+    np.testing.assert_array_equal(forces[0], forces[1])
+    assert np.abs(forces[2] - forces[0]).max() > 1e-3
+    ranges = {name: bounds for name, bounds in backend.scaling.ranges.items() if name != "modulus_ratio"}
+    scaling = dataclasses.replace(backend.scaling, ranges=ranges)
+    with pytest.raises(ValueError, match=r"one known modulus ratio for features F\. Received: none"):
+        Stream(backend.graph(), scaling, tabor=tabor)
+
+
+@pytest.mark.filterwarnings("ignore:.*extrapolates")
+def test_weights_of_every_operation_begin_on_a_cache_line(stirred):
+    backend, _ = stirred("M3-concat")
+    stream = Stream(backend.graph(), backend.scaling, tabor=1.0)
+    column = COLUMNS.index("weights")
+    assert stream._weights.ctypes.data % 64 == 0
+    assert not (stream._program[:, column] * 4 % 64).any()

@@ -11,7 +11,7 @@ from bem.dataset.hdf5_arrays import arrays
 from surrogate.training.keras_fit import _backed_up
 from surrogate.training.recipe import Recipe
 from surrogate.training.runs import Run, execute
-from tests.surrogate.training.test_loop import StopAfter, history
+from tests.surrogate.training.short_runs import StopAfter, history
 
 PLATEAU = {"factor": 0.5, "patience": 2, "minimum_rate": 1e-3, "stop_after": 4}
 STEPS = 3

@@ -1,0 +1,176 @@
+"""Channels of all feature sets as operations of an ONNX graph, in double precision.
+
+The channels are those of `surrogate.data.features` and `surrogate.data.physics`. Each memory of set F obeys
+m_i = a_i m_(i-1) + b_i with the decay a and the gain b of its step. Decays and gains of all steps are computed at once,
+so that only this recurrence runs step by step.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import cached_property
+
+import numpy as np
+import onnx
+from onnx import TensorProto, helper, numpy_helper
+
+from surrogate.data.features import ACCELERATION_SMOOTHING, channel_names
+from surrogate.data.scaling import SYMLOG_PASSES, Scaling
+from surrogate.export.onnx_graph import OnnxGraph
+
+RATIO = "modulus_ratio"
+"""Input or constant of the graphs of set F, of shape `(batch,)` or `(1,)`."""
+
+
+def scaled_channels(graph: OnnxGraph, scaling: Scaling, *, with_tabor: bool = False) -> str:
+    """Add the scaled channels of a feature set, float32 of shape `(batch, steps, channels)`, and return their name.
+
+    The inputs of the graph are `times`, `indentations` and `edge` of shape `(batch, steps)`, and `tabor` of shape
+    `(batch,)`. Set F also needs `RATIO`.
+
+    Args:
+        graph: The graph.
+        scaling: The scaling, which names the feature set.
+        with_tabor: Whether the scaled Tabor parameter is one more channel, the last one.
+    """
+    channels, columns = _Channels(graph), []
+    for name in channel_names(scaling.features):
+        column = getattr(channels, name)
+        for _ in range(SYMLOG_PASSES[name]):
+            column = graph.symlog(column)
+        columns.append(graph.add("Unsqueeze", column, graph.integers([2])))
+    mean, deviation = list(scaling.channel_mean), list(scaling.channel_scale)
+    if with_tabor:
+        columns.append(graph.add("Unsqueeze", _along(graph, graph.symlog("tabor")), graph.integers([2])))
+        mean.append(scaling.tabor[0])
+        deviation.append(scaling.tabor[1])
+    stacked = graph.add("Concat", *columns, axis=2)
+    return graph.cast(graph.standardise(stacked, np.array(mean), np.array(deviation)), TensorProto.FLOAT)
+
+
+class _Channels:
+    """Channels before any transformation, by name, each of shape `(batch, steps)`; each is added when first read."""
+
+    time, indentation, edge = "times", "indentations", "edge"
+
+    def __init__(self, graph: OnnxGraph) -> None:
+        self._graph = graph
+
+    @cached_property
+    def velocity(self) -> str:
+        return self._graph.slope("indentations")
+
+    @cached_property
+    def acceleration(self) -> str:
+        return _moving_average(self._graph, self._graph.slope(self.velocity))
+
+    @cached_property
+    def log_step(self) -> str:
+        return self._graph.log_step()
+
+    @cached_property
+    def hertz(self) -> str:
+        """Relaxed force of Hertz, -4/(3 pi) mu^(-3/2) max(indentation, 0)^(3/2)."""
+        graph = self._graph
+        pressed = graph.add("Max", "indentations", graph.number(0.0))
+        power = graph.add("Mul", pressed, graph.add("Sqrt", pressed))
+        size = graph.add("Mul", graph.number(-4.0 / (3.0 * math.pi)), graph.add("Pow", "tabor", graph.number(-1.5)))
+        return graph.add("Mul", graph.add("Unsqueeze", size, graph.integers([1])), power)
+
+    @cached_property
+    def _memories(self) -> list[str]:
+        return _memories(self._graph, self.hertz)
+
+    @cached_property
+    def lee_radok(self) -> str:
+        graph = self._graph
+        ratio = graph.add("Unsqueeze", RATIO, graph.integers([1]))
+        strength = graph.add("Sub", graph.add("Reciprocal", ratio), graph.number(1.0))
+        return graph.add("Add", self.hertz, graph.add("Mul", strength, self._memories[0]))
+
+    @property
+    def memory_relaxation(self) -> str:
+        return self._memories[1]
+
+    @property
+    def memory_retardation(self) -> str:
+        return self._memories[2]
+
+    @cached_property
+    def log_modulus_ratio(self) -> str:
+        return _along(self._graph, self._graph.add("Log", RATIO))
+
+    @cached_property
+    def loading(self) -> str:
+        return self._flag("Greater")
+
+    @cached_property
+    def unloading(self) -> str:
+        return self._flag("Less")
+
+    def _flag(self, kind: str) -> str:
+        return self._graph.cast(self._graph.add(kind, self.velocity, self._graph.number(0.0)), TensorProto.DOUBLE)
+
+
+def _along(graph: OnnxGraph, values: str) -> str:
+    """Repeat one value of each history, shape `(batch,)`, along the steps."""
+    column = graph.add("Unsqueeze", values, graph.integers([1]))
+    return graph.add("Expand", column, graph.add("Shape", "times"))
+
+
+def _memories(graph: OnnxGraph, hertz: str) -> list[str]:
+    """Memories of the force of Hertz and of the indentation at the relaxation time, and at the retardation time."""
+    duration = graph.rise("times")
+    ratio = graph.add("Unsqueeze", RATIO, graph.integers([1]))
+    change, force_change = graph.rise("indentations"), graph.rise(hertz)
+    first = graph.add("Slice", hertz, graph.integers([0]), graph.integers([1]), graph.integers([1]))
+    nothing = graph.add("Sub", first, first)
+    quick = graph.add("Div", duration, ratio)
+    decays, gains = [], []
+    for steps, rise, start in ((quick, force_change, first), (quick, change, nothing), (duration, change, nothing)):
+        lost = _lost(graph, steps)
+        decay = graph.add("Sub", graph.number(1.0), lost)
+        gain = graph.add("Mul", graph.add("Div", lost, steps), rise)
+        for found, begin, later in ((decays, nothing, decay), (gains, start, gain)):
+            column = graph.add("Concat", begin, later, axis=1)
+            found.append(graph.add("Unsqueeze", column, graph.integers([0])))
+    memories = _recurrence(graph, *(graph.add("Concat", *rows, axis=0) for rows in (decays, gains)))
+    return [graph.add("Gather", memories, graph.integer(row), axis=0) for row in range(3)]
+
+
+def _lost(graph: OnnxGraph, steps: str) -> str:
+    """1 - exp(-x) of steps x > 0, as 2 t / (1 + t) with t = tanh(x / 2): short steps lose no digits."""
+    half = graph.add("Tanh", graph.add("Mul", graph.number(0.5), steps))
+    return graph.add("Div", graph.add("Add", half, half), graph.add("Add", graph.number(1.0), half))
+
+
+def _recurrence(graph: OnnxGraph, decays: str, gains: str) -> str:
+    """Add m_i = a_i m_(i-1) + b_i from zero, for arrays of shape `(memories, batch, steps)`."""
+    before, decay, gain, after, here = _doubles("before", "decay", "gain", "after", "here", shape=["memories", "batch"])
+    nodes = [
+        helper.make_node("Mul", ["decay", "before"], ["kept"]),
+        helper.make_node("Add", ["kept", "gain"], ["after"]),
+        helper.make_node("Identity", ["after"], ["here"]),
+    ]
+    body = helper.make_graph(nodes, "memory", [before, decay, gain], [after, here])
+    start = graph.add("Gather", gains, graph.integer(0), axis=2)
+    return graph.scan(body, graph.add("Sub", start, start), decays, gains, axis=2)
+
+
+def _moving_average(graph: OnnxGraph, source: str) -> str:
+    """Add an exponential moving average along the steps, with the initial value zero, and return its name."""
+    before, raw, after, smooth = _doubles("before", "raw", "after", "smooth", shape=["batch"])
+    weights = {"share": ACCELERATION_SMOOTHING, "rest": 1.0 - ACCELERATION_SMOOTHING}
+    nodes = [
+        helper.make_node("Mul", ["raw", "share"], ["new"]),
+        helper.make_node("Mul", ["before", "rest"], ["old"]),
+        helper.make_node("Add", ["new", "old"], ["after"]),
+        helper.make_node("Identity", ["after"], ["smooth"]),
+    ]
+    constants = [numpy_helper.from_array(np.array(value), key) for key, value in weights.items()]
+    body = helper.make_graph(nodes, "moving_average", [before, raw], [after, smooth], initializer=constants)
+    return graph.scan(body, graph.add("Mul", "tabor", graph.number(0.0)), source, axis=1)
+
+
+def _doubles(*names: str, shape: list[str]) -> list[onnx.ValueInfoProto]:
+    return [helper.make_tensor_value_info(name, TensorProto.DOUBLE, shape) for name in names]

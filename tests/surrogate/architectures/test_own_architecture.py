@@ -1,0 +1,140 @@
+"""An architecture of a user's own: trained, evaluated, exported and listed without touching the package."""
+
+import hashlib
+import json
+import sys
+
+import pytest
+from typer.testing import CliRunner
+
+from experiments.paper import own_architecture_graphs
+from paper_figures.__main__ import save
+from paper_figures.models import figure_own_architecture
+from surrogate.architectures.naming import FAMILIES
+from surrogate.cli import app as cli
+from surrogate.network import lowering
+
+OWN = '''
+import keras
+
+import surrogate
+from surrogate.architectures.common import inputs
+from surrogate.architectures.layers import AppendTabor
+
+
+def own(conditioning, features, name):
+    """One small layer.
+
+    And more words.
+    """
+    sequence, tabor = inputs(features)
+    hidden = keras.layers.LSTM(3, return_sequences=True)(AppendTabor()(sequence, tabor))
+    return keras.Model([sequence, tabor], keras.layers.Dense(1)(hidden), name=name)
+
+
+surrogate.register("Own-1", own, conditionings=["concat"])
+'''
+
+
+@pytest.fixture
+def own(tmp_path, dataset_path, monkeypatch):
+    """A user's file, and how a command of `surrogate` on it ends."""
+    (tmp_path / "own.py").write_text(OWN)
+    (tmp_path / "fast.toml").write_text('name = "f"\nseed = 0\nbatch_size = 24\nepochs = 2\nlearning_rate = 1e-2\n')
+    monkeypatch.setattr("surrogate.training.queue.signal.signal", lambda *_: None)
+    monkeypatch.chdir(tmp_path)
+    training = ["--dataset", str(dataset_path), "--recipe", "fast.toml", "--models", "models", "--runs", "runs"]
+    places = {
+        "train": training,
+        "train-all": training,
+        "evaluate": ["--dataset", str(dataset_path), "--models", "models"],
+    }
+
+    def run(*words, fails=False):
+        result = CliRunner().invoke(cli.app, [*words, *places.get(words[0], ["--models", "models"])])
+        assert bool(result.exception) == fails, result.output + str(result.exception)
+        return str(result.exception) if fails else result.output
+
+    return run
+
+
+def forget():
+    from surrogate.architectures import naming, registry
+
+    for table in (FAMILIES, naming.CONDITIONINGS_OF, registry.REGISTERED):
+        table.pop("Own-1", None)
+
+
+def doubled(name, found):
+    found.weights[f"{name}/kernel"] *= 2.0
+    return name
+
+
+def test_a_users_file_is_trained_evaluated_exported_and_drawn(own, tmp_path, monkeypatch):
+    assert "Unknown model name" in own("train", "Own-1-concat", fails=True)
+    assert "published in" in own("train", "Own-1-concat", "--architecture", "own.py")
+    described = json.loads((tmp_path / "models/Own-1-concat/run.json").read_text())
+    digest = hashlib.sha256(OWN.encode()).hexdigest()
+    assert described["architecture_file"] == {"name": "own.py", "sha256": digest}
+    assert "already published" in own("train", "Own-1-concat", "--architecture", "own.py")
+
+    forget()
+    assert not sys.modules.keys() & {"own"}
+    wanted = f"Expected own.py ({digest[:12]}), which built Own-1-concat, by --architecture or an import. Received: no "
+    assert own("evaluate", "Own-1-concat", fails=True).startswith(wanted)
+    assert "hysteresis_percent" in own("evaluate", "Own-1-concat", "--architecture", "own.py")
+    own("export", "Own-1-concat", "--architecture", "own.py")
+    with monkeypatch.context() as patch:
+        # A layer that computes otherwise than it is told, as far as the comparison with Keras can tell.
+        patch.setitem(
+            lowering._LOWERING,
+            "Dense",
+            lambda found, layer, inputs: doubled(lowering._dense(found, layer, inputs), found),
+        )
+        refused = own("export", "Own-1-concat", "--architecture", "own.py", fails=True)
+        assert "Expected an ONNX file that agrees with Keras to 0.001 of the force's range" in refused
+    listed = own("list", "--architecture", "own.py")
+    assert "Own-1-concat" in listed.splitlines()[2]
+    protocol = ["--tabor", "1", "--peak-indentation", "20", "--loading-rate", "10", "--dwell-time", "1"]
+    forget()
+    own("predict", "Own-1-concat", *protocol, "--unloading-rate", "10")
+
+    graphs = own_architecture_graphs.study(architecture=(str(tmp_path / "own.py"),))
+    save(figure_own_architecture.compose(graphs, family="Own-1"), "", tmp_path, tmp_path)
+    assert (tmp_path / "figure-architecture-Own-1.pdf").stat().st_size > 1000
+    with pytest.raises(ValueError, match=r"family must be one of Own-1; .*'M1'"):
+        figure_own_architecture.compose(graphs, family="M1")
+    left = {path.name for path in tmp_path.iterdir()}
+    drawn = {f"figure-architecture-Own-1.{kind}" for kind in ("pdf", "png")}
+    assert left == {"own.py", "fast.toml", "models", "runs", *drawn}
+
+
+def test_another_version_of_the_file_neither_resumes_nor_loads(own, tmp_path):
+    narrow = OWN.replace("LSTM(3, return_sequences=True)", "Dense(3)")  # which compiles sooner
+    (tmp_path / "own.py").write_text(narrow)
+    (tmp_path / "runs").mkdir()
+    (tmp_path / "runs" / "STOP").touch()
+    own("train", "Own-1-concat", "--architecture", "own.py", fails=True)  # it stops after an epoch
+    (tmp_path / "runs" / "STOP").unlink()
+    (tmp_path / "own.py").write_text(narrow.replace("Dense(3", "Dense(3, activation='tanh'"))
+    refused = own("train", "Own-1-concat", "--architecture", "own.py", fails=True)
+    assert "Expected a checkpoint of the same training" in refused
+    assert refused.endswith("Received: a checkpoint of another architecture file")
+    (tmp_path / "own.py").write_text(narrow)
+    own("train", "Own-1-concat", "--architecture", "own.py")
+    (tmp_path / "own.py").write_text(narrow + "\n# Other words.\n")
+    assert "Received: own.py (" in own("evaluate", "Own-1-concat", "--architecture", "own.py", fails=True)
+    refused = own("train", "Own-1-concat", "--architecture", "own.py", fails=True)
+    assert "a model of another architecture file" in refused
+
+
+def test_the_queue_passes_the_file_on(own, monkeypatch):
+    asked = {}
+
+    def queue(waiting, command, **_):
+        asked.update({name: command(name) for name in waiting})
+        return dict.fromkeys(waiting, 0)
+
+    monkeypatch.setattr(cli, "run_queue", queue)
+    own("train-all", "--architecture", "own.py", "--only", "Own-1-concat", "--only", "M1-concat")
+    assert asked["Own-1-concat"][-2:] == asked["M1-concat"][-2:] == ["--architecture", "own.py"]

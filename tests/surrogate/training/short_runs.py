@@ -1,0 +1,35 @@
+"""Recipes of a few epochs, and what such a run leaves."""
+
+import csv
+
+import numpy as np
+
+from surrogate.training.recipe import Recipe
+
+COSINE = 'optimizer = "soap"\nweight_average = 0.5\ngradient_norm = 1.0\n[cosine]\nwarmup_epochs = 1\n'
+PLATEAU = "[plateau]\nfactor = 0.5\npatience = 1\nminimum_rate = 1e-3\nstop_after = 3\n"
+
+
+def recipe(tmp_path, table=COSINE, epochs=4, rate=1e-2):
+    path = tmp_path / "recipe.toml"
+    path.write_text(f'name = "test"\nseed = 3\nbatch_size = 20\nepochs = {epochs}\nlearning_rate = {rate}\n{table}')
+    return Recipe.load(path)
+
+
+def weights(folder):
+    with np.load(folder / "checkpoint.npz") as stored:
+        return {name: stored[name] for name in stored.files if name != "state"}
+
+
+def history(folder):
+    with (folder / "history.csv").open() as file:
+        return [{k: float(v) for k, v in row.items() if "seconds" not in k} for row in csv.DictReader(file)]
+
+
+class StopAfter:
+    def __init__(self, epochs):
+        self.left = epochs
+
+    def __call__(self):
+        self.left -= 1
+        return self.left == 0

@@ -1,0 +1,65 @@
+import json
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import surrogate
+
+OTHER_BACKEND = """
+import sys
+import warnings
+from pathlib import Path
+
+import keras
+import numpy as np
+import surrogate
+from surrogate.training import runs
+from surrogate.data.dataset import TrajectoryDataset
+from surrogate.training.recipe import Recipe
+
+folder, dataset = Path(sys.argv[1]), TrajectoryDataset.load(sys.argv[2])
+
+
+def started(name, features):
+    # Every backend draws its own first weights.
+    model = surrogate.build(name, features=features)
+    model.load_weights(folder / "start.weights.h5")
+    return model
+
+
+runs.build = started
+warnings.simplefilter("ignore")
+for optimizer in ("adam", "soap"):
+    recipe = Recipe.load("swift").with_overrides(epochs=1, batch_size=24, optimizer=optimizer)
+    run = runs.Run("M3-FiLM", dataset, dataset.split(), recipe)
+    place = folder / keras.backend.backend() / optimizer
+    place.parent.mkdir(exist_ok=True)
+    assert runs.execute(run, place).finished
+    model = surrogate.load(place / "model", backend="keras")
+    force = model.predict(*dataset.grid(run.split.test), tabor=dataset.protocols["tabor"][run.split.test])
+    np.save(place / "scaled.npy", model.scaling.scale_force(force))
+"""
+
+
+@pytest.mark.parametrize("backend", ["torch", "jax"])
+def test_two_steps_under_another_backend(backend, dataset, dataset_path, tmp_path):
+    pytest.importorskip(backend)
+    surrogate.build("M3-FiLM").save_weights(tmp_path / "start.weights.h5")
+    names = (backend, "tensorflow")
+    for name in names:
+        subprocess.run(
+            [sys.executable, "-c", OTHER_BACKEND, str(tmp_path), str(dataset_path)],
+            env={**os.environ, "KERAS_BACKEND": name},
+            check=True,
+        )
+    forces = {(name, how): np.load(tmp_path / name / how / "scaled.npy") for name in names for how in ("adam", "soap")}
+    np.testing.assert_allclose(forces[backend, "adam"], forces["tensorflow", "adam"], rtol=0.0, atol=1e-5)
+    # SOAP's second step is taken in bases of the first one's gradients alone, which span a part of the space only;
+    # rounding decides the others' directions, so the steps have the same size but not the same digits.
+    moved = np.abs(forces["tensorflow", "soap"] - forces["tensorflow", "adam"]).max()
+    assert np.abs(forces[backend, "soap"] - forces["tensorflow", "soap"]).max() < 0.5 * moved
+    runs = [json.loads((tmp_path / name / "soap" / "model" / "run.json").read_text()) for name in names]
+    assert [run["backend"] for run in runs] == [*names]

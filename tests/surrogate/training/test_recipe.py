@@ -1,0 +1,96 @@
+import pytest
+
+from surrogate.training.recipe import Recipe
+from tests.surrogate.training.short_runs import PLATEAU, recipe
+
+
+def test_packaged_recipes():
+    paper, swift = Recipe.load("paper"), Recipe.load("swift")
+    assert (paper.batch_size, paper.learning_rate, paper.epochs, paper.plateau.stop_after) == (8, 1e-4, 2000, 30)
+    assert (paper.loop, swift.loop) == ("fit", None)
+    assert (swift.optimizer, swift.batch_size, swift.learning_rate, swift.epochs) == ("soap", 64, 4e-3, 30)
+    assert swift.with_overrides(epochs=3, seed=None).epochs == 3
+
+
+def test_bad_recipes(tmp_path):
+    with pytest.raises(FileNotFoundError, match="paper, swift"):
+        Recipe.load("slow")
+    path = tmp_path / "bad.toml"
+    path.write_text("patience = 3")
+    with pytest.raises(ValueError, match="patience"):
+        Recipe.load(path)
+    with pytest.raises(ValueError, match="seed=-1"):
+        Recipe.load("swift").with_overrides(seed=-1)
+    with pytest.raises(ValueError, match=r"Expected loop fit, or no such key\. Received: loop='own'"):
+        Recipe.load("swift").with_overrides(loop="own")
+    with pytest.raises(ValueError, match="at most one of loop and dropout_until"):
+        Recipe.load("swift").with_overrides(loop="fit")
+    with pytest.raises(ValueError, match="weight_average=2"):
+        Recipe.load("swift").with_overrides(weight_average=2)
+    with pytest.raises(ValueError, match="epochs=0"):
+        Recipe.load("swift").with_overrides(epochs=0)
+    with pytest.raises(ValueError, match="stop_after=0"):
+        recipe(tmp_path, PLATEAU.replace("stop_after = 3", "stop_after = 0"))
+    with pytest.raises(ValueError, match="dropout_until=2"):
+        Recipe.load("swift").with_overrides(dropout_until=2)
+    with pytest.raises(ValueError, match="Expected optimizer adam or soap"):
+        Recipe.load("swift").with_overrides(optimizer="sgd")
+
+
+WHOLE = 'name = "mine"\nseed = 0\nbatch_size = 8\nepochs = 3\nlearning_rate = 1e-3\n'
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (
+            'name = "mine"\npatience = 3\nspeed = 1\n',
+            "Expected name, seed, batch_size, epochs, learning_rate, and optionally optimizer, gradient_norm, "
+            "weight_average, dropout_until, loop, cosine, plateau, in a training recipe. Received: {} without seed, "
+            "batch_size, epochs, learning_rate and with patience, speed",
+        ),
+        (
+            f"{WHOLE}[plateau]\npatience = 3\n",
+            "Expected factor, patience, minimum_rate, stop_after in the table [plateau]. Received: {} without factor, "
+            "minimum_rate, stop_after",
+        ),
+        (
+            f"{WHOLE}[cosine]\nwarm = 1\n",
+            "Expected no keys but warmup_epochs in the table [cosine]. Received: {} with warm",
+        ),
+        (f"{WHOLE}cosine = 3\n", "Expected the table [cosine]. Received: 3 in {}"),
+        (
+            WHOLE.replace("8", '"eight"'),
+            "Expected a whole number as batch_size in a training recipe. Received: 'eight' in {}",
+        ),
+        (
+            WHOLE.replace("1e-3", "nan"),
+            "Expected a finite number as learning_rate in a training recipe. Received: nan in {}",
+        ),
+        (
+            WHOLE.replace("= 3", "= true"),
+            "Expected a whole number as epochs in a training recipe. Received: True in {}",
+        ),
+        ("name = mine", "Expected a training recipe in TOML. Received: {} (Invalid value (at line 1, column 8))"),
+        (
+            "".join(f"key_{number} = 1\n" for number in range(10_000)) + WHOLE,
+            "Expected name, seed, batch_size, epochs, learning_rate, and optionally optimizer, gradient_norm, "
+            "weight_average, dropout_until, loop, cosine, plateau, in a training recipe. Received: {} with key_0, "
+            "key_1, key_2, key_3, key_4 and 9995 more",
+        ),
+    ],
+    ids=["keys", "plateau", "cosine", "no table", "text", "nan", "boolean", "no TOML", "many keys"],
+)
+def test_a_bad_recipe_is_one_sentence_that_names_what_is_allowed(text, said, tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text(text)
+    with pytest.raises(ValueError, match="Expected") as refused:
+        Recipe.load(path)
+    assert str(refused.value) == said.format(path)
+
+
+def test_a_recipe_of_any_name_is_read_back(tmp_path):
+    (tmp_path / "mine.toml").write_text(WHOLE.replace('"mine"', "'my \"best\" \\ one'"))
+    chosen = Recipe.load(tmp_path / "mine.toml")
+    (tmp_path / "again.toml").write_text(chosen.to_toml())
+    assert Recipe.load(tmp_path / "again.toml") == chosen
