@@ -233,7 +233,7 @@ endef
 model-paper-recipe: $(DATASET) | $(INSTALLED)  ## Train M1-concat by the paper's own recipe, as M1-concat-paper (hours)
 	$(call beside,M1-concat-paper,--recipe paper $(addprefix --epochs ,$(EPOCHS)))
 
-# The third of the four input representations has the least error (`make feature-sets`).
+# Of the four input representations of the paper, the third has the least error (`make feature-sets`).
 .PHONY: model-inputs-c
 model-inputs-c: $(DATASET) | $(INSTALLED)  ## Train M1-concat on the input representation C, as M1-concat-inputs-C
 	$(call beside,M1-concat-inputs-C,--recipe swift --features C $(addprefix --epochs ,$(EPOCHS)))
@@ -277,12 +277,22 @@ $(ANY_SOLID): bem/solver/version.py | $(INSTALLED)
 	$(VENV)/bin/bem campaign --design sobol --count 32768 --modulus-ratio 0.01:1 --steps physical --replace --out $@
 	@touch $@
 
-feature-sets.publishes := feature_sets  ## Train the input representations A to D and publish their errors
+# The protocols of the data set at physical measurement steps; not published.
+PHYSICAL := $(OUT)/dataset/physical.h5
+.PRECIOUS: $(PHYSICAL)
+$(PHYSICAL): bem/solver/version.py | $(INSTALLED)
+	@mkdir -p $(@D)
+	$(VENV)/bin/bem campaign --design paper --count $(COUNT) --seed 0 --accuracy standard --steps physical --replace --out $@
+	@touch $@
+
+feature-sets.publishes := feature_sets  ## Train the input representations A to F, some of them also at physical steps, and publish their errors
+feature-sets.with := --physical $(PHYSICAL)
 data-efficiency.publishes := data_efficiency  ## Train on decreasing shares of the data and publish the errors
 .PHONY: feature-sets data-efficiency
+feature-sets: $(PHYSICAL)
 feature-sets data-efficiency: $(DATASET) | $(INSTALLED)
 	$(PY) -m experiments $(call value_of,$@.publishes) --config $(CONFIGS)/$(call value_of,$@.publishes).toml --dataset $(DATASET) --models $(MODELS) \
-		--work $(WORK)/$(call value_of,$@.publishes) --out $(PUBLISHED)/$(call value_of,$@.publishes).json \
+		--work $(WORK)/$(call value_of,$@.publishes) --out $(PUBLISHED)/$(call value_of,$@.publishes).json $($@.with) \
 		$(call list_also_unfinished,$(PUBLISHED)/$(call value_of,$@.publishes).json)
 
 fill-reproducibility = [ $(PUBLISHED) != published ] || $(PY) tools/fill.py docs/reproducibility.md
@@ -415,6 +425,9 @@ bench-surrogate.with := $(ALL_MODELS) $(IDLE)
 bench-stream.makes := stream_latency  ## The latency of a million steps of a stream
 bench-stream.runs := bench_surrogate
 bench-stream.with := --stream $(ALL_MODELS) $(IDLE)
+measure-streaming.makes := streaming_cost  ## Microseconds of a step of a stream and of a stateful session of ONNX Runtime
+measure-streaming.with := $(ALL_MODELS) $(IDLE)
+measure-streaming.needs := M1-concat
 bench-targets.makes := target_minutes  ## Minutes of each target of REPRODUCING.md (TARGETS="figure-1 ..." selects some)
 bench-targets.with := $(addprefix --only ,$(TARGETS))
 soak.makes := soak  ## Run SOAK=100000 random protocols in the box and SOAK_BEYOND=20000 beyond it; resumes
@@ -504,8 +517,8 @@ docs-cost: $(addprefix $(MEASUREMENTS)/,accuracy_cost.json peers.json campaign_s
 	$(PY) tools/fill.py docs/cost.md docs/cluster.md --published $(PUBLISHED)
 
 .PHONY: docs-control
-docs-control: setup  ## Update the times of a prediction and of a step in docs/control.md
-	$(PY) tools/fill.py docs/control.md --published $(PUBLISHED)
+docs-control: setup  ## Update the times of a prediction and of a step in docs/control.md and docs/network.md
+	$(PY) tools/fill.py docs/control.md docs/network.md --published $(PUBLISHED)
 
 .PHONY: docs-laboratory
 docs-laboratory: $(MEASUREMENTS)/lab_coverage.json | $(INSTALLED)  ## Renew the table of docs/laboratory.md
@@ -579,6 +592,11 @@ inputs = $(foreach one,$(1),$(if $(filter %?,$(one)),$(wildcard $(call path,$(on
 LEFT_OUT := $(if $(wildcard $(addprefix $(MODELS)/M[1-6]-,FiLM/run.json gated/run.json)),,figure-learning-curves) \
 	$(if $(wildcard $(path.feature_sets) $(path.data_efficiency)),,figure-features) \
 	$(if $(wildcard $(path.accuracy_price)),,table-accuracy-price) $(if $(wildcard $(path.ranking)),,figure-ranking table-ranking)
+
+# Without this, make would find a figure that exists up to date with inputs that do not.
+READING := $(SHOWN) table-hard-cases cost-figures figures tables paper report studies
+$(if $(filter $(READING),$(MAKECMDGOALS)),$(if $(wildcard $(PUBLISHED)/.),,$(error \
+	PUBLISHED must be a folder that exists; received '$(PUBLISHED)')))
 
 # `make setup-small` installs no Keras, from whose models these are drawn.
 WITHOUT_KERAS := $(if $(SMALL),figure-4 figure-architectures)

@@ -43,6 +43,8 @@ FILES = {
     "coverage": "measurements/lab_coverage.json",
     "floor": "measurements/measurement_floor.json",
     "pretrained": "measurements/pretrained_errors.json",
+    "features": "feature_sets.json",
+    "streaming": "measurements/streaming_cost.json",
     "inverse": "measurements/inverse_problem.json",
     "size": "measurements/size_error.json",
 }
@@ -86,6 +88,18 @@ def of_latency(published: Path) -> dict[str, str]:
         measured = content and f"{table(content)}\n\nMeasured on one core of {content['host']}."
         words[place] = measured or f"Not measured yet: `make {target} docs-control`."
     return words
+
+
+def of_streaming(published: Path) -> dict[str, str]:
+    """Times of a step of a stream and of a stateful session, or a note that they are not measured yet."""
+    from experiments.surrogates.streaming_cost import page_text
+
+    content = _read(published / FILES["streaming"])
+    return {
+        "stream and session": page_text(content)
+        if content
+        else "Not measured yet: `make measure-streaming docs-control`."
+    }
 
 
 def of_targets(published: Path) -> dict[str, str]:
@@ -171,6 +185,13 @@ def of_pretrained(published: Path) -> dict[str, str]:
     return {"pretrained models": page_text(content), "ways to call": calls_text(content)}
 
 
+def of_features(published: Path) -> dict[str, str]:
+    """Errors of the input representations at two kinds of measurement steps."""
+    from paper_figures.models.figure_features import page_text
+
+    return {"inputs and steps": page_text(_read(published / FILES["features"], "make feature-sets"))}
+
+
 def of_inverse(published: Path) -> dict[str, str]:
     """The posterior of a material by surrogate and by solver."""
     from paper_figures.measurements.figure_inverse import page_text
@@ -189,6 +210,7 @@ SOURCES: dict[tuple[str, ...], Callable[[Path], dict[str, str]]] = {
     ("trajectories", "core-minutes", "milliseconds", "paper-cpu-hours"): of_dataset,
     ("core-seconds", "milliseconds each"): of_price,
     ("seconds of a prediction", "seconds of a step"): of_latency,
+    ("stream and session",): of_streaming,
     ("targets", "machine"): of_targets,
     ("fastest tool",): of_cost,
     REPRODUCIBILITY: of_reproducibility,
@@ -197,6 +219,7 @@ SOURCES: dict[tuple[str, ...], Callable[[Path], dict[str, str]]] = {
     ("fit coverage",): of_fits,
     ("floor of the steps",): of_floor,
     ("pretrained models", "ways to call"): of_pretrained,
+    ("inputs and steps",): of_features,
     ("inverse problem",): of_inverse,
     ("size against error",): of_size,
 }

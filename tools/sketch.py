@@ -45,7 +45,7 @@ def draw(axes: Axes, depth: float, contact: float, pulled: bool) -> None:
     axes.fill_between(near, sphere, sphere.max(), color="#e9e4dc", linewidth=0)
     axes.plot(near, sphere, color=GREY, linewidth=1.2)
     axes.axhline(0.0, color=GREY, linewidth=0.8, linestyle=(0, (2, 2)))
-    axes.plot([0.0, 0.0], [-2.2, bottom + 1.5], color=GREY, linewidth=0.6, linestyle="-.")
+    axes.plot([0.0, 0.0], [-2.2, bottom + 1.1], color=GREY, linewidth=0.6, linestyle="-.")
     # The displacement counts from h0 above the undeformed surface.
     axes.plot([-3.9, 0.0], [bottom, bottom], color=BLUE, linewidth=0.7, linestyle=":")
     axes.plot([-3.9, -3.1], [SPACING, SPACING], color=BLUE, linewidth=0.7, linestyle=":")
@@ -74,19 +74,21 @@ def draw(axes: Axes, depth: float, contact: float, pulled: bool) -> None:
     top = sphere.max()
     begin, end = (top + 0.05, top + 1.0) if pulled else (top + 1.0, top + 0.05)
     arrow(axes, (0.0, begin), (0.0, end), color=VERMILION, linewidth=2.2, mutation_scale=14)
-    words = "$P>0$: the contact is pulled" if pulled else "$P<0$: the contact is pressed"
-    axes.text(0.2, top + 0.55, words, color=VERMILION, va="center")
+    words = "$P>0$: tension" if pulled else "$P<0$: compression"
+    axes.text(0.2, top + 0.6, words, color=VERMILION, va="center")
     axes.text(0.0, top - 0.45, "rigid sphere, radius $R$", ha="center", va="center", color=GREY)
     axes.annotate(
         "$h_0$",
         (0.0, bottom - SPACING / 2),
-        (-1.5, bottom - SPACING / 2 - 0.35),
+        (-1.5, bottom - SPACING / 2 - 0.35) if depth > 0 else (-0.55, -0.35),
         color=GREY,
         va="center",
         ha="right",
         arrowprops={"arrowstyle": "-", "color": GREY, "linewidth": 0.7, "shrinkA": 1, "shrinkB": 0},
     )
     axes.text(-4.2, -2.2, "soft half-space", color=GREY, va="center")
+    if pulled:
+        axes.text(4.2, -0.12, "undeformed\nsurface", color=GREY, va="top", ha="right")
     axes.set(xlim=(-WIDTH, WIDTH), ylim=(-2.4, 4.2), aspect="equal")
     axes.axis("off")
 

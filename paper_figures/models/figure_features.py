@@ -1,4 +1,8 @@
-"""Input representations and training-set size: validation curves of the feature sets, and of nested training shares."""
+"""Input representations and training-set size: validation curves of the feature sets, and of nested training shares.
+
+Below them, the errors of the feature sets on hidden protocols at two kinds of measurement steps, because validation
+errors compare trainings of the same steps only. `page_text` is the table of docs/surrogate-models.md.
+"""
 
 from typing import Any
 
@@ -6,12 +10,36 @@ from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from bem._support.wording import markdown_table
 from paper_figures.style import drawing, models_style
 from paper_figures.style.writing import Table, number
 
-STYLES = {"A": drawing.VERMILION, "B": drawing.ORANGE, "C": drawing.PURPLE, "D": drawing.BLUE}
-LABELS = {"A": "time, indentation", "B": "A + velocity", "C": "B + acceleration", "D": "B + edge"}
+STYLES = {
+    "A": {"color": drawing.VERMILION, "marker": "o"},
+    "B": {"color": drawing.ORANGE, "marker": "o"},
+    "C": {"color": drawing.PURPLE, "marker": "o"},
+    "D": {"color": drawing.BLUE, "marker": "o"},
+    "E": {"color": drawing.SKY, "marker": "s"},
+    "F": {"color": drawing.GREEN, "marker": "D"},
+}
+LABELS = {
+    "A": "time, indentation",
+    "B": "A + velocity",
+    "C": "B + acceleration",
+    "D": "B + edge",
+    "E": "D + step length",
+    "F": "E + closed forms",
+}
 FOLD = 0
+STEPS = {"sets": "uniform", "physical": "physical"}
+"""Parts of the result, and their measurement steps."""
+STEP_STYLES = {
+    "uniform": {"color": drawing.VERMILION, "marker": "o"},
+    "physical": {"color": drawing.BLUE, "marker": "^"},
+}
+READINGS = {"pull_off": "pull-off force", "hysteresis_trapezoids": "hysteresis"}
+FLOOR = "the solver's own forces"
+"""What a perfect model of the steps would have."""
 
 
 def draw_feature_sets(axes: Axes, sets: dict[str, Any] | None, ranking: Any = None) -> None:
@@ -28,32 +56,98 @@ def draw_feature_sets(axes: Axes, sets: dict[str, Any] | None, ranking: Any = No
             words = (
                 f"{label} ({low:.1e} to {high:.1e}, {count} seeds)" if count > 1 else f"{label} ({low:.1e}, one seed)"
             )
-            models_style.draw_curves_of_seeds(axes, curves, _look(STYLES[name]), words)
+            models_style.draw_curves_of_seeds(axes, curves, STYLES[name], words)
             continue
         trained = sets[name] if sets else {}
         words = f"{label} ({trained['validation_mse']:.1e})"
-        models_style.draw_curve(axes, trained["history"], _look(STYLES[name]), words)
+        models_style.draw_curve(axes, trained["history"], STYLES[name], words)
     axes.legend(loc="upper right")
+    # Room for the legend above the curve of A.
+    axes.set_ylim(top=axes.get_ylim()[1] * 4.0 ** max(0, len(names) - len("ABCD")))
 
 
-def features_table(sets: dict[str, Any], ranking: Any = None) -> Table:
-    """One row for each feature set: its errors over the seeds if it has two, otherwise those of one training."""
+def draw_hidden(axes: Axes, content: dict[str, Any], reading: str) -> None:
+    """Errors of the solver's forces at the steps and of each feature set: medians, with bars to the 90th percentile."""
+    columns = {FLOOR: content["floor"]}
+    for name in LABELS:
+        columns[name] = {kind: _hidden(content, part, name) for part, kind in STEPS.items()}
+    columns = {name: found for name, found in columns.items() if any(found.values())}
+    for kind, shift in zip(STEP_STYLES, (-0.12, 0.12), strict=True):
+        look, label = STEP_STYLES[kind], f"{kind} steps"
+        for place, found in enumerate(columns.values()):
+            if errors := found.get(kind):
+                at, low, high = place + shift, errors[reading]["p50"], errors[reading]["p90"]
+                axes.plot([at, at], [low, high], color=look["color"], linewidth=1.0)
+                axes.plot(at, low, linestyle="", markersize=4.5, label=label, **look)
+                label = None
+    axes.set(yscale="log", ylabel=f"error of the {READINGS[reading]} (%)", xlim=(-0.5, len(columns) - 0.5))
+    axes.set_xticks(range(len(columns)), ["solver's\nforces", *list(columns)[1:]])
+    drawing.log_labels(axes.yaxis)
+
+
+def _hidden(content: dict[str, Any], part: str, name: str) -> dict[str, Any] | None:
+    return content.get(part, {}).get(name, {}).get("hidden")
+
+
+def features_table(content: dict[str, Any], ranking: Any = None) -> Table:
+    """One row for each feature set and kind of steps: errors over the seeds if there are two, or of one training."""
     rows = []
-    for name, inputs in LABELS.items():
-        count = models_style.seeds_of(ranking, f"features-{name}")
-        if count >= models_style.SEVERAL or (count and name not in sets):
-            spread = ranking["spread"][f"features-{name}"]
-            errors = [range_text(spread[metric]) for metric in ("validation_mse", "test_mse")]
-        elif name in sets:
-            count, errors = 1, [number(sets[name][metric]) for metric in ("validation_mse", "mse")]
-        else:
-            count, errors = 0, ["-", "-"]
-        rows.append([name, inputs, str(count), *errors])
+    for part, kind in STEPS.items():
+        for name, inputs in LABELS.items():
+            found = content.get(part, {}).get(name)
+            count = models_style.seeds_of(ranking, f"features-{name}") if part == "sets" else 0
+            if count >= models_style.SEVERAL or (count and not found):
+                spread = ranking["spread"][f"features-{name}"]
+                errors = [range_text(spread[metric]) for metric in ("validation_mse", "test_mse")]
+            elif found:
+                count, errors = 1, [number(found[metric]) for metric in ("validation_mse", "mse")]
+            elif part in content and name in content.get("config", {}).get(part, "ABCD"):
+                count, errors = 0, ["-", "-"]
+            else:
+                continue
+            rows.append([name, inputs, kind, str(count), *errors, *_readings(found and found.get("hidden"))])
+    for kind, errors in content.get("floor", {}).items():
+        rows.append(["", FLOOR, kind, "", "", "", *_readings(errors)])
     caption = (
         "Input representations of M1-concat, trained for the same number of epochs. Errors of several seeds: median, "
-        "then the least and the largest. `make table-ranking` says which order of them holds."
+        "then the least and the largest. `make table-ranking` says which order of them holds. MSE compare trainings of "
+        "the same measurement steps only. The other errors are relative to the solver's own pull-off force and "
+        "hysteresis, on hidden protocols: median, 90th and 99th percentile."
     )
-    return Table(["Set", "Inputs", "Trainings", "Validation MSE", "Held-out MSE"], rows, caption)
+    head = ["Set", "Inputs", "Steps", "Trainings", "Validation MSE", "Held-out MSE"]
+    return Table([*head, *(f"Error of the {name} (%)" for name in READINGS.values())], rows, caption)
+
+
+def _readings(errors: dict[str, Any] | None) -> list[str]:
+    if not errors:
+        return ["-"] * len(READINGS)
+    return [", ".join(number(errors[name][level], 2) for level in ("p50", "p90", "p99")) for name in READINGS]
+
+
+def page_text(content: dict[str, Any]) -> str:
+    """The table for a page, and what measurement steps and inputs change, each alone and together."""
+    table = features_table(content)
+    rows = [[*row[:3], *row[4:]] for row in table.rows]
+    heads = [*table.header[:3], *table.header[4:]]
+    measured = f"Measured by `{content['command']}`."
+    return f"{markdown_table(heads, rows, 'lllrrrr')}\n\n{gains(content)} {measured}"
+
+
+def gains(content: dict[str, Any]) -> str:
+    """What physical steps and the inputs F change, as a list."""
+    plain, steps, inputs, both = (_hidden(content, part, name) for name in ("D", "F") for part in STEPS)
+    if not (plain and steps and inputs and both):
+        return "Not all of these are trained yet: `make feature-sets`."
+    lines = []
+    for reading, name in READINGS.items():
+        for level, words in (("p50", "median"), ("p90", "90th percentile")):
+            first, *others = (f"{number(one[reading][level], 2)} %" for one in (plain, steps, inputs, both))
+            changed = zip(others, ("physical steps alone", "the inputs F alone", "both"), strict=True)
+            changes = ", ".join(f"{error} with {what}" for error, what in changed)
+            lines.append(f"- Error of the {name}, {words}: {first} with D at uniform steps; {changes}.")
+    ratios = {kind: content[part]["D"]["mse"] / content[part]["F"]["mse"] for part, kind in STEPS.items()}
+    words = ", ".join(f"{ratio:.2g} at {kind} steps" for kind, ratio in ratios.items())
+    return "\n".join([*lines, f"- Held-out MSE with D over that with F: {words}.", "", "One training each."])
 
 
 def range_text(spread: dict[str, float]) -> str:
@@ -101,12 +195,19 @@ def compose(feature_sets: Any = None, data_efficiency: Any = None, ranking: Any 
             "neither feature_sets.json nor data_efficiency.json is published; `make feature-sets data-efficiency` "
             "makes them"
         )
-    drawn = drawing.figure(height=2.8)
-    first, second = drawn.subplots(1, 2)
-    for axes, name in ((first, "a"), (second, "b")):
+    content = feature_sets or {}
+    rows = 2 if content.get("floor") else 1
+    drawn = drawing.figure(height=2.8 * rows)
+    panels = list(drawn.subplots(rows, 2).flat)
+    for axes in panels[:2]:
         axes.set(xlabel="epoch", ylabel="validation MSE", yscale="log")
-        drawing.letter(axes, name)
-    draw_feature_sets(first, feature_sets and feature_sets["sets"], ranking)
-    draw_shares(second, data_efficiency)
-    table = features_table(feature_sets["sets"] if feature_sets else {}, ranking)
+    draw_feature_sets(panels[0], content.get("sets"), ranking)
+    draw_shares(panels[1], data_efficiency)
+    for axes, reading in zip(panels[2:], READINGS, strict=False):
+        draw_hidden(axes, content, reading)
+    if panels[2:]:
+        panels[2].set_ylim(top=4.0 * panels[2].get_ylim()[1])
+        panels[2].legend(loc="upper right")
+    drawing.letters(panels)
+    table = features_table(content, ranking)
     return {"figure-features": drawn, "features": table}

@@ -98,3 +98,10 @@ def test_the_page_for_reviewers_is_up_to_date_and_all_of_its_places_are_known():
     page = PATH.parents[1] / "docs" / "reproducibility.md"
     done = subprocess.run([sys.executable, PATH, page, "--check"], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize("name", ["surrogate-models", "network"])
+def test_the_pages_of_surrogates_are_up_to_date(name):
+    page = PATH.parents[1] / "docs" / f"{name}.md"
+    done = subprocess.run([sys.executable, PATH, page, "--check"], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr

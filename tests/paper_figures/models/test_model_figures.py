@@ -170,8 +170,8 @@ def test_features_of_several_seeds_are_bands_and_rows(tmp_path, kept):
     assert labels[3].endswith("(2.0e-04, one seed)")
     with (tmp_path / "features.csv").open(encoding="utf-8", newline="") as file:
         rows = list(csv.reader(file))[1:]
-    assert [row[2] for row in rows] == ["1", "1", "2", "1"]
-    assert rows[0][3:] == ["0.1", "0.2"]
-    assert rows[2][3:] == ["6.00e-05 (5.00e-05 to 6.00e-05)"] * 2
+    assert [row[2:4] for row in rows] == [["uniform", "1"], ["uniform", "1"], ["uniform", "2"], ["uniform", "1"]]
+    assert rows[0][4:] == ["0.1", "0.2", "-", "-"]
+    assert rows[2][4:6] == ["6.00e-05 (5.00e-05 to 6.00e-05)"] * 2
     made(figure_features, tmp_path / "absent.json", tmp_path / "absent.json", ranked, folder=tmp_path)
     assert len(kept[1].axes[0].lines) == 4

@@ -1,0 +1,84 @@
+"""Feature sets at two kinds of measurement steps, from a made-up result."""
+
+import csv
+
+import pytest
+
+from paper_figures.models import figure_features
+from tests.paper_figures.results import HISTORY, made, write
+
+
+def errors(factor):
+    levels = {"p50": 1.0 * factor, "p90": 3.0 * factor, "p99": 9.0 * factor}
+    return {"count": 10, **dict.fromkeys(figure_features.READINGS, levels)}
+
+
+def trained(mse, factor=None):
+    one = {"validation_mse": mse, "mse": 2.0 * mse, "history": HISTORY}
+    return one if factor is None else one | {"hidden": errors(factor)}
+
+
+CONTENT = {
+    "command": "python -m experiments feature_sets",
+    "config": {"sets": ["A", "D", "E", "F"], "physical": ["D", "F"]},
+    "sets": {"A": trained(0.8), "D": trained(0.4, 0.8), "E": trained(0.3, 0.7), "F": trained(0.1, 0.4)},
+    "physical": {"D": trained(0.6, 0.2), "F": trained(0.2, 0.1)},
+    "floor": {"uniform": errors(0.05), "physical": errors(0.01)},
+}
+
+
+def test_models_are_compared_across_steps_beside_the_solvers_own_forces(tmp_path, kept):
+    made(figure_features, write(tmp_path / "f.json", CONTENT), tmp_path / "absent.json", folder=tmp_path)
+    curves, _, pull_off, hysteresis = kept[0].axes
+    # Curves at physical steps have errors of other forces.
+    assert [line.get_label()[0] for line in curves.lines[::2]] == list("ADEF")
+    for axes in (pull_off, hysteresis):
+        assert [tick.get_text() for tick in axes.get_xticklabels()] == ["solver's\nforces", "D", "E", "F"]
+        marks = [line for line in axes.lines if line.get_marker() != "None"]
+        assert [line.get_ydata()[0] for line in marks] == pytest.approx([0.05, 0.8, 0.7, 0.4, 0.01, 0.2, 0.1])
+        assert [round(line.get_xdata()[0]) for line in marks] == [0, 1, 2, 3, 0, 1, 3]
+        bars = [line.get_ydata().tolist() for line in axes.lines if line.get_marker() == "None"]
+        assert bars[1] == pytest.approx([0.8, 2.4])
+    words = [text.get_text() for text in pull_off.get_legend().get_texts()]
+    assert words == ["uniform steps", "physical steps"]
+    colors = {line.get_color() for line in marks[:4]}, {line.get_color() for line in marks[4:]}
+    assert [len(found) for found in colors] == [1, 1]
+    assert colors[0] != colors[1]
+
+
+def test_the_table_has_a_row_for_each_set_and_kind_of_steps(tmp_path, kept):
+    made(figure_features, write(tmp_path / "f.json", CONTENT), tmp_path / "absent.json", folder=tmp_path)
+    with (tmp_path / "features.csv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.reader(file))[1:]
+    floor = ["", ""]
+    assert [[row[0], row[2]] for row in rows] == [
+        *([name, "uniform"] for name in "ADEF"),
+        *([name, "physical"] for name in "DF"),
+        *(["", kind] for kind in ("uniform", "physical")),
+    ]
+    assert [row[3] for row in rows] == ["1"] * 6 + floor
+    assert rows[0][4:] == ["0.8", "1.6", "-", "-"]
+    assert rows[4][4:] == ["0.6", "1.2", "0.2, 0.6, 1.8", "0.2, 0.6, 1.8"]
+    assert rows[6][4:] == ["", "", "0.05, 0.15, 0.45", "0.05, 0.15, 0.45"]
+    assert kept
+
+
+def test_a_set_that_is_to_be_trained_has_a_row_without_errors():
+    content = CONTENT | {"sets": {"A": trained(0.8)}, "physical": {}, "floor": {}}
+    rows = figure_features.features_table(content).rows
+    assert [(row[0], row[2], row[3]) for row in rows] == [
+        ("A", "uniform", "1"),
+        *((name, "uniform", "0") for name in "DEF"),
+        *((name, "physical", "0") for name in "DF"),
+    ]
+
+
+def test_the_page_says_what_steps_and_inputs_change_alone():
+    text = figure_features.page_text(CONTENT)
+    changes = "0.2 % with physical steps alone, 0.4 % with the inputs F alone, 0.1 % with both"
+    assert f"- Error of the pull-off force, median: 0.8 % with D at uniform steps; {changes}." in text
+    assert "Held-out MSE with D over that with F: 4 at uniform steps, 3 at physical steps." in text
+    assert "| D | B + edge | physical | 0.6 | 1.2 | 0.2, 0.6, 1.8 | 0.2, 0.6, 1.8 |" in text
+    assert text.endswith("One training each. Measured by `python -m experiments feature_sets`.")
+    missing = figure_features.page_text(CONTENT | {"physical": {"D": trained(0.6, 0.2)}})
+    assert "Not all of these are trained yet: `make feature-sets`." in missing
