@@ -266,7 +266,7 @@ more-models: $(MORE_MODELS)  ## Train M1-concat by the four targets above: anoth
 ANY_SOLID := $(OUT)/dataset/any_solid.h5
 PRETRAINED ?= fast accurate
 .PHONY: pretrained
-pretrained: setup $(ANY_SOLID)  ## Train and publish `fast` and `accurate`, for any standard linear solid (simulates 32,768 trajectories first)
+pretrained: setup $(ANY_SOLID)  ## Train and publish `fast` and `accurate`, for any standard linear solid (simulates 65,536 trajectories first)
 	$(PY) -m surrogate.training.pretrained $(PRETRAINED) --dataset $(ANY_SOLID) --runs $(OUT)/pretrained \
 		--publish $(PUBLISHED)/pretrained $(addprefix --epochs ,$(EPOCHS))
 	$(PY) $(MANIFEST) add $(PUBLISHED)/pretrained
@@ -274,7 +274,7 @@ pretrained: setup $(ANY_SOLID)  ## Train and publish `fast` and `accurate`, for 
 .PRECIOUS: $(ANY_SOLID)
 $(ANY_SOLID): bem/solver/version.py | $(INSTALLED)
 	@mkdir -p $(@D)
-	$(VENV)/bin/bem campaign --design sobol --count 32768 --modulus-ratio 0.01:1 --steps physical --replace --out $@
+	$(VENV)/bin/bem campaign --design sobol --count 65536 --modulus-ratio 0.01:1 --steps physical --replace --out $@
 	@touch $@
 
 # The protocols of the data set at physical measurement steps; not published.

@@ -1,6 +1,6 @@
 """Train and publish `fast` and `accurate`, the models of `surrogate.pretrained`.
 
-    bem campaign --design sobol --count 32768 --modulus-ratio 0.01:1 --steps physical --out results/any_solid.h5
+    bem campaign --design sobol --count 65536 --modulus-ratio 0.01:1 --steps physical --out results/any_solid.h5
     python -m surrogate.training.pretrained fast accurate --dataset results/any_solid.h5
 
 `make pretrained` runs both. An interrupted training is resumed by the same command. Of the trajectories, nine tenths
@@ -69,7 +69,7 @@ _RECIPE = Recipe(
 )
 DEFINITIONS = {
     "fast": Definition((64,), 32_768, _RECIPE),
-    "accurate": Definition((128, 64), 32_768, replace(_RECIPE, learning_rate=4e-3)),
+    "accurate": Definition((128, 64), 65_536, replace(_RECIPE, epochs=24, learning_rate=4e-3)),
 }
 
 
