@@ -60,7 +60,7 @@ _RECIPE = Recipe(
     name="pretrained",
     seed=0,
     batch_size=64,
-    epochs=20,
+    epochs=40,
     learning_rate=5e-3,
     optimizer="soap",
     gradient_norm=1.0,
@@ -68,8 +68,8 @@ _RECIPE = Recipe(
     cosine=Cosine(warmup_epochs=0.5),
 )
 DEFINITIONS = {
-    "fast": Definition((64,), 32_768, _RECIPE),
-    "accurate": Definition((128, 64), 65_536, replace(_RECIPE, epochs=24, learning_rate=4e-3)),
+    "fast": Definition((64,), 65_536, _RECIPE),
+    "accurate": Definition((128, 64), 65_536, replace(_RECIPE, epochs=48, learning_rate=4e-3)),
 }
 
 
