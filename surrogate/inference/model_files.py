@@ -50,7 +50,9 @@ def find_model(name: str | Path, root: str | Path | None = None, *, also: Iterab
             return place / path
     trained = sorted({found.parent.name for place in roots for found in place.glob("*/run.json")})
     if isinstance(name, Path) or not named:
-        raise FileNotFoundError(f"Expected a model's name or directory. Received: {str(name)!r}")
+        raise FileNotFoundError(
+            f"Expected a model's name, a directory with run.json, or an .onnx file. Received: {str(name)!r}"
+        )
     if name not in names():
         known = sorted({*names(), *trained, *also})
         raise ValueError(f"Unknown model name. Expected one of {', '.join(known)}. Received: name={shown(name)}")
