@@ -19,7 +19,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, overload
 
-from surrogate.architectures.naming import PRETRAINED, names
+from surrogate.architectures.naming import names
 from surrogate.architectures.registry import register
 
 if TYPE_CHECKING:
@@ -30,6 +30,8 @@ if TYPE_CHECKING:
     from surrogate.pretrained.model import Pretrained
 
 __all__ = ["ExtrapolationWarning", "Surrogate", "build", "load", "names", "register"]
+
+_PRETRAINED = ("fast", "accurate")
 
 
 def build(name: str, features: str = "D") -> keras.Model:
@@ -87,7 +89,7 @@ def load(
         ValueError: the name or the backend is unknown, a file is damaged, the weights do not fit the model or are not
             finite, or the ONNX file was exported from other weights or with another scaling.
     """
-    if isinstance(name, str) and name in PRETRAINED:
+    if isinstance(name, str) and name in _PRETRAINED:
         from surrogate.pretrained.model import Pretrained, find
 
         if backend != "onnx":
@@ -96,7 +98,7 @@ def load(
 
     from surrogate.inference.predictor import Surrogate
 
-    return Surrogate.load(name, root=root, backend=backend, threads=threads, also=PRETRAINED)
+    return Surrogate.load(name, root=root, backend=backend, threads=threads, also=_PRETRAINED)
 
 
 # A type checker uses the imports above instead, so that it reports unknown names.

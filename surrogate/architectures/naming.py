@@ -51,9 +51,6 @@ PARAMETER_COUNTS: dict[str, int] = {
 }
 """Numbers of trainable parameters of the 18 paper models with feature set D; a test compares them with Keras's."""
 
-PRETRAINED = ("accurate", "fast")
-"""Names of the models for any standard linear solid (`surrogate.pretrained`)."""
-
 
 def names() -> list[str]:
     """Return the model names, family by family: the 18 paper models, then those of registered families."""

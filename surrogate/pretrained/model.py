@@ -24,7 +24,6 @@ from bem._support.validation import finite_number
 from bem._support.wording import shown
 from bem.protocol import LoadingProtocol
 from bem.trajectory import Statistics
-from surrogate.architectures.naming import PRETRAINED
 from surrogate.data.scaling import Scaling
 from surrogate.inference.checks import checked_modulus_ratio, checked_tabor
 from surrogate.inference.model_files import existing
@@ -46,7 +45,7 @@ if TYPE_CHECKING:
 
     from surrogate.pretrained.streaming import PretrainedStream
 
-NAMES = PRETRAINED
+NAMES = ("accurate", "fast")
 PUBLISHED = Path(__file__).resolve().parents[2] / "published" / "pretrained"
 PACKAGED = Path(__file__).resolve().parent / "models"
 FILES = ("model.onnx", "scaling.json", "bands.npz", "run.json")
