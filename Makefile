@@ -38,7 +38,11 @@ PLACES := --results $(OUT) --published $(PUBLISHED)
 
 .PHONY: setup
 setup: $(INSTALLED)  ## Create .venv with the locked dependencies, 3 GB (Python 3.11 or 3.12; PYTHON=... chooses one)
-	@! grep -qs small $(INSTALLED) || { rm $(INSTALLED); $(MAKE) --no-print-directory $(INSTALLED); }
+	@! grep -qs small $(INSTALLED) || { \
+		$(PY) -c 'import sys; sys.exit(sys.version_info[:2] >= (3, 13))' || { \
+			echo "make setup needs Python 3.11 or 3.12, and $(VENV) has a newer one; remove $(VENV) first" >&2; exit 1; }; \
+		rm $(INSTALLED); $(MAKE) --no-print-directory $(INSTALLED); \
+	}
 
 .PHONY: setup-small
 setup-small:  ## Only what simulates, predicts and redraws the paper, 1 GB (any Python from 3.11 on)
@@ -601,6 +605,8 @@ $(if $(filter $(READING),$(MAKECMDGOALS)),$(if $(wildcard $(PUBLISHED)/.),,$(err
 # `make setup-small` installs no Keras, from whose models these are drawn.
 WITHOUT_KERAS := $(if $(SMALL),figure-4 figure-architectures)
 LEFT_OUT += $(WITHOUT_KERAS)
+$(if $(filter setup,$(MAKECMDGOALS)),,$(foreach goal,$(if $(SMALL),$(filter $(WITHOUT_KERAS) report paper studies,$(MAKECMDGOALS))),$(error \
+	$(goal) needs Keras, which this small installation leaves out; run `make setup` first)))
 
 # The file of a figure or table, and the figure or table of a file.
 product = $(if $(filter table-%,$(1)),$(TABLES)/$(1:table-%=%).md,$(FIGURES)$($(1).under)/$(1).pdf)

@@ -10,8 +10,8 @@ The loop of loading and unloading is described; three things are not, and the fi
 the noise: the surface is felt before it carries load, threads of tissue hold on after the contact has opened, and the
 liquid drags on the cantilever, so that the baselines of approach and retraction differ.
 
-Run: `python examples/measured_tissue.py [PICTURE]`. It draws curve, fit and residuals into `measured_tissue.png`, or
-the file named.
+Run: `python examples/measured_tissue.py [PICTURE]` (needs the extra `lab`). It draws curve, fit and residuals into
+`measured_tissue.png`, or the file named.
 """
 
 from __future__ import annotations

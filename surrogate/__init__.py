@@ -31,6 +31,8 @@ if TYPE_CHECKING:
 
 __all__ = ["ExtrapolationWarning", "Surrogate", "build", "load", "names", "register"]
 
+_PRETRAINED = ("fast", "accurate")
+
 
 def build(name: str, features: str = "D") -> keras.Model:
     """Return an untrained model: one of the 18 paper models, or one of a registered family.
@@ -87,7 +89,7 @@ def load(
         ValueError: the name or the backend is unknown, a file is damaged, the weights do not fit the model or are not
             finite, or the ONNX file was exported from other weights or with another scaling.
     """
-    if isinstance(name, str) and name in ("fast", "accurate"):
+    if isinstance(name, str) and name in _PRETRAINED:
         from surrogate.pretrained.model import Pretrained, find
 
         if backend != "onnx":
@@ -96,7 +98,7 @@ def load(
 
     from surrogate.inference.predictor import Surrogate
 
-    return Surrogate.load(name, root=root, backend=backend, threads=threads)
+    return Surrogate.load(name, root=root, backend=backend, threads=threads, also=_PRETRAINED)
 
 
 # A type checker uses the imports above instead, so that it reports unknown names.

@@ -197,6 +197,11 @@ def test_a_small_installation_leaves_out_what_needs_keras_and_grows_when_asked(t
         command = ["make", "--no-print-directory", *targets, f"VENV={tmp_path}/venv", f"PYTHON={python}"]
         return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
 
+    def refused(*targets):
+        with pytest.raises(subprocess.CalledProcessError) as caught:
+            run(*targets)
+        return caught.value.stderr
+
     small = run("setup-small")
     assert "about 1 GB" in small
     assert f"--constraint {tmp_path}/venv/versions.txt --editable .[tables]" in small
@@ -204,6 +209,14 @@ def test_a_small_installation_leaves_out_what_needs_keras_and_grows_when_asked(t
     assert re.search(r"^numpy==\d", versions, flags=re.MULTILINE)
     assert "hash" not in versions
     assert "figure-4 figure-architectures are left out" in run("-n", "figures", f"OUT={tmp_path}/out")
+    for goal in ("figure-4", "report"):
+        assert f"{goal} needs Keras" in refused("-n", goal)
     assert "--require-hashes" not in run("setup-small")
+    # A newer Python, which has no full installation, keeps the small one.
+    own = tmp_path / "venv" / "bin" / "python"
+    own.write_text('#!/bin/sh\n[ "$1" != -c ]\n', encoding="utf-8")
+    assert "make setup needs Python 3.11 or 3.12" in refused("setup")
+    assert "are left out" in run("-n", "figures", f"OUT={tmp_path}/out")
+    shutil.copy(python, own)
     assert "--require-hashes" in run("setup")
     assert "are left out: they are drawn" not in run("-n", "figures", f"OUT={tmp_path}/out")

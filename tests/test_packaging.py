@@ -1,5 +1,6 @@
 """The wheel holds both packages and the published model, and predicts far from the repository."""
 
+import json
 import re
 import shutil
 import subprocess
@@ -137,3 +138,16 @@ def test_the_commands_find_the_packaged_model(site, tmp_path):
     isolated(site, COMMAND.format(before="", words=["export", "M1-concat", "--out", "copy.onnx"]), tmp_path)
     packaged = site / "surrogate" / "models" / "M1-concat" / "model.onnx"
     assert (tmp_path / "copy.onnx").read_bytes() == packaged.read_bytes()
+
+
+def test_an_image_holds_no_file_that_git_ignores():
+    ignored = {line.rstrip("/") for line in (ROOT / ".gitignore").read_text(encoding="utf-8").splitlines()}
+    left_out = (ROOT / ".dockerignore").read_text(encoding="utf-8").splitlines()
+    assert ignored <= {line.removeprefix("**/") for line in left_out}
+
+
+def test_the_development_container_is_a_stage_of_the_image():
+    text = (ROOT / ".devcontainer" / "devcontainer.json").read_text(encoding="utf-8")
+    settings = json.loads(re.sub(r"^\s*//.*", "", text, flags=re.MULTILINE))
+    image = (ROOT / ".devcontainer" / settings["build"]["dockerfile"]).read_text(encoding="utf-8")
+    assert settings["build"]["target"] in re.findall(r"^FROM \S+ AS (\S+)", image, flags=re.MULTILINE)

@@ -175,6 +175,8 @@ def _quantities(path: Path, columns: Mapping[str, str]) -> dict[str, FloatArray]
 
 
 def _table(path: Path) -> tuple[list[str], list[list[str]]]:
+    if path.is_dir():
+        raise ValueError(f"Expected a text file of columns; received {path}, which is a directory")
     try:
         text = path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError as error:

@@ -33,7 +33,7 @@ def export(
     if name in NAMES:
         _export_pretrained(name, out, models)
         return
-    folder = find_model(name, models)
+    folder = find_model(name, models, also=NAMES)
     if not folder.is_dir():
         raise ValueError(f"Expected a model directory. Received: {folder}")
     written = folder / "model.onnx" if out is None else out

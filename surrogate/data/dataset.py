@@ -183,15 +183,23 @@ class TrajectoryDataset:
             seed: Seed of the random split.
             fractions: Shares of the validation and the test set; the rest is the training set. The default is the
                 80/10/10 split of the paper's section "Surrogate-model inputs and targets".
+
+        Raises:
+            ValueError: there are too few trajectories for one in each of the three sets.
         """
         indices = self.completed
+        validation_count, test_count = (round(fraction * indices.size) for fraction in fractions)
+        if min(validation_count, test_count, indices.size - validation_count - test_count) < 1:
+            raise ValueError(
+                f"Expected enough completed trajectories to split for training, validation ({fractions[0]:g} of them) "
+                f"and test ({fractions[1]:g}). Received: {indices.size}"
+            )
         protocols = np.stack([self.protocols[name][indices] for name in QUANTITIES], axis=1)
         _, group = np.unique(protocols, axis=0, return_inverse=True)
         group = group.reshape(-1)
         place = np.random.default_rng(seed).permutation(group.max() + 1)[group]
         order = np.argsort(place, kind="stable")
         place = place[order]
-        validation_count, test_count = (round(fraction * indices.size) for fraction in fractions)
         # A cut inside a group of equal protocols moves to the start of the group.
         cuts = np.searchsorted(place, place[[indices.size - validation_count - test_count, indices.size - test_count]])
         train, validation, test = (np.sort(indices[part]) for part in np.split(order, cuts))

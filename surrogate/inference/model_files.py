@@ -7,6 +7,7 @@ then among the models packaged with an installation, such as `M1-concat`.
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -18,12 +19,13 @@ PUBLISHED = Path(__file__).resolve().parents[2] / "published" / "models"
 PACKAGED = Path(__file__).resolve().parents[1] / "models"
 
 
-def find_model(name: str | Path, root: str | Path | None = None) -> Path:
+def find_model(name: str | Path, root: str | Path | None = None, *, also: Iterable[str] = ()) -> Path:
     """Return the path of the model directory or ONNX file that a name or a path stands for.
 
     Args:
         name: Name of a published model, or path of a model directory or of an ONNX file of `surrogate export`.
         root: Directory to search for names, instead of those of `model_roots`.
+        also: Names that the caller takes besides; the message about an unknown name lists them.
 
     Raises:
         FileNotFoundError: there is no such model directory or ONNX file.
@@ -48,9 +50,11 @@ def find_model(name: str | Path, root: str | Path | None = None) -> Path:
             return place / path
     trained = sorted({found.parent.name for place in roots for found in place.glob("*/run.json")})
     if isinstance(name, Path) or not named:
-        raise FileNotFoundError(f"Expected a model's name or directory. Received: {str(name)!r}")
+        raise FileNotFoundError(
+            f"Expected a model's name, a directory with run.json, or an .onnx file. Received: {str(name)!r}"
+        )
     if name not in names():
-        known = sorted({*names(), *trained})
+        known = sorted({*names(), *trained, *also})
         raise ValueError(f"Unknown model name. Expected one of {', '.join(known)}. Received: name={shown(name)}")
     raise FileNotFoundError(
         f"Expected a trained {name} in {' or '.join(map(str, roots))}; train it with `surrogate train {name}`. "

@@ -57,12 +57,18 @@ class Surrogate:
 
     @classmethod
     def load(
-        cls, name: str | Path, root: str | Path | None = None, *, backend: str = "onnx", threads: int = 1
+        cls,
+        name: str | Path,
+        root: str | Path | None = None,
+        *,
+        backend: str = "onnx",
+        threads: int = 1,
+        also: Iterable[str] = (),
     ) -> Surrogate:
-        """Read a model directory or an ONNX file; see `surrogate.load`."""
+        """Read a model directory or an ONNX file; see `surrogate.load` and, for `also`, `find_model`."""
         if backend not in BACKENDS:
             raise ValueError(f"Expected a backend of {', '.join(BACKENDS)}. Received: backend={shown(backend)}")
-        return cls(load_backend(find_model(name, root), backend, threads))
+        return cls(load_backend(find_model(name, root, also=also), backend, threads))
 
     @property
     def name(self) -> str:

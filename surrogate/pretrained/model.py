@@ -249,4 +249,7 @@ def find(name: str, root: str | Path | None = None) -> Path:
     for place in places:
         if (place / name / "run.json").is_file():
             return place / name
-    raise FileNotFoundError(f"No {name} in {' or '.join(map(str, places))}; `make pretrained` trains it")
+    raise FileNotFoundError(
+        f"Expected the pretrained model {name} in {' or '.join(map(str, places))}; `make pretrained` trains it. "
+        "Received: a name without a model"
+    )

@@ -128,6 +128,9 @@ def test_a_file_that_is_not_there_or_no_text(tmp_path):
     (tmp_path / "a.csv").write_bytes(b"\xff\xfe\x00\x01")
     with pytest.raises(ValueError, match="not UTF-8 text"):
         ForceCurve.read(tmp_path / "a.csv")
+    (tmp_path / "folder.csv").mkdir()
+    with pytest.raises(ValueError, match=r"folder\.csv, which is a directory"):
+        ForceCurve.read(tmp_path / "folder.csv")
 
 
 def test_an_afm_file_is_read_through_afmformats(tmp_path, curve):

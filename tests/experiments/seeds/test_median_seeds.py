@@ -1,6 +1,7 @@
 """The median of three seeds is published under the model's name, once, with what follows from its weights."""
 
 import json
+import os
 import shutil
 from dataclasses import replace
 
@@ -39,6 +40,9 @@ def tree(tmp_path):
     content = json.loads(metrics.read_text(encoding="utf-8"))
     content["test"]["mse"]["mean"] = 1e-2
     metrics.write_text(json.dumps(content), encoding="utf-8")
+    # As of a checkout on a file system with times in whole seconds.
+    for weights in tmp_path.glob("**/model.weights.h5"):
+        os.utime(weights, (0, 0))
     return tmp_path
 
 

@@ -63,6 +63,13 @@ def test_failed_simulations_are_left_out(copy):
     assert 7 not in np.concatenate([split.train, split.validation, split.test])
 
 
+def test_too_few_trajectories_to_split_are_refused(copy):
+    with editing(copy) as file:
+        file["status"][5:] = 1
+    with pytest.raises(ValueError, match=r"enough completed trajectories .*Received: 5"):
+        TrajectoryDataset.load(copy).split()
+
+
 def test_statistics_ignore_what_is_held_out(dataset, copy):
     split = dataset.split()
     with editing(copy) as file:

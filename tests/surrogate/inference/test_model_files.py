@@ -6,6 +6,7 @@ import shutil
 import pytest
 
 import surrogate
+from surrogate.inference.predictor import Surrogate
 
 
 def test_names_of_any_length_end_in_one_short_sentence(tmp_path):
@@ -21,8 +22,10 @@ def test_load_by_name_and_by_path(folder):
 
 
 def test_unknown_and_untrained_names(folder):
-    with pytest.raises(ValueError, match=r"M1-concat, .*name='M9'"):
+    with pytest.raises(ValueError, match=r"M1-concat, .*, accurate, fast\. .*name='M9'"):
         surrogate.load("M9", root=folder.parent)
+    with pytest.raises(ValueError, match=r"M6-gated\. .*name='M9'"):  # it reads neither `fast` nor `accurate`
+        Surrogate.load("M9", root=folder.parent)
     with pytest.raises(FileNotFoundError, match=r"surrogate train M2-FiLM.*Trained there: M1-concat"):
         surrogate.load("M2-FiLM", root=folder.parent)
     (folder / "scaling.json").unlink()

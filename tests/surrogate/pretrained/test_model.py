@@ -108,7 +108,7 @@ def test_bad_input_gets_one_sentence(model, arguments, message):
 
 def test_load_finds_it_by_name(untrained):
     assert isinstance(surrogate.load("fast", untrained.parent), Pretrained)
-    with pytest.raises(FileNotFoundError, match=r"No accurate in .*`make pretrained` trains it"):
+    with pytest.raises(FileNotFoundError, match=r"pretrained model accurate in .*`make pretrained` trains it"):
         surrogate.load("accurate", untrained.parent)
     with pytest.raises(ValueError, match=r"Expected the backend 'onnx' for fast. Received: backend='keras'"):
         surrogate.load("fast", untrained.parent, backend="keras")

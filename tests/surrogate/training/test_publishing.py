@@ -76,7 +76,7 @@ def test_every_other_name_that_becomes_a_path_is_plain(name, tmp_path, dataset):
 def test_a_path_is_not_looked_for_as_a_name(name, tmp_path, monkeypatch):
     model_directory(tmp_path / "models" / "M1-concat")
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(FileNotFoundError, match="Expected a model's name or directory"):
+    with pytest.raises(FileNotFoundError, match="Expected a model's name, a directory with"):
         find_model(name, tmp_path / "models")
 
 
