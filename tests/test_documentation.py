@@ -48,7 +48,7 @@ def test_the_guide_to_an_architecture_of_ones_own_works_and_leaves_nothing_behin
     (tmp_path / "my_model.py").write_text(textwrap.dedent(re.findall(r"```python\n(.*?)```", text, re.DOTALL)[0]))
     write_dataset(tmp_path / "published.h5", 60)
     blocks = [textwrap.dedent(block) for block in re.findall(r"```console\n(.*?)```", text, re.DOTALL)]
-    commands = [line for block in blocks for line in block.splitlines() if line]
+    commands = [line for block in blocks for line in block.replace("\\\n", " ").splitlines() if line]
     assert [command.split()[0] for command in commands] == ["surrogate"] * 5 + ["python"] * 2 + ["rm"] * 2
     for command in commands:
         # A small data set instead of the published one, for an epoch.
@@ -89,6 +89,23 @@ def test_the_tutorials_show_a_picture_each_and_are_listed():
         code = tutorial.read_text(encoding="utf-8")
         assert re.match(r'"""\n# \w', code), "the title of the page"
         assert "plt.subplots" in code
+
+
+def test_code_fits_beside_the_navigation():
+    # Text between blocks of code may be wider; in a tutorial, it is a comment.
+    texts = {path: re.sub(r'\A""".*?"""', "", path.read_text(encoding="utf-8"), flags=re.DOTALL) for path in TUTORIALS}
+    wide = [
+        f"{path.name}: {line}"
+        for path, text in texts.items()
+        for line in text.splitlines()
+        if line[:1] != "#" and len(line) > 88
+    ]
+    for page in PAGES:
+        for block in re.findall(
+            r"^ *```\w+\n(.*?)^ *```", page.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE
+        ):
+            wide += [f"{page.name}: {line}" for line in block.splitlines() if len(line) > 88]
+    assert not wide
 
 
 def test_the_make_targets_and_files_it_names_exist():

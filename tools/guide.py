@@ -1,4 +1,4 @@
-"""Hooks of MkDocs for the guide: correct the addresses of the tutorials' pictures, and refuse missing pictures."""
+"""Hooks of MkDocs for the guide: correct pictures' addresses, keep words of code whole, and refuse missing pictures."""
 
 from __future__ import annotations
 
@@ -14,11 +14,24 @@ IMAGE = re.compile(r"<img\b[^>]*>")
 ADDRESS = re.compile(r'\b(?:src|srcset)="([^"]*)"')
 # The gallery writes this address for pages that are folders; ours are files, so that the guide opens without a server.
 GALLERY_SOURCES = re.compile(r'\s+srcset="\.\./images/[^"]*"')
+# Code within a line; blocks of code, which scroll, are matched first.
+CODE = re.compile(r"<pre\b.*?</pre>|<code>([^<]+)</code>", re.DOTALL)
+# A short word that a browser would break, such as `--loading-rate` or `.[train]`.
+BREAKABLE = re.compile(r"(?<!\S)(?=\S*[-\[/])\S{2,32}(?!\S)")
 
 
 def on_page_content(html: str, **_: Any) -> str:
-    """HTML of a page without the second, wrong address of each picture of a tutorial, which browsers prefer."""
-    return GALLERY_SOURCES.sub("", html)
+    """HTML of a page with words of code kept whole, and without the wrong second address of a tutorial's picture.
+
+    Browsers prefer the second address.
+    """
+    return CODE.sub(_whole_words, GALLERY_SOURCES.sub("", html))
+
+
+def _whole_words(code: re.Match[str]) -> str:
+    if code[1] is None:
+        return code[0]
+    return f"<code>{BREAKABLE.sub(r'<span class="whole">\g<0></span>', code[1])}</code>"
 
 
 def on_post_build(config: dict[str, Any], **_: Any) -> None:
