@@ -31,7 +31,8 @@ def on_page_content(html: str, **_: Any) -> str:
 def _whole_words(code: re.Match[str]) -> str:
     if code[1] is None:
         return code[0]
-    return f"<code>{BREAKABLE.sub(r'<span class="whole">\g<0></span>', code[1])}</code>"
+    words = BREAKABLE.sub(r'<span class="whole">\g<0></span>', code[1])
+    return f"<code>{words}</code>"
 
 
 def on_post_build(config: dict[str, Any], **_: Any) -> None:
