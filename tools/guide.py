@@ -1,4 +1,4 @@
-"""Hooks of MkDocs for the guide: correct pictures' addresses, keep words of code whole, and refuse missing pictures."""
+"""Hooks of MkDocs for the guide: correct addresses of pictures, keep words whole, refuse missing pictures."""
 
 from __future__ import annotations
 
@@ -18,13 +18,16 @@ GALLERY_SOURCES = re.compile(r'\s+srcset="\.\./images/[^"]*"')
 CODE = re.compile(r"<pre\b.*?</pre>|<code>([^<]+)</code>", re.DOTALL)
 # A short word that a browser would break, such as `--loading-rate` or `.[train]`.
 BREAKABLE = re.compile(r"(?<!\S)(?=\S*[-\[/])\S{2,32}(?!\S)")
+# A formula within a line, and what belongs to it.
+FORMULA = re.compile(r'<math\b(?![^>]*display="block")(?:(?!</math>).)*</math>[.,;:)]+', re.DOTALL)
 
 
 def on_page_content(html: str, **_: Any) -> str:
-    """HTML of a page with words of code kept whole, and without the wrong second address of a tutorial's picture.
+    """HTML of a page with words of code and formulas kept whole, and pictures of tutorials without their wrong address.
 
-    Browsers prefer the second address.
+    It is their second address, which browsers prefer.
     """
+    html = FORMULA.sub(r'<span class="whole">\g<0></span>', html)
     return CODE.sub(_whole_words, GALLERY_SOURCES.sub("", html))
 
 

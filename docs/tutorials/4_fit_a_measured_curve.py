@@ -59,7 +59,8 @@ print(*file.read_text().splitlines()[:3], sep="\n")
 # ## Read it
 #
 # The columns name their units; the sign of the force is stated, and a file that contradicts it is refused. `contact`
-# finds the baseline, its noise and the contact point.
+# estimates the baseline, its noise, and the contact point as the place where the force leaves the baseline. The fit
+# below refines them.
 
 curve = ForceCurve.read(file, force_sign="compression")
 contact = curve.contact()

@@ -42,7 +42,8 @@ def run(command):
 
 
 run(
-    "bem campaign --design sobol --count 400 --accuracy draft --out small.h5 --workers 1"
+    "bem campaign --design sobol --count 400 --accuracy draft "
+    "--out small.h5 --workers 1"
 )
 
 # %%
@@ -61,7 +62,7 @@ from surrogate.architectures.layers import AppendTabor
 
 
 def convolutions(conditioning, features, name):
-    """Causal convolutions of growing dilation, with the Tabor parameter at every step."""
+    """Causal convolutions of growing dilation that read the Tabor parameter."""
     sequence, tabor = inputs(features)
     hidden = AppendTabor(name="append_tabor")(sequence, tabor)
     for dilation in (1, 2, 4, 8, 16, 32):

@@ -17,6 +17,13 @@ def test_a_word_of_code_is_not_broken_at_its_hyphens_but_a_block_is_left_alone()
     assert guide.on_page_content(long) == long
 
 
+def test_a_point_stays_with_the_formula_before_it():
+    inline, block = "<math><mi>P</mi></math>", '<math display="block"><mi>P</mi></math>'
+    assert guide.on_page_content(f"{inline}, {inline} and {block}.") == (
+        f'<span class="whole">{inline},</span> {inline} and {block}.'
+    )
+
+
 @pytest.mark.parametrize(
     "image",
     ['src="images/none.png"', 'src="images/a.png" srcset="../images/a.png"', 'src="images/a.png" srcset="b.png 2x"'],
