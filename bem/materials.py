@@ -126,6 +126,9 @@ class PronySeries(Material):
         Args:
             moduli: relaxation strengths g_i >= 0 relative to the relaxed modulus E0, shape (m,).
             times: relaxation times t_i, positive and distinct, shape (m,).
+
+        Returns:
+            The series with the retardation strengths and times of the same solid.
         """
         return cls(*_retardation_spectrum(*_checked_terms("moduli", moduli, times)))
 

@@ -9,6 +9,7 @@ import sys
 import textwrap
 from pathlib import Path
 
+import griffe
 import pytest
 from typer.testing import CliRunner
 
@@ -116,6 +117,31 @@ def test_the_make_targets_and_files_it_names_exist():
             assert re.search(rf"^{target}(:|\.\w+ :=)", makefile, flags=re.MULTILINE), f"{page.name}: make {target}"
         for path in re.findall(r"python (examples/\w+\.py)", text):
             assert (ROOT / path).is_file(), f"{page.name}: {path}"
+
+
+def test_a_function_with_parameters_states_what_it_returns():
+    loader = griffe.GriffeLoader(search_paths=[ROOT])
+    found = [loader.load(package) for package in ("bem", "surrogate")]
+    names = {
+        name
+        for page in API_PAGES
+        for name in re.findall(
+            r"^::: (\S+)", (ROOT / f"docs/{page}.md").read_text(encoding="utf-8"), flags=re.MULTILINE
+        )
+    }
+    silent, seen = [], 0
+    while found:
+        one = found.pop()
+        found += [] if one.is_alias else [member for name, member in one.members.items() if not name.startswith("_")]
+        shown = any(one.path == name or one.path.startswith(f"{name}.") for name in names)
+        if one.is_alias or not one.is_function or not one.docstring or not shown:
+            continue
+        seen += 1
+        told = {section.kind.value for section in one.docstring.parse("google", warnings=False)}
+        if "parameters" in told and str(one.returns) != "None" and not told & {"returns", "yields"}:
+            silent.append(one.path)
+    assert seen > 100
+    assert not silent
 
 
 @pytest.mark.parametrize("command", ["predict", "export", "train", "evaluate"])

@@ -135,6 +135,9 @@ class Prior:
             count: How many are drawn; those of a proposal that lie outside of the bounds are left out.
             seed: Of the draw.
             proposal: What they are drawn from, such as `Sample.proposal`; by default the prior itself.
+
+        Returns:
+            The samples, as logarithms of the parameters, with their weights.
         """
         low, high = np.log(list(self.bounds.values())).T
         rng = np.random.default_rng(seed)
