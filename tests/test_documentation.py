@@ -169,6 +169,7 @@ def test_the_site_builds_without_a_broken_link(tmp_path):
     for tutorial in TUTORIALS:
         assert (tmp_path / "gallery" / f"{tutorial.stem}.html").is_file()
         assert (tmp_path / "gallery" / f"{tutorial.stem}.ipynb").is_file()
+    assert "<blockquote" not in pages, "an example of a docstring is code, not a quotation"
     for page in ("api-bem.html", "api-surrogate.html"):
         _, *returned = (tmp_path / page).read_text(encoding="utf-8").split("Returns:</span>")
         assert returned
