@@ -54,7 +54,7 @@ def to_si(name: str, value: Any, dimension: str) -> float:
         dimension: One of `DIMENSIONS`.
 
     Returns:
-        The number of SI units.
+        The number, in the SI unit of the dimension.
 
     Raises:
         ValueError: a unit that is unknown or does not fit, text that is no quantity, or a unit without Pint installed.
