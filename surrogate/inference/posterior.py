@@ -3,8 +3,8 @@
 The prior is uniform in the logarithms of the parameters, and the noise is Gaussian. A surrogate's own error belongs to
 the likelihood: its differences from the solver at some parameters near the answer have a mean and a covariance, and
 what is measured differs from the prediction by such an error and by the noise. Samples come from a Student
-distribution, which `search` fits in stages of growing powers of the likelihood, and carry weights, by which they represent
-the exact posterior of the likelihood.
+distribution, which `search` fits in stages of growing powers of the likelihood. Their weights make them samples of the
+exact posterior.
 
 Sources: J. Kaipio and E. Somersalo, J. Comput. Appl. Math. 198 (2007) 493 (approximation error); O. Cappe, A. Guillin,
 J. M. Marin and C. P. Robert, J. Comput. Graph. Stat. 13 (2004) 907 (fitted proposals); L. Kish, Survey Sampling (1965)
