@@ -2,7 +2,7 @@
 
 Names load on first use, so that `import bem` is quick and a scene can be described without compiling a kernel.
 
-Example:
+Examples:
     >>> from bem import LoadingProtocol, Scene, StandardLinearSolid, simulate
     >>> scene = Scene(tabor=1.0, material=StandardLinearSolid(modulus_ratio=0.1))
     >>> protocol = LoadingProtocol(peak_indentation=5.0, loading_rate=10.0, dwell_time=0.1, unloading_rate=10.0)

@@ -50,6 +50,9 @@ class Accuracy:
                 of a coarse mesh) to 1; see `bem.solver.discretisation.cohesive_zone`.
             adhesive: whether there is adhesion; without it the traction has a kink at the edge, and is interpolated
                 linearly.
+
+        Returns:
+            The tolerances and spacings that the solver uses.
         """
         ratio = self.target / _UNIT_TARGET
         tight = ratio < 1.0
@@ -77,6 +80,9 @@ class Accuracy:
 
         Args:
             elastic: whether the material has no memory; its loop loses little energy and needs a smaller error.
+
+        Returns:
+            The tolerances and spacings that the solver uses.
         """
         ratio = self.target / _UNIT_TARGET
         if ratio < 1.0:

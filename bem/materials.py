@@ -9,7 +9,8 @@ modulus ratio E0/Einf. Times are in units of the retardation time that also scal
 then u = mu G (sigma - sum_i c_i q_i) with one memory vector q_i = int exp(-(t - s)/tau_i) dsigma(s) per term, and for a
 traction linear over a step of length dt
 
-    q_i(t + dt) = e_i q_i(t) + phi_i (sigma(t + dt) - sigma(t)),  e_i = exp(-dt/tau_i),  phi_i = (1 - e_i) tau_i / dt,
+    q_i(t + dt) = e_i q_i(t) + phi_i (sigma(t + dt) - sigma(t)),
+    e_i = exp(-dt/tau_i),  phi_i = (1 - e_i) tau_i / dt,
 
 exactly, whatever dt. Source: paper, Eqs. (creep compliance) and (displacement); Christensen, Theory of Viscoelasticity
 (1982), section 1.2; interconversion after Gross, Mathematical Structure of the Theories of Viscoelasticity (1953).
@@ -126,6 +127,9 @@ class PronySeries(Material):
         Args:
             moduli: relaxation strengths g_i >= 0 relative to the relaxed modulus E0, shape (m,).
             times: relaxation times t_i, positive and distinct, shape (m,).
+
+        Returns:
+            The series with the retardation strengths and times of the same solid.
         """
         return cls(*_retardation_spectrum(*_checked_terms("moduli", moduli, times)))
 

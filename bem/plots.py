@@ -13,7 +13,7 @@ from bem.trajectory import Trajectory
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-FORCE_LABEL = r"force $P/(\pi R \Delta\gamma_0)$, tension positive"
+FORCE_LABEL = r"force $P/(\pi R \Delta\gamma)$, tension positive"
 INDENTATION_LABEL = r"indentation $\delta/h_0$"
 POINTS_BETWEEN = 7
 """Points drawn between two records."""
@@ -62,12 +62,16 @@ def draw_trajectory(trajectory: Trajectory, title: str = "") -> Figure:
         largest = trajectory.pull_off_force
         for axes, *position in ((history, at, depth if trajectory.by_force else largest), (loop, depth, largest)):
             axes.plot(*position, "o", color="#D55E00", markersize=5)
-        (loop if trajectory.by_force else history).annotate(
+        # The label lies inside the axes also where the contact is pulled off at their left end.
+        labelled, place = (loop, (depth, largest)) if trajectory.by_force else (history, (at, largest))
+        left, right = labelled.get_xlim()
+        leftmost = place[0] - left < 0.4 * (right - left)
+        labelled.annotate(
             f"pull-off {largest:.4g}",
-            (depth if trajectory.by_force else at, largest),
-            xytext=(-8, 6),
+            place,
+            xytext=(8 if leftmost else -8, 6),
             textcoords="offset points",
-            ha="right",
+            ha="left" if leftmost else "right",
             color="#D55E00",
         )
     for number, jump in enumerate(trajectory.jumps):

@@ -117,7 +117,7 @@ class ForceProtocol:
     Raises:
         ValueError: for unequal lengths, non-finite values or times that do not increase.
 
-    Example:
+    Examples:
         >>> creep = ForceProtocol(times=[0.0, 1e-3, 10.0], forces=[0.0, -5.0, -5.0])
         >>> creep.phases
         ('loading', 'dwell')

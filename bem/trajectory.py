@@ -37,6 +37,9 @@ def far_field(force: ArrayLike, indentation: ArrayLike, *, doubt: float = 0.0) -
         force: tension positive.
         indentation: at which the force acts; above 0 the undeformed sphere is taken to just touch.
         doubt: error of the force, added to what is allowed.
+
+    Returns:
+        Truth values, of the broadcast shape of `force` and `indentation`.
     """
     gap = 1.0 - np.minimum(indentation, 0.0)
     alone = 8.0 / 3.0 * (gap**-2.0 - 0.25 * gap**-8.0)

@@ -4,7 +4,7 @@
 with three conditionings on the Tabor parameter each, are named ``"M1-concat"`` to ``"M6-gated"``. All quantities are
 dimensionless as in the paper; forces are positive in tension.
 
-Example:
+Examples:
     >>> import surrogate
     >>> surrogate.names()[:3]
     ['M1-concat', 'M1-FiLM', 'M1-gated']

@@ -9,6 +9,7 @@ import sys
 import textwrap
 from pathlib import Path
 
+import griffe
 import pytest
 from typer.testing import CliRunner
 
@@ -48,7 +49,7 @@ def test_the_guide_to_an_architecture_of_ones_own_works_and_leaves_nothing_behin
     (tmp_path / "my_model.py").write_text(textwrap.dedent(re.findall(r"```python\n(.*?)```", text, re.DOTALL)[0]))
     write_dataset(tmp_path / "published.h5", 60)
     blocks = [textwrap.dedent(block) for block in re.findall(r"```console\n(.*?)```", text, re.DOTALL)]
-    commands = [line for block in blocks for line in block.splitlines() if line]
+    commands = [line for block in blocks for line in block.replace("\\\n", " ").splitlines() if line]
     assert [command.split()[0] for command in commands] == ["surrogate"] * 5 + ["python"] * 2 + ["rm"] * 2
     for command in commands:
         # A small data set instead of the published one, for an epoch.
@@ -91,6 +92,23 @@ def test_the_tutorials_show_a_picture_each_and_are_listed():
         assert "plt.subplots" in code
 
 
+def test_code_fits_beside_the_navigation():
+    # Text between blocks of code may be wider; in a tutorial, it is a comment.
+    texts = {path: re.sub(r'\A""".*?"""', "", path.read_text(encoding="utf-8"), flags=re.DOTALL) for path in TUTORIALS}
+    wide = [
+        f"{path.name}: {line}"
+        for path, text in texts.items()
+        for line in text.splitlines()
+        if line[:1] != "#" and len(line) > 88
+    ]
+    for page in PAGES:
+        for block in re.findall(
+            r"^ *```\w+\n(.*?)^ *```", page.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE
+        ):
+            wide += [f"{page.name}: {line}" for line in block.splitlines() if len(line) > 88]
+    assert not wide
+
+
 def test_the_make_targets_and_files_it_names_exist():
     makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
     for page in PAGES:
@@ -99,6 +117,31 @@ def test_the_make_targets_and_files_it_names_exist():
             assert re.search(rf"^{target}(:|\.\w+ :=)", makefile, flags=re.MULTILINE), f"{page.name}: make {target}"
         for path in re.findall(r"python (examples/\w+\.py)", text):
             assert (ROOT / path).is_file(), f"{page.name}: {path}"
+
+
+def test_a_function_with_parameters_states_what_it_returns():
+    loader = griffe.GriffeLoader(search_paths=[ROOT])
+    found = [loader.load(package) for package in ("bem", "surrogate")]
+    names = {
+        name
+        for page in API_PAGES
+        for name in re.findall(
+            r"^::: (\S+)", (ROOT / f"docs/{page}.md").read_text(encoding="utf-8"), flags=re.MULTILINE
+        )
+    }
+    silent, seen = [], 0
+    while found:
+        one = found.pop()
+        found += [] if one.is_alias else [member for name, member in one.members.items() if not name.startswith("_")]
+        shown = any(one.path == name or one.path.startswith(f"{name}.") for name in names)
+        if one.is_alias or not one.is_function or not one.docstring or not shown:
+            continue
+        seen += 1
+        told = {section.kind.value for section in one.docstring.parse("google", warnings=False)}
+        if "parameters" in told and str(one.returns) != "None" and not told & {"returns", "yields"}:
+            silent.append(one.path)
+    assert seen > 100
+    assert not silent
 
 
 @pytest.mark.parametrize("command", ["predict", "export", "train", "evaluate"])
@@ -126,6 +169,7 @@ def test_the_site_builds_without_a_broken_link(tmp_path):
     for tutorial in TUTORIALS:
         assert (tmp_path / "gallery" / f"{tutorial.stem}.html").is_file()
         assert (tmp_path / "gallery" / f"{tutorial.stem}.ipynb").is_file()
+    assert "<blockquote" not in pages, "an example of a docstring is code, not a quotation"
     for page in ("api-bem.html", "api-surrogate.html"):
         _, *returned = (tmp_path / page).read_text(encoding="utf-8").split("Returns:</span>")
         assert returned

@@ -1,4 +1,4 @@
-"""Hooks of MkDocs for the guide: correct the addresses of the tutorials' pictures, and refuse missing pictures."""
+"""Hooks of MkDocs for the guide: correct addresses of pictures, keep words whole, refuse missing pictures."""
 
 from __future__ import annotations
 
@@ -14,11 +14,28 @@ IMAGE = re.compile(r"<img\b[^>]*>")
 ADDRESS = re.compile(r'\b(?:src|srcset)="([^"]*)"')
 # The gallery writes this address for pages that are folders; ours are files, so that the guide opens without a server.
 GALLERY_SOURCES = re.compile(r'\s+srcset="\.\./images/[^"]*"')
+# Code within a line; blocks of code, which scroll, are matched first.
+CODE = re.compile(r"<pre\b.*?</pre>|<code>([^<]+)</code>", re.DOTALL)
+# A short word that a browser would break, such as `--loading-rate` or `.[train]`.
+BREAKABLE = re.compile(r"(?<!\S)(?=\S*[-\[/])\S{2,32}(?!\S)")
+# A formula within a line, and what belongs to it.
+FORMULA = re.compile(r'<math\b(?![^>]*display="block")(?:(?!</math>).)*</math>[.,;:)]+', re.DOTALL)
 
 
 def on_page_content(html: str, **_: Any) -> str:
-    """HTML of a page without the second, wrong address of each picture of a tutorial, which browsers prefer."""
-    return GALLERY_SOURCES.sub("", html)
+    """HTML of a page with words of code and formulas kept whole, and pictures of tutorials without their wrong address.
+
+    It is their second address, which browsers prefer.
+    """
+    html = FORMULA.sub(r'<span class="whole">\g<0></span>', html)
+    return CODE.sub(_whole_words, GALLERY_SOURCES.sub("", html))
+
+
+def _whole_words(code: re.Match[str]) -> str:
+    if code[1] is None:
+        return code[0]
+    words = BREAKABLE.sub(r'<span class="whole">\g<0></span>', code[1])
+    return f"<code>{words}</code>"
 
 
 def on_post_build(config: dict[str, Any], **_: Any) -> None:

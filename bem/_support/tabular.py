@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
+_SYMBOLS = {"h0 ": "<i>h</i><sub>0</sub> ", "pi R dgamma": "π<i>R</i>Δγ"}  # of units, in HTML
 INSTALL = "install it with `pip install 'contact-trajectories[tables]'`"
 
 
@@ -22,6 +23,14 @@ class Column(NamedTuple):
 
     values: FloatArray
     unit: str
+
+
+def _typeset(text: str) -> str:
+    """HTML of a fact, its units in symbols."""
+    escaped = html.escape(text)
+    for plain, symbols in _SYMBOLS.items():
+        escaped = escaped.replace(plain, symbols)
+    return escaped
 
 
 class Tabular(ABC):
@@ -57,7 +66,7 @@ class Tabular(ABC):
 
     def _repr_html_(self) -> str:
         rows = "".join(
-            f"<tr><th style='text-align:left'>{html.escape(name)}</th><td>{html.escape(value)}</td></tr>"
+            f"<tr><th style='text-align:left'>{html.escape(name)}</th><td>{_typeset(value)}</td></tr>"
             for name, value in self.facts().items()
         )
         text = f"<b>{type(self).__name__}</b><table>{rows}</table>"

@@ -61,7 +61,7 @@ class Design:
     Raises:
         ValueError: naming the quantity, the allowed range and the value received.
 
-    Example:
+    Examples:
         >>> Design("paper").protocols(2, seed=1)["tabor"].shape
         (2,)
     """

@@ -88,6 +88,9 @@ def verify(
         solver: a stand-in for `bem.simulate`.
         progress: called with the number of trajectories done, of those that do not agree, and of all.
 
+    Returns:
+        The differences of the sample, the largest one allowed, and which trajectories exceed it.
+
     Raises:
         FileNotFoundError, ValueError: not a data set, or its protocols are not those of its design.
     """

@@ -106,7 +106,7 @@ def recommend(
     Raises:
         ValueError: naming what is allowed and what was received.
 
-    Example:
+    Examples:
         >>> from bem import LoadingProtocol, Scene, StandardLinearSolid, recommend
         >>> deep = LoadingProtocol(peak_indentation=900.0, loading_rate=1e6, dwell_time=0.0, unloading_rate=1e6)
         >>> str(recommend(Scene(1.0, StandardLinearSolid(0.1)), deep, 0.05, best="fewest").effects)

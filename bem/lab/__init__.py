@@ -3,7 +3,7 @@
 Lengths in m, forces in N, moduli in Pa, works of adhesion in J/m^2, times in s. Text such as "50 um" and Pint
 quantities are understood where Pint is installed, the optional extra `lab`. `docs/units.md` has the conventions.
 
-Example:
+Examples:
     >>> from bem import StandardLinearSolid
     >>> from bem.lab import Setup
     >>> bead = Setup(radius=50e-6, work_of_adhesion=0.05, relaxed_modulus=2e6, retardation_time=0.01,

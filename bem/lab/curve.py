@@ -171,6 +171,8 @@ class ForceCurve(Tabular):
             for axis, name in ((axes.xaxis, across), (axes.yaxis, up)):
                 axis.set_major_formatter(EngFormatter(self.columns()[name].unit))
                 axis.set_label_text(names.get(name, name))
+            # Labels with units are wide.
+            axes.locator_params(axis="x", nbins=5)
             axes.spines[["top", "right"]].set_visible(False)
         return figure
 

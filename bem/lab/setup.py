@@ -194,6 +194,9 @@ class Setup:
             dwell_time: in s.
             start_indentation: in m; by default -pi^(2/3) `adhesion_length`, where adhesion is still weak, and with a
                 spring as much further as 2 pi R dgamma, the largest elastic adhesion, stretches it.
+
+        Returns:
+            The protocol for `Setup.simulate`, with dimensionless quantities.
         """
         start = (
             None if start_indentation is None else to_si("start_indentation", start_indentation, "length") / self.gap
@@ -242,6 +245,9 @@ class Setup:
             protocol, accuracy: as for `bem.simulate`.
             force_sign: which force is positive. Adhesion is tension; laboratories often count compression.
             check_range: whether to simulate once more, at draft accuracy, to warn where the effective range matters.
+
+        Returns:
+            The force curve, in m, N and s, with forces in the sign `force_sign`.
 
         Raises:
             ValueError: for an invalid protocol, accuracy or sign.

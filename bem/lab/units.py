@@ -53,6 +53,9 @@ def to_si(name: str, value: Any, dimension: str) -> float:
         value: A real number, which is SI already; text of a number and a unit; or a Pint quantity.
         dimension: One of `DIMENSIONS`.
 
+    Returns:
+        The number, in the SI unit of the dimension.
+
     Raises:
         ValueError: a unit that is unknown or does not fit, text that is no quantity, or a unit without Pint installed.
     """

@@ -110,6 +110,9 @@ def fit_prony(frequency: ArrayLike, storage: ArrayLike, loss: ArrayLike, *, term
         storage, loss: moduli at them, positive, in one unit.
         terms: number of times; by default one a decade.
 
+    Returns:
+        The material, its relaxed modulus in the unit of the moduli, and how well it fits.
+
     Raises:
         ValueError: fewer than three frequencies, values that are not positive, or moduli that belong to no solid.
     """

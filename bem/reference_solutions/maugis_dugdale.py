@@ -3,7 +3,8 @@
 The family is traced by the angle theta, sec(theta) = c/a being the outer over the inner radius of the cohesive zone. In
 Maugis' variables, with K = (4/3) E*, w = dgamma and lambda = 2 sigma_0 (R / (pi w K^2))^(1/3),
 
-    1 = (lambda A^2 / 2) [sqrt(m^2 - 1) + (m^2 - 2) arcsec m] + (4/3) lambda^2 A [sqrt(m^2 - 1) arcsec m - m + 1],
+    1 = (lambda A^2 / 2) [sqrt(m^2 - 1) + (m^2 - 2) arcsec m]
+        + (4/3) lambda^2 A [sqrt(m^2 - 1) arcsec m - m + 1],
 
 which is quadratic in the contact radius A at given m. Conversions: A = (4 / (3 pi))^(1/3) a, indentation
 D = (16 / (9 pi^2))^(1/3) delta / mu, lambda = 2 (9 / (16 pi))^(1/3) (sigma_0 h0/dgamma) mu. Units: see

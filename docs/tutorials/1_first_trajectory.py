@@ -15,8 +15,14 @@ the solver returns the force at every instant.
 
 from bem import LennardJones, LoadingProtocol, Scene, StandardLinearSolid, simulate
 
-scene = Scene(tabor=1.0, material=StandardLinearSolid(modulus_ratio=0.1), adhesion=LennardJones())
-protocol = LoadingProtocol(peak_indentation=20.0, loading_rate=10.0, dwell_time=1.0, unloading_rate=10.0)
+scene = Scene(
+    tabor=1.0,
+    material=StandardLinearSolid(modulus_ratio=0.1),
+    adhesion=LennardJones(),
+)
+protocol = LoadingProtocol(
+    peak_indentation=20.0, loading_rate=10.0, dwell_time=1.0, unloading_rate=10.0
+)
 trajectory = simulate(scene, protocol)
 trajectory
 
@@ -30,7 +36,8 @@ trajectory
 # The force is known at every instant, not only at the steps of the solver.
 
 print("status         ", trajectory.status)
-print("pull-off force ", round(trajectory.pull_off_force, 3), "at time", round(trajectory.pull_off_time, 3))
+print("pull-off force ", round(trajectory.pull_off_force, 3))
+print("pull-off time  ", round(trajectory.pull_off_time, 3))
 print("hysteresis     ", round(trajectory.hysteresis, 2))
 print("detached       ", trajectory.detached)
 print("force at 0.5, 1", trajectory.at([0.5, 1.0]).round(3))
@@ -52,12 +59,20 @@ import numpy as np
 rates = np.logspace(-2, 3, 11)
 pull_off = []
 for rate in rates:
-    path = LoadingProtocol(peak_indentation=20.0, loading_rate=10.0, dwell_time=1.0, unloading_rate=float(rate))
+    path = LoadingProtocol(
+        peak_indentation=20.0,
+        loading_rate=10.0,
+        dwell_time=1.0,
+        unloading_rate=float(rate),
+    )
     pull_off.append(simulate(scene, path).pull_off_force)
 
 figure, axes = plt.subplots(figsize=(5.5, 3.6), layout="constrained")
 axes.semilogx(rates, pull_off, "o-")
-axes.set(xlabel=r"unloading rate ($h_0$ per retardation time)", ylabel=r"pull-off force ($\pi R\Delta\gamma$)")
+axes.set(
+    xlabel=r"unloading rate ($h_0$ per retardation time)",
+    ylabel=r"pull-off force ($\pi R\Delta\gamma$)",
+)
 plt.show()
 
 # %%
@@ -67,6 +82,8 @@ plt.show()
 
 for accuracy in ("draft", "standard", "reference"):
     found = simulate(scene, protocol, accuracy)
+    work = found.stats
     print(
-        f"{accuracy:10} pull-off {found.pull_off_force:.4f}  {found.stats.steps:5} steps {found.stats.nodes:5.0f} nodes"
+        f"{accuracy:10} pull-off {found.pull_off_force:.4f}",
+        f"{work.steps:5} steps {work.nodes:5.0f} nodes",
     )

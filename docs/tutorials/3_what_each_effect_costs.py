@@ -26,7 +26,9 @@ from bem import (
 )
 
 one = StandardLinearSolid(modulus_ratio=0.1)
-ten = PronySeries([0.09] * 10, [0.01, 0.03, 0.08, 0.2, 0.6, 1.7, 5.0, 13.0, 36.0, 100.0])
+ten = PronySeries(
+    [0.09] * 10, [0.01, 0.03, 0.08, 0.2, 0.6, 1.7, 5.0, 13.0, 36.0, 100.0]
+)
 scenes = {
     "Hertz": Scene(1.0, Elastic(), HardContact()),
     "adhesion": Scene(1.0, Elastic(), LennardJones()),
@@ -35,7 +37,11 @@ scenes = {
     "and a spring": Scene(1.0, ten, LennardJones(), spring=2.0),
 }
 protocol = LoadingProtocol(
-    peak_indentation=4.0, loading_rate=20.0, dwell_time=0.2, unloading_rate=20.0, start_indentation=-8.0
+    peak_indentation=4.0,
+    loading_rate=20.0,
+    dwell_time=0.2,
+    unloading_rate=20.0,
+    start_indentation=-8.0,
 )
 
 figure, axes = plt.subplots(figsize=(6.5, 4.0), layout="constrained")
@@ -63,12 +69,12 @@ def milliseconds(scene):
     return 1e3 * min(spent)
 
 
-print(f"{'scene':16} {'ms':>6} {'steps':>6} {'nodes':>6} {'iterations':>10} {'memory vectors':>15}")
+print("scene                ms  steps  nodes iterations  memory vectors")
 for name, scene in scenes.items():
     work = found[name].stats
     print(
-        f"{name:16} {milliseconds(scene):6.1f} {work.steps:6} {work.nodes:6.0f} {work.iterations:10} "
-        f"{work.memory_vectors:15}"
+        f"{name:16} {milliseconds(scene):6.1f} {work.steps:6} {work.nodes:6.0f}",
+        f"{work.iterations:10} {work.memory_vectors:15}",
     )
 
 # %%
@@ -77,12 +83,17 @@ for name, scene in scenes.items():
 #
 # ## Which effects does a path call for?
 #
-# `recommend` returns the scene with the fewest effects whose force stays within a tolerance of the full one. A slow
-# path needs no memory and a fast one sees a glassy solid; only between the two does relaxation matter.
+# `recommend` returns the cheapest scene whose force stays within a tolerance of the full one, or, with
+# `best="fewest"`, the scene with the fewest effects. A slow path needs no memory and a fast one meets a glassy solid;
+# only between the two does relaxation matter.
 
 for rate in (0.01, 20.0, 5000.0):
     path = LoadingProtocol(
-        peak_indentation=4.0, loading_rate=rate, dwell_time=0.0, unloading_rate=rate, start_indentation=-3.0
+        peak_indentation=4.0,
+        loading_rate=rate,
+        dwell_time=0.0,
+        unloading_rate=rate,
+        start_indentation=-3.0,
     )
     advice = recommend(Scene(1.0, one), path, tolerance=0.05, best="fewest")
     print(f"at rate {rate:g}: {advice.effects}")

@@ -20,6 +20,7 @@ import numpy as np
 
 from bem import StandardLinearSolid
 from bem.lab import ForceCurve, Setup, fit
+from bem.lab.units import readable
 
 true = Setup(
     radius=20e-9,
@@ -30,7 +31,11 @@ true = Setup(
     material=StandardLinearSolid(modulus_ratio=0.4),
 )
 protocol = true.protocol(
-    peak_indentation=3e-9, loading_rate=1e-7, dwell_time=0.02, unloading_rate=1e-7, start_indentation=-4e-9
+    peak_indentation=3e-9,
+    loading_rate=1e-7,
+    dwell_time=0.02,
+    unloading_rate=1e-7,
+    start_indentation=-4e-9,
 )
 ideal = true.simulate(protocol, force_sign="compression")
 
@@ -40,18 +45,28 @@ noise = np.random.default_rng(1).normal(0.0, 0.01 * np.ptp(ideal.force), times.s
 force = np.interp(times, ideal.time, ideal.force) + noise + 5e-10
 file = Path(mkdtemp()) / "curve.csv"
 columns = np.column_stack([1e3 * times, 1e9 * position, 1e9 * force])
-np.savetxt(file, columns, fmt="%.6g", delimiter=",", header="time (ms),indentation (nm),force (nN)", comments="")
+np.savetxt(
+    file,
+    columns,
+    fmt="%.6g",
+    delimiter=",",
+    header="time (ms),indentation (nm),force (nN)",
+    comments="",
+)
 print(*file.read_text().splitlines()[:3], sep="\n")
 
 # %%
 # ## Read it
 #
 # The columns name their units; the sign of the force is stated, and a file that contradicts it is refused. `contact`
-# finds the baseline, its noise and the contact point.
+# estimates the baseline, its noise, and the contact point as the place where the force leaves the baseline. The fit
+# below refines them.
 
 curve = ForceCurve.read(file, force_sign="compression")
 contact = curve.contact()
-print(contact)
+print("contact point", readable(contact.contact_point, "m"))
+print("force offset ", readable(contact.force_offset, "N"))
+print("noise        ", readable(contact.noise, "N"))
 curve
 
 # %%
@@ -68,7 +83,14 @@ guess = Setup(
     retardation_time=0.02,
     material=StandardLinearSolid(modulus_ratio=0.6),
 )
-six = ("relaxed_modulus", "work_of_adhesion", "modulus_ratio", "retardation_time", "contact_point", "force_offset")
+six = (
+    "relaxed_modulus",
+    "work_of_adhesion",
+    "modulus_ratio",
+    "retardation_time",
+    "contact_point",
+    "force_offset",
+)
 result = fit(curve, guess, free=six, accuracy="draft")
 print(result.summary())
 
@@ -77,7 +99,9 @@ print(result.summary())
 #
 # Residuals without structure say that the model describes the curve. The intervals are valid only then.
 
-figure, (above, below) = plt.subplots(2, 1, figsize=(6.0, 5.0), sharex=True, layout="constrained", height_ratios=[3, 1])
+figure, (above, below) = plt.subplots(
+    2, 1, figsize=(6.0, 5.0), sharex=True, layout="constrained", height_ratios=[3, 1]
+)
 above.plot(1e3 * curve.time, 1e9 * curve.force, ".", markersize=3, label="measured")
 above.plot(1e3 * curve.time, 1e9 * result.curve.force, label="fitted")
 above.set_ylabel("force (nN), compression positive")

@@ -9,7 +9,8 @@ tutorial is short; the errors are accordingly larger.
 # %%
 # ## A data set
 #
-# The command `bem campaign` simulates protocols of a design on all cores. 400 trajectories take seconds.
+# The command `bem campaign` simulates the protocols of a design, on all cores unless `--workers` says otherwise. 400
+# trajectories take seconds.
 
 import os
 import subprocess
@@ -23,29 +24,26 @@ import numpy as np
 folder = Path(tempfile.mkdtemp())
 
 
-def run(program, *words):
-    """Run a command of this package in the folder, as in a shell, and show the last lines that it prints."""
-    command = [sys.executable, "-m", program, *words]
-    here = os.environ | {"PYTHONPATH": os.pathsep.join(path for path in sys.path if path), "TF_CPP_MIN_LOG_LEVEL": "3"}
-    done = subprocess.run(command, cwd=folder, env=here, capture_output=True, text=True, check=False)
-    print("$", program, *words)
-    print(*(done.stdout if done.returncode == 0 else done.stderr).splitlines()[-4:], sep="\n")
+def run(command):
+    """Run a command of this package in the folder, and show its last lines."""
+    program, *words = command.split()
+    path = os.pathsep.join(path for path in sys.path if path)
+    done = subprocess.run(
+        [sys.executable, "-m", program, *words],
+        cwd=folder,
+        env=os.environ | {"PYTHONPATH": path, "TF_CPP_MIN_LOG_LEVEL": "3"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    printed = done.stdout if done.returncode == 0 else done.stderr
+    print(*printed.splitlines()[-4:], sep="\n")
     done.check_returncode()
 
 
 run(
-    "bem",
-    "campaign",
-    "--design",
-    "sobol",
-    "--count",
-    "400",
-    "--accuracy",
-    "draft",
-    "--workers",
-    "1",
-    "--out",
-    "small.h5",
+    "bem campaign --design sobol --count 400 --accuracy draft "
+    "--out small.h5 --workers 1"
 )
 
 # %%
@@ -54,7 +52,7 @@ run(
 # A function returns a Keras model of two inputs: the sequence, of shape (batch, steps, channels), and the Tabor
 # parameter, of shape (batch, 1). `surrogate.register` gives it the name of a family.
 
-(folder / "my_model.py").write_text('''
+architecture = '''
 import keras
 from keras import layers
 
@@ -64,18 +62,24 @@ from surrogate.architectures.layers import AppendTabor
 
 
 def convolutions(conditioning, features, name):
-    """Causal convolutions that look back further and further, and read the Tabor parameter at every step."""
+    """Causal convolutions of growing dilation that read the Tabor parameter."""
     sequence, tabor = inputs(features)
     hidden = AppendTabor(name="append_tabor")(sequence, tabor)
     for dilation in (1, 2, 4, 8, 16, 32):
         hidden = layers.Conv1D(
-            32, 3, padding="causal", dilation_rate=dilation, activation="relu", name=f"look_back_{dilation}"
+            32,
+            3,
+            padding="causal",
+            dilation_rate=dilation,
+            activation="relu",
+            name=f"dilation_{dilation}",
         )(hidden)
     return keras.Model([sequence, tabor], readout(hidden), name=name)
 
 
 surrogate.register("M7", convolutions, conditionings=["concat"])
-''')
+'''
+print((folder / "my_model.py").write_text(architecture), "characters written")
 
 # %%
 # ## Train it
@@ -96,8 +100,8 @@ weight_average = 0.1
 warmup_epochs = 1
 """)
 run(
-    *("surrogate", "train", "M7-concat", "--architecture", "my_model.py", "--recipe", "quick.toml", "--threads", "1"),
-    *("--dataset", "small.h5", "--runs", "runs", "--models", "models"),
+    "surrogate train M7-concat --architecture my_model.py --recipe quick.toml "
+    "--dataset small.h5 --runs runs --models models --threads 1"
 )
 
 # %%
@@ -109,9 +113,13 @@ import surrogate
 from bem import LoadingProtocol, Scene, StandardLinearSolid, simulate
 
 model = surrogate.load(folder / "models" / "M7-concat")
-protocol = LoadingProtocol(peak_indentation=20.0, loading_rate=10.0, dwell_time=1.0, unloading_rate=10.0)
+protocol = LoadingProtocol(
+    peak_indentation=20.0, loading_rate=10.0, dwell_time=1.0, unloading_rate=10.0
+)
 (predicted,) = model.trajectories([protocol], tabor=1.0)
-exact = simulate(Scene(tabor=1.0, material=StandardLinearSolid(modulus_ratio=0.1)), protocol)
+exact = simulate(
+    Scene(tabor=1.0, material=StandardLinearSolid(modulus_ratio=0.1)), protocol
+)
 
 figure, axes = plt.subplots(figsize=(6.0, 3.8), layout="constrained")
 axes.plot(exact.time, exact.force, label="solver")

@@ -2,7 +2,7 @@
 # Design a release
 
 How must a sphere be retracted so that it lets go at a wanted force? The surrogate predicts thousands of protocols in
-seconds, shows the whole answer, and gives the slope by which the answer is refined; the solver then checks it.
+seconds, which gives a map of all answers, and the gradient that leads to one of them; the solver then checks it.
 """
 
 # %%
@@ -24,29 +24,39 @@ model = surrogate.load("M1-concat")
 def release(rate, dwell):
     """The protocol of a release; the approach is given."""
     return LoadingProtocol(
-        peak_indentation=10.0, loading_rate=10.0, dwell_time=float(dwell), unloading_rate=float(rate)
+        peak_indentation=10.0,
+        loading_rate=10.0,
+        dwell_time=float(dwell),
+        unloading_rate=float(rate),
     )
 
 
 rates, dwells = np.logspace(-1, 3, 41), np.logspace(-2.5, 0.4, 15)
 protocols = [release(rate, dwell) for dwell in dwells for rate in rates]
-predicted = np.array([found.pull_off_force for found in model.trajectories(protocols, tabor=TABOR)])
+predicted = np.array(
+    [found.pull_off_force for found in model.trajectories(protocols, tabor=TABOR)]
+)
 predicted = predicted.reshape(len(dwells), len(rates))
 
 figure, axes = plt.subplots(figsize=(6.0, 4.0), layout="constrained")
 filled = axes.contourf(rates, dwells, predicted, levels=np.arange(1.0, 12.0, 1.0))
 axes.contour(rates, dwells, predicted, levels=[WANTED], colors="w", linewidths=2.5)
-axes.set(xscale="log", yscale="log", xlabel="unloading rate", ylabel="dwell time")
+axes.set(
+    xscale="log",
+    yscale="log",
+    xlabel=r"unloading rate ($h_0$ per retardation time)",
+    ylabel="dwell time (retardation times)",
+)
 figure.colorbar(filled, label=r"pull-off force ($\pi R\Delta\gamma$)")
 plt.show()
 
 # %%
 # On the white line the pull-off force is the one wanted. The dwell matters little once the contact has relaxed.
 #
-# ## Downhill
+# ## Follow the gradient
 #
 # With a gradient no map is needed. Finite differences in a batch of five predictions give the slopes by the logarithms
-# of both quantities, and SciPy minimises the error, with a small price on fast retraction and long dwell.
+# of both quantities, and SciPy minimises the error, with a small penalty on fast retraction and long dwell.
 
 from scipy.optimize import minimize
 
@@ -55,26 +65,29 @@ low, high = np.log([0.1, 1e-3]), np.log([1000.0, 3.0])
 
 
 def cost_and_slope(logarithms):
-    """Squared logarithm of the error and the price, with their gradient, from one batch of predictions."""
+    """Squared logarithm of the error plus the penalty, and the gradient of the sum."""
     points = logarithms + STEP * np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]])
-    found = model.trajectories([release(*np.exp(point)) for point in np.clip(points, low, high)], tabor=TABOR)
+    protocols = [release(*np.exp(point)) for point in np.clip(points, low, high)]
+    found = model.trajectories(protocols, tabor=TABOR)
     error = np.log([one.pull_off_force / WANTED for one in found])
     cost = error**2 + 1e-3 * points.sum(axis=1)
     return cost[0], np.array([cost[1] - cost[2], cost[3] - cost[4]]) / (2.0 * STEP)
 
 
 start = np.log([20.0, 0.3])
-best = minimize(cost_and_slope, start, jac=True, method="L-BFGS-B", bounds=np.column_stack([low, high]))
+bounds = np.column_stack([low, high])
+best = minimize(cost_and_slope, start, jac=True, method="L-BFGS-B", bounds=bounds)
 rate, dwell = np.exp(best.x)
-print(f"unloading rate {rate:.4g}, dwell time {dwell:.4g}, after {best.nfev} batches of five predictions")
+print(f"unloading rate {rate:.4g}, dwell time {dwell:.4g}")
+print(f"after {best.nfev} batches of five predictions")
 
 # %%
 # `examples/design_unloading.py` does the same with exact gradients, by differentiating the Keras model, from twelve
 # starts at once.
 #
-# ## Check it with the solver, and polish
+# ## Check it with the solver
 #
-# The surrogate is off by a percent or so. A few simulations correct the rate.
+# The surrogate errs by a percent or two. A few simulations correct the rate.
 
 from scipy.optimize import root_scalar
 
@@ -84,10 +97,12 @@ tried = []
 
 def excess(log_rate):
     """Pull-off force of the solver minus the wanted one."""
-    tried.append((np.exp(log_rate), simulate(scene, release(np.exp(log_rate), dwell)).pull_off_force))
-    return tried[-1][1] - WANTED
+    rate = np.exp(log_rate)
+    force = simulate(scene, release(rate, dwell)).pull_off_force
+    tried.append((rate, force))
+    return force - WANTED
 
 
 root_scalar(excess, x0=np.log(rate), x1=np.log(rate) + 0.05, xtol=1e-3)
 for tried_rate, force in tried:
-    print(f"rate {tried_rate:8.4f}: the solver finds a pull-off force of {force:.4f}")
+    print(f"rate {tried_rate:.4f}: the solver finds a pull-off force of {force:.4f}")

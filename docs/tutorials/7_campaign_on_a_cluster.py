@@ -18,9 +18,23 @@ import matplotlib.pyplot as plt
 import numpy as np
 from dask.distributed import LocalCluster
 
-from bem import Cases, LoadingProtocol, PronySeries, Scene, StandardLinearSolid, load_cases, run_campaign
+from bem import (
+    Cases,
+    LoadingProtocol,
+    PronySeries,
+    Scene,
+    StandardLinearSolid,
+    load_cases,
+    run_campaign,
+)
 
-cluster = LocalCluster(n_workers=1, threads_per_worker=1, processes=False, protocol="tcp", dashboard_address=None)
+cluster = LocalCluster(
+    n_workers=1,
+    threads_per_worker=1,
+    processes=False,
+    protocol="tcp",
+    dashboard_address=None,
+)
 
 # %%
 # ## Any scenes and protocols
@@ -30,44 +44,54 @@ cluster = LocalCluster(n_workers=1, threads_per_worker=1, processes=False, proto
 
 solids = {
     "one relaxation time": StandardLinearSolid(modulus_ratio=0.1),
-    "two": PronySeries([0.45, 0.45], times=[0.1, 1.0]),
-    "three": PronySeries([0.3, 0.3, 0.3], times=[0.01, 0.1, 1.0]),
+    "two relaxation times": PronySeries([0.45, 0.45], times=[0.1, 1.0]),
+    "three relaxation times": PronySeries([0.3, 0.3, 0.3], times=[0.01, 0.1, 1.0]),
 }
 rates = np.logspace(-1, 3, 12)
 pairs = [
     (
         Scene(tabor=1.0, material=solid),
-        LoadingProtocol(peak_indentation=10.0, loading_rate=10.0, dwell_time=3.0, unloading_rate=float(rate)),
+        LoadingProtocol(
+            peak_indentation=10.0,
+            loading_rate=10.0,
+            dwell_time=3.0,
+            unloading_rate=float(rate),
+        ),
     )
     for solid in solids.values()
     for rate in rates
 ]
 out = Path(mkdtemp()) / "rates.h5"
-summary = run_campaign(Cases(pairs, accuracy="draft"), out, cluster=cluster.scheduler_address)
-print(f"{summary.computed} of {summary.count} computed, {sum(summary.failures.values())} failed")
+cases = Cases(pairs, accuracy="draft")
+summary = run_campaign(cases, out, cluster=cluster.scheduler_address)
+failed = sum(summary.failures.values())
+print(f"{summary.computed} of {summary.count} computed, {failed} failed")
 
 # %%
-# ## Interrupt it
+# ## Continue it
 #
-# The same call continues after an interruption, and computes nothing that is in the file already. A case that fails
-# becomes a row with its reason; `retry_failed=True` tries it again.
+# The same call continues after an interruption, and computes nothing that is already in the file: here, nothing at all.
+# A case that fails becomes a row with its reason; `retry_failed=True` tries it again.
 
-summary = run_campaign(Cases(pairs, accuracy="draft"), out, cluster=cluster.scheduler_address)
+summary = run_campaign(cases, out, cluster=cluster.scheduler_address)
 print(f"{summary.computed} of {summary.count} computed")
 cluster.close()
 
 # %%
 # ## Read the file
 #
-# Every case comes back as it went in, with the whole trajectory.
+# Every case holds its scene, its protocol and the whole trajectory.
 
-cases = load_cases(out)
-pull_off = np.array([case.trajectory.pull_off_force for case in cases]).reshape(len(solids), len(rates))
+pull_off = np.array([case.trajectory.pull_off_force for case in load_cases(out)])
+pull_off = pull_off.reshape(len(solids), len(rates))
 
 figure, axes = plt.subplots(figsize=(6.0, 3.8), layout="constrained")
 for name, forces in zip(solids, pull_off, strict=True):
     axes.semilogx(rates, forces, "o-", label=name)
-axes.set(xlabel=r"unloading rate ($h_0$ per retardation time)", ylabel=r"pull-off force ($\pi R\Delta\gamma$)")
+axes.set(
+    xlabel=r"unloading rate ($h_0$ per retardation time)",
+    ylabel=r"pull-off force ($\pi R\Delta\gamma$)",
+)
 axes.legend(frameon=False)
 plt.show()
 

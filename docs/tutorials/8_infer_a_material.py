@@ -9,7 +9,7 @@ few hundred simulations tell how far it can be trusted.
 # %%
 # ## The experiment
 #
-# A sphere is pressed in by 15 h0, held, and pulled off. Radius, work of adhesion and the range h0 of the adhesion are
+# A sphere is pressed in by $15\,h_0$, held, and pulled off. Radius, work of adhesion and the equilibrium gap $h_0$ are
 # known. Tabor parameter, modulus ratio and retardation time are not. The solver makes the curve, with 1 % noise.
 
 import matplotlib.pyplot as plt
@@ -36,7 +36,7 @@ def protocol(retardation_time):
 
 
 def recorded(found, tabor, retardation_time):
-    """Force at the instants of the record. A history begins before the touch, at an indentation below zero."""
+    """Force at the instants of the record; a history begins before the touch."""
     touch = -default_start_indentation(tabor) / (APPROACH * retardation_time)
     return found.at(touch + instants / retardation_time)
 
@@ -45,7 +45,9 @@ def solved(logarithms, accuracy="standard"):
     """Force curves of the solver for logarithms of parameters."""
     rows = []
     for tabor, ratio, time in np.exp(logarithms).tolist():
-        found = simulate(Scene(tabor, StandardLinearSolid(ratio)), protocol(time), accuracy)
+        found = simulate(
+            Scene(tabor, StandardLinearSolid(ratio)), protocol(time), accuracy
+        )
         rows.append(recorded(found, tabor, time))
     return np.array(rows)
 
@@ -66,14 +68,21 @@ plt.show()
 # bounds. `search` finds where the posterior is.
 
 model = surrogate.load("fast")
-prior = Prior({"tabor": (0.8, 3.2), "modulus_ratio": (0.02, 0.5), "retardation_time": (0.2, 5.0)})
+bounds = {
+    "tabor": (0.8, 3.2),
+    "modulus_ratio": (0.02, 0.5),
+    "retardation_time": (0.2, 5.0),
+}
+prior = Prior(bounds)
 
 
 def predicted(logarithms):
     """Force curves of the surrogate for logarithms of parameters."""
     tabor, ratio, times = np.exp(logarithms).T
-    found = model.trajectories([protocol(time) for time in times.tolist()], tabor=tabor, modulus_ratio=ratio)
-    return np.array([recorded(*row) for row in zip(found, tabor.tolist(), times.tolist(), strict=True)])
+    protocols = [protocol(time) for time in times.tolist()]
+    found = model.trajectories(protocols, tabor=tabor, modulus_ratio=ratio)
+    rows = zip(found, tabor.tolist(), times.tolist(), strict=True)
+    return np.array([recorded(*row) for row in rows])
 
 
 near = search(predicted, Likelihood(measured, noise), prior)
@@ -90,32 +99,42 @@ errors = solved(some) - predicted(some)
 figure, axes = plt.subplots(figsize=(6.0, 3.0), layout="constrained")
 axes.plot(instants, errors.T, color="0.7", linewidth=0.5)
 axes.fill_between(instants, -noise, noise, alpha=0.3, label="noise")
-axes.set(xlabel="time (s)", ylabel="error of the surrogate")
+axes.set(xlabel="time (s)", ylabel=r"error of the surrogate ($\pi R\Delta\gamma$)")
 axes.legend(frameon=False)
 plt.show()
 
 # %%
 # ## The posterior
 #
-# Twenty thousand materials with weights. `effective` tells as how many of equal weight they count.
+# Twenty thousand materials are drawn, each with a weight. They are as good as a smaller number of equal weight, which
+# `effective` estimates.
 
 likelihood = Likelihood(measured, noise, errors)
-sample = prior.draw(20_000, 2, search(predicted, likelihood, prior, start=widened(near, 3.0)))
-posterior = sample.times(np.concatenate([likelihood(predicted(part)) for part in batches(sample.logarithms)]))
+near = search(predicted, likelihood, prior, start=widened(near, 3.0))
+sample = prior.draw(20_000, 2, near)
+weights = [likelihood(predicted(part)) for part in batches(sample.logarithms)]
+posterior = sample.times(np.concatenate(weights))
 print(f"{len(posterior)} samples, as good as {posterior.effective:.0f} of equal weight")
 summary = posterior.summary()
 for number, (name, true) in enumerate(TRUE.items()):
     mean, low, high = (summary[key][number] for key in ("mean", "low", "high"))
-    print(f"{name:17} {mean:.4f}, 95 % interval {low:.4f} to {high:.4f}, true {true}")
+    interval = f"95 % interval {low:.4f} to {high:.4f}"
+    print(f"{name:17} {mean:.4f}, {interval}, true {true}")
 
-figure, panels = plt.subplots(1, 2, figsize=(7.0, 3.2), layout="constrained")
+figure, panels = plt.subplots(1, 2, figsize=(7.5, 3.2), layout="constrained")
 columns = dict(zip(TRUE, np.exp(posterior.logarithms).T, strict=True))
-for axes, (x, y) in zip(panels, (("tabor", "modulus_ratio"), ("modulus_ratio", "retardation_time")), strict=True):
+labels = {
+    "tabor": "Tabor parameter",
+    "modulus_ratio": "modulus ratio",
+    "retardation_time": "retardation time (s)",
+}
+shown = (("tabor", "modulus_ratio"), ("modulus_ratio", "retardation_time"))
+for axes, (x, y) in zip(panels, shown, strict=True):
     axes.hist2d(columns[x], columns[y], 40, weights=posterior.weights, cmap="Blues")
     axes.plot(TRUE[x], TRUE[y], "r+", markersize=12)
-    axes.set(xlabel=x.replace("_", " "), ylabel=y.replace("_", " "))
+    axes.set(xlabel=labels[x], ylabel=labels[y])
 plt.show()
 
 # %%
 # `examples/infer_material.py` takes a million samples, and checks the answer by the same posterior with the solver in
-# place of the surrogate; the comparison is on the page of the surrogate models.
+# place of the surrogate; [An inverse problem](../surrogate-models.md#an-inverse-problem) compares the two.

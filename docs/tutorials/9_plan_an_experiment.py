@@ -41,22 +41,26 @@ def pull_off_force(setup, depth, approach, dwell, retraction):
 
 speeds = np.geomspace(1e-8, 1e-2, 25)
 forces = np.array([pull_off_force(lens, 1e-5, 1e-5, 1.0, speed) for speed in speeds])
-let_go, hold = np.exp(np.interp(np.log([1e-3, 5e-3]), np.log(forces), np.log(speeds)))
-print(f"retract slower than {1e9 * let_go:.0f} nm/s to let go, faster than {1e6 * hold:.0f} um/s to hold")
+wanted = np.log([1e-3, 5e-3])
+let_go, hold = np.exp(np.interp(wanted, np.log(forces), np.log(speeds)))
+print(f"retract slower than {1e9 * let_go:.0f} nm/s to let go")
+print(f"retract faster than {1e6 * hold:.0f} µm/s to hold")
 
 figure, axes = plt.subplots(figsize=(5.5, 3.6), layout="constrained")
 axes.loglog(speeds, forces)
 axes.plot([let_go, hold], [1e-3, 5e-3], "o")
-axes.set(xlabel="speed of retraction", ylabel="pull-off force", yticks=[1e-3, 2e-3, 5e-3])
+axes.set(xlabel="speed of retraction", ylabel="pull-off force")
+axes.set_yticks([1e-3, 2e-3, 5e-3])
 axes.yaxis.set_minor_formatter("")
 axes.xaxis.set_major_formatter(EngFormatter("m/s"))
 axes.yaxis.set_major_formatter(EngFormatter("N"))
 plt.show()
 
 # %%
-# Both speeds belong to the effective range of adhesion that is simulated, `lens.gap`; the page on units explains it.
+# Both speeds belong to the effective range of adhesion that is simulated, `lens.gap`;
+# [Units and signs](../units.md#when-the-tabor-parameter-is-too-large) explains it.
 #
-# ## How long must I wait so that the speed of approach does not matter?
+# ## How long must I wait for the approach not to matter?
 #
 # A fast approach leaves the contact of a small bead smaller than it will become, and a retraction that follows at once
 # measures less adhesion. During the dwell the contact grows, and the memory fades.
@@ -64,10 +68,16 @@ plt.show()
 bead = lens.replaced(radius=50e-6)
 dwells = np.geomspace(1e-3, 3.0, 12)
 approaches = (2e-7, 2e-6, 2e-5, 2e-4)
-measured = np.array([[pull_off_force(bead, 5e-7, speed, dwell, 2e-5) for speed in approaches] for dwell in dwells])
+measured = np.array(
+    [
+        [pull_off_force(bead, 5e-7, speed, dwell, 2e-5) for speed in approaches]
+        for dwell in dwells
+    ]
+)
 spread = 100.0 * np.ptp(measured, axis=1) / measured.mean(axis=1)
 enough = dwells[np.flatnonzero(spread > 2.0)[-1] + 1]
-print(f"approaches differ by {spread[0]:.0f} % after {dwells[0]:g} s, and by less than 2 % from {enough:.2g} s on")
+print(f"after {dwells[0]:g} s the approaches differ by {spread[0]:.0f} %")
+print(f"from {enough:.2g} s on they differ by less than 2 %")
 
 figure, axes = plt.subplots(figsize=(5.5, 3.6), layout="constrained")
 for approach, column in zip(approaches, measured.T, strict=True):
@@ -81,20 +91,32 @@ plt.show()
 # %%
 # ## What does my cantilever do to the measured pull-off?
 #
-# The tip of an atomic force microscope hangs on a spring. A soft one jumps into and out of contact. The elastic
-# pull-off force does not depend on the spring; that of a viscoelastic solid does, since a stretched cantilever keeps
-# pulling.
+# The tip of an atomic force microscope sits on a cantilever, a spring. A soft one jumps into and out of
+# contact. The elastic pull-off force does not depend on the spring; that of a viscoelastic solid does, since a
+# stretched cantilever keeps pulling.
 
-tip = Setup(radius=20e-9, work_of_adhesion=0.05, relaxed_modulus=1e9, poisson_ratio=0.35, retardation_time=0.01)
-figure, panels = plt.subplots(1, 2, figsize=(8.0, 3.6), layout="constrained", sharey=True)
+tip = Setup(
+    radius=20e-9,
+    work_of_adhesion=0.05,
+    relaxed_modulus=1e9,
+    poisson_ratio=0.35,
+    retardation_time=0.01,
+)
+figure, panels = plt.subplots(1, 2, figsize=(8, 3.6), layout="constrained", sharey=True)
 solids = {"elastic": Elastic(), "viscoelastic": StandardLinearSolid(modulus_ratio=0.3)}
 for axes, (name, material) in zip(panels, solids.items(), strict=True):
     for stiffness in (0.5, 3.0, None):
         setup = tip.replaced(material=material, stiffness=stiffness)
-        path = setup.protocol(peak_indentation=3e-9, loading_rate=2e-7, unloading_rate=2e-7, start_indentation=-2.5e-8)
+        path = setup.protocol(
+            peak_indentation=3e-9,
+            loading_rate=2e-7,
+            unloading_rate=2e-7,
+            start_indentation=-2.5e-8,
+        )
         curve = setup.simulate(path, "draft")
         moved = curve.indentation if curve.stage is None else curve.stage
-        axes.plot(moved, curve.force, label="rigid" if stiffness is None else f"{stiffness:g} N/m")
+        label = "rigid" if stiffness is None else f"{stiffness:g} N/m"
+        axes.plot(moved, curve.force, label=label)
     axes.set(title=name, xlabel="displacement of the stage", ylim=(-1.2e-8, 1.3e-8))
     axes.locator_params(axis="x", nbins=4)
     axes.xaxis.set_major_formatter(EngFormatter("m"))

@@ -105,7 +105,7 @@ def prediction_table(content: dict[str, Any]) -> str:
         milliseconds = [f"{1e3 * row[name]:.3f}" for name in ("median", "processor")]
         cells.append([row["way"], *milliseconds, f"{row['times_faster_than_model_predict']:.1f}"])
     return (
-        f"{content['model']}, seconds on one core\n\n{markdown_table(header, cells, 'lrrr')}\n\n"
+        f"{content['model']}, on one core\n\n{markdown_table(header, cells, 'lrrr')}\n\n"
         f"Start to first prediction: {content['start_seconds']:.2f} s. "
         f"Largest difference of scaled force: {content['largest_difference_of_scaled_force']:.1e}."
     )
@@ -115,9 +115,9 @@ def stream_table(content: dict[str, Any]) -> str:
     """The measured times as a sentence."""
     values = content["microseconds"]
     return (
-        f"{content['model']}, {content['steps']:,} steps: median {values['median']:.1f} us, "
-        f"99 % {values['p99']:.1f} us, 99.9 % {values['p99_9']:.1f} us, worst {values['worst']:.0f} us; "
-        f"{100 * content['share_above_50_microseconds']:.2f} % took more than 50 us"
+        f"{content['model']}, {content['steps']:,} steps: median {values['median']:.1f} µs, "
+        f"99th percentile {values['p99']:.1f} µs, 99.9th {values['p99_9']:.1f} µs, worst {values['worst']:.0f} µs; "
+        f"{100 * content['share_above_50_microseconds']:.2f} % took more than 50 µs."
     )
 
 

@@ -5,6 +5,8 @@ The command prints both tables.
 
 from __future__ import annotations
 
+import re
+
 from bem import Elastic, StandardLinearSolid
 from bem._support.wording import markdown_table
 from bem.lab import Setup
@@ -26,21 +28,21 @@ RATIO, TIME, SPEED, DEPTH, DWELL = 0.3, 0.1, 2e-6, 1e-6, 0.5
 def contacts_table() -> str:
     """Scales of the three contacts, one row each."""
     rows = {
-        "radius R": [readable(c.radius, "m") for c in CONTACTS.values()],
+        r"radius $R$": [readable(c.radius, "m") for c in CONTACTS.values()],
         "work of adhesion": [readable(c.work_of_adhesion, "J/m^2") for c in CONTACTS.values()],
-        "modulus E0, Poisson's ratio": [
+        r"modulus $E_0$, Poisson's ratio": [
             f"{readable(c.relaxed_modulus, 'Pa')}, {c.poisson_ratio:g}" for c in CONTACTS.values()
         ],
-        "force scale pi R dgamma": [readable(c.force_scale, "N") for c in CONTACTS.values()],
-        "contact radius scale beta": [readable(c.contact_radius_scale, "m") for c in CONTACTS.values()],
-        "adhesion length mu h0": [readable(c.adhesion_length, "m") for c in CONTACTS.values()],
-        "Tabor parameter, h0 = 0.3 nm": [f"{c.physical_tabor:.3g}" for c in CONTACTS.values()],
+        r"force scale $\pi R\Delta\gamma$": [readable(c.force_scale, "N") for c in CONTACTS.values()],
+        r"contact radius scale $\beta$": [readable(c.contact_radius_scale, "m") for c in CONTACTS.values()],
+        r"adhesion length $\mu h_0$": [readable(c.adhesion_length, "m") for c in CONTACTS.values()],
+        r"Tabor parameter, $h_0 = 0.3$ nm": [f"{float(f'{c.physical_tabor:.3g}'):,g}" for c in CONTACTS.values()],
         "limit": [c.regime for c in CONTACTS.values()],
-        "gap h0 simulated": [readable(c.gap, "m") for c in CONTACTS.values()],
-        "stiffness scale pi R dgamma / h0": [readable(c.stiffness_scale, "N/m") for c in CONTACTS.values()],
+        r"gap $h_0$ simulated": [readable(c.gap, "m") for c in CONTACTS.values()],
+        r"stiffness scale $\pi R\Delta\gamma/h_0$": [readable(c.stiffness_scale, "N/m") for c in CONTACTS.values()],
         "JKR pull-off force": [readable(PULL_OFF_FORCE * c.force_scale, "N") for c in CONTACTS.values()],
     }
-    return markdown_table(["quantity", *CONTACTS], [[name, *cells] for name, cells in rows.items()])
+    return _symbols(markdown_table(["quantity", *CONTACTS], [[name, *cells] for name, cells in rows.items()]))
 
 
 def ranges_table() -> str:
@@ -56,7 +58,12 @@ def ranges_table() -> str:
             curve = setup.simulate(protocol, "standard", check_range=False)
             forces.append(curve.pull_off_force / setup.force_scale)
         rows.append([f"{largest:g}", readable(setup.gap, "m"), *(f"{force:.2f}" for force in forces)])
-    return markdown_table(["largest_tabor", "effective range", "elastic", "viscoelastic"], rows)
+    return _symbols(markdown_table(["`largest_tabor`", "effective range", "elastic", "viscoelastic"], rows))
+
+
+def _symbols(table: str) -> str:
+    """A table whose units have their symbols instead of ASCII."""
+    return re.sub(r"(?<=\d )u(?=[mN])", "µ", table).replace("J/m^2", "J/m²")
 
 
 def main() -> None:

@@ -18,9 +18,28 @@ from paper_figures.style.cost_style import FORCE_ERROR, KINDS, kind_of, mark_pap
 from paper_figures.style.models_style import REFERENCE
 
 PANELS = {"pull_off_force": "error of the pull-off force (%)", "force": FORCE_ERROR}
-PLACES = {"DMT": "below", "Maugis-Dugdale": "below", "Persson-Brener": "above"}
-"""Where closed forms are named, when not to the left of their marker."""
-ROW = 1.45
+PLACES = {
+    "pull_off_force": {
+        "DMT": "below",
+        "JKR": "beside",
+        "Maugis-Dugdale": "below left",
+        "Persson-Brener": "far above",
+    },
+    "force": {"DMT": "below", "JKR": "beside", "Maugis-Dugdale": "on the line"},
+}
+"""Where closed forms are named in each panel, when not to the left of their marker."""
+OFFSETS = {
+    "left": ((-4, -3), "right", "top"),
+    "beside": ((-5, 0), "right", "center"),
+    "below": ((0, -5), "center", "top"),
+    "below left": ((-4, -3), "center", "top"),
+    "far above": ((3, 15), "right", "center"),
+    "on the line": ((0, 2), "center", "bottom"),
+}
+"""Offset of a name, in points, and its alignment; "on the line" counts from the 95th percentile of the error."""
+LEADER = {"arrowstyle": "-", "relpos": (0.9, 0.0), "linewidth": 0.4, "patchA": None, "shrinkA": 1, "shrinkB": 2}
+"""Line from a name that lies far from its marker."""
+ROW = 1.55
 """Factor between the rows of names."""
 LARGEST = 100.0
 """Larger errors, in percent, are drawn at the upper edge."""
@@ -60,25 +79,29 @@ def draw(axes: Axes, tools: list[dict[str, Any]], quantity: str) -> None:
                 clip_on=False,
             )
             if tool["setting"] in named:
+                text, side = named[tool["setting"]]
                 at = tool["seconds"]["low"] if kind == "solver" else second
-                _annotate(axes, named[tool["setting"]], (at, error), style["color"])
+                up = min(100.0 * tool["errors"][quantity]["p95"], LARGEST) if side == "on the line" else error
+                _annotate(axes, text, side, (at, up), style["color"])
     floor = next((tool for tool in tools if tool["kind"] == "measurement steps"), None)
     if floor and _percent(floor, quantity):
         level = _percent(floor, quantity)
         axes.axhline(level, color="0.6", linewidth=0.7, linestyle="--", zorder=0)
         axes.annotate(
             "120 measurement steps",
-            (0.88, level),
+            (0.735, level),
             xycoords=("axes fraction", "data"),
-            fontsize=5.5,
+            xytext=(0, 1),
+            textcoords="offset points",
+            fontsize=5,
             color="0.4",
-            ha="right",
+            ha="center",
             va="bottom",
         )
     axes.set(xscale="log", yscale="log", xlabel="time a trajectory, one core (s)", ylabel=PANELS[quantity])
     axes.set_xlim(axes.get_xlim()[0] / 25.0, 1000.0)
     axes.set_ylim(top=1.3 * LARGEST)
-    mark_paper(axes, height=0.48)
+    mark_paper(axes, height=0.44)
 
 
 def names_of(tools: list[dict[str, Any]], quantity: str) -> dict[str, tuple[str, str]]:
@@ -92,7 +115,7 @@ def names_of(tools: list[dict[str, Any]], quantity: str) -> dict[str, tuple[str,
             if forms.count(form) > 1:
                 named[tool["setting"]] = (tool["setting"].replace(", ", ",\n"), "beside")
             else:
-                named[tool["setting"]] = (form.replace("-D", "-\nD"), PLACES.get(form, "left"))
+                named[tool["setting"]] = (form.replace("-D", "-\nD"), PLACES[quantity].get(form, "left"))
     return named
 
 
@@ -124,15 +147,8 @@ def name_surrogates(axes: Axes, tools: list[dict[str, Any]], quantity: str) -> N
         )
 
 
-def _annotate(axes: Axes, named: tuple[str, str], place: tuple[float, float], color: str) -> None:
-    text, side = named
-    offset, across, up = {
-        "left": ((-4, -3), "right", "top"),
-        "beside": ((-4, 0), "right", "center"),
-        "right": ((5, 0), "left", "center"),
-        "below": ((0, -4), "center", "top"),
-        "above": ((2, 4), "right", "bottom"),
-    }[side]
+def _annotate(axes: Axes, text: str, side: str, place: tuple[float, float], color: str) -> None:
+    offset, across, up = OFFSETS[side]
     axes.annotate(
         text,
         place,
@@ -143,6 +159,7 @@ def _annotate(axes: Axes, named: tuple[str, str], place: tuple[float, float], co
         va=up,
         color=color,
         path_effects=[withStroke(linewidth=1.5, foreground="white")],
+        arrowprops=LEADER | {"color": color} if side == "far above" else None,
     )
 
 

@@ -11,7 +11,7 @@ import numpy as np
 MOST_DRAWN = 12
 COLOURS = ("#E69F00", "#56B4E9", "#009E73", "#CC79A7", "#D55E00", "#0072B2")
 """Of the predictions, in turn; those of Okabe and Ito."""
-FORCE_LABEL = r"force $P/(\pi R \Delta\gamma_0)$, tension positive"
+FORCE_LABEL = r"force $P/(\pi R \Delta\gamma)$, tension positive"
 
 ERRORS = (
     "pull_off_percent",

@@ -50,6 +50,9 @@ class Split:
             fraction: Share of the training set to keep, in (0, 1]. At least one trajectory is kept.
             fold: Number of the random order. Within one fold, a smaller subset is contained in every larger one.
 
+        Returns:
+            The new split.
+
         Raises:
             ValueError: the fraction is outside (0, 1].
         """
@@ -183,6 +186,9 @@ class TrajectoryDataset:
             seed: Seed of the random split.
             fractions: Shares of the validation and the test set; the rest is the training set. The default is the
                 80/10/10 split of the paper's section "Surrogate-model inputs and targets".
+
+        Returns:
+            The indices of the training, validation and test sets.
 
         Raises:
             ValueError: there are too few trajectories for one in each of the three sets.

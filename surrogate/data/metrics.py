@@ -66,6 +66,9 @@ def pull_off(times: np.ndarray, force: np.ndarray, unloading_from: int) -> tuple
         times: Times of shape `(batch, steps)`.
         force: Physical forces of the same shape.
         unloading_from: Index of the last point of the dwell, where unloading starts.
+
+    Returns:
+        The forces and their times, two arrays of shape `(batch,)`.
     """
     at = unloading_from + np.argmax(force[:, unloading_from:], axis=1)
     rows = np.arange(len(force))
@@ -78,6 +81,9 @@ def hysteresis(indentations: np.ndarray, force: np.ndarray) -> np.ndarray:
     Args:
         indentations: Indentations of shape `(batch, steps)`.
         force: Physical forces of the same shape.
+
+    Returns:
+        Array of shape `(batch,)`, not negative.
     """
     # NumPy 2.0 has `trapezoid`; its type stubs do not.
     return np.abs(np.trapezoid(force, indentations, axis=1))  # type: ignore[attr-defined, unused-ignore]

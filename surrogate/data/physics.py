@@ -31,6 +31,9 @@ def physics_channels(
         indentations: Indentations there.
         tabor: Tabor parameters, shape (batch,).
         modulus_ratio: Relaxed over instantaneous modulus of each solid, shape (batch,).
+
+    Returns:
+        Array of shape (4, batch, steps).
     """
     batch, steps = times.shape
     found = np.empty((4, batch, steps))

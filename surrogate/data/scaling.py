@@ -86,6 +86,9 @@ class Scaling:
             protocols: Arrays by name, each of any shape; their smallest and largest values become `ranges`.
             dataset_sha256: Digest of the data set, `TrajectoryDataset.sha256`.
 
+        Returns:
+            The scaling.
+
         Raises:
             ValueError: the feature set is unknown, or the number of channels is not that of the feature set.
         """
@@ -155,6 +158,9 @@ class Scaling:
         Args:
             text: The JSON.
             source: Name or path of its origin, for error messages.
+
+        Returns:
+            The scaling.
 
         Raises:
             ValueError: the text is not a scaling, or its channels do not match its feature set.

@@ -41,6 +41,9 @@ def file_content(
         scaling: Scaling of the inputs F and of the force.
         counts: Points of loading, dwell and unloading.
         bands: Arrays of the bands by name, and the `levels` of their quantiles.
+
+    Returns:
+        The bytes, with the metadata and the checksum that `surrogate.load` checks.
     """
     inner = onnx.compose.add_prefix_graph(onnx.load_model_from_string(network).graph, "network/")
     graph = OnnxGraph()

@@ -3,8 +3,8 @@
 The prior is uniform in the logarithms of the parameters, and the noise is Gaussian. A surrogate's own error belongs to
 the likelihood: its differences from the solver at some parameters near the answer have a mean and a covariance, and
 what is measured differs from the prediction by such an error and by the noise. Samples come from a Student
-distribution, which `search` fits in stages of rising temper, and carry weights, so that they are those of the exact
-posterior of the likelihood.
+distribution, which `search` fits in stages of growing powers of the likelihood. Their weights make them samples of the
+exact posterior.
 
 Sources: J. Kaipio and E. Somersalo, J. Comput. Appl. Math. 198 (2007) 493 (approximation error); O. Cappe, A. Guillin,
 J. M. Marin and C. P. Robert, J. Comput. Graph. Stat. 13 (2004) 907 (fitted proposals); L. Kish, Survey Sampling (1965)
@@ -27,11 +27,11 @@ from scipy.stats import multivariate_t
 FREEDOM = 6.0
 """Degrees of freedom of a proposal, whose tails then are wider than those of a posterior near a Gaussian."""
 WIDER = 1.2
-"""A proposal over the sample to which it is fitted."""
+"""Width of a proposal, relative to the sample to which it is fitted."""
 STAGE = 4096
 """Samples of a stage of the search."""
 LEAST = STAGE / 16
-"""As how many samples of equal weight those of a stage must be, for the next proposal to be fitted to them."""
+"""Effective number of samples that a stage needs before the next proposal is fitted to them."""
 MOST_STAGES = 20
 BATCH = 1024
 """Curves that are computed at a time."""
@@ -135,6 +135,9 @@ class Prior:
             count: How many are drawn; those of a proposal that lie outside of the bounds are left out.
             seed: Of the draw.
             proposal: What they are drawn from, such as `Sample.proposal`; by default the prior itself.
+
+        Returns:
+            The samples, as logarithms of the parameters, with their weights.
         """
         low, high = np.log(list(self.bounds.values())).T
         rng = np.random.default_rng(seed)

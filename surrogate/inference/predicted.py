@@ -80,6 +80,9 @@ def predicted_trajectory(
         extrapolated: The quantities outside the ranges of the training set, as text.
         model: Name of the model.
         seconds: Wall-clock time of the prediction, in seconds.
+
+    Returns:
+        The trajectory, with the interface of `bem.Trajectory`.
     """
     return PredictedTrajectory(
         time=times,

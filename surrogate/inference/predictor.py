@@ -1,6 +1,6 @@
 """Trained models: they map histories to forces and protocols to trajectories, all physical and dimensionless.
 
-Example:
+Examples:
     >>> import surrogate
     >>> from bem import LoadingProtocol
     >>> model = surrogate.load("M1-concat")  # doctest: +SKIP

@@ -6,7 +6,7 @@ order of float32 operations; it agrees to within `AGREEMENT` of the history's fo
 microseconds (`make bench-stream` measures it) and allocates no array. Only causal models can stream: M5 needs the whole
 history.
 
-Example:
+Examples:
     >>> import surrogate
     >>> stream = surrogate.load("M1-concat").stream(tabor=1.0)  # doctest: +SKIP
     >>> stream.step(0.0, -2.145), stream.step(0.02, -2.0)  # doctest: +SKIP

@@ -98,6 +98,9 @@ def excesses(quantities: dict[str, np.ndarray], ranges: dict[str, tuple[float, f
         quantities: Values by name, each of shape `(batch,)`; NaN if a history does not have the quantity. Names without
             a range are ignored.
         ranges: Smallest and largest value in the training set, by name. This module has the ranges of the others.
+
+    Returns:
+        One entry for each quantity of which at least one value is outside; empty if there is none.
     """
     bounds: dict[str, tuple[float | np.ndarray, float | np.ndarray]] = {
         **ranges,
@@ -164,6 +167,9 @@ def history_quantities(
         indentations: Indentations of the same shape.
         edge: Marks of the same shape, one at the first and the last point of the dwell and zero elsewhere, if known. By
             default, and for a history without one or two marks, the dwell is the longest run of constant indentation.
+
+    Returns:
+        Arrays of shape `(batch,)` by the name of the quantity.
     """
     marks = [None] * len(times) if edge is None else edge
     rows = [_history(*row) for row in zip(times, indentations, marks, strict=True)]
@@ -179,6 +185,9 @@ def has_measurement_steps(times: np.ndarray, indentations: np.ndarray, edge: np.
         times: Times of shape `(steps,)`.
         indentations: Indentations of the same shape.
         edge: Marks of the same shape, as for `history_quantities`.
+
+    Returns:
+        True if all of them are in the ranges of this module.
     """
     found = _history(times, indentations, edge)
     shape = {name: np.array([found[name]]) for name in (*POINTS, "bend", "step_ratio")}
@@ -191,6 +200,9 @@ def dwell_ends(indentation: np.ndarray, edge: np.ndarray | None = None) -> tuple
     Args:
         indentation: Indentations of one history, shape `(steps,)`.
         edge: Marks of the same shape, as for `history_quantities`.
+
+    Returns:
+        The two indices.
     """
     if edge is not None and 1 <= np.count_nonzero(edge) <= 2:
         marks = np.flatnonzero(edge)

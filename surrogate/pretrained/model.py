@@ -1,6 +1,6 @@
 """`fast` and `accurate` for users: protocols and material in, trajectories with bands out.
 
-Example:
+Examples:
     >>> import surrogate
     >>> from bem import LoadingProtocol
     >>> model = surrogate.load("fast")  # doctest: +SKIP

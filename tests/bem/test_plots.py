@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from bem import Elastic, ForceProtocol, Scene, simulate
+from bem import Elastic, ForceProtocol, Scene, StandardLinearSolid, simulate
 from bem.plots import draw_trajectory
 from tests.bem.test_trajectory import trajectory_of
 
@@ -43,3 +43,16 @@ def test_under_a_prescribed_force_the_indentation_is_drawn_over_time():
     assert "indentation" in history.get_ylabel()
     assert "force" in loop.get_ylabel()
     np.testing.assert_allclose(np.nanmin(loop.lines[1].get_ydata()), -5.0, rtol=1e-3)
+
+
+@pytest.mark.parametrize("forces", [[0.0, -5.0, -5.0, 8.0], [-1.0, -2.0, -5.0, 1.5]])
+def test_the_label_of_the_pull_off_lies_inside_the_axes(forces):
+    weight = ForceProtocol(times=[0.0, 0.1, 2.0, 3.0], forces=forces)
+    trajectory = simulate(Scene(tabor=1.0, material=StandardLinearSolid(modulus_ratio=0.1)), weight, "draft")
+    figure = draw_trajectory(trajectory)
+    figure.canvas.draw()
+    loop = figure.axes[1]
+    (label,) = loop.texts
+    inside, across = label.get_window_extent(), loop.get_window_extent()
+    assert across.x0 < inside.x0
+    assert inside.x1 < across.x1

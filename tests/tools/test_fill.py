@@ -74,7 +74,7 @@ def test_the_guide_shows_the_seconds_that_are_published_or_says_that_none_are(tm
     (tmp_path / "measurements" / "stream_latency.json").write_text(json.dumps(content), encoding="utf-8")
     page = (PATH.parents[1] / "docs" / "control.md").read_text(encoding="utf-8")
     once = fill.filled(page, fill.values_for(page, tmp_path))
-    assert "M1-concat, 200 steps: median 31.0 us" in once
+    assert "M1-concat, 200 steps: median 31.0 µs" in once
     assert "on one core of Some Processor." in once
     assert once.count("Not measured yet: `make bench-surrogate docs-control`.") == 1
     assert "make bench-stream docs-control" not in once

@@ -62,7 +62,7 @@ class Cases:
     Raises:
         ValueError: naming the quantity, what is allowed and what was received.
 
-    Example:
+    Examples:
         >>> from bem import Cases, Elastic, LoadingProtocol, Scene
         >>> protocol = LoadingProtocol(peak_indentation=2.0, loading_rate=1.0, dwell_time=0.0, unloading_rate=1.0)
         >>> len(Cases([(Scene(tabor=mu, material=Elastic()), protocol) for mu in (0.5, 1.0)]))

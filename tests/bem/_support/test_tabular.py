@@ -33,7 +33,10 @@ def test_a_notebook_shows_the_facts_and_one_picture(record):
     text = record._repr_html_()
     assert text.count("<svg") == text.count("</svg>") == 1
     assert "<?xml" not in text
-    assert all(f"<td>{value}</td>" in text for value in record.facts().values())
+    assert text.count("<td>") == len(record.facts())
+    assert all(f"<td>{value.split()[0]}" in text for value in record.facts().values())
+    assert "pi R dgamma" not in text
+    assert ("<i>h</i><sub>0</sub> π<i>R</i>Δγ</td>" in text) == ("dgamma" in repr(record))
 
 
 def test_a_notebook_shows_a_trajectory_that_was_not_started():

@@ -1,8 +1,12 @@
 """The figure and tables of accuracy against cost, from a made-up measurement."""
 
+import json
+from itertools import pairwise
 from pathlib import Path
 
+import numpy as np
 import pytest
+from matplotlib.text import Text
 
 from paper_figures.measurements import figure_accuracy_cost
 from paper_figures.style.cost_style import paper_seconds
@@ -66,6 +70,33 @@ def test_no_point_is_left_out_and_the_best_and_worst_have_names():
     words = {text.get_text() for text in axes.texts}
     assert {"standard", "Hertz", "best: M1-concat", "worst: M4-FiLM"} <= words
     assert not any(other in word for word in words for other in ("M2-FiLM", "M3-FiLM"))
+    figure_accuracy_cost.drawing.plt.close(drawn)
+
+
+def touching(axes):
+    """Names that a marker or a line of the axes touches."""
+    size = axes.figure.dpi / 72
+    boxes = {text.get_text(): Text.get_window_extent(text) for text in axes.texts}
+    found = set()
+    for line in axes.lines:
+        points = line.get_transform().transform(line.get_xydata())
+        drawn = line.get_linestyle() != "None" and line.get_linewidth() > 0.0
+        path = np.array([a + share * (b - a) for a, b in pairwise(points) if drawn for share in np.linspace(0, 1, 500)])
+        radius = 0.5 * line.get_markersize() * size if line.get_marker() != "None" else 0.0
+        for name, box in boxes.items():
+            for places, margin in ((points if radius else points[:0], radius), (path, 0.0)):
+                inside = [box.padded(margin).contains(*place) for place in places]
+                found |= {name} if any(inside) else set()
+    return found
+
+
+def test_no_name_touches_a_marker_or_a_line():
+    path = Path(__file__).parents[3] / "published/measurements/accuracy_cost.json"
+    if not path.is_file():
+        pytest.skip("the measurement is not published here")
+    drawn = figure_accuracy_cost.compose(json.loads(path.read_text(encoding="utf-8")))
+    drawn.canvas.draw()
+    assert [touching(axes) for axes in drawn.axes] == [set(), set()]
     figure_accuracy_cost.drawing.plt.close(drawn)
 
 

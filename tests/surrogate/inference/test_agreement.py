@@ -70,7 +70,7 @@ def test_the_documents_state_the_bounds():
     assert text.count(f"within {agreement} of") == 2
     points = ", ".join(f"{low:g} to {high:g}" for low, high in extrapolation.POINTS.values())
     for words in (
-        f"within {100 * extrapolation.START_TOLERANCE:g} % of -pi^(2/3) tabor",
+        rf"within {100 * extrapolation.START_TOLERANCE:g} % of $-\pi^{{2/3}}\mu$",
         f"{points}: the paper's N = 100 to 140",
         f"within {100 * extrapolation.BEND_TOLERANCE:g} % of the travel",
         f"a factor of {extrapolation.LARGEST_STEP_RATIO:g}",
