@@ -328,7 +328,7 @@ median-seeds: $(DATASET) | $(INSTALLED)  ## Replace each model by the median of 
 .PHONY: cards
 cards: setup  ## Write the cards of the data set and of each published model, and the metadata
 	$(PY) -m paper_figures.report.cards --published $(PUBLISHED)
-	$(PY) $(MANIFEST) add $(PUBLISHED)/dataset.croissant.json $(PUBLISHED)/models
+	$(PY) $(MANIFEST) add $(PUBLISHED)/dataset.croissant.json $(PUBLISHED)/models $(PUBLISHED)/pretrained
 
 HOURS ?= --hours
 STAGES := dataset models more-models feature-sets data-efficiency

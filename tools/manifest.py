@@ -1,7 +1,8 @@
 """Keep `published/MANIFEST.json`: the SHA-256 sum, the size and the origin of each published file.
 
 The origin of a file is read from the file itself (root attributes of HDF5, keys of JSON) or, for the files of a model
-directory, from the `run.json` in that directory. Options add what is missing.
+directory, from the `run.json` in that directory; cards and their metadata come from `make cards`. Options add what is
+missing.
 
 Usage: `python tools/manifest.py add PATH ... [--command C] [--seed N] [--seconds S]`, where a folder stands for all its
 files; `python tools/manifest.py verify` compares every published file with the manifest. The folder may contain no
@@ -49,6 +50,8 @@ def read(root: Path) -> dict[str, dict[str, Any]]:
 
 def origin(path: Path) -> dict[str, Any]:
     """Command, versions, seed, revision, host and seconds, if the file or the `run.json` in its folder states them."""
+    if path.name == "README.md" or path.name.endswith(".croissant.json"):
+        return {"command": "make cards"}
     if path.suffix == ".h5" and h5py.is_hdf5(path):
         with h5py.File(path, "r") as file:
             found = {name: _plain(value) for name, value in file.attrs.items()}

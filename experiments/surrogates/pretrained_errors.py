@@ -24,6 +24,7 @@ from experiments.common import MODULUS_RATIO, write_result
 from experiments.surrogates import gradients
 from experiments.surrogates.hidden_protocols import ANY_SOLID, Hidden, quantiles
 from experiments.surrogates.model_calls import pull_offs, streamed
+from experiments.surrogates.regions import regions
 from experiments.timing import MEASUREMENTS
 from surrogate.pretrained.model import NAMES
 
@@ -51,7 +52,7 @@ def predicted(name: str, hidden: Hidden) -> Callable[[slice], list[Any]]:
 
 
 def compare(name: str, hidden: Hidden, truth: np.ndarray) -> dict[str, Any]:
-    """Errors of one model, and how often its bands contain the truth (n, 2)."""
+    """Errors of one model, those by region, and how often its bands contain the truth (n, 2)."""
     found = predicted(name, hidden)(slice(None))
     results = np.array([row[:2] for row in found])
     errors = np.abs(results / truth - 1.0)
@@ -64,6 +65,15 @@ def compare(name: str, hidden: Hidden, truth: np.ndarray) -> dict[str, Any]:
             "covered": float(inside.mean()),
             "covered_fast": float(inside[quick].mean()) if quick.any() else None,
             "width": quantiles((high - low) / results[:, 0]),
+            "regions": {
+                region: {
+                    "count": int(rows.sum()),
+                    "pull_off": quantiles(errors[rows, 0]),
+                    "hysteresis": quantiles(errors[rows, 1]),
+                    "covered": float(inside[rows].mean()),
+                }
+                for region, rows in regions(hidden.quantities).items()
+            },
         }
     return content
 
@@ -147,7 +157,8 @@ def main(
         for name in names:
             if kind == "paper" or name in NAMES:
                 content["models"][name][kind] = compare(name, hidden, truth)
-                print(f"{name}, modulus ratio {ratio}: {content['models'][name][kind]}")
+                found = {key: value for key, value in content["models"][name][kind].items() if key != "regions"}
+                print(f"{name}, modulus ratio {ratio}: {found}")
     content["gradients"] = slopes(names, Hidden.draw(min(count, TIMED), MODULUS_RATIO))
     for name, found in content["gradients"]["tools"].items():
         print(f"{name}, gradient: {found}")

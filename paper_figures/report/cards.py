@@ -1,14 +1,14 @@
 """Cards: README.md of the data set and in each published model directory, and metadata in the Croissant format.
 
-Every number comes from the published files: `run.json`, `recipe.toml`, `metrics.json` and `test_errors.csv` of the
-model, and the attributes of the data set. `make cards` writes the cards.
+Every number comes from the published files: `run.json`, `recipe.toml`, `metrics.json` and `test_errors.csv` of a model
+of the paper's kind, `run.json` and `measurements/pretrained_errors.json` of a pretrained one, and the attributes of the
+data set. `make cards` writes the cards.
 
 Usage: `python -m paper_figures.report.cards [--published DIR]`.
 """
 
 import json
 import tomllib
-from itertools import pairwise
 from pathlib import Path
 from typing import Annotated
 
@@ -18,17 +18,13 @@ import typer
 from bem._support.command_line import run_main
 from bem._support.outputs import write_whole
 from bem.dataset.file import Dataset, load_dataset
+from experiments.surrogates.regions import regions
 from paper_figures.report.croissant import LICENCE, METADATA, croissant
+from paper_figures.report.data_card import data_card
+from paper_figures.report.pretrained_card import pretrained_card
 from paper_figures.style.writing import number
 
 CARD = "README.md"
-REGIONS = {
-    "tabor": ("Tabor parameter", (0.2, 1.0, 2.0, 3.2)),
-    "unloading_rate": ("Unloading rate", (0.1, 10.0, 100.0, 1000.0)),
-    "peak_indentation": ("Peak indentation", (2.0, 20.0, 50.0, 100.0)),
-}
-"""Quantities by which errors are listed: their names, and the bounds of their regions."""
-SHARES = (0.0, 0.1, 0.5, 0.9, 1.0)
 ERRORS = {"pull_off_force_percent": "Pull-off force (%)", "hysteresis_percent": "Hysteresis (%)"}
 
 
@@ -44,18 +40,11 @@ def region_rows(errors: dict[str, np.ndarray], protocols: dict[str, np.ndarray])
         errors: Columns of `test_errors.csv`, each of shape (tests,).
         protocols: Quantities of the same trajectories, each of shape (tests,).
     """
-    everything = np.ones(len(errors["mse"]), dtype=bool)
-    regions = {"all": everything}
-    for name, (words, edges) in REGIONS.items():
-        # Corners of the design lie a little outside its stated range.
-        place = np.digitize(protocols[name], edges[1:-1])
-        regions |= {f"{words} {low:g} to {high:g}": place == i for i, (low, high) in enumerate(pairwise(edges))}
     return [
         f"| {words} | {np.count_nonzero(rows)} | {number(float(errors['mse'][rows].mean()), 2)} | "
         + " | ".join(spread(errors[name][rows]) for name in ERRORS)
         + " |"
-        for words, rows in regions.items()
-        if rows.any()
+        for words, rows in regions(protocols).items()
     ]
 
 
@@ -115,72 +104,6 @@ Units: h0, retardation times, and h0 per retardation time. A prediction outside 
 """
 
 
-def data_card(path: Path, dataset: Dataset) -> str:
-    """The card of the data set, in Markdown."""
-    about, scalars = dataset.attributes, dataset.scalars
-    lines = [f"| {name} | {low:g} to {high:g} |" for name, (low, high) in about["ranges"].items()]
-    kinds = {name: scalars[name] for name in ("pull_off_force", "hysteresis", "max_compression", "end_force")}
-    quantiles = [
-        f"| {name} | "
-        + " | ".join(number(float(np.quantile(values, share)), 3) for share in (0.0, 0.1, 0.5, 0.9, 1.0))
-        + " |"
-        for name, values in kinds.items()
-    ]
-    attached = np.mean(scalars["end_force"] > 0.5 * scalars["pull_off_force"])
-    jumping = np.mean(scalars["jump_count"] > 0)
-    minutes = scalars["solver_seconds"].sum() / 60.0
-    newline = chr(10)
-    return f"""\
-# Force histories of soft, adhesive, viscoelastic contacts
-
-`{path.name}`, with metadata in `{METADATA}`. `make cards` writes this file.
-
-## About
-
-{len(dataset):,} force histories of a rigid sphere that is pressed into, held on and pulled off a soft adhesive
-viscoelastic half-space; the training data of the models beside it, and those of the paper computed again.
-
-## Physics
-
-Lennard-Jones attraction; a standard linear solid of modulus ratio {about["modulus_ratio"]:g}; a boundary
-element method on a half-space (`docs/theory.md`). Each history is a ramp, a dwell and a ramp back to
-the start, drawn from the design `{about["design"]}`:
-
-| Quantity | Range |
-| --- | --- |
-{newline.join(lines)}
-
-Units: h0, retardation times, and h0 per retardation time; forces in pi R dgamma, tension positive.
-
-## Format and size
-
-HDF5, {path.stat().st_size / 1e6:.0f} MB: the force at {dataset.force.shape[1]} measurement steps of each history,
-its protocol, scalars and jumps, each array with its unit.
-`docs/dataset.md` lists the arrays and reads them with h5py, pandas and xarray.
-
-| Scalar | least | 10 % | median | 90 % | largest |
-| --- | --- | --- | --- | --- | --- |
-{newline.join(quantiles)}
-
-## Limits
-
-- {100 * jumping:.0f} % of the histories hold a jump. {100 * attached:.0f} % end above half of their pull-off
-  force: the sphere is still attached, and the pull-off force is the largest so far.
-- The measurement steps can miss a narrow peak; the scalars are those of the solver's own, finer history.
-- One material, one shape, no noise: not for a solid of another modulus ratio.
-
-## Generation
-
-`{about["command"]}`,
-in {minutes:.2g} core-minutes of the solver on {about["host"]}. Accuracy `{about["accuracy"]}`, seed {about["seed"]},
-revision {about["git_revision"]}.
-
-## Licence and citation
-
-{LICENCE}, as the software; the weights of the models have the same licence. Cite as in `CITATION.cff`.
-"""
-
-
 def main(
     published: Annotated[Path, typer.Option(help="Folder of the published files.")] = Path("published"),
 ) -> None:
@@ -193,6 +116,10 @@ def main(
     for run in sorted((published / "models").glob("*/run.json")):
         written.append(run.parent / CARD)
         write_whole(written[-1], model_card(run.parent, dataset))
+    for run in sorted((published / "pretrained").glob("*/run.json")):
+        measured = json.loads((published / "measurements" / "pretrained_errors.json").read_text(encoding="utf-8"))
+        written.append(run.parent / CARD)
+        write_whole(written[-1], pretrained_card(run.parent, measured))
     typer.echo(f"{len(written)} files written: {METADATA}, and {CARD} of the data set and of each model")
 
 

@@ -35,6 +35,16 @@ def test_files_are_entered_with_their_origin(published):
     assert manifest.problems(published) == []
 
 
+def test_cards_and_metadata_come_from_the_command_that_writes_them(published):
+    metadata, card = published / "dataset.croissant.json", published / "models" / "M1" / "README.md"
+    metadata.write_text('{"@type": "sc:Dataset"}', encoding="utf-8")
+    card.write_text("# M1\n", encoding="utf-8")
+    manifest.add(published, [metadata, published / "models"])
+    entries = manifest.read(published)
+    assert {entries[path.relative_to(published).as_posix()]["command"] for path in (metadata, card)} == {"make cards"}
+    assert entries["models/M1/run.json"]["command"] == "surrogate train"
+
+
 def test_changes_are_noticed(published):
     manifest.add(published, [published])
     (published / "models" / "M1" / "history.csv").write_text("epocH\n", encoding="utf-8")

@@ -95,6 +95,9 @@ def test_errors_coverage_and_cost_of_a_model_that_errs_by_one_percent(tmp_path, 
         assert found["pull_off"]["p50"] == pytest.approx(1.0)
         assert found["hysteresis"]["p90"] == pytest.approx(0.0, abs=1e-9)
         assert found["covered"] == 1.0
+        assert found["regions"]["all"]["count"] == 5
+        assert found["regions"]["all"]["pull_off"] == found["pull_off"]
+        assert ("Modulus ratio 0.1 to 1" in found["regions"]) == (kind == "any")
     assert list(content["models"]["M1-concat"]) == ["paper"]
     assert all(seconds > 0.0 for row in content["seconds"].values() for seconds in row.values())
     assert {*content["seconds"]["fast"]} == {*content["seconds"]["solver"]} == {"batch", "single", "gradient", "step"}

@@ -88,3 +88,29 @@ def test_the_card_of_the_data_set_states_its_extent(published):
     median = np.median(dataset.scalars["pull_off_force"])
     row = next(line for line in text.splitlines() if line.startswith("| pull_off_force |"))
     assert float(row.split(" | ")[3]) == pytest.approx(median, rel=1e-2)
+
+
+def test_the_card_of_a_pretrained_model_lists_its_measured_errors(published):
+    folder, _ = published
+    model, measurements = folder / "pretrained" / "fast", folder / "measurements"
+    model.mkdir(parents=True)
+    measurements.mkdir()
+    run = {"units": [64, 32], "parameters": 24193, "features": "F", "training_trajectories": 90} | {
+        "calibration_trajectories": 5,
+        "seed": 3,
+        "recipe": {"optimizer": "soap", "epochs": 4},
+        "best_epoch": 2,
+        "command": "make pretrained",
+    }
+    (model / "run.json").write_text(json.dumps(run))
+    (model / "scaling.json").write_text(json.dumps({"ranges": {"tabor": [0.2, 3.2], "modulus_ratio": [0.01, 1.0]}}))
+    shares = {"p50": 0.5, "p90": 1.75, "p99": 4.0}
+    region = {"count": 11, "pull_off": shares, "hysteresis": shares | {"p50": 0.25}, "covered": 0.875}
+    measured = {"count": 20, "coverage": 0.9, "models": {"fast": {"any": {"regions": {"all": region}}}}}
+    (measurements / "pretrained_errors.json").write_text(json.dumps(measured))
+    cards.main(folder)
+    text = (model / "README.md").read_text()
+    assert "| all | 11 | 0.5 / 1.8 / 4 | 0.25 / 1.8 / 4 | 0.88 |" in text
+    assert "LSTMs of 64 and 32 units" in text
+    assert "| modulus_ratio | 0.01 to 1 |" in text
+    assert "90 % interval" in " ".join(text.split())
