@@ -24,7 +24,6 @@ from surrogate.training.identity import PUBLISHED_SEED
 from surrogate.training.publishing import publish
 
 WEIGHTS = "model.weights.h5"
-CARD = "README.md"
 
 
 def median_seeds(trainings: dict[str, list[dict[str, Any]]]) -> dict[str, int]:
@@ -69,8 +68,6 @@ def publish_seed(seed: Path, model: Path, data: TrajectoryDataset, test: list[in
         }
         (folder / "run.json").write_text(json.dumps(run, indent=1) + "\n", encoding="utf-8")
         export(folder)
-        # The card is written from the other files, and a directory that holds it cannot be replaced.
-        (model / CARD).unlink(missing_ok=True)
         publish(Path(place), model, replace=True)
 
 

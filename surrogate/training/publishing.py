@@ -27,6 +27,9 @@ MODEL_FILES = (
     "run.json",
 )
 """Files of a model directory (see `surrogate.training.runs`)."""
+CARD = "README.md"
+CARD_MARK = "`make cards` writes this file"
+"""What a published model directory may also hold: a card, which does not describe the model that replaces it."""
 
 
 def model_name(name: str, what: str = "a name to publish under") -> str:
@@ -60,7 +63,7 @@ def require_place(destination: Path) -> None:
         return
     if not destination.is_dir():
         raise ValueError(f"Expected a new path for the model, or a model directory. Received: {destination}, a file")
-    others = sorted(path.name for path in destination.iterdir() if path.name not in MODEL_FILES or path.is_dir())
+    others = sorted(path.name for path in destination.iterdir() if not _belongs(path))
     if others or not (destination / "run.json").is_file():
         holds = f"which holds {reprlib.repr(others[0])}" if others else "which has no run.json"
         raise ValueError(
@@ -97,3 +100,10 @@ def publish(folder: Path, destination: Path, *, replace: bool = False) -> None:
             if former.exists():
                 former.rename(target)
             raise
+
+
+def _belongs(path: Path) -> bool:
+    """Whether a path in a model directory is one of the model's files, or its card; notes of a user are not."""
+    if not path.is_file():
+        return False
+    return path.name in MODEL_FILES or (path.name == CARD and CARD_MARK.encode() in path.read_bytes())

@@ -16,6 +16,7 @@ from surrogate.inference.model_files import PUBLISHED
 from surrogate.inference.predictor import Surrogate
 from surrogate.training.identity import PUBLISHED_SEED, TrainingIdentity, read_identity
 from surrogate.training.identity import trained_otherwise as reason
+from surrogate.training.publishing import CARD_MARK
 from surrogate.training.recipe import Recipe
 
 ROOT = PUBLISHED.parent
@@ -34,7 +35,7 @@ def tree(tmp_path):
     content = json.loads(run.read_text(encoding="utf-8"))
     content.pop(PUBLISHED_SEED, None)
     run.write_text(json.dumps(content), encoding="utf-8")
-    (run.parent / "README.md").write_text("the card of the former model", encoding="utf-8")
+    (run.parent / "README.md").write_text(f"A former model. {CARD_MARK}.", encoding="utf-8")
     # So that the median is not the seed of the other models.
     metrics = tmp_path / "seeds" / "M1-gated" / "seed-0" / "metrics.json"
     content = json.loads(metrics.read_text(encoding="utf-8"))

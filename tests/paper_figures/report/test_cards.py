@@ -6,6 +6,7 @@ import pytest
 
 from bem.dataset.file import load_dataset
 from paper_figures.report import cards
+from surrogate.training.publishing import CARD_MARK
 
 RUN = {
     "architecture": "M1-concat",
@@ -47,6 +48,7 @@ def test_a_card_lists_the_errors_of_the_trajectories_of_each_region(published):
     assert low.split(" | ")[1] == str(np.count_nonzero(tabor < 1.0))
     assert low.split(" | ")[3] == cards.spread(tabor[tabor < 1.0])
     assert "64 trajectories" in text
+    assert CARD_MARK in " ".join(text.split())
     assert "another data set" not in text
 
 

@@ -12,7 +12,7 @@ from experiments.training.trainings import Variant
 from surrogate.cli import app as cli
 from surrogate.data.dataset import TrajectoryDataset
 from surrogate.inference.model_files import find_model
-from surrogate.training.publishing import model_name, publish, require_place
+from surrogate.training.publishing import CARD, CARD_MARK, model_name, publish, require_place
 from surrogate.training.queue import run_queue
 from surrogate.training.recipe import Recipe
 from surrogate.training.runs import Run
@@ -117,6 +117,17 @@ def test_a_model_is_replaced_when_asked_and_whole(tmp_path):
     publish(tmp_path / "run", models / "other")
     assert sorted(path.name for path in models.iterdir()) == ["mine", "other", "other.part"]
     assert [path.name for path in old.parent.iterdir()] == ["mine"]
+
+
+def test_a_card_goes_with_its_model_and_notes_of_a_user_stay(tmp_path):
+    model_directory(tmp_path / "run" / "model", name="new")
+    for name, text in (("mine", f"# mine\n\nA network. {CARD_MARK}.\n"), ("noted", "my notes")):
+        (model_directory(tmp_path / name, name="old") / CARD).write_text(text)
+    publish(tmp_path / "run", tmp_path / "mine", replace=True)
+    assert not (tmp_path / "mine" / CARD).exists()
+    with pytest.raises(ValueError, match=r"noted, which holds 'README\.md'"):
+        publish(tmp_path / "run", tmp_path / "noted", replace=True)
+    assert (tmp_path / "noted" / CARD).read_text() == "my notes"
 
 
 def test_a_failed_replacement_leaves_the_former_model(tmp_path, monkeypatch):
