@@ -56,14 +56,19 @@ def test_numbers_are_those_of_python(seen, folder, model, case):
     (expected,) = python(model, [shown["protocol"]])
     assert shown["model"] == {"link": model, "chosen": model, "named": model}
     names = {"pull-off-force": "pull_off_force", "pull-off-time": "pull_off_time", "hysteresis": "hysteresis"}
+    # Forces are of a network in single precision.
+    scale = 1e-5 * np.abs(expected.force).max()
+    # An elastic loop loses almost nothing: what is left of large areas is known as well as they are.
+    rounding = {"hysteresis": 2.0 * scale * np.ptp(expected.indentation)}
     for tile, name in names.items():
-        assert shown["values"][tile] == pytest.approx(getattr(expected, name), rel=TOLERANCE)
+        assert shown["values"][tile] == pytest.approx(
+            getattr(expected, name), rel=TOLERANCE, abs=rounding.get(name, 0.0)
+        )
     rows = table(folder / f"{model}-{case}.csv")
-    # Times and indentations in double precision; forces are of a network in single precision.
+    # Times and indentations in double precision.
     np.testing.assert_allclose(column(rows, "time"), expected.time, rtol=1e-11)
     np.testing.assert_allclose(column(rows, "indentation"), expected.indentation, rtol=1e-11, atol=1e-10)
     np.testing.assert_allclose(column(rows, "modulus_ratio"), expected.modulus_ratio, rtol=1e-7)
-    scale = 1e-5 * np.abs(expected.force).max()
     np.testing.assert_allclose(column(rows, "force"), expected.force, rtol=TOLERANCE, atol=scale)
     if expected.extrapolated:
         assert {(row["force_lower"], row["force_upper"]) for row in rows} == {("", "")}
