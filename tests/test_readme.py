@@ -39,10 +39,8 @@ def test_the_solver_examples_print_what_they_say(capsys):
 def test_the_first_commands_draw_their_pictures(program, tmp_path):
     command, picture = re.findall(rf"^\.venv/bin/{program} (.* --plot (\S+))$", README, flags=re.MULTILINE)[0]
     assert (ROOT / "docs/images" / picture).is_file()
-    # The model by its directory, since the program is not run from the repository.
-    words = [str(ROOT / "published/models" / word) if word == "M1-concat" else word for word in command.split()]
     subprocess.run(
-        [sys.executable, "-m", program, *words],
+        [sys.executable, "-m", program, *command.split()],
         cwd=tmp_path,
         env={"PYTHONPATH": str(ROOT)},
         check=True,

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from bem import LoadingProtocol, Trajectory
-from bem.dataset.designs import QUANTITIES, Design
+from bem.dataset.designs import PAPER_RANGES, QUANTITIES, Design
 from experiments import common
 
 SEED = 901
@@ -32,6 +33,13 @@ class Hidden:
         """Draw protocols in the paper's ranges."""
         drawn = Design("log-uniform", modulus_ratio=modulus_ratio).protocols(count, SEED)
         return cls(drawn if "modulus_ratio" in drawn else drawn | {"modulus_ratio": np.full(count, modulus_ratio)})
+
+    @classmethod
+    def corners(cls, modulus_ratio: float) -> Hidden:
+        """All corners of the paper's ranges, 32 protocols."""
+        columns = np.array(list(itertools.product(*PAPER_RANGES.values()))).T
+        quantities = dict(zip(PAPER_RANGES, columns, strict=True))
+        return cls(quantities | {"modulus_ratio": np.full(columns.shape[1], modulus_ratio)})
 
     def __len__(self) -> int:
         return len(self.quantities["tabor"])

@@ -10,7 +10,7 @@ from paper_figures.style.writing import Table, number
 
 WAYS = {"batch": 1e3, "single": 1e3, "step": 1e6, "gradient": 1e3}
 """Ways to call, and units of their times over a second."""
-KINDS = {"paper": "0.1", "any": "0.01 to 1"}
+KINDS = {"paper": "0.1", "any": "0.01 to 1", "corners": "0.1, corners of the ranges"}
 HEADS = [
     "Model",
     "Modulus ratio",

@@ -4,16 +4,17 @@ import numpy as np
 import pytest
 
 from bem import simulate
+from bem.dataset.designs import PAPER_RANGES
 from experiments import common
 from experiments.surrogates import gradients, inverse_problem, measurement_floor, model_calls, pretrained_errors
 from experiments.surrogates.hidden_protocols import Hidden, quantiles
 
-DRAW = Hidden.draw
+DRAW, CORNERS = Hidden.draw, Hidden.corners
 
 
 @pytest.fixture(autouse=True)
 def draft(monkeypatch):
-    """The solver at its quickest, of shallow protocols."""
+    """The solver at its quickest, of shallow protocols; of the corners, one."""
 
     def drawn(count, ratio):
         whole = DRAW(40 * count, ratio)
@@ -21,6 +22,7 @@ def draft(monkeypatch):
         return Hidden({name: values[shallow] for name, values in whole.quantities.items()})
 
     monkeypatch.setattr(measurement_floor.Hidden, "draw", drawn)
+    monkeypatch.setattr(Hidden, "corners", lambda ratio: CORNERS(ratio).part(slice(0, 1)))
 
     def simulated(row, *, accuracy, modulus_ratio=0.1):
         assert accuracy in ("standard", gradients.FINE)
@@ -35,6 +37,14 @@ def test_hidden_protocols_are_in_the_papers_ranges_and_of_the_asked_solids():
     assert len(set(several.quantities["modulus_ratio"])) == 3
     assert one.row(2)[1] == 0.1
     assert quantiles(np.array([0.0, 0.01, 0.02]))["p50"] == pytest.approx(1.0)
+
+
+def test_corners_are_all_and_within_the_ranges():
+    corners = CORNERS(0.1).quantities
+    assert len({*zip(*corners.values(), strict=True)}) == 32
+    assert {
+        name: (values.min(), values.max()) for name, values in corners.items() if name in PAPER_RANGES
+    } == PAPER_RANGES
 
 
 def test_the_floor_of_both_kinds_of_steps(tmp_path):
@@ -98,7 +108,7 @@ def test_errors_coverage_and_cost_of_a_model_that_errs_by_one_percent(tmp_path, 
         assert found["regions"]["all"]["count"] == 5
         assert found["regions"]["all"]["pull_off"] == found["pull_off"]
         assert ("Modulus ratio 0.1 to 1" in found["regions"]) == (kind == "any")
-    assert list(content["models"]["M1-concat"]) == ["paper"]
+    assert list(content["models"]["M1-concat"]) == ["paper", "corners"]
     assert all(seconds > 0.0 for row in content["seconds"].values() for seconds in row.values())
     assert {*content["seconds"]["fast"]} == {*content["seconds"]["solver"]} == {"batch", "single", "gradient", "step"}
     # As many steps as the paper's kind of model has, which was the last one called.

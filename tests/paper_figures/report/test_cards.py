@@ -108,11 +108,13 @@ def test_the_card_of_a_pretrained_model_lists_its_measured_errors(published):
     (model / "scaling.json").write_text(json.dumps({"ranges": {"tabor": [0.2, 3.2], "modulus_ratio": [0.01, 1.0]}}))
     shares = {"p50": 0.5, "p90": 1.75, "p99": 4.0}
     region = {"count": 11, "pull_off": shares, "hysteresis": shares | {"p50": 0.25}, "covered": 0.875}
-    measured = {"count": 20, "coverage": 0.9, "models": {"fast": {"any": {"regions": {"all": region}}}}}
+    kinds = {"any": {"regions": {"all": region}}, "corners": {"regions": {"all": region | {"count": 32}}}}
+    measured = {"count": 20, "coverage": 0.9, "models": {"fast": kinds}}
     (measurements / "pretrained_errors.json").write_text(json.dumps(measured))
     cards.main(folder)
     text = (model / "README.md").read_text()
     assert "| all | 11 | 0.5 / 1.8 / 4 | 0.25 / 1.8 / 4 | 0.88 |" in text
+    assert "| corners of the ranges, modulus ratio 0.1 | 32 | 0.5 / 1.8 / 4 |" in text
     assert "LSTMs of 64 and 32 units" in text
     assert "| modulus_ratio | 0.01 to 1 |" in text
     assert "90 % interval" in " ".join(text.split())
