@@ -323,7 +323,7 @@ seed-commands: $(DATASET) | $(INSTALLED)  ## Print the commands that train the m
 median-seeds: $(DATASET) | $(INSTALLED)  ## Replace each model by the median of its three seeds
 	$(PY) -m experiments median_seeds $(PLACES)
 	$(PY) $(MANIFEST) add $(MODELS)
-	$(MAKE) --no-print-directory model-forces
+	$(MAKE) --no-print-directory model-forces cards
 
 .PHONY: cards
 cards: setup  ## Write the cards of the data set and of each published model, and the metadata
