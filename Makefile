@@ -406,6 +406,9 @@ measure-training-cost.with := $(DATA) $(ALL_MODELS) --shares $(PUBLISHED)/data_e
 measure-training-cost.needs := dataset
 measure-hard-cases.makes := hard_case_map  ## The solver over the box, beyond it and at named extremes, with refinement
 measure-floor.makes := measurement_floor  ## Errors of the measurement steps alone, uniform and physical
+measure-step-length.makes := step_length  ## How well the inputs A to E show the length of a measurement step
+measure-step-length.with := $(DATA)
+measure-step-length.needs := dataset
 measure-surrogates.makes := pretrained_errors  ## Errors, bands and cost of the pretrained models on hidden protocols
 measure-surrogates.needs := M1-concat
 measure-inverse.makes := inverse_problem  ## The posterior of a material from a noisy curve: 10^6 samples of `fast`, SOLVER_SAMPLES=4000 of the solver (SAMPLES=1000000)

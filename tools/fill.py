@@ -32,8 +32,9 @@ REPRODUCIBILITY = (
     "seeds there are",
     "statements",
     "spread over seeds",
-    "forces of the models",
+    "inputs and step length",
     "training of the paper",
+    "forces of the models",
 )
 FILES = {
     "minutes": "measurements/target_minutes.json",

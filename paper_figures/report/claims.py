@@ -53,6 +53,7 @@ SOURCES = {
     "training": ("published", "measurements/training_cost.json", "make measure-training-cost"),
     "speed": ("published", "measurements/training_speed.json", "make bench-training"),
     "features": ("published", "feature_sets.json", "make feature-sets"),
+    "step_length": ("published", "measurements/step_length.json", "make measure-step-length"),
     "ranking": ("published", "ranking.json", "make ranking"),
     "model_forces": ("published", "model_forces.json", "make model-forces"),
     "efficiency": ("published", "data_efficiency.json", "make data-efficiency"),

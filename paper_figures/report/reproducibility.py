@@ -11,13 +11,21 @@ from pathlib import Path
 from typing import Any
 
 from experiments.seeds import ranking as study
+from paper_figures.models.figure_features import LABELS
 from paper_figures.report.claims import SOURCES
 from paper_figures.style import drawing, models_style
 from paper_figures.style.writing import number
 from paper_figures.tables.table_ranking import chance_text, says
 from surrogate.architectures.naming import paper_names
 
-NAMES = ("seeds there are", "statements", "spread over seeds", "forces of the models", "training of the paper")
+NAMES = (
+    "seeds there are",
+    "statements",
+    "spread over seeds",
+    "inputs and step length",
+    "training of the paper",
+    "forces of the models",
+)
 """Names of the places of the page that are filled."""
 PAPER_RECIPE = "M1-concat-paper"
 MEDIANS = {"pull_off_force_percent": "median pull-off error", "hysteresis_percent": "median hysteresis error"}
@@ -29,13 +37,15 @@ def values(published: Path) -> dict[str, str]:
     Raises:
         FileNotFoundError: A result does not exist; the message names the target that makes it.
     """
-    ranked, forces, features = (_read(published, name) for name in ("ranking", "model_forces", "features"))
+    names = ("ranking", "model_forces", "features", "step_length")
+    ranked, forces, features, shown = (_read(published, name) for name in names)
     texts = (
         seeds_text(ranked),
         statements_table(ranked, single_errors(published / "models", features)),
         spread_table(ranked),
-        models_style.forces_note(forces) or "All published models were trained on the forces of the published file.",
+        inputs_table(shown, features, ranked),
         training_table(published / "models" / PAPER_RECIPE),
+        models_style.forces_note(forces) or "All published models were trained on the forces of the published file.",
     )
     return dict(zip(NAMES, texts, strict=True))
 
@@ -94,6 +104,20 @@ def spread_table(ranked: dict[str, Any]) -> str:
             cells += [f"{number(one['min'])} to {number(one['max'])}", f"{number(share, 2)} %"]
         lines.append("| " + " | ".join(cells) + " |")
     return "\n".join(lines) if several else "No model has two seeds yet."
+
+
+def inputs_table(shown: dict[str, Any], features: dict[str, Any], ranked: dict[str, Any]) -> str:
+    """How well each input representation shows the step length, and its error: the median of its seeds, if any."""
+    lines = [
+        "| inputs | channels | loading | dwell | unloading | held-out MSE | trainings |",
+        "|---|---|---:|---:|---:|---:|---:|",
+    ]
+    for name, phases in shown["sets"].items():
+        seeds = models_style.seeds_of(ranked, f"features-{name}")
+        error = ranked["spread"][f"features-{name}"]["test_mse"]["median"] if seeds else features["sets"][name]["mse"]
+        cells = [name, LABELS[name], *(f"{share:.2f}" for share in phases.values()), number(error), str(seeds or 1)]
+        lines.append("| " + " | ".join(cells) + " |")
+    return "\n".join(lines)
 
 
 def training_table(folder: Path) -> str:

@@ -14,6 +14,8 @@ def test_the_page_says_what_seeds_decide_and_what_they_do_not(tmp_path):
     folder = PUBLISHED.parent
     for name in ("ranking.json", "model_forces.json", "feature_sets.json"):
         shutil.copy(folder / name, tmp_path)
+    (tmp_path / "measurements").mkdir()
+    shutil.copy(folder / "measurements" / "step_length.json", tmp_path / "measurements")
     for metrics in folder.glob("models/*/metrics.json"):
         target = tmp_path / "models" / metrics.parent.name
         target.mkdir(parents=True)
@@ -34,6 +36,9 @@ def test_the_page_says_what_seeds_decide_and_what_they_do_not(tmp_path):
     assert "| **fails** | 1 of 1 | D before C: < 0.001 | C |" in lines["D better than C"]
     assert lines["best input representation"].endswith("| C, by one training each |")
     assert "ended by the recipe |" in found["training of the paper"]
+    inputs = found["inputs and step length"].splitlines()
+    assert [line.split(" | ")[0] for line in inputs[2:]] == ["| A", "| B", "| C", "| D", "| E"]
+    assert inputs[-1].startswith("| E | D + step length | 1.00 | 1.00 | 1.00 | ")
     (tmp_path / "model_forces.json").unlink()
     with pytest.raises(FileNotFoundError, match="`make model-forces` makes it"):
         values(tmp_path)
