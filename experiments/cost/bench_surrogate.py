@@ -99,7 +99,7 @@ def measure_stream(name: str, models: Path | None, steps: int) -> dict[str, Any]
 
 def prediction_table(content: dict[str, Any]) -> str:
     """The measured times as a Markdown table, with the start and the agreement in a sentence."""
-    header = ["way", "ms per trajectory", "ms of processor", "times faster than model.predict"]
+    header = ["way", "ms per trajectory", "processor time (ms)", "times faster than model.predict"]
     cells = []
     for row in content["rows"]:
         milliseconds = [f"{1e3 * row[name]:.3f}" for name in ("median", "processor")]
@@ -107,7 +107,7 @@ def prediction_table(content: dict[str, Any]) -> str:
     return (
         f"{content['model']}, on one core\n\n{markdown_table(header, cells, 'lrrr')}\n\n"
         f"Start to first prediction: {content['start_seconds']:.2f} s. "
-        f"Largest difference of scaled force: {content['largest_difference_of_scaled_force']:.1e}."
+        f"Largest difference of the scaled force between Keras and ONNX: {content['largest_difference_of_scaled_force']:.1e}."
     )
 
 

@@ -172,8 +172,8 @@ def _summary(rows: list[Case]) -> dict[str, str]:
         "change of the pull-off force, median / 95th / largest (%)": f"{100 * middle:.2g} / {100 * high:.2g} / "
         f"{100 * highest:.2g}",
         "move by more than the target": str(int(np.sum(known > TARGET))),
-        "loops that create energy (work below -0.1 % of the turnover)": str(int(np.sum(work < -ENERGY_TOLERANCE))),
-        "smallest work over turnover": f"{np.nanmin(work):.2g}",
+        "loops that create energy (work below -0.1 % of the energy exchanged, the integral of abs(P d(delta)))": str(int(np.sum(work < -ENERGY_TOLERANCE))),
+        "smallest work over energy exchanged": f"{np.nanmin(work):.2g}",
         "cases with jumps": str(len(with_jumps)),
         "smallest eigenvalue before a jump, median / largest": f"{np.median(before):.2g} / {np.max(before):.2g}"
         if before

@@ -80,7 +80,7 @@ def smallest(content: dict[str, Any]) -> str:
 def page_text(content: dict[str, Any]) -> str:
     """The table for a page, and what follows from it."""
     head = ["Model", "Parameters", "Pull-off error (%), median, p90", "Hysteresis error (%), median, p90"]
-    head += ["Force error (%), median, p90", "Pull-off error, any solid (%)", "Unseen MSE", "Training (core-min)"]
+    head += ["Force error (%), median, p90", "Pull-off error, any solid (%)", "Held-out MSE", "Training (core-min)"]
 
     def cells(errors: dict[str, Any]) -> list[str]:
         return [f"{number(errors[name]['p50'], 2)}, {number(errors[name]['p90'], 2)}" for name in PANELS]

@@ -1,5 +1,8 @@
 """Loops of elastic contacts: what the jumps lose, by the balance of energy."""
 
+import itertools
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -31,6 +34,15 @@ def test_a_loop_that_loses_little_states_its_larger_error(tabor):
     assert abs(found.hysteresis - fine.hysteresis) <= found.accuracy * max(0.5, found.hysteresis)
     # What is found where no branch folds back is no jump.
     assert all(abs(jump.energy_lost) < 1e-4 for jump in found.jumps) or tabor > 0.7
+
+
+def test_few_loops_miss_a_small_jump():
+    missed = 0
+    for tabor, peak in itertools.product(np.linspace(0.8, 1.2, 28), (3.0, 10.0, 20.0, 30.0)):
+        protocol = replace(DEEP, peak_indentation=peak)
+        found, fine = (simulate(Scene(tabor), protocol, accuracy) for accuracy in ("standard", 5e-4))
+        missed += len(found.jumps) < len(fine.jumps)
+    assert missed <= 4  # of 112; docs/limits.md states the number
 
 
 @pytest.mark.parametrize("tabor", [1.5, 3.0])

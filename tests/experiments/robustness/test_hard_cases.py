@@ -23,4 +23,4 @@ def test_a_hard_case_is_examined_and_summarised():
     assert row["change"] < 4e-3
     text = hard_cases.markdown([row], {"command": "c", "host": "h"})
     assert "| completed with finite numbers | 1 |" in text
-    assert "| loops that create energy (work below -0.1 % of the turnover) | 0 |" in text
+    assert "| loops that create energy (work below -0.1 % of the energy exchanged, the integral of abs(P d(delta))) | 0 |" in text
