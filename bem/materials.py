@@ -27,6 +27,8 @@ from bem._numerics.jit import kernel
 from bem._support.validation import FloatArray, finite_number, finite_vector
 from bem._support.wording import shown
 
+_NARROWEST = -700.0  # logarithm of the smallest distance from a pole, short of underflow
+
 
 def _read_only(values: ArrayLike) -> FloatArray:
     array = np.array(values, dtype=np.float64)
@@ -176,36 +178,58 @@ def _checked_terms(name: str, amounts: ArrayLike, times: ArrayLike) -> tuple[Flo
     return _read_only(amount[amount > 0.0]), _read_only(time[amount > 0.0])
 
 
+def relaxation_spectrum(material: Material) -> tuple[FloatArray, FloatArray]:
+    """Relaxation strengths g_i (over E0) and times t_i, shape (m,), of E(t)/E0 = 1 + sum_i g_i exp(-t / t_i).
+
+    The inverse of `PronySeries.from_moduli`. The times are the roots t of 1 - sum_i c_i tau_i / (tau_i - t), one below
+    each retardation time; the residues give g = 1 / sum_i c_i tau_i t / (tau_i - t)^2.
+    """
+    times = material.times
+    weights = material.strengths * times
+    roots, distances = _roots(-weights, times, np.append(0.0, times))
+    return 1.0 / (roots * np.sum(weights / distances**2, axis=1)), roots
+
+
 def _retardation_spectrum(moduli: FloatArray, times: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Strengths and times of the creep compliance whose Laplace transform satisfies s^2 E(s) C(s) = 1.
 
-    The retardation times T are the m roots of f(T) = 1 - sum_i g_i t_i / (T - t_i), one right of each relaxation time.
-    Each root is sought as its distance from the nearer pole, on a logarithmic scale, so that spectra spanning many
-    decades lose no digits; the residues then give c = 1 / (T sum_i g_i t_i / (T - t_i)^2).
+    The retardation times T are the m roots of 1 - sum_i g_i t_i / (T - t_i), one above each relaxation time; the
+    residues give c = 1 / (T sum_i g_i t_i / (T - t_i)^2).
+    """
+    weights = moduli * times
+    # No pole closes the last interval: this end lies so far out that the root is in its left half.
+    ends = np.append(times, 2.0 * times[-1:] + 4.0 * np.sum(weights))
+    roots, distances = _roots(weights, times, ends)
+    return 1.0 / (roots * np.sum(weights / distances**2, axis=1)), roots
+
+
+def _roots(weights: FloatArray, poles: FloatArray, ends: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Roots x of 1 = sum_i w_i / (x - p_i), one between any two neighbouring ends, and their distances x - p.
+
+    Each root is sought as its distance from the nearer end, on a logarithmic scale, and the distances from all poles
+    (n, n), a row for each root, follow from that one: spectra spanning many decades lose no digits.
     """
     # Imported here because scipy.optimize takes a noticeable part of a second.
     from scipy.optimize import brentq
 
-    weights = moduli * times
-    strengths, roots = np.empty_like(times), np.empty_like(times)
-    upper = np.append(times[1:], times[-1:] + 4.0 * np.sum(weights))
-    for j, (left, right) in enumerate(zip(times, upper, strict=True)):
+    roots, distances = np.empty(poles.size), np.empty((poles.size, poles.size))
+    for j in range(poles.size):
+        left, right = ends[j], ends[j + 1]
         middle = left + 0.5 * (right - left)
-        rising = 1.0 - np.sum(weights / (middle - times)) > 0.0
-        pole, sign = (j, 1.0) if rising else (j + 1, -1.0)
-        offsets = times[pole] - times
+        at_left = (np.sum(weights / (middle - poles)) < 1.0) == (weights[j] > 0.0)
+        end, sign = (left, 1.0) if at_left else (right, -1.0)
+        offsets = end - poles
 
         def balance(log_distance: float, offsets: FloatArray = offsets, sign: float = sign) -> float:
             return 1.0 - float(np.sum(weights / (offsets + sign * np.exp(log_distance))))
 
-        others = np.abs(weights / (middle - times))
-        nearest = weights[pole] / (1.0 + np.sum(others))
-        width = np.log(middle - left)
-        solution = brentq(balance, min(np.log(0.5 * nearest), width - 1.0), width, xtol=1e-15, rtol=1e-15)
-        distance = offsets + sign * np.exp(solution)
-        roots[j] = times[pole] + sign * np.exp(solution)
-        strengths[j] = 1.0 / (roots[j] * np.sum(weights / distance**2))
-    return strengths, roots
+        widest = np.log(0.5 * (right - left))
+        narrowest = widest - 1.0
+        while (balance(narrowest) > 0.0) == (balance(widest) > 0.0) and narrowest > _NARROWEST:
+            narrowest -= 5.0
+        distance = sign * np.exp(brentq(balance, narrowest, widest, xtol=1e-15, rtol=1e-15))
+        roots[j], distances[j] = end + distance, offsets + distance
+    return roots, distances
 
 
 @kernel
@@ -215,13 +239,3 @@ def recursion_step(dt: float, time: float) -> tuple[float, float]:
     if ratio == 0.0:
         return 1.0, 1.0
     return np.exp(-ratio), -np.expm1(-ratio) / ratio
-
-
-@kernel
-def recursion_coefficients(dt: float, times: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Decays e_i and gains phi_i, each of shape (m,), for all retardation `times` over a step `dt` >= 0."""
-    decay = np.empty(times.shape[0])
-    gain = np.empty(times.shape[0])
-    for i in range(times.shape[0]):
-        decay[i], gain[i] = recursion_step(dt, times[i])
-    return decay, gain

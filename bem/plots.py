@@ -37,11 +37,9 @@ def draw_trajectory(trajectory: Trajectory, title: str = "") -> Figure:
     if trajectory.time.size == 0:
         raise ValueError(f"a plot needs a trajectory that was started; received status {trajectory.status!r}")
     # Drawing without a display, and without touching a caller's pyplot state.
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(9.0, 3.8), layout="constrained")
-    FigureCanvasAgg(figure)
     history, loop = figure.subplots(1, 2, sharey=not trajectory.by_force)
     time, indentation, force = _smooth(trajectory)
     for axes, values, shown, label in (

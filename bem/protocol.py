@@ -6,8 +6,9 @@ sphere's would be if the spring carried no force. A `LoadingProtocol` starts and
 default -pi^(2/3) mu, the paper's delta_0 (Appendix, protocol definitions).
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Literal, overload
+from typing import Literal, TypeVar, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -221,3 +222,26 @@ class LoadingProtocol:
         if t2 == t1:
             return PiecewiseLinearProtocol([t0, t1, t3], [start, peak, start], ("loading", "unloading"))
         return PiecewiseLinearProtocol([t0, t1, t2, t3], [start, peak, peak, start], ("loading", "dwell", "unloading"))
+
+
+Protocol = LoadingProtocol | PiecewiseLinearProtocol | ForceProtocol
+"""What `bem.simulate` takes."""
+_History = TypeVar("_History", bound=PiecewiseLinearProtocol | ForceProtocol)
+_Number = TypeVar("_Number", int, float)
+
+
+def history_of(protocol: LoadingProtocol | _History, tabor: float) -> PiecewiseLinearProtocol | _History:
+    """What a protocol prescribes between its instants, in a scene of this Tabor parameter.
+
+    Raises:
+        ValueError: as `LoadingProtocol.history` raises.
+    """
+    return protocol.history(tabor) if isinstance(protocol, LoadingProtocol) else protocol
+
+
+def by_phase(phases: Iterable[Phase], values: Iterable[_Number]) -> dict[str, _Number]:
+    """Sum of the `values` of all segments of each phase, in the order in which phases first occur."""
+    sums: dict[str, _Number] = {}
+    for phase, value in zip(phases, values, strict=True):
+        sums[phase] = sums.get(phase, 0) + value
+    return sums

@@ -70,11 +70,9 @@ def name_of(stiffness: float | None) -> str:
 
 def draw(pulls: list[Pull], path: str | Path) -> None:
     """Force on the viscoelastic solid against the displacement of the stage, and against the indentation of the tip."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(9.0, 3.8), layout="constrained")
-    FigureCanvasAgg(figure)
     measured, contact = figure.subplots(1, 2, sharey=True)
     for each, color in zip(pulls, COLORS, strict=True):
         curve = each.viscoelastic

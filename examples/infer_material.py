@@ -160,11 +160,9 @@ def infer(
 
 def draw(found: Inference, true: tuple[float, ...], path: str) -> None:
     """Density of each parameter."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(8.0, 2.8), layout="constrained")
-    FigureCanvasAgg(figure)
     panels = figure.subplots(1, 3)
     for column, (axes, name, expected) in enumerate(zip(panels, PRIOR.bounds, true, strict=True)):
         for tool, sample in found.posteriors.items():

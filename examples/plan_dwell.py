@@ -65,12 +65,10 @@ def in_print(speed: float) -> str:
 
 def draw(forces: np.ndarray, dwell: float | None, path: str | Path) -> None:
     """Pull-off force over dwell, for each approach."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
     from matplotlib.ticker import EngFormatter
 
     figure = Figure(figsize=(5.5, 3.8), layout="constrained")
-    FigureCanvasAgg(figure)
     axes = figure.subplots()
     for approach, column in zip(APPROACHES, forces.T, strict=True):
         axes.plot(DWELLS, column, ".-", linewidth=1.2, clip_on=False, zorder=3, label=in_print(approach))

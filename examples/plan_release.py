@@ -61,12 +61,10 @@ def speed_for(force: float) -> float:
 
 def draw(planned: dict[float, float], path: str | Path) -> None:
     """Pull-off force over speed, with the planned speed of each force."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
     from matplotlib.ticker import EngFormatter
 
     figure = Figure(figsize=(5.5, 3.8), layout="constrained")
-    FigureCanvasAgg(figure)
     axes = figure.subplots()
     speeds = np.geomspace(*SPEEDS, 25)
     axes.loglog(speeds, [pull_off_force(speed) for speed in speeds], color="#0072B2", linewidth=1.4)

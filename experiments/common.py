@@ -23,12 +23,12 @@ from bem._support.provenance import provenance
 from bem.dataset.designs import QUANTITIES
 from bem.dataset.measurement_steps import FMS, measurement_grid
 from experiments.paper_numbers import PAPER_VALUES as PAPER_VALUES
+from experiments.places import CONFIGS as CONFIGS
 
 if TYPE_CHECKING:
     from bem import LoadingProtocol, Scene, Trajectory
     from surrogate.inference.predictor import Surrogate
 
-CONFIGS = Path(__file__).parent / "configs"
 DATASET = Path("published/dataset.h5")
 MODELS = Path("published/models")
 MODULUS_RATIO = 0.1

@@ -10,6 +10,14 @@ settings.register_profile("steady", deadline=None, derandomize=True)
 settings.load_profile("steady")
 
 
+@pytest.fixture
+def in_this_process(monkeypatch):
+    """Campaigns without workers, whose start takes seconds, where a test asks what is kept and not who computes it."""
+    from tests.bem.dataset.campaign.helpers import Here
+
+    monkeypatch.setattr("bem.dataset.campaign.run.LocalExecutor", Here)
+
+
 @pytest.fixture(autouse=True)
 def forget_registered_architectures():
     tables = (naming.FAMILIES, naming.CONDITIONINGS_OF, registry.REGISTERED)

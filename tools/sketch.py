@@ -11,7 +11,6 @@ from pathlib import Path
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -98,7 +97,6 @@ def main(path: Path = ROOT / "docs/images/quantities.svg") -> None:
     # Letters as outlines and a fixed salt: the same picture everywhere.
     with mpl.rc_context({"svg.fonttype": "path", "svg.hashsalt": "quantities", "font.size": 10.5}):
         figure = Figure(figsize=(9.0, 3.6), layout="constrained")
-        FigureCanvasAgg(figure)
         pressed, pulled = figure.subplots(1, 2)
         draw(pressed, depth=1.1, contact=1.75, pulled=False)
         draw(pulled, depth=-0.55, contact=0.85, pulled=True)

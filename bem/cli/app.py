@@ -122,7 +122,3 @@ def compile_kernels() -> None:
 def app_main() -> None:
     """Run the command; a user's mistake becomes one sentence on standard error and exit code 2."""
     run_command(app, "bem")
-
-
-if __name__ == "__main__":
-    app_main()

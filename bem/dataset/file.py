@@ -21,7 +21,7 @@ from bem._support.wording import shortened
 from bem.dataset.checks import attribute_fault, column_fault
 from bem.dataset.designs import QUANTITIES
 from bem.dataset.hdf5_arrays import arrays
-from bem.dataset.measurement_steps import measurement_grid
+from bem.dataset.measurement_steps import grid_of
 from bem.dataset.opening import FORMAT, FORMAT_VERSION, SEALED, DamagedFileError, open_dataset
 from bem.dataset.records import COMPLETED, SCALARS, Columns
 from bem.dataset.sealed_file import BLOCK, seal
@@ -83,12 +83,7 @@ class Dataset:
 
     def grid(self) -> tuple[FloatArray, FloatArray]:
         """Measurement instants and indentations, each of shape (n, N)."""
-        if self.steps == "physical":
-            from bem.dataset.physical_steps import physical_grid
-
-            protocols: dict[str, Any] = dict(self.protocols)
-            return physical_grid(**protocols, modulus_ratio=self.modulus_ratios, counts=self.counts)
-        return measurement_grid(**self.protocols, counts=self.counts)
+        return grid_of(self.steps, self.protocols, self.modulus_ratios, self.counts)
 
 
 def write_tree(target: BytesIO, columns: Columns, attributes: Mapping[str, Any], *, first_block: int = 0) -> None:

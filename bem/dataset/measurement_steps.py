@@ -4,7 +4,8 @@ Each phase receives a prescribed number of equally spaced points, by default 50,
 mapping" and the appendix on FMS resolution. Units as in `bem.protocol`.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -132,3 +133,18 @@ def measurement_times(protocol: LoadingProtocol, tabor: float, counts: Sequence[
         start_indentation=protocol.start(tabor),
     )
     return times[0]
+
+
+def grid_of(
+    steps: str, protocols: Mapping[str, Any], modulus_ratio: ArrayLike | None, counts: Sequence[int]
+) -> tuple[FloatArray, FloatArray]:
+    """Instants and indentations of 'uniform' or 'physical' steps, each (B, N).
+
+    The quantities of `protocols` have the names that `measurement_grid` takes. The modulus ratio, of standard linear
+    solids, is for physical steps alone (`bem.dataset.physical_steps`).
+    """
+    if steps == "physical":
+        from bem.dataset.physical_steps import physical_grid
+
+        return physical_grid(**protocols, modulus_ratio=modulus_ratio, counts=counts)
+    return measurement_grid(**protocols, counts=counts)

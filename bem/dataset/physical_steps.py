@@ -25,7 +25,7 @@ from numpy.typing import ArrayLike
 from bem._numerics.jit import kernel
 from bem._support.validation import FloatArray
 from bem.dataset.measurement_steps import PHYSICAL, checked_counts
-from bem.materials import Material, StandardLinearSolid
+from bem.materials import Material, StandardLinearSolid, relaxation_spectrum
 from bem.protocol import default_start_indentation
 
 _FIRST = 0.05  # smallest offset after the crossing, in h0
@@ -128,8 +128,7 @@ def solids(modulus_ratio: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def relaxation(material: Material | Sequence[Material], count: int) -> tuple[np.ndarray, np.ndarray]:
     """Relaxation strengths g and rates r of materials, each (count, m): E(t)/E0 = 1 + sum_j g_j exp(-r_j t).
 
-    Shorter spectra are filled with strengths of zero. The rates are the eigenvalues of the rates at which the memory
-    vectors of `bem.materials` change under constant strain.
+    Shorter spectra are filled with strengths of zero.
     """
     one = [material] if isinstance(material, Material) else list(material)
     if len(one) not in (1, count):
@@ -137,11 +136,8 @@ def relaxation(material: Material | Sequence[Material], count: int) -> tuple[np.
     found = {}
     for solid in one:
         if id(solid) not in found:
-            each = np.sqrt(solid.strengths / solid.times)
-            matrix = np.diag(1.0 / solid.times) + np.outer(each, each) / solid.modulus_ratio
-            rates, vectors = np.linalg.eigh(matrix) if each.size else (np.ones(1), np.zeros((1, 1)))
-            weights = vectors.T @ np.sqrt(solid.strengths * solid.times) if each.size else np.zeros(1)
-            found[id(solid)] = (weights * (vectors.T @ each) / solid.modulus_ratio if each.size else weights, rates)
+            moduli, times = relaxation_spectrum(solid)
+            found[id(solid)] = (moduli, 1.0 / times) if times.size else (np.zeros(1), np.ones(1))
     terms = max(len(strengths) for strengths, _ in found.values())
     both = np.zeros((2, len(one), terms))
     both[1] = 1.0

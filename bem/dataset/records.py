@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bem._support.validation import FloatArray
-from bem.dataset.measurement_steps import FMS, measurement_times
+from bem.dataset.measurement_steps import FMS, grid_of
 from bem.materials import Elastic, StandardLinearSolid
 from bem.protocol import LoadingProtocol
 from bem.scene import Scene
@@ -44,7 +44,7 @@ class Settings:
         accuracy: as in `bem.simulate`.
         counts: measurement points in loading, dwell and unloading.
         native: whether the solver's own, adaptive history is kept too.
-        steps: 'uniform' or 'physical', see `measurement_instants`.
+        steps: 'uniform' or 'physical', see `bem.dataset.physical_steps`.
     """
 
     modulus_ratio: float = 0.1
@@ -107,12 +107,8 @@ def simulate_record(index: int, quantities: Mapping[str, float], settings: Setti
         material = StandardLinearSolid(ratio) if ratio < 1.0 else Elastic()
         protocol = LoadingProtocol(**rest)
         trajectory = solver(Scene(tabor=tabor, material=material), protocol, accuracy=settings.accuracy)
-        times = measurement_times(protocol, tabor, settings.counts)
-        if settings.steps == "physical":
-            from bem.dataset.physical_steps import physical_grid
-
-            times = physical_grid(tabor=tabor, **rest, modulus_ratio=ratio, counts=settings.counts)[0][0]
-        return _kept(index, trajectory, times, settings)
+        times, _ = grid_of(settings.steps, {"tabor": tabor, **rest}, ratio, settings.counts)
+        return _kept(index, trajectory, times[0], settings)
     except Exception as error:
         return failed(index, f"{type(error).__name__}: {error}", settings)
 
@@ -176,7 +172,7 @@ def untabulate(columns: Columns) -> list[Record]:
         Record(
             index=int(index),
             status=int(columns["status"][row]),
-            reason=_text(columns["reason"][row]),
+            reason=str(columns["reason"][row]),
             force=columns["fms/force"][row],
             scalars={name: columns[f"scalars/{name}"][row] for name in SCALARS},
             jumps=jumps[slice(*np.searchsorted(owners, [index, index + 1]))],
@@ -184,7 +180,3 @@ def untabulate(columns: Columns) -> list[Record]:
         )
         for row, index in enumerate(columns["index"])
     ]
-
-
-def _text(value: str | bytes) -> str:
-    return value.decode() if isinstance(value, bytes) else value

@@ -35,8 +35,8 @@ import numpy as np
 from bem._support.validation import FloatArray, finite_number, instance
 from bem._support.wording import shown
 from bem.accuracy import NAMED_TARGETS
-from bem.effects.scene_effects import Effects, Protocol, choices, reduced
-from bem.protocol import LoadingProtocol, PiecewiseLinearProtocol
+from bem.effects.scene_effects import Effects, IndentationProtocol, choices, reduced
+from bem.protocol import LoadingProtocol, PiecewiseLinearProtocol, by_phase, history_of
 from bem.reference_solutions import hereditary_hertz, hertz
 from bem.scene import Scene
 from bem.solver.machine.reach import deepest_indentation
@@ -60,7 +60,7 @@ class Recommendation:
     """A simpler scene to simulate instead of the full one, and its error."""
 
     scene: Scene
-    protocol: Protocol
+    protocol: IndentationProtocol
     effects: Effects
     estimate: float
     """Estimated error of the chosen scene, in the measure asked for; 0 when nothing is left out."""
@@ -84,7 +84,7 @@ class Recommendation:
 
 def recommend(
     scene: Scene,
-    protocol: Protocol,
+    protocol: IndentationProtocol,
     tolerance: float = 0.01,
     *,
     quantity: Quantity = "force",
@@ -118,7 +118,7 @@ def recommend(
     for name, value, allowed in (("quantity", quantity, QUANTITIES), ("best", best, BEST)):
         if value not in allowed:
             raise ValueError(f"{name} must be one of {', '.join(allowed)}; received {shown(value)}")
-    history = protocol.history(scene.tabor) if isinstance(protocol, LoadingProtocol) else protocol
+    history = history_of(protocol, scene.tabor)
     every = choices(scene)
     full = every[-1]
     brackets = _brackets(scene, history, every)
@@ -252,9 +252,7 @@ def _brackets(
 
 
 def _deborah(scene: Scene, history: PiecewiseLinearProtocol) -> dict[str, tuple[float, ...]]:
-    durations: dict[str, float] = {}
-    for phase, duration in zip(history.phases, np.diff(history.times), strict=True):
-        durations[phase] = durations.get(phase, 0.0) + float(duration)
+    durations = by_phase(history.phases, np.diff(history.times).tolist())
     return {phase: tuple(float(t) / d for t in scene.material.times) for phase, d in durations.items()}
 
 

@@ -21,7 +21,7 @@ from bem.protocol import LoadingProtocol, PiecewiseLinearProtocol
 from bem.scene import SMALLEST_TABOR, Scene
 from bem.tractions import HardContact
 
-Protocol = LoadingProtocol | PiecewiseLinearProtocol
+IndentationProtocol = LoadingProtocol | PiecewiseLinearProtocol
 
 
 @dataclass(frozen=True)
@@ -85,7 +85,7 @@ def choices(scene: Scene) -> list[Effects]:
     return sorted(found, key=lambda effects: (effects.count, effects.terms))
 
 
-def reduced(scene: Scene, protocol: Protocol, effects: Effects) -> tuple[Scene, Protocol]:
+def reduced(scene: Scene, protocol: IndentationProtocol, effects: Effects) -> tuple[Scene, IndentationProtocol]:
     """The scene and protocol that simulate `effects` only; the same force and indentation units, the same path.
 
     A protocol whose start would follow the new Tabor parameter is returned as its indentation history.

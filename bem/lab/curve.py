@@ -157,12 +157,10 @@ class ForceCurve(Tabular):
 
     def plot(self, *, over_time: Literal["force", "indentation"] = "force") -> Figure:
         """Draw the force against indentation, and beside it force or indentation against time, into a new figure."""
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
         from matplotlib.ticker import EngFormatter
 
         figure = Figure(figsize=(9.0, 3.8), layout="constrained")
-        FigureCanvasAgg(figure)
         panels = figure.subplots(1, 2)
         names = {"force": f"force, {self.force_sign} positive"}
         for axes, across, up in zip(panels, ("time", "indentation"), (over_time, "force"), strict=True):

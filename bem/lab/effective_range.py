@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bem.lab.units import readable
-from bem.protocol import ForceProtocol, LoadingProtocol, PiecewiseLinearProtocol
+from bem.protocol import PiecewiseLinearProtocol, Protocol, history_of
 
 if TYPE_CHECKING:
     from bem.lab.setup import Setup
@@ -38,7 +38,7 @@ class EffectiveRangeWarning(UserWarning):
     """A result depends on the effective range of adhesion, which stands in for one too short to resolve."""
 
 
-def range_sensitivity(setup: Setup, protocol: LoadingProtocol | PiecewiseLinearProtocol | ForceProtocol) -> float:
+def range_sensitivity(setup: Setup, protocol: Protocol) -> float:
     """Relative change of the pull-off force when the effective range is made 1.5 times longer.
 
     Both are simulated at draft accuracy. It is zero for a range that is the equilibrium gap itself.
@@ -48,7 +48,7 @@ def range_sensitivity(setup: Setup, protocol: LoadingProtocol | PiecewiseLinearP
     if not setup.range_is_effective:
         return 0.0
     longer = dataclasses.replace(setup, largest_tabor=max(setup.tabor / _RANGE_TEST, 0.05))
-    history = protocol.history(setup.tabor) if isinstance(protocol, LoadingProtocol) else protocol
+    history = history_of(protocol, setup.tabor)
     moved = history
     if isinstance(history, PiecewiseLinearProtocol):
         depths = history.indentations * (setup.gap / longer.gap)
@@ -58,7 +58,7 @@ def range_sensitivity(setup: Setup, protocol: LoadingProtocol | PiecewiseLinearP
     return abs(forces[1] / forces[0] - 1.0) if all(np.isfinite(forces)) else np.inf
 
 
-def warn_of_range(setup: Setup, protocol: LoadingProtocol | PiecewiseLinearProtocol | ForceProtocol) -> None:
+def warn_of_range(setup: Setup, protocol: Protocol) -> None:
     """Warn, at the caller's caller, where the pull-off force under a protocol depends on the range."""
     change = range_sensitivity(setup, protocol)
     if change > SENSITIVE:

@@ -32,10 +32,9 @@ def guess_setup(curve: ForceCurve, *, radius: Quantity, **known: Any) -> Setup:
         ValueError: the curve shows no contact, or a quantity is out of range.
     """
     r = finite_number("radius", to_si("radius", radius, "length"), above=0.0)
-    contact = find_contact(curve)
-    offset = contact.force_offset if curve.force_sign == "tension" else -contact.force_offset
-    tension = curve.tension - offset
-    pulled = max(curve.pull_off_force - offset, 3.0 * contact.noise)
+    contact = first_contact(curve)
+    tension = curve.tension - contact.force_offset
+    pulled = max(curve.pull_off_force - contact.force_offset, 3.0 * contact.noise)
     known.setdefault("work_of_adhesion", pulled / (jkr.PULL_OFF_FORCE * np.pi * r))
     deepest = int(np.argmax(curve.indentation))
     depth = float(curve.indentation[deepest]) - contact.contact_point

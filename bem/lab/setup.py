@@ -25,7 +25,7 @@ from bem.lab.curve import ForceCurve, require_sign
 from bem.lab.effective_range import range_sensitivity, warn_of_range
 from bem.lab.units import Quantity, readable, to_si
 from bem.materials import Elastic, PronySeries, StandardLinearSolid
-from bem.protocol import ForceProtocol, LoadingProtocol, PiecewiseLinearProtocol, default_start_indentation
+from bem.protocol import ForceProtocol, LoadingProtocol, Protocol, default_start_indentation
 from bem.scene import Scene
 
 INTERATOMIC_GAP = 0.3e-9
@@ -233,7 +233,7 @@ class Setup:
 
     def simulate(
         self,
-        protocol: LoadingProtocol | PiecewiseLinearProtocol | ForceProtocol,
+        protocol: Protocol,
         accuracy: str | float = "standard",
         *,
         force_sign: Literal["tension", "compression"] = "tension",
@@ -271,7 +271,7 @@ class Setup:
             stage=None if self.stiffness is None else trajectory.stage * self.indentation_scale,
         )
 
-    def range_sensitivity(self, protocol: LoadingProtocol | PiecewiseLinearProtocol | ForceProtocol) -> float:
+    def range_sensitivity(self, protocol: Protocol) -> float:
         """Relative change of the pull-off force with a range 1.5 times longer; see `bem.lab.effective_range`."""
         return range_sensitivity(self, protocol)
 

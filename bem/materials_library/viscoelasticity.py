@@ -19,11 +19,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.optimize import brentq, nnls
+from scipy.optimize import nnls
 
 from bem._support.validation import FloatArray, finite_number, finite_vector, strictly_increasing
 from bem._support.wording import shown
 from bem.materials import Elastic, Material, PronySeries
+from bem.materials import relaxation_spectrum as relaxation_spectrum
 
 _PER_DECADE = 1.0
 _MARGIN = 3.0  # times the inverse frequencies measured, within which relaxation times are sought
@@ -43,47 +44,6 @@ def storage_modulus(material: Material, frequency: ArrayLike, relaxed_modulus: f
 def loss_modulus(material: Material, frequency: ArrayLike, relaxed_modulus: float = 1.0) -> FloatArray:
     """Loss modulus E'' at angular frequencies of any shape, zero at rest and at infinity."""
     return relaxed_modulus * complex_modulus(material, frequency).imag
-
-
-def relaxation_spectrum(material: Material) -> tuple[FloatArray, FloatArray]:
-    """Relaxation strengths g_i (over E0) and times t_i, shape (m,), of E(t)/E0 = 1 + sum_i g_i exp(-t / t_i).
-
-    The inverse of `PronySeries.from_moduli`. The times are the roots t of 1 - sum_i c_i tau_i / (tau_i - t), one below
-    each retardation time; the residues give g = 1 / sum_i c_i tau_i t / (tau_i - t)^2.
-    """
-    strengths, times = np.asarray(material.strengths), np.asarray(material.times)
-    if times.size == 0:
-        return np.empty(0), np.empty(0)
-    lower = np.append(0.0, times[:-1])
-    roots = np.empty_like(times)
-    for j in range(times.size):
-        roots[j] = _root_between(strengths, times, j, float(lower[j]))
-    gaps = times[:, np.newaxis] - roots
-    moduli = 1.0 / np.sum(strengths[:, np.newaxis] * times[:, np.newaxis] * roots / gaps**2, axis=0)
-    return moduli, roots
-
-
-def _root_between(strengths: FloatArray, times: FloatArray, j: int, lower: float) -> float:
-    """The root of 1 - sum_i c_i tau_i / (tau_i - t) between a time and the one before it.
-
-    It is sought as its distance from the nearer end, on a logarithmic scale, so that no digits are lost beside a pole.
-    In the first interval the balance falls from the modulus ratio, in the others from infinity, to minus infinity.
-    """
-    upper = float(times[j])
-    middle = lower + 0.5 * (upper - lower)
-    near_upper = 1.0 - float(np.sum(strengths * times / (times - middle))) > 0.0
-    pole, sign = (upper, -1.0) if near_upper else (lower, 1.0)
-    offsets = times - pole
-    weights = strengths * times
-
-    def balance(log_distance: float) -> float:
-        return 1.0 - float(np.sum(weights / (offsets - sign * np.exp(log_distance))))
-
-    widest = np.log(0.5 * (upper - lower))
-    narrowest = widest - 1.0
-    while (balance(narrowest) > 0.0) == (balance(widest) > 0.0):
-        narrowest -= 5.0
-    return pole + sign * float(np.exp(brentq(balance, narrowest, widest, xtol=1e-14, rtol=1e-14)))
 
 
 @dataclass(frozen=True)

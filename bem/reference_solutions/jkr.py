@@ -51,7 +51,7 @@ def contact_radius_from_indentation(
     if branch not in ("stable", "unstable"):
         raise ValueError(f"branch must be 'stable' or 'unstable'; received {shown(branch)}")
     depth = np.asarray(indentation, dtype=np.float64) / np.asarray(tabor, dtype=np.float64)
-    fold = -0.75 * np.pi ** (2.0 / 3.0)
+    fold = float(fold_indentation(1.0))
     # The fold itself must not be lost to the rounding of indentation/tabor.
     exists = depth >= fold * (1.0 + 4.0 * np.finfo(float).eps)
     if branch == "unstable":

@@ -25,7 +25,7 @@ import numpy as np
 from bem._numerics.jit import kernel
 from bem._numerics.linear_algebra import add_rows, lu_factor, lu_solve
 from bem._support.validation import instance, whole_number
-from bem.protocol import LoadingProtocol, PiecewiseLinearProtocol
+from bem.protocol import LoadingProtocol, PiecewiseLinearProtocol, by_phase, history_of
 from bem.scene import Scene
 from bem.solver.discretisation.cohesive_zone import contact_edge, largest_contact_radius
 from bem.solver.discretisation.mesh import Mesh, fixed_mesh, uniform_mesh
@@ -70,7 +70,7 @@ def simulate_paper_method(
     nodes = whole_number("nodes", nodes, low=10, high=4000)
     steps = whole_number("steps", steps, low=2, high=20_000)
     tabor, material = scene.tabor, scene.material
-    history = protocol.history(tabor) if isinstance(protocol, LoadingProtocol) else protocol
+    history = history_of(protocol, tabor)
     started = time.perf_counter()
     touching = largest_contact_radius(float(np.max(history.indentations)), tabor, False)
     mesh = fixed_mesh(tabor, uniform_mesh(math.sqrt(touching**2 + 2.0 * FAR_GAP / tabor), nodes), False)
@@ -79,9 +79,6 @@ def simulate_paper_method(
         mesh, tabor, LENNARD_JONES, strengths, times, np.array(history.times), np.array(history.indentations), steps
     )
     seconds = time.perf_counter() - started
-    by_phase: dict[str, int] = {}
-    for phase, taken in zip(history.phases, by_segment, strict=True):
-        by_phase[phase] = by_phase.get(phase, 0) + int(taken)
     counted = work_by_name(work)
     status = "completed" if solved else f"no equilibrium found (at time {records[-1, 0]:.6g})"
     return Trajectory(
@@ -90,7 +87,7 @@ def simulate_paper_method(
         jumps=tuple(Jump(*(float(value) for value in row), indentation_after=float(row[1])) for row in jumps),
         stats=Statistics(
             **{name: counted[name] for name in _STATISTICS},
-            steps_by_phase=by_phase,
+            steps_by_phase=by_phase(history.phases, by_segment.tolist()),
             memory_vectors=counted["steps"] if strengths.size else 0,
             nodes=float(nodes),
             unknowns_per_solve=float(nodes),

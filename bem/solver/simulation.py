@@ -15,7 +15,7 @@ from bem._numerics.peaks import with_peaks
 from bem._support.validation import instance
 from bem._support.wording import shown
 from bem.accuracy import Accuracy, Controls, resolve_accuracy
-from bem.protocol import ForceProtocol, LoadingProtocol, PiecewiseLinearProtocol
+from bem.protocol import ForceProtocol, LoadingProtocol, PiecewiseLinearProtocol, Protocol, by_phase, history_of
 from bem.reference_solutions import hertz
 from bem.scene import Scene
 from bem.solver.discretisation.cohesive_zone import edge_resistance, largest_contact_radius
@@ -46,7 +46,6 @@ _REASONS = {
     UNPHYSICAL: "force beyond what the history allows; try a tighter accuracy",
     DETACHED: "detached: no contact bears the prescribed force",
 }
-Protocol = LoadingProtocol | PiecewiseLinearProtocol | ForceProtocol
 _Path = PiecewiseLinearProtocol | ForceProtocol
 
 
@@ -88,7 +87,7 @@ def simulate(
     if initial_state not in ("relaxed", "glassy"):
         raise ValueError(f"initial_state must be 'relaxed' or 'glassy'; received {shown(initial_state)}")
     load_kernels()
-    path = _path(scene, protocol)
+    path = history_of(protocol, scene.tabor)
     seconds = 0.0
     for refinement in range(_MOST_REFINEMENTS + 1):
         wanted = target.target / 2.0**refinement
@@ -122,7 +121,7 @@ def load_kernels() -> None:
 
 def count_unstable(scene: Scene, protocol: Protocol, accuracy: str | float = "standard") -> int:
     """Number of states along a trajectory that are no stable equilibria, each checked again; zero if all is well."""
-    run = _prepare(scene, _path(scene, protocol), resolve_accuracy(accuracy), audit=True)
+    run = _prepare(scene, history_of(protocol, scene.tabor), resolve_accuracy(accuracy), audit=True)
     return work_by_name(interruptible(march, *run, False, MOST_STEPS).work)["unstable"]
 
 
@@ -133,10 +132,6 @@ class _Run(NamedTuple):
     mesh: Mesh
     times: np.ndarray
     controls: np.ndarray
-
-
-def _path(scene: Scene, protocol: Protocol) -> _Path:
-    return protocol.history(scene.tabor) if isinstance(protocol, LoadingProtocol) else protocol
 
 
 def _prepare(
@@ -182,14 +177,11 @@ def _edge_resistance(scene: Scene, path: _Path, deepest: float) -> float:
 def _trajectory(
     problem: Problem, scene: Scene, path: _Path, target: float, result: Marched, seconds: float
 ) -> Trajectory:
-    records, jumps, segment_steps = result.records, result.jumps, result.segment_steps
-    steps_by_phase: dict[str, int] = {}
-    for phase, steps in zip(path.phases, segment_steps, strict=True):
-        steps_by_phase[phase] = steps_by_phase.get(phase, 0) + int(steps)
+    records, jumps = result.records, result.jumps
     work = work_by_name(result.work)
     stats = Statistics(
         **{name: work[name] for name in _STATISTICS},
-        steps_by_phase=steps_by_phase,
+        steps_by_phase=by_phase(path.phases, result.segment_steps.tolist()),
         memory_vectors=problem.strengths.size,
         nodes=work["nodes"] / max(work["steps"], 1),
         unknowns_per_solve=work["unknowns"] / max(work["iterations"], 1),

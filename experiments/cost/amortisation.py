@@ -17,11 +17,12 @@ import typer
 
 from bem.dataset.file import load_dataset
 from experiments.common import DATASET, MODELS, write_result
-from experiments.cost.surrogate_cost import missing, outdated, published, weights_digest
+from experiments.cost.surrogate_cost import missing, outdated, published
 from experiments.paper_numbers import paper_values
 from experiments.timing import MEASUREMENTS, DatasetFile, Models, Out, plain
 from experiments.training import training_speed
 from experiments.training.training_cost import batch_seconds, training_seconds
+from surrogate.inference.model_files import weights_sha256
 
 OUT = MEASUREMENTS / "amortisation.json"
 COST = MEASUREMENTS / "accuracy_cost.json"
@@ -71,7 +72,7 @@ def main(
     for name in published(models):
         training = training_seconds(models / name, batch)
         calls = [tool for tool in tools if tool.get("model") == name]
-        current = [tool for tool in calls if tool.get("weights_sha256") == weights_digest(models / name)]
+        current = [tool for tool in calls if tool.get("weights_sha256") == weights_sha256(models / name)]
         if not current:
             (retrained if calls else unmeasured).append(name)
         for tool in current:

@@ -106,8 +106,8 @@ def prediction_table(content: dict[str, Any]) -> str:
         cells.append([row["way"], *milliseconds, f"{row['times_faster_than_model_predict']:.1f}"])
     return (
         f"{content['model']}, on one core\n\n{markdown_table(header, cells, 'lrrr')}\n\n"
-        f"Start to first prediction: {content['start_seconds']:.2f} s. "
-        f"Largest difference of the scaled force between Keras and ONNX: {content['largest_difference_of_scaled_force']:.1e}."
+        f"Start to first prediction: {content['start_seconds']:.2f} s. Largest difference of the scaled force between "
+        f"Keras and ONNX: {content['largest_difference_of_scaled_force']:.1e}."
     )
 
 

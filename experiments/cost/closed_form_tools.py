@@ -21,6 +21,7 @@ from bem.dataset.measurement_steps import FIRST_UNLOADING, measurement_times
 from bem.reference_solutions import dmt, hereditary_hertz, hertz, jkr, maugis_dugdale, persson_brener
 from experiments.common import MODULUS_RATIO
 from experiments.cost.cases import Case
+from experiments.paper.persson_brener import beta_over_length_scale
 
 SLOW, FAST = 10.0, 0.1
 NEGLIGIBLE = 0.1
@@ -82,7 +83,7 @@ def _retreat(case: Case) -> Answer:
     """Largest force while the edge of a JKR contact retreats with the energy of Persson and Brener at its speed."""
     mu, protocol = case.scene.tabor, case.protocol
     radius = float(jkr.contact_radius_from_indentation(protocol.peak_indentation, mu))
-    unit = float(persson_brener.length_scale(mu)) / np.sqrt(100.0 * mu)  # l0 in beta, whatever the radius over the gap
+    unit = 1.0 / beta_over_length_scale(mu)  # l0 in beta
 
     def energy(a: np.ndarray, t: np.ndarray) -> np.ndarray:
         return (a**2 - (protocol.peak_indentation - protocol.unloading_rate * t) / mu) ** 2 / (2.0 * np.pi * a)

@@ -9,7 +9,6 @@ number of steps, so that all calls take the same time. Models that are not publi
 from __future__ import annotations
 
 import contextlib
-import hashlib
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -22,7 +21,9 @@ from experiments.common import QUANTITIES, without_extrapolation_warnings
 from experiments.lineage import dataset_digest
 from experiments.paper.model_comparison import trained_otherwise
 from experiments.timing import progress, timed
+from surrogate.inference.model_files import weights_sha256
 from surrogate.training.identity import read_identity
+from surrogate.training.publishing import MODEL_FILES as FILES
 
 if TYPE_CHECKING:
     from experiments.cost.cases import Case
@@ -31,18 +32,6 @@ Predict = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
 Answer = Callable[[dict[str, np.ndarray]], np.ndarray]
 BATCH_REPEATS = 5
 SINGLE_CALLS = 40
-FILES = (
-    "model.weights.h5",
-    "model.onnx",
-    "run.json",
-    "recipe.toml",
-    "scaling.json",
-    "split.json",
-    "metrics.json",
-    "history.csv",
-    "test_errors.csv",
-)
-"""Files of a published model directory."""
 
 
 def states(models: Path) -> dict[str, str]:
@@ -90,11 +79,6 @@ def outdated(models: Path, dataset: Path) -> list[str]:
     """Published models that the comparison leaves out, by name."""
     otherwise = left_out(models, dataset)
     return [name for name in published(models) if name in otherwise]
-
-
-def weights_digest(folder: Path) -> str:
-    """Digest of the weights of a model, which identifies one training of it."""
-    return hashlib.sha256((folder / "model.weights.h5").read_bytes()).hexdigest()
 
 
 def protocol_columns(cases: list[Case]) -> dict[str, np.ndarray]:
@@ -185,7 +169,7 @@ def _by_every_way(name: str, models: Path, protocols: dict[str, np.ndarray], rep
     common = {
         "model": name,
         "parameters": trained.model.count_params(),
-        "weights_sha256": weights_digest(models / name),
+        "weights_sha256": weights_sha256(models / name),
     }
     answers, quick_answers = plain(protocols), quick(protocols)
     single = {quantity: values[:SINGLE_CALLS] for quantity, values in protocols.items()}

@@ -28,7 +28,8 @@ from bem import (
 )
 from bem.dataset.designs import PAPER_RANGES, Design
 from bem.effects.recommendation import difference
-from bem.effects.scene_effects import Protocol
+from bem.effects.scene_effects import IndentationProtocol
+from bem.protocol import history_of
 from experiments.timing import CLOCK, MEASUREMENTS, Busy, Out, progress, publish, spread, timed
 
 OUT = MEASUREMENTS / "recommendations.json"
@@ -39,13 +40,13 @@ SAMPLES = ("paper", "wider", "ten terms", "no adhesion", "two loads")
 TIMED = 3
 
 
-def sample(name: str, count: int, seed: int = 4) -> list[tuple[Scene, Protocol]]:
+def sample(name: str, count: int, seed: int = 4) -> list[tuple[Scene, IndentationProtocol]]:
     """Scenes and protocols of one of `SAMPLES`."""
     generator = np.random.default_rng(seed)
     wider = {key: (low / 10.0, 10.0 * high) for key, (low, high) in PAPER_RANGES.items()}
     wider["tabor"] = (0.05, 5.0)
     drawn = Design("log-uniform", wider if name == "wider" else {}).protocols(count, seed)
-    cases: list[tuple[Scene, Protocol]] = []
+    cases: list[tuple[Scene, IndentationProtocol]] = []
     for i in range(count):
         quantities = {key: float(values[i]) for key, values in drawn.items()}
         tabor = quantities.pop("tabor")
@@ -55,7 +56,7 @@ def sample(name: str, count: int, seed: int = 4) -> list[tuple[Scene, Protocol]]
             weights = generator.dirichlet(np.ones(TERMS))
             material = PronySeries(0.9 * weights, np.sort(10.0 ** generator.uniform(-3.0, 3.0, TERMS)))
         law = HardContact() if name == "no adhesion" else LennardJones()
-        protocol: Protocol = LoadingProtocol(**quantities)
+        protocol: IndentationProtocol = LoadingProtocol(**quantities)
         if name == "two loads":
             protocol = two_loads(LoadingProtocol(**quantities), tabor, float(generator.uniform(0.0, 0.9)))
         cases.append((Scene(tabor, material, law), protocol))
@@ -70,7 +71,7 @@ def two_loads(protocol: LoadingProtocol, tabor: float, share: float) -> Piecewis
     return PiecewiseLinearProtocol(np.append(0.0, np.cumsum(np.abs(np.diff(depths)) / rates)), depths)
 
 
-def checked(scene: Scene, protocol: Protocol, tolerance: float, quantity: str) -> dict[str, Any]:
+def checked(scene: Scene, protocol: IndentationProtocol, tolerance: float, quantity: str) -> dict[str, Any]:
     """One recommendation, compared with the full scene."""
     with CLOCK:
         found = recommend(scene, protocol, tolerance, quantity=quantity)
@@ -88,7 +89,7 @@ def checked(scene: Scene, protocol: Protocol, tolerance: float, quantity: str) -
         "ratio": None,
     }
     if simplified:
-        history = protocol.history(scene.tabor) if isinstance(protocol, LoadingProtocol) else protocol
+        history = history_of(protocol, scene.tabor)
         full, simple = simulate(scene, protocol, ACCURACY), simulate(found.scene, found.protocol, ACCURACY)
         row["error"] = difference(simple, full, history, quantity)
         row["kept"] = bool(row["error"] <= tolerance)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from bem.dataset.measurement_steps import FIRST_UNLOADING, FMS
+from bem.dataset.records import RESULTS
 from experiments import common
 from experiments.paper_numbers import paper_rows
 
@@ -19,7 +20,6 @@ if TYPE_CHECKING:
     from surrogate.inference.predictor import Surrogate
 
 KEYS = ("model", "modulus_ratio", "accuracy")
-SCALARS = ("pull_off_force", "pull_off_time", "hysteresis", "max_compression", "end_force")
 
 
 def regime(
@@ -50,7 +50,7 @@ def regime(
         "protocol": {name: protocol[name] for name in common.QUANTITIES},
         "native": common.lists({name: getattr(trajectory, name) for name in ("time", "indentation", "force")}),
         "steps": common.lists({**steps, "predicted": force}),
-        "solver": {name: getattr(trajectory, name) for name in SCALARS} | {"jumps": len(trajectory.jumps)},
+        "solver": {name: getattr(trajectory, name) for name in RESULTS} | {"jumps": len(trajectory.jumps)},
         "surrogate": found,
         "errors_percent": {name: common.percent(found[name], reference[name]) for name in found}
         | {"nmae": float(nmae(force[None], steps["force"][None])[0])},

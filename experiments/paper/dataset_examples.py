@@ -7,6 +7,7 @@ axis, and is computed at the accuracy of the data set.
 
 from typing import Any
 
+from bem.dataset.records import RESULTS
 from experiments.common import MODULUS_RATIO, lists, on_steps, problem, simulated
 from experiments.paper_numbers import paper_rows
 
@@ -18,14 +19,13 @@ def example(name: str, quantities: dict[str, float], accuracy: str | float = ACC
     """One trajectory, ready for JSON: its protocol, time steps of the solver, measurement steps and results."""
     scene, protocol = problem(quantities)
     trajectory = simulated(quantities, accuracy=accuracy)
-    results = ("pull_off_force", "pull_off_time", "hysteresis", "max_compression", "end_force")
     return {
         "name": name,
         "protocol": quantities,
         "phase_times": protocol.phase_times(scene.tabor),
         "native": lists({part: getattr(trajectory, part) for part in ("time", "indentation", "force")}),
         "steps": lists(on_steps(quantities, trajectory)),
-        "results": {part: getattr(trajectory, part) for part in results},
+        "results": {part: getattr(trajectory, part) for part in RESULTS},
         "jumps": len(trajectory.jumps),
     }
 

@@ -23,6 +23,7 @@ from bem._support.validation import FloatArray
 from bem.dataset.file import Dataset, load_dataset
 from bem.protocol import default_start_indentation
 from bem.trajectory import far_field
+from surrogate.data.metrics import pull_off
 
 PERCENTILES = {"median": 50.0, "p90": 90.0, "p99": 99.0, "largest": 100.0}
 
@@ -37,12 +38,10 @@ def resolution_floor(dataset: Dataset) -> dict[str, FloatArray]:
     rows = dataset.completed
     # The peak is the first point of the unloading phase.
     first = dataset.counts[0] + dataset.counts[1] - 1
-    unloading = dataset.force[rows, first:].astype(np.float64)
-    times = dataset.grid()[0][rows, first:]
-    grid_time = np.take_along_axis(times, unloading.argmax(axis=1)[:, np.newaxis], axis=1)[:, 0]
+    grid_force, grid_time = pull_off(dataset.grid()[0][rows], dataset.force[rows].astype(np.float64), first)
     force, time = (dataset.scalars[name][rows] for name in ("pull_off_force", "pull_off_time"))
     return {
-        "pull_off_force": np.abs(unloading.max(axis=1) - force) / np.abs(force),
+        "pull_off_force": np.abs(grid_force - force) / np.abs(force),
         "pull_off_time": np.abs(grid_time - time) / time,
     }
 

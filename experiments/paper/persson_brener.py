@@ -17,12 +17,12 @@ import numpy as np
 
 from bem import Trajectory
 from bem.dataset.measurement_steps import FIRST_UNLOADING, FMS
+from bem.reference_solutions import jkr
 from bem.reference_solutions import persson_brener as theory
 from experiments import common
 from experiments.paper_numbers import paper_rows
 
 KEYS = ("model", "modulus_ratio", "accuracy", "fit_within")
-JKR_FORCE = 1.5
 CURVE_POINTS = 200
 LARGE = 1e12
 """A crack velocity, in l0 over the retardation time, at which the theory has reached its upper limit."""
@@ -48,9 +48,9 @@ def edge_velocity(trajectory: Trajectory, within: float) -> float:
     return float(-slope / scale)
 
 
-def beta_over_length_scale(tabor: float, alpha: float = np.pi / 9.0) -> float:
-    """Ratio of the contact's unit of length, beta, to the theory's, l0."""
-    return tabor**2 * np.pi * alpha**2 / (9.0 * np.sqrt(3.0) / 16.0) ** 2
+def beta_over_length_scale(tabor: float) -> float:
+    """Ratio of the contact's unit of length, beta, to the theory's, l0, whatever the radius over the gap."""
+    return float(np.sqrt(100.0 * tabor) / theory.length_scale(tabor))
 
 
 def point(protocol: dict[str, float], trained: Any, config: dict[str, Any]) -> dict[str, float]:
@@ -69,9 +69,9 @@ def point(protocol: dict[str, float], trained: Any, config: dict[str, Any]) -> d
         "own_crack_velocity": own,
         "theory": float(theory.effective_energy(protocol["crack_velocity"], ratio)),
         "theory_at_own_velocity": float(theory.effective_energy(own, ratio)),
-        "solver": trajectory.pull_off_force / JKR_FORCE,
-        "solver_on_steps": on_grid[0] / JKR_FORCE,
-        "surrogate": on_grid[1] / JKR_FORCE,
+        "solver": trajectory.pull_off_force / jkr.PULL_OFF_FORCE,
+        "solver_on_steps": on_grid[0] / jkr.PULL_OFF_FORCE,
+        "surrogate": on_grid[1] / jkr.PULL_OFF_FORCE,
         "jumps": len(trajectory.jumps),
     }
 

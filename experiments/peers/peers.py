@@ -26,7 +26,6 @@ import numpy as np
 import typer
 
 from bem import Elastic, HardContact, LennardJones, LoadingProtocol, Scene, Trajectory, simulate, simulate_paper_method
-from bem._support.command_line import run_main
 from bem.reference_solutions import dmt, hertz, jkr, maugis_dugdale
 from experiments.peers.other_software import INSTALL, PACKAGES, adhesion_largest_tension, installed, tamaas_hertz
 from experiments.solver.solver_processes import EXACT_TARGET
@@ -167,7 +166,3 @@ def main(
         print(f"{row['problem']:10}{row['tool']:24}{row['setting']:16}{row['seconds']:12.3g} s {row['error']:10.2e}")
     if missing:
         raise RuntimeError(f"the measurement without {' and '.join(missing)} is in {str(place)!r} and not published")
-
-
-if __name__ == "__main__":
-    run_main(main)

@@ -23,12 +23,13 @@ from bem import (
     StandardLinearSolid,
     simulate,
 )
+from bem.effects.scene_effects import IndentationProtocol
 from bem.protocol import default_start_indentation
+from bem.reference_solutions import jkr
 from experiments.common import write_result
 from experiments.robustness.hard_cases import (
     ACCURACY,
     REFINEMENT,
-    Protocol,
     compared,
     energy,
     pair,
@@ -61,13 +62,13 @@ def cycles(tabor: float, depth: float, rate: float, count: int) -> PiecewiseLine
 def creeping(tabor: float, above: float, hold: float) -> PiecewiseLinearProtocol:
     """Press, relax, retract to an indentation that is `above` the rubbery fold of JKR, and hold there."""
     start = default_start_indentation(tabor)
-    near = -0.75 * np.pi ** (2.0 / 3.0) * tabor + above
+    near = jkr.fold_indentation(tabor) + above
     return PiecewiseLinearProtocol(
         [0.0, 1.0, 21.0, 31.0, 31.0 + hold, 41.0 + hold], [start, 3.0, 3.0, near, near, start]
     )
 
 
-def extremes() -> dict[str, tuple[Scene, Protocol]]:
+def extremes() -> dict[str, tuple[Scene, IndentationProtocol]]:
     """Scene and protocol of each named extreme."""
     sls = StandardLinearSolid(0.1)
     return {
@@ -99,7 +100,7 @@ def extremes() -> dict[str, tuple[Scene, Protocol]]:
     }
 
 
-def coarsely(scene: Scene, protocol: Protocol, pull_off_force: float) -> dict[str, dict[str, Any]]:
+def coarsely(scene: Scene, protocol: IndentationProtocol, pull_off_force: float) -> dict[str, dict[str, Any]]:
     """One case at the coarser accuracies, with the change of its pull-off force from a refined one."""
     found = {}
     for accuracy in COARSER:
@@ -113,7 +114,7 @@ def coarsely(scene: Scene, protocol: Protocol, pull_off_force: float) -> dict[st
     return found
 
 
-def extreme(name: str, scene: Scene, protocol: Protocol) -> dict[str, Any]:
+def extreme(name: str, scene: Scene, protocol: IndentationProtocol) -> dict[str, Any]:
     """One named extreme, compared with its refinement and at the coarser accuracies."""
     found = {
         "name": name,

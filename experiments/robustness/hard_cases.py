@@ -17,11 +17,12 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from bem import Elastic, LoadingProtocol, PiecewiseLinearProtocol, Scene, StandardLinearSolid, Trajectory, simulate
+from bem import Elastic, LoadingProtocol, Scene, StandardLinearSolid, Trajectory, simulate
 from bem._support.provenance import provenance
 from bem._support.wording import markdown_table
 from bem.accuracy import resolve_accuracy
 from bem.dataset.designs import PAPER_RANGES, QUANTITIES
+from bem.effects.scene_effects import IndentationProtocol
 from bem.protocol import default_start_indentation
 from experiments.timing import Jobs, in_parallel
 
@@ -45,7 +46,6 @@ DEEPEST_FOR_LARGE_TABOR = 100.0  # peak indentation, if the Tabor parameter exce
 ENERGY_TOLERANCE = 1e-3
 
 Case = dict[str, Any]
-Protocol = LoadingProtocol | PiecewiseLinearProtocol
 
 
 def random_combinations(count: int, seed: int) -> list[Case]:
@@ -76,7 +76,7 @@ def scene_of(case: Case) -> tuple[Scene, LoadingProtocol]:
     return scene, LoadingProtocol(**{name: case[name] for name in QUANTITIES[1:]})
 
 
-def pair(scene: Scene, protocol: Protocol) -> tuple[Trajectory, Trajectory]:
+def pair(scene: Scene, protocol: IndentationProtocol) -> tuple[Trajectory, Trajectory]:
     """Trajectories of one case at both accuracies."""
     simulate(*scene_of(corners()[0]), "draft")  # loads the kernels, so that the first call of a process is not timed
     return simulate(scene, protocol, ACCURACY), simulate(scene, protocol, TARGET / REFINEMENT)
@@ -172,7 +172,9 @@ def _summary(rows: list[Case]) -> dict[str, str]:
         "change of the pull-off force, median / 95th / largest (%)": f"{100 * middle:.2g} / {100 * high:.2g} / "
         f"{100 * highest:.2g}",
         "move by more than the target": str(int(np.sum(known > TARGET))),
-        "loops that create energy (work below -0.1 % of the energy exchanged, the integral of abs(P d(delta)))": str(int(np.sum(work < -ENERGY_TOLERANCE))),
+        "loops that create energy (work below -0.1 % of the energy exchanged, the integral of abs(P d(delta)))": str(
+            int(np.sum(work < -ENERGY_TOLERANCE))
+        ),
         "smallest work over energy exchanged": f"{np.nanmin(work):.2g}",
         "cases with jumps": str(len(with_jumps)),
         "smallest eigenvalue before a jump, median / largest": f"{np.median(before):.2g} / {np.max(before):.2g}"

@@ -20,7 +20,6 @@ import numpy as np
 import typer
 
 from bem import Elastic, LoadingProtocol, PiecewiseLinearProtocol, Scene, StandardLinearSolid, Trajectory, simulate
-from bem._support.command_line import run_main
 from bem.reference_solutions import jkr, persson_brener
 from bem.solver.simulation import load_kernels
 from experiments.common import write_result
@@ -110,7 +109,3 @@ def main(
     content = {"accuracy": accuracy, "elastic": elastic, "viscoelastic": solid, "crack": cracks}
     options = "".join(f" --tabor {mu:g}" for mu in tabors)
     write_result(out, f"large_tabor{options} --accuracy {accuracy}", plain(content))
-
-
-if __name__ == "__main__":
-    run_main(main)

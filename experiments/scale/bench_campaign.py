@@ -31,7 +31,6 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from bem._support.command_line import run_main
 from bem.dataset.campaign.checkpoints import CampaignCheckpoint
 from bem.dataset.campaign.executors import Batch, ClusterExecutor
 from bem.dataset.campaign.files import campaign_of, merge
@@ -268,7 +267,3 @@ def main(
         }
     print("\n".join(lines(content)))
     publish(out, f"bench_campaign --count {count}", content, busy=busy)
-
-
-if __name__ == "__main__":
-    run_main(main)

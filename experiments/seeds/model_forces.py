@@ -8,7 +8,6 @@ cannot be computed again if a second data set joined the training; the errors al
 
 from __future__ import annotations
 
-import csv
 import json
 import math
 from pathlib import Path
@@ -17,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from experiments import common
+from experiments.paper.error_statistics import read_errors
 from surrogate.data.dataset import Split, TrajectoryDataset
 from surrogate.data.features import edge_from_counts
 from surrogate.data.scaling import Scaling, symlog
@@ -44,9 +44,8 @@ def error_difference(folder: Path, data: TrajectoryDataset) -> float:
     Returns:
         The largest difference over the trajectories, as a share of the mean MSE over the test part.
     """
-    with (folder / "test_errors.csv").open(encoding="utf-8", newline="") as file:
-        rows = list(csv.DictReader(file))
-    indices = np.array([int(row["trajectory"]) for row in rows])
+    errors = read_errors(folder / "test_errors.csv")
+    indices = errors["trajectory"].astype(int)
     trained = common.load_surrogate(folder.name, folder.parent)
     times, indentations = data.grid(indices)
     edge = edge_from_counts(data.points_per_phase, len(indices))
@@ -54,8 +53,7 @@ def error_difference(folder: Path, data: TrajectoryDataset) -> float:
         force = trained.predict(times, indentations, tabor=data.protocols["tabor"][indices], edge=edge)
     scale = trained.scaling.scale_force
     found = np.mean((scale(force) - scale(data.force[indices])) ** 2, axis=1)
-    written = np.array([float(row["mse"]) for row in rows])
-    return float(np.abs(found - written).max() / written.mean())
+    return float(np.abs(found - errors["mse"]).max() / errors["mse"].mean())
 
 
 def standing(folder: Path, data: TrajectoryDataset) -> dict[str, Any]:

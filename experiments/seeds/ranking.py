@@ -10,7 +10,6 @@ Source: the paper's section "Model-family selection" and its appendix on conditi
 
 from __future__ import annotations
 
-import csv
 import json
 import tomllib
 from collections import Counter
@@ -20,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from experiments import common
+from experiments.paper.error_statistics import read_errors
 from experiments.paper.model_comparison import REFERENCE, read_history
 from experiments.seeds import ranking_statistics as statistics
 from surrogate.architectures.naming import CONDITIONINGS, PAPER_FAMILIES, paper_names
@@ -72,8 +72,7 @@ def read_seed(folder: Path) -> dict[str, Any]:
         run, metrics = (
             json.loads((folder / f"{name}.json").read_text(encoding="utf-8")) for name in ("run", "metrics")
         )
-        with (folder / "test_errors.csv").open(encoding="utf-8", newline="") as file:
-            rows = list(csv.DictReader(file))
+        errors = read_errors(folder / "test_errors.csv")
         test, curve = metrics["test"], read_history(folder / "history.csv")["validation_mse"]
         how = {name: "median" if "percent" in name else "mean" for name in COLUMNS}
         return {
@@ -83,8 +82,8 @@ def read_seed(folder: Path) -> dict[str, Any]:
             "recipe": tomllib.loads((folder / "recipe.toml").read_text(encoding="utf-8")) | {"seed": None},
             "inputs": run["features"],
             "architecture": run["architecture"],
-            "test part": [int(row["trajectory"]) for row in rows],
-            "errors": {name: np.array([float(row[column]) for row in rows]) for name, column in COLUMNS.items()},
+            "test part": errors["trajectory"].astype(int).tolist(),
+            "errors": {name: errors[column] for name, column in COLUMNS.items()},
             "row": {
                 "seed": int(run["seed"]),
                 "backend": run["backend"],
@@ -93,7 +92,7 @@ def read_seed(folder: Path) -> dict[str, Any]:
             },
             "curve": curve,
         }
-    except (OSError, ValueError, KeyError, TypeError) as error:
+    except (OSError, ValueError, LookupError, TypeError) as error:
         raise ValueError(
             f"expected a complete training of one seed; received {str(folder)!r} ({error!r:.100})"
         ) from error

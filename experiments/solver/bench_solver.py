@@ -12,7 +12,6 @@ or `python -m experiments bench_solver --baseline REVISION [--exact REVISION] [-
 
 from __future__ import annotations
 
-import contextlib
 import tempfile
 import time
 from collections.abc import Iterator
@@ -23,7 +22,7 @@ import numpy as np
 import typer
 from threadpoolctl import threadpool_limits
 
-from bem._support.command_line import run_main
+from bem._support.command_line import parse_accuracy
 from bem._support.provenance import provenance
 from bem.accuracy import resolve_accuracy
 from bem.solver.version import SOLVER_VERSION
@@ -71,19 +70,6 @@ class Section(NamedTuple):
     note: str
     header: list[str]
     rows: list[list[str]]
-
-
-def asked(words: str) -> str | float:
-    """Convert an option of the command line to an accuracy: a name or a target error.
-
-    Raises:
-        ValueError: The text is neither.
-    """
-    accuracy: str | float = words
-    with contextlib.suppress(ValueError):
-        accuracy = float(words)
-    resolve_accuracy(accuracy)
-    return accuracy
 
 
 def yardstick(repetitions: int = 200) -> float:
@@ -227,7 +213,9 @@ def main(
     beyond: Annotated[int, typer.Option(min=0, help="Scenes of each sample beyond the box, with --baseline.")] = 100,
 ) -> None:
     """Measure, print the tables and write them."""
-    accuracies = tuple(asked(words) for words in accuracy or ()) or revision_comparison.ACCURACIES
+    accuracies = tuple(map(parse_accuracy, accuracy or ())) or revision_comparison.ACCURACIES
+    for one in accuracies:
+        resolve_accuracy(one)  # before anything runs
     command = f"bench_solver --count {count} --seed {seed}"
     if baseline:
         found = revision_comparison.compare(baseline, exact_by or baseline, accuracies, count, seed, repeats, jobs)
@@ -260,7 +248,3 @@ def main(
     text = markdown(content)
     report.write_text(text, encoding="utf-8")
     print(text)
-
-
-if __name__ == "__main__":
-    run_main(main)

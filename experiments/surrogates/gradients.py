@@ -13,9 +13,8 @@ from collections.abc import Callable, Iterable
 import numpy as np
 
 from experiments.surrogates.hidden_protocols import Hidden, quantiles
-from surrogate.pretrained.model import NAMES
+from surrogate.pretrained.model import NAMES, QUANTITIES
 
-QUANTITIES = ("tabor", "peak_indentation", "loading_rate", "dwell_time", "unloading_rate", "modulus_ratio")
 COMMON = 5
 """The first ones, which a model of one material has too."""
 STEP = 0.05

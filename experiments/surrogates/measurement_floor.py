@@ -15,11 +15,9 @@ import numpy as np
 import typer
 
 from bem import Trajectory
-from bem._support.command_line import run_main
 from bem._support.plain_json import plain
 from bem.dataset.designs import QUANTITIES
-from bem.dataset.measurement_steps import FMS, PHYSICAL, measurement_grid
-from bem.dataset.physical_steps import physical_grid
+from bem.dataset.measurement_steps import FMS, PHYSICAL, grid_of
 from experiments.common import write_result
 from experiments.surrogates.hidden_protocols import ANY_SOLID, Hidden, quantiles
 from experiments.timing import MEASUREMENTS
@@ -41,9 +39,8 @@ READINGS = ("pull_off", "pull_off_parabola", "hysteresis_trapezoids", "hysteresi
 
 def grid(kind: str, protocols: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
     """Instants and indentations of the steps of some protocols, each (n, N)."""
-    if kind == "physical":
-        return physical_grid(**protocols)
-    return measurement_grid(**{name: protocols[name] for name in QUANTITIES}, counts=FMS)
+    quantities = {name: protocols[name] for name in QUANTITIES}
+    return grid_of(kind, quantities, protocols["modulus_ratio"], KINDS[kind])
 
 
 def reading_errors(
@@ -109,7 +106,3 @@ def main(
         }
         print(kind, counts, {name: values for name, values in content["kinds"][kind].items() if "errors" not in name})
     write_result(out, f"measurement_floor --count {count}", plain(content))
-
-
-if __name__ == "__main__":
-    run_main(main)

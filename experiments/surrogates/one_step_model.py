@@ -12,14 +12,13 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import onnx
 from onnx import TensorProto, helper, numpy_helper
 
 from surrogate.data.features import PHYSICS, channel_names
 from surrogate.data.scaling import SYMLOG_PASSES, Scaling
-from surrogate.export.onnx import IR_VERSION, OPSET
 from surrogate.export.onnx_graph import EMITTERS, OnnxGraph
 from surrogate.network.graph import SEQUENCE, TABOR, Graph, Operation
+from surrogate.network.onnx_file import checked_model
 
 INPUT, FORCE = "inputs", "force"
 TIME, INDENTATION, HERTZ, MEMORIES = "motion/time", "motion/indentation", "motion/hertz", "motion/memories"
@@ -77,12 +76,7 @@ def _file(graph: OnnxGraph, taken: dict[str, np.ndarray], given: dict[str, np.nd
         for ends in (taken, given)
     )
     stored = [numpy_helper.from_array(values, name) for name, values in graph.initializers.items()]
-    content = helper.make_model(
-        helper.make_graph(graph.nodes, "step", inputs, outputs, initializer=stored),
-        opset_imports=[helper.make_opsetid("", OPSET)],
-    )
-    content.ir_version = IR_VERSION
-    onnx.checker.check_model(content, full_check=True)
+    content = checked_model(helper.make_graph(graph.nodes, "step", inputs, outputs, initializer=stored))
     return bytes(content.SerializeToString(deterministic=True))
 
 

@@ -18,7 +18,6 @@ import numpy as np
 import typer
 
 import surrogate
-from bem._support.command_line import run_main
 from bem._support.plain_json import plain
 from experiments import common
 from experiments.common import MODULUS_RATIO, write_result
@@ -173,7 +172,3 @@ def main(
         ratios = ", ".join(f"{kind} {seconds['solver'][kind] / seconds[name][kind]:.1f}" for kind in seconds[name])
         print(f"{name}: so many times cheaper than the solver: {ratios}")
     write_result(out, f"pretrained_errors --count {count}", plain(content))
-
-
-if __name__ == "__main__":
-    run_main(main)

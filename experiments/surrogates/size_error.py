@@ -1,9 +1,9 @@
 """Size against error: how few parameters reproduce the paper's error, beside the 18 models of the paper.
 
 One LSTM of 8 to 256 units on the inputs F and on physical measurement steps, trained as the pretrained `fast` is (its
-data, its recipe, its epochs as published), and the published models of the paper. Errors are those on hidden protocols
-at the paper's modulus ratio, the same for all, and those on the part of its own data set that a model has not seen. An
-interrupted measurement continues with the training where it stopped.
+data, its recipe, for fewer epochs on half of its trajectories), and the published models of the paper. Errors are those
+on hidden protocols at the paper's modulus ratio, the same for all, and those on the part of its own data set that a
+model has not seen. An interrupted measurement continues with the training where it stopped.
 """
 
 from __future__ import annotations
@@ -35,8 +35,8 @@ RUNS = Path("results/size_error")
 DATASET = Path("results/dataset/any_solid.h5")
 UNITS = (8, 16, 32, 64, 128, 256)
 EPOCHS = 14
-"""Of the published `fast`."""
 TRAJECTORIES = 32_768
+"""Fewer epochs than those of the published `fast`, on half of its trajectories."""
 METRICS = ("mse", "nmae_percent")
 """Errors on the unseen part of a model's own data set, means of `surrogate.data.metrics`: scaled force, and force."""
 

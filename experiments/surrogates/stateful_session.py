@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
-import onnxruntime
 
 from experiments.surrogates.one_step_model import INPUT
+from surrogate.network.onnx_file import session_of
+
+if TYPE_CHECKING:
+    import onnxruntime
 
 TYPES = {"tensor(float)": np.float32, "tensor(double)": np.float64}
 
@@ -23,10 +27,7 @@ class StatefulSession:
     """
 
     def __init__(self, content: bytes, *, bound: bool, initial: Mapping[str, float] | None = None) -> None:
-        options = onnxruntime.SessionOptions()
-        options.intra_op_num_threads = options.inter_op_num_threads = 1
-        options.log_severity_level = 4
-        self._session = onnxruntime.InferenceSession(content, options, providers=["CPUExecutionProvider"])
+        self._session = session_of(content)
         taken = {one.name: np.zeros(one.shape, dtype=TYPES[one.type]) for one in self._session.get_inputs()}
         force = self._session.get_outputs()[0]
         self._inputs, self._force = taken.pop(INPUT), np.zeros(force.shape, dtype=TYPES[force.type])

@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 
-from bem._support.command_line import run_main
 from experiments.common import DATASET, write_result
 from experiments.timing import MEASUREMENTS, DatasetFile, Out
 from surrogate.data.dataset import TrajectoryDataset
@@ -84,7 +83,3 @@ def main(
         sets[features] = explained(data, features)
         print(features, *(f"{phase} {share:.3f}" for phase, share in sets[features].items()), flush=True)
     write_result(out, "step_length", {"sets": sets})
-
-
-if __name__ == "__main__":
-    run_main(main)

@@ -18,6 +18,7 @@ import typer
 from bem._support.command_line import run_main
 from bem._support.outputs import write_whole
 from bem.dataset.file import Dataset, load_dataset
+from experiments.paper.error_statistics import read_errors
 from experiments.surrogates.regions import regions
 from paper_figures.report.croissant import LICENCE, METADATA, croissant
 from paper_figures.report.data_card import data_card
@@ -53,8 +54,7 @@ def model_card(folder: Path, dataset: Dataset) -> str:
     run = json.loads((folder / "run.json").read_text(encoding="utf-8"))
     recipe = tomllib.loads((folder / "recipe.toml").read_text(encoding="utf-8"))
     parameters = json.loads((folder / "metrics.json").read_text(encoding="utf-8"))["parameters"]
-    table = np.genfromtxt(folder / "test_errors.csv", delimiter=",", names=True)
-    errors = {name: table[name] for name in table.dtype.names}
+    errors = read_errors(folder / "test_errors.csv")
     rows = np.searchsorted(dataset.columns["index"], errors["trajectory"])
     protocols = {name: values[rows] for name, values in dataset.protocols.items()}
     low_high = {name: (low, high) for name, (low, high) in dataset.attributes["ranges"].items()}

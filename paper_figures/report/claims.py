@@ -124,7 +124,13 @@ class Results:
 
 
 def verdict(rule: str, theirs: Any, ours: Any, tolerance: float | None = None) -> str:
-    """Compare two numbers or words by a rule."""
+    """Compare two numbers or words by a rule.
+
+    Raises:
+        ValueError: The rule is unknown.
+    """
+    if rule not in RULES:
+        raise ValueError(f"a rule must be one of {', '.join(RULES)}; received {rule!r}")
     if rule == "none":
         return NOT_COMPARABLE
     if rule == "text":

@@ -10,6 +10,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+from bem._support.wording import markdown_table
 from experiments.seeds import ranking as study
 from paper_figures.models.figure_features import LABELS
 from paper_figures.report.claims import SOURCES
@@ -70,8 +71,7 @@ def single_errors(models: Path, features: dict[str, Any]) -> dict[str, float]:
 
 def statements_table(ranked: dict[str, Any], single: dict[str, float]) -> str:
     """One row for each ranking of the paper: the decision of the seeds, and the first contender."""
-    lines = ["| the paper says | its first | by seeds | orders decided | least sure order | first here |"]
-    lines.append("|---|---|---|---:|---|---|")
+    header, rows = ["the paper says", "its first", "by seeds", "orders decided", "least sure order", "first here"], []
     for claim in study.ranked():
         champion, contenders = study.contenders(claim)
         found = ranked["claims"][claim["ranking"]]
@@ -85,39 +85,33 @@ def statements_table(ranked: dict[str, Any], single: dict[str, float]) -> str:
         first = found["first"] if len(decided) == len(pairs) else _first(contenders, single)
         how = "" if len(decided) == len(pairs) else ", by one training each"
         cells = (says(claim["ranking"]), champion, f"**{found['decision']}**", f"{len(decided)} of {len(pairs)}", order)
-        lines.append("| " + " | ".join([*cells, f"{first or 'not trained yet'}{how if first else ''}"]) + " |")
-    return "\n".join(lines)
+        rows.append([*cells, f"{first or 'not trained yet'}{how if first else ''}"])
+    return markdown_table(header, rows, "lllrll")
 
 
 def spread_table(ranked: dict[str, Any]) -> str:
     """Spread over the seeds of each model that has at least two."""
     several = [name for name in ranked["models"] if models_style.seeds_of(ranked, name) >= models_style.SEVERAL]
-    lines = [
-        "| model | seeds | held-out MSE | apart | median pull-off error (%) | apart |",
-        "|---|---:|---|---:|---|---:|",
-    ]
+    header, rows = ["model", "seeds", "held-out MSE", "apart", "median pull-off error (%)", "apart"], []
     for name in several:
         cells = [name, str(models_style.seeds_of(ranked, name))]
         for metric in ("test_mse", "pull_off_percent"):
             one = ranked["spread"][name][metric]
             share = 100.0 * (one["max"] - one["min"]) / one["median"]
             cells += [f"{number(one['min'])} to {number(one['max'])}", f"{number(share, 2)} %"]
-        lines.append("| " + " | ".join(cells) + " |")
-    return "\n".join(lines) if several else "No model has two seeds yet."
+        rows.append(cells)
+    return markdown_table(header, rows, "lrlrlr") if several else "No model has two seeds yet."
 
 
 def inputs_table(shown: dict[str, Any], features: dict[str, Any], ranked: dict[str, Any]) -> str:
     """How well each input representation shows the step length, and its error: the median of its seeds, if any."""
-    lines = [
-        "| inputs | channels | loading | dwell | unloading | held-out MSE | trainings |",
-        "|---|---|---:|---:|---:|---:|---:|",
-    ]
+    header, rows = ["inputs", "channels", "loading", "dwell", "unloading", "held-out MSE", "trainings"], []
     for name, phases in shown["sets"].items():
         seeds = models_style.seeds_of(ranked, f"features-{name}")
         error = ranked["spread"][f"features-{name}"]["test_mse"]["median"] if seeds else features["sets"][name]["mse"]
-        cells = [name, LABELS[name], *(f"{share:.2f}" for share in phases.values()), number(error), str(seeds or 1)]
-        lines.append("| " + " | ".join(cells) + " |")
-    return "\n".join(lines)
+        shares = [f"{share:.2f}" for share in phases.values()]
+        rows.append([name, LABELS[name], *shares, number(error), str(seeds or 1)])
+    return markdown_table(header, rows, "llrrrrr")
 
 
 def training_table(folder: Path) -> str:
@@ -134,7 +128,7 @@ def training_table(folder: Path) -> str:
     rows += [(f"held-out {key.upper()}", number(paper[key]), number(test[key]["mean"])) for key in ("mse", "mae")]
     rows += [(says_, f"{paper[key]} %", f"{number(test[key]['median'], 2)} %") for key, says_ in MEDIANS.items()]
     native = number(test["native_pull_off_force_percent"]["median"], 2)
-    rows.append(("median error of the solver's own peak", "-", f"{native} %"))
+    rows.append(("median pull-off error, against the solver's own peak between the steps", "-", f"{native} %"))
     return "\n".join(["| | paper | here |", "|---|---|---|", *(f"| {' | '.join(row)} |" for row in rows)])
 
 

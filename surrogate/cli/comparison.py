@@ -11,7 +11,6 @@ import numpy as np
 MOST_DRAWN = 12
 COLOURS = ("#E69F00", "#56B4E9", "#009E73", "#CC79A7", "#D55E00", "#0072B2")
 """Of the predictions, in turn; those of Okabe and Ito."""
-FORCE_LABEL = r"force $P/(\pi R \Delta\gamma)$, tension positive"
 
 ERRORS = (
     "pull_off_percent",
@@ -94,16 +93,16 @@ def plot_predictions(path: Path, predicted: Sequence[Any], simulated: Sequence[A
         predicted: Predicted trajectories; the first `MOST_DRAWN` are drawn.
         simulated: Trajectories of the solver, in the same order.
     """
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
+    from bem.plots import FORCE_LABEL, INDENTATION_LABEL
+
     figure = Figure(figsize=(9.0, 3.8), layout="constrained")
-    FigureCanvasAgg(figure)
     history, loop = figure.subplots(1, 2, sharey=True)
     shown = predicted[:MOST_DRAWN]
     for axes, quantity, label in (
         (history, "time", r"time $t/\tau$"),
-        (loop, "indentation", r"indentation $\delta/h_0$"),
+        (loop, "indentation", INDENTATION_LABEL),
     ):
         axes.axhline(0.0, color="0.8", linewidth=0.8)
         for number, found in enumerate(shown):

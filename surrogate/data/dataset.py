@@ -161,15 +161,10 @@ class TrajectoryDataset:
 
     def grid(self, indices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return times and indentations of the trajectories `indices` on the FMS, each of shape `(batch, steps)`."""
-        from bem.dataset.measurement_steps import measurement_grid
+        from bem.dataset.measurement_steps import grid_of
 
         protocols = {name: self.protocols[name][indices] for name in QUANTITIES}
-        if self.steps == "physical":
-            from bem.dataset.physical_steps import physical_grid
-
-            ratios = self.modulus_ratios(indices)
-            return physical_grid(**protocols, modulus_ratio=ratios, counts=self.points_per_phase)
-        return measurement_grid(**protocols, counts=self.points_per_phase)
+        return grid_of(self.steps, protocols, self.modulus_ratios(indices), self.points_per_phase)
 
     def modulus_ratios(self, indices: np.ndarray) -> np.ndarray | None:
         """Return the modulus ratios of some trajectories, shape `(batch,)`; `None` where the file has none."""

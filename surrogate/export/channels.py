@@ -135,7 +135,7 @@ def _memories(graph: OnnxGraph, hertz: str) -> list[str]:
             column = graph.add("Concat", begin, later, axis=1)
             found.append(graph.add("Unsqueeze", column, graph.integers([0])))
     memories = _recurrence(graph, *(graph.add("Concat", *rows, axis=0) for rows in (decays, gains)))
-    return [graph.add("Gather", memories, graph.integer(row), axis=0) for row in range(3)]
+    return [graph.add("Gather", memories, graph.integers(row), axis=0) for row in range(3)]
 
 
 def _lost(graph: OnnxGraph, steps: str) -> str:
@@ -153,7 +153,7 @@ def _recurrence(graph: OnnxGraph, decays: str, gains: str) -> str:
         helper.make_node("Identity", ["after"], ["here"]),
     ]
     body = helper.make_graph(nodes, "memory", [before, decay, gain], [after, here])
-    start = graph.add("Gather", gains, graph.integer(0), axis=2)
+    start = graph.add("Gather", gains, graph.integers(0), axis=2)
     return graph.scan(body, graph.add("Sub", start, start), decays, gains, axis=2)
 
 

@@ -14,14 +14,12 @@ and largest value of each protocol quantity in the training set), `scaling` (JSO
 
 from __future__ import annotations
 
-import hashlib
 import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-import onnx
-from onnx import TensorProto, helper
+from onnx import TensorProto
 
 from bem._support.outputs import whole_file
 from bem.dataset.designs import QUANTITIES
@@ -33,16 +31,14 @@ from surrogate.data.scaling import Scaling
 from surrogate.export.channels import RATIO, scaled_channels
 from surrogate.export.onnx_graph import EMITTERS, OnnxGraph
 from surrogate.inference.keras_backend import KerasBackend, keras_model
-from surrogate.inference.model_files import read_run
+from surrogate.inference.model_files import read_run, weights_sha256
 from surrogate.network.graph import SEQUENCE, TABOR, Graph
 from surrogate.network.lowering import NotExportableError, lower
-from surrogate.network.onnx_file import ONNX_FORMAT, ONNX_FORMAT_VERSION, ONNX_NAME, sealed
+from surrogate.network.onnx_file import ONNX_FORMAT, ONNX_FORMAT_VERSION, ONNX_NAME, checked_model, sealed
 
 if TYPE_CHECKING:
     import keras
-
-OPSET, IR_VERSION = 17, 8
-"""Versions of ONNX that the ONNX Runtimes for browsers support."""
+    import onnx
 
 AGREEMENT = 1e-3
 """Largest difference between ONNX and Keras for a registered architecture, as a fraction of a history's force range."""
@@ -75,8 +71,9 @@ def folder_content(folder: Path) -> bytes:
     """
     run, scaling = read_run(folder)
     model = keras_model(folder, run)
-    weights = hashlib.sha256((folder / "model.weights.h5").read_bytes()).hexdigest()
-    graph = build_graph(model, scaling, name=run["name"], architecture=run["architecture"], weights_sha256=weights)
+    graph = build_graph(
+        model, scaling, name=run["name"], architecture=run["architecture"], weights_sha256=weights_sha256(folder)
+    )
     content = graph.SerializeToString(deterministic=True)
     if split_name(run["architecture"])[0] in REGISTERED:
         _require_agreement(content, model, scaling)
@@ -143,13 +140,7 @@ def build_graph(
 
     graph.unscaled_force(graph.add("Squeeze", results[network.output], graph.integers([2])), scaling.force)
 
-    content = helper.make_model(
-        graph.finish(name), opset_imports=[helper.make_opsetid("", OPSET)], producer_name="contact-trajectories"
-    )
-    content.ir_version = IR_VERSION
-    helper.set_model_props(content, _metadata(network, scaling, name, architecture, weights_sha256))
-    onnx.checker.check_model(content, full_check=True)
-    return content
+    return checked_model(graph.finish(name), _metadata(network, scaling, name, architecture, weights_sha256))
 
 
 def _metadata(network: Graph, scaling: Scaling, name: str, architecture: str, weights_sha256: str) -> dict[str, str]:

@@ -43,13 +43,9 @@ class OnnxGraph:
         """Add a float64 number."""
         return self.constant(np.array(value, dtype=np.float64))
 
-    def integers(self, values: list[int]) -> str:
-        """Add a vector of integers."""
+    def integers(self, values: list[int] | int) -> str:
+        """Add a vector of integers, or one integer without dimensions."""
         return self.constant(np.array(values, dtype=np.int64))
-
-    def integer(self, value: int) -> str:
-        """Add one integer, without dimensions."""
-        return self.constant(np.array(value, dtype=np.int64))
 
     def cast(self, source: str, to: int) -> str:
         """Convert to another type, of `onnx.TensorProto`."""

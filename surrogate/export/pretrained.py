@@ -17,13 +17,12 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 import onnx
-from onnx import helper, numpy_helper
+from onnx import numpy_helper
 
 from surrogate.data.scaling import Scaling
 from surrogate.export.channels import RATIO, scaled_channels
-from surrogate.export.onnx import IR_VERSION, OPSET
 from surrogate.export.onnx_graph import OnnxGraph
-from surrogate.network.onnx_file import PRETRAINED_FORMAT, sealed
+from surrogate.network.onnx_file import PRETRAINED_FORMAT, checked_model, sealed
 
 FORMAT_VERSION = 1
 
@@ -52,12 +51,6 @@ def file_content(
     graph.nodes.extend(inner.node)
     graph.initializers |= {item.name: numpy_helper.to_array(item) for item in inner.initializer}
     graph.unscaled_force(graph.add("Transpose", "network/force", perm=[1, 0]), scaling.force)
-    content = helper.make_model(
-        graph.finish(name, more={RATIO: ["batch"]}),
-        opset_imports=[helper.make_opsetid("", OPSET)],
-        producer_name="contact-trajectories",
-    )
-    content.ir_version = IR_VERSION
     metadata = {
         "format": PRETRAINED_FORMAT,
         "format_version": str(FORMAT_VERSION),
@@ -68,8 +61,7 @@ def file_content(
         "scaling": scaling.to_json(),
         "bands": json.dumps({key: _rounded(values) for key, values in bands.items()}, separators=(",", ":")),
     }
-    helper.set_model_props(content, metadata)
-    onnx.checker.check_model(content, full_check=True)
+    content = checked_model(graph.finish(name, more={RATIO: ["batch"]}), metadata)
     return sealed(content.SerializeToString(deterministic=True))
 
 

@@ -41,16 +41,7 @@ def checked_tabor(tabor: ArrayLike, count: int) -> np.ndarray:
     Raises:
         ValueError: the number of values is neither one nor `count`, or a value is not real, finite and above zero.
     """
-    tabor = real_array("tabor", tabor)
-    if tabor.ndim > 1 or tabor.size not in (1, count):
-        raise ValueError(f"Expected one Tabor parameter per history ({count}). Received: shape {tabor.shape}")
-    tabor = np.broadcast_to(tabor.reshape(-1), (count,))
-    bad = np.flatnonzero(~(np.isfinite(tabor) & (tabor > 0.0)))
-    if bad.size:
-        value = float(tabor[bad[0]])
-        place = _place("of history", bad[0], count)
-        raise ValueError(f"Expected finite Tabor parameters above zero. Received: tabor={value!r}{place}")
-    return tabor
+    return _one_each("tabor", tabor, count, "Tabor parameter per history", "finite Tabor parameters above zero")
 
 
 def checked_modulus_ratio(modulus_ratio: ArrayLike, count: int) -> np.ndarray:
@@ -59,16 +50,21 @@ def checked_modulus_ratio(modulus_ratio: ArrayLike, count: int) -> np.ndarray:
     Raises:
         ValueError: they are neither, or lie outside (0, 1].
     """
-    ratio = real_array("modulus_ratio", modulus_ratio)
-    if ratio.ndim > 1 or ratio.size not in (1, count):
-        raise ValueError(f"Expected one modulus ratio per protocol ({count}). Received: shape {ratio.shape}")
-    ratio = np.broadcast_to(ratio.reshape(-1), (count,))
-    bad = np.flatnonzero(~((ratio > 0.0) & (ratio <= 1.0)))
+    words = "modulus ratio per protocol", "modulus ratios in (0, 1]"
+    return _one_each("modulus_ratio", modulus_ratio, count, *words, most=1.0)
+
+
+def _one_each(name: str, given: ArrayLike, count: int, each: str, allowed: str, most: float = np.inf) -> np.ndarray:
+    """One value per history, finite, above zero and at most `most`; the words are those of the error messages."""
+    values = real_array(name, given)
+    if values.ndim > 1 or values.size not in (1, count):
+        raise ValueError(f"Expected one {each} ({count}). Received: shape {values.shape}")
+    values = np.broadcast_to(values.reshape(-1), (count,))
+    bad = np.flatnonzero(~(np.isfinite(values) & (values > 0.0) & (values <= most)))
     if bad.size:
-        value = float(ratio[bad[0]])
-        place = _place("of protocol", bad[0], count)
-        raise ValueError(f"Expected modulus ratios in (0, 1]. Received: modulus_ratio={value!r}{place}")
-    return ratio
+        place = _place(f"of {each.split()[-1]}", bad[0], count)
+        raise ValueError(f"Expected {allowed}. Received: {name}={float(values[bad[0]])!r}{place}")
+    return values
 
 
 def check_history(times: np.ndarray, indentations: np.ndarray) -> None:

@@ -6,6 +6,7 @@ then among the models packaged with an installation, such as `M1-concat`.
 
 from __future__ import annotations
 
+import hashlib
 import json
 from collections.abc import Iterable
 from pathlib import Path
@@ -79,6 +80,11 @@ def existing(path: Path) -> Path:
     if not path.is_file():
         raise FileNotFoundError(f"Expected a complete model directory. Received: one without {path}")
     return path
+
+
+def weights_sha256(folder: Path) -> str:
+    """Return the SHA-256 sum of the weights in a model directory, which identifies one training."""
+    return hashlib.sha256((folder / "model.weights.h5").read_bytes()).hexdigest()
 
 
 def read_run(folder: Path) -> tuple[dict[str, Any], Scaling]:

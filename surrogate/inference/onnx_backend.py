@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from bem._support.wording import shortened
 from surrogate.data.scaling import Scaling
+from surrogate.inference.model_files import weights_sha256
 from surrogate.network.graph import Graph, Operation
 from surrogate.network.onnx_file import (
     ONNX_FORMAT,
@@ -20,10 +20,8 @@ from surrogate.network.onnx_file import (
     ONNX_NAME,
     PRETRAINED_FORMAT,
     is_intact,
+    session_of,
 )
-
-if TYPE_CHECKING:
-    import onnxruntime
 
 ONNX_BATCH = 256
 """Trajectories in a batch. A larger batch does not fit into the caches and is not faster."""
@@ -54,7 +52,7 @@ class OnnxBackend:
         if not is_intact(self._content):
             raise self._unlike("which is not one, is damaged, or is of an earlier version; export it again")
         try:
-            self.session = self._session()
+            self.session = session_of(self._content, threads)
             self.metadata = dict(self.session.get_modelmeta().custom_metadata_map)
         # ONNX Runtime's exceptions share no base class of their own.
         except Exception as error:
@@ -87,22 +85,13 @@ class OnnxBackend:
         except (ValueError, RecursionError) as error:
             raise self._unlike("whose scaling is damaged") from error
 
-    def _session(self) -> onnxruntime.InferenceSession:
-        import onnxruntime
-
-        options = onnxruntime.SessionOptions()
-        options.intra_op_num_threads = self.threads
-        options.inter_op_num_threads = 1
-        options.log_severity_level = 4
-        return onnxruntime.InferenceSession(self._content, sess_options=options, providers=["CPUExecutionProvider"])
-
     def __getstate__(self) -> dict[str, Any]:
         """Return the state to pickle: the content of the file, which another process may lack, not the session."""
         return {name: value for name, value in vars(self).items() if name != "session"}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         vars(self).update(state)
-        self.session = self._session()
+        self.session = session_of(self._content, self.threads)
 
     def _read_operations(self) -> list[Operation]:
         try:
@@ -155,7 +144,7 @@ class OnnxBackend:
             ValueError: it was exported from other weights.
         """
         weights = folder / "model.weights.h5"
-        if weights.is_file() and hashlib.sha256(weights.read_bytes()).hexdigest() != self.metadata["weights_sha256"]:
+        if weights.is_file() and weights_sha256(folder) != self.metadata["weights_sha256"]:
             raise ValueError(
                 f"Expected the weights that {self.path} was exported from; restore them, or export it again with "
                 f"`surrogate export {shortened(self.name)}`. Received: other weights in {weights}"

@@ -31,6 +31,14 @@ import numpy as np
 SEQUENCE, TABOR = "sequence", "tabor"
 
 
+def lstm_weights(kernel: np.ndarray, recurrent: np.ndarray, bias: np.ndarray) -> dict[str, np.ndarray]:
+    """Return the weights of the operation `lstm` from those of Keras, which orders the gates i, f, c, o."""
+    units = len(recurrent)
+    order = np.concatenate([np.arange(units) + units * block for block in (0, 3, 1, 2)])
+    kernel, recurrent, bias = (values[..., order] for values in (kernel, recurrent, bias))
+    return {"W": kernel.T[None], "R": recurrent.T[None], "B": np.concatenate([bias, np.zeros_like(bias)])[None]}
+
+
 @dataclass(frozen=True)
 class Operation:
     """One elementary operation.

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from surrogate.network.graph import Graph
+from surrogate.network.graph import Graph, lstm_weights
 
 if TYPE_CHECKING:
     import keras
@@ -93,7 +93,6 @@ def _dense(graph: Graph, layer: Any, inputs: list[str], prefix: str = "") -> str
 
 
 def _lstm(graph: Graph, layer: Any, inputs: list[str]) -> str:
-    units = layer.units
     standard = (_activation(layer.activation), _activation(layer.recurrent_activation)) == ("tanh", "sigmoid")
     unusual = layer.go_backwards or layer.stateful or layer.return_state
     if not (standard and layer.return_sequences and layer.use_bias) or unusual:
@@ -101,12 +100,8 @@ def _lstm(graph: Graph, layer: Any, inputs: list[str]) -> str:
             "Expected a forward LSTM of tanh and sigmoid with bias, returning sequences alone. "
             f"Received: layer {layer.name!r}"
         )
-    # Keras orders the gates i, f, c, o.
-    order = np.concatenate([np.arange(units) + units * block for block in (0, 3, 1, 2)])
-    kernel, recurrent, bias = (
-        _array(v)[..., order] for v in (layer.cell.kernel, layer.cell.recurrent_kernel, layer.cell.bias)
-    )
-    weights = {"W": kernel.T[None], "R": recurrent.T[None], "B": np.concatenate([bias, np.zeros_like(bias)])[None]}
+    cell = layer.cell
+    weights = lstm_weights(*map(_array, (cell.kernel, cell.recurrent_kernel, cell.bias)))
     return graph.add("lstm", layer.name, inputs, weights)
 
 

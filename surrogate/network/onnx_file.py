@@ -1,4 +1,4 @@
-"""Format of the ONNX files of `surrogate export`: name, metadata, inputs, output, and checksum.
+"""Format of the ONNX files of `surrogate export`: versions, name, metadata, inputs, output, and checksum.
 
 The last entry of the metadata, `content_sha256`, is the SHA-256 sum of all bytes before it. It detects damage and
 changes by other programs, not forgery. An ONNX file is a protocol buffer, to which entries may be appended; other
@@ -8,6 +8,14 @@ programs read the checksum as one more entry of the metadata.
 from __future__ import annotations
 
 import hashlib
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import onnx
+    import onnxruntime
+
+OPSET, IR_VERSION = 17, 8
+"""Versions of ONNX that the ONNX Runtimes for browsers support."""
 
 ONNX_FORMAT = "viscoelastic-contact-surrogate-onnx"
 ONNX_FORMAT_VERSION = 1
@@ -28,6 +36,29 @@ ONNX_INTERFACE = [
 KEY = b"content_sha256"
 _METADATA_ENTRY, _KEY, _VALUE = b"\x72", b"\x0a", b"\x12"
 """Tags of the fields in `onnx.proto`: `ModelProto.metadata_props`, key and value of `StringStringEntryProto`."""
+
+
+def checked_model(graph: onnx.GraphProto, metadata: dict[str, str] | None = None) -> onnx.ModelProto:
+    """Return an ONNX model of a graph, after ONNX's own check."""
+    import onnx
+
+    opset = onnx.helper.make_opsetid("", OPSET)
+    model = onnx.helper.make_model(graph, opset_imports=[opset], producer_name="contact-trajectories")
+    model.ir_version = IR_VERSION
+    if metadata:
+        onnx.helper.set_model_props(model, metadata)
+    onnx.checker.check_model(model, full_check=True)
+    return model
+
+
+def session_of(content: bytes, threads: int = 1) -> onnxruntime.InferenceSession:
+    """Return a session of ONNX Runtime, on one thread unless more are asked for."""
+    import onnxruntime
+
+    options = onnxruntime.SessionOptions()
+    options.intra_op_num_threads, options.inter_op_num_threads = threads, 1
+    options.log_severity_level = 4
+    return onnxruntime.InferenceSession(content, options, providers=["CPUExecutionProvider"])
 
 
 def sealed(content: bytes) -> bytes:

@@ -12,7 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from surrogate.network.graph import SEQUENCE, TABOR, Graph
+from surrogate.network.graph import SEQUENCE, TABOR, Graph, lstm_weights
+from surrogate.network.onnx_file import checked_model, session_of
 
 CHANNELS = 13
 BATCH = 128
@@ -27,16 +28,13 @@ def onnx_file(weights: list[np.ndarray], name: str) -> bytes:
             kernel and bias of each LSTM, then kernel and bias of two dense layers.
         name: The model's name.
     """
-    from onnx import TensorProto, checker, helper, numpy_helper
+    from onnx import TensorProto, helper, numpy_helper
 
     nodes, constants, source = [], {"one": np.array([1])}, "inputs"
     *lstms, kernel, bias, last, offset = weights
     for number in range(len(lstms) // 3):
         units = lstms[3 * number + 1].shape[0]
-        # Keras orders the gates i, f, c, o; ONNX i, o, f, c.
-        order = np.concatenate([np.arange(units) + units * block for block in (0, 3, 1, 2)])
-        w, r, b = (values[..., order] for values in lstms[3 * number : 3 * number + 3])
-        added = {"W": w.T[None], "R": r.T[None], "B": np.concatenate([b, np.zeros_like(b)])[None]}
+        added = lstm_weights(*lstms[3 * number : 3 * number + 3])
         constants |= {f"{key}{number}": values for key, values in added.items()}
         nodes.append(helper.make_node("LSTM", [source, *(f"{key}{number}" for key in "WRB")], [f"y{number}"]))
         nodes[-1].attribute.append(helper.make_attribute("hidden_size", units))
@@ -55,13 +53,7 @@ def onnx_file(weights: list[np.ndarray], name: str) -> bytes:
     shapes = {"inputs": ["steps", "batch", CHANNELS], "force": ["steps", "batch"]}
     taken, given = (helper.make_tensor_value_info(key, TensorProto.FLOAT, shape) for key, shape in shapes.items())
     stored = [numpy_helper.from_array(np.ascontiguousarray(values), key) for key, values in constants.items()]
-    model = helper.make_model(
-        helper.make_graph(nodes, name, [taken], [given], initializer=stored),
-        opset_imports=[helper.make_opsetid("", 17)],
-        producer_name="contact-trajectories",
-    )
-    model.ir_version = 8
-    checker.check_model(model, full_check=True)
+    model = checked_model(helper.make_graph(nodes, name, [taken], [given], initializer=stored))
     return model.SerializeToString(deterministic=True)
 
 
@@ -93,15 +85,10 @@ class Network:
     """
 
     def __init__(self, path: Path, threads: int = 1) -> None:
-        import onnxruntime
-
         if not path.is_file():
             raise FileNotFoundError(f"Expected the network of a pretrained model. Received: {path}, which is missing")
-        options = onnxruntime.SessionOptions()
-        options.intra_op_num_threads, options.inter_op_num_threads = threads, 1
-        options.log_severity_level = 4
         try:
-            self._session = onnxruntime.InferenceSession(path.read_bytes(), options, providers=["CPUExecutionProvider"])
+            self._session = session_of(path.read_bytes(), threads)
             shape = self._session.get_inputs()[0].shape
         # ONNX Runtime's exceptions share no base class of their own.
         except Exception as error:

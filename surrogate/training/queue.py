@@ -22,6 +22,9 @@ STOP_FILE = "STOP"
 STOPPED = 75
 """Exit status of a run that stopped on request and can be resumed (EX_TEMPFAIL)."""
 
+STATUS_SECONDS = 300.0
+"""Interval at which the progress of the runs is logged."""
+
 
 class StopRequest:
     """A callable that returns whether SIGTERM, SIGINT or a stop file has requested a stop.
@@ -55,7 +58,6 @@ def run_queue(
     jobs: int,
     log: Callable[[str], None],
     poll_seconds: float = 1.0,
-    status_seconds: float = 300.0,
 ) -> dict[str, int]:
     """Run one process per name, `jobs` at a time.
 
@@ -66,7 +68,6 @@ def run_queue(
         jobs: Largest number of processes at a time.
         log: Function that is called with one line of text when a run starts or ends, and with its progress.
         poll_seconds: Interval at which processes and stop requests are checked, in seconds.
-        status_seconds: Interval at which the progress is logged, in seconds.
 
     Returns:
         The exit status of each process that was started, by name; `STOPPED` if it can be resumed.
@@ -100,7 +101,7 @@ def run_queue(
             ended[name] = STOPPED if name in asked and status < 0 else status
             outcome = {0: "done", STOPPED: "stopped, to be resumed"}.get(ended[name])
             log(f"{name}: {outcome or f'failed with status {ended[name]}, see {folder / name}/log.txt'}")
-        if time.monotonic() - last_status >= status_seconds:
+        if time.monotonic() - last_status >= STATUS_SECONDS:
             last_status = time.monotonic()
             for name in running:
                 log(f"{name}: {standing(folder / name / 'history.csv')}")

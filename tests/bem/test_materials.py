@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 from bem._numerics.jit import kernel
-from bem.materials import Elastic, PronySeries, StandardLinearSolid, recursion_coefficients, recursion_step
+from bem.materials import Elastic, PronySeries, StandardLinearSolid, recursion_step, relaxation_spectrum
 
 
 def relaxation_transform(s, moduli, times):
@@ -35,6 +35,21 @@ def test_interconversion_satisfies_the_laplace_identity(spectrum, log_s):
     assert np.all(material.strengths > 0.0)
     assert np.all(material.times > np.sort(times) * (1.0 - 1e-12))
     assert material.modulus_ratio * (1.0 + moduli.sum()) == pytest.approx(1.0, rel=1e-8)
+
+
+@pytest.mark.parametrize("count", [1, 2, 5, 25])
+def test_spectra_over_twelve_decades_keep_their_digits(count):
+    generator = np.random.default_rng(count)
+    moduli, times = 10.0 ** generator.uniform(-1.0, 1.0, count), np.logspace(-6.0, 6.0, count)
+    found, roots = relaxation_spectrum(PronySeries.from_moduli(moduli, times))
+    np.testing.assert_allclose(found, moduli, rtol=1e-9)
+    np.testing.assert_allclose(roots, times, rtol=1e-11)
+
+
+def test_a_term_too_weak_to_move_its_time_is_converted():
+    material = PronySeries.from_moduli([1e-20], [1.0])
+    assert material.strengths == pytest.approx([1e-20])
+    assert material.times == pytest.approx([1.0])
 
 
 def test_one_term_moduli_give_the_standard_linear_solid():
@@ -103,24 +118,18 @@ def test_bad_prony_series(compliances, times, message):
 
 
 @given(st.floats(-300, 300), st.floats(-6, 6))
-def test_recursion_coefficients_are_accurate_for_any_step(log_dt, log_time):
+def test_the_recursion_step_is_accurate_for_any_step(log_dt, log_time):
     dt, time = 10.0**log_dt, 10.0**log_time
-    decay, gain = recursion_coefficients(dt, np.array([time]))
+    decay, gain = recursion_step(dt, time)
     ratio = dt / time
-    assert decay[0] == pytest.approx(np.exp(-ratio), rel=1e-15)
+    assert decay == pytest.approx(np.exp(-ratio), rel=1e-15)
     expected = 1.0 - ratio / 2.0 + ratio**2 / 6.0 if ratio < 1e-5 else -np.expm1(-ratio) / ratio
-    assert gain[0] == pytest.approx(expected, rel=1e-14)
+    assert gain == pytest.approx(expected, rel=1e-14)
 
 
 def test_no_step_changes_nothing():
     assert recursion_step(0.0, 2.0) == (1.0, 1.0)
     assert recursion_step(np.inf, 2.0) == (0.0, 0.0)
-    assert recursion_coefficients(1.0, np.empty(0))[0].shape == (0,)
-
-
-def test_recursion_takes_the_read_only_times_of_a_material():
-    decay, gain = recursion_coefficients(1.0, StandardLinearSolid(modulus_ratio=0.1).times)
-    assert (decay[0], gain[0]) == recursion_step(1.0, 1.0)
 
 
 def test_recursion_step_is_callable_from_a_kernel():

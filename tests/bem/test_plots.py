@@ -50,7 +50,7 @@ def test_the_label_of_the_pull_off_lies_inside_the_axes(forces):
     weight = ForceProtocol(times=[0.0, 0.1, 2.0, 3.0], forces=forces)
     trajectory = simulate(Scene(tabor=1.0, material=StandardLinearSolid(modulus_ratio=0.1)), weight, "draft")
     figure = draw_trajectory(trajectory)
-    figure.canvas.draw()
+    figure.draw_without_rendering()
     loop = figure.axes[1]
     (label,) = loop.texts
     inside, across = label.get_window_extent(), loop.get_window_extent()

@@ -195,15 +195,21 @@ def published(trained_lstm, monkeypatch):
 
 
 @pytest.fixture
-def command(published, monkeypatch, capsys):
-    """Run `surrogate` on the words given, with that model: exit status, output and errors."""
+def program(monkeypatch, capsys):
+    """Run `surrogate` on the words given: exit status, output and errors."""
     from surrogate.cli import app as cli
 
     def run(*words):
-        monkeypatch.setattr("sys.argv", ["surrogate", *map(str, words), "--models", str(published)])
+        monkeypatch.setattr("sys.argv", ["surrogate", *map(str, words)])
         with pytest.raises(SystemExit) as end:
             cli.app_main()
         result = capsys.readouterr()
         return end.value.code or 0, result.out, result.err
 
     return run
+
+
+@pytest.fixture
+def command(program, published):
+    """The same with that model, trained for the test."""
+    return lambda *words: program(*words, "--models", published)

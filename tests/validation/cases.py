@@ -4,23 +4,14 @@ from itertools import product
 
 import numpy as np
 
-from bem import LoadingProtocol, Scene, StandardLinearSolid, Trajectory
-from bem.protocol import default_start_indentation
+from bem import LoadingProtocol, Scene, StandardLinearSolid, Trajectory, simulate
+from bem.dataset.designs import PAPER_RANGES
+from bem.protocol import Protocol, default_start_indentation
+from experiments.robustness.hard_cases import SHALLOWEST, VALUES
 
-TABORS = (0.02, 0.2, 1.0, 3.2, 5.0)
-MODULUS_RATIOS = (1.0, 0.1, 0.01, 0.001)
-RATES = (1e-3, 1e-1, 1e1, 1e3, 1e5)
-DWELL_TIMES = (0.0, 1e-6, 1.0, 1e3)
-PEAKS = (-1.0, 0.5, 10.0, 100.0, 500.0)
-SHALLOWEST = -0.02  # instead of a peak below the start, where the sphere would move away
+# In the order in which a sample draws them.
+DRAWN = ("tabor", "modulus_ratio", "peak_indentation", "loading_rate", "dwell_time", "unloading_rate")
 DEEPEST_AT = 1.0  # the largest Tabor parameter at which the deepest peak is asked for
-PAPER_BOX = {
-    "tabor": (0.2, 3.2),
-    "peak_indentation": (2.0, 100.0),
-    "loading_rate": (0.1, 1000.0),
-    "dwell_time": (1e-3, 3.0),
-    "unloading_rate": (0.1, 1000.0),
-}
 
 Case = tuple[Scene, LoadingProtocol]
 
@@ -41,9 +32,7 @@ def hard_cases(count: int, seed: int = 2) -> list[Case]:
     rng = np.random.default_rng(seed)
     cases = []
     while len(cases) < count:
-        tabor, ratio, peak, loading, dwell, unloading = (
-            float(rng.choice(values)) for values in (TABORS, MODULUS_RATIOS, PEAKS, RATES, DWELL_TIMES, RATES)
-        )
+        tabor, ratio, peak, loading, dwell, unloading = (float(rng.choice(VALUES[name])) for name in DRAWN)
         if peak <= default_start_indentation(tabor):
             peak = SHALLOWEST
         if peak <= 100.0 or tabor <= DEEPEST_AT:
@@ -55,7 +44,7 @@ def corners_of_the_papers_box() -> list[Case]:
     """All 32 corners, with the paper's modulus ratio."""
     return [
         case(tabor, 0.1, peak, loading, dwell, unloading)
-        for tabor, peak, loading, dwell, unloading in product(*PAPER_BOX.values())
+        for tabor, peak, loading, dwell, unloading in product(*PAPER_RANGES.values())
     ]
 
 
@@ -64,9 +53,16 @@ def drawn_from_the_papers_box(count: int, seed: int = 3) -> list[Case]:
     rng = np.random.default_rng(seed)
     cases = []
     for _ in range(count):
-        values = [low * (high / low) ** rng.random() for low, high in PAPER_BOX.values()]
-        cases.append(case(rng.uniform(*PAPER_BOX["tabor"]), 0.1, *values[1:]))
+        values = [low * (high / low) ** rng.random() for low, high in PAPER_RANGES.values()]
+        cases.append(case(rng.uniform(*PAPER_RANGES["tabor"]), 0.1, *values[1:]))
     return cases
+
+
+def completed(scene: Scene, protocol: Protocol, accuracy: str | float = "standard", **options) -> Trajectory:
+    """The trajectory of a simulation that must come to its end."""
+    trajectory = simulate(scene, protocol, accuracy, **options)
+    assert trajectory.completed, trajectory.status
+    return trajectory
 
 
 def exchanged_energy(trajectory: Trajectory) -> float:

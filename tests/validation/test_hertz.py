@@ -3,16 +3,15 @@
 import numpy as np
 import pytest
 
-from bem import Elastic, HardContact, LoadingProtocol, PiecewiseLinearProtocol, Scene, StandardLinearSolid, simulate
+from bem import Elastic, HardContact, LoadingProtocol, PiecewiseLinearProtocol, Scene, StandardLinearSolid
 from bem.reference_solutions import hertz
+from tests.validation.cases import completed
 
 PEAK = 20.0
 
 
 def run(tabor, material, protocol, accuracy="standard", **options):
-    trajectory = simulate(Scene(tabor=tabor, material=material, adhesion=HardContact()), protocol, accuracy, **options)
-    assert trajectory.completed, trajectory.status
-    return trajectory
+    return completed(Scene(tabor=tabor, material=material, adhesion=HardContact()), protocol, accuracy, **options)
 
 
 @pytest.mark.parametrize("tabor", [0.2, 1.0, 5.0])

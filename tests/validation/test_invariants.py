@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bem import LoadingProtocol, PiecewiseLinearProtocol, PronySeries, Scene, StandardLinearSolid, simulate
+from bem import LoadingProtocol, PiecewiseLinearProtocol, PronySeries, Scene, StandardLinearSolid
+from tests.validation.cases import completed
 
 SCENE = Scene(tabor=1.0, material=StandardLinearSolid(modulus_ratio=0.1))
 START = -(np.pi ** (2.0 / 3.0))
@@ -15,9 +16,7 @@ ratios = st.sampled_from([1.0, 0.1, 0.01])
 
 
 def run(scene, protocol, accuracy="draft", **options):
-    trajectory = simulate(scene, protocol, accuracy, **options)
-    assert trajectory.completed, trajectory.status
-    return trajectory
+    return completed(scene, protocol, accuracy, **options)
 
 
 @settings(max_examples=30)

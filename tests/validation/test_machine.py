@@ -20,6 +20,7 @@ from bem import (
 )
 from bem.reference_solutions import hertz
 from bem.solver.simulation import count_unstable
+from tests.validation.cases import completed
 
 SLS = StandardLinearSolid(0.1)
 CYCLE = LoadingProtocol(
@@ -29,16 +30,12 @@ DEAD_LOAD = ForceProtocol([0.0, 1.0, 2.0], [0.0, -5.0, 3.0])
 PUSHED = ForceProtocol([0.0, 1.0, 3.0], [0.0, -5.0, -5.0])
 
 
-def run(scene, protocol, accuracy="standard"):
-    trajectory = simulate(scene, protocol, accuracy)
-    assert trajectory.completed, trajectory.status
-    return trajectory
-
-
 @pytest.mark.parametrize("scene", [Scene(1.0), Scene(1.0, SLS), Scene(0.2, SLS), Scene(2.0)])
 def test_a_very_stiff_spring_is_none(scene):
-    rigid = run(scene, CYCLE)
-    endless, stiff = (run(Scene(scene.tabor, scene.material, scene.adhesion, spring=k), CYCLE) for k in (np.inf, 1e12))
+    rigid = completed(scene, CYCLE)
+    endless, stiff = (
+        completed(Scene(scene.tabor, scene.material, scene.adhesion, spring=k), CYCLE) for k in (np.inf, 1e12)
+    )
     assert np.array_equal(endless.force, rigid.force)
     assert endless.spring is None
     assert stiff.time.size == rigid.time.size
@@ -52,26 +49,26 @@ def test_a_very_stiff_spring_is_none(scene):
 
 def test_a_very_stiff_spring_is_none_without_adhesion():
     # There rounding decides which node at the edge of the contact is the last to press.
-    rigid, stiff = (run(Scene(1.0, SLS, HardContact(), spring), CYCLE) for spring in (np.inf, 1e12))
+    rigid, stiff = (completed(Scene(1.0, SLS, HardContact(), spring), CYCLE) for spring in (np.inf, 1e12))
     times = np.linspace(0.0, rigid.time[-1], 500)
     assert np.max(np.abs(stiff.at(times) - rigid.at(times))) < 1e-4 * np.ptp(rigid.force)
 
 
 @pytest.mark.parametrize("tabor", [0.2, 1.0, 3.0])
 def test_the_elastic_pull_off_force_does_not_depend_on_the_stiffness(tabor):
-    rigid = run(Scene(tabor), CYCLE)
+    rigid = completed(Scene(tabor), CYCLE)
     deep = LoadingProtocol(
         peak_indentation=5.0, loading_rate=1.0, dwell_time=0.0, unloading_rate=1.0, start_indentation=-20.0
     )
     for spring in (0.2, 1.0, 30.0):
-        found = run(Scene(tabor, spring=spring), deep)
+        found = completed(Scene(tabor, spring=spring), deep)
         assert found.detached
         assert found.pull_off_force == pytest.approx(rigid.pull_off_force, rel=2.0 * rigid.accuracy)
 
 
 @pytest.mark.parametrize("tabor", [0.05, 0.2, 1.0, 3.0])
 def test_under_a_dead_load_the_sphere_flies_off_at_the_pull_off_force(tabor):
-    rigid, found = run(Scene(tabor), CYCLE), run(Scene(tabor), DEAD_LOAD)
+    rigid, found = completed(Scene(tabor), CYCLE), completed(Scene(tabor), DEAD_LOAD)
     assert found.detached
     assert found.status.startswith("detached: no contact bears the prescribed force (at time ")
     assert found.time[-1] < 2.0
@@ -85,7 +82,7 @@ def test_under_a_dead_load_the_sphere_flies_off_at_the_pull_off_force(tabor):
 
 @pytest.mark.parametrize("spring", [0.4, 1.0])
 def test_the_contact_jumps_where_its_slope_is_that_of_the_spring(spring):
-    found, rigid = run(Scene(1.0, spring=spring), CYCLE, 1e-3), run(Scene(1.0), CYCLE, 1e-3)
+    found, rigid = completed(Scene(1.0, spring=spring), CYCLE, 1e-3), completed(Scene(1.0), CYCLE, 1e-3)
     jump_in, jump_out = found.jumps
     # Greenwood (1997): the branches of the rigid machine; the whole is unstable where the force rises by k.
     held = rigid.unloading & (rigid.force > 0.0) & (rigid.indentation < 1.0) & (rigid.time < rigid.jumps[-1].time)
@@ -109,7 +106,7 @@ def test_the_softer_the_spring_the_longer_the_jumps():
     travelled = [
         abs(jump.indentation_after - jump.indentation)
         for spring in (10.0, 1.0, 0.4)
-        for jump in run(Scene(1.0, spring=spring), CYCLE).jumps[-1:]
+        for jump in completed(Scene(1.0, spring=spring), CYCLE).jumps[-1:]
     ]
     assert np.all(np.diff(travelled) > 0.5)
 
@@ -119,7 +116,7 @@ def test_the_softer_the_spring_the_longer_the_jumps():
 @pytest.mark.parametrize("spring", [0.3, 20.0])
 def test_the_stage_is_where_the_protocol_says(material, adhesion, spring):
     scene = Scene(1.0, material, *(() if adhesion is None else (adhesion,)), spring=spring)
-    found = run(scene, CYCLE)
+    found = completed(scene, CYCLE)
     wanted = CYCLE.history(1.0).indentation_at(found.time)
     np.testing.assert_allclose(found.indentation - found.force / spring, wanted, atol=1e-9)
     np.testing.assert_array_equal(found.stage, found.indentation - found.force / spring)
@@ -130,7 +127,7 @@ def test_the_stage_is_where_the_protocol_says(material, adhesion, spring):
 @pytest.mark.parametrize("material", [Elastic(), SLS])
 @pytest.mark.parametrize("adhesion", [None, HardContact()])
 def test_the_force_is_what_the_protocol_says(material, adhesion):
-    found = run(Scene(1.0, material, *(() if adhesion is None else (adhesion,))), PUSHED)
+    found = completed(Scene(1.0, material, *(() if adhesion is None else (adhesion,))), PUSHED)
     np.testing.assert_allclose(found.force, np.interp(found.time, PUSHED.times, PUSHED.forces), atol=2e-4)
     assert found.at(0.5) == pytest.approx(-2.5, abs=2e-4)
 
@@ -138,7 +135,7 @@ def test_the_force_is_what_the_protocol_says(material, adhesion):
 @pytest.mark.parametrize("tabor", [0.2, 1.0, 5.0])
 def test_hertz_under_a_force_ramp(tabor):
     scene = Scene(tabor, adhesion=HardContact())
-    found = run(scene, ForceProtocol([0.0, 1.0, 2.0], [0.0, -8.0, 0.0]), 1e-3)
+    found = completed(scene, ForceProtocol([0.0, 1.0, 2.0], [0.0, -8.0, 0.0]), 1e-3)
     pressed = found.force < -0.05 * 8.0
     assert np.count_nonzero(pressed) > 30
     exact = tabor * (0.75 * np.pi * -found.force[pressed]) ** (2.0 / 3.0)
@@ -151,7 +148,7 @@ def test_hertz_under_a_force_ramp(tabor):
 
 @pytest.mark.parametrize("ratio", [0.5, 0.1])
 def test_creep_under_a_weight(ratio):
-    found = run(
+    found = completed(
         Scene(1.0, StandardLinearSolid(ratio), HardContact()), ForceProtocol([0.0, 1e-5, 8.0], [0.0, -5, -5]), 1e-3
     )
     held = found.time > 1e-3
@@ -161,7 +158,7 @@ def test_creep_under_a_weight(ratio):
 
 def test_creep_of_a_series_under_a_growing_force():
     material = PronySeries([0.5, 0.3], [0.2, 3.0])
-    found = run(Scene(1.0, material, HardContact()), ForceProtocol([0.0, 4.0], [0.0, -20.0]), 1e-3)
+    found = completed(Scene(1.0, material, HardContact()), ForceProtocol([0.0, 4.0], [0.0, -20.0]), 1e-3)
     t = found.time[found.time > 0.4]
     lag = sum(c * tau * (1.0 - np.exp(-t / tau)) for c, tau in zip(material.strengths, material.times, strict=True))
     exact = (0.75 * np.pi * 5.0 * (t - lag)) ** (2.0 / 3.0)
@@ -178,20 +175,20 @@ def test_creep_of_a_series_under_a_growing_force():
     ],
 )
 def test_the_path_of_the_sphere_gives_the_same_force_back(scene, protocol):
-    found = run(scene, protocol, 1e-3)
+    found = completed(scene, protocol, 1e-3)
     assert found.jumps == ()
     time, first = np.unique(found.time, return_index=True)
     path = PiecewiseLinearProtocol(time, found.indentation[first])
-    again = run(Scene(scene.tabor, scene.material, scene.adhesion), path, 1e-3)
+    again = completed(Scene(scene.tabor, scene.material, scene.adhesion), path, 1e-3)
     force = found.force[first]
     assert np.max(np.abs(again.at(time) - force)) < 0.01 * np.ptp(force)
 
 
 def test_the_elastic_path_under_a_force_is_that_of_the_rigid_machine():
-    pushed = run(Scene(1.0), DEAD_LOAD, 1e-3)
+    pushed = completed(Scene(1.0), DEAD_LOAD, 1e-3)
     inside = (pushed.force > -4.0) & (pushed.force < 1.6) & (pushed.time > 1.0)
     path = PiecewiseLinearProtocol(pushed.time[inside], pushed.indentation[inside])
-    rigid = run(Scene(1.0), path, 1e-3)
+    rigid = completed(Scene(1.0), path, 1e-3)
     np.testing.assert_allclose(rigid.at(pushed.time[inside]), pushed.force[inside], atol=2e-3)
 
 
@@ -204,7 +201,7 @@ def stage_area(found):
 
 @pytest.mark.parametrize("spring", [0.4, 2.0])
 def test_the_elastic_loop_of_the_stage_loses_what_the_jumps_lose(spring):
-    found = run(Scene(1.5, spring=spring), CYCLE, 1e-3)
+    found = completed(Scene(1.5, spring=spring), CYCLE, 1e-3)
     assert len(found.jumps) == 2
     assert all(jump.energy_lost > 0.1 for jump in found.jumps)
     assert found.hysteresis == pytest.approx(sum(jump.energy_lost for jump in found.jumps), rel=2e-3)
@@ -212,7 +209,7 @@ def test_the_elastic_loop_of_the_stage_loses_what_the_jumps_lose(spring):
 
 
 def test_hard_surfaces_bear_no_tension():
-    found = run(Scene(1.0, adhesion=HardContact()), ForceProtocol([0.0, 1.0], [-1.0, 1.0]))
+    found = completed(Scene(1.0, adhesion=HardContact()), ForceProtocol([0.0, 1.0], [-1.0, 1.0]))
     assert found.detached
     assert found.time[-1] == pytest.approx(0.5, abs=1e-3)
 
@@ -228,7 +225,7 @@ def test_a_first_force_that_no_contact_bears_is_said(scene):
 
 @pytest.mark.parametrize("force", [-5.0, 0.0, 1.0])
 def test_a_prescribed_force_begins_in_contact(force):
-    found = run(Scene(1.0), ForceProtocol([0.0, 1.0], [force, force]))
+    found = completed(Scene(1.0), ForceProtocol([0.0, 1.0], [force, force]))
     assert found.force[0] == pytest.approx(force, abs=1e-3)
     assert found.contact_radius[0] > 1.0
     assert found.jumps == ()
@@ -238,14 +235,14 @@ def test_a_prescribed_force_begins_in_contact(force):
 @pytest.mark.parametrize("adhesion", [None, HardContact()])
 def test_a_closed_loop_of_sphere_and_of_stage_lose_the_same(adhesion):
     scene = Scene(1.0, SLS, *(() if adhesion is None else (adhesion,)), spring=3.0)
-    found = run(scene, CYCLE, 1e-3)
+    found = completed(scene, CYCLE, 1e-3)
     assert found.detached
     assert stage_area(found) == pytest.approx(found.hysteresis, rel=0.01)
 
 
 def test_a_spring_slows_the_retreat_of_a_viscoelastic_edge():
     # The stretched spring keeps pulling while the edge creeps, so that the edge needs less speed and less force.
-    forces = [run(Scene(1.0, SLS, spring=spring), CYCLE).pull_off_force for spring in (1e3, 3.0, 1.0)]
+    forces = [completed(Scene(1.0, SLS, spring=spring), CYCLE).pull_off_force for spring in (1e3, 3.0, 1.0)]
     assert np.all(np.diff(forces) < -0.02)
 
 
@@ -259,9 +256,9 @@ def test_no_state_is_unstable(scene, protocol):
 
 def test_creep_to_rupture_under_a_weight_that_hangs():
     # Held just below what the relaxed contact bears, it stays; above, it creeps apart, the sooner the more it bears.
-    limit = run(Scene(1.0), CYCLE).pull_off_force
+    limit = completed(Scene(1.0), CYCLE).pull_off_force
     hung = [
-        run(Scene(1.0, SLS), ForceProtocol([0.0, 0.1, 1.0, 300.0], [0.0, -5.0, load, load]))
+        completed(Scene(1.0, SLS), ForceProtocol([0.0, 0.1, 1.0, 300.0], [0.0, -5.0, load, load]))
         for load in (0.97 * limit, 1.2 * limit, 1.6 * limit)
     ]
     assert not hung[0].detached

@@ -15,10 +15,10 @@ from bem import (
     LoadingProtocol,
     Scene,
     StandardLinearSolid,
-    simulate,
 )
 from bem.reference_solutions import maugis_dugdale
 from bem.solver.simulation import count_unstable
+from tests.validation.cases import completed
 
 CYCLE = LoadingProtocol(peak_indentation=2.0, loading_rate=1.0, dwell_time=0.0, unloading_rate=1.0)
 FAR = LoadingProtocol(
@@ -27,9 +27,7 @@ FAR = LoadingProtocol(
 
 
 def run(tabor, law, material=None, accuracy="standard", protocol=CYCLE):
-    trajectory = simulate(Scene(tabor, material or Elastic(), law), protocol, accuracy)
-    assert trajectory.completed, trajectory.status
-    return trajectory
+    return completed(Scene(tabor, material or Elastic(), law), protocol, accuracy)
 
 
 @pytest.mark.parametrize("tabor", [0.2, 0.5, 1.0, 2.0, 3.0])
@@ -107,6 +105,5 @@ def test_a_viscoelastic_loop_runs_stable_and_dissipates(law, rate):
 
 def test_the_pull_off_force_of_an_elastic_contact_does_not_depend_on_its_spring():
     expected = run(1.0, ConstantStress()).pull_off_force
-    soft = simulate(Scene(1.0, adhesion=ConstantStress(), spring=2.0), FAR)
-    assert soft.completed, soft.status
+    soft = completed(Scene(1.0, adhesion=ConstantStress(), spring=2.0), FAR)
     assert soft.pull_off_force == pytest.approx(expected, rel=5e-3)

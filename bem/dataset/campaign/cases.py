@@ -27,14 +27,12 @@ from bem.dataset.file import plain_attribute, read_tree, write_tree
 from bem.dataset.opening import SEALED, DamagedFileError, open_dataset
 from bem.dataset.records import COMPLETED, FAILED, RESULTS, Columns
 from bem.dataset.sealed_file import BLOCK, seal
-from bem.protocol import ForceProtocol, LoadingProtocol, PiecewiseLinearProtocol
+from bem.protocol import ForceProtocol, Protocol, history_of
 from bem.scene import Scene
 from bem.trajectory import Trajectory
 
 FORMAT = "viscoelastic-contact-cases"
 FORMAT_VERSION = 1
-
-Protocol = LoadingProtocol | PiecewiseLinearProtocol | ForceProtocol
 
 
 class Case(NamedTuple):
@@ -199,7 +197,7 @@ def _depths(scene: Scene, protocol: Protocol) -> FloatArray:
     """Indentation at the corners of a protocol; of a prescribed force that of Hertz."""
     if isinstance(protocol, ForceProtocol):
         return scene.tabor * (0.75 * np.pi * np.maximum(-protocol.forces, 0.0)) ** (2.0 / 3.0)
-    return (protocol.history(scene.tabor) if isinstance(protocol, LoadingProtocol) else protocol).indentations
+    return history_of(protocol, scene.tabor).indentations
 
 
 def _simulated(accuracy: str | float, index: int, case: tuple[Scene, Protocol], solver: Solver) -> CaseRecord:

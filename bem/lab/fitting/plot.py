@@ -12,12 +12,10 @@ if TYPE_CHECKING:
 def plot_fit(result: FitResult, path: str | Path) -> None:
     """Draw a fit into an image file; the suffix chooses the format."""
     # Drawing without a display, and without touching a caller's pyplot state.
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
     from matplotlib.ticker import EngFormatter, MaxNLocator
 
     figure = Figure(figsize=(9.0, 3.8), layout="constrained")
-    FigureCanvasAgg(figure)
     loop, history = figure.subplots(1, 2)
     measured, model = result.measured, result.curve
     loop.plot(measured.indentation, measured.force, ".", color="0.6", markersize=3, label="measured")

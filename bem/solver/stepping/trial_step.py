@@ -141,9 +141,9 @@ def _judge(
     error = prediction_error(
         weights, tabor, law, nonadhesive, guess_gap, guess_traction, gap, traction, problem.scales, expected
     )
-    shrink = 0.9 * (allowed / max(error, 1e-12)) ** (1.0 / order)
-    if can_shrink and error > 2.0 * allowed:
-        return False, max(0.2, min(0.8, shrink))
+    accepted, shrink = _verdict(error, allowed, order, can_shrink)
+    if not accepted:
+        return False, shrink
     if can_shrink and order >= 2 and not nonadhesive:
         force = force_of(weights, traction, gap, law)
         if bend_of_force(recent, time, force) > _BEND * max(abs(force), problem.scales.force):

@@ -10,6 +10,7 @@ from bem.dataset.file import load_dataset
 from experiments.cost import accuracy_cost, amortisation, surrogate_cost
 from experiments.lineage import dataset_digest
 from experiments.solver import solver_processes
+from surrogate.inference.model_files import weights_sha256
 
 
 def write_model(folder, dataset, *, recipe="swift", **run):
@@ -44,7 +45,7 @@ def test_seconds_of_a_model_that_was_trained_anew_do_not_count(dataset, tmp_path
     models = tmp_path / "models"
     for name in ("M1-concat", "M1-FiLM", "M1-gated", "M2-concat"):
         write_model(models / name, dataset)
-    digests = {name: surrogate_cost.weights_digest(models / name) for name in ("M1-concat", "M1-FiLM")}
+    digests = {name: weights_sha256(models / name) for name in ("M1-concat", "M1-FiLM")}
     (models / "M1-FiLM" / "model.weights.h5").write_text("trained anew", encoding="utf-8")
     common = {"kind": "surrogate", "way": "ONNX single", "errors": {}, "seconds": {"mean": 1e-3}}
     tools = [{"model": name, "setting": name, "weights_sha256": digest} | common for name, digest in digests.items()]

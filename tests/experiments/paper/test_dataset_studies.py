@@ -16,7 +16,6 @@ from paper_figures.report.claims import Results, judge, text_claims
 from paper_figures.report.write import row
 from paper_figures.tables import table_accuracy_price
 from tests.bem.dataset.campaign import stand_in
-from tests.bem.dataset.campaign.helpers import Here
 
 ROOT = Path(__file__).resolve().parents[3]
 
@@ -24,11 +23,6 @@ ROOT = Path(__file__).resolve().parents[3]
 @pytest.fixture(scope="module")
 def path(dataset):
     return dataset
-
-
-@pytest.fixture
-def in_this_process(monkeypatch):
-    monkeypatch.setattr("bem.dataset.campaign.run.LocalExecutor", Here)
 
 
 def test_resolution_floor_is_what_the_steps_alone_cost(path):

@@ -1,5 +1,7 @@
 """The hard cases: which they are, and what is said of one."""
 
+import re
+
 from bem.protocol import default_start_indentation
 from experiments.robustness import hard_cases
 
@@ -23,4 +25,4 @@ def test_a_hard_case_is_examined_and_summarised():
     assert row["change"] < 4e-3
     text = hard_cases.markdown([row], {"command": "c", "host": "h"})
     assert "| completed with finite numbers | 1 |" in text
-    assert "| loops that create energy (work below -0.1 % of the energy exchanged, the integral of abs(P d(delta))) | 0 |" in text
+    assert re.search(r"^\| loops that create energy \(.*\) \| 0 \|", text, flags=re.MULTILINE)

@@ -2,6 +2,7 @@
 
 import csv
 import json
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -199,8 +200,9 @@ def test_what_was_trained_otherwise_is_left_out(tmp_path, studied):
     assert reasons == {f"{name}/seed-0": f"{word} differs" for name, word in zip(names, words, strict=True)}
 
 
-def test_an_incomplete_seed_is_one_sentence(tmp_path, studied):
-    (publish(tmp_path, "M1-concat", 0, 1.0) / "test_errors.csv").unlink()
+@pytest.mark.parametrize("damage", [Path.unlink, lambda path: path.write_text("trajectory,mse\n")])
+def test_an_incomplete_seed_is_one_sentence(tmp_path, studied, damage):
+    damage(publish(tmp_path, "M1-concat", 0, 1.0) / "test_errors.csv")
     with pytest.raises(ValueError, match="expected a complete training of one seed; received"):
         studied()
 

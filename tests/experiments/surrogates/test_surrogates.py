@@ -8,20 +8,16 @@ from bem.dataset.designs import PAPER_RANGES
 from experiments import common
 from experiments.surrogates import gradients, inverse_problem, measurement_floor, model_calls, pretrained_errors
 from experiments.surrogates.hidden_protocols import Hidden, quantiles
+from tests.experiments.shallow import DRAW, shallow
 
-DRAW, CORNERS = Hidden.draw, Hidden.corners
+CORNERS = Hidden.corners
 
 
 @pytest.fixture(autouse=True)
 def draft(monkeypatch):
     """The solver at its quickest, of shallow protocols; of the corners, one."""
 
-    def drawn(count, ratio):
-        whole = DRAW(40 * count, ratio)
-        shallow = np.argsort(whole.quantities["peak_indentation"])[:count]
-        return Hidden({name: values[shallow] for name, values in whole.quantities.items()})
-
-    monkeypatch.setattr(measurement_floor.Hidden, "draw", drawn)
+    monkeypatch.setattr(Hidden, "draw", shallow)
     monkeypatch.setattr(Hidden, "corners", lambda ratio: CORNERS(ratio).part(slice(0, 1)))
 
     def simulated(row, *, accuracy, modulus_ratio=0.1):

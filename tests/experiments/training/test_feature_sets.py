@@ -14,6 +14,7 @@ from experiments.training import feature_sets, hidden_errors
 from surrogate.data.dataset import TrajectoryDataset
 from tests.bem.dataset.campaign import stand_in
 from tests.bem.dataset.campaign.helpers import run_here
+from tests.experiments.shallow import shallow
 
 SETTINGS = {"architecture": "M1-concat", "recipe": "swift", "epochs": 1, "sets": ["A", "D"], "physical": ["D"]}
 SETTINGS |= {"hidden": 3, "jobs": 1}
@@ -130,13 +131,7 @@ class Copy:
 
 
 def test_models_of_any_steps_are_compared_with_the_solvers_own_results(monkeypatch, tmp_path):
-    whole, simulated = Hidden.draw, Hidden.simulated
-
-    def shallow(count, ratio):
-        drawn = whole(40 * count, ratio)
-        rows = np.argsort(drawn.quantities["peak_indentation"])[:count]
-        return Hidden({name: values[rows] for name, values in drawn.quantities.items()})
-
+    simulated = Hidden.simulated
     monkeypatch.setattr(Hidden, "draw", shallow)
     monkeypatch.setattr(Hidden, "simulated", lambda self, *_: simulated(self, "draft"))
     shares = {"exact": 0.0, "off": 0.5}

@@ -36,6 +36,11 @@ def test_verdicts(rule, theirs, ours, expected):
     assert reproduction.verdict(rule, theirs, ours) == expected
 
 
+def test_an_unknown_rule_is_refused():
+    with pytest.raises(ValueError, match=r"a rule must be one of count, value, .*; received 'most'"):
+        reproduction.verdict("most", 3.0, 3.0)
+
+
 CLAIMS = [*reproduction.text_claims(), *reproduction.table_claims()]
 
 

@@ -15,23 +15,9 @@ from tests.surrogate.inference.predicting import FLAGS, PROTOCOL
 pytestmark = pytest.mark.skipif(not (PUBLISHED / "fast").is_dir(), reason="`make pretrained` writes the models")
 
 
-@pytest.fixture
-def command(monkeypatch, capsys):
-    from surrogate.cli import app as cli
-
-    def run(*words):
-        monkeypatch.setattr("sys.argv", ["surrogate", *map(str, words)])
-        with pytest.raises(SystemExit) as end:
-            cli.app_main()
-        result = capsys.readouterr()
-        return end.value.code or 0, result.out, result.err
-
-    return run
-
-
 @pytest.mark.parametrize(("words", "ratio"), [((), 0.1), (("--modulus-ratio", 0.3), 0.3)])
-def test_force_interval_and_band_are_those_of_python(command, words, ratio):
-    code, out, err = command("predict", "fast", "--tabor", 1.0, *FLAGS, *words)
+def test_force_interval_and_band_are_those_of_python(program, words, ratio):
+    code, out, err = program("predict", "fast", "--tabor", 1.0, *FLAGS, *words)
     assert (code, err) == (0, "")
     (found,) = surrogate.load("fast").trajectories(LoadingProtocol(**PROTOCOL), tabor=1.0, modulus_ratio=ratio)
     low, high = found.pull_off_interval
@@ -41,12 +27,12 @@ def test_force_interval_and_band_are_those_of_python(command, words, ratio):
     assert f"median, {largest:.3g} at most; --out and --json give it" in out
 
 
-def test_a_file_of_solids_and_the_files_of_its_bands(command, tmp_path):
+def test_a_file_of_solids_and_the_files_of_its_bands(program, tmp_path):
     rows = [PROTOCOL | {"tabor": 1.0, "modulus_ratio": 0.1}, PROTOCOL | {"tabor": 2.0, "modulus_ratio": 0.7}]
     (tmp_path / "in.json").write_text(json.dumps(rows))
     for kind in ("csv", "json"):
         words = ["--in", tmp_path / "in.json", "--coverage", 0.5, "--out", tmp_path / f"out.{kind}"]
-        assert command("predict", "fast", *words, "--plot", tmp_path / "p.png")[0] == 0
+        assert program("predict", "fast", *words, "--plot", tmp_path / "p.png")[0] == 0
     expected = surrogate.load("fast").trajectories(
         [LoadingProtocol(**PROTOCOL)] * 2, tabor=[1.0, 2.0], modulus_ratio=[0.1, 0.7], coverage=0.5
     )
@@ -62,9 +48,9 @@ def test_a_file_of_solids_and_the_files_of_its_bands(command, tmp_path):
         np.testing.assert_array_equal([float(row[name]) for row in table], wanted)
 
 
-def test_outside_the_training_is_one_sentence_and_no_band(command, tmp_path, recwarn):
+def test_outside_the_training_is_one_sentence_and_no_band(program, tmp_path, recwarn):
     out_file = tmp_path / "out.csv"
-    code, out, err = command("predict", "accurate", "--tabor", 1.0, *FLAGS, "--modulus-ratio", 0.005, "--out", out_file)
+    code, out, err = program("predict", "accurate", "--tabor", 1.0, *FLAGS, "--modulus-ratio", 0.005, "--out", out_file)
     assert code == 0
     assert err.count("\n") == 1
     assert "trajectory 0 extrapolates: modulus_ratio = 0.005 lies outside [0.01, 1]" in err
@@ -75,9 +61,9 @@ def test_outside_the_training_is_one_sentence_and_no_band(command, tmp_path, rec
         assert {(row["force_lower"], row["force_upper"]) for row in csv.DictReader(file)} == {("", "")}
 
 
-def test_the_check_is_of_the_same_solid(command):
+def test_the_check_is_of_the_same_solid(program):
     words = ["predict", "fast", "--tabor", 1.0, *FLAGS, "--modulus-ratio", 0.3, "--check", "--json"]
-    (found,) = json.loads(command(*words)[1])
+    (found,) = json.loads(program(*words)[1])
     assert found["check"]["modulus_ratio"] == found["check"]["model_modulus_ratio"] == 0.3
     assert found["check"]["pull_off_percent"] < 5.0
 
@@ -91,32 +77,32 @@ def test_the_check_is_of_the_same_solid(command):
         (["M1-concat", "--coverage", "0.9"], "Expected --coverage with a model that has bands, accurate or fast"),
     ],
 )
-def test_a_mistake_is_one_sentence(command, words, sentence):
-    code, out, err = command("predict", *words, "--tabor", 1.0, *FLAGS)
+def test_a_mistake_is_one_sentence(program, words, sentence):
+    code, out, err = program("predict", *words, "--tabor", 1.0, *FLAGS)
     assert (code, out) == (2, "")
     assert err.startswith(f"surrogate: {sentence}")
     assert err.count("\n") == 1
 
 
-def test_files_that_do_not_fit_the_model(command, tmp_path):
+def test_files_that_do_not_fit_the_model(program, tmp_path):
     (tmp_path / "history.csv").write_text("time,indentation\n0,-2\n1,5\n2,5\n3,-2\n")
-    code, _, err = command("predict", "fast", "--in", tmp_path / "history.csv", "--tabor", 1.0)
+    code, _, err = program("predict", "fast", "--in", tmp_path / "history.csv", "--tabor", 1.0)
     assert code == 2
     assert err.startswith("surrogate: Expected protocols, since fast computes at measurement steps of its own")
     (tmp_path / "solids.json").write_text(json.dumps([PROTOCOL | {"tabor": 1.0, "modulus_ratio": 0.3}]))
-    code, _, err = command("predict", "M1-concat", "--in", tmp_path / "solids.json")
+    code, _, err = program("predict", "M1-concat", "--in", tmp_path / "solids.json")
     assert code == 2
     assert err.startswith("surrogate: Expected protocols without modulus_ratio, since M1-concat knows one material")
-    code, _, err = command("predict", "fast", "--in", tmp_path / "solids.json", "--modulus-ratio", 0.2)
+    code, _, err = program("predict", "fast", "--in", tmp_path / "solids.json", "--modulus-ratio", 0.2)
     assert code == 2
     assert err.startswith("surrogate: Expected modulus ratios from --in FILE or from --modulus-ratio, not both")
 
 
-def test_export_writes_one_file_and_never_over_the_network(command, tmp_path):
+def test_export_writes_one_file_and_never_over_the_network(program, tmp_path):
     network = (PUBLISHED / "fast" / "model.onnx").read_bytes()
-    code, out, err = command("export", "fast")
+    code, out, err = program("export", "fast")
     assert (code, out) == (2, "")
     assert err.startswith("surrogate: Expected --out FILE, since ")
     assert (PUBLISHED / "fast" / "model.onnx").read_bytes() == network
-    assert command("export", "fast", "--out", tmp_path / "fast.onnx")[0] == 0
+    assert program("export", "fast", "--out", tmp_path / "fast.onnx")[0] == 0
     assert len((tmp_path / "fast.onnx").read_bytes()) > len(network)

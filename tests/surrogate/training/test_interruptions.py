@@ -16,6 +16,7 @@ from bem.dataset.hdf5_arrays import arrays
 from surrogate.cli.app import app
 from surrogate.training.queue import STOPPED
 from tests.surrogate.conftest import build_by, build_lstm
+from tests.surrogate.training import short_runs
 
 ROOT = Path(__file__).resolve().parents[3]
 EPOCHS = 6
@@ -79,16 +80,11 @@ def epochs_done(folder):
     return max(0, len(history.read_text().splitlines()) - 1) if history.is_file() else 0
 
 
-def trained(folder):
-    with np.load(folder / "runs" / "M1-concat" / "checkpoint.npz") as stored:
-        return {name: stored[name] for name in stored.files if name != "state"}
-
-
 @pytest.fixture(scope="module")
 def undisturbed(dataset_path, tmp_path_factory):
     folder = tmp_path_factory.mktemp("undisturbed")
     train(folder, dataset_path)
-    return trained(folder)
+    return short_runs.weights(folder / "runs" / "M1-concat")
 
 
 @pytest.mark.parametrize(
@@ -105,7 +101,7 @@ def test_a_training_that_is_stopped_or_killed_resumes(undisturbed, dataset_path,
     assert not (tmp_path / "models").exists()
     train(tmp_path, dataset_path)
     assert (tmp_path / "models" / "M1-concat" / "run.json").is_file()
-    for name, value in trained(tmp_path).items():
+    for name, value in short_runs.weights(tmp_path / "runs" / "M1-concat").items():
         np.testing.assert_array_equal(value, undisturbed[name], err_msg=name)
 
 

@@ -11,7 +11,7 @@ from loky import get_reusable_executor
 
 from bem.accuracy import resolve_accuracy
 from bem.materials import Elastic, StandardLinearSolid
-from bem.protocol import LoadingProtocol
+from bem.protocol import LoadingProtocol, history_of
 from bem.scene import Scene
 from bem.trajectory import Jump, Statistics, Trajectory
 
@@ -138,7 +138,7 @@ def restart_workers():
 
 def follow(scene, protocol, accuracy="standard"):
     """A whole trajectory along any protocol, with a jump where the Tabor parameter is large."""
-    path = protocol.history(scene.tabor) if isinstance(protocol, LoadingProtocol) else protocol
+    path = history_of(protocol, scene.tabor)
     time_ = np.unique(np.concatenate([np.linspace(path.times[0], path.times[-1], 30 + int(scene.tabor)), path.times]))
     time_ = np.insert(time_, 5, time_[5])
     depth = path.indentation_at(time_)
