@@ -367,6 +367,8 @@ SOAK ?= 100000
 SOAK_BEYOND ?= 20000
 # BUSY=yes publishes times even if the machine was busy.
 BUSY ?=
+# KEEP=yes keeps the trainings of the last measurement of size against error.
+KEEP ?=
 IDLE := $(if $(BUSY),--busy)
 SPEED := --speed $(MEASUREMENTS)/training_speed.json
 DATA := --dataset $(DATASET)
@@ -413,9 +415,9 @@ measure-surrogates.makes := pretrained_errors  ## Errors, bands and cost of the 
 measure-surrogates.needs := M1-concat
 measure-inverse.makes := inverse_problem  ## The posterior of a material from a noisy curve: 10^6 samples of `fast`, SOLVER_SAMPLES=4000 of the solver (SAMPLES=1000000)
 measure-inverse.with := --samples $(SAMPLES) --solver-samples $(SOLVER_SAMPLES) $(IDLE)
-measure-size-error.makes := size_error  ## Train LSTMs of 8 to 256 units as `fast` and compare them with the paper's models (hours; resumes)
-measure-size-error.with := --dataset $(ANY_SOLID) --runs $(OUT)/size_error $(ALL_MODELS)
-measure-size-error.needs := any_solid
+measure-size-error.makes := size_error  ## Train LSTMs of 8 to 256 units as `fast` and compare them with the paper's models (half an hour; resumes; KEEP=yes keeps the LSTMs)
+measure-size-error.with := --dataset $(ANY_SOLID) --runs $(OUT)/size_error $(ALL_MODELS) $(if $(KEEP),--keep-lstms)
+measure-size-error.needs := $(if $(KEEP),,any_solid)
 measure-broad-band.makes := broad_band  ## Pull-off of broad-band solids over the unloading rate
 measure-broad-band.beside := broad_band.csv
 measure-large-tabor.makes := large_tabor  ## Pull-off, a viscoelastic crack and their cost at large Tabor parameters

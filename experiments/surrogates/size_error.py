@@ -92,6 +92,21 @@ def compared(found: Sequence[Trajectory], true: Sequence[Trajectory], hidden: Hi
     return {name: quantiles(values) for name, values in errors.items()}
 
 
+def kept(out: Path, settings: dict[str, int], units: Sequence[int]) -> list[dict[str, Any]]:
+    """The rows of the LSTMs in the last result.
+
+    Raises:
+        ValueError: There is none, or its settings or sizes are others.
+    """
+    last = json.loads(out.read_text(encoding="utf-8")) if out.is_file() else {"lstm": []}
+    found = {name: last.get(name) for name in settings}, [row["units"] for row in last["lstm"]]
+    if found != (settings, [*units]):
+        raise ValueError(
+            f"{out} must hold LSTMs of {[*units]} units with {settings}; received {found[1]} with {found[0]}"
+        )
+    return last["lstm"]
+
+
 def main(
     count: Annotated[int, typer.Option(help="How many hidden protocols of each kind.")] = 2000,
     units: Annotated[list[int] | None, typer.Option(help="Units of an LSTM; repeat the option.")] = None,
@@ -103,14 +118,23 @@ def main(
     runs: Annotated[Path, typer.Option(help="Where trainings are kept.")] = RUNS,
     models: Models = MODELS,
     out: Out = OUT,
+    keep_lstms: Annotated[
+        bool, typer.Option(help="Keep the LSTMs of the last result, and compare the models of the paper again.")
+    ] = False,
 ) -> None:
     """Train what is not trained yet, and compare on the same hidden protocols."""
+    settings = {"count": count, "trajectories": trajectories, "epochs": epochs}
+    content: dict[str, Any] = {
+        **settings,
+        "lstm": kept(out, settings, units or UNITS) if keep_lstms else [],
+        "paper": [],
+    }
     limit_threads(1)
     import_keras()
-    lstms = {size: trained(size, dataset, trajectories, epochs, runs) for size in units or UNITS}
-    kinds = {"paper": Hidden.draw(count, MODULUS_RATIO), "any": Hidden.draw(count, ANY_SOLID)}
+    several = () if keep_lstms else units or UNITS
+    lstms = {size: trained(size, dataset, trajectories, epochs, runs) for size in several}
+    kinds = {"paper": Hidden.draw(count, MODULUS_RATIO)} | ({"any": Hidden.draw(count, ANY_SOLID)} if lstms else {})
     truth = {kind: list(progress(hidden.simulated(), f"solver, {kind}", len(hidden))) for kind, hidden in kinds.items()}
-    content: dict[str, Any] = {"count": count, "trajectories": trajectories, "epochs": epochs, "lstm": [], "paper": []}
     for size, model in lstms.items():
         row = {"units": size, "parameters": model.run["parameters"], "core_seconds": model.run["cpu_seconds"]}
         row["test"] = unseen(model, dataset, trajectories)
@@ -127,4 +151,4 @@ def main(
         content["paper"].append(row | {"paper": compared(found, truth["paper"], kinds["paper"])})
     options = f"--count {count} --trajectories {trajectories} --epochs {epochs}"
     chosen = "".join(f" --units {size}" for size in units or ())
-    write_result(out, f"size_error {options}{chosen}", plain(content))
+    write_result(out, f"size_error {options}{chosen}{' --keep-lstms' if keep_lstms else ''}", plain(content))

@@ -29,6 +29,8 @@ NAMES = (
 )
 """Names of the places of the page that are filled."""
 PAPER_RECIPE = "M1-concat-paper"
+DECISIONS = {"holds": "Hold", "tie": "Are ties", "fails": "Fail", "not decided": "Are not decided"}
+"""Headings of the statements, by the decision on their orders."""
 MEDIANS = {"pull_off_force_percent": "median pull-off error", "hysteresis_percent": "median hysteresis error"}
 
 
@@ -42,7 +44,7 @@ def values(published: Path) -> dict[str, str]:
     ranked, forces, features, shown = (_read(published, name) for name in names)
     texts = (
         seeds_text(ranked),
-        statements_table(ranked, single_errors(published / "models", features)),
+        f"{statements_text(ranked)}\n\n{statements_table(ranked, single_errors(published / 'models', features))}",
         spread_table(ranked),
         inputs_table(shown, features, ranked),
         training_table(published / "models" / PAPER_RECIPE),
@@ -57,6 +59,14 @@ def seeds_text(ranked: dict[str, Any]) -> str:
     present = [len(ranked["models"].get(name, ())) for name in names]
     whole = sum(count >= wanted for count in present)
     return f"{sum(present)} of {wanted * len(names)} trainings; {whole} of {len(names)} models have all {wanted} seeds"
+
+
+def statements_text(ranked: dict[str, Any]) -> str:
+    """One line for each decision, with the statements that it is about."""
+    words: dict[str, list[str]] = {decision: [] for decision in DECISIONS}
+    for claim in study.ranked():
+        words[ranked["claims"][claim["ranking"]]["decision"]].append(says(claim["ranking"]))
+    return "\n".join(f"- **{label}**: {', '.join(words[key]) or 'none'}." for key, label in DECISIONS.items())
 
 
 def single_errors(models: Path, features: dict[str, Any]) -> dict[str, float]:

@@ -1,6 +1,7 @@
 """Small models are trained once, measured as what they are, and drawn beside those of the paper."""
 
 import json
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -63,6 +64,15 @@ def test_models_are_trained_once_and_compared_with_the_papers(dataset, tmp_path,
     again = measure(tmp_path)
     assert "epoch" not in capsys.readouterr().out.replace("'epochs'", "")
     assert again["lstm"] == content["lstm"]
+    shutil.rmtree(tmp_path / "runs")
+    kept = measure(tmp_path, keep_lstms=True)
+    assert (kept["lstm"], kept["paper"]) == (content["lstm"], content["paper"])
+    assert not (tmp_path / "runs").exists()
+
+
+def test_only_the_same_lstms_are_kept(tmp_path):
+    with pytest.raises(ValueError, match=r"must hold LSTMs of \[3, 5\] units .*; received \[\] with"):
+        measure(tmp_path, keep_lstms=True)
 
 
 def test_trainings_on_other_data_are_refused(dataset, tmp_path):

@@ -33,6 +33,9 @@ def test_the_page_says_what_seeds_decide_and_what_they_do_not(tmp_path):
     found = values(tmp_path)
     assert tuple(found) == NAMES
     lines = {line.split(" | ")[0].strip("| "): line for line in found["statements"].splitlines()}
+    assert found["statements"].startswith(
+        "- **Hold**: none.\n- **Are ties**: none.\n- **Fail**: D better than C.\n- **Are not"
+    )
     assert "| **fails** | 1 of 1 | D before C: < 0.001 | C |" in lines["D better than C"]
     assert lines["best input representation"].endswith("| C, by one training each |")
     assert "ended by the recipe |" in found["training of the paper"]
