@@ -13,7 +13,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from paper_figures.style import drawing, models_style
-from surrogate.architectures.naming import CONDITIONINGS, PAPER_FAMILIES
+from surrogate.architectures.naming import CONDITIONINGS, PAPER_FAMILIES, paper_names
 
 SHOWN = {
     "test_mse": "held-out MSE",
@@ -29,8 +29,9 @@ LEAST_SPAN = 6.0
 
 
 def limits(ranking: Any, metric: str) -> tuple[float, float]:
-    """Ends of an axis that shows all seeds and intervals, and at least two labels."""
-    ends = [value for spread in ranking["spread"].values() for value in spread[metric].values()] or [1.0]
+    """Ends of an axis that shows all seeds and intervals of the paper's models, and at least two labels."""
+    spreads = [ranking["spread"][name][metric] for name in paper_names() if name in ranking["spread"]]
+    ends = [value for spread in spreads for value in spread.values()] or [1.0]
     low, high = min(ends) / 1.2, max(ends) * 1.2
     wider = max(1.0, np.sqrt(LEAST_SPAN * low / high))
     return low / wider, high * wider
