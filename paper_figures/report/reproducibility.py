@@ -12,6 +12,7 @@ from typing import Any
 
 from bem._support.wording import markdown_table
 from experiments.seeds import ranking as study
+from experiments.seeds.ranking_statistics import FAILS, HOLDS, NOT_DECIDED, TIE
 from paper_figures.models.figure_features import LABELS
 from paper_figures.report.claims import SOURCES
 from paper_figures.style import drawing, models_style
@@ -29,7 +30,7 @@ NAMES = (
 )
 """Names of the places of the page that are filled."""
 PAPER_RECIPE = "M1-concat-paper"
-DECISIONS = {"holds": "Hold", "tie": "Are ties", "fails": "Fail", "not decided": "Are not decided"}
+DECISIONS = {HOLDS: "Hold", TIE: "Are ties", FAILS: "Fail", NOT_DECIDED: "Are not decided"}
 """Headings of the statements, by the decision on their orders."""
 MEDIANS = {"pull_off_force_percent": "median pull-off error", "hysteresis_percent": "median hysteresis error"}
 
