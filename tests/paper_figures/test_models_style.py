@@ -29,3 +29,16 @@ def test_missing_models_are_named():
     assert models_style.missing_note([], {"M3-FiLM": ["recipe", "backend"]}) == (
         "trained with another recipe and backend: M3-FiLM"
     )
+
+
+def test_seeds_are_stated_once_if_all_models_have_the_same_number():
+    def ranked(**seeds):
+        return {"models": {name: [{}] * count for name, count in seeds.items()}}
+
+    drawn = ["M1-concat", "M1-FiLM"]
+    same = models_style.spread_lines(ranked(**{"M1-concat": 3, "M1-FiLM": 3}), drawn)
+    assert same == ["median, least and largest of 3 seeds each"]
+    assert models_style.spread_lines(ranked(**{"M1-concat": 3, "M1-FiLM": 1}), drawn) == [
+        "median, least and largest of 3 seeds: M1-concat; one training each: M1-FiLM"
+    ]
+    assert models_style.spread_lines(ranked(**{"M1-concat": 1}), drawn) == []
