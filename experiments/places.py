@@ -106,7 +106,7 @@ def keywords(words: list[str], function: Callable[..., Any]) -> dict[str, Any]:
         name = option.removeprefix("--")
         if name not in known or not option.startswith("--") or value is None:
             allowed = ", ".join(f"--{one} VALUE" for one in known) or "no other options"
-            raise ValueError(f"options must be {allowed}; received {' '.join(words)!r}")
+            raise ValueError(f"expected {allowed}; received {' '.join(words)!r}")
         repeated = str(known[name].annotation).startswith("tuple[")  # a string, or an object whose text is the same
         found[name] = (*found.get(name, ()), value) if repeated else value
     absent = [name for name, parameter in known.items() if parameter.default is parameter.empty and name not in found]
