@@ -226,16 +226,17 @@ models: $(DATASET) | $(INSTALLED)  ## Train and publish the models that are not 
 		$(addprefix --only ,$(ONLY)) $(addprefix --epochs ,$(EPOCHS)) --runs $(OUT)/training --models $(MODELS) \
 		$(call list_also_unfinished,$(MODELS))
 
-# $(call beside,LABEL,OPTIONS) trains M1-concat differently from the 18 paper models, unless LABEL is published.
+# $(call beside,LABEL,OPTIONS,MODEL) trains a model, by default M1-concat, differently from the 18 paper models, unless
+# LABEL is published.
 define beside
-	[ -f $(MODELS)/$(1)/run.json ] || $(VENV)/bin/surrogate train M1-concat --label $(1) $(2) --dataset $(DATASET) \
+	[ -f $(MODELS)/$(1)/run.json ] || $(VENV)/bin/surrogate train $(or $(3),M1-concat) --label $(1) $(2) --dataset $(DATASET) \
 		--threads 1 --runs $(OUT)/training --models $(MODELS)
 	$(PY) $(MANIFEST) add $(MODELS)/$(1)
 endef
 
 .PHONY: model-paper-recipe
-model-paper-recipe: $(DATASET) | $(INSTALLED)  ## Train M1-concat by the paper's own recipe, as M1-concat-paper (hours)
-	$(call beside,M1-concat-paper,--recipe paper $(addprefix --epochs ,$(EPOCHS)))
+model-paper-recipe: $(DATASET) | $(INSTALLED)  ## Train MODEL, by default M1-concat, by the paper's own recipe, as MODEL-paper (hours)
+	$(call beside,$(MODEL)-paper,--recipe paper $(addprefix --epochs ,$(EPOCHS)),$(MODEL))
 
 # Of the four input representations of the paper, the third has the least error (`make feature-sets`).
 .PHONY: model-inputs-c

@@ -79,6 +79,11 @@ def test_models_beside_the_eighteen_are_trained_by_their_own_recipes_and_labels(
     }
 
 
+def test_another_model_is_trained_by_the_papers_recipe_under_its_own_label(tmp_path):
+    lines = commands("model-paper-recipe", "MODEL=M3-FiLM", f"PUBLISHED={tmp_path}", "-o", f"{tmp_path}/dataset.h5")
+    assert "surrogate train M3-FiLM --label M3-FiLM-paper --recipe paper " in " ".join(lines.split())
+
+
 def test_latencies_are_listed_among_what_is_published(tmp_path):
     lines = commands("bench-surrogate", "bench-stream", f"PUBLISHED={tmp_path}")
     for name, option in (("surrogate_latency", ""), ("stream_latency", "--stream ")):

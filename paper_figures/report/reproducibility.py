@@ -26,10 +26,12 @@ NAMES = (
     "spread over seeds",
     "inputs and step length",
     "training of the paper",
+    "recipe and ranking",
     "forces of the models",
 )
 """Names of the places of the page that are filled."""
-PAPER_RECIPE = "M1-concat-paper"
+PAPER_RECIPE = "-paper"
+"""End of the name of a model that was trained by the paper's recipe."""
 DECISIONS = {HOLDS: "Hold", TIE: "Are ties", FAILS: "Fail", NOT_DECIDED: "Are not decided"}
 """Headings of the statements, by the decision on their orders."""
 MEDIANS = {"pull_off_force_percent": "median pull-off error", "hysteresis_percent": "median hysteresis error"}
@@ -48,7 +50,8 @@ def values(published: Path) -> dict[str, str]:
         f"{statements_text(ranked)}\n\n{statements_table(ranked, single_errors(published / 'models', features))}",
         spread_table(ranked),
         inputs_table(shown, features, ranked),
-        training_table(published / "models" / PAPER_RECIPE),
+        training_table(published / "models" / f"M1-concat{PAPER_RECIPE}"),
+        recipe_table(published / "models", ranked),
         models_style.forces_note(forces) or "All published models were trained on the forces of the published file.",
     )
     return dict(zip(NAMES, texts, strict=True))
@@ -141,6 +144,25 @@ def training_table(folder: Path) -> str:
     native = number(test["native_pull_off_force_percent"]["median"], 2)
     rows.append(("median pull-off error, against the solver's own peak between the steps", "-", f"{native} %"))
     return "\n".join(["| | paper | here |", "|---|---|---|", *(f"| {' | '.join(row)} |" for row in rows)])
+
+
+def recipe_table(models: Path, ranked: dict[str, Any]) -> str:
+    """Errors of the models that were also trained by the paper's recipe, those of their seeds, and both orders."""
+    header = ["model", "epochs", "ended by", "held-out MSE", "of seeds", "median pull-off error (%)", "of seeds"]
+    rows, errors = [], {}
+    for name in paper_names():
+        folder = models / f"{name}{PAPER_RECIPE}"
+        if not (folder / "run.json").is_file() or not ranked["models"].get(name):
+            continue
+        run, metrics = (json.loads((folder / f"{one}.json").read_text(encoding="utf-8")) for one in ("run", "metrics"))
+        test, spread = metrics["test"], ranked["spread"][name]
+        errors[name] = (test["mse"]["mean"], spread["test_mse"]["median"])
+        cells = [name, str(metrics["epochs"]), "recipe" if run.get("ended_by") == "recipe" else "EPOCHS"]
+        pull_off = (test["pull_off_force_percent"]["median"], spread["pull_off_percent"]["median"])
+        rows.append([*cells, *map(number, errors[name]), *(number(one, 2) for one in pull_off)])
+    orders = [", ".join(sorted(errors, key=lambda name, at=at: errors[name][at])) for at in (0, 1)]
+    text = f"Order by held-out MSE: {orders[0]} by the recipe `paper`; {orders[1]} by the seeds."
+    return f"{markdown_table(header, rows, 'lrlrrrr')}\n\n{text}" if rows else "None yet."
 
 
 def _first(contenders: dict[str, list[str]], single: dict[str, float]) -> str | None:

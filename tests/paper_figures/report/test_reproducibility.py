@@ -5,7 +5,7 @@ import shutil
 
 import pytest
 
-from paper_figures.report.reproducibility import NAMES, values
+from paper_figures.report.reproducibility import NAMES, recipe_table, values
 from surrogate.inference.model_files import PUBLISHED
 
 
@@ -39,9 +39,37 @@ def test_the_page_says_what_seeds_decide_and_what_they_do_not(tmp_path):
     assert "| **fails** | 1 of 1 | D before C: < 0.001 | C |" in lines["D better than C"]
     assert lines["best input representation"].endswith("| C, by one training each |")
     assert "ended by the recipe |" in found["training of the paper"]
+    assert found["recipe and ranking"].splitlines()[2].startswith("| M1-concat | 280 | recipe | ")
     inputs = found["inputs and step length"].splitlines()
     assert [line.split(" | ")[0] for line in inputs[2:]] == ["| A", "| B", "| C", "| D", "| E"]
     assert inputs[-1].startswith("| E | D + step length | 1.00 | 1.00 | 1.00 | ")
     (tmp_path / "model_forces.json").unlink()
     with pytest.raises(FileNotFoundError, match="`make model-forces` makes it"):
         values(tmp_path)
+
+
+def test_the_orders_by_both_recipes_are_stated(tmp_path):
+    def trained(name, mse, **run):
+        folder = tmp_path / f"{name}-paper"
+        folder.mkdir()
+        test = {"mse": {"mean": mse}, "pull_off_force_percent": {"median": 2.0}}
+        (folder / "metrics.json").write_text(json.dumps({"epochs": 9, "test": test}), encoding="utf-8")
+        (folder / "run.json").write_text(json.dumps(run), encoding="utf-8")
+
+    spread = {"pull_off_percent": {"median": 1.0}}
+    ranked = {
+        "models": {"M1-concat": [{}], "M3-FiLM": [{}]},
+        "spread": {
+            name: spread | {"test_mse": {"median": mse}} for name, mse in (("M1-concat", 1e-4), ("M3-FiLM", 2e-4))
+        },
+    }
+    assert recipe_table(tmp_path, ranked) == "None yet."
+    trained("M1-concat", 4e-4, ended_by="recipe")
+    trained("M3-FiLM", 3e-4)
+    trained("M4-concat", 3e-4)
+    *rows, _, text = recipe_table(tmp_path, ranked).splitlines()
+    assert [row.split(" | ")[:3] for row in rows[2:]] == [
+        ["| M1-concat", "9", "recipe"],
+        ["| M3-FiLM", "9", "EPOCHS"],
+    ]
+    assert text == "Order by held-out MSE: M3-FiLM, M1-concat by the recipe `paper`; M1-concat, M3-FiLM by the seeds."
