@@ -34,6 +34,7 @@ REPRODUCIBILITY = (
     "spread over seeds",
     "inputs and step length",
     "training of the paper",
+    "recipe and ranking",
     "forces of the models",
 )
 FILES = {

@@ -237,9 +237,8 @@ def trained_otherwise(folder: Path, wanted: TrainingIdentity, data: TrajectoryDa
         if PUBLISHED_SEED in json.loads((folder / "run.json").read_text(encoding="utf-8")):
             found, wanted = found.of_any_seed(), wanted.of_any_seed()
         other = differences(found, wanted, but=("backend",))
-        compared = data is not None and wanted.extra is None and not other
-        if compared and not forces_agree(folder, data, wanted.parts["train"]):
-            return "of other forces"
+        if data is not None and wanted.extra is None and not other:
+            return "" if forces_agree(folder, data, wanted.parts["train"]) else "of other forces"
     except (FileNotFoundError, ValueError):
         return "which does not say how it was trained"
     return f"of another {', '.join(other)}" if other else ""
