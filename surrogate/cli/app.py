@@ -105,7 +105,7 @@ def train(
     split = data.split(split_seed).with_fraction(fraction, fold)
     if destination.exists() and not replace:
         wanted = TrainingIdentity.of(name, data, split, chosen, features=features, extra=more)
-        if why := trained_otherwise(destination, wanted, data):
+        if why := trained_otherwise(destination, wanted):
             labelled = "--label with another name" if label is None else "another --label"
             raise ValueError(
                 f"Expected {labelled}, or --replace, because {destination} holds a published model. "
@@ -172,7 +172,7 @@ def train_all(
     waiting = []
     for name in wanted:
         identity = TrainingIdentity.of(name, data, split, chosen)
-        reason = trained_otherwise(models / name, identity, data) if (models / name).exists() else "not published"
+        reason = trained_otherwise(models / name, identity) if (models / name).exists() else "not published"
         if not reason:
             continue
         if reason != "not published":

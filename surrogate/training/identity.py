@@ -8,9 +8,8 @@ from __future__ import annotations
 
 import hashlib
 import json
-import math
 import tomllib
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -19,7 +18,6 @@ import numpy as np
 
 from surrogate.architectures.registry import source_of
 from surrogate.data.dataset import PARTS, Split, TrajectoryDataset
-from surrogate.data.scaling import Scaling, symlog
 from surrogate.training.recipe import Recipe
 
 PUBLISHED_SEED = "published_seed"
@@ -48,9 +46,6 @@ ALIKE = tuple(name for name in EVERYTHING if not name.startswith("architecture")
 The backend is not one of them. Backends compute the same up to rounding; from one seed they draw different initial
 weights, which has the effect of another seed.
 """
-
-SAME_FORCES = 1e-9
-"""Largest relative difference of two means of the same forces, computed on two processors."""
 
 HELD_OUT = ("dataset", "validation", "test")
 """Quantities that must be equal for the errors of two models to be comparable."""
@@ -205,23 +200,7 @@ def fingerprint_differences(found: str, wanted: str, but: Iterable[str] = ()) ->
         return ["run"]
 
 
-def forces_agree(folder: Path, data: TrajectoryDataset, train: Sequence[int] | np.ndarray) -> bool:
-    """Return whether the scaling of a model directory was computed from the forces of the trajectories `train`.
-
-    The digest of a data set covers what was simulated, not the forces, which another version of the solver can change.
-
-    Args:
-        folder: Model directory with `scaling.json`, trained without a second data set.
-        data: The data set.
-        train: Indices of the training set.
-    """
-    values = symlog(data.force[np.asarray(train)])
-    mean, deviation = Scaling.load(folder / "scaling.json").force
-    pairs = ((mean, values.mean()), (deviation, values.std()))
-    return all(math.isclose(*pair, rel_tol=SAME_FORCES) for pair in pairs)
-
-
-def trained_otherwise(folder: Path, wanted: TrainingIdentity, data: TrajectoryDataset | None = None) -> str:
+def trained_otherwise(folder: Path, wanted: TrainingIdentity) -> str:
     """Return why a model directory is not the result of a training, as words for a message; `""` if it is.
 
     The backend is not compared, because backends differ by rounding only. The seed is not compared if the model was
@@ -230,15 +209,12 @@ def trained_otherwise(folder: Path, wanted: TrainingIdentity, data: TrajectoryDa
     Args:
         folder: The model directory.
         wanted: The training that would start now.
-        data: The data set of this training, to compare its forces too; not compared if a second data set joins it.
     """
     try:
         found = read_identity(folder)
         if PUBLISHED_SEED in json.loads((folder / "run.json").read_text(encoding="utf-8")):
             found, wanted = found.of_any_seed(), wanted.of_any_seed()
         other = differences(found, wanted, but=("backend",))
-        if data is not None and wanted.extra is None and not other:
-            return "" if forces_agree(folder, data, wanted.parts["train"]) else "of other forces"
     except (FileNotFoundError, ValueError):
         return "which does not say how it was trained"
     return f"of another {', '.join(other)}" if other else ""

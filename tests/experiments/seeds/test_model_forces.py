@@ -13,7 +13,6 @@ from bem.dataset.measurement_steps import measurement_grid
 from experiments.seeds import model_forces
 from surrogate.data.dataset import TrajectoryDataset
 from surrogate.inference.model_files import PUBLISHED
-from surrogate.training.identity import forces_agree
 
 ROOT = PUBLISHED.parent
 SEEDS = sorted(path.parent for path in ROOT.glob("seeds/*/seed-*/run.json"))
@@ -132,6 +131,6 @@ def test_the_published_list_is_what_the_study_finds():
 def test_a_model_of_other_forces_is_told_from_one_of_these(split):
     data, folder = TrajectoryDataset.load(ROOT / "dataset.h5"), SEEDS[0]
     train = np.array(split["train"])
-    assert forces_agree(folder, data, train)
+    assert model_forces.forces_agree(folder, data, train)
     moved = dataclasses.replace(data, force=data.force * (1.0 + 1e-5))
-    assert not forces_agree(folder, moved, train)
+    assert not model_forces.forces_agree(folder, moved, train)

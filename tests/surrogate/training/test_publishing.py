@@ -16,7 +16,6 @@ from surrogate.training.publishing import CARD, CARD_MARK, model_name, publish, 
 from surrogate.training.queue import run_queue
 from surrogate.training.recipe import Recipe
 from surrogate.training.runs import Run
-from tests.surrogate.scalings import save_scaling
 
 PATHS = ["../victim", "/tmp/victim", ".", "..", "", "a/b", "a\\b", ".hidden", "-r", "a b", "a\n", "é", "n" * 65]
 
@@ -163,7 +162,6 @@ def test_a_label_takes_no_published_model_s_place_unless_asked(label, tmp_path, 
     place = model_directory(tmp_path / "models" / label, **found)
     (place / "recipe.toml").write_text(Recipe.load(recipe).to_toml())
     data.split().save(place / "split.json")
-    save_scaling(place, data)
     before = contents(tmp_path)
     monkeypatch.setattr(cli, "import_keras", lambda: pytest.fail("the training began"))
     words = ["train", "M1-concat", "--label", label, "--dataset", str(dataset_path), "--recipe", str(recipe)]
