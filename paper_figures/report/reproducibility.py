@@ -30,8 +30,8 @@ NAMES = (
     "forces of the models",
 )
 """Names of the places of the page that are filled."""
-PAPER_RECIPE = "-paper"
-"""End of the name of a model that was trained by the paper's recipe."""
+PAPER_RECIPE_LABEL = "{}-paper"
+"""Label under which `make model-paper-recipe` publishes a model."""
 DECISIONS = {HOLDS: "Hold", TIE: "Are ties", FAILS: "Fail", NOT_DECIDED: "Are not decided"}
 """Headings of the statements, by the decision on their orders."""
 MEDIANS = {"pull_off_force_percent": "median pull-off error", "hysteresis_percent": "median hysteresis error"}
@@ -50,7 +50,7 @@ def values(published: Path) -> dict[str, str]:
         f"{statements_text(ranked)}\n\n{statements_table(ranked, single_errors(published / 'models', features))}",
         spread_table(ranked),
         inputs_table(shown, features, ranked),
-        training_table(published / "models" / f"M1-concat{PAPER_RECIPE}"),
+        training_table(published / "models" / PAPER_RECIPE_LABEL.format("M1-concat")),
         recipe_table(published / "models", ranked),
         models_style.forces_note(forces) or "All published models were trained on the forces of the published file.",
     )
@@ -132,9 +132,9 @@ def training_table(folder: Path) -> str:
     """The paper's model trained by the paper's recipe: its epochs, and its errors compared with the paper's."""
     if not (folder / "run.json").is_file():
         return "Not trained yet: `make model-paper-recipe`."
-    run, metrics = (json.loads((folder / f"{name}.json").read_text(encoding="utf-8")) for name in ("run", "metrics"))
+    metrics, by_recipe = _trained(folder)
     paper, test = drawing.paper_values("reference_model"), metrics["test"]
-    ended = "ended by the recipe" if run.get("ended_by") == "recipe" else "stopped before the recipe's own end"
+    ended = "ended by the recipe" if by_recipe else "stopped before the recipe's own end"
     most = next(
         claim["value"] for claim in drawing.paper_values("claims")["claim"] if "any model needed" in claim["says"]
     )
@@ -151,18 +151,26 @@ def recipe_table(models: Path, ranked: dict[str, Any]) -> str:
     header = ["model", "epochs", "ended by", "held-out MSE", "of seeds", "median pull-off error (%)", "of seeds"]
     rows, errors = [], {}
     for name in paper_names():
-        folder = models / f"{name}{PAPER_RECIPE}"
+        folder = models / PAPER_RECIPE_LABEL.format(name)
         if not (folder / "run.json").is_file() or not ranked["models"].get(name):
             continue
-        run, metrics = (json.loads((folder / f"{one}.json").read_text(encoding="utf-8")) for one in ("run", "metrics"))
+        metrics, by_recipe = _trained(folder)
         test, spread = metrics["test"], ranked["spread"][name]
         errors[name] = (test["mse"]["mean"], spread["test_mse"]["median"])
-        cells = [name, str(metrics["epochs"]), "recipe" if run.get("ended_by") == "recipe" else "EPOCHS"]
         pull_off = (test["pull_off_force_percent"]["median"], spread["pull_off_percent"]["median"])
+        cells = [name, str(metrics["epochs"]), "recipe" if by_recipe else "EPOCHS"]
         rows.append([*cells, *map(number, errors[name]), *(number(one, 2) for one in pull_off)])
-    orders = [", ".join(sorted(errors, key=lambda name, at=at: errors[name][at])) for at in (0, 1)]
-    text = f"Order by held-out MSE: {orders[0]} by the recipe `paper`; {orders[1]} by the seeds."
-    return f"{markdown_table(header, rows, 'lrlrrrr')}\n\n{text}" if rows else "None yet."
+    if not rows:
+        return "None yet."
+    by_paper, by_seeds = (", ".join(sorted(errors, key=lambda name, at=at: errors[name][at])) for at in (0, 1))
+    order = f"Order by held-out MSE: {by_paper} by the recipe `paper`; {by_seeds} by the seeds."
+    return f"{markdown_table(header, rows, 'lrlrrrr')}\n\n{order}"
+
+
+def _trained(folder: Path) -> tuple[dict[str, Any], bool]:
+    """Metrics of a model directory, and whether its recipe ended the training."""
+    run, metrics = (json.loads((folder / f"{name}.json").read_text(encoding="utf-8")) for name in ("run", "metrics"))
+    return metrics, run.get("ended_by") == "recipe"
 
 
 def _first(contenders: dict[str, list[str]], single: dict[str, float]) -> str | None:

@@ -139,10 +139,10 @@ def spread_lines(ranking: Any, drawn: Sequence[str], width: int = 150) -> list[s
             several.setdefault(count, []).append(name)
     if not several:
         return []
-    if len(several) == 1 and sum(map(len, several.values())) == len(drawn):
-        return [f"median, least and largest of {next(iter(several))} seeds each"]
-    parts = [f"of {count} seeds: {listed(names)}" for count, names in sorted(several.items(), reverse=True)]
     single = [name for name in drawn if seeds_of(ranking, name) < SEVERAL]
+    if len(several) == 1 and not single:
+        return [f"median, least and largest of {max(several)} seeds each"]
+    parts = [f"of {count} seeds: {listed(names)}" for count, names in sorted(several.items(), reverse=True)]
     rest = f"; one training each: {listed(single)}" if single else ""
     return textwrap.wrap(f"median, least and largest {'; '.join(parts)}{rest}", width)
 

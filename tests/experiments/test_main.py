@@ -37,3 +37,5 @@ def test_an_option_that_may_be_repeated_is_collected_and_one_that_must_be_given_
     assert keywords(["--architecture", "a.py", "--architecture", "b.py"], study) == {"architecture": ("a.py", "b.py")}
     with pytest.raises(ValueError, match="--architecture VALUE must be given"):
         keywords([], study)
+    with pytest.raises(ValueError, match="expected no other options; received '--resamples 0'"):
+        keywords(["--resamples", "0"], lambda: None)
