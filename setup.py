@@ -28,8 +28,7 @@ class BuildWithModel(build_py):
             shutil.copyfile(source / name, target / name)
         # Apart from the paper's, which are listed by their folders.
         if (pretrained := source.parents[1] / "pretrained").is_dir():
-            place = Path(self.build_lib) / "surrogate" / "pretrained" / "models"
-            shutil.copytree(pretrained, place, dirs_exist_ok=True)
+            shutil.copytree(pretrained, target.parent, dirs_exist_ok=True)
 
 
 setup(cmdclass={"build_py": BuildWithModel})

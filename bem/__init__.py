@@ -11,67 +11,33 @@ Examples:
 
 from typing import TYPE_CHECKING
 
-from bem._support.lazy_names import lazy_names
-
-if TYPE_CHECKING:
-    from bem.dataset.campaign.cases import Cases, load_cases
-    from bem.dataset.campaign.run import run_campaign
-    from bem.effects.recommendation import recommend
-    from bem.materials import Elastic, PronySeries, StandardLinearSolid
-    from bem.protocol import ForceProtocol, LoadingProtocol, PiecewiseLinearProtocol
-    from bem.scene import Scene
-    from bem.solver.paper_method import simulate_paper_method
-    from bem.solver.simulation import simulate
-    from bem.tractions import ConstantStress, Exponential, HardContact, LennardJones, TractionLaw
-    from bem.trajectory import Trajectory
+from bem._support.lazy_names import lazy_names, listed_names
 
 __version__ = "0.1.0"
 
-__all__ = [
-    "Cases",
-    "ConstantStress",
-    "Elastic",
-    "Exponential",
-    "ForceProtocol",
-    "HardContact",
-    "LennardJones",
-    "LoadingProtocol",
-    "PiecewiseLinearProtocol",
-    "PronySeries",
-    "Scene",
-    "StandardLinearSolid",
-    "TractionLaw",
-    "Trajectory",
-    "load_cases",
-    "recommend",
-    "run_campaign",
-    "simulate",
-    "simulate_paper_method",
-]
-
-_HOME = {
-    "Cases": "dataset.campaign.cases",
-    "ConstantStress": "tractions",
-    "Elastic": "materials",
-    "Exponential": "tractions",
-    "ForceProtocol": "protocol",
-    "HardContact": "tractions",
-    "LennardJones": "tractions",
-    "LoadingProtocol": "protocol",
-    "PiecewiseLinearProtocol": "protocol",
-    "PronySeries": "materials",
-    "Scene": "scene",
-    "StandardLinearSolid": "materials",
-    "TractionLaw": "tractions",
-    "Trajectory": "trajectory",
-    "load_cases": "dataset.campaign.cases",
-    "recommend": "effects.recommendation",
-    "run_campaign": "dataset.campaign.run",
-    "simulate": "solver.simulation",
-    "simulate_paper_method": "solver.paper_method",
-}
-
-
-# A type checker reads the imports above instead, and then refuses a name that is none.
-if not TYPE_CHECKING:
+if TYPE_CHECKING:
+    from bem.contact import Contact as Contact
+    from bem.dataset.cases import Cases as Cases
+    from bem.dataset.cases import load_cases as load_cases
+    from bem.dataset.run import run_campaign as run_campaign
+    from bem.effects.recommendation import recommend as recommend
+    from bem.indenter import PowerLaw as PowerLaw
+    from bem.materials import Elastic as Elastic
+    from bem.materials import PronySeries as PronySeries
+    from bem.materials import StandardLinearSolid as StandardLinearSolid
+    from bem.protocol import ForceProtocol as ForceProtocol
+    from bem.protocol import LoadingProtocol as LoadingProtocol
+    from bem.protocol import PiecewiseLinearProtocol as PiecewiseLinearProtocol
+    from bem.scene import Scene as Scene
+    from bem.solver.paper_method import simulate_paper_method as simulate_paper_method
+    from bem.solver.simulation import simulate as simulate
+    from bem.tractions import ConstantStress as ConstantStress
+    from bem.tractions import Exponential as Exponential
+    from bem.tractions import HardContact as HardContact
+    from bem.tractions import LennardJones as LennardJones
+    from bem.tractions import TractionLaw as TractionLaw
+    from bem.trajectory import Trajectory as Trajectory
+else:  # the imports above are the list of the public names; each loads on first use
+    _HOME = listed_names(__file__, __name__)
+    __all__ = sorted(_HOME)
     __getattr__, __dir__ = lazy_names(__name__, _HOME, globals())

@@ -3,7 +3,8 @@
 One parameter, the target relative error, sets all others: spacing at the contact edge (between third and fourth order,
 without adhesion second), spacing elsewhere by the curvature of the traction, length of a time step (third order),
 residual of an equilibrium, extent of the mesh.
-The named accuracies are targets too. The constants were chosen by `make bench-solver`, which measures what they give.
+The named accuracies are targets too. The constants were chosen by
+`python -m experiments bench_solver`, which measures what they give.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from numbers import Real
 from typing import NamedTuple
 
 from bem._support.wording import shown
+from bem.indenter import PARABOLOID
 
 NAMED_TARGETS = {"draft": 1.7e-2, "standard": 4e-3, "reference": 1.5e-4}
 LOOSEST, TIGHTEST = 5e-2, 2e-5
@@ -35,6 +37,18 @@ class Controls(NamedTuple):
     longest_step: float  # largest step as a fraction of its protocol segment
 
 
+class BranchControls(NamedTuple):
+    """Parameters by which the branch of elastic equilibria is followed; the first three as in `Controls`."""
+
+    edge_spacing: float
+    growth: float
+    widest: float
+    far_gap: float  # gap at which a mesh ends, beyond that on the axis
+    first_gap: float  # on the axis; surfaces farther apart hardly deform
+    step: float  # of the contact radius, as a fraction of it
+    residual: float  # last relative change of a gap
+
+
 @dataclass(frozen=True)
 class Accuracy:
     """A target relative error of pull-off force, hysteresis and force history, and the controls that meet it."""
@@ -42,14 +56,12 @@ class Accuracy:
     name: str
     target: float
 
-    def controls(self, resistance: float = 1.0, adhesive: bool = True) -> Controls:
+    def controls(self, resistance: float = 1.0) -> Controls:
         """Discretisation for this target; spacing and step shrink with their orders of convergence.
 
         Args:
             resistance: how much viscosity holds a moving contact edge back, from 0 (not at all, it sticks at the nodes
-                of a coarse mesh) to 1; see `bem.solver.discretisation.cohesive_zone`.
-            adhesive: whether there is adhesion; without it the traction has a kink at the edge, and is interpolated
-                linearly.
+                of a coarse mesh) to 1; see `bem.discretisation.cohesive_zone`.
 
         Returns:
             The tolerances and spacings that the solver uses.
@@ -58,8 +70,6 @@ class Accuracy:
         tight = ratio < 1.0
         if tight:  # the shallowest contacts converge a little more slowly than the others
             ratio **= 1.1
-        if not adhesive:
-            return self.line_controls()
         spacing = (0.11 + 0.10 * resistance) * ratio ** (0.35 if tight else 0.27)
         limit = _PINNED_ABOVE + resistance**2 * (_PINNED_ABOVE_VISCOUS - _PINNED_ABOVE)
         wider = ratio ** (0.3 if tight else 0.2)
@@ -75,30 +85,45 @@ class Accuracy:
             longest_step=_longest_step(ratio),
         )
 
-    def line_controls(self, elastic: bool = False) -> Controls:
-        """The same where the traction is interpolated linearly: without adhesion, and on a grid that moves.
+    def branch_controls(self, tabor: float, fineness: float = 1.0, exponent: float = PARABOLOID) -> BranchControls:
+        """The same for the branch of elastic equilibria; `fineness` is that of the traction law."""
+        ratio = self.target / NAMED_TARGETS["standard"]
+        finer, apart = min(ratio**0.3, 1.15), min(ratio, 1.0) ** -0.18
+        power = (2.0 * exponent - 1.0) / (4.0 * exponent - 1.0)
+        flat = flatness(exponent)
+        first_gap = max(9.0, 4.0 * tabor**power) * apart  # spheres snap on at a gap of 2.64 mu^(3/7)
+        return BranchControls(
+            edge_spacing=0.11 * finer * fineness**1.25 * flat,
+            growth=1.0 + 0.24 * finer,
+            widest=0.12 * finer * flat**2,
+            far_gap=max(40.0 / finer, 2.0 * first_gap),
+            first_gap=first_gap,
+            step=0.2 * finer * fineness**0.5 * flat,
+            residual=1e-3 * min(ratio, 1.0),
+        )
 
-        Args:
-            elastic: whether the material has no memory; its loop loses little energy and needs a smaller error.
-
-        Returns:
-            The tolerances and spacings that the solver uses.
-        """
+    def line_controls(self) -> Controls:
+        """The same where the traction is interpolated linearly: without adhesion, and on a grid that moves."""
         ratio = self.target / _UNIT_TARGET
         if ratio < 1.0:
             ratio **= 1.1
-        capped = min(ratio, 4.0)
+        capped = min(ratio, 4.0) ** 0.35
         return Controls(
-            edge_spacing=min(0.10 * ratio**0.5, 0.10 if elastic else 0.12),
+            edge_spacing=min(0.10 * ratio**0.5, 0.12),
             curvature=4e-3 * ratio,
-            growth=1.0 + (0.12 * capped**0.15 if elastic else 0.15 * capped**0.35),
-            widest=0.05 * capped**0.15 if elastic else 0.07 * capped**0.35,
+            growth=1.0 + 0.15 * capped,
+            widest=0.07 * capped,
             far_gap=_far_gap(ratio),
             prediction=0.03 * ratio**0.75,
             residual=min(2e-5 * ratio, 1e-4),
             fold_increment=_fold_increment(ratio),
             longest_step=_longest_step(ratio),
         )
+
+
+def flatness(exponent: float) -> float:
+    """Factor of the spacing at the edge of a flat indenter, whose pressure grows towards the edge; 1 for others."""
+    return min((PARABOLOID / exponent) ** 0.5, 1.0)
 
 
 def _far_gap(ratio: float) -> float:

@@ -23,7 +23,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bem._numerics.jit import kernel
+from bem._support.jit import kernel
 from bem._support.validation import FloatArray, finite_number, finite_vector
 from bem._support.wording import shown
 

@@ -23,6 +23,8 @@ LARGEST_FORCE = 1e9
 LARGEST_RATE = 1e12
 SMALLEST_RATE = 1e-12
 LONGEST_DWELL = 1e12
+MOST_INSTANTS = 100_000
+"""Of one history; the solver takes a step at least from each to the next."""
 
 
 @overload
@@ -35,7 +37,11 @@ def default_start_indentation(tabor: float | FloatArray) -> float | FloatArray:
 
 
 def _require_pairs(name: str, instants: FloatArray, values: FloatArray, largest: float) -> None:
-    """Refuse a history whose values are not as many as its instants, or too large."""
+    """Refuse a history whose values are not as many as its instants, or too large, and one of too many instants."""
+    if len(instants) > MOST_INSTANTS:
+        raise ValueError(
+            f"times must be at most {MOST_INSTANTS} instants, between which {name} are linear; received {len(instants)}"
+        )
     if len(instants) != len(values):
         raise ValueError(f"times and {name} must have the same length; received {len(instants)} and {len(values)}")
     if np.max(np.abs(values)) > largest:
@@ -53,12 +59,12 @@ class PiecewiseLinearProtocol:
     """An indentation history that is linear between given instants.
 
     Args:
-        times: instants, strictly increasing, at least two.
+        times: instants, strictly increasing, 2 to 100,000.
         indentations: indentation at each of them.
         phases: what each segment is called; by default 'loading', 'dwell' or 'unloading' by the sign of its rate.
 
     Raises:
-        ValueError: for unequal lengths, non-finite values, times that do not increase or unknown phases.
+        ValueError: for unequal or too large lengths, non-finite values, times that do not increase or unknown phases.
     """
 
     times: FloatArray
@@ -112,11 +118,11 @@ class ForceProtocol:
     bears, the sphere flies off, and the trajectory ends there.
 
     Args:
-        times: instants, strictly increasing, at least two.
+        times: instants, strictly increasing, 2 to 100,000.
         forces: force at each of them, in pi R dgamma, tension positive, so that a weight is negative; within +-1e9.
 
     Raises:
-        ValueError: for unequal lengths, non-finite values or times that do not increase.
+        ValueError: for unequal or too large lengths, non-finite values or times that do not increase.
 
     Examples:
         >>> creep = ForceProtocol(times=[0.0, 1e-3, 10.0], forces=[0.0, -5.0, -5.0])
@@ -245,3 +251,13 @@ def by_phase(phases: Iterable[Phase], values: Iterable[_Number]) -> dict[str, _N
     for phase, value in zip(phases, values, strict=True):
         sums[phase] = sums.get(phase, 0) + value
     return sums
+
+
+def in_phase(history: PiecewiseLinearProtocol | ForceProtocol, instants: FloatArray, phase: Phase) -> np.ndarray:
+    """Whether instants (n,) lie in segments of a phase, both ends included; bool (n,)."""
+    named = np.array([name == phase for name in history.phases])
+    ending, beginning = (
+        named[np.clip(np.searchsorted(history.times, instants, side) - 1, 0, named.size - 1)]
+        for side in ("left", "right")
+    )
+    return ending | beginning

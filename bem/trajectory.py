@@ -13,12 +13,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bem._numerics.interpolation import ForceInterpolant
+from bem._support.interpolation import ForceInterpolant
 from bem._support.quantities import FORCE, UNITS
 from bem._support.tabular import Column, Tabular
 from bem._support.validation import FloatArray
+from bem.profiles import Profiles
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from matplotlib.figure import Figure
 
 FAR_FIELD_FACTOR = 4.0
@@ -46,6 +49,11 @@ def far_field(force: ArrayLike, indentation: ArrayLike, *, doubt: float = 0.0) -
     return np.asarray(force) <= FAR_FIELD_FACTOR * alone + doubt
 
 
+def is_completed(status: str) -> bool:
+    """Whether a `Trajectory.status`, also one that was stored, is that of a completed trajectory."""
+    return status.startswith(("completed", "detached"))
+
+
 @dataclass(frozen=True)
 class Jump:
     """An instability: the contact changes to another branch of equilibria at constant time and indentation.
@@ -71,6 +79,12 @@ class Jump:
 class Statistics:
     """Numbers of steps, iterations and nodes of a simulation; only `seconds` depends on the machine."""
 
+    rung: str = "boundary elements"
+    """Which solution answered: "boundary elements", "elastic branch", "Hertz" or "elements"."""
+    left_out: tuple[str, ...] = ()
+    """Effects of the scene that were too small to matter; see `bem.small_effects`."""
+    left_out_error: float = 0.0
+    """Bound of the relative error of the force that leaving them out makes."""
     steps: int = 0
     """Accepted time steps."""
     steps_by_phase: dict[str, int] = field(default_factory=dict)
@@ -88,16 +102,23 @@ class Statistics:
     """Mean size of the linear systems: nodes whose traction answers to the gap."""
     grid_nodes: int = 0
     """Size of the master grid on which memory lives, at the start where it moves with the edge."""
+    attempts: int = 1
+    """How often the simulation was begun, each time at a tighter accuracy; the counts above are of the last."""
+    failed_attempts: int = 0
+    """Those of them that found no way through."""
+    multiply_adds: int = 0
+    """Work of all attempts, estimated from the sizes of the linear systems; `bem.simulate` bounds it."""
     seconds: float = 0.0
+    """Of all attempts."""
 
 
 @dataclass(frozen=True, repr=False)
 class Trajectory(Tabular):
     """A force history, in arrays of equal length; at a jump two entries share one time, before and after.
 
-    When `status` is not "completed" it says why, and the arrays end where the solution does. Under a prescribed force
-    that the contact comes not to bear, it begins with "detached", and the last entry is that before the sphere flies
-    off.
+    `status` begins with "completed", and says more where the accuracy had to be tightened. Otherwise it says why not,
+    and the arrays end where the solution does. Under a prescribed force that the contact comes not to bear, it begins
+    with "detached", and the last entry is that before the sphere flies off. Ask `completed`; the words may change.
     """
 
     time: FloatArray
@@ -117,6 +138,10 @@ class Trajectory(Tabular):
     """Stiffness of the spring between stage and sphere, in pi R dgamma / h0; `None` where there is none."""
     by_force: bool = False
     """Whether the protocol prescribed the force."""
+    attraction: float = 1.0
+    """Attraction of the undeformed indenter at the last indentation, over that of the paraboloid."""
+    profiles: Profiles | None = None
+    """Gap, traction and displacement over the radius, at the instants that `simulate` was asked for."""
 
     @property
     def stage(self) -> FloatArray:
@@ -128,15 +153,18 @@ class Trajectory(Tabular):
         """Relative error to be expected of the hysteresis: `accuracy`, more where an elastic loop loses little.
 
         The jumps of an elastic contact are exact to `accuracy` times half of h0 pi R dgamma, however small the loop.
+        Effects that were left out add their bound times `turnover`.
         """
+        loop = max(self.hysteresis, 1e-12)
+        left_out = self.stats.left_out_error * self.turnover() / loop if self.stats.left_out else 0.0
         if not np.isfinite(self.energy_balance):
-            return self.accuracy
-        return self.accuracy * max(1.0, 0.5 / max(self.hysteresis, 1e-12))
+            return self.accuracy + left_out
+        return self.accuracy * max(1.0, 0.5 / loop) + left_out
 
     @property
     def completed(self) -> bool:
         """Whether the history reaches the end of the protocol, or its contact ended under the prescribed force."""
-        return self.status == "completed" or self._flew_off
+        return is_completed(self.status)
 
     @property
     def _flew_off(self) -> bool:
@@ -182,9 +210,10 @@ class Trajectory(Tabular):
         gap of the largest tension, so that a slow unloading ends attached there. A sphere that flew off under a
         prescribed force is detached.
         """
-        return self._flew_off or (
-            self.completed and bool(self.contact_radius[-1] == 0.0 and far_field(self.force[-1], self.indentation[-1]))
-        )
+        if not self.completed or self._flew_off:
+            return self._flew_off
+        force = self.force[-1] / self.attraction
+        return bool(self.contact_radius[-1] == 0.0 and far_field(force, self.indentation[-1]))
 
     @cached_property
     def hysteresis(self) -> float:
@@ -226,6 +255,12 @@ class Trajectory(Tabular):
             return ForceInterpolant(self.time, self.force, [], self.time)
         return ForceInterpolant(self.time, self.force, [jump.time for jump in self.jumps], self.time[self._corner])
 
+    @property
+    def corners(self) -> FloatArray:
+        """Instants at which a segment of the protocol begins, and the end; of a prescribed force the ends only."""
+        inner = self.time[self._corner] if not self.by_force else self.time[:0]
+        return np.unique(np.concatenate([self.time[:1], inner, self.time[-1:]]))
+
     @cached_property
     def _corner(self) -> np.ndarray:
         rates = np.diff(self.stage) / np.maximum(np.diff(self.time), 1e-300)
@@ -264,6 +299,18 @@ class Trajectory(Tabular):
         from bem.plots import draw_trajectory
 
         return draw_trajectory(self, title)
+
+    def filmstrip(self, path: str | Path) -> None:
+        """Draw the contact at the instants that tell its story (.png, .pdf, .svg); see `bem.film.draw_filmstrip`."""
+        from bem.film import draw_filmstrip
+
+        draw_filmstrip(self).savefig(path, dpi=200)
+
+    def animate(self, path: str | Path) -> None:
+        """Write the moving contact beside its force history (.gif, or .mp4 by ffmpeg); see `bem.film.write_film`."""
+        from bem.film import write_film
+
+        write_film(self, path)
 
     def summary(self) -> dict[str, Any]:
         """The scalars of the trajectory, ready for JSON: status, pull-off, hysteresis, work, jumps, statistics."""

@@ -20,6 +20,7 @@ import numpy as np
 from bem import Elastic, StandardLinearSolid
 from bem.lab import ForceCurve, Setup
 from bem.lab.units import readable
+from bem.plots import COLOURS
 
 TIP = Setup(
     radius=20e-9,
@@ -30,7 +31,7 @@ TIP = Setup(
     material=StandardLinearSolid(modulus_ratio=0.3),
 )
 CANTILEVERS = (0.5, 3.0, 40.0, None)  # N/m; the last is a rigid one
-COLORS = ("#0072B2", "#E69F00", "#009E73", "#D55E00")
+COLORS = [COLOURS[name] for name in ("M1", "M5", "M3", "M2")]  # which readers of all eyes tell apart
 DEPTH, SPEED = 3e-9, 2e-7  # m, m/s, of the stage
 AWAY = 25e-9  # m, from where the softest is sure to let go
 

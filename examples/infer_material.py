@@ -3,7 +3,7 @@
 A sphere is pressed in, held and pulled off. Radius, work of adhesion and range h0 of the adhesion are known; Tabor
 parameter, modulus ratio and retardation time are not, and are uniform in their logarithms before the measurement.
 `surrogate.load("fast")` predicts the curves of many parameters. A few hundred simulations near the answer tell how far
-it is from the solver, and this error belongs to the likelihood (`surrogate.inference.posterior`). The same posterior
+it is from the solver, and this error belongs to the likelihood (`surrogate.posterior`). The same posterior
 with the solver instead, of fewer samples, shows whether the surrogate may be believed.
 
 Units: lengths in h0, force in pi R dgamma (tension positive), time in s.
@@ -27,7 +27,7 @@ from scipy.interpolate import PchipInterpolator
 import surrogate
 from bem import LoadingProtocol, Scene, StandardLinearSolid, simulate
 from bem.protocol import default_start_indentation
-from surrogate.inference.posterior import Likelihood, Prior, Sample, batches, search, widened
+from surrogate.posterior import Likelihood, Prior, Sample, batches, search, widened
 
 PRIOR = Prior({"tabor": (0.8, 3.2), "modulus_ratio": (0.02, 0.5), "retardation_time": (0.2, 5.0)})
 TRUE = (1.37, 0.113, 1.21)
@@ -70,7 +70,8 @@ def own_instants(tabor: np.ndarray, retardation_time: np.ndarray) -> np.ndarray:
 def predicted(model: Any, logarithms: np.ndarray) -> np.ndarray:
     """Forces of the surrogate for some hundred parameters (n, 3), shape (n, 200)."""
     tabor, ratio, times = np.exp(logarithms).T
-    found = model.trajectories([protocol(one) for one in times.tolist()], tabor=tabor, modulus_ratio=ratio)
+    scenes = [Scene(*pair) for pair in zip(tabor.tolist(), map(StandardLinearSolid, ratio.tolist()), strict=True)]
+    found = model.predict(scenes, [protocol(one) for one in times.tolist()])
     own = np.array([one.time for one in found])
     # One after the other on one axis, all histories are interpolated at once.
     shift = (own[:, -1].max() + 1.0) * np.arange(len(found))[:, np.newaxis]

@@ -2,13 +2,13 @@
 
 A polystyrene bead of 37 micrometres on a soft cantilever was pressed into the gray matter of a zebrafish spinal cord
 section and withdrawn, in liquid. `measured_tissue.csv` names the source of the curve; its licence is in
-`measured_tissue.LICENSE`. The fit knows the cantilever and finds modulus, work of adhesion, relaxation, contact point
-and offset at once. Hertz's formula on the deep part of the approach alone gives one apparent modulus; nanite, whose
-authors published the curve, finds 57.6 Pa for it so.
+`measured_tissue.LICENSE`. The ladder of models is climbed up to the solver, which finds modulus, work of adhesion,
+relaxation, contact point, offset, tilt and drag at once. Hertz's formula on the approach alone gives one apparent
+modulus; nanite, whose authors published the curve, finds 57.6 Pa for it so.
 
-The loop of loading and unloading is described; three things are not, and the fit says that its residuals are far above
-the noise: the surface is felt before it carries load, threads of tissue hold on after the contact has opened, and the
-liquid drags on the cantilever, so that the baselines of approach and retraction differ.
+The loop of loading and unloading is described in the large. The fit says that no model is adequate, because the surface
+is felt before it carries load, and threads of tissue hold on after the contact has opened. In place of intervals it
+gives the spread of Hertz's modulus over windows of depth.
 
 Run: `python examples/measured_tissue.py [PICTURE]` (needs the extra `lab`). It draws curve, fit and residuals into
 `measured_tissue.png`, or the file named.
@@ -20,7 +20,7 @@ import sys
 from pathlib import Path
 
 from bem.lab import FitResult, ForceCurve, fit
-from bem.lab.guess import deep_contact, first_contact, guess_setup
+from bem.lab.guess import guess_setup
 from bem.lab.units import readable
 
 CURVE = Path(__file__).with_name("measured_tissue.csv")
@@ -32,16 +32,9 @@ def read() -> ForceCurve:
     return ForceCurve.read(CURVE, stiffness=STIFFNESS, force_sign="compression")
 
 
-def apparent_modulus(curve: ForceCurve) -> float:
-    """Young's modulus, in Pa, for nu = 1/2, that Hertz gives the deep part of the approach.
-
-    Raises:
-        ValueError: the approach has no deep part.
-    """
-    found = deep_contact(curve, first_contact(curve), RADIUS)
-    if found is None:
-        raise ValueError("the curve must have an approach that grows; received one that does not")
-    return 0.75 * found[1]
+def apparent_modulus(curve: ForceCurve) -> FitResult:
+    """Hertz on the approach alone."""
+    return fit(curve, guess_setup(curve, radius=RADIUS), model="hertz", segment="approach")
 
 
 def fitted(curve: ForceCurve, accuracy: str | float = "standard") -> FitResult:
@@ -54,8 +47,10 @@ def main(path: str | Path = "measured_tissue.png") -> None:
     curve = read()
     result = fitted(curve)
     print(result.summary())
-    at_once = result.values["relaxed_modulus"] / result.values["modulus_ratio"]
-    print(f"Instantaneous modulus {readable(at_once, 'Pa')}; Hertz alone, {readable(apparent_modulus(curve), 'Pa')}.")
+    hertz = apparent_modulus(curve)
+    low, high = (readable(end, "Pa") for end in hertz.intervals["relaxed_modulus"])
+    alone = readable(hertz.values["relaxed_modulus"], "Pa")
+    print(f"Hertz on the approach alone: {alone}, between {low} and {high} over windows of depth.")
     result.plot(path)
 
 

@@ -20,6 +20,7 @@ from scipy.optimize import brentq
 from bem import StandardLinearSolid
 from bem.lab import Setup
 from bem.lab.units import readable
+from bem.plots import COLOURS, PULL_OFF
 from bem.reference_solutions.jkr import PULL_OFF_FORCE
 
 LENS = Setup(
@@ -67,15 +68,15 @@ def draw(planned: dict[float, float], path: str | Path) -> None:
     figure = Figure(figsize=(5.5, 3.8), layout="constrained")
     axes = figure.subplots()
     speeds = np.geomspace(*SPEEDS, 25)
-    axes.loglog(speeds, [pull_off_force(speed) for speed in speeds], color="#0072B2", linewidth=1.4)
+    axes.loglog(speeds, [pull_off_force(speed) for speed in speeds], color=COLOURS["solver"], linewidth=1.2)
     at_rest = PULL_OFF_FORCE * LENS.force_scale
     axes.axhline(at_rest, color="0.6", linewidth=0.8)
     axes.annotate("elastic", (SPEEDS[1], at_rest), xytext=(0, 3), textcoords="offset points", ha="right", color="0.4")
     for force, speed in planned.items():
-        axes.plot(speed, force, "o", color="#D55E00", markersize=5)
+        axes.plot(speed, force, "o", color=PULL_OFF, markersize=5)
         # With the micro sign of the axes.
         words = f"{readable(force, 'N')} at {readable(speed, 'm/s')}".replace(" u", " µ")
-        axes.annotate(words, (speed, force), xytext=(8, -4), textcoords="offset points", color="#D55E00")
+        axes.annotate(words, (speed, force), xytext=(8, -4), textcoords="offset points", color=PULL_OFF)
     axes.xaxis.set_major_formatter(EngFormatter("m/s"))
     axes.yaxis.set_major_formatter(EngFormatter("N"))
     axes.set_yticks([1e-3, 2e-3, 5e-3])

@@ -10,7 +10,6 @@ from __future__ import annotations
 import contextlib
 import json
 import os
-import tomllib
 import warnings
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -20,14 +19,17 @@ import numpy as np
 
 from bem._support.outputs import write_whole
 from bem._support.provenance import provenance
+from bem._support.text_files import read_toml
 from bem.dataset.designs import QUANTITIES
 from bem.dataset.measurement_steps import FMS, measurement_grid
 from experiments.paper_numbers import PAPER_VALUES as PAPER_VALUES
 from experiments.places import CONFIGS as CONFIGS
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from bem import LoadingProtocol, Scene, Trajectory
-    from surrogate.inference.predictor import Surrogate
+    from surrogate.prediction.predictor import Surrogate
 
 DATASET = Path("published/dataset.h5")
 MODELS = Path("published/models")
@@ -45,8 +47,8 @@ def read_config(path: Path, *keys: str) -> dict[str, Any]:
     if not path.is_file():
         raise FileNotFoundError(f"configuration not found; received {str(path)!r}")
     try:
-        content = tomllib.loads(path.read_text(encoding="utf-8"))
-    except tomllib.TOMLDecodeError as error:
+        content = read_toml(path)
+    except ValueError as error:
         raise ValueError(f"configuration must be TOML; received {str(path)!r} ({error})") from error
     if set(content) != set(keys):
         raise ValueError(f"configuration must hold {', '.join(sorted(keys))}; received {', '.join(sorted(content))}")
@@ -60,6 +62,36 @@ def write_result(out: Path, study: str, content: dict[str, Any]) -> None:
     write_whole(out, json.dumps(complete, allow_nan=False) + "\n")
 
 
+def dataset_digest(path: Path) -> str:
+    """Digest of a data set file, as trainings record it.
+
+    Raises:
+        FileNotFoundError: The file does not exist.
+    """
+    from surrogate.data.dataset import TrajectoryDataset
+
+    if not path.is_file():
+        raise FileNotFoundError(f"data set {str(path)!r} not found; `make dataset` makes it")
+    return TrajectoryDataset.load(path).sha256
+
+
+def require_dataset(folder: Path, dataset: Path) -> None:
+    """Check that a model was trained on a data set file: a trajectory index is valid in one data set only.
+
+    Raises:
+        FileNotFoundError: The data set file does not exist.
+        ValueError: The model was trained on another data set.
+    """
+    from surrogate.training.identity import read_identity
+
+    trained_on, received = read_identity(folder).dataset, dataset_digest(dataset)
+    if trained_on != received:
+        raise ValueError(
+            f"model {folder.name!r} must have been trained on {str(dataset)!r}, of digest {received[:12]}; "
+            f"received one trained on a data set of digest {trained_on[:12]}: remove {str(folder)!r} and train it again"
+        )
+
+
 def problem(quantities: Mapping[str, float], modulus_ratio: float = MODULUS_RATIO) -> tuple[Scene, LoadingProtocol]:
     """Scene of a standard linear solid, and protocol, from the five `QUANTITIES`; other keys are ignored."""
     # Imported here, so that a study that simulates nothing does not depend on the solver.
@@ -70,7 +102,11 @@ def problem(quantities: Mapping[str, float], modulus_ratio: float = MODULUS_RATI
 
 
 def simulated(
-    quantities: Mapping[str, float], *, accuracy: str | float, modulus_ratio: float = MODULUS_RATIO
+    quantities: Mapping[str, float],
+    *,
+    accuracy: str | float,
+    modulus_ratio: float = MODULUS_RATIO,
+    profiles: int | None = None,
 ) -> Trajectory:
     """Simulate the protocol that the five values of `QUANTITIES` define, in a standard linear solid.
 
@@ -79,7 +115,7 @@ def simulated(
     """
     from bem import simulate
 
-    trajectory = simulate(*problem(quantities, modulus_ratio), accuracy)
+    trajectory = simulate(*problem(quantities, modulus_ratio), accuracy, profiles=profiles)
     if not trajectory.completed:
         raise RuntimeError(f"protocol {quantities} did not complete: {trajectory.status}")
     return trajectory
@@ -101,42 +137,40 @@ def load_surrogate(model: str, models: Path, backend: str | None = None) -> Surr
         ValueError: The name of the model is not a plain name.
     """
     from surrogate.backend import limit_threads
-    from surrogate.training.publishing import model_name
+    from surrogate.training.model_directory import model_name
 
     model_name(model, "a published model's name")
     if "TF_NUM_INTRAOP_THREADS" not in os.environ:
         with contextlib.suppress(RuntimeError):
             limit_threads(1)
-    from surrogate.inference.predictor import Surrogate
+    from surrogate.prediction.loading import load
 
     exported = (models / model / "model.onnx").is_file()
-    return Surrogate.load(model, root=models, backend=backend or ("onnx" if exported else "keras"))
+    return load(model, models, backend=backend or ("onnx" if exported else "keras"))
 
 
 @contextlib.contextmanager
 def without_extrapolation_warnings() -> Iterator[None]:
     """Silence the extrapolation warning of surrogates, for studies that report the extrapolation themselves."""
-    from surrogate.inference.predictor import ExtrapolationWarning
+    from surrogate.prediction.predictor import ExtrapolationWarning
 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ExtrapolationWarning)
         yield
 
 
-def predicted(
-    trained: Surrogate, steps: dict[str, np.ndarray], points_per_phase: tuple[int, int, int], tabor: float
-) -> np.ndarray:
+def predicted(trained: Surrogate, steps: dict[str, np.ndarray], tabor: float) -> np.ndarray:
     """Force that a surrogate predicts at the measurement steps, of shape (steps,), without extrapolation warnings."""
-    from surrogate.data.features import edge_from_counts
-
     with without_extrapolation_warnings():
-        force = trained.predict(
-            steps["time"][np.newaxis],
-            steps["indentation"][np.newaxis],
-            tabor=np.array([tabor]),
-            edge=edge_from_counts(points_per_phase, 1),
-        )
-    return force[0]
+        return trained.predict_history(steps["time"], steps["indentation"], scenes(tabor)[0])
+
+
+def scenes(tabor: ArrayLike, modulus_ratio: ArrayLike = MODULUS_RATIO) -> list[Scene]:
+    """Scenes of standard linear solids, one for each Tabor parameter; a single number makes one scene."""
+    from bem import Scene, StandardLinearSolid
+
+    pairs = zip(*(one.tolist() for one in np.broadcast_arrays(np.atleast_1d(tabor), modulus_ratio)), strict=True)
+    return [Scene(mu, StandardLinearSolid(ratio)) for mu, ratio in pairs]
 
 
 def percent(value: float, reference: float) -> float:

@@ -5,13 +5,22 @@ accuracy of the data set. The second are trajectories of the published data set 
 held-out protocols nearest to the points of a Sobol sequence in the logarithms of the five quantities, so that a few of
 them cover the whole box. One file has both on the measurement steps of the data set. Another file has them on the
 physical steps of the pretrained models, simulated, and the third kind: protocols on other standard linear solids, drawn
-in the ranges of the pretrained models with a seed of their own.
+in the ranges of the pretrained models with a seed of their own. A third file has the moving contact of all of them:
+surface and traction over the radius at some instants, as whole numbers in base64.
 
-Usage: `python -m experiments.demo_curves [--count N] [--out FILE] [--solids N] [--solids-out FILE]`.
+Usage: `python -m experiments.demo_curves [--count N] [--solids N] [--out FILE] [--solids-out FILE]
+[--contacts-out FILE]`.
 """
 
+if __name__ == "__main__":  # before the imports that take long
+    from bem._support.interruption import end_on_interrupt
+
+    end_on_interrupt("experiments.demo_curves")
+
 import json
+from base64 import b64encode
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Annotated, Any
 
 import numpy as np
@@ -31,12 +40,15 @@ from surrogate.data.dataset import Split, TrajectoryDataset
 SPLIT = MODELS / "M1-concat" / "split.json"
 OUT = Path("demo/public/curves.json")
 SOLIDS_OUT = Path("demo/public/solids.json")
+CONTACTS_OUT = Path("demo/public/contacts.json")
 ACCURACY = "standard"
 COUNT = 36
 SOLIDS = 24
 ANY_SOLID = (0.01, 1.0)
 SEED = 77
 """Of the other solids; trainings and hidden protocols use others."""
+FRAMES, NODES, WIDER = 30, 40, 1.35
+"""Instants and radii of a moving contact, and its largest radius over the largest contact radius."""
 RESULTS = ("pull_off_force", "pull_off_time", "hysteresis")
 # Forces of the data set have single precision; more digits would only lengthen the file.
 SIGNIFICANT_DIGITS = 7
@@ -75,6 +87,12 @@ def spread(protocols: dict[str, np.ndarray], count: int, seed: int = 0) -> np.nd
     return np.array(chosen)
 
 
+def entry(name: str, kind: str, protocol: dict[str, float], results: Any, force: np.ndarray) -> dict[str, Any]:
+    """One curve; `results` has the quantities `RESULTS` as attributes."""
+    found = dict(zip(RESULTS, rounded([getattr(results, one) for one in RESULTS]), strict=True))
+    return {"name": name, "kind": kind, "protocol": protocol, "results": found, "force": rounded(force)}
+
+
 def paper_curve(row: dict[str, Any]) -> dict[str, Any]:
     """Simulate one of the paper's samples.
 
@@ -82,28 +100,18 @@ def paper_curve(row: dict[str, Any]) -> dict[str, Any]:
         RuntimeError: The simulation did not complete.
     """
     trajectory = simulated(row, accuracy=ACCURACY)
-    return {
-        "name": f"paper-{row['sample']:g}",
-        "kind": "paper",
-        "protocol": {name: row[name] for name in QUANTITIES},
-        "results": dict(zip(RESULTS, rounded([getattr(trajectory, name) for name in RESULTS]), strict=True)),
-        "force": rounded(on_steps(row, trajectory)["force"]),
-    }
+    protocol = {name: row[name] for name in QUANTITIES}
+    return entry(f"paper-{row['sample']:g}", "paper", protocol, trajectory, on_steps(row, trajectory)["force"])
 
 
 def held_out_curves(dataset: TrajectoryDataset, split: Split, count: int) -> list[dict[str, Any]]:
     """Select trajectories of the test part of the data set."""
-    rows = split.test[spread(dataset.protocols_of(split.test), count)]
-    return [
-        {
-            "name": f"data-set-{row}",
-            "kind": "test",
-            "protocol": {name: float(dataset.protocols[name][row]) for name in QUANTITIES},
-            "results": dict(zip(RESULTS, rounded([dataset.scalars[name][row] for name in RESULTS]), strict=True)),
-            "force": rounded(dataset.force[row]),
-        }
-        for row in rows.tolist()
-    ]
+    found = []
+    for row in split.test[spread(dataset.protocols_of(split.test), count)].tolist():
+        protocol = {name: float(dataset.protocols[name][row]) for name in QUANTITIES}
+        results = SimpleNamespace(**{name: dataset.scalars[name][row] for name in RESULTS})
+        found.append(entry(f"data-set-{row}", "test", protocol, results, dataset.force[row]))
+    return found
 
 
 def other_solids(count: int) -> list[dict[str, Any]]:
@@ -125,22 +133,46 @@ def physical_curve(curve: dict[str, Any]) -> dict[str, Any]:
     protocol = {"modulus_ratio": MODULUS_RATIO} | curve["protocol"]
     trajectory = simulated(protocol, accuracy=ACCURACY, modulus_ratio=protocol["modulus_ratio"])
     times, _ = physical_grid(**protocol)
-    return {
-        "name": curve["name"],
-        "kind": curve["kind"],
-        "protocol": protocol,
-        "results": dict(zip(RESULTS, rounded([getattr(trajectory, name) for name in RESULTS]), strict=True)),
-        "force": rounded(trajectory.at(times[0].clip(max=trajectory.time[-1]))),
+    force = trajectory.at(times[0].clip(max=trajectory.time[-1]))
+    return entry(curve["name"], curve["kind"], protocol, trajectory, force)
+
+
+def contact(curve: dict[str, Any]) -> dict[str, Any]:
+    """The moving contact of an entry: height of the surface in 16 bits and traction in 8, on `NODES` radii each.
+
+    Raises:
+        RuntimeError: The simulation did not complete.
+    """
+    protocol = curve["protocol"]
+    ratio = protocol["modulus_ratio"]
+    trajectory = simulated(protocol, accuracy=ACCURACY, modulus_ratio=ratio, profiles=FRAMES)
+    found = trajectory.profiles
+    assert found is not None
+    reach = min(WIDER * trajectory.contact_radius.max(), np.nanmax(found.radius))
+    radii = np.linspace(0.0, reach, NODES)
+    rows = list(zip(found.radius, -found.displacement, found.traction, strict=True))
+    # Where the solver's nodes end, the surface is flat and free.
+    surface = np.array([np.interp(radii, r[r == r], z[r == r]) for r, z, _ in rows])
+    traction = np.array([np.interp(radii, r[r == r], t[r == r], right=0.0) for r, _, t in rows])
+    low, high = float(surface.min()), float(surface.max())
+    push, pull = (max(float(np.quantile(sign * traction, 0.98)), 1e-3) for sign in (-1.0, 1.0))
+    heights = np.rint(65535 * (surface - low) / max(high - low, 1e-9)).astype("<u2")
+    levels = np.rint(128 + 127 * np.clip(traction / np.where(traction < 0.0, push, pull), -1.0, 1.0)).astype("u1")
+    numbers = zip(("reach", "low", "high", "push", "pull"), rounded([reach, low, high, push, pull]), strict=True)
+    packed = {"surface": heights, "traction": levels}
+    return {"name": curve["name"], **dict(numbers), "times": [float(f"{one:.5g}") for one in found.time]} | {
+        key: b64encode(values.tobytes()).decode() for key, values in packed.items()
     }
 
 
-def write_curves(out: Path, head: dict[str, Any], curves: list[dict[str, Any]]) -> None:
-    """Write curves as JSON, one line each."""
+def write_lines(out: Path, head: dict[str, Any], what: str, lines: list[dict[str, Any]]) -> None:
+    """Write curves or contacts as JSON, one line each."""
     facts = {"modulus_ratio": MODULUS_RATIO, "accuracy": ACCURACY, **head}
     facts |= provenance("python -m experiments.demo_curves")
-    lines = ",\n".join(json.dumps(curve) for curve in curves)
+    body = ",\n".join(map(json.dumps, lines))
     out.parent.mkdir(parents=True, exist_ok=True)
-    write_whole(out, f'{json.dumps(facts)[:-1]}, "curves": [\n{lines}\n]}}\n')
+    write_whole(out, f'{json.dumps(facts)[:-1]}, "{what}": [\n{body}\n]}}\n')
+    typer.echo(f"{out}: {len(lines)} {what}")
 
 
 def main(
@@ -148,17 +180,18 @@ def main(
     count: Annotated[int, typer.Option(help="Trajectories of the data set's test part.")] = COUNT,
     solids_out: Annotated[Path, typer.Option(help="File of the curves on physical steps.")] = SOLIDS_OUT,
     solids: Annotated[int, typer.Option(help="Protocols on other solids.", min=1)] = SOLIDS,
+    contacts_out: Annotated[Path, typer.Option(help="File of the moving contacts.")] = CONTACTS_OUT,
 ) -> None:
-    """Write both files of solver curves."""
+    """Write both files of solver curves, and that of their contacts."""
     dataset = TrajectoryDataset.load(DATASET)
     split = Split.load(SPLIT) if SPLIT.is_file() else dataset.split()
     curves = [paper_curve(row) for row in paper_rows("canonical_protocols")]
     curves += held_out_curves(dataset, split, count)
-    write_curves(out, {"counts": dataset.points_per_phase, "dataset_sha256": dataset.sha256}, curves)
-    typer.echo(f"{out}: {len(curves)} curves")
+    same = {"dataset_sha256": dataset.sha256}
+    write_lines(out, {"counts": dataset.points_per_phase, **same}, "curves", curves)
     physical = [physical_curve(curve) for curve in [*curves, *other_solids(solids)]]
-    write_curves(solids_out, {"counts": PHYSICAL, "dataset_sha256": dataset.sha256}, physical)
-    typer.echo(f"{solids_out}: {len(physical)} curves")
+    write_lines(solids_out, {"counts": PHYSICAL, **same}, "curves", physical)
+    write_lines(contacts_out, {"nodes": NODES, **same}, "contacts", [contact(curve) for curve in physical])
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 """The stages of the reproduction from scratch and the expected hours of each, printed before each stage begins.
 
 The hours follow from the core seconds stored with the published results: the data set, the result files of the studies
-that train, and `run.json` of the models, or their batches if `experiments.training.training_speed` measured these on
+that train, and `run.json` of the models, or their batches if `experiments.trainings.training_speed` measured these on
 one machine. A stage with an unpublished part shows an estimate and says so.
 
 Usage: `python -m experiments.stages [NAME] [--published DIR]`.
@@ -9,8 +9,14 @@ Usage: `python -m experiments.stages [NAME] [--published DIR]`.
 
 from __future__ import annotations
 
+if __name__ == "__main__":  # before the imports that take long
+    from bem._support.interruption import end_on_interrupt
+
+    end_on_interrupt("experiments.stages")
+
 import json
 import tomllib
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -18,9 +24,9 @@ import typer
 
 from bem._support.command_line import run_main
 from experiments import common
-from experiments.paper.model_comparison import REFERENCE
-from experiments.training import training_speed
-from experiments.training.training_cost import batch_seconds, training_seconds
+from experiments.trainings import training_speed
+from experiments.trainings.training_cost import batch_seconds, training_seconds
+from experiments.trainings.variants import earlier_trainings
 from surrogate.architectures.naming import names
 
 CONFIG = common.CONFIGS / "stages.toml"
@@ -33,11 +39,11 @@ def read_stages() -> dict[str, dict[str, Any]]:
     return tomllib.loads(CONFIG.read_text(encoding="utf-8"))["stages"]
 
 
-def core_seconds(stage: str, published: Path, labels: tuple[str, ...] = ()) -> float | None:
+def core_seconds(name: str, published: Path, labels: Sequence[str] = ()) -> float | None:
     """Core seconds that a stage took according to the published files; `None` if one of them is missing.
 
     Args:
-        stage: Name of the stage.
+        name: Name of the stage.
         published: Folder of published files.
         labels: Model directories of the stage.
     """
@@ -47,31 +53,23 @@ def core_seconds(stage: str, published: Path, labels: tuple[str, ...] = ()) -> f
             return None
         batch = batch_seconds(published / SPEED)
         return sum(training_seconds(run.parent, batch) if batch else float(_read(run)["cpu_seconds"]) for run in runs)
-    if stage == "dataset":
-        return _dataset_seconds(published / "dataset.h5")
-    results = {"feature-sets": "feature_sets.json", "data-efficiency": "data_efficiency.json"}
-    if stage not in results or not (published / results[stage]).is_file():
+    if name == "dataset" and (path := published / "dataset.h5").is_file():
+        from bem.dataset.sealed_file import open_dataset
+
+        with open_dataset(path) as file:
+            return float(file.attrs["core_seconds"])
+    path = published / f"{name.replace('-', '_')}.json"
+    if name not in ("feature-sets", "data-efficiency") or not path.is_file() or not _read(path)["complete"]:
         return None
-    content = _read(published / results[stage])
-    if not content["complete"]:
-        return None
-    if stage == "feature-sets":
-        trained = [*content["sets"].values(), *content.get("physical", {}).values()]
-    else:
-        trained = [content["full"], *(fold for one in content["shares"] for fold in one["folds"])]
-    return 3600.0 * sum(one["hours"] for one in trained if "taken_from" not in one)
+    trained = [one for one in earlier_trainings(path) if "taken_from" not in one]
+    return 3600.0 * sum(one["hours"] for one in trained)
 
 
 def hours_of(name: str, stages: dict[str, dict[str, Any]], published: Path) -> tuple[float, bool]:
     """Hours that a stage takes, and whether they follow from published results (`True`) or are an estimate."""
-    if name == "reference":  # a part of `models`
-        stage = {"labels": [REFERENCE], "jobs": 1, "estimate": stages["models"]["estimate"] / len(names())}
-    else:
-        stage = stages[name]
-    labels = tuple(names()) if name == "models" else tuple(stage.get("labels", ()))
-    taken = core_seconds(name, published, labels)
-    core_hours = stage["estimate"] if taken is None else taken / 3600.0
-    return core_hours / stage["jobs"], taken is not None
+    stage = stages[name]
+    taken = core_seconds(name, published, names() if name == "models" else stage.get("labels", ()))
+    return (stage["estimate"] if taken is None else taken / 3600.0) / stage["jobs"], taken is not None
 
 
 def hours_text(hours: float, measured: bool) -> str:
@@ -109,15 +107,6 @@ def main(
 
 def _read(path: Path) -> dict[str, Any]:
     return json.loads(path.read_text(encoding="utf-8"))
-
-
-def _dataset_seconds(path: Path) -> float | None:
-    from bem.dataset.opening import open_dataset
-
-    if not path.is_file():
-        return None
-    with open_dataset(path) as file:
-        return float(file.attrs["core_seconds"])
 
 
 if __name__ == "__main__":

@@ -1,11 +1,14 @@
 """Draw a figure or write a table: `python -m paper_figures NAME`, where NAME is that of the make target.
 
 Each module has one function, `compose`. Its parameters are the results that it shows (`experiments.places`). It returns
-a figure, a table, or a dictionary of several by the names of their files. The option `--depends FILE` also writes the
-make rule of `FILE`: the files from which it was made.
+a figure, a table, or a dictionary of several by the names of their files.
 """
 
-import inspect
+if __name__ == "__main__":  # before the imports that take long
+    from bem._support.interruption import end_on_interrupt
+
+    end_on_interrupt("python -m paper_figures")
+
 import sys
 import tomllib
 from collections.abc import Sequence
@@ -17,8 +20,7 @@ import typer
 
 from bem._support.command_line import run_main
 from bem._support.outputs import plain_name, write_whole
-from experiments.dependencies import Recorder
-from experiments.places import Places, keywords, replaced
+from experiments.places import Places, PublishedFolder, ResultsFolder, Take, replaced, with_options_of
 
 HERE = Path(__file__).parent
 CAPTIONS = HERE / "captions.toml"
@@ -31,13 +33,18 @@ def modules() -> dict[str, str]:
     return {path.stem.replace("_", "-"): f"paper_figures.{path.parent.name}.{path.stem}" for path in files}
 
 
+def captions() -> dict[str, dict[str, str]]:
+    """The title of each figure and table, and the text beside each figure, in the order of the paper."""
+    return tomllib.loads(CAPTIONS.read_text(encoding="utf-8"))
+
+
 def words_of(name: str) -> dict[str, str]:
     """What `captions.toml` says of a figure.
 
     Raises:
         ValueError: it says nothing.
     """
-    words = tomllib.loads(CAPTIONS.read_text(encoding="utf-8")).get(name, {})
+    words = captions().get(name, {})
     if "shown" not in words:
         raise ValueError(f"Expected a table [{name}] with a text `shown` in {CAPTIONS}; received none")
     return words
@@ -77,37 +84,36 @@ def save(products: Any, name: str, figures: Path, tables: Path) -> list[Path]:
     return beside
 
 
-def main(
-    context: typer.Context,
-    name: Annotated[str, typer.Argument(help="Make target of a figure or table.")],
-    results: Annotated[Path, typer.Option(help="Folder of results, figures and tables.")] = Path("results"),
-    published: Annotated[Path, typer.Option(help="Folder of published files.")] = Path("published"),
-    take: Annotated[list[str] | None, typer.Option(help="NAME=FILE: read this file instead.")] = None,
-    under: Annotated[str | None, typer.Option(help="Write to this subfolder of figures and tables.")] = None,
-    depends: Annotated[Path | None, typer.Option(help="Also write the make rule of this file.")] = None,
-) -> None:
-    """Draw a figure or write a table."""
+def main() -> None:
+    """Draw the figure or write the table that the command line names, with the options that follow the name."""
+    name, *rest = sys.argv[1:] or [""]
     known = modules()
     if name not in known:
-        raise ValueError(f"Expected one of {', '.join(known)}; received {name!r}")
-    if ".tables." not in known[name]:
-        words_of(name)  # before the figure is drawn
-    recorder = Recorder() if depends else None
-    compose = import_module(known[name]).compose
-    places = Places(results, published, taken=replaced(take or []))
-    arguments = places.arguments(compose, f"make {name}")
-    products = compose(**arguments, **keywords(context.args, compose))
-    inner = plain_name(under, "--under") if under else ""
-    sources = [path for path in map(places.path, arguments) if path.exists()]
-    for place in save(products, name, results / "figures" / inner, results / "tables" / inner):
-        write_whole(place, caption(name, sources))
-    if recorder and depends:
-        recorder.add(*(value for value in arguments.values() if isinstance(value, Path) and value.is_file()))
-        recorder.write(depends, results, published)
+        print(f"python -m paper_figures: Expected one of {', '.join(known)}; received {name!r}", file=sys.stderr)
+        sys.exit(2)
+    sys.argv[:] = [f"paper_figures {name}", *rest]
+    module = import_module(known[name])
+
+    def command(
+        results: ResultsFolder = Path("results"),
+        published: PublishedFolder = Path("published"),
+        take: Take = None,
+        under: Annotated[str | None, typer.Option(help="Write to this subfolder of figures and tables.")] = None,
+        **options: Any,
+    ) -> None:
+        if ".tables." not in known[name]:
+            words_of(name)  # before the figure is drawn
+        places = Places(results, published, taken=replaced(take))
+        arguments = places.arguments(module.compose, name)
+        products = module.compose(**arguments, **options)
+        inner = plain_name(under, "--under") if under else ""
+        sources = [path for path in map(places.path, arguments) if path.exists()]
+        for place in save(products, name, results / "figures" / inner, results / "tables" / inner):
+            write_whole(place, caption(name, sources))
+
+    called = f"python -m paper_figures {name}"
+    run_main(with_options_of(module.compose, command), called, program=called, help=module.__doc__)
 
 
 if __name__ == "__main__":
-    settings = {"allow_extra_args": True, "ignore_unknown_options": True}
-    named = next((f" {word}" for word in sys.argv[1:] if word in modules()), "")
-    called = f"python -m paper_figures{named}"
-    run_main(main, called, program=called, help=inspect.getdoc(main), context_settings=settings)
+    main()

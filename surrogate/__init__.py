@@ -16,22 +16,26 @@ The import of this package is quick: the first call that needs Keras imports it.
 
 from __future__ import annotations
 
+import importlib
+import importlib.abc
+import importlib.machinery
+import sys
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal, overload
+from types import ModuleType
+from typing import TYPE_CHECKING
 
-from surrogate.architectures.naming import names
-from surrogate.architectures.registry import register
+from bem._support.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     import keras
 
-    from surrogate.inference.predictor import Surrogate
-    from surrogate.inference.validity import ExtrapolationWarning
-    from surrogate.pretrained.model import Pretrained
+    from surrogate.architectures.naming import names
+    from surrogate.architectures.registry import register
+    from surrogate.prediction.predictor import Surrogate
+    from surrogate.prediction.validity import ExtrapolationWarning
 
 __all__ = ["ExtrapolationWarning", "Surrogate", "build", "load", "names", "register"]
-
-_PRETRAINED = ("fast", "accurate")
 
 
 def build(name: str, features: str = "D") -> keras.Model:
@@ -56,32 +60,23 @@ def build(name: str, features: str = "D") -> keras.Model:
     return build_model(name, features=features)
 
 
-@overload
-def load(  # type: ignore[overload-overlap]  # a name is one or the other
-    name: Literal["fast", "accurate"], root: str | Path | None = None, *, backend: str = "onnx", threads: int = 1
-) -> Pretrained: ...
-@overload
-def load(name: str | Path, root: str | Path | None = None, *, backend: str = "onnx", threads: int = 1) -> Surrogate: ...
-def load(
-    name: str | Path, root: str | Path | None = None, *, backend: str = "onnx", threads: int = 1
-) -> Surrogate | Pretrained:
+def load(name: str | Path, root: str | Path | None = None, *, backend: str = "onnx", threads: int = 1) -> Surrogate:
     """Load a trained model.
 
     Args:
         name: `"fast"` or `"accurate"`, which know any standard linear solid and their own uncertainty; name of a
             published model, path of a model directory that `surrogate train` wrote, or path of an ONNX file that
             `surrogate export` wrote.
-        root: Directory that is searched for names. By default `published/models` of the repository, then
-            `published/models` of the working directory, then the models packaged with an installation.
+        root: Directory that is searched for names. By default `published` of the repository, then `published` of the
+            working directory, then the models packaged with an installation.
         backend: `"onnx"`, which starts quickly and needs no deep-learning framework, or `"keras"`, whose model can be
             differentiated.
         threads: Number of threads of ONNX Runtime. The environment determines the threads of Keras.
 
     Returns:
-        A `Surrogate`. Its `predict(times, indentations, tabor=...)` returns forces, `trajectories(protocols,
-        tabor=...)` returns trajectories, and `stream(tabor=...)` starts a step-by-step prediction.
-        Of `"fast"` and `"accurate"`, a `surrogate.pretrained.model.Pretrained`, whose `trajectories(protocols,
-        tabor=..., modulus_ratio=..., coverage=0.9)` returns trajectories with bands.
+        A `Surrogate`. Its `predict(scene, protocol)` returns a trajectory, or a list of them for many, of `"fast"` and
+        `"accurate"` with bands; `predict_history(times, indentations, scene)` returns forces; and `stream(scene)`
+        starts a step-by-step prediction.
 
     Raises:
         FileNotFoundError: the model directory or one of its files does not exist.
@@ -89,24 +84,51 @@ def load(
         ValueError: the name or the backend is unknown, a file is damaged, the weights do not fit the model or are not
             finite, or the ONNX file was exported from other weights or with another scaling.
     """
-    if isinstance(name, str) and name in _PRETRAINED:
-        from surrogate.pretrained.model import Pretrained, find
+    from surrogate.prediction import loading
 
-        if backend != "onnx":
-            raise ValueError(f"Expected the backend 'onnx' for {name}. Received: backend={backend!r}")
-        return Pretrained(find(name, root), threads)
+    return loading.load(name, root, backend=backend, threads=threads)
 
-    from surrogate.inference.predictor import Surrogate
 
-    return Surrogate.load(name, root=root, backend=backend, threads=threads, also=_PRETRAINED)
+class _KerasImport(importlib.abc.MetaPathFinder):
+    """Registers the layers of this package once Keras is imported, so that `keras.saving.load_model` knows them.
+
+    Keras takes a class of another package only if it is registered; the package does not wait for Keras to be imported.
+    """
+
+    def find_spec(
+        self, name: str, path: Sequence[str] | None, target: ModuleType | None = None
+    ) -> importlib.machinery.ModuleSpec | None:
+        """Return the specification of Keras, extended by the registration; `None` for other modules."""
+        found = importlib.machinery.PathFinder.find_spec(name, path, target) if name == "keras" else None
+        if found is None or found.loader is None:
+            return None
+        run = found.loader.exec_module
+
+        def run_and_register(module: ModuleType) -> None:
+            run(module)
+            _register_layers()
+
+        found.loader.exec_module = run_and_register  # type: ignore[method-assign]
+        return found
+
+
+def _register_layers() -> None:
+    for module in ("layers", "blocks"):
+        importlib.import_module(f"surrogate.architectures.{module}")
+
+
+if "keras" in sys.modules:
+    _register_layers()
+else:
+    sys.meta_path.insert(0, _KerasImport())
 
 
 # A type checker uses the imports above instead, so that it reports unknown names.
 if not TYPE_CHECKING:
-
-    def __getattr__(attribute: str) -> object:
-        if attribute in ("Surrogate", "ExtrapolationWarning"):
-            from surrogate.inference import predictor
-
-            return getattr(predictor, attribute)
-        raise AttributeError(f"module 'surrogate' has no attribute {attribute!r}")
+    home = {
+        "ExtrapolationWarning": "prediction.validity",
+        "Surrogate": "prediction.predictor",
+        "names": "architectures.naming",
+        "register": "architectures.registry",
+    }
+    __getattr__, __dir__ = lazy_names(__name__, home, globals())

@@ -1,6 +1,15 @@
-"""Run the command line as `python -m surrogate`."""
+"""The `surrogate` command, also `python -m surrogate`."""
 
-from surrogate.cli.app import app_main
+from bem._support.interruption import end_on_interrupt
+
+
+def main() -> None:
+    """Run the command; what takes long to import comes after the handler of Ctrl-C."""
+    end_on_interrupt("surrogate")
+    from surrogate.cli.app import app_main
+
+    app_main()
+
 
 if __name__ == "__main__":
-    app_main()
+    main()

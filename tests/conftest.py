@@ -1,5 +1,7 @@
 """Settings shared by all tests."""
 
+import os
+
 import pytest
 from hypothesis import settings
 
@@ -9,13 +11,17 @@ from surrogate.architectures import naming, registry
 settings.register_profile("steady", deadline=None, derandomize=True)
 settings.load_profile("steady")
 
+# `make test` hands these to its children, where a `make` that a test starts would print its folder or work in parallel.
+for name in ("MAKEFLAGS", "MFLAGS", "MAKELEVEL"):
+    os.environ.pop(name, None)
+
 
 @pytest.fixture
 def in_this_process(monkeypatch):
     """Campaigns without workers, whose start takes seconds, where a test asks what is kept and not who computes it."""
-    from tests.bem.dataset.campaign.helpers import Here
+    from tests.bem.dataset.helpers import Here
 
-    monkeypatch.setattr("bem.dataset.campaign.run.LocalExecutor", Here)
+    monkeypatch.setattr("bem.dataset.run.LocalExecutor", Here)
 
 
 @pytest.fixture(autouse=True)

@@ -5,8 +5,7 @@ from pathlib import Path
 
 import h5py
 
-from bem.dataset.opening import SEALED
-from bem.dataset.sealed_file import seal
+from bem.dataset.sealed_file import SEALED, seal
 
 
 @contextmanager
@@ -27,11 +26,11 @@ def unsealed(source, target):
     return target
 
 
-def damaged(content, rng):
+def damaged(content, rng, kinds=("flip", "zero", "overwrite", "cut", "insert", "remove", "repeat")):
     """The bytes with one random damage."""
     found, place = bytearray(content), rng.randrange(len(content))
     size = rng.choice((1, 8, 64, 512, 4096))
-    kind = rng.choice(("flip", "zero", "overwrite", "cut", "insert", "remove"))
+    kind = rng.choice(kinds)
     if kind == "flip":
         found[place] ^= 1 << rng.randrange(8)
     elif kind == "zero":
@@ -42,6 +41,8 @@ def damaged(content, rng):
         del found[place:]
     elif kind == "insert":
         found[place:place] = rng.randbytes(size)
+    elif kind == "repeat":
+        found[place:place] = found[(other := rng.randrange(len(content))) : other + size]
     else:
         del found[place : place + size]
     return bytes(found)

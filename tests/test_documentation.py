@@ -1,5 +1,6 @@
 """The guide's Python runs, its commands and make targets exist, and the site builds without a broken link."""
 
+import fnmatch
 import importlib
 import os
 import re
@@ -7,6 +8,7 @@ import shlex
 import subprocess
 import sys
 import textwrap
+import tomllib
 from pathlib import Path
 
 import griffe
@@ -14,8 +16,9 @@ import pytest
 from typer.testing import CliRunner
 
 from surrogate.cli import app as cli
-from surrogate.inference.model_files import PUBLISHED
+from surrogate.prediction.files import PUBLISHED
 from tests.surrogate.conftest import write_dataset
+from tools.guide import LEFTOVERS
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = sorted((ROOT / "docs").glob("*.md"))
@@ -85,7 +88,7 @@ def test_each_tutorial_runs(tutorial, tmp_path):
 
 
 def test_the_tutorials_show_a_picture_each_and_are_listed():
-    assert len(TUTORIALS) == 9
+    assert len(TUTORIALS) == 10
     for tutorial in TUTORIALS:
         code = tutorial.read_text(encoding="utf-8")
         assert re.match(r'"""\n# \w', code), "the title of the page"
@@ -109,14 +112,47 @@ def test_code_fits_beside_the_navigation():
     assert not wide
 
 
-def test_the_make_targets_and_files_it_names_exist():
-    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+def test_the_files_it_names_exist():
     for page in PAGES:
-        text = page.read_text(encoding="utf-8")
-        for target in (word for words in re.findall(r"`make ([a-z0-9 -]+)", text) for word in words.split()):
-            assert re.search(rf"^{target}(:|\.\w+ :=)", makefile, flags=re.MULTILINE), f"{page.name}: make {target}"
-        for path in re.findall(r"python (examples/\w+\.py)", text):
+        for path in re.findall(r"python (examples/\w+\.py)", page.read_text(encoding="utf-8")):
             assert (ROOT / path).is_file(), f"{page.name}: {path}"
+
+
+def test_every_data_file_has_its_licence_in_the_table():
+    table = (ROOT / "docs/index.md").read_text(encoding="utf-8").split("## Licences")[1]
+    rows = [line.split(" | ") for line in table.splitlines() if line.startswith("| ") and "`" in line]
+    licences = {pattern: row[1] for row in rows for pattern in re.findall(r"`([^`]+)`", row[0])}
+    listed = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    data = {
+        ".csv",
+        ".h5",
+        ".ibw",
+        ".json",
+        ".jpk",
+        ".jpk-force-map",
+        ".mplstyle",
+        ".npz",
+        ".onnx",
+        ".png",
+        ".svg",
+        ".toml",
+        ".txt",
+        ".zip",
+    }
+    code = re.compile(
+        r"requirements-newest\.txt|pyproject\.toml|docs/ruff\.toml|\.devcontainer/.*|demo/[^/]*\.json|demo/src/.*|tests/.*"
+    )
+    used = set()
+    for path in map(Path, listed.split("\0")):
+        if path.suffix not in data or code.fullmatch(path.as_posix()):
+            continue
+        found = [pattern for pattern in licences if fnmatch.fnmatchcase(path.as_posix(), pattern)]
+        assert len(found) == 1, path
+        used |= {*found}
+        if path.is_relative_to("bem/materials_library"):
+            stated = tomllib.loads((ROOT / path).read_text(encoding="utf-8")).get("licence", "none stated")
+            assert licences[found[0]] == stated
+    assert used == set(licences)
 
 
 def test_a_function_with_parameters_states_what_it_returns():
@@ -169,6 +205,9 @@ def test_the_site_builds_without_a_broken_link(tmp_path):
     for tutorial in TUTORIALS:
         assert (tmp_path / "gallery" / f"{tutorial.stem}.html").is_file()
         assert (tmp_path / "gallery" / f"{tutorial.stem}.ipynb").is_file()
+    assert not [path for pattern in LEFTOVERS for path in tmp_path.rglob(pattern)]
+    index = (tmp_path / "gallery/index.html").read_text(encoding="utf-8")
+    assert {f'href="{tutorial.stem}.html"' in index for tutorial in TUTORIALS} == {True}
     assert "<blockquote" not in pages, "an example of a docstring is code, not a quotation"
     for page in ("api-bem.html", "api-surrogate.html"):
         _, *returned = (tmp_path / page).read_text(encoding="utf-8").split("Returns:</span>")

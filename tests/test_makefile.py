@@ -1,75 +1,124 @@
-"""Every figure and table of the paper is a target that `make help` names, and the documents name no other."""
+"""The targets of the Makefile: what they are named, what they run, what they are made from, and what they refuse."""
 
+import inspect
 import re
 import shutil
 import subprocess
+from importlib import import_module
 from pathlib import Path
 
 import pytest
 
-from experiments.registry import entries
+from experiments.places import Places
+from paper_figures.__main__ import captions, modules
 
 ROOT = Path(__file__).resolve().parents[1]
+MAKEFILE = (ROOT / "Makefile").read_text(encoding="utf-8")
+pytestmark = pytest.mark.skipif(shutil.which("make") is None, reason="make is not installed")
+
+
+def make(*words, check=True):
+    command = ["make", "--no-print-directory", *map(str, words)]
+    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=check)
+
+
+def commands(*words):
+    """The commands that make would run."""
+    return make("-n", *words).stdout.replace("\\\n", "")
 
 
 @pytest.fixture(scope="module")
 def targets():
-    if shutil.which("make") is None:
-        pytest.skip("make is not installed")
-    listed = subprocess.run(["make", "-s", "help-all"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
-    return set(re.findall(r"^  ([a-z0-9-]+) ", listed, flags=re.MULTILINE))
+    return set(re.findall(r"^  ([a-z0-9-]+) ", make("-s", "help-all").stdout, flags=re.MULTILINE))
 
 
-def test_figures_and_tables_of_the_paper_have_targets(targets):
-    wanted = {f"figure-{name}" for name in (*"1234567", "architectures", "features", "fms-transfer", "learning-curves")}
-    wanted |= {f"table-{name}" for name in ("protocols-dataset", "protocols-canonical", "quartiles", "persson-brener")}
-    wanted |= {
-        "figure-mse-mae",
-        "model-paper-recipe",
-        "model-large",
-        "model-budgets",
-        "graphical-abstract",
-        "figures",
-        "tables",
-        "paper",
-        "report",
-        "smoke",
-        "paper-from-scratch",
-    }
-    assert wanted <= targets
+def test_targets_of_the_paper_data_models_and_development_keep_their_names(targets):
+    """Those of figures and tables are the names of their modules."""
+    assert captions().keys() - targets == {"figure-own-architecture"}
+    assert modules().keys() == captions().keys()
+    wanted = """setup setup-small verify paper figures tables report cost-figures studies dataset accuracy-price models
+        model-paper-recipe model-inputs-c model-large model-budgets more-models pretrained feature-sets data-efficiency
+        ranking model-forces cards paper-from-scratch smoke measurements test test-slow test-newest-keras lint format
+        golden-trajectories check-lock lock clean docs docs-numbers readme-pictures demo demo-build test-demo
+        demo-curves demo-models help help-all"""
+    assert targets - captions().keys() == set(wanted.split())
 
 
-def test_help_shows_first_what_rests_on_published_results_and_names_the_rest(targets):
-    shown = subprocess.run(["make", "-s", "help"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
+def test_help_is_one_screen_and_shows_first_what_rests_on_published_results(targets):
+    shown = make("-s", "help").stdout
     first, *others = re.split(r"^\S.*$", shown, flags=re.MULTILINE)[2:-1]
-    assert re.findall(r"^  ([a-z-]+)  ", first, flags=re.MULTILINE)[0] == "setup"
-    assert len(shown.splitlines()) < 50
-    assert {name for group in others for name in group.split()} | set(re.findall(r"^  (\S+)", first, re.M)) == targets
+    described = re.findall(r"^  (\S+)  ", first, flags=re.MULTILINE)
+    assert described[0] == "setup"
+    assert len(shown.splitlines()) <= 30
+    assert {name for group in others for name in group.split()} | set(described) == targets | {"measure-%"}
 
 
-@pytest.mark.parametrize("name", ["REPRODUCING.md", "REPRODUCTION.md"])
-def test_documents_name_targets_that_exist(name, targets):
-    text = (ROOT / name).read_text(encoding="utf-8")
-    assert {found for words in re.findall(r"`make ([a-z0-9 -]+?)[`(]", text) for found in words.split()} <= targets
+@pytest.mark.parametrize("pages", ["*.md", "docs/*.md", "bem/*.md"])
+def test_documents_name_targets_and_measurements_that_exist(pages, targets):
+    studies = {path.stem for path in ROOT.glob("experiments/*/*.py")}
+    for page in set(ROOT.glob(pages)) - {ROOT / "CHANGELOG.md"}:
+        text = page.read_text(encoding="utf-8")
+        for target in {found for words in re.findall(r"`make ([a-z0-9 -]+?)[`(]", text) for found in words.split()}:
+            study = target.removeprefix("measure-").replace("-", "_")
+            assert target in targets or (target.startswith("measure-") and study in studies), f"{page}: make {target}"
+        assert set(re.findall(r"`(?:\.venv/bin/)?python -m experiments ([a-z_]+)", text)) <= studies, page
 
 
-def commands(*words):
-    if shutil.which("make") is None:
-        pytest.skip("make is not installed")
-    done = subprocess.run(["make", "-n", *words], cwd=ROOT, capture_output=True, text=True, check=True)
-    return done.stdout.replace("\\\n", "")
+@pytest.fixture(scope="module")
+def drawn(tmp_path_factory):
+    """Words for make with which all studies, figures and tables are made, as empty files."""
+    folder = tmp_path_factory.mktemp("drawn")
+    for name in ("venv", "out/figures", "out/tables", "out/studies"):
+        (folder / name).mkdir(parents=True)
+    (folder / "venv/.installed").touch()
+    words = ["studies", "figures", "tables", "cost-figures", f"VENV={folder}/venv", f"OUT={folder}/out"]
+    words += ["-o", f"{folder}/venv/.installed"]
+    make("--touch", *words)
+    return words
+
+
+@pytest.mark.parametrize(
+    ("changed", "again", "most"),
+    [
+        (None, "", 0),
+        ("bem/cli/app.py", "", 0),
+        ("bem/solver/version.py", "dataset_examples persson_brener figure-1 figure-5 table-persson-brener", 16),
+        ("published/dataset.h5", "dataset_statistics error_statistics figure-2 figure-7 table-quartiles", 16),
+        ("published/models/M4-FiLM/run.json", "model_comparison figure-5 figure-mse-mae table-models", 5),
+        ("published/data_efficiency.json", "figure-5 figure-features", 2),
+        ("published/measurements/peers.json", "figure-peers table-peers", 17),
+        ("experiments/paper/persson_brener.py", "persson_brener figure-5 table-persson-brener", 3),
+        ("experiments/paper_values/quartiles.csv", "inconsistencies error_statistics table-quartiles", 30),
+        ("paper_figures/style/drawing.py", "figure-1 table-models figure-peers", 38),
+    ],
+)
+def test_a_change_makes_anew_what_was_made_from_it_and_little_else(changed, again, most, drawn):
+    found = commands(*drawn, *(["-W", changed] if changed else []))
+    made = re.findall(r"-m (?:experiments|paper_figures) (\S+)", found)
+    assert set(again.split()) <= set(made)
+    assert len(made) <= most
+
+
+def test_a_figure_is_made_from_all_that_its_module_reads():
+    database = make("-pnB", "studies", "figures", "tables", "cost-figures", "-o", ".venv/.installed").stdout
+    rules = dict(re.findall(r"^(results/\S+): (.*)$", database, flags=re.MULTILINE))
+    for name in modules().keys() - {"figure-own-architecture"}:
+        product = f"tables/{name[6:]}.md" if name.startswith("table-") else f"figures/{name}.pdf"
+        asked = inspect.signature(import_module(modules()[name]).compose).parameters
+        assert {str(Places().path(one)) for one in asked} <= set(rules[f"results/{product}"].split()), name
+
+
+def test_what_the_report_and_the_figures_rest_on_looks_at_no_clock():
+    for path in (*(ROOT / "experiments/paper").glob("*.py"), *(ROOT / "paper_figures").glob("*/*.py")):
+        source = path.read_text(encoding="utf-8")
+        assert not re.search(r"perf_counter|process_time|\bCLOCK\b|\btimed\(|stats\.seconds", source), path.name
 
 
 def test_models_beside_the_eighteen_are_trained_by_their_own_recipes_and_labels(tmp_path):
-    (tmp_path / "dataset.h5").touch()
-    lines = commands("more-models", f"OUT={tmp_path}/out", f"PUBLISHED={tmp_path}", "-o", f"{tmp_path}/dataset.h5")
+    lines = " ".join(commands("more-models", f"OUT={tmp_path}/out", f"PUBLISHED={tmp_path}").split())
     campaign = re.search(r"bem campaign .*--out \S+/out/dataset/extra\.h5", lines)[0]
     assert "--design paper --seed 1 --count 112050" in campaign
-    trained = {
-        label: " ".join(rest.split(" --dataset")[0].split())
-        for label, rest in re.findall(r"surrogate train M1-concat --label (\S+) (.*)", lines)
-    }
-    assert trained == {
+    assert dict(re.findall(r"surrogate train M1-concat --label (\S+) (.*?) --dataset", lines)) == {
         "M1-concat-paper": "--recipe paper",
         "M1-concat-8-epochs": "--recipe swift --epochs 8",
         "M1-concat-15-epochs": "--recipe swift --epochs 15",
@@ -77,41 +126,15 @@ def test_models_beside_the_eighteen_are_trained_by_their_own_recipes_and_labels(
         "M1-concat-inputs-C": "--recipe swift --features C",
         "M1-concat-large": f"--recipe swift --features C --extra {tmp_path}/out/dataset/extra.h5 --epochs 5",
     }
+    another = commands("model-paper-recipe", "MODEL=M3-FiLM", f"PUBLISHED={tmp_path}")
+    assert "surrogate train M3-FiLM --label M3-FiLM-paper --recipe paper " in another
 
 
-def test_another_model_is_trained_by_the_papers_recipe_under_its_own_label(tmp_path):
-    lines = commands("model-paper-recipe", "MODEL=M3-FiLM", f"PUBLISHED={tmp_path}", "-o", f"{tmp_path}/dataset.h5")
-    assert "surrogate train M3-FiLM --label M3-FiLM-paper --recipe paper " in " ".join(lines.split())
-
-
-def test_latencies_are_listed_among_what_is_published(tmp_path):
-    lines = commands("bench-surrogate", "bench-stream", f"PUBLISHED={tmp_path}")
-    for name, option in (("surrogate_latency", ""), ("stream_latency", "--stream ")):
-        path = f"{tmp_path}/measurements/{name}.json"
-        assert f"-m experiments bench_surrogate {option}--models {tmp_path}/models --out {path}" in " ".join(
-            lines.split()
-        )
-        assert re.search(rf"tools/manifest\.py --root {tmp_path} add {path}$", lines, flags=re.MULTILINE)
-
-
-@pytest.mark.parametrize("name", sorted(path.stem for path in (ROOT / "published/measurements").glob("*.json")))
-def test_a_missing_measurement_names_a_target_that_makes_it(name, targets, tmp_path):
-    path = tmp_path / "measurements" / f"{name}.json"
-    command = ["make", "-s", f"PUBLISHED={tmp_path}", str(path)]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
-    (named,) = re.findall(r"`make ([a-z0-9-]+)`", done.stderr)
-    assert named in targets
-    assert f"--out {path}" in commands(named, f"PUBLISHED={tmp_path}", "-o", f"{tmp_path}/dataset.h5", "-o", str(path))
-
-
-STUDIES = [entry.name for entry in entries() if entry.kind == "study"]
-
-
-def test_what_the_report_and_the_figures_rest_on_looks_at_no_clock():
-    studies = [ROOT / "experiments" / "paper" / f"{name}.py" for name in STUDIES]
-    for path in [*studies, *(ROOT / "paper_figures").glob("*/*.py")]:
-        source = path.read_text(encoding="utf-8")
-        assert not re.search(r"perf_counter|process_time|\bCLOCK\b|\btimed\(|stats\.seconds", source), path.name
+def test_a_measurement_is_published_under_its_name(tmp_path):
+    lines = commands("measure-stream-latency", "measure-canonical-times", f"PUBLISHED={tmp_path}", "BUSY=yes")
+    assert f"-m experiments stream_latency  --busy --out {tmp_path}/measurements/stream_latency.json" in lines
+    assert f"tools/sums.py {tmp_path} {tmp_path}/measurements/stream_latency.*" in lines
+    assert f"canonical_times.toml --models {tmp_path}/models --busy --out {tmp_path}" in lines
 
 
 def test_learning_curves_are_drawn_where_a_model_with_them_is_published(tmp_path):
@@ -135,14 +158,12 @@ def test_what_was_published_until_then_is_listed_when_training_ends_otherwise(st
     for file in (".installed", "dataset.h5"):
         (tmp_path / file).touch()
     words = [f"VENV={tmp_path}", f"PUBLISHED={tmp_path}", "-o", f"{tmp_path}/.installed"]
-    if shutil.which("make") is None:
-        pytest.skip("make is not installed")
     done = subprocess.run(["make", "-s", "models", *words], cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == (2 if status else 0)
     assert (f"Error {status}" in done.stderr) == (status != 0)
     noted = tmp_path / "noted"
     assert (noted.read_text(encoding="utf-8") if noted.is_file() else "") == (
-        f"tools/manifest.py --root {tmp_path} add {tmp_path}/models\n" if listed else ""
+        f"tools/sums.py {tmp_path} {tmp_path}/models\n" if listed else ""
     )
 
 
@@ -157,22 +178,30 @@ def test_a_part_of_the_data_set_is_not_published(tmp_path):
         assert refused("COUNT=5", f"PUBLISHED={published}")
 
 
-@pytest.mark.parametrize("name", ["OUT", "PUBLISHED"])
-def test_a_folder_with_a_space_in_its_name_is_refused_in_one_sentence(name):
-    found = subprocess.run(
-        ["make", "-n", "table-models", f"{name}=two words"], cwd=ROOT, capture_output=True, text=True
-    )
-    assert found.returncode == 2
-    assert found.stderr.count("\n") == 1
-    assert f"{name} must be a path without spaces; received 'two words'" in found.stderr
+NAMES, SETTINGS = (
+    set(re.findall(r"[A-Z_]{2,}", re.search(rf"^{name} := ((?:.*\\\n)*.*)", MAKEFILE, re.MULTILINE)[1]))
+    for name in ("NAMES", "SETTINGS")
+)
 
 
-@pytest.mark.parametrize("goal", ["figure-1", "table-models", "figures", "studies", "report"])
-def test_published_files_are_read_from_a_folder_that_exists(goal):
-    command = ["make", "--no-print-directory", "-n", goal, "PUBLISHED=nowhere"]
-    found = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+def test_every_variable_that_a_user_may_set_is_checked():
+    assert set(re.findall(r"^([A-Z_0-9]+) \?=", MAKEFILE, re.MULTILINE)) <= SETTINGS | NAMES
+    assert set(re.findall(r"\b([A-Z_]+)=(?:\d|yes|\.\.\.)", MAKEFILE)) - SETTINGS == {*("PYTHON", "OMP_NUM_THREADS")}
+
+
+SIGNS = ["", "two  words", "-x", "a;b", "$(shell touch made)", "`id`", "a|b", "a\\b", "a)", "a#"]
+
+
+@pytest.mark.parametrize(
+    ("name", "given"),
+    [*((name, "a;b") for name in sorted(NAMES | SETTINGS - {"NAMES"})), *(("OUT", one) for one in SIGNS)],
+)
+def test_a_variable_that_is_no_plain_word_is_refused_in_one_sentence(name, given, tmp_path):
+    command = ["make", "-n", "-f", ROOT / "Makefile", "help", f"{name}={given}"]
+    found = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert (found.returncode, found.stdout, found.stderr.count("\n")) == (2, "", 1)
-    assert "PUBLISHED must be a folder that exists; received 'nowhere'" in found.stderr
+    assert re.search(rf"\b{name} must be .*; received '.*'", found.stderr)
+    assert not list(tmp_path.iterdir())
 
 
 def test_setting_up_says_what_it_does_before_it_takes_minutes(tmp_path):
@@ -186,8 +215,29 @@ def test_setting_up_says_what_it_does_before_it_takes_minutes(tmp_path):
     first, *rest = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout.splitlines()
     assert first.startswith(f"Installing the locked packages into {tmp_path}/venv: about 3 GB on disk, 3 to 10 minutes")
     assert rest[0].startswith("-m pip install --disable-pip-version-check --require-hashes")  # which shows its progress
-    assert rest[-2] == "Compiling the solver for this processor: about a minute"
+    assert rest[-2] == "Compiling the solver for this processor: about 80 seconds of one core"
     assert re.fullmatch(rf"{tmp_path}/venv is ready, \S+", rest[-1])
+
+
+@pytest.mark.parametrize("linked", [False, True])
+def test_an_environment_of_another_checkout_is_refused(linked, tmp_path):
+    venv, other = tmp_path / "venv", tmp_path / "other"
+    site = (other if linked else venv) / "lib/python3.11/site-packages"
+    site.mkdir(parents=True)
+    (site.parents[2] / "pyvenv.cfg").touch()
+    if linked:
+        venv.symlink_to(other)
+    command = ["make", "--no-print-directory", "-n", "setup", f"VENV={venv}"]
+    owners = {None: linked, ROOT: False, other: True}
+    for owner, refused in owners.items():
+        if owner is not None:
+            (site / "__editable__.contact_trajectories-0.1.0.pth").write_text(f"{owner}\n", encoding="utf-8")
+        found = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+        assert found.returncode == (2 if refused else 0)
+        assert (f"must be an environment of this checkout; received one of {other}" in found.stderr) == refused
+    assert (
+        subprocess.run(["make", "-n", "help", command[-1]], cwd=ROOT, capture_output=True, check=False).returncode == 0
+    )
 
 
 def test_a_small_installation_leaves_out_what_needs_keras_and_grows_when_asked(tmp_path):
@@ -209,19 +259,16 @@ def test_a_small_installation_leaves_out_what_needs_keras_and_grows_when_asked(t
 
     small = run("setup-small")
     assert "about 1 GB" in small
-    assert f"--constraint {tmp_path}/venv/versions.txt --editable .[tables]" in small
-    versions = (tmp_path / "venv" / "versions.txt").read_text(encoding="utf-8")
-    assert re.search(r"^numpy==\d", versions, flags=re.MULTILINE)
-    assert "hash" not in versions
-    assert "figure-4 figure-architectures are left out" in run("-n", "figures", f"OUT={tmp_path}/out")
+    assert "--require-hashes --requirement requirements-small.lock\n" in small
+    assert 'not published: figure-4 figure-architectures"' in run("-n", "figures", f"OUT={tmp_path}/out")
     for goal in ("figure-4", "report"):
         assert f"{goal} needs Keras" in refused("-n", goal)
-    assert "--require-hashes" not in run("setup-small")
+    assert "--require-hashes" not in run("setup-small")  # once is enough
     # A newer Python, which has no full installation, keeps the small one.
     own = tmp_path / "venv" / "bin" / "python"
     own.write_text('#!/bin/sh\n[ "$1" != -c ]\n', encoding="utf-8")
     assert "make setup needs Python 3.11 or 3.12" in refused("setup")
-    assert "are left out" in run("-n", "figures", f"OUT={tmp_path}/out")
+    assert 'figure-architectures"' in run("-n", "figures", f"OUT={tmp_path}/out")
     shutil.copy(python, own)
-    assert "--require-hashes" in run("setup")
-    assert "are left out: they are drawn" not in run("-n", "figures", f"OUT={tmp_path}/out")
+    assert "--require-hashes --requirement requirements.lock\n" in run("setup")
+    assert "left out" not in run("-n", "figures", f"OUT={tmp_path}/out")

@@ -11,9 +11,9 @@ from pathlib import Path
 
 import pytest
 
-from surrogate.inference.model_files import PUBLISHED
-from surrogate.pretrained.model import FILES
-from surrogate.pretrained.model import PUBLISHED as PRETRAINED
+from surrogate.prediction.files import BANDED_FILES as FILES
+from surrogate.prediction.files import PUBLISHED
+from surrogate.prediction.files import PUBLISHED_BANDED as PRETRAINED
 
 ROOT = Path(__file__).resolve().parents[1]
 MODEL = {"model.onnx", "model.weights.h5", "run.json", "scaling.json", "metrics.json", "split.json"}
@@ -63,7 +63,7 @@ def test_the_wheel_holds_the_packages_and_the_published_model(wheel):
         "bem/solver/simulation.py",
         "bem/_support/outputs.py",
         "surrogate/py.typed",
-        "surrogate/inference/predictor.py",
+        "surrogate/prediction/predictor.py",
         "surrogate/training/recipes/swift.toml",
     } <= names
     assert {name.partition("/")[0] for name in names if ".dist-info/" not in name} == {"bem", "surrogate"}
@@ -92,10 +92,11 @@ def test_an_installation_predicts_from_anywhere(site, tmp_path):
         site,
         "import surrogate\n"
         "from bem import LoadingProtocol\n"
-        "from surrogate.inference.model_files import find_model\n"
+        "from bem import Scene, StandardLinearSolid\n"
+        "from surrogate.prediction.files import find_model\n"
         "model = surrogate.load('M1-concat')\n"
         "protocol = LoadingProtocol(peak_indentation=20, loading_rate=10, dwell_time=1, unloading_rate=10)\n"
-        "print(find_model('M1-concat'), model.trajectories(protocol, tabor=1.0)[0].pull_off_force)",
+        "print(find_model('M1-concat'), model.predict(Scene(1.0, StandardLinearSolid(0.1)), protocol).pull_off_force)",
         tmp_path,
     )
     place, force = found.rsplit(" ", 1)
@@ -105,13 +106,13 @@ def test_an_installation_predicts_from_anywhere(site, tmp_path):
 
 @pytest.mark.parametrize("name", sorted(path.name for path in PRETRAINED.glob("*")))
 def test_an_installation_predicts_any_solid_from_anywhere(site, tmp_path, name):
-    assert set(FILES) <= {path.name for path in (site / "surrogate" / "pretrained" / "models" / name).iterdir()}
+    assert set(FILES) <= {path.name for path in (site / "surrogate" / "models" / name).iterdir()}
     found = isolated(
         site,
         "import surrogate\n"
-        "from bem import LoadingProtocol\n"
+        "from bem import LoadingProtocol, Scene, StandardLinearSolid\n"
         "protocol = LoadingProtocol(peak_indentation=20, loading_rate=10, dwell_time=1, unloading_rate=10)\n"
-        f"(one,) = surrogate.load({name!r}).trajectories(protocol, tabor=1.0, modulus_ratio=0.1)\n"
+        f"one = surrogate.load({name!r}).predict(Scene(1.0, StandardLinearSolid(0.1)), protocol)\n"
         "print(*one.pull_off_interval, one.pull_off_force)",
         tmp_path,
     )

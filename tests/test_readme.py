@@ -49,13 +49,6 @@ def test_the_first_commands_draw_their_pictures(program, tmp_path):
     assert (tmp_path / picture).stat().st_size > 10_000
 
 
-@pytest.mark.parametrize("text", [README, SOLVER_README], ids=["README.md", "bem/README.md"])
-def test_the_make_targets_it_names_exist(text):
-    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
-    for target in re.findall(r"`make ([a-z0-9-]+)", text):
-        assert re.search(rf"^{target}(:|\.\w+ :=)", makefile, flags=re.MULTILINE), target
-
-
 @pytest.mark.parametrize("name", ["README.md", "bem/README.md"])
 def test_what_it_links_to_exists(name):
     for target in re.findall(r"\]\(([^)#:]+)\)", (ROOT / name).read_text(encoding="utf-8")):

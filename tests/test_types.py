@@ -17,7 +17,7 @@ import numpy as np
 
 import bem.lab
 import surrogate
-from bem import Elastic, LoadingProtocol, PronySeries, Scene, Trajectory, simulate
+from bem import Elastic, LoadingProtocol, PronySeries, Scene, StandardLinearSolid, Trajectory, simulate
 from bem.lab import ForceCurve, Setup, fit
 
 protocol = LoadingProtocol(peak_indentation=20, loading_rate=10.0, dwell_time=1, unloading_rate=10)
@@ -31,8 +31,10 @@ curve: ForceCurve = bead.simulate(path, force_sign="compression")
 sentences: tuple[str, ...] = fit(curve, bead).sentences
 model = surrogate.load("M1-concat")
 warnings.simplefilter("ignore", surrogate.ExtrapolationWarning)
-forces: np.ndarray = model.predict(np.zeros((1, 3)), np.zeros((1, 3)), tabor=[1.0])
-detached: bool = model.trajectories([protocol], tabor=1.0)[0].detached
+scene = Scene(1.0, StandardLinearSolid(0.1))
+forces: np.ndarray = model.predict_history(np.zeros((1, 3)), np.zeros((1, 3)), scene)
+detached: bool = model.predict(scene, protocol).detached
+all_detached: list[bool] = [one.detached for one in model.predict([scene], [protocol])]
 
 simulate(1, 2)  # refused
 simulate(broad, protocol, initial_state="cold")  # refused
@@ -45,9 +47,9 @@ LoadingProtocol(peak_indentation=20)  # refused
 Setup(radius=[50e-6], work_of_adhesion=0.05, relaxed_modulus=2e6)  # refused
 bead.simulate(path, force_sign="upwards")  # refused
 fit(trajectory, bead)  # refused
-model.trajectories(3.0, tabor=1.0)  # refused
-model.stream(tabor="soft")  # refused
-number: int = model.predict(np.zeros((1, 3)), np.zeros((1, 3)), tabor=1.0)  # refused
+model.predict(scene, 3.0)  # refused
+model.stream("soft")  # refused
+number: int = model.predict_history(np.zeros((1, 3)), np.zeros((1, 3)), scene)  # refused
 """
 
 

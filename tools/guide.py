@@ -1,4 +1,4 @@
-"""Hooks of MkDocs for the guide: correct addresses of pictures, keep words whole, refuse missing pictures."""
+"""Hooks of MkDocs for the guide: correct addresses of the gallery, keep words whole, refuse links to nothing."""
 
 from __future__ import annotations
 
@@ -10,10 +10,14 @@ from urllib.parse import unquote, urlsplit
 
 from mkdocs.exceptions import PluginError
 
-IMAGE = re.compile(r"<img\b[^>]*>")
-ADDRESS = re.compile(r'\b(?:src|srcset)="([^"]*)"')
+TAG = re.compile(r"<(?:a|img|link|script|source)\b[^>]*>")
+ADDRESS = re.compile(r'\b(href|src|srcset)="([^"]*)"')
 # The gallery writes this address for pages that are folders; ours are files, so that the guide opens without a server.
 GALLERY_SOURCES = re.compile(r'\s+srcset="\.\./images/[^"]*"')
+# So are its links to tutorials.
+GALLERY_LINKS = re.compile(r'(<a\b[^>]*\bhref="\d_\w+)(?=["#])')
+# What the gallery leaves beside its pages: records of its runs, and pictures and a badge that no page shows.
+LEFTOVERS = ("*.pickle", "*.md5", "broken_*", "no_image.png", "binder_badge_logo.svg")
 # Code within a line; blocks of code, which scroll, are matched first.
 CODE = re.compile(r"<pre\b.*?</pre>|<code>([^<]+)</code>", re.DOTALL)
 # A short word that a browser would break, such as `--loading-rate` or `.[train]`.
@@ -23,12 +27,12 @@ FORMULA = re.compile(r'<math\b(?![^>]*display="block")(?:(?!</math>).)*</math>[.
 
 
 def on_page_content(html: str, **_: Any) -> str:
-    """HTML of a page with words of code and formulas kept whole, and pictures of tutorials without their wrong address.
+    """HTML of a page with words of code and formulas kept whole, and addresses of tutorials that name files.
 
-    It is their second address, which browsers prefer.
+    The second address of a picture, which browsers prefer, is wrong and removed.
     """
     html = FORMULA.sub(r'<span class="whole">\g<0></span>', html)
-    return CODE.sub(_whole_words, GALLERY_SOURCES.sub("", html))
+    return CODE.sub(_whole_words, GALLERY_LINKS.sub(r"\1.html", GALLERY_SOURCES.sub("", html)))
 
 
 def _whole_words(code: re.Match[str]) -> str:
@@ -39,24 +43,34 @@ def _whole_words(code: re.Match[str]) -> str:
 
 
 def on_post_build(config: dict[str, Any], **_: Any) -> None:
-    """Refuse pages that show a picture which is not in the site; MkDocs checks links, but no addresses in HTML.
+    """Remove what the gallery leaves, and refuse pages with an address that a plain server does not find.
+
+    MkDocs checks links in Markdown, but no addresses in HTML.
 
     Raises:
-        PluginError: A picture is missing; the message names page and picture.
+        PluginError: A file is missing; the message names page and address.
     """
-    for page in sorted(Path(config["site_dir"]).rglob("*.html")):
-        for missing in missing_pictures(page):
-            raise PluginError(f"{page}: the picture {missing} is missing")
+    site = Path(config["site_dir"])
+    for leftover in [path for pattern in LEFTOVERS for path in site.rglob(pattern)]:
+        leftover.unlink()
+    for page in sorted(site.rglob("*.html")):
+        for missing in missing_addresses(page, site):
+            raise PluginError(f"{page}: {missing} is missing")
 
 
-def missing_pictures(page: Path) -> list[str]:
-    """Addresses of pictures of a page that name no file; addresses of other sites and data are not checked."""
+def missing_addresses(page: Path, site: Path) -> list[str]:
+    """Addresses of a page that name no file of the site; those of other sites and data are not checked."""
     found = [
         unescape(entry.split()[0])
-        for image in IMAGE.findall(page.read_text("utf-8"))
-        for address in ADDRESS.findall(image)
-        for entry in ([address] if address.startswith("data:") else address.split(","))
+        for tag in TAG.findall(page.read_text("utf-8"))
+        for kind, address in ADDRESS.findall(tag)
+        for entry in (address.split(",") if kind == "srcset" and not address.startswith("data:") else [address])
         if entry.strip()
     ]
-    local = [address for address in found if not urlsplit(address).scheme and not address.startswith(("//", "/"))]
-    return [address for address in local if not (page.parent / unquote(urlsplit(address).path)).is_file()]
+    local = [one for one in found if not urlsplit(one).scheme and not one.startswith("//") and urlsplit(one).path]
+    return [address for address in local if not _served(unquote(urlsplit(address).path), page.parent, site)]
+
+
+def _served(path: str, folder: Path, site: Path) -> bool:
+    file = site / path.lstrip("/") if path.startswith("/") else folder / path
+    return file.is_file() or (file / "index.html").is_file()

@@ -1,8 +1,9 @@
-"""Check that `requirements.lock` belongs to `pyproject.toml`, or stamp a new lock file with the digest of its inputs.
+"""Check that both lock files belong to `pyproject.toml`, or stamp new ones with the digest of their inputs.
 
-The first line of the lock file holds a SHA-256 digest of the parts of `pyproject.toml` that decide the resolution. The
-check needs no network: it compares the digest, compares every direct requirement with the locked version, and requires
-that each locked package has a hash and that the file names no package index.
+`requirements-small.lock` holds what `make setup-small` installs. The first line of a lock file holds a SHA-256 digest
+of the parts of `pyproject.toml` that decide the resolution. The check needs no network: it compares the digest,
+compares every direct requirement with the locked version, and requires that each locked package has a hash and that
+the file names no package index.
 
 Usage: `python tools/lock.py check` or `python tools/lock.py stamp`, which `make lock` calls.
 """
@@ -19,7 +20,8 @@ from packaging.utils import canonicalize_name
 
 ROOT = Path(__file__).resolve().parent.parent
 PYPROJECT = ROOT / "pyproject.toml"
-LOCK = ROOT / "requirements.lock"
+LOCKS = {"requirements.lock": None, "requirements-small.lock": ("tables",)}
+"""Lock files, and the optional groups that each holds; None for all."""
 STAMP = "# inputs sha256: "
 UNLOCKED = {"peers"}
 """Optional groups that are not in the lock file: they pin their requirements, and are installed by hand."""
@@ -44,13 +46,14 @@ def input_digest(settings: dict) -> str:
     return hashlib.sha256(json.dumps(inputs, sort_keys=True).encode()).hexdigest()
 
 
-def direct_requirements(settings: dict) -> list[Requirement]:
-    """Requirements that the project states itself, including those of the locked groups."""
-    groups = (settings["project"]["dependencies"], *locked_groups(settings).values())
+def direct_requirements(settings: dict, names: tuple[str, ...] | None = None) -> list[Requirement]:
+    """Requirements that the project states itself, including those of the locked groups, or of the named ones."""
+    locked = locked_groups(settings)
+    groups = (settings["project"]["dependencies"], *(locked[name] for name in (locked if names is None else names)))
     return [Requirement(text) for group in groups for text in group]
 
 
-def problems(settings: dict, lock_text: str) -> list[str]:
+def problems(settings: dict, lock_text: str, names: tuple[str, ...] | None = None) -> list[str]:
     """One sentence for each disagreement between lock file and project; empty if they match."""
     found = []
     first_line = lock_text.partition("\n")[0]
@@ -62,7 +65,7 @@ def problems(settings: dict, lock_text: str) -> list[str]:
             locked.setdefault(canonicalize_name(match[1]), []).append(match[2])
             if "--hash=sha256:" not in entry:
                 found.append(f"{match[1]}=={match[2]} has no hash")
-    for requirement in direct_requirements(settings):
+    for requirement in direct_requirements(settings, names):
         versions = locked.get(canonicalize_name(requirement.name), [])
         if not versions:
             found.append(f"{requirement.name} is not in the lock")
@@ -79,16 +82,18 @@ def problems(settings: dict, lock_text: str) -> list[str]:
 def main(action: str) -> int:
     """Run one action and return the exit status, which is 1 if the lock file does not match."""
     settings = tomllib.loads(PYPROJECT.read_text(encoding="utf-8"))
-    text = LOCK.read_text(encoding="utf-8")
-    if action == "stamp":
-        body = "".join(line for line in text.splitlines(keepends=True) if not line.startswith(STAMP))
-        LOCK.write_text(f"{STAMP}{input_digest(settings)}\n{body}", encoding="utf-8")
-        return 0
-    if action != "check":
+    if action not in ("check", "stamp"):
         raise ValueError(f"action must be 'check' or 'stamp'; received {action!r}")
-    found = problems(settings, text)
+    found = []
+    for name, groups in LOCKS.items():
+        text = (ROOT / name).read_text(encoding="utf-8")
+        if action == "check":
+            found += [f"{name}: {sentence}" for sentence in problems(settings, text, groups)]
+            continue
+        body = "".join(line for line in text.splitlines(keepends=True) if not line.startswith(STAMP))
+        (ROOT / name).write_text(f"{STAMP}{input_digest(settings)}\n{body}", encoding="utf-8")
     for sentence in found:
-        print(f"requirements.lock: {sentence}; run `make lock`", file=sys.stderr)
+        print(f"{sentence}; run `make lock`", file=sys.stderr)
     return int(bool(found))
 
 

@@ -5,8 +5,24 @@ Usage: `python3 tools/serve.py FOLDER [--port PORT]`.
 
 import argparse
 import functools
+import os
 import sys
+from http import HTTPStatus
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
+from typing import Any
+
+
+class Folder(SimpleHTTPRequestHandler):
+    """Files inside the folder only, also where a link leads out of it."""
+
+    def send_head(self) -> Any:
+        """Answer with a file, unless it or the index of a folder lies elsewhere."""
+        asked, root = self.translate_path(self.path), os.path.realpath(self.directory)
+        for path in (asked, f"{asked}/index.html", f"{asked}/index.htm"):
+            if "\0" in path or os.path.commonpath([root, os.path.realpath(path)]) != root:
+                self.send_error(HTTPStatus.NOT_FOUND)
+                return None
+        return super().send_head()
 
 
 def main() -> int:
@@ -15,7 +31,7 @@ def main() -> int:
     parser.add_argument("folder")
     parser.add_argument("--port", type=int, default=8000)
     given = parser.parse_args()
-    handler = functools.partial(SimpleHTTPRequestHandler, directory=given.folder)
+    handler = functools.partial(Folder, directory=given.folder)
     try:
         server = ThreadingHTTPServer(("127.0.0.1", given.port), handler)
     except (OSError, OverflowError) as error:

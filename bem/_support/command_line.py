@@ -11,6 +11,7 @@ from typing import Annotated, Any
 
 import typer
 
+from bem._support.interruption import INTERRUPTED, end
 from bem._support.wording import shortened
 
 FAILURES = ("RuntimeError", "CampaignError", "FitError")
@@ -77,7 +78,7 @@ def run_command(app: Any, name: str, program: str | None = None, *, failures: bo
         with one_sentence(name, failures=failures):
             status = app(standalone_mode=False, prog_name=program)
     except typer.Abort:
-        sys.exit(1)
+        status = INTERRUPTED
     except Exception as error:
         # Typer brings its own copy of click's exceptions or takes click's, depending on its version.
         if not hasattr(error, "format_message"):
@@ -87,6 +88,8 @@ def run_command(app: Any, name: str, program: str | None = None, *, failures: bo
         else:
             typer.echo(f"{name}: {shortened(error.format_message(), LONGEST)}", err=True)
         sys.exit(error.exit_code)
+    if status == INTERRUPTED:  # what Typer makes of `KeyboardInterrupt`, in some versions by `Abort`
+        end(name)
     sys.exit(status if isinstance(status, int) else 0)
 
 

@@ -15,7 +15,9 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import TracebackType
 
-IMAGES = (".png", ".pdf", ".svg")
+from bem._support.interruption import undo, whole
+
+IMAGES, FILMS = (".png", ".pdf", ".svg"), (".gif", ".mp4")
 UNFINISHED = ".writing"
 """Suffix of a file that is still being written."""
 LONGEST_NAME = 64
@@ -45,6 +47,7 @@ class Outputs:
         self._parts: dict[Path, Path] = {}
 
     def __enter__(self) -> Outputs:
+        undo.append(self._discard)
         try:
             for path in self.paths:
                 self._reserve(path)
@@ -54,11 +57,12 @@ class Outputs:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, _: BaseException | None, __: TracebackType | None) -> None:
-        try:
-            if kind is None:
-                self._settle()
-        finally:
-            self._discard()
+        with whole:
+            try:
+                if kind is None:
+                    self._settle()
+            finally:
+                self._discard()
 
     @contextmanager
     def write(self, path: Path) -> Iterator[Path]:
@@ -91,8 +95,9 @@ class Outputs:
             # Short, so that only the name the user chose can be too long.
             part = target.with_name(f".{secrets.token_hex(4)}.part{target.suffix}")
             _try_name(target)
-            part.touch(exist_ok=False)
-            self._targets[path], self._parts[path] = target, part
+            with whole:
+                part.touch(exist_ok=False)
+                self._targets[path], self._parts[path] = target, part
 
     def _settle(self) -> None:
         done: list[tuple[Path, Path | None]] = []
@@ -122,6 +127,8 @@ class Outputs:
     def _discard(self) -> None:
         for part in self._parts.values():
             part.unlink(missing_ok=True)
+        if self._discard in undo:
+            undo.remove(self._discard)
 
 
 @contextmanager
@@ -148,14 +155,15 @@ def write_whole(path: Path, content: str | bytes | memoryview, scratch: Path | N
         OSError: nothing was written, and what was at `path` is untouched.
     """
     unfinished = (scratch or path.parent) / f".{secrets.token_hex(6)}{UNFINISHED}"
-    try:
-        with unfinished.open("xb") as file:
-            file.write(content.encode() if isinstance(content, str) else content)
-            file.flush()
-            os.fsync(file.fileno())
-        unfinished.replace(path)
-    finally:
-        unfinished.unlink(missing_ok=True)
+    with whole:
+        try:
+            with unfinished.open("xb") as file:
+                file.write(content.encode() if isinstance(content, str) else content)
+                file.flush()
+                os.fsync(file.fileno())
+            unfinished.replace(path)
+        finally:
+            unfinished.unlink(missing_ok=True)
     # The new name is on the disk once its folder is; not every system opens folders.
     with suppress(OSError):
         folder = os.open(path.parent, os.O_RDONLY)
@@ -173,10 +181,11 @@ def require_output(path: str | Path) -> None:
     """
     path = Path(path)
     outputs = Outputs(path)
-    try:
-        outputs._reserve(path)
-    finally:
-        outputs._discard()
+    with whole:
+        try:
+            outputs._reserve(path)
+        finally:
+            outputs._discard()
 
 
 def require_suffix(path: str | Path | None, suffixes: tuple[str, ...]) -> None:

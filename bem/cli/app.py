@@ -12,9 +12,17 @@ import typer
 
 from bem import __version__
 from bem._support.command_line import add_version, parse_accuracy, run_command
-from bem._support.outputs import IMAGES, Outputs, require_suffix
+from bem._support.outputs import FILMS, IMAGES, Outputs, require_suffix
 from bem.cli import lab
-from bem.cli.arguments import MATERIAL_HELP, one_of_cycle_and_forces, parse_adhesion, parse_material, parse_numbers
+from bem.cli.arguments import (
+    INDENTER_HELP,
+    MATERIAL_HELP,
+    one_of_cycle_and_forces,
+    parse_adhesion,
+    parse_indenter,
+    parse_material,
+    parse_numbers,
+)
 from bem.cli.campaign import register
 from bem.cli.summary import readable, title, to_json, write_csv
 
@@ -30,6 +38,9 @@ ADHESION_HELP = (
 )
 TIMES_HELP = "Instants of a prescribed force, separated by commas; in place of a cycle."
 FORCES_HELP = "Force at these times, separated by commas, linear between them,"
+
+FRAMES = 80
+"""Profiles of a film."""
 
 add_version(app, "bem", __version__)
 
@@ -51,6 +62,7 @@ def simulate(
     spring: Annotated[
         float | None, typer.Option(help="Stiffness between stage and sphere, in pi R dgamma / h0; none by default.")
     ] = None,
+    indenter: Annotated[str, typer.Option(help=INDENTER_HELP)] = "paraboloid",
     material: Annotated[str, typer.Option(help=MATERIAL_HELP)] = "sls:0.1",
     adhesion: Annotated[str, typer.Option("--adhesion", "--traction", help=ADHESION_HELP)] = "lennard-jones",
     initial_state: Annotated[str, typer.Option(help="relaxed or glassy.")] = "relaxed",
@@ -62,6 +74,10 @@ def simulate(
         Path | None, typer.Option(help="Write time, indentation, force, contact radius, stage here.")
     ] = None,
     plot: Annotated[Path | None, typer.Option(help="Draw force history and loop here (.png, .pdf, .svg).")] = None,
+    filmstrip: Annotated[
+        Path | None, typer.Option(help="Draw the contact at its telling instants here (.png, .pdf, .svg).")
+    ] = None,
+    animate: Annotated[Path | None, typer.Option(help="Write the moving contact here (.gif; .mp4 by ffmpeg).")] = None,
 ) -> None:
     """Simulate one load-dwell-unload cycle, or a prescribed force, and print a summary.
 
@@ -75,27 +91,32 @@ def simulate(
     from bem.scene import Scene
     from bem.solver.simulation import simulate as run
 
-    scene = Scene(tabor=tabor, material=parse_material(material), adhesion=parse_adhesion(adhesion), spring=spring)
+    scene = Scene(tabor, parse_material(material), parse_adhesion(adhesion), spring, parse_indenter(indenter))
     cycle = {"peak_indentation": peak_indentation, "loading_rate": loading_rate, "unloading_rate": unloading_rate}
     protocol: Any
     if one_of_cycle_and_forces(cycle, times, forces):
         protocol = ForceProtocol(parse_numbers("times", times), parse_numbers("forces", forces))
     else:
         protocol = LoadingProtocol(**cycle, dwell_time=dwell_time, start_indentation=start_indentation)  # type: ignore[arg-type]
-    require_suffix(plot, IMAGES)
-    with Outputs(csv, plot) as outputs:
-        trajectory = run(scene, protocol, parse_accuracy(accuracy), initial_state=initial_state)
+    for path, formats in ((plot, IMAGES), (filmstrip, IMAGES), (animate, FILMS)):
+        require_suffix(path, formats)
+    with Outputs(csv, plot, filmstrip, animate) as outputs:
+        profiles = FRAMES if filmstrip or animate else None
+        trajectory = run(scene, protocol, parse_accuracy(accuracy), initial_state=initial_state, profiles=profiles)
         if csv is not None:
             with outputs.write(csv) as part:
                 write_csv(trajectory, part)
-        if plot is not None and trajectory.time.size == 0:
-            outputs.forgo(plot)
-            typer.echo(f"bem: {plot} is not written, because there is nothing to draw", err=True)
-        elif plot is not None:
-            from bem.plots import plot_trajectory
 
-            with outputs.write(plot) as part:
-                plot_trajectory(trajectory, part, title=title(scene, protocol))
+        def plotted(part: Path) -> None:
+            trajectory.plot(title=title(scene, protocol)).savefig(part, dpi=150)
+
+        for path, draw in ((plot, plotted), (filmstrip, trajectory.filmstrip), (animate, trajectory.animate)):
+            if path is not None and (trajectory.time.size == 0 or (path != plot and not trajectory.profiles)):
+                outputs.forgo(path)
+                typer.echo(f"bem: {path} is not written, because there is nothing to draw", err=True)
+            elif path is not None:
+                with outputs.write(path) as part:
+                    draw(part)
     typer.echo(to_json(trajectory) if as_json else readable(trajectory))
     if not trajectory.completed:
         raise typer.Exit(1)
@@ -110,7 +131,7 @@ def compile_kernels() -> None:
     """Compile the solver for this processor now, so that the first simulation starts at once; `make setup` does it."""
     import numpy as np
 
-    from bem._numerics.interpolation import ForceInterpolant
+    from bem._support.interpolation import ForceInterpolant
     from bem.solver.simulation import load_kernels
 
     load_kernels()

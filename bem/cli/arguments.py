@@ -8,14 +8,31 @@ from bem._support.wording import shown
 
 MATERIAL_HELP = (
     "elastic, sls:K (standard linear solid of modulus ratio K = E0/Einf), or prony:C1@T1,C2@T2,... (retardation "
-    "strengths as fractions of the relaxed compliance, at retardation times)."
+    "strengths as fractions of the relaxed compliance, at retardation times), or an entry of the materials library, "
+    "such as sylgard_184, whose times are in seconds."
 )
+
+INDENTER_HELP = "paraboloid, cone, or power:N for a profile that rises with the power N of the radius, 1 to 8."
+
+
+def parse_indenter(text: str) -> Any:
+    """The shape a word describes; see `INDENTER_HELP`."""
+    from bem.indenter import CONE, PARABOLOID, PowerLaw
+
+    kind, _, exponent = text.partition(":")
+    try:
+        power = float(exponent) if kind == "power" else {"cone": CONE, "paraboloid": PARABOLOID}[text]
+    except (KeyError, ValueError) as error:
+        raise ValueError(f"indenter must be {INDENTER_HELP.rstrip('.')}; received {shown(text)}") from error
+    return PowerLaw(power)
 
 
 def parse_material(text: str) -> Any:
     """The material a word describes; see `MATERIAL_HELP`."""
     from bem.materials import Elastic, PronySeries, StandardLinearSolid
 
+    if (entry := library_entry(text)) is not None:
+        return entry.material
     kind, _, details = text.partition(":")
     try:
         if kind == "elastic" and not details:
@@ -29,6 +46,14 @@ def parse_material(text: str) -> Any:
         if "received" in str(error):
             raise
     raise ValueError(f"material must be {MATERIAL_HELP.rstrip('.')}; received {shown(text)}")
+
+
+def library_entry(text: str) -> Any:
+    """The only entry of the materials library whose name begins with these words; `None` if there is none."""
+    from bem.materials_library import load, names
+
+    found = [name for name in names() if f"{name}_".startswith(f"{text}_")]
+    return load(found[0]) if len(found) == 1 else None
 
 
 def one_of_cycle_and_forces(cycle: dict[str, Any], times: str | None, forces: str | None) -> bool:

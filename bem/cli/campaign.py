@@ -2,18 +2,17 @@
 
 import signal
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager, nullcontext
+import threading
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from bem._support.command_line import one_sentence, parse_accuracy
+from bem._support.interruption import end, say_what_is_kept
 from bem._support.outputs import require_output
-from bem._support.wording import shown
+from bem.cli.design_options import parse_ranges, parse_ratio, parse_shard, read_design_file
 
-INTERRUPTED = 130
 DESIGN_HELP = "How protocols are drawn: paper (the default), log-uniform or sobol."
 RATIO_HELP = "Modulus ratio E0/Einf; 0.1 by default. LOW:HIGH draws it, by log-uniform or sobol."
 STEPS_HELP = "Where forces are stored: uniform steps as in the paper (the default), or physical ones."
@@ -23,7 +22,7 @@ CLUSTER_HELP = "Use the workers of this Dask scheduler, e.g. tcp://127.0.0.1:878
 
 @one_sentence("bem")
 def campaign(
-    out: Annotated[Path | None, typer.Option(help="The data set file to write.")] = None,
+    out: Annotated[Path, typer.Option(help="The data set file to write.")],
     design: Annotated[str | None, typer.Option(help=DESIGN_HELP)] = None,
     count: Annotated[int | None, typer.Option(help="How many protocols; 12450 by default, as in the paper.")] = None,
     seed: Annotated[int | None, typer.Option(help="Seed of the design; 0 by default.")] = None,
@@ -40,19 +39,17 @@ def campaign(
     shard: Annotated[str | None, typer.Option(help="i/n: only the i-th of n shares, for job arrays.")] = None,
     replace: Annotated[bool, typer.Option(help="Replace the file of another campaign, once complete.")] = False,
     retry_failed: Annotated[bool, typer.Option(help="Compute what failed in an earlier run again.")] = False,
-    verify: Annotated[Path | None, typer.Option(hidden=True)] = None,
-    sample: Annotated[int | None, typer.Option(hidden=True)] = None,
 ) -> None:
     """Simulate many protocols into a data set file; after an interruption the same command continues.
 
     The exit status is 1 when any trajectory failed.
     """
-    if verify is not None or sample is not None:
-        raise ValueError("a data set is verified by `bem verify FILE --sample N`; received --verify or --sample")
-    if out is None:
-        raise ValueError("campaign needs --out FILE.h5 to write")
-    from bem.dataset.designs import parse_ratio
+    from bem._support.jit import announce_compilation
+    from bem._support.progress import progress_bar
+    from bem.dataset.campaign import Campaign
+    from bem.dataset.designs import Design
     from bem.dataset.measurement_steps import PHYSICAL
+    from bem.dataset.run import run_campaign
 
     given = {
         "design": design,
@@ -63,12 +60,28 @@ def campaign(
         "steps": steps,
         "counts": PHYSICAL if steps == "physical" else None,
     }
+    settings = read_design_file(design_file) if design_file else {}
+    settings |= {name: value for name, value in given.items() if value is not None}
+    bounds = settings.pop("ranges", {}) | parse_ranges(ranges or [])
+    drawn = Design(settings.pop("design", "paper"), bounds, settings.pop("modulus_ratio", 0.1))
+    plan = Campaign(design=drawn, native=native, shard=parse_shard(shard), **settings)
+    if cluster is None and not out.exists():
+        announce_compilation()
+    say_what_is_kept("what was done is saved, and the same command continues")
+    # A batch system ends a job so.
+    # In a thread of its own: what this one has begun to write, it completes meanwhile.
+    signal.signal(signal.SIGTERM, lambda *_: threading.Thread(target=end, args=("bem",)).start())
     how = {"workers": workers, "cluster": cluster, "replace": replace, "retry_failed": retry_failed}
-    with _workers_loading(workers, out) if cluster is None else nullcontext():
-        settings = _settings(design_file)
-        settings |= {name: value for name, value in given.items() if value is not None}
-        settings["ranges"] = {**settings.get("ranges", {}), **_ranges(ranges or [])}
-        _run(settings, out, native=native, shard=_shard(shard), how=how)
+    with progress_bar(len(plan.indices)) as progress:
+        summary = run_campaign(plan, out, command=_command(), progress=progress, **how)
+    if summary.damaged:
+        typer.echo(f"{summary.damaged} damaged parts of an earlier run were computed again")
+    failed = sum(summary.failures.values())
+    typer.echo(
+        f"{summary.count} trajectories in {summary.path}, {summary.computed} of them computed now, {failed} failed; "
+        f"{summary.wall_seconds:.1f} s in all, {summary.core_seconds / 60.0:.2f} core-minutes"
+    )
+    _end_with_failures(summary)
 
 
 @one_sentence("bem")
@@ -78,9 +91,11 @@ def merge(
     replace: Annotated[bool, typer.Option(help="Replace the file of another campaign.")] = False,
 ) -> None:
     """Join the data set files that `bem campaign --shard` wrote."""
-    from bem.dataset.campaign.files import merge as join
+    from bem.dataset.run import followed
+    from bem.dataset.run import merge as join
 
-    _require_place(out)
+    if out.absolute().parent.is_dir() and not out.is_dir():
+        require_output(followed(out))
     summary = join(shards, out, command=_command(), replace=replace)
     failed = sum(summary.failures.values())
     typer.echo(f"{summary.count} trajectories of {len(shards)} shards in {summary.path}, {failed} failed")
@@ -116,62 +131,6 @@ def register(app: typer.Typer) -> None:
     app.command()(verify)
 
 
-@contextmanager
-def _workers_loading(workers: int | None, out: Path) -> Iterator[None]:
-    """Let workers load the solver while this process gets ready, unless there is a file, which may be complete."""
-    if out.exists():
-        yield
-        return
-    from bem.dataset.campaign.executors import LocalExecutor
-
-    with LocalExecutor(workers) as local:
-        local.load_solver()
-        from bem._numerics.jit import announce_compilation
-
-        announce_compilation()
-        yield
-
-
-def _settings(design_file: Path | None) -> dict[str, Any]:
-    from bem.dataset.designs import read_design_file
-
-    return read_design_file(design_file) if design_file else {}
-
-
-def _run(
-    settings: dict[str, Any],
-    out: Path,
-    *,
-    native: bool,
-    shard: tuple[int, int],
-    how: dict[str, Any],
-) -> None:
-    from bem._support.progress import progress_bar
-    from bem.dataset.campaign.plan import Campaign
-    from bem.dataset.campaign.run import run_campaign
-    from bem.dataset.designs import Design
-
-    design = Design(settings.pop("design", "paper"), settings.pop("ranges"), settings.pop("modulus_ratio", 0.1))
-    plan = Campaign(design=design, native=native, shard=shard, **settings)
-    _require_place(out)
-    # A terminated job then saves what it holds, as an interrupted one does.
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
-    try:
-        with progress_bar(len(plan.indices)) as progress:
-            summary = run_campaign(plan, out, command=_command(), progress=progress, **how)
-    except KeyboardInterrupt:
-        typer.echo("bem: interrupted; what was done is saved, and the same command continues", err=True)
-        raise typer.Exit(INTERRUPTED) from None
-    if summary.damaged:
-        typer.echo(f"{summary.damaged} damaged parts of an earlier run were computed again")
-    failed = sum(summary.failures.values())
-    typer.echo(
-        f"{summary.count} trajectories in {summary.path}, {summary.computed} of them computed now, {failed} failed; "
-        f"{summary.wall_seconds:.1f} s in all, {summary.core_seconds / 60.0:.2f} core-minutes"
-    )
-    _end_with_failures(summary)
-
-
 def _end_with_failures(summary: Any) -> None:
     for reason, times in summary.failures.most_common():
         typer.echo(f"{times} failed: {reason}")
@@ -179,36 +138,7 @@ def _end_with_failures(summary: Any) -> None:
         raise typer.Exit(1)
 
 
-def _require_place(out: Path) -> None:
-    """Refuse a file that cannot be written before hours are spent; a campaign makes directories still missing."""
-    from bem.dataset.campaign.run import followed
-
-    if out.absolute().parent.is_dir() and not out.is_dir():
-        require_output(followed(out))
-
-
 def _command() -> str:
     from bem._support.provenance import command_line
 
     return command_line(sys.argv)
-
-
-def _ranges(texts: list[str]) -> dict[str, tuple[float, float]]:
-    from bem.dataset.designs import parse_range
-
-    found: dict[str, tuple[float, float]] = {}
-    for name, bounds in map(parse_range, texts):
-        if name in found:
-            raise ValueError(f"range must name a quantity once; received {shown(name)} twice")
-        found[name] = bounds
-    return found
-
-
-def _shard(text: str | None) -> tuple[int, int]:
-    if text is None:
-        return 1, 1
-    number, _, total = text.partition("/")
-    try:
-        return int(number), int(total)
-    except ValueError:
-        raise ValueError(f"shard must read i/n, e.g. 3/8; received {shown(text)}") from None

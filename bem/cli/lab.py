@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import sys
 import warnings
+from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -14,11 +15,25 @@ import typer
 from typer.core import TyperGroup
 
 from bem._support.command_line import one_sentence, parse_accuracy
+from bem._support.interruption import say_what_is_kept
 from bem._support.outputs import IMAGES, Outputs, require_suffix
 from bem._support.wording import shown
-from bem.cli.arguments import one_of_cycle_and_forces, parse_material
+from bem.cli.arguments import MATERIAL_HELP, library_entry, one_of_cycle_and_forces, parse_material
 
 RADIUS = "Radius of the sphere, e.g. 50um; a plain number is in m."
+SPEED = "Speed of the stage, e.g. 2um/s, for files without time."
+MODEL = (
+    "hertz, cone, pyramid, dmt, jkr, maugis, ting, ting_power_law or solver; auto climbs from the simplest to one that "
+    "describes the curve."
+)
+SEGMENT = "What counts: approach, retract or both."
+RANGE = "What counts of the contact: indentations, e.g. 0um:1um, or compressions, e.g. :2nN."
+WEIGHT = "Where no model is adequate, Hertz counts points nearer to the contact point than this less, as nanite does."
+ANGLE = "Of a cone or pyramid with its axis, in degrees; --radius is then that of its apex."
+SOLID = (
+    "A first guess, or fixed; a Prony series is always fixed, and times of one in seconds unless --retardation-time."
+)
+POISSON = "Poisson's ratio of the half-space; 0.5 by default, or that of a library's material."
 SIGN_HELP = "Which force is positive: tension or compression."
 
 
@@ -37,12 +52,15 @@ def register(app: typer.Typer) -> None:
     app.info.cls = UnitGroup
     app.command("simulate-si")(simulate_si)
     app.command("fit")(fit_curve)
+    app.command("fit-map")(fit_curves)
 
 
 def simulate_si(
     radius: Annotated[str, typer.Option(help=RADIUS)],
     work_of_adhesion: Annotated[str, typer.Option(help="e.g. 50mJ/m2; a plain number is in J/m2.")],
-    modulus: Annotated[str, typer.Option(help="Relaxed Young's modulus, e.g. 2MPa; a plain number is in Pa.")],
+    modulus: Annotated[
+        str | None, typer.Option(help="Relaxed Young's modulus, e.g. 2MPa; by default that of a library's material.")
+    ] = None,
     peak_indentation: Annotated[str | None, typer.Option(help="e.g. 1um.")] = None,
     loading_rate: Annotated[str | None, typer.Option(help="Speed of approach, e.g. 2um/s.")] = None,
     unloading_rate: Annotated[str | None, typer.Option(help="Speed of withdrawal, e.g. 2um/s.")] = None,
@@ -59,10 +77,10 @@ def simulate_si(
     stiffness: Annotated[
         str | None, typer.Option(help="Stiffness of a spring between stage and sphere, e.g. 0.2N/m; none by default.")
     ] = None,
-    poisson_ratio: Annotated[float, typer.Option(help="Poisson's ratio of the half-space.")] = 0.5,
+    poisson_ratio: Annotated[float | None, typer.Option(help=POISSON)] = None,
     gap: Annotated[str | None, typer.Option(help="Equilibrium gap; 0.3nm by default.")] = None,
     retardation_time: Annotated[str | None, typer.Option(help="Unit of the material's times, e.g. 100ms.")] = None,
-    material: Annotated[str, typer.Option(help="elastic, sls:K or prony:C1@T1,...; as in `bem simulate`.")] = "elastic",
+    material: Annotated[str, typer.Option(help=MATERIAL_HELP)] = "elastic",
     largest_tabor: Annotated[
         float, typer.Option(help="Above this Tabor parameter an effective, longer gap is simulated.")
     ] = 3.0,
@@ -88,12 +106,9 @@ def simulate_si(
     setup = Setup(
         radius=radius,
         work_of_adhesion=work_of_adhesion,
-        relaxed_modulus=modulus,
-        poisson_ratio=poisson_ratio,
-        retardation_time=retardation_time,
-        material=parse_material(material),
         largest_tabor=largest_tabor,
         stiffness=stiffness,
+        **_solid(material, modulus, poisson_ratio, retardation_time),
         **({} if gap is None else {"equilibrium_gap": gap}),
     )
     cycle = {"peak_indentation": peak_indentation, "loading_rate": loading_rate, "unloading_rate": unloading_rate}
@@ -130,17 +145,23 @@ def fit_curve(
     radius: Annotated[str, typer.Option(help=RADIUS)],
     stiffness: Annotated[str | None, typer.Option(help="Stiffness of the cantilever or machine, e.g. 0.2N/m.")] = None,
     force_sign: Annotated[str, typer.Option(help=SIGN_HELP)] = "tension",
-    speed: Annotated[str | None, typer.Option(help="Speed of the stage, e.g. 2um/s, for files without time.")] = None,
+    speed: Annotated[str | None, typer.Option(help=SPEED)] = None,
+    number: Annotated[int | None, typer.Option(help="Of the curve, from 0, in a file of several.")] = None,
+    model: Annotated[str, typer.Option(help=MODEL)] = "auto",
+    segment: Annotated[str, typer.Option(help=SEGMENT)] = "both",
+    within: Annotated[str | None, typer.Option("--range", help=RANGE)] = None,
+    weight_near: Annotated[str, typer.Option(help=WEIGHT)] = "0",
+    half_angle: Annotated[float | None, typer.Option(help=ANGLE)] = None,
     free: Annotated[
         str | None,
-        typer.Option(help="Parameters to fit, separated by commas; by default all that the curve calls for."),
+        typer.Option(help="Parameters of the model to fit, separated by commas; by default all."),
     ] = None,
     modulus: Annotated[str | None, typer.Option(help="Relaxed Young's modulus: a first guess, or fixed.")] = None,
     work_of_adhesion: Annotated[str | None, typer.Option(help="A first guess, or fixed.")] = None,
-    poisson_ratio: Annotated[float, typer.Option(help="Poisson's ratio of the half-space.")] = 0.5,
+    poisson_ratio: Annotated[float | None, typer.Option(help=POISSON)] = None,
     gap: Annotated[str | None, typer.Option(help="Equilibrium gap; 0.3nm by default.")] = None,
     retardation_time: Annotated[str | None, typer.Option(help="A first guess, or fixed.")] = None,
-    material: Annotated[str, typer.Option(help="elastic or sls:K: a first guess, or fixed.")] = "elastic",
+    material: Annotated[str, typer.Option(help=f"{SOLID} {MATERIAL_HELP}")] = "elastic",
     largest_tabor: Annotated[float, typer.Option(help="As in `bem simulate-si`.")] = 3.0,
     accuracy: Annotated[str, typer.Option(help="As in `bem simulate`.")] = "standard",
     out: Annotated[Path | None, typer.Option(help="Write values, intervals and correlations here (.json).")] = None,
@@ -148,37 +169,47 @@ def fit_curve(
 ) -> None:
     """Fit modulus, work of adhesion and relaxation to a measured force curve, with 95 % intervals.
 
+    The simplest model that describes the curve is chosen, from Hertz to the solver; the summary shows those tried.
+
     Example: bem fit curve.csv --radius 50um --plot fit.png --out fit.json
     """
+    from bem.lab.curve import ForceCurve
     from bem.lab.fitting import fit
     from bem.lab.guess import guess_setup
-    from bem.lab.reading import read
 
     require_suffix(plot, IMAGES)
     require_suffix(out, (".json",))
-    solid = parse_material(material)
-    if hasattr(solid, "compliances"):
-        raise ValueError(f"material of a fit must be elastic or sls:K; received {shown(material)}")
-    given = {
-        "relaxed_modulus": modulus,
-        "work_of_adhesion": work_of_adhesion,
-        "equilibrium_gap": gap,
-        "retardation_time": retardation_time,
-    }
-    known = {name: value for name, value in given.items() if value is not None}
+    given = {"work_of_adhesion": work_of_adhesion, "equilibrium_gap": gap}
+    known = _solid(material, modulus, poisson_ratio, retardation_time)
+    known = {name: value for name, value in (known | given).items() if value is not None}
     names = None if free is None else tuple(name.strip() for name in free.split(","))
     with one_sentence("bem"), Outputs(out, plot) as outputs:
-        measured = read(curve, stiffness=stiffness, force_sign=force_sign, speed=speed)
+        measured = ForceCurve.read(
+            curve[0] if len(curve) == 1 else curve,
+            stiffness=stiffness,
+            force_sign=force_sign,
+            speed=speed,
+            number=number,
+        )
         start = guess_setup(
             measured,
             radius=radius,
-            material=solid,
-            poisson_ratio=poisson_ratio,
             largest_tabor=largest_tabor,
+            half_angle=half_angle,
             **known,
         )
         with _progress() as report:
-            result = fit(measured, start, names, accuracy=parse_accuracy(accuracy), report=report)
+            result = fit(
+                measured,
+                start,
+                names,
+                model=model,
+                segment=segment,  # type: ignore[arg-type]  # any word is checked there
+                within=_range(within),
+                weight_near=weight_near,
+                accuracy=parse_accuracy(accuracy),
+                report=report,
+            )
         if out is not None:
             with outputs.write(out) as part:
                 part.write_text(json.dumps(result.to_dict(), indent=1) + "\n", encoding="utf-8")
@@ -186,6 +217,82 @@ def fit_curve(
             with outputs.write(plot) as part:
                 result.plot(part)
     typer.echo(result.summary())
+
+
+def fit_curves(
+    curves: Annotated[list[Path], typer.Argument(help="Files of force curves, such as a force map.")],
+    radius: Annotated[str, typer.Option(help=RADIUS)],
+    out: Annotated[Path, typer.Option(help="One line a curve (.csv); an interrupted map goes on where it was.")],
+    plot: Annotated[Path | None, typer.Option(help="Draw the map here, with crosses for curves without a fit.")] = None,
+    quantity: Annotated[str, typer.Option(help="What is drawn.")] = "relaxed_modulus",
+    stiffness: Annotated[str | None, typer.Option(help="Of the cantilever, in place of the files' own.")] = None,
+    speed: Annotated[str | None, typer.Option(help=SPEED)] = None,
+    model: Annotated[str, typer.Option(help=MODEL)] = "auto",
+    segment: Annotated[str, typer.Option(help=SEGMENT)] = "both",
+    within: Annotated[str | None, typer.Option("--range", help=RANGE)] = None,
+    poisson_ratio: Annotated[float, typer.Option(help="Poisson's ratio of the half-space.")] = 0.5,
+    jobs: Annotated[int, typer.Option(help="Processes.", min=1)] = 1,
+) -> None:
+    """Fit every curve of a force map, or of several files: one line a curve, with intervals, model and position.
+
+    Example: bem fit-map map.jpk-force-map --radius 2.5um --out map.csv --plot map.png
+    """
+    from bem._support.progress import progress_bar
+    from bem.lab.maps import QUANTITIES, fit_map, plot_map
+
+    require_suffix(out, (".csv",))
+    require_suffix(plot, IMAGES)
+    if quantity not in QUANTITIES:
+        raise ValueError(f"quantity must be one of {', '.join(QUANTITIES)}; received {shown(quantity)}")
+    say_what_is_kept(f"the curves fitted so far are kept in {out}, and the same command goes on")
+    known = {"stiffness": stiffness, "speed": speed, "poisson_ratio": poisson_ratio, "jobs": jobs}
+    with one_sentence("bem"), Outputs(plot) as outputs, progress_bar(len(curves), "without a fit") as bar:
+        rows = fit_map(
+            curves,
+            out,
+            radius=radius,
+            report=lambda done, bad, of: bar(done, bad, of),
+            model=model,
+            segment=segment,
+            within=_range(within),
+            **known,  # type: ignore[arg-type]
+        )
+        if plot is not None:
+            with outputs.write(plot) as part:
+                plot_map(rows, part, quantity)
+    reasons = Counter(row["reason"].partition(";")[0] for row in rows if row["reason"])
+    fitted = Counter(row["model"] if row["adequate"] == "yes" else "no adequate model" for row in rows if row["model"])
+    typer.echo(f"{len(rows)} curves: " + ", ".join(f"{count} {name}" for name, count in fitted.most_common()))
+    for reason, count in reasons.most_common():
+        typer.echo(f"{count} without a fit: {reason}")
+
+
+def _solid(material: str, modulus: Any, poisson_ratio: float | None, retardation_time: str | None) -> dict[str, Any]:
+    """What a `Setup` knows of the half-space by these options; the modulus is `None` where none of them says it."""
+    entry = library_entry(material)
+    if entry is not None and retardation_time is not None:
+        raise ValueError(
+            f"retardation_time must not be given with {entry.name}, whose times are in seconds; received "
+            f"{shown(retardation_time)}"
+        )
+    if entry is not None:
+        modulus, poisson_ratio = modulus or entry.relaxed_modulus, poisson_ratio or entry.poisson_ratio
+    return {
+        "material": parse_material(material),
+        "relaxed_modulus": modulus,
+        "poisson_ratio": 0.5 if poisson_ratio is None else poisson_ratio,
+        "retardation_time": retardation_time,
+    }
+
+
+def _range(text: str | None) -> tuple[str | None, str | None] | None:
+    """Both ends of `LOW:HIGH`, either of which may be left out."""
+    if text is None:
+        return None
+    low, colon, high = text.partition(":")
+    if not colon:
+        raise ValueError(f"range must be LOW:HIGH, such as 0um:1um; received {shown(text)}")
+    return low or None, high or None
 
 
 @contextmanager
@@ -196,8 +303,8 @@ def _progress() -> Iterator[Callable[[int, float], None] | None]:
         return
     from rich.console import Console
 
-    with Console(stderr=True).status("the first simulation") as status:
-        yield lambda done, misfit: status.update(f"{done} simulations, misfit {misfit:.3g} times the noise")
+    with Console(stderr=True).status("reading") as status:
+        yield lambda done, misfit: status.update(f"{done} evaluations, misfit {misfit:.3g} times the noise")
 
 
 @contextmanager

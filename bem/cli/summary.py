@@ -45,7 +45,7 @@ def write_csv(trajectory: Any, path: Path) -> None:
 
 def to_json(trajectory: Any) -> str:
     """Summary and arrays as JSON; NaN, which JSON does not have, becomes null."""
-    from bem._support.plain_json import plain
+    from bem._support.text_files import plain
 
     return json.dumps(plain(trajectory.summary() | {name: getattr(trajectory, name) for name in arrays_of(trajectory)}))
 
@@ -77,7 +77,8 @@ def readable(trajectory: Any) -> str:
     ]
     lines.append(
         f"cost             {1e3 * stats.seconds:.1f} ms, {stats.steps} steps, {stats.nodes:.0f} nodes, "
-        f"target error {trajectory.accuracy:g}"
+        f"target error {trajectory.accuracy:g}, {stats.multiply_adds:.3g} multiply-adds in {stats.attempts} "
+        f"attempt{'s' * (stats.attempts > 1)}, {stats.failed_attempts or 'none'} failed"
     )
     return "\n".join(lines)
 

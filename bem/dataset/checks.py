@@ -1,4 +1,4 @@
-"""Checks of what is read from a data set file: that nothing is missing, and that its parts are consistent.
+"""Checks of what is read from a file of trajectories: that nothing is missing, and that its parts are consistent.
 
 docs/dataset.md describes the groups of the file with their shapes, units and attributes.
 """
@@ -10,7 +10,7 @@ import numpy as np
 
 from bem._support.wording import shown
 from bem.dataset.designs import QUANTITIES
-from bem.dataset.records import COMPLETED, FAILED, JUMP_QUANTITIES, NATIVE_QUANTITIES, SCALARS, Columns
+from bem.dataset.records import COMPLETED, FAILED, SCALARS, Columns, Layout, layout_of, measured_layout
 
 ATTRIBUTES = {
     "campaign": dict,
@@ -24,101 +24,118 @@ ATTRIBUTES = {
 """Root attributes that every reader needs, and their types."""
 
 IDENTITY = ("design", "ranges", "modulus_ratio", "seed", "count", "accuracy", "counts", "native", "shard", "solver")
-"""What the attribute `campaign` holds."""
+"""What the attribute `campaign` of a data set holds."""
 
 POSITIVE = ("tabor", "loading_rate", "unloading_rate")
 """Quantities of a protocol that are above zero."""
 
 
-def attribute_fault(attributes: Mapping[str, Any]) -> str:
-    """Say what is wrong with the root attributes of a data set; empty when nothing is."""
+class InconsistentError(ValueError):
+    """The parts of a file do not fit together; the message says what is wrong with the file."""
+
+
+def check_attributes(attributes: Mapping[str, Any], identity: tuple[str, ...] = IDENTITY) -> None:
+    """Check the root attributes of a file, and that `campaign` holds the names of an `identity`.
+
+    Raises:
+        InconsistentError: naming the attribute.
+    """
     for name, kind in ATTRIBUTES.items():
         if name not in attributes:
-            return f"without the attribute {name!r}"
+            raise InconsistentError(f"without the attribute {name!r}")
         if not isinstance(attributes[name], kind):
-            return f"whose attribute {name!r} is {shown(attributes[name])}"
+            raise InconsistentError(f"whose attribute {name!r} is {shown(attributes[name])}")
     campaign = attributes["campaign"]
-    absent = [name for name in IDENTITY if name not in campaign]
-    if absent:
-        return f"whose attribute 'campaign' lacks {absent[0]!r}"
-    for name in IDENTITY:
+    for name in identity:
+        if name not in campaign:
+            raise InconsistentError(f"whose attribute 'campaign' lacks {name!r}")
         if name in attributes and attributes[name] != campaign[name]:
-            return f"whose attribute {name!r} is {shown(attributes[name])}, and {shown(campaign[name])} in 'campaign'"
-    return ""
+            here, there = shown(attributes[name]), shown(campaign[name])
+            raise InconsistentError(f"whose attribute {name!r} is {here}, and {there} in 'campaign'")
 
 
-def column_fault(columns: Columns, identity: Mapping[str, Any], counts: tuple[int, ...]) -> str:
-    """Say what is wrong with the arrays of a data set of this campaign; empty when nothing is.
+def check_columns(columns: Columns, layout: Layout, count: int) -> None:
+    """Check the arrays of a file of a campaign of `count` trajectories.
 
-    Native histories are checked only where they were read.
+    Raises:
+        InconsistentError: naming the array.
     """
-    if len(counts) != 3 or list(counts) != list(identity["counts"]):
-        return f"whose measurement points are {shown(list(counts))} instead of {shown(identity['counts'])}"
-    if identity.get("steps", "uniform") not in ("uniform", "physical"):
-        return f"whose measurement steps are {shown(identity['steps'])}"
-    for name, kinds, shape in _expected(columns, sum(counts), identity["modulus_ratio"]):
+    for name, kinds, shape in _expected(columns, layout):
         if name not in columns:
-            return f"without /{name}"
+            raise InconsistentError(f"without /{name}")
         values = columns[name]
         if values.dtype.kind not in kinds or values.shape != shape:
-            return f"whose /{name} is {values.dtype} of shape {values.shape} instead of shape {shape}"
-    index, owners = columns["index"], columns["jumps/trajectory"]
-    if len(index) == 0:
-        return "without trajectories"
-    if index[0] < 0 or index[-1] >= identity["count"] or not _increasing(index, strictly=True):
-        return f"whose /index does not increase from 0 to less than {shown(identity['count'])}"
-    if not np.all(np.isin(columns["status"], (COMPLETED, FAILED))):
-        return "whose /status is neither completed nor failed"
-    if not _increasing(owners) or not np.all(np.isin(owners, index)):
-        return "whose /jumps/trajectory is not in the order of /index"
-    offsets = columns.get("native/offsets", np.zeros(1, dtype=np.int64))
-    if offsets[0] != 0 or not _increasing(offsets):
-        return "whose /native/offsets do not increase from 0"
-    return _number_fault(columns)
+            found = f"{values.dtype} of shape {values.shape} instead of shape {shape}"
+            raise InconsistentError(f"whose /{name} is {found}")
+    if fault := next(_faults(columns, count), ""):
+        raise InconsistentError(fault)
 
 
-def _number_fault(columns: Columns) -> str:
+def check_dataset(columns: Columns, identity: Mapping[str, Any], counts: tuple[int, ...]) -> None:
+    """Check the arrays of a data set of this campaign; native histories only where they were read.
+
+    Raises:
+        InconsistentError: naming the array.
+    """
+    if len(counts) != 3 or list(counts) != list(identity["counts"]):
+        raise InconsistentError(
+            f"whose measurement points are {shown(list(counts))} instead of {shown(identity['counts'])}"
+        )
+    if identity.get("steps", "uniform") not in ("uniform", "physical"):
+        raise InconsistentError(f"whose measurement steps are {shown(identity['steps'])}")
+    drawn = [*QUANTITIES, *(["modulus_ratio"] if isinstance(identity["modulus_ratio"], list) else [])]
+    layout = measured_layout(sum(counts), native=any(name.startswith("native/") for name in columns))
+    protocols = layout_of({f"protocols/{name}": np.float64 for name in drawn})
+    check_columns(columns, {**layout, **protocols}, identity["count"])
     for name in QUANTITIES:
         values = columns[f"protocols/{name}"]
         if not np.all(np.isfinite(values)):
-            return f"whose /protocols/{name} is not finite"
+            raise InconsistentError(f"whose /protocols/{name} is not finite")
         if name in POSITIVE and np.any(values <= 0.0):
-            return f"whose /protocols/{name} is not above zero"
+            raise InconsistentError(f"whose /protocols/{name} is not above zero")
     ratios = columns.get("protocols/modulus_ratio", np.ones(1))
     if not np.all((ratios > 0.0) & (ratios <= 1.0)):
-        return "whose /protocols/modulus_ratio is not above 0 and at most 1"
+        raise InconsistentError("whose /protocols/modulus_ratio is not above 0 and at most 1")
     if np.any(columns["protocols/dwell_time"] < 0.0):
-        return "whose /protocols/dwell_time is below zero"
+        raise InconsistentError("whose /protocols/dwell_time is below zero")
     completed = columns["status"] == COMPLETED
     for name in ("fms/force", *(f"scalars/{name}" for name in SCALARS)):
-        finite = np.isfinite(columns[name])
-        if not np.all(finite.reshape(len(completed), -1).all(axis=1) | ~completed):
-            return f"whose /{name} is not finite in every completed trajectory"
-    for name in (*(f"jumps/{name}" for name in JUMP_QUANTITIES), *(f"native/{name}" for name in NATIVE_QUANTITIES)):
-        if name in columns and not np.all(np.isfinite(columns[name])):
-            return f"whose /{name} is not finite"
-    return ""
+        if not np.all(np.isfinite(columns[name][completed])):
+            raise InconsistentError(f"whose /{name} is not finite in every completed trajectory")
 
 
-def _expected(columns: Columns, points: int, ratio: Any) -> Iterator[tuple[str, str, tuple[int, ...]]]:
+def _expected(columns: Columns, layout: Layout) -> Iterator[tuple[str, str, tuple[int, ...]]]:
     """Name, allowed kinds of dtype and shape of each array; those that fix the shapes of others come first."""
-    whole, real = "iu", "iuf"
-    size = len(columns["index"]) if "index" in columns else 0
-    yield "index", whole, (size,)
-    yield "status", whole, (size,)
-    yield "reason", "O", (size,)
-    yield "fms/force", real, (size, points)
-    yield from ((f"protocols/{name}", real, (size,)) for name in QUANTITIES)
-    if isinstance(ratio, list):
-        yield "protocols/modulus_ratio", real, (size,)
-    yield from ((f"scalars/{name}", real, (size,)) for name in SCALARS)
-    jumps = len(columns["jumps/trajectory"]) if "jumps/trajectory" in columns else 0
-    yield "jumps/trajectory", whole, (jumps,)
-    yield from ((f"jumps/{name}", real, (jumps,)) for name in JUMP_QUANTITIES)
-    if any(name.startswith("native/") for name in columns):
-        yield "native/offsets", whole, (size + 1,)
-        instants = int(columns["native/offsets"][-1])
-        yield from ((f"native/{name}", real, (instants,)) for name in NATIVE_QUANTITIES)
+    size, jumps = (len(columns[name]) if name in columns else 0 for name in ("index", "jumps/trajectory"))
+    yield "index", "iu", (size,)
+    groups = {path.partition("/")[0] for path in layout}
+    if "jumps" in groups:
+        yield "jumps/trajectory", "iu", (jumps,)
+    if "native" in groups:
+        yield "native/offsets", "iu", (size + 1,)
+    instants = int(columns["native/offsets"][-1]) if "native" in groups else 0
+    for path, kind in layout.items():
+        rows = {"jumps": jumps, "native": instants}.get(path.partition("/")[0], size)
+        yield path, {"O": "O", "f": "iuf"}.get(kind.base.kind, "iu"), (rows, *kind.shape)
+
+
+def _faults(columns: Columns, count: int) -> Iterator[str]:
+    index = columns["index"]
+    if len(index) == 0:
+        yield "without trajectories"
+    if index[0] < 0 or index[-1] >= count or not _increasing(index, strictly=True):
+        yield f"whose /index does not increase from 0 to less than {shown(count)}"
+    if not np.all(np.isin(columns["status"], (COMPLETED, FAILED))):
+        yield "whose /status is neither completed nor failed"
+    owners = columns.get("jumps/trajectory", index)
+    if not _increasing(owners) or not np.all(np.isin(owners, index)):
+        yield "whose /jumps/trajectory is not in the order of /index"
+    offsets = columns.get("native/offsets", np.zeros(1, dtype=np.int64))
+    if offsets[0] != 0 or not _increasing(offsets):
+        yield "whose /native/offsets do not increase from 0"
+    for name, values in columns.items():
+        if name.startswith(("jumps/", "native/")) and not np.all(np.isfinite(values)):
+            yield f"whose /{name} is not finite"
 
 
 def _increasing(values: np.ndarray, *, strictly: bool = False) -> bool:

@@ -6,10 +6,8 @@ larger count, another machine or another number of workers changes none of those
 Source: paper, section "Dataset generation" and the table of its figure-2 protocols.
 """
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -147,10 +145,7 @@ def _checked_range(name: str, bounds: Any) -> tuple[float, float]:
         raise ValueError(f"range of {name} must be two numbers, low and high; received {shown(bounds)}") from None
     smallest, largest = _LIMITS[name]
     low = finite_number(f"lower bound of {name}", low, low=smallest, high=largest)
-    high = finite_number(f"upper bound of {name}", high, low=smallest, high=largest)
-    if low > high:
-        raise ValueError(f"range of {name} must have its lower bound first; received {low!r} to {high!r}")
-    return low, high
+    return _ordered(name, low, finite_number(f"upper bound of {name}", high, low=smallest, high=largest))
 
 
 def _checked_ratio(ratio: Any, design: str) -> float | tuple[float, float]:
@@ -158,62 +153,13 @@ def _checked_ratio(ratio: Any, design: str) -> float | tuple[float, float]:
         return finite_number("modulus_ratio", ratio, above=0.0, high=1.0)
     if len(ratio) != 2:
         raise ValueError(f"modulus_ratio must be a number, or two, low and high; received {shown(ratio)}")
-    low, high = (finite_number("modulus_ratio", value, above=0.0, high=1.0) for value in ratio)
-    if low > high:
-        raise ValueError(f"range of modulus_ratio must have its lower bound first; received {low!r} to {high!r}")
+    low, high = _ordered("modulus_ratio", *(finite_number("modulus_ratio", one, above=0.0, high=1.0) for one in ratio))
     if design == "paper" and low < high:
         raise ValueError("a range of modulus_ratio needs the design log-uniform or sobol; received 'paper'")
     return (low, high) if low < high else low
 
 
-def parse_ratio(text: str) -> float | tuple[float, ...]:
-    """Read `0.1` or `0.01:1`, as given on the command line.
-
-    Raises:
-        ValueError: the text has another form.
-    """
-    try:
-        numbers = tuple(float(part) for part in text.split(":"))
-    except ValueError:
-        raise ValueError(f"modulus-ratio must read VALUE or LOW:HIGH; received {shown(text)}") from None
-    return numbers[0] if len(numbers) == 1 else numbers
-
-
-def parse_range(text: str) -> tuple[str, tuple[float, float]]:
-    """Read `tabor=0.2:3.2`, as given on the command line; a single number fixes the quantity.
-
-    Raises:
-        ValueError: the text has another form.
-    """
-    name, _, bounds = text.partition("=")
-    low, colon, high = bounds.partition(":")
-    try:
-        return name.strip(), (float(low), float(high) if colon else float(low))
-    except ValueError:
-        expected = "range must read NAME=LOW:HIGH or NAME=VALUE"
-        raise ValueError(f"{expected}; received {shown(text)}") from None
-
-
-def read_design_file(path: str | Path) -> dict[str, Any]:
-    """Read a TOML file with any of `design`, `count`, `seed`, `accuracy`, `modulus_ratio` and a table `ranges`.
-
-    Raises:
-        FileNotFoundError: no such file.
-        ValueError: not TOML, or a key it does not know.
-    """
-    path = Path(path)
-    if path.is_dir():
-        raise ValueError(f"design file must be a file; received the folder {str(path)!r}")
-    if not path.is_file():
-        raise FileNotFoundError(f"design file not found; received {str(path)!r}")
-    try:
-        content = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ValueError(f"design file must be TOML; received {str(path)!r} ({error})") from error
-    known = ("design", "count", "seed", "accuracy", "modulus_ratio", "ranges")
-    unknown = sorted(set(content) - set(known))
-    if unknown:
-        raise ValueError(f"design file may hold {', '.join(known)}; received {shown(unknown[0])} in {str(path)!r}")
-    if not isinstance(content.get("ranges", {}), dict):
-        raise ValueError(f"ranges must be a table of NAME = [LOW, HIGH]; received {shown(content['ranges'])}")
-    return content
+def _ordered(name: str, low: float, high: float) -> tuple[float, float]:
+    if low > high:
+        raise ValueError(f"range of {name} must have its lower bound first; received {low!r} to {high!r}")
+    return low, high

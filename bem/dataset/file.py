@@ -4,7 +4,7 @@ docs/dataset.md describes the groups of the file with their shapes, units and at
 """
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
@@ -18,13 +18,19 @@ from bem._support.outputs import write_whole
 from bem._support.quantities import UNITS
 from bem._support.validation import FloatArray
 from bem._support.wording import shortened
-from bem.dataset.checks import attribute_fault, column_fault
+from bem.dataset.checks import InconsistentError, check_attributes, check_dataset
 from bem.dataset.designs import QUANTITIES
-from bem.dataset.hdf5_arrays import arrays
-from bem.dataset.measurement_steps import grid_of
-from bem.dataset.opening import FORMAT, FORMAT_VERSION, SEALED, DamagedFileError, open_dataset
-from bem.dataset.records import COMPLETED, SCALARS, Columns
-from bem.dataset.sealed_file import BLOCK, seal
+from bem.dataset.records import COMPLETED, SCALARS, Columns, grid_of
+from bem.dataset.sealed_file import (
+    BLOCK,
+    FORMAT,
+    FORMAT_VERSION,
+    SEALED,
+    DamagedFileError,
+    arrays,
+    open_dataset,
+    seal,
+)
 
 SUFFIXES = (".h5", ".hdf5")
 """Suffixes of a data set file."""
@@ -86,68 +92,84 @@ class Dataset:
         return grid_of(self.steps, self.protocols, self.modulus_ratios, self.counts)
 
 
-def write_tree(target: BytesIO, columns: Columns, attributes: Mapping[str, Any], *, first_block: int = 0) -> None:
-    """Write columns, with their units, and root attributes as HDF5; dictionaries and lists become JSON.
-
-    The first block stays free.
-    """
-    with h5py.File(target, "w", userblock_size=first_block) as file:
-        for name, value in attributes.items():
-            file.attrs[name] = json.dumps(value) if isinstance(value, dict | list) else value
-        for path, values in columns.items():
-            if values.dtype == object:
-                file.create_dataset(path, data=values, dtype=h5py.string_dtype(), chunks=None)
-            elif values.nbytes > SMALL:
-                options = {"compression": "gzip", "compression_opts": 6, "shuffle": True, "fletcher32": True}
-                file.create_dataset(path, data=values, **options)
-            else:
-                file.create_dataset(path, data=values)
-            file[path].attrs["units"] = UNITS.get(path.rpartition("/")[2], "")
-
-
-def read_tree(file: h5py.File, *, native: bool = True) -> Columns:
-    """Read all arrays of an open file by their path, with or without the native histories.
-
-    Raises:
-        ValueError: an array that holds neither numbers nor text, or that is not in the file itself.
-    """
-    columns: Columns = {}
-    for path, item in arrays(file):
-        text = h5py.check_string_dtype(item.dtype)
-        if not text and item.dtype.kind not in "iuf":
-            raise ValueError(f"/{path} holds neither numbers nor text")
-        if native or not path.startswith("native/"):
-            columns[path] = item.asstr()[:] if text else item[:]
-    return columns
-
-
-def write_dataset(
+def write_file(
     path: Path,
     columns: Columns,
     attributes: Mapping[str, Any],
-    counts: tuple[int, int, int],
     scratch: Path | None = None,
+    *,
+    form: str = FORMAT,
 ) -> None:
-    """Write a data set to a temporary name and move it into place once it is on the disk.
+    """Write a sealed file to a temporary name and move it into place once it is on the disk.
 
     Args:
         path: where it goes.
-        columns: arrays by their path in the file.
-        attributes: root attributes.
-        counts: measurement points of loading, dwell and unloading.
+        columns: arrays by their path in the file; each gets its unit as an attribute.
+        attributes: root attributes; dictionaries and lists become JSON.
         scratch: folder of the temporary file, on the same file system; that of `path` by default.
+        form: name of the format, whose version is 1.
 
     Raises:
         OSError: nothing was written, and what was at `path` is untouched.
     """
     # In memory first, because the HDF5 library crashes on a full disk.
     memory = BytesIO()
-    kind = {"format": FORMAT, "format_version": FORMAT_VERSION, SEALED: 1}
-    write_tree(memory, columns, kind | dict(attributes), first_block=BLOCK)
-    with h5py.File(memory, "r+") as file:
-        file["fms"].attrs["counts"] = np.array(counts, dtype=np.int64)
+    kind = {"format": form, "format_version": FORMAT_VERSION, SEALED: 1}
+    with h5py.File(memory, "w", userblock_size=BLOCK) as file:
+        for name, value in (kind | dict(attributes)).items():
+            file.attrs[name] = json.dumps(value) if isinstance(value, dict | list) else value
+        for name, values in columns.items():
+            options: dict[str, Any] = {}
+            if values.dtype == object:
+                options = {"dtype": h5py.string_dtype()}
+            elif values.nbytes > SMALL:
+                options = {"compression": "gzip", "compression_opts": 6, "shuffle": True, "fletcher32": True}
+            file.create_dataset(name, data=values, **options).attrs["units"] = UNITS.get(name.rpartition("/")[2], "")
+        if "fms" in file:
+            file["fms"].attrs["counts"] = np.array(attributes["campaign"]["counts"], dtype=np.int64)
     seal(memory)
     write_whole(path, memory.getbuffer(), scratch)
+
+
+def read_file(
+    path: Path,
+    build: Callable[[Columns, dict[str, Any], h5py.File], Any],
+    *,
+    form: str = FORMAT,
+    what: str = "data set",
+    native: bool = True,
+) -> Any:
+    """Read a sealed file: what `build` makes of its arrays, root attributes and the open file.
+
+    Args:
+        path: the file.
+        build: raises `InconsistentError`, or any error, where the parts do not fit together.
+        form: name of the format.
+        what: what the file should hold, for the message.
+        native: whether to read the native histories too.
+
+    Returns:
+        what `build` returned.
+
+    Raises:
+        FileNotFoundError: no such file.
+        DamagedFileError: a `ValueError`; the file is damaged, or its parts are inconsistent.
+        ValueError: as `open_dataset`.
+    """
+    with open_dataset(path, form) as file:
+        try:
+            columns: Columns = {}
+            for name, item in arrays(file):
+                text = h5py.check_string_dtype(item.dtype)
+                if not text and item.dtype.kind not in "iuf":
+                    raise ValueError(f"/{name} holds neither numbers nor text")
+                if native or not name.startswith("native/"):
+                    columns[name] = item.asstr()[:] if text else item[:]
+            return build(columns, {name: _plain(value) for name, value in file.attrs.items()}, file)
+        except Exception as error:  # on a damaged file the library may raise any error
+            wrong = f"which cannot be read ({shortened(str(error)) or type(error).__name__})"
+            wrong = str(error) if isinstance(error, InconsistentError) else wrong
+            raise DamagedFileError(f"expected a complete {what}; received {str(path)!r}, {wrong}") from error
 
 
 def load_dataset(path: str | Path, *, native: bool = False) -> Dataset:
@@ -158,22 +180,19 @@ def load_dataset(path: str | Path, *, native: bool = False) -> Dataset:
         DamagedFileError: a `ValueError`; the file is damaged, or its parts are inconsistent.
         ValueError: as `open_dataset`.
     """
-    with open_dataset(path) as file:
-        try:
-            columns = read_tree(file, native=native)
-            counts = tuple(int(count) for count in file["fms"].attrs["counts"])
-            attributes = {name: plain_attribute(value) for name, value in file.attrs.items()}
-            wrong = attribute_fault(attributes) or column_fault(columns, attributes["campaign"], counts)
-        except Exception as error:  # on a damaged file the library may raise any error
-            wrong = f"which cannot be read ({shortened(str(error)) or type(error).__name__})"
-    if wrong:
-        raise DamagedFileError(f"expected a complete data set; received {str(path)!r}, {wrong}")
+    return read_file(Path(path), _dataset, native=native)
+
+
+def _dataset(columns: Columns, attributes: dict[str, Any], file: h5py.File) -> Dataset:
+    counts = tuple(int(count) for count in file["fms"].attrs["counts"])
+    check_attributes(attributes)
+    check_dataset(columns, attributes["campaign"], counts)
     loading, dwell, unloading = counts
     return Dataset(columns, attributes, (loading, dwell, unloading))
 
 
-def plain_attribute(value: Any) -> Any:
-    """An attribute of a file in the form in which `write_tree` received it."""
+def _plain(value: Any) -> Any:
+    """An attribute of a file in the form in which `write_file` received it."""
     if isinstance(value, str) and value.startswith(("{", "[")):
         return json.loads(value)
     return value.item() if isinstance(value, np.generic) else value

@@ -4,8 +4,7 @@ Each phase receives a prescribed number of equally spaced points, by default 50,
 mapping" and the appendix on FMS resolution. Units as in `bem.protocol`.
 """
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -89,11 +88,7 @@ def measurement_grid(
         )
     )
     delta_0, delta_l, v_load, dwell, v_unload = columns
-    if n_dwell and np.any(dwell <= 0.0):
-        raise ValueError(
-            f"counts must ask for no dwell points where dwell_time is 0; received counts={tuple(counts)!r} "
-            f"with a dwell_time of {float(dwell.min())!r}"
-        )
+    require_dwell(n_dwell, dwell)
     if np.any(backward := ~(delta_l > delta_0)):
         row = int(np.flatnonzero(backward)[0])
         raise ValueError(
@@ -112,13 +107,35 @@ def measurement_grid(
     # Weights rather than differences, so that peak and start are met exactly.
     rise = np.concatenate([loading, flat, 1.0 - unloading])
     indentations = delta_0 * (1.0 - rise) + delta_l * rise
-    if not np.all(np.diff(times, axis=1) > 0.0):
-        row = int(np.flatnonzero(~np.all(np.diff(times, axis=1) > 0.0, axis=1))[0])
-        raise ValueError(
-            f"measurement times must be strictly increasing in double precision; received protocol {row} with phase "
-            f"times {float(t1[row, 0])!r}, {float(t2[row, 0])!r}, {float(t3[row, 0])!r}"
-        )
+    require_increasing(times, np.concatenate([t1, t2, t3], axis=1), "phase times")
     return times, indentations
+
+
+def require_dwell(points: int, dwell_time: FloatArray) -> None:
+    """Refuse dwell points of protocols, of dwell times of any shape, that have no dwell.
+
+    Raises:
+        ValueError: naming both.
+    """
+    if points and np.any(dwell_time <= 0.0):
+        raise ValueError(
+            "counts must ask for no dwell points where dwell_time is 0; "
+            f"received {points} with a dwell_time of {float(dwell_time.min())!r}"
+        )
+
+
+def require_increasing(times: FloatArray, known: FloatArray, name: str) -> None:
+    """Refuse instants (B, N) that coincide; what is `known` (B, m) of each protocol, by its `name`, is shown.
+
+    Raises:
+        ValueError: naming the protocol.
+    """
+    if np.any(wrong := ~np.all(np.diff(times, axis=1) > 0.0, axis=1)):
+        row = int(np.flatnonzero(wrong)[0])
+        raise ValueError(
+            "measurement times must be strictly increasing in double precision; received protocol "
+            f"{row} with {name} {', '.join(map(repr, known[row].tolist()))}"
+        )
 
 
 def measurement_times(protocol: LoadingProtocol, tabor: float, counts: Sequence[int] = FMS) -> FloatArray:
@@ -133,18 +150,3 @@ def measurement_times(protocol: LoadingProtocol, tabor: float, counts: Sequence[
         start_indentation=protocol.start(tabor),
     )
     return times[0]
-
-
-def grid_of(
-    steps: str, protocols: Mapping[str, Any], modulus_ratio: ArrayLike | None, counts: Sequence[int]
-) -> tuple[FloatArray, FloatArray]:
-    """Instants and indentations of 'uniform' or 'physical' steps, each (B, N).
-
-    The quantities of `protocols` have the names that `measurement_grid` takes. The modulus ratio, of standard linear
-    solids, is for physical steps alone (`bem.dataset.physical_steps`).
-    """
-    if steps == "physical":
-        from bem.dataset.physical_steps import physical_grid
-
-        return physical_grid(**protocols, modulus_ratio=modulus_ratio, counts=counts)
-    return measurement_grid(**protocols, counts=counts)

@@ -22,14 +22,14 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bem._numerics.jit import kernel
+from bem._support.jit import kernel
 from bem._support.validation import FloatArray
-from bem.dataset.measurement_steps import PHYSICAL, checked_counts
+from bem.dataset.measurement_steps import PHYSICAL, checked_counts, require_dwell, require_increasing
 from bem.materials import Material, StandardLinearSolid, relaxation_spectrum
 from bem.protocol import default_start_indentation
 
 _FIRST = 0.05  # smallest offset after the crossing, in h0
-_BEFORE = 0.22  # share of the unloading points before the crossing
+BEFORE_CROSSING = 0.22  # share of the unloading points before the crossing
 _RANGES = (0.2, 0.55, 2.0)  # bounds of ranges after it, over the expected offset of the pull-off
 _SHARES = (0.0, 0.08, 0.31, 0.85, 1.0)  # of the other points up to each bound, both ends included
 # Where the force is computed, as shares of a phase: even in the logarithm, because the fastest relaxation may be far
@@ -100,19 +100,9 @@ def checked_steps(
             "peak_indentation must lie above 0, and the start indentation below; received protocol "
             f"{row} with {float(protocols[1, row])!r} and a start of {float(protocols[5, row])!r}"
         )
-    if counts[1] and np.any(protocols[3] <= 0.0):
-        raise ValueError(
-            "counts must ask for no dwell points where dwell_time is 0; "
-            f"received {counts[1]} with a dwell_time of {float(protocols[3].min())!r}"
-        )
+    require_dwell(int(counts[1]), protocols[3])
     times, indentations, _ = on_steps(protocols, strengths, rates, counts)
-    steps = np.diff(times, axis=1)
-    if not steps.min() > 0.0:
-        row = int(np.flatnonzero(~(steps > 0.0).all(axis=1))[0])
-        raise ValueError(
-            "measurement times must be strictly increasing in double precision; received protocol "
-            f"{row} with the quantities {protocols[:5, row].tolist()}"
-        )
+    require_increasing(times, protocols[:5].T, "the quantities")
     return times, indentations
 
 
@@ -231,7 +221,7 @@ def on_steps(
                 times[row, loading : loading + dwell] = onset + spread
             indentations[row, loading : loading + dwell] = peak
         crossing, last = _crossing(peak, down, strengths[row], rates[row], memory, where, force)
-        before = max(int(_BEFORE * unloading + 0.5), 1)
+        before = max(int(BEFORE_CROSSING * unloading + 0.5), 1)
         travel = np.empty(unloading)
         travel[:before] = _spread(where[: last + 1], force[: last + 1], before)
         travel[before:] = (peak - crossing) + _after(crossing, start, peak, tabor, unloading - before)

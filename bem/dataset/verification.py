@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 
 from bem._support.validation import FloatArray, whole_number
 from bem.accuracy import resolve_accuracy
-from bem.dataset.campaign.executors import LocalExecutor
-from bem.dataset.campaign.files import campaign_of
-from bem.dataset.campaign.work import Solver, results
+from bem.dataset.campaign import Campaign
 from bem.dataset.designs import QUANTITIES, agree
+from bem.dataset.executors import LocalExecutor
 from bem.dataset.file import load_dataset
-from bem.dataset.records import FAILED, SCALARS, Record, untabulate
+from bem.dataset.jobs import Solver, results
+from bem.dataset.records import FAILED, Record
 
 JUDGED = ("pull-off force", "hysteresis", "force history, mean", "force history, any step")
 """What is compared with the allowed difference; `differences` says how."""
@@ -95,14 +95,14 @@ def verify(
         FileNotFoundError, ValueError: not a data set, or its protocols are not those of its design.
     """
     dataset = load_dataset(path, native=True)
-    campaign = campaign_of(dataset.attributes)
+    campaign = Campaign.of(dataset.attributes["campaign"])
     for name in QUANTITIES:
         if not agree(campaign.protocols[name][dataset.columns["index"]], dataset.protocols[name]):
             raise ValueError(f"protocols must be those of the design; received {str(path)!r} with another {name}")
     rows = np.random.default_rng(seed).permutation(len(dataset))[: whole_number("sample", sample, low=1)]
     indentations = dataset.grid()[1]
-    written = untabulate(dataset.columns)
-    chosen = {written[row].index: (written[row], indentations[row]) for row in np.sort(rows)}
+    written = campaign.records(dataset.columns)
+    chosen = {written[row]["index"]: (written[row], indentations[row]) for row in np.sort(rows)}
     allowed = 2.0 * resolve_accuracy(campaign.accuracy).target
     found: dict[int, tuple[dict[str, float], bool]] = {}
     disagreeing = 0
@@ -110,9 +110,9 @@ def verify(
         progress(0, 0, len(chosen))
         for arrival in results(campaign, np.array(list(chosen)), executor, solver):
             for record in arrival.records:
-                theirs, path_of_it = chosen[record.index]
+                theirs, path_of_it = chosen[record["index"]]
                 apart = differences(record, theirs, path_of_it)
-                found[record.index] = apart, identical(record, theirs)
+                found[record["index"]] = apart, identical(record, theirs)
                 disagreeing += max(apart.values()) > allowed
             progress(len(found), disagreeing, len(chosen))
     return Verification(
@@ -131,10 +131,11 @@ def differences(ours: Record, theirs: Record, indentation: FloatArray) -> dict[s
     steps. A single step may lie on either side of a jump or a steep fall. It is therefore compared with the range of
     the other record from the step before it to the step after it.
     """
-    if (ours.status, theirs.status) == (FAILED, FAILED):
+    if ours["status"] == theirs["status"] == FAILED:
         return dict.fromkeys(JUDGED, 0.0)
-    force, other = ours.force.astype(np.float64), theirs.force.astype(np.float64)
-    results = np.array([[one.scalars[name] for name in ("pull_off_force", "hysteresis")] for one in (ours, theirs)])
+    force, other = (np.asarray(one["fms/force"], dtype=np.float64) for one in (ours, theirs))
+    names = ("scalars/pull_off_force", "scalars/hysteresis")
+    results = np.array([[one[name] for name in names] for one in (ours, theirs)])
     # A trajectory that failed once, or is not finite, agrees with nothing.
     if not all(np.all(np.isfinite(values)) for values in (force, other, results)):
         return dict.fromkeys(JUDGED, np.inf)
@@ -148,12 +149,9 @@ def differences(ours: Record, theirs: Record, indentation: FloatArray) -> dict[s
 
 def identical(ours: Record, theirs: Record) -> bool:
     """Whether two records are the same to the last bit, but for the seconds."""
-    pairs = [(ours.force, theirs.force), (ours.jumps, theirs.jumps)]
-    pairs += [(ours.scalars[name], theirs.scalars[name]) for name in SCALARS if name != "solver_seconds"]
-    if ours.native is not None or theirs.native is not None:
-        pairs.append((ours.native, theirs.native))
-    same = (ours.status, ours.reason) == (theirs.status, theirs.reason)
-    return same and all(np.array_equal(one, other, equal_nan=True) for one, other in pairs)
+    numbers = ours.keys() - {"reason", "scalars/solver_seconds"}
+    same = ours["reason"] == theirs["reason"]
+    return same and all(np.array_equal(ours[name], theirs[name], equal_nan=True) for name in numbers)
 
 
 def _outside(force: FloatArray, other: FloatArray) -> float:

@@ -10,7 +10,8 @@ numbers that cost no contact solution:
 - Adhesion: at one indentation it changes the force by about 2 pi R dgamma (DMT), by up to 2/k where the crack runs fast
   (k the modulus ratio), to be set against the range of the force.
 
-A spring moves the sphere on a path of its own, for which there is no such bracket: its scenes are always simulated.
+A spring moves the sphere on a path of its own, for which there is no such bracket: its scenes are simulated. What is
+too small to matter, a stiff spring as well, has the bound of `bem.small_effects`, as in `bem.simulate`.
 
 Where the tolerance lies inside the bracket, both scenes are simulated, at an accuracy three times better than the
 tolerance, and compared.
@@ -39,7 +40,8 @@ from bem.effects.scene_effects import Effects, IndentationProtocol, choices, red
 from bem.protocol import LoadingProtocol, PiecewiseLinearProtocol, by_phase, history_of
 from bem.reference_solutions import hereditary_hertz, hertz
 from bem.scene import Scene
-from bem.solver.machine.reach import deepest_indentation
+from bem.small_effects import SHARE, lighter_scene
+from bem.solver.problem import deepest_indentation
 from bem.solver.simulation import simulate
 from bem.trajectory import Trajectory
 
@@ -113,6 +115,8 @@ def recommend(
         'elastic glassy, without adhesion'
     """
     instance("scene", scene, (Scene,))
+    if scene.indenter is not None:
+        raise ValueError(f"recommend knows the paraboloid only: indenter must be None; received {scene.indenter}")
     instance("protocol", protocol, (LoadingProtocol, PiecewiseLinearProtocol))
     tolerance = finite_number("tolerance", tolerance, low=1e-3, high=1.0)
     for name, value, allowed in (("quantity", quantity, QUANTITIES), ("best", best, BEST)):
@@ -148,9 +152,13 @@ def recommend(
             adhesion_over_hertz=_adhesion_over_hertz(scene, history),
         )
 
-    left = [effects for effects in _best_of_each_count(every, brackets) if effects != full]
     if scene.spring is not None:
         brackets = dict.fromkeys(every, (0.0, math.inf))
+    lighter = lighter_scene(scene, history, tolerance / SHARE)
+    for effects in every:
+        if lighter.left_out and reduced(scene, history, effects)[0] == lighter.scene:
+            brackets[effects] = (0.0, min(brackets[effects][1], lighter.error))
+    left = [effects for effects in _best_of_each_count(every, brackets) if effects != full]
     if quantity == "force":
         left = [effects for effects in left if brackets[effects][0] <= _MARGIN * tolerance]
     elif quantity == "pull_off_force" and full.adhesion:

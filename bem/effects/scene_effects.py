@@ -14,11 +14,13 @@ Units as in `bem.scene` and `bem.protocol`.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from bem.materials import Elastic, PronySeries, StandardLinearSolid
+import numpy as np
+
 from bem.protocol import LoadingProtocol, PiecewiseLinearProtocol
 from bem.scene import SMALLEST_TABOR, Scene
+from bem.small_effects import without_terms
 from bem.tractions import HardContact
 
 IndentationProtocol = LoadingProtocol | PiecewiseLinearProtocol
@@ -90,27 +92,14 @@ def reduced(scene: Scene, protocol: IndentationProtocol, effects: Effects) -> tu
 
     A protocol whose start would follow the new Tabor parameter is returned as its indentation history.
     """
-    strengths, times = scene.material.strengths, scene.material.times
-    kept = strengths[effects.first : effects.last] / _left(scene, effects)
-    if effects.everything:
-        material: Elastic | StandardLinearSolid | PronySeries = scene.material
-    elif effects.terms == 0:
-        material = Elastic()
-    elif effects.terms == 1 and times[effects.first] == 1.0:
-        material = StandardLinearSolid(1.0 - float(kept[0]))
-    else:
-        material = PronySeries(kept, times[effects.first : effects.last])
+    place = np.arange(effects.of)
+    simple = without_terms(scene, place < effects.first, place >= effects.last)
     adhesion = scene.adhesion if effects.adhesion else HardContact()
-    simple = Scene(_tabor(scene, effects), material, adhesion, scene.spring if effects.spring else None)
+    simple = replace(simple, adhesion=adhesion, spring=scene.spring if effects.spring else None)
     if isinstance(protocol, LoadingProtocol) and simple.tabor != scene.tabor:
         return simple, protocol.history(scene.tabor)
     return simple, protocol
 
 
-def _left(scene: Scene, effects: Effects) -> float:
-    """Relaxed compliance without the slow terms that are left out, over that with them."""
-    return 1.0 - float(scene.material.strengths[effects.last :].sum())
-
-
 def _tabor(scene: Scene, effects: Effects) -> float:
-    return scene.tabor * _left(scene, effects) ** (2.0 / 3.0)
+    return scene.tabor * (1.0 - float(scene.material.strengths[effects.last :].sum())) ** (2.0 / 3.0)

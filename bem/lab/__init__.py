@@ -1,7 +1,7 @@
 """Contacts in SI units: set up an experiment, simulate it, read a measured force curve and fit it.
 
-Lengths in m, forces in N, moduli in Pa, works of adhesion in J/m^2, times in s. Text such as "50 um" and Pint
-quantities are understood where Pint is installed, the optional extra `lab`. `docs/units.md` has the conventions.
+Lengths in m, forces in N, moduli in Pa, works of adhesion in J/m^2, times in s. Text such as "50 um" and
+quantities of Pint are understood too. `docs/units.md` has the conventions.
 
 Examples:
     >>> from bem import StandardLinearSolid
@@ -14,25 +14,15 @@ Examples:
 
 from typing import TYPE_CHECKING
 
-from bem._support.lazy_names import lazy_names
+from bem._support.lazy_names import lazy_names, listed_names
 
 if TYPE_CHECKING:
-    from bem.lab.curve import ForceCurve
-    from bem.lab.effective_range import EffectiveRangeWarning
-    from bem.lab.fitting import FitResult, fit
-    from bem.lab.setup import Setup
-
-__all__ = ["EffectiveRangeWarning", "FitResult", "ForceCurve", "Setup", "fit"]
-
-_HOME = {
-    "EffectiveRangeWarning": "effective_range",
-    "FitResult": "fitting",
-    "ForceCurve": "curve",
-    "Setup": "setup",
-    "fit": "fitting",
-}
-
-
-# A type checker reads the imports above instead, and then refuses a name that is none.
-if not TYPE_CHECKING:
+    from bem.lab.curve import ForceCurve as ForceCurve
+    from bem.lab.effective_range import EffectiveRangeWarning as EffectiveRangeWarning
+    from bem.lab.fitting import FitResult as FitResult
+    from bem.lab.fitting import fit as fit
+    from bem.lab.setup import Setup as Setup
+else:  # the imports above are the list of the public names; each loads on first use
+    _HOME = listed_names(__file__, __name__)
+    __all__ = sorted(_HOME)
     __getattr__, __dir__ = lazy_names(__name__, _HOME, globals())

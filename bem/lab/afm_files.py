@@ -2,27 +2,43 @@
 
 from __future__ import annotations
 
+import logging
+import warnings
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
+from zipfile import ZipFile, is_zipfile
 
 import numpy as np
 
 from bem._support.validation import FloatArray
 from bem._support.wording import shown
-from bem.lab.units import INSTALL
 
-if TYPE_CHECKING:
-    from bem.lab.curve import ForceSign
+INSTALL = "pip install 'contact-trajectories[lab]'"
+_MOST_BYTES = 2**31  # unpacked: most formats are archives
+_FACTS = ("spring constant", "speed approach")
+_COLUMNS = ("force", "time", "height (measured)", "height (piezo)", "tip position")
 
 
-def read_afm(path: Path, stiffness: float | None) -> tuple[dict[str, FloatArray], float | None, ForceSign]:
-    """Read the first force curve of an AFM file.
+@dataclass(frozen=True)
+class AfmCurve:
+    """One curve of a file."""
 
-    afmformats gives SI units, compression positive, and a height or tip position that grows away from the sample. The
-    file's own spring constant is used where none is given.
+    quantities: dict[str, FloatArray]
+    """By the names of `bem.lab.reading`, in SI, compression positive."""
+    stiffness: float | None
+    """In N/m; `None` where the indentation needs none."""
+    speed: float | None
+    """In m/s, for a curve without time."""
+    position: tuple[float, float]
+    """Of the curve in a map, in m; NaN where the file has none."""
 
-    Returns:
-        the quantities by the names of `bem.lab.reading`, the stiffness in N/m, and the sign of the force.
+
+def load_afm(path: Path, stiffness: float | None) -> list[AfmCurve]:
+    """Read all force curves of an AFM file.
+
+    afmformats gives SI units, compression positive, and a height or tip position that grows away from the sample. A
+    given spring constant replaces the file's own.
 
     Raises:
         ValueError: afmformats is not installed, or the file is not one it reads.
@@ -36,30 +52,49 @@ def read_afm(path: Path, stiffness: float | None) -> tuple[dict[str, FloatArray]
         import afmformats
     except ImportError as error:
         raise ValueError(f"files such as {path} need afmformats ({INSTALL}); received a file that is no CSV") from error
+    # The library logs whole tracebacks, which Python prints to the terminal where nobody handles them.
+    logging.getLogger("afmformats").addHandler(logging.NullHandler())
     try:
-        curves = afmformats.load_data(path)
-        curve = curves[0]
-        names = list(curve.columns)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            _check_size(path)
+            override = {} if stiffness is None else {"spring constant": stiffness}
+            return [_converted(curve, stiffness, path) for curve in afmformats.load_data(path, meta_override=override)]
     # Its own errors are no `Exception`, and each of its readers raises others.
     except (Exception, afmformats.errors.AFMFileFormatError, afmformats.errors.MissingMetaDataError) as error:
+        if str(error).startswith("Expected an AFM file"):
+            raise
         raise ValueError(
             f"Expected a CSV or an AFM file that afmformats reads; received {path} ({shown(str(error))})"
         ) from error
-    if "force" not in names:
-        raise ValueError(f"Expected an AFM file with force; received {path} with {sorted(names)}")
-    quantities = {"force": _floats(curve, "force")}
-    if "time" in names:
-        quantities["time"] = _floats(curve, "time")
-    heights = [name for name in ("height (measured)", "height (piezo)") if name in names]
-    spring = stiffness if stiffness is not None else float(curve.metadata.get("spring constant", np.nan))
-    if heights:
-        quantities["height"] = _floats(curve, heights[0])
-    if not heights or not np.isfinite(spring):
-        if "tip position" not in names:
-            raise ValueError(f"Expected an AFM file with height and spring constant, or tip position; received {path}")
-        quantities["indentation"] = -_floats(curve, "tip position")
-    return quantities, spring if "indentation" not in quantities else None, "compression"
 
 
-def _floats(curve: Any, name: str) -> FloatArray:
-    return np.asarray(curve[name], dtype=np.float64)
+def _converted(curve: Any, stiffness: float | None, path: Path) -> AfmCurve:
+    found = {name: np.asarray(curve[name], dtype=np.float64) for name in _COLUMNS if name in curve.columns}
+    if "force" not in found:
+        raise ValueError(f"Expected an AFM file with force; received {path} with {sorted(found)}")
+    facts = {name: float(curve.metadata.get(name) or np.nan) for name in _FACTS}
+    spring = facts["spring constant"] if stiffness is None else stiffness
+    quantities: dict[str, FloatArray] = {name: found[name] for name in ("force", "time") if name in found}
+    heights = [found[name] for name in ("height (measured)", "height (piezo)") if name in found]
+    if heights and np.isfinite(spring):
+        quantities["height"] = heights[0]
+    elif "tip position" in found:
+        quantities["indentation"] = -found["tip position"]
+    else:
+        raise ValueError(
+            f"Expected an AFM file with height and spring constant, or tip position; received {path}; stiffness gives "
+            "the spring constant"
+        )
+    position = tuple(float(curve.metadata.get(f"position {axis}", np.nan)) for axis in "xy")
+    speed = facts["speed approach"] if np.isfinite(facts["speed approach"]) else None
+    return AfmCurve(quantities, spring if "height" in quantities else None, speed, (position[0], position[1]))
+
+
+def _check_size(path: Path) -> None:
+    size = path.stat().st_size
+    if is_zipfile(path):
+        with ZipFile(path) as archive:
+            size = sum(part.file_size for part in archive.infolist())
+    if size > _MOST_BYTES:
+        raise ValueError(f"{size} bytes, more than {_MOST_BYTES}")

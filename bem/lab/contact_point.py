@@ -1,20 +1,17 @@
 """Baseline, noise and contact point of a measured force curve, from its approach.
 
-Before contact the force is a constant. Its mean over the first part of the approach is the baseline, and the scatter
-there the noise. The contact begins where the force leaves the baseline permanently, by attraction or by compression.
+Before contact the force is a line, flat or with the tilt of an instrument. The one through the first part of the
+approach is the baseline, and the scatter about it the noise. The contact begins where the force leaves the baseline
+permanently, by attraction or by compression.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from bem._support.validation import FloatArray
-
-if TYPE_CHECKING:
-    from bem.lab.curve import ForceCurve
 
 FEWEST = 10
 """Points of baseline needed, and of contact."""
@@ -40,39 +37,45 @@ class Contact:
     """First point in contact."""
 
 
-def find_contact(curve: ForceCurve) -> Contact:
+def find_contact(indentation: FloatArray, measured: FloatArray) -> Contact:
     """Find baseline, noise and contact point of a curve.
+
+    Args:
+        indentation: in m, shape (n,).
+        measured: the force at it, in N, in the curve's own sign.
 
     Raises:
         ValueError: the curve has no contact, or no baseline before it.
     """
-    deepest = int(np.argmax(curve.indentation))
-    force = curve.force[: deepest + 1]
+    deepest = int(np.argmax(indentation))
+    force = measured[: deepest + 1]
     if force.size < 2 * FEWEST:
         raise ValueError(
             f"a force curve must have at least {2 * FEWEST} points up to its deepest one; received {force.size}"
         )
     first = max(FEWEST, int(_FIRST_PART * force.size))
-    offset, noise = _level(force[:first])
-    # The attraction before contact, and a longer baseline than the first part, change both a little.
-    index = _leaves(force, offset, noise)
-    if index >= FEWEST:
-        offset, noise = _level(force[:index])
-        index = _leaves(force, offset, noise)
-    largest = float(np.max(np.abs(force - offset)))
+    # The attraction before contact, and a longer baseline than the first part, change the line a little.
+    for _ in range(3):
+        away, noise, unsure = _off_line(force, first)
+        index = _leaves(away, noise, unsure)
+        if index < FEWEST:
+            break
+        first = index
+    offset = float(np.median(force[:first]))
+    largest = float(np.max(np.abs(away)))
     if not largest > _STANDS_OUT * noise or index >= force.size:
         raise ValueError(
             f"the curve shows no contact: its force stays within {largest:.3g} N of the baseline, whose noise is "
             f"{noise if noise > _NONE else 0.0:.3g} N"
         )
-    halves = force[: index // 2], force[index // 2 : index]
+    halves = away[: index // 2], away[index // 2 : index]
     drift = float(np.median(halves[1]) - np.median(halves[0])) if index >= FEWEST else 0.0
     if index < FEWEST or abs(drift) > _DRIFT * largest:
         raise ValueError(
             f"a force curve must begin with at least {FEWEST} points before contact, at one force; received {index}, "
             f"over which the force changes by {drift:.3g} N"
         )
-    return Contact(float(curve.indentation[index]), offset, noise, index)
+    return Contact(float(indentation[index]), offset, noise, index)
 
 
 def noise_of(values: FloatArray) -> float:
@@ -83,23 +86,28 @@ def noise_of(values: FloatArray) -> float:
     return float(1.4826 * np.median(np.abs(second - np.median(second))) / np.sqrt(6.0))
 
 
-def _level(force: FloatArray) -> tuple[float, float]:
-    level = float(np.median(force))
-    return level, max(float(1.4826 * np.median(np.abs(force - level))), _NONE)
+def _off_line(force: FloatArray, first: int) -> tuple[FloatArray, float, FloatArray]:
+    """A force without the line through its first points; their scatter; and the line's own standard deviation (n,)."""
+    number = (np.arange(force.size) - 0.5 * (first - 1)) / first
+    slope = float(12.0 * (number[:first] @ force[:first]) / first) if first >= 2 * FEWEST else 0.0
+    level = float(np.median(force[:first] - slope * number[:first]))
+    away = force - level - slope * number
+    noise = max(float(1.4826 * np.median(np.abs(away[:first]))), _NONE)
+    return away, noise, noise * np.sqrt((1.0 + 12.0 * number**2 * (first >= 2 * FEWEST)) / first)
 
 
-def _leaves(force: FloatArray, offset: float, noise: float) -> int:
+def _leaves(away: FloatArray, noise: float, unsure: FloatArray) -> int:
     """Index of the first point after the baseline, by a mean over neighbours, up to the deepest point."""
-    away = force - offset
     # A mean over a few points detects a departure earlier than one point does, and a single outlier does not move it.
-    width = min(5, force.size)
+    width = min(5, away.size)
     mean = np.convolve(away, np.full(width, 1.0 / width), mode="valid")
-    threshold = max(_LEAVES * noise / np.sqrt(width), 1e-3 * float(np.max(np.abs(away))))
+    unsure = unsure[width - 1 :]
+    threshold = np.maximum(_LEAVES * np.hypot(noise / np.sqrt(width), unsure), 1e-3 * float(np.max(np.abs(away))))
     out = np.abs(mean) > threshold
     # A force that changes from attraction to compression crosses the baseline once; half of the range is surely
     # contact.
     strong = np.flatnonzero(np.abs(mean) > max(0.5 * _STANDS_OUT * noise, 0.05 * float(np.max(np.abs(mean)))))
     if strong.size == 0:
-        return force.size
+        return away.size
     quiet = np.flatnonzero(~out[: strong[0] + 1])
     return int(quiet[-1]) + width if quiet.size else int(strong[0])

@@ -7,7 +7,7 @@ everywhere in `bem`, or "compression", as on most indenters. Indentation is posi
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -16,22 +16,11 @@ import numpy as np
 
 from bem._support.tabular import Column, Tabular
 from bem._support.validation import FloatArray, finite_vector
-from bem._support.wording import shown
 from bem.lab.contact_point import Contact, find_contact
+from bem.lab.units import ForceSign, Quantity, readable, require_sign
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-    from bem.lab.units import Quantity
-
-ForceSign = Literal["tension", "compression"]
-SIGNS = ("tension", "compression")
-
-
-def require_sign(force_sign: str) -> None:
-    """Raise a `ValueError` unless the sign is 'tension' or 'compression'."""
-    if force_sign not in SIGNS:
-        raise ValueError(f"force_sign must be 'tension' or 'compression'; received {shown(force_sign)}")
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
@@ -46,6 +35,8 @@ class ForceCurve(Tabular):
         force_sign: which force is positive.
         stage: displacement of the stage behind a spring, in m: indentation plus compression over stiffness; `None`
             where there is no spring.
+        force_lower, force_upper: band of each force of a prediction, in N, infinite outside the training; else `None`.
+        pull_off_interval: band of its pull-off force, in N, positive in tension; else `None`.
 
     Raises:
         ValueError: fewer than two points, values that are not finite, unequal lengths, or times that go back.
@@ -57,6 +48,9 @@ class ForceCurve(Tabular):
     contact_radius: FloatArray | None = None
     force_sign: ForceSign = "tension"
     stage: FloatArray | None = None
+    force_lower: FloatArray | None = None
+    force_upper: FloatArray | None = None
+    pull_off_interval: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
         require_sign(self.force_sign)
@@ -76,17 +70,19 @@ class ForceCurve(Tabular):
     @classmethod
     def read(
         cls,
-        path: str | Path,
+        path: str | Path | Sequence[str | Path],
         *,
         stiffness: Quantity | None = None,
         force_sign: ForceSign = "tension",
         columns: Mapping[str, str] | None = None,
         speed: Quantity | None = None,
+        number: int | None = None,
     ) -> ForceCurve:
         """Read a measured curve; see `bem.lab.reading.read`."""
         from bem.lab.reading import read
 
-        return read(path, stiffness=stiffness, force_sign=force_sign, columns=columns, speed=speed)
+        found = read(path, stiffness=stiffness, force_sign=force_sign, columns=columns, speed=speed, number=number)
+        return cls(**found, force_sign=force_sign)  # type: ignore[arg-type]  # the required columns are there
 
     def __len__(self) -> int:
         return len(self.time)
@@ -111,23 +107,29 @@ class ForceCurve(Tabular):
         """Largest tension after the deepest indentation, in N, always positive in tension."""
         return float(np.max(self.tension[int(np.argmax(self.indentation)) :]))
 
+    @property
+    def hysteresis(self) -> float:
+        """Area |closed integral of force d(indentation)| of the loop, in J."""
+        return abs(float(0.5 * (self.force[1:] + self.force[:-1]) @ np.diff(self.indentation)))
+
     def with_sign(self, force_sign: ForceSign) -> ForceCurve:
         """The same curve in the other convention."""
         require_sign(force_sign)
-        return dataclasses.replace(
-            self, force=self.force if force_sign == self.force_sign else -self.force, force_sign=force_sign
-        )
+        if force_sign == self.force_sign:
+            return self
+        lower, upper = (None if band is None else -band for band in (self.force_upper, self.force_lower))
+        return dataclasses.replace(self, force=-self.force, force_lower=lower, force_upper=upper, force_sign=force_sign)
 
     def shifted(self, *, contact_point: float = 0.0, force_offset: float = 0.0) -> ForceCurve:
         """The curve with its indentation counted from `contact_point` (m) and its force from `force_offset` (N)."""
-        stage = None if self.stage is None else self.stage - contact_point
-        return dataclasses.replace(
-            self, indentation=self.indentation - contact_point, force=self.force - force_offset, stage=stage
-        )
+        shift = {"indentation": contact_point, "stage": contact_point}
+        shift |= dict.fromkeys(("force", "force_lower", "force_upper"), force_offset)
+        known = {name: getattr(self, name) - by for name, by in shift.items() if getattr(self, name) is not None}
+        return dataclasses.replace(self, **known)
 
     def contact(self) -> Contact:
         """Baseline, noise and contact point, as the approach shows them; see `bem.lab.contact_point`."""
-        return find_contact(self)
+        return find_contact(self.indentation, self.force)
 
     def columns(self) -> dict[str, Column]:
         """The columns of `write`, `to_dataframe` and `to_xarray`, with their units."""
@@ -136,8 +138,9 @@ class ForceCurve(Tabular):
             "indentation": Column(self.indentation, "m"),
             "force": Column(self.force, "N"),
         }
-        further = {"contact_radius": self.contact_radius, "stage": self.stage}
-        return columns | {name: Column(values, "m") for name, values in further.items() if values is not None}
+        further = {"contact_radius": "m", "stage": "m", "force_lower": "N", "force_upper": "N"}
+        known = {name: (getattr(self, name), unit) for name, unit in further.items()}
+        return columns | {name: Column(*found) for name, found in known.items() if found[0] is not None}
 
     def facts(self) -> dict[str, str]:
         """Number of points, duration, deepest indentation, pull-off force and sign, as texts."""
@@ -152,27 +155,36 @@ class ForceCurve(Tabular):
         return {"points": str(len(self)), **shown, "positive": self.force_sign}
 
     def summary(self) -> dict[str, Any]:
-        """Pull-off force in N, and which force is positive."""
-        return {"pull_off_force": self.pull_off_force, "force_sign": self.force_sign}
+        """Pull-off force in N, hysteresis in J, which force is positive, and of a prediction the pull-off interval."""
+        names = ("pull_off_force", "hysteresis", "force_sign")
+        found = {name: getattr(self, name) for name in names}
+        return found if self.pull_off_interval is None else found | {"pull_off_interval": list(self.pull_off_interval)}
 
     def plot(self, *, over_time: Literal["force", "indentation"] = "force") -> Figure:
-        """Draw the force against indentation, and beside it force or indentation against time, into a new figure."""
-        from matplotlib.figure import Figure
+        """Draw the force against indentation, and beside it force or indentation against time, into a new figure.
+
+        The phases up to the deepest indentation, at it and after it have widths of their own.
+        """
         from matplotlib.ticker import EngFormatter
 
-        figure = Figure(figsize=(9.0, 3.8), layout="constrained")
-        panels = figure.subplots(1, 2)
-        names = {"force": f"force, {self.force_sign} positive"}
-        for axes, across, up in zip(panels, ("time", "indentation"), (over_time, "force"), strict=True):
-            axes.axhline(0.0, color="0.8", linewidth=0.8)
-            axes.plot(*(self.columns()[name].values for name in (across, up)), color="#0072B2", linewidth=1.2)
-            for axis, name in ((axes.xaxis, across), (axes.yaxis, up)):
-                axis.set_major_formatter(EngFormatter(self.columns()[name].unit))
-                axis.set_label_text(names.get(name, name))
-            # Labels with units are wide.
-            axes.locator_params(axis="x", nbins=5)
-            axes.spines[["top", "right"]].set_visible(False)
-        return figure
+        from bem.plots import STRETCHED, Top, draw_curve
+
+        columns = self.columns()
+        units = {name: EngFormatter(column.unit) for name, column in columns.items()}
+        deepest = np.flatnonzero(self.indentation >= self.indentation.max() - 1e-6 * np.ptp(self.indentation))
+        corners = np.unique(self.time[[0, deepest[0], deepest[-1], -1]])
+        at = deepest[-1] + int(np.argmax(self.tension[deepest[-1] :]))
+        detached = self.contact_radius is not None and self.contact_radius[-1] == 0.0
+        largest = readable(float(self.tension[at]), "N").replace(" u", " µ")
+        words = f"{'pull-off' if detached else 'largest tension'} {largest}"
+        top = Top(self.time[at], self.indentation[at], self.force[at], words, detached)
+        labels = {
+            "time": f"time{STRETCHED}",
+            "indentation": "indentation",
+            "force": f"force, {self.force_sign} positive",
+        }
+        shown = {name: columns[name].values for name in labels}
+        return draw_curve(shown, corners, labels, over_time=over_time, top=top, units=units.__getitem__)
 
     def write(self, path: str | Path) -> None:
         """Write a CSV that `read` understands: columns `time (s)`, `indentation (m)`, `force (N)`, and further ones.

@@ -11,61 +11,44 @@ what a mesh resolves. The gap h0 is then an effective range: the setup chooses i
   the bulk. A pull-off force that depends on speed depends on the range too, and a fitted retardation time belongs to
   it.
 
-`range_sensitivity` measures how much the pull-off force depends on it, and `simulate` warns.
+`range_sensitivity` measures how much the pull-off force depends on it, and `Setup.simulate` warns.
 """
 
 from __future__ import annotations
 
-import dataclasses
-import warnings
-from typing import TYPE_CHECKING
-
 import numpy as np
 
-from bem.lab.units import readable
 from bem.protocol import PiecewiseLinearProtocol, Protocol, history_of
-
-if TYPE_CHECKING:
-    from bem.lab.setup import Setup
+from bem.scene import Scene
 
 SENSITIVE = 0.05
 """Relative change of the pull-off force, for an effective range 1.5 times longer, above which a warning is given."""
 
-_RANGE_TEST = 1.5
+LONGER = 1.5
+"""How much longer the range is made that is compared with."""
 
 
 class EffectiveRangeWarning(UserWarning):
     """A result depends on the effective range of adhesion, which stands in for one too short to resolve."""
 
 
-def range_sensitivity(setup: Setup, protocol: Protocol) -> float:
-    """Relative change of the pull-off force when the effective range is made 1.5 times longer.
+def range_sensitivity(scene: Scene, longer: Scene, stretch: float, protocol: Protocol) -> float:
+    """Relative change of the pull-off force of a scene when its gap h0 is made longer.
 
-    Both are simulated at draft accuracy. It is zero for a range that is the equilibrium gap itself.
+    Both are simulated at draft accuracy.
+
+    Args:
+        scene: the contact.
+        longer: the same contact in units of a longer gap.
+        stretch: that gap, over the one of `scene`.
+        protocol: in the units of `scene`.
     """
     from bem.solver.simulation import simulate
 
-    if not setup.range_is_effective:
-        return 0.0
-    longer = dataclasses.replace(setup, largest_tabor=max(setup.tabor / _RANGE_TEST, 0.05))
-    history = history_of(protocol, setup.tabor)
+    history = history_of(protocol, scene.tabor)
     moved = history
     if isinstance(history, PiecewiseLinearProtocol):
-        depths = history.indentations * (setup.gap / longer.gap)
-        moved = PiecewiseLinearProtocol(history.times, depths, phases=history.phases)
-    found = [simulate(each.scene(), path, "draft") for each, path in ((setup, history), (longer, moved))]
+        moved = PiecewiseLinearProtocol(history.times, history.indentations / stretch, phases=history.phases)
+    found = [simulate(each, path, "draft") for each, path in ((scene, history), (longer, moved))]
     forces = [trajectory.pull_off_force for trajectory in found]
     return abs(forces[1] / forces[0] - 1.0) if all(np.isfinite(forces)) else np.inf
-
-
-def warn_of_range(setup: Setup, protocol: Protocol) -> None:
-    """Warn, at the caller's caller, where the pull-off force under a protocol depends on the range."""
-    change = range_sensitivity(setup, protocol)
-    if change > SENSITIVE:
-        warnings.warn(
-            f"the pull-off force depends on the effective range of adhesion, {readable(setup.gap, 'm')} in place of "
-            f"{readable(setup.equilibrium_gap, 'm')}: it changes by {100 * change:.0f} % when the range is "
-            f"{_RANGE_TEST:g} times longer; a largest_tabor above {setup.largest_tabor:g} brings the range nearer",
-            EffectiveRangeWarning,
-            stacklevel=3,
-        )

@@ -1,4 +1,4 @@
-"""Read measured force curves: CSV files whose columns name their units, and AFM formats.
+"""Read the columns of measured force curves: CSV files whose columns name their units, and AFM formats.
 
 A column is a name and a unit: `force (nN)`, `force [nN]`, `force/nN` or `force_nN`. Known names are time, indentation
 or depth, displacement or position (of the stage, positive towards the sample), height (of the stage, positive away from
@@ -8,7 +8,6 @@ first ends.
 
 from __future__ import annotations
 
-import csv
 import itertools
 import re
 from collections.abc import Mapping, Sequence
@@ -16,11 +15,11 @@ from pathlib import Path
 
 import numpy as np
 
+from bem._support.text_files import csv_rows, read_text
 from bem._support.validation import FloatArray, finite_number
 from bem._support.wording import shown
-from bem.lab.afm_files import read_afm
-from bem.lab.curve import ForceCurve, ForceSign, require_sign
-from bem.lab.units import Quantity, factor, to_si
+from bem.lab.afm_files import AfmCurve, load_afm
+from bem.lab.units import ForceSign, Quantity, factor, require_sign, to_si
 
 TEXT_FILES = (".csv", ".txt", ".tsv", ".dat")
 
@@ -32,6 +31,7 @@ _ALIASES = {
     "force": ("force", "load"),
     "contact_radius": ("contact_radius", "contact radius"),
 }
+_LONGEST_TITLE = 200  # the time of a search grows with the square of it
 _DIMENSION = {"time": "time", "force": "force"}
 _NUMBER = re.compile(r"\s*[-+]?\.?\d")
 _COLUMN = re.compile(r"\s*([A-Za-z][A-Za-z _]*?)\s*(?:\(([^)]*)\)|\[([^\]]*)\]|/\s*(\S+)|_([^\s_]+))?\s*")
@@ -44,8 +44,9 @@ def read(
     force_sign: ForceSign = "tension",
     columns: Mapping[str, str] | None = None,
     speed: Quantity | None = None,
-) -> ForceCurve:
-    """Read a force curve.
+    number: int | None = None,
+) -> dict[str, FloatArray | None]:
+    """Read the columns of a force curve.
 
     Args:
         path: A CSV file, an AFM file, or approach and retract as two CSV files.
@@ -54,26 +55,41 @@ def read(
         force_sign: Which force the file counts as positive.
         columns: What a column that is named otherwise holds, for example `{"F_n (mN)": "force (mN)"}`.
         speed: Of the stage, in m/s, for files without time.
+        number: Of the curve, from 0, in a file of several.
 
     Returns:
-        The curve in SI, in the file's sign.
+        Time, indentation, force, and where they are known stage and contact radius, in SI, in the sign `force_sign`.
 
     Raises:
-        ValueError: a column is missing, a unit does not fit, a number cannot be read, or the force grows the wrong way.
+        ValueError: the file holds several curves and no `number` is given, a column is missing, a unit does not fit, a
+            number cannot be read, or the force grows the wrong way.
         FileNotFoundError: there is no such file.
     """
     require_sign(force_sign)
     spring = (
         None if stiffness is None else finite_number("stiffness", to_si("stiffness", stiffness, "stiffness"), above=0.0)
     )
+    rate = None if speed is None else finite_number("speed", to_si("speed", speed, "speed"), above=0.0)
     paths = [Path(path)] if isinstance(path, str | Path) else [Path(part) for part in path]
     if len(paths) == 1 and paths[0].suffix.lower() not in TEXT_FILES:
-        quantities, spring, sign = read_afm(paths[0], spring)
-        curve = _curve(quantities, spring, sign, None, str(paths[0]))
-        return _checked(curve.with_sign(force_sign), str(paths[0]))
+        return _chosen(load_afm(paths[0], spring), number, force_sign, rate, str(paths[0]))
     if len({part.resolve() for part in paths}) < len(paths):
         raise ValueError(f"the files of one curve must be different; received {' and '.join(map(str, paths))}")
-    parts = [_quantities(part, columns or {}) for part in paths]
+    try:
+        parts = [_quantities(part, columns or {}) for part in paths]
+        if "force" not in parts[0]:
+            raise ValueError(
+                f"Expected a column force, such as 'force (nN)'; received {paths[0]} with {_listed(parts[0])}"
+            )
+    except ValueError:
+        # Instruments write text of their own, which afmformats may know.
+        try:
+            curves = load_afm(paths[0], spring)
+        except ValueError:
+            curves = []
+        if len(paths) > 1 or not curves:
+            raise
+        return _chosen(curves, number, force_sign, rate, str(paths[0]))
     names = set(parts[0])
     for part, name in zip(parts, paths, strict=True):
         if set(part) != names:
@@ -81,16 +97,33 @@ def read(
     joined = {name: np.concatenate([part[name] for part in parts]) for name in names if name != "time"}
     if "time" in names:
         joined["time"] = _one_time([part["time"] for part in parts])
-    rate = None if speed is None else finite_number("speed", to_si("speed", speed, "speed"), above=0.0)
     where = " and ".join(map(str, paths))
-    return _checked(_curve(joined, spring, force_sign, rate, where), where)
+    return _curve(joined, spring, force_sign, rate, where)
+
+
+def _chosen(
+    curves: Sequence[AfmCurve], number: int | None, force_sign: ForceSign, speed: float | None, where: str
+) -> dict[str, FloatArray | None]:
+    if number is None and len(curves) > 1:
+        raise ValueError(
+            f"the number of a curve must be given, from 0 to {len(curves) - 1}; received {where}, which holds "
+            f"{len(curves)} of them (`bem fit-map` fits all)"
+        )
+    if not 0 <= (number or 0) < len(curves):
+        raise ValueError(f"the number of a curve in {where} must be from 0 to {len(curves) - 1}; received {number}")
+    return converted(curves[number or 0], force_sign, speed, where)
+
+
+def converted(curve: AfmCurve, force_sign: ForceSign, speed: float | None, where: str) -> dict[str, FloatArray | None]:
+    """The columns of one curve of an AFM file, as `read` returns them."""
+    force = curve.quantities["force"] if force_sign == "compression" else -curve.quantities["force"]
+    quantities = curve.quantities | {"force": force}
+    return _curve(quantities, curve.stiffness, force_sign, speed or curve.speed, where)
 
 
 def _curve(
     quantities: dict[str, FloatArray], stiffness: float | None, force_sign: ForceSign, speed: float | None, where: str
-) -> ForceCurve:
-    if "force" not in quantities:
-        raise ValueError(f"Expected a column force, such as 'force (nN)'; received {where} with {_listed(quantities)}")
+) -> dict[str, FloatArray | None]:
     if "height" in quantities and "displacement" not in quantities:
         quantities["displacement"] = -quantities["height"]
     if "indentation" in quantities:
@@ -114,32 +147,29 @@ def _curve(
         if speed is None:
             raise ValueError(f"Expected a column time, such as 'time (s)', or a speed; received {where} without")
         quantities["time"] = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(path)))]) / speed
-    return ForceCurve(
-        time=quantities["time"],
-        indentation=depth,
-        force=quantities["force"],
-        contact_radius=quantities.get("contact_radius"),
-        force_sign=force_sign,
-        stage=quantities.get("displacement"),
-    )
+    _check_sign(depth, quantities["force"], force_sign, where)
+    further = {"contact_radius": quantities.get("contact_radius"), "stage": quantities.get("displacement")}
+    return {"time": quantities["time"], "indentation": depth, "force": quantities["force"], **further}
 
 
-def _checked(curve: ForceCurve, where: str) -> ForceCurve:
-    """Refuse a curve whose force falls with depth where it is deepest: its sign convention is the other one."""
-    deepest = int(np.argmax(curve.indentation))
-    low, high = float(np.min(curve.indentation)), float(np.max(curve.indentation))
-    deep = curve.indentation[: deepest + 1] > 0.5 * (low + high)
+def _check_sign(indentation: FloatArray, force: FloatArray, force_sign: ForceSign, where: str) -> None:
+    """Refuse a curve whose tension grows with depth where it is deepest: its sign convention is the other one."""
+    if indentation.size < 3:
+        return
+    deepest = int(np.argmax(indentation))
+    low, high = float(np.min(indentation)), float(np.max(indentation))
+    deep = indentation[: deepest + 1] > 0.5 * (low + high)
     if high > low and np.count_nonzero(deep) >= 3:
-        depth, tension = curve.indentation[: deepest + 1][deep], curve.tension[: deepest + 1][deep]
+        depth, tension = indentation[: deepest + 1][deep], force[: deepest + 1][deep]
+        tension = tension if force_sign == "tension" else -tension
         depth = depth - depth.mean()
         slope, spread = float(depth @ tension), float(np.linalg.norm(depth) * np.linalg.norm(tension - tension.mean()))
         if slope > 0.8 * spread > 0.0:
-            other = "compression" if curve.force_sign == "tension" else "tension"
+            other = "compression" if force_sign == "tension" else "tension"
             raise ValueError(
                 f"the tension in {where} grows with depth, which no contact does; the file was read with "
-                f"force_sign={curve.force_sign!r} and should be {other!r}"
+                f"force_sign={force_sign!r} and should be {other!r}"
             )
-    return curve
 
 
 def _listed(quantities: Mapping[str, FloatArray]) -> str:
@@ -178,9 +208,9 @@ def _table(path: Path) -> tuple[list[str], list[list[str]]]:
     if path.is_dir():
         raise ValueError(f"Expected a text file of columns; received {path}, which is a directory")
     try:
-        text = path.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise ValueError(f"Expected a text file of columns; received {path}, which is not UTF-8 text") from error
+        text = read_text(path)
+    except ValueError as error:
+        raise ValueError(f"Expected a text file of columns; received {path} ({error})") from error
     written = [line for line in text.splitlines() if line.strip()]
     lines = [line for line in written if not line.startswith("#")]
     comments = [line.lstrip("# ") for line in itertools.takewhile(lambda line: line.startswith("#"), written)]
@@ -192,13 +222,16 @@ def _table(path: Path) -> tuple[list[str], list[list[str]]]:
     separator = max(",;\t", key=lines[0].count)
     if separator == ";":
         lines = [line.replace(",", ".") for line in lines]
-    header, *rows = csv.reader(lines, delimiter=separator)
-    return header, rows
+    try:
+        (_, header), *rows = csv_rows(lines, delimiter=separator)
+    except ValueError as error:
+        raise ValueError(f"Expected a text file of columns; received {path} ({error})") from error
+    return header, [row for _, row in rows]
 
 
 def _parsed(title: str) -> tuple[str | None, str]:
     """Name and unit of a column; the name is `None` where it is not known."""
-    match = _COLUMN.fullmatch(title)
+    match = _COLUMN.fullmatch(title) if len(title) <= _LONGEST_TITLE else None
     if match is None:
         return None, ""
     plain = match[1].strip().lower()

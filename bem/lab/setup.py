@@ -12,18 +12,19 @@ range where that is longer (`bem.lab.effective_range`). Source: paper, Methods.
 from __future__ import annotations
 
 import dataclasses
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from bem._support.validation import finite_number, instance
 from bem._support.wording import shown
-from bem.lab.curve import ForceCurve, require_sign
-from bem.lab.effective_range import range_sensitivity, warn_of_range
-from bem.lab.units import Quantity, readable, to_si
+from bem.lab.curve import ForceCurve
+from bem.lab.effective_range import LONGER, SENSITIVE, EffectiveRangeWarning, range_sensitivity
+from bem.lab.units import ForceSign, Quantity, readable, require_sign, to_si
 from bem.materials import Elastic, PronySeries, StandardLinearSolid
 from bem.protocol import ForceProtocol, LoadingProtocol, Protocol, default_start_indentation
 from bem.scene import Scene
@@ -46,7 +47,7 @@ _QUANTITIES = {
 
 @dataclass(frozen=True, kw_only=True)
 class Setup:
-    """A sphere on a half-space, in SI units: plain numbers, or text with a unit such as "50 um" (with Pint).
+    """A sphere on a half-space, in SI units: plain numbers, or text with a unit such as "50 um".
 
     Args:
         radius: of the sphere, in m.
@@ -60,6 +61,8 @@ class Setup:
         material: `Elastic()`, `StandardLinearSolid(...)` or `PronySeries(...)`.
         largest_tabor: Tabor parameter above which an effective range is used; see `bem.lab.effective_range`.
         stiffness: of a spring between stage and sphere, such as a cantilever, in N/m; infinite: none.
+        half_angle: between axis and flank of a cone, or face of a pyramid, in degrees, for the models of `bem.lab.fit`
+            that press one instead of a sphere.
 
     Raises:
         ValueError: naming the quantity, what is allowed and what was received.
@@ -74,6 +77,7 @@ class Setup:
     material: Elastic | StandardLinearSolid | PronySeries = dataclasses.field(default_factory=Elastic)
     largest_tabor: float = LARGEST_TABOR
     stiffness: float | None = None
+    half_angle: float | None = None
 
     if TYPE_CHECKING:  # text and Pint quantities go in, plain numbers come out
 
@@ -89,6 +93,7 @@ class Setup:
             material: Elastic | StandardLinearSolid | PronySeries = ...,
             largest_tabor: float = LARGEST_TABOR,
             stiffness: Quantity | None = None,
+            half_angle: float | None = None,
         ) -> None: ...
 
     def __post_init__(self) -> None:
@@ -104,6 +109,8 @@ class Setup:
         ratio = finite_number("poisson_ratio", to_si("poisson_ratio", self.poisson_ratio, "number"), low=0.0, high=0.5)
         object.__setattr__(self, "poisson_ratio", ratio)
         finite_number("largest_tabor", self.largest_tabor, low=0.05, high=50.0)
+        if self.half_angle is not None:
+            finite_number("half_angle", self.half_angle, above=0.0, high=89.0)
         if not self.tabor >= 1e-6:
             raise ValueError(f"the Tabor parameter of a setup must be at least 1e-06; received {self.tabor:.3g}")
 
@@ -111,6 +118,17 @@ class Setup:
     def contact_modulus(self) -> float:
         """E0* = E0 / (1 - nu^2), in Pa."""
         return self.relaxed_modulus / (1.0 - self.poisson_ratio**2)
+
+    @property
+    def slope(self) -> float:
+        """Tangent of `half_angle`.
+
+        Raises:
+            ValueError: there is none.
+        """
+        if self.half_angle is None:
+            raise ValueError("half_angle must be given for a cone or a pyramid; received None")
+        return float(np.tan(np.radians(self.half_angle)))
 
     @property
     def adhesion_length(self) -> float:
@@ -221,7 +239,7 @@ class Setup:
         *,
         times: Sequence[Quantity],
         forces: Sequence[Quantity],
-        force_sign: Literal["tension", "compression"] = "tension",
+        force_sign: ForceSign = "tension",
     ) -> ForceProtocol:
         """A force that is linear between `times` (s), at which it is `forces` (N), in the solver's units."""
         require_sign(force_sign)
@@ -236,7 +254,7 @@ class Setup:
         protocol: Protocol,
         accuracy: str | float = "standard",
         *,
-        force_sign: Literal["tension", "compression"] = "tension",
+        force_sign: ForceSign = "tension",
         check_range: bool = True,
     ) -> ForceCurve:
         """Simulate a protocol of `protocol(...)` or `force_protocol(...)` and give the force curve in SI.
@@ -259,21 +277,77 @@ class Setup:
         trajectory = simulate(self.scene(), protocol, accuracy)
         if not trajectory.completed:
             raise RuntimeError(f"the simulation did not complete: {trajectory.status}")
+        return self._in_si(trajectory, protocol, force_sign, check_range=check_range)
+
+    def predict(
+        self,
+        protocol: LoadingProtocol,
+        model: Any,
+        *,
+        coverage: float = 0.9,
+        force_sign: ForceSign = "tension",
+        check_range: bool = True,
+    ) -> ForceCurve:
+        """Predict what `simulate` would, with a surrogate: `setup.predict(protocol, surrogate.load("accurate"))`.
+
+        Args:
+            protocol: of `protocol(...)`.
+            model: a loaded surrogate.
+            coverage: share of true forces that the bands of the curve are to contain, of a model that has some.
+            force_sign, check_range: as for `simulate`.
+
+        Returns:
+            The force curve, with `force_lower`, `force_upper` and `pull_off_interval` of a model with bands.
+
+        Raises:
+            ValueError: an argument is invalid, or the model does not know the scene: a spring or a Prony series.
+        """
+        require_sign(force_sign)
+        trajectory = model.predict(self.scene(), protocol, coverage=coverage)
+        return self._in_si(trajectory, protocol, force_sign, check_range=check_range)
+
+    def _in_si(self, trajectory: Any, protocol: Protocol, force_sign: ForceSign, *, check_range: bool) -> ForceCurve:
+        """A trajectory in SI; a warning, at the caller's caller, where it depends on the effective range."""
         if check_range and self.range_is_effective:
-            warn_of_range(self, protocol)
+            self._warn_of_range(protocol)
         sign = 1.0 if force_sign == "tension" else -1.0
+        bands = [getattr(trajectory, name, None) for name in ("force_lower", "force_upper")][:: int(sign)]
+        lower, upper = (None if band is None else sign * band * self.force_scale for band in bands)
+        interval = getattr(trajectory, "pull_off_interval", None)
+        radius = trajectory.contact_radius * self.contact_radius_scale
         return ForceCurve(
             time=trajectory.time * self.time_scale,
             indentation=trajectory.indentation * self.indentation_scale,
             force=sign * trajectory.force * self.force_scale,
-            contact_radius=trajectory.contact_radius * self.contact_radius_scale,
+            contact_radius=radius if np.all(np.isfinite(radius)) else None,
             force_sign=force_sign,
             stage=None if self.stiffness is None else trajectory.stage * self.indentation_scale,
+            force_lower=lower,
+            force_upper=upper,
+            pull_off_interval=interval and (interval[0] * self.force_scale, interval[1] * self.force_scale),
         )
 
     def range_sensitivity(self, protocol: Protocol) -> float:
-        """Relative change of the pull-off force with a range 1.5 times longer; see `bem.lab.effective_range`."""
-        return range_sensitivity(self, protocol)
+        """Relative change of the pull-off force with a range 1.5 times longer; see `bem.lab.effective_range`.
+
+        It is zero for a range that is the equilibrium gap itself.
+        """
+        if not self.range_is_effective:
+            return 0.0
+        longer = dataclasses.replace(self, largest_tabor=max(self.tabor / LONGER, 0.05))
+        return range_sensitivity(self.scene(), longer.scene(), longer.gap / self.gap, protocol)
+
+    def _warn_of_range(self, protocol: Protocol) -> None:
+        """Warn where the pull-off force under a protocol depends on the range."""
+        change = self.range_sensitivity(protocol)
+        if change > SENSITIVE:
+            warnings.warn(
+                f"the pull-off force depends on the effective range of adhesion, {readable(self.gap, 'm')} in place of "
+                f"{readable(self.equilibrium_gap, 'm')}: it changes by {100 * change:.0f} % when the range is "
+                f"{LONGER:g} times longer; a largest_tabor above {self.largest_tabor:g} brings the range nearer",
+                EffectiveRangeWarning,
+                stacklevel=4,
+            )
 
     def replaced(self, **changes: Any) -> Setup:
         """The same setup with some quantities changed; `modulus_ratio` stands for a standard linear solid of it."""

@@ -1,16 +1,15 @@
 """Quantities with units: from text such as "50 um" or "50mJ/m2", or from a Pint quantity, to plain SI numbers.
 
-A plain number is SI already, and needs no library. Text with a unit needs Pint, the optional extra `lab`. Exponents may
-be written as in laboratory notes: "mJ/m2" is mJ/m^2.
+A plain number is SI already. A unit in text is a product of names and prefixes of the tables below, with exponents as
+in laboratory notes: "mJ/m2" is mJ/m^2. Text is looked up, never evaluated.
 """
 
 from __future__ import annotations
 
-import functools
 import math
 import re
 from numbers import Real
-from typing import Any, Protocol
+from typing import Any, Literal, Protocol
 
 from bem._support.wording import shown
 
@@ -29,7 +28,8 @@ class WithUnit(Protocol):
 Quantity = float | str | WithUnit
 """What a user may give: a plain number in SI, text of a number and a unit, or a quantity of Pint."""
 
-INSTALL = "pip install 'contact-trajectories[lab]'"
+ForceSign = Literal["tension", "compression"]
+SIGNS = ("tension", "compression")
 
 DIMENSIONS = {
     "length": "m",
@@ -44,6 +44,38 @@ DIMENSIONS = {
 }
 """The SI unit of each kind of quantity."""
 
+_LONGEST = 100  # characters of a quantity
+_PREFIXES = {-15: "f", -12: "p", -9: "n", -6: "u", -3: "m", 0: "", 3: "k", 6: "M", 9: "G", 12: "T"}
+_LONG = {-15: "femto", -12: "pico", -9: "nano", -6: "micro", -3: "milli", -2: "centi", 3: "kilo", 6: "mega", 9: "giga"}
+_POWERS = {"c": -2, **{prefix: power for names in (_PREFIXES, _LONG) for power, prefix in names.items()}}
+_TABLE = (
+    ("m meter meters metre metres", 1.0, (0, 1, 0, 0)),
+    ("micron microns", 1e-6, (0, 1, 0, 0)),
+    ("angstrom Å", 1e-10, (0, 1, 0, 0)),
+    ("s sec second seconds", 1.0, (0, 0, 1, 0)),
+    ("min", 60.0, (0, 0, 1, 0)),
+    ("h", 3600.0, (0, 0, 1, 0)),
+    ("Hz", 1.0, (0, 0, -1, 0)),
+    ("g gram grams", 1e-3, (1, 0, 0, 0)),
+    ("N newton newtons", 1.0, (1, 1, -2, 0)),
+    ("dyn", 1e-5, (1, 1, -2, 0)),
+    ("Pa pascal pascals", 1.0, (1, -1, -2, 0)),
+    ("bar", 1e5, (1, -1, -2, 0)),
+    ("J joule joules", 1.0, (1, 2, -2, 0)),
+    ("erg", 1e-7, (1, 2, -2, 0)),
+    ("K kelvin", 1.0, (0, 0, 0, 1)),
+    ("1", 1.0, (0, 0, 0, 0)),
+    ("%", 0.01, (0, 0, 0, 0)),
+)
+"""Names of units, their size in SI, and their exponents of kg, m, s and K."""
+_UNITS = {name: (size, exponents) for names, size, exponents in _TABLE for name in names.split()}
+
+
+def require_sign(force_sign: str) -> None:
+    """Raise a `ValueError` unless the sign is 'tension' or 'compression'."""
+    if force_sign not in SIGNS:
+        raise ValueError(f"force_sign must be 'tension' or 'compression'; received {shown(force_sign)}")
+
 
 def to_si(name: str, value: Any, dimension: str) -> float:
     """Give a quantity as a plain number in SI.
@@ -57,7 +89,7 @@ def to_si(name: str, value: Any, dimension: str) -> float:
         The number, in the SI unit of the dimension.
 
     Raises:
-        ValueError: a unit that is unknown or does not fit, text that is no quantity, or a unit without Pint installed.
+        ValueError: a unit that is unknown or does not fit, or text that is no quantity.
     """
     if isinstance(value, Real) and not isinstance(value, bool):
         return float(value)
@@ -82,26 +114,13 @@ def factor(name: str, unit: str, dimension: str) -> float:
     """Give the number of SI units in one `unit` of a kind of quantity.
 
     Raises:
-        ValueError: the unit is unknown or does not fit, or Pint is not installed and the unit is not the SI one.
+        ValueError: the unit is unknown or does not fit.
     """
     si = DIMENSIONS[dimension]
-    if _spelled_out(unit) == si:
-        return 1.0
-    registry = _registry()
-    if registry is None:
-        raise ValueError(
-            f"{name} must be a plain number in {si or 'no unit'} unless Pint is installed ({INSTALL}); "
-            f"received the unit {shown(unit)}"
-        )
-    try:
-        found = float(registry.Quantity(1.0, _spelled_out(unit)).to(si or "dimensionless").magnitude)
-    except Exception as error:  # an unknown unit, a unit of another dimension, or text that is no unit
-        raise ValueError(
-            f"{name} must be {_a(dimension)}, in a unit such as {si}; received the unit {shown(unit)}"
-        ) from error
-    if not math.isfinite(found):
+    size, exponents = _measured(unit)
+    if exponents != _measured(si)[1] or not 0.0 < size < math.inf:
         raise ValueError(f"{name} must be {_a(dimension)}, in a unit such as {si}; received the unit {shown(unit)}")
-    return found
+    return size
 
 
 def readable(value: float, unit: str) -> str:
@@ -113,21 +132,34 @@ def readable(value: float, unit: str) -> str:
     return f"{value / 10.0**exponent:.4g} {_PREFIXES[exponent]}{unit}"
 
 
-_PREFIXES = {-15: "f", -12: "p", -9: "n", -6: "u", -3: "m", 0: "", 3: "k", 6: "M", 9: "G", 12: "T"}
 _NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(\S.*)")
+_FACTOR = re.compile(r"([A-Za-zÅ%]+|1)(?:\^?([-+]?\d))?")
+_PLAIN = str.maketrans({"µ": "u", "μ": "u", "\u212b": "Å", "²": "2", "³": "3", "⁻": "-", "·": "*"})
 
 
 def _split(text: str, wanted: str) -> tuple[float, str]:
-    match = _NUMBER.fullmatch(text)
+    match = _NUMBER.fullmatch(text) if len(text) <= _LONGEST else None
     if match is None:
         raise ValueError(f"{wanted}; received {shown(text)}")
     return float(match[1]), match[2].strip()
 
 
-def _spelled_out(unit: str) -> str:
-    """A unit with its exponents marked, `m2` as `m^2`, and the two micro signs as `u`."""
-    plain = unit.strip().replace("µ", "u").replace("μ", "u").replace("²", "^2").replace("³", "^3")
-    return re.sub(r"(?<=[A-Za-z])(-?\d+)", r"^\1", plain)
+def _measured(unit: str) -> tuple[float, list[int] | None]:
+    """Size of a unit in SI, and its exponents of kg, m, s and K; without exponents, it is no unit."""
+    if len(unit) > _LONGEST:
+        return math.nan, None
+    # Every second part is an operator; a space multiplies.
+    parts = re.split(r"\s*([/*\s])\s*", unit.strip().translate(_PLAIN).replace("**", "^") or "1")
+    size, total = 1.0, [0, 0, 0, 0]
+    for operator, part in zip(["*", *parts[1::2]], parts[::2], strict=True):
+        match = _FACTOR.fullmatch(part)
+        name = max((one for one in _UNITS if match and match[1].endswith(one)), key=len, default="")
+        if match is None or not name or match[1].removesuffix(name) not in _POWERS:
+            return math.nan, None
+        exponent = int(match[2] or 1) * (-1 if operator == "/" else 1)
+        size *= (_UNITS[name][0] * 10.0 ** _POWERS[match[1].removesuffix(name)]) ** exponent
+        total = [sum_ + exponent * one for sum_, one in zip(total, _UNITS[name][1], strict=True)]
+    return size, total
 
 
 def _a(dimension: str) -> str:
@@ -143,13 +175,3 @@ def _example(unit: str) -> str:
         "s": "'10 ms'",
         "m/s": "'1 um/s'",
     }.get(unit, f"'1 {unit}'" if unit else "0.1")
-
-
-@functools.cache
-def _registry() -> Any:
-    """Pint's registry, or `None` where Pint is not installed."""
-    try:
-        import pint
-    except ImportError:
-        return None
-    return pint.UnitRegistry(cache_folder=None)

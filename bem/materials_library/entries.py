@@ -7,12 +7,12 @@ Files of your own are read by their path.
 
 from __future__ import annotations
 
-import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from bem._support.text_files import read_toml
 from bem._support.validation import finite_number, finite_vector
 from bem._support.wording import shown
 from bem.materials import Elastic, PronySeries
@@ -79,8 +79,8 @@ def load(name: str | Path) -> Entry:
             )
         path = FOLDER / f"{name}.toml"
     try:
-        content = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        content = read_toml(path)
+    except ValueError as error:
         raise ValueError(f"Expected a TOML file of a material; received {path} ({error})") from error
     for key in (*TEXTS, "relaxed_modulus", "poisson_ratio"):
         if key not in content:

@@ -14,7 +14,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bem._numerics.jit import kernel
+from bem._support.jit import kernel
 from bem._support.validation import FloatArray
 from bem.materials import recursion_step
 from bem.protocol import PiecewiseLinearProtocol
@@ -25,7 +25,7 @@ from bem.scene import Scene
 def force(scene: Scene, history: PiecewiseLinearProtocol, times: ArrayLike) -> FloatArray:
     """Force at `times` within the history (any shape), never positive; meaningful up to the first unloading."""
     dense = dense_instants(history)
-    elastic = hertz.force_from_indentation(history.indentation_at(dense), scene.tabor)
+    elastic = hertz.force_from_indentation(history.indentation_at(dense), scene.tabor, scene.exponent)
     values = hereditary(dense, elastic, np.array(scene.material.strengths), np.array(scene.material.times))
     return np.minimum(np.interp(np.asarray(times, dtype=np.float64), dense, values), 0.0)
 

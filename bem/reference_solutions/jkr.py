@@ -2,9 +2,12 @@
 
 With radius a in beta: indentation mu (a^2 - sqrt(2 pi a)) and force sqrt(8/pi) a^(3/2) - (4 / (3 pi)) a^3. Under load
 control the contact is lost at force 3/2, under displacement control at the fold, force 5/6 and indentation
--(3/4) pi^(2/3) mu, where a^3 = pi/8. Units: see `bem.reference_solutions`. Source: Johnson, Kendall and Roberts, Proc.
-R. Soc. A 324 (1971) 301; Johnson, Contact Mechanics (1985), section 5.5; Maugis, Contact, Adhesion and Rupture of
-Elastic Solids (2000), chapter 4.
+-(3/4) pi^(2/3) mu, where a^3 = pi/8. For an indenter whose profile is another power n of the radius, the terms of Hertz
+are those of `bem.reference_solutions.hertz`; the others, of a flat punch that releases the work of adhesion at its rim,
+are the same for all. Units: see `bem.reference_solutions` and `bem.indenter`. Source: Johnson, Kendall and Roberts,
+Proc. R. Soc. A 324 (1971) 301; Johnson, Contact Mechanics (1985), section 5.5; Maugis, Contact, Adhesion and Rupture of
+Elastic Solids (2000), chapter 4; Maugis and Barquins, J. Phys. D 16 (1983) 1843, and Zhou, Gao and He, J. Mech. Phys.
+Solids 59 (2011) 145, for other profiles.
 """
 
 from typing import Literal
@@ -12,8 +15,11 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
+from bem._support.jit import in_python
 from bem._support.validation import FloatArray
 from bem._support.wording import shown
+from bem.indenter import PARABOLOID, depth_factor
+from bem.reference_solutions import hertz
 
 PULL_OFF_FORCE = 1.5
 FOLD_FORCE = 5.0 / 6.0
@@ -25,16 +31,23 @@ def fold_indentation(tabor: ArrayLike) -> FloatArray:
     return -0.75 * np.pi ** (2.0 / 3.0) * np.asarray(tabor, dtype=np.float64)
 
 
-def indentation_from_contact_radius(radius: ArrayLike, tabor: ArrayLike) -> FloatArray:
+def indentation_from_contact_radius(radius: ArrayLike, tabor: ArrayLike, exponent: float = PARABOLOID) -> FloatArray:
     """Indentation at a contact radius."""
     a = np.asarray(radius, dtype=np.float64)
-    return np.asarray(tabor, dtype=np.float64) * (a**2 - np.sqrt(2.0 * np.pi * a))
+    pressed = in_python(depth_factor)(exponent) * a**exponent
+    return np.asarray(tabor, dtype=np.float64) * (pressed - np.sqrt(2.0 * np.pi * a))
 
 
-def force_from_contact_radius(radius: ArrayLike) -> FloatArray:
+def force_from_contact_radius(radius: ArrayLike, exponent: float = PARABOLOID) -> FloatArray:
     """Force at a contact radius; independent of the Tabor parameter."""
     a = np.asarray(radius, dtype=np.float64)
-    return np.sqrt(8.0 / np.pi) * a**1.5 - 4.0 / (3.0 * np.pi) * a**3
+    return np.sqrt(8.0 / np.pi) * a**1.5 + hertz.force_from_contact_radius(a, exponent)
+
+
+def pull_off_force(exponent: float = PARABOLOID) -> float:
+    """Largest force, at which the contact is lost under load control; 3/2 for the paraboloid."""
+    ratio = 1.5 * np.sqrt(8.0 / np.pi) / (hertz.load_factor(exponent) * (exponent + 1.0))
+    return float(force_from_contact_radius(ratio ** (1.0 / (exponent - 0.5)), exponent))
 
 
 def contact_radius_from_indentation(

@@ -5,7 +5,7 @@ the retardation time, l0 = E0* dgamma / (pi (alpha sigma_0)^2); k = E0/Einf. Wit
 
     Gamma = 1 / (1 - (1 - k) (sqrt(1 + x^2) - x)).
 
-Source: paper, appendix "Exact Persson & Brener relation for the SLS", Eqs. (implicit), (cubic), (inverse); Persson and
+Source: paper, appendix "Exact Persson & Brener relation for the SLS", Eqs. (implicit) and (inverse); Persson and
 Brener, Phys. Rev. E 71 (2005) 036123; Ciavarella, Cricri and McMeeking, Theor. Appl. Fract. Mech. 116 (2021) 103113.
 """
 
@@ -43,28 +43,6 @@ def effective_energy(crack_velocity: ArrayLike, modulus_ratio: ArrayLike) -> Flo
         too_slow = s < np.pi * v * rest * (1.0 + s) * (k + (1.0 - k) * rest)
         low, high = np.where(too_slow, middle, low), np.where(too_slow, high, middle)
     return 1.0 / (k + (1.0 - k) * expit(-0.5 * (low + high)))
-
-
-def cubic_coefficients(crack_velocity: float, modulus_ratio: float) -> FloatArray:
-    """Coefficients of the paper's cubic condition, highest power first, shape (4,)."""
-    k, scaled = modulus_ratio, np.pi * crack_velocity
-    return np.array([1.0 - k, scaled * k * (2.0 - k) - (1.0 - k), -2.0 * scaled, scaled])
-
-
-def effective_energy_from_cubic(crack_velocity: ArrayLike, modulus_ratio: ArrayLike) -> FloatArray:
-    """The same from the cubic condition: its only root between 1 and 1/k; shapes broadcast.
-
-    In g = Gamma - 1 and c = 1 - k the cubic is c (1 + g)^2 g + pi v (k g - c) (g + c (1 + g)), which does not cancel
-    near either end; it is negative at g = 0 and positive at g = 1/k - 1 = c/k.
-    """
-    v, k = _checked(crack_velocity, modulus_ratio)
-    c = 1.0 - k
-    low, high = np.zeros(v.shape), c / k
-    for _ in range(200):
-        g = 0.5 * (low + high)
-        below = c * (1.0 + g) ** 2 * g + np.pi * v * (k * g - c) * (g + c * (1.0 + g)) < 0.0
-        low, high = np.where(below, g, low), np.where(below, high, g)
-    return 1.0 + 0.5 * (low + high)
 
 
 def crack_velocity(effective_energy: ArrayLike, modulus_ratio: ArrayLike) -> FloatArray:

@@ -5,7 +5,7 @@ The gap h (in h0) at every node satisfies
     F(h) = h + a G sigma(h) - rhs = 0,        rhs = 1 - delta + mu r^2 / 2 - G sigma_remembered,
 
 where G carries the factor mu, sigma is the traction of the law (positive in tension, in dgamma/(mu h0)) and a the
-response of the material over the step (`bem.solver.hereditary`). Where surfaces press on each other the gap hardly
+response of the material over the step (`bem.solver.memory`). Where surfaces press on each other the gap hardly
 moves and the traction does: there the unknown is the traction, elsewhere the gap. In these unknowns the Jacobian
 changes little from step to step, so its factorisation is kept until convergence slows. The errors that remain shrink by
 nearly the same factor each time, so that each iteration extrapolates the last two (Anderson's method of depth one). Far
@@ -16,7 +16,12 @@ allowed: the stiffer the contact, the more force a residual is worth. It must be
 of positive slope, such as the one from gap to traction where surfaces press, keeps the sign of the determinant, and
 iterations with a kept factorisation only converge to states of the same sign (all eigenvalues of the quotient of both
 Jacobians lie within 1 of 1, and the extrapolation is bounded). So the sign is known from the last factorisation. At a
-fold, where few iterations leave this open, `bem.solver.stepping.trial_step` factorises at the solution itself.
+fold, where few iterations leave this open, `bem.solver.trial_step` factorises at the solution itself.
+
+Without adhesion, on a mesh of one's own, surfaces neither pass through each other nor attract: at every node
+h >= 1, sigma <= 0 and (h - 1) sigma = 0. An active-set Newton iteration solves the linear system of the closed nodes
+only, releases those that would pull and adds those that would pass through, until neither is left (Johnson, Contact
+Mechanics, 1985, section 5.9).
 Source: paper, Appendix "BEM discretisation details", Eqs. (LJdisc) to (uzdisc2); Walker and Ni, SIAM J. Numer. Anal. 49
 (2011) 1715.
 """
@@ -25,13 +30,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bem._numerics.jit import kernel, kernel_part
-from bem._numerics.linear_algebra import add_rows, copy_into, determinant_is_negative, dot, lu_factor, lu_solve
-from bem.solver.pressed import LARGEST_TENSION, changed_gap, pressed_gaps
-from bem.solver.work import FACTORISATIONS, ITERATIONS, UNKNOWNS
-from bem.tractions import GAP_AT_PEAK, Law, slope_at, tail_force, tail_force_at, traction, traction_at
+from bem._support.jit import kernel
+from bem._support.linear_algebra import add_rows, copy_into, determinant_is_negative, lu_factor, lu_solve
+from bem.solver.work import count_factorisation, count_iteration
+from bem.tractions import GAP_AT_PEAK, Interface, slope_at, tractions_of
+from bem.tractions.pressed import LARGEST_TENSION, changed_gap, pressed_below, pressed_gaps
 
-PRESSED = 1.08  # below this gap (in h0) the traction is the unknown; other laws scale its distance from 1
 _MOST_ITERATIONS = 14
 _MOST_FACTORISATIONS = 8
 _SLOW = 0.8  # refactorise when the residual falls by less; that costs as much as several iterations
@@ -40,12 +44,16 @@ _NEGLIGIBLE_SLOPE = 0.01
 # reached.
 _SMALLEST_SHARE, _LARGEST_SHARE = -2.0, 0.4
 _SMALLEST_RESIDUAL = 1e-10  # in h0; rounding leaves less
+_MOST_ACTIVE_SETS = 100
+# In h0, of what the gap is made of. Not an accuracy: a node left open although it is pressed costs force, far more of
+# it in a stiff solid.
+_PASSED_THROUGH = 1e-11
 
 
 class Factor(NamedTuple):
     """A kept factorisation of the Jacobian over the first nodes."""
 
-    columns: np.ndarray  # (n, n), see `bem._numerics.linear_algebra`
+    columns: np.ndarray  # (n, n), see `bem._support.linear_algebra`
     pivots: np.ndarray  # (n,) int32
     by_traction: np.ndarray  # (n,) bool: the unknown is the traction
     order: np.ndarray  # (1,) int64: nodes in the linear system; 0 when there is no factorisation
@@ -66,23 +74,6 @@ def new_factor(nodes: int) -> Factor:
     )
 
 
-@kernel_part
-def pressed_below(law: Law) -> float:
-    """Gap below which the traction is the unknown."""
-    return 1.0 + (PRESSED - 1.0) * law.reach
-
-
-@kernel
-def tractions_of(gap: np.ndarray, tabor: float, law: Law, out: np.ndarray) -> None:
-    """Traction of every node into `out`."""
-    if law.tabulated:
-        for i in range(gap.size):
-            out[i] = tabor * traction_at(law, gap[i])
-    else:  # a loop without a choice, which the compiler vectorises
-        for i in range(gap.size):
-            out[i] = tabor * traction(gap[i])
-
-
 @kernel
 def residual_of(
     influence: np.ndarray, gap: np.ndarray, tractions: np.ndarray, response: float, rhs: np.ndarray, out: np.ndarray
@@ -96,22 +87,14 @@ def residual_of(
 
 
 @kernel
-def force_of(weights: np.ndarray, tractions: np.ndarray, gap: np.ndarray, law: Law) -> float:
-    """Force P in pi R dgamma, with the closed-form tail beyond the last node."""
-    if law.tabulated:
-        return dot(weights, tractions) + tail_force_at(law, gap[gap.size - 1])
-    return dot(weights, tractions) + tail_force(gap[gap.size - 1])
-
-
-@kernel
-def _nodes_with_slope(influence: np.ndarray, gap: np.ndarray, tabor: float, law: Law, response: float) -> int:
+def _nodes_with_slope(interface: Interface, influence: np.ndarray, gap: np.ndarray, response: float) -> int:
     """Number of inner nodes whose traction answers to the gap enough to enter the linear system."""
     count = gap.size
     while count > 3 and gap[count - 1] > 2.5:
         largest = 0.0
         for i in range(gap.size):
             largest = max(largest, influence[count - 1, i])
-        if response * tabor * abs(slope_at(law, gap[count - 1])) * largest > _NEGLIGIBLE_SLOPE:
+        if response * interface.tabor * abs(slope_at(interface.law, gap[count - 1])) * largest > _NEGLIGIBLE_SLOPE:
             break
         count -= 1
     return count
@@ -119,11 +102,17 @@ def _nodes_with_slope(influence: np.ndarray, gap: np.ndarray, tabor: float, law:
 
 @kernel
 def factorise(
-    influence: np.ndarray, weights: np.ndarray, gap: np.ndarray, tabor: float, law: Law, response: float, factor: Factor
+    interface: Interface,
+    influence: np.ndarray,
+    weights: np.ndarray,
+    gap: np.ndarray,
+    response: float,
+    factor: Factor,
+    work: np.ndarray,
 ) -> None:
     """Linearise about `gap` (n,), and judge the stability there."""
-    n = gap.size
-    order = _nodes_with_slope(influence, gap, tabor, law, response)
+    n, tabor, law = gap.size, interface.tabor, interface.law
+    order = _nodes_with_slope(interface, influence, gap, response)
     uniform, pressed = np.ones(n), pressed_below(law)
     for j in range(order):
         factor.by_traction[j] = gap[j] < pressed
@@ -143,15 +132,15 @@ def factorise(
     for j in range(order):
         change += weights[j] * uniform[j] * (1.0 if factor.by_traction[j] else tabor * slope_at(law, gap[j]))
     factor.stiffness[0] = abs(change)
+    count_factorisation(work, order)
 
 
 @kernel
 def _update(
+    interface: Interface,
     gap: np.ndarray,
     tractions: np.ndarray,
     correction: np.ndarray,
-    tabor: float,
-    law: Law,
     by_traction: np.ndarray,
     wanted: np.ndarray,
     pressed: np.ndarray,
@@ -160,7 +149,7 @@ def _update(
 
     `wanted` and `pressed` (n,) are overwritten.
     """
-    inside = 0
+    tabor, law, inside = interface.tabor, interface.law, 0
     for j in range(gap.size):
         if by_traction[j]:
             inside = j + 1
@@ -195,10 +184,9 @@ def anderson_share(residual: np.ndarray, last: np.ndarray) -> float:
 
 @kernel
 def solve_adhesive(
+    interface: Interface,
     influence: np.ndarray,
     weights: np.ndarray,
-    tabor: float,
-    law: Law,
     rhs: np.ndarray,
     response: float,
     tolerance: float,
@@ -227,7 +215,7 @@ def solve_adhesive(
     previous = np.inf
     refreshed, fresh = 0, False
     for iteration in range(_MOST_ITERATIONS + 1):
-        tractions_of(gap, tabor, law, tractions)
+        tractions_of(interface, gap, tractions)
         residual_of(influence, gap, tractions, response, rhs, residual)
         worst = 0.0
         for i in range(n):
@@ -238,17 +226,15 @@ def solve_adhesive(
         allowed = min(tolerance, max(force_error / max(factor.stiffness[0], 1e-12), _SMALLEST_RESIDUAL))
         if known and worst < allowed:
             if factor.unstable[0]:  # of an earlier iterate, perhaps not of this state
-                factorise(influence, weights, gap, tabor, law, response, factor)
-                work[FACTORISATIONS] += 1
+                factorise(interface, influence, weights, gap, response, factor, work)
             return not factor.unstable[0]
         if iteration == _MOST_ITERATIONS:
             return False
         if not known or (worst > _SLOW * previous and not fresh):
             if refreshed == _MOST_FACTORISATIONS:
                 return False
-            factorise(influence, weights, gap, tabor, law, response, factor)
+            factorise(interface, influence, weights, gap, response, factor, work)
             refreshed += 1
-            work[FACTORISATIONS] += 1
             fresh, can_extrapolate = True, False
         else:
             fresh = False
@@ -262,7 +248,74 @@ def solve_adhesive(
             move[i] = correction[i] - share * change
             last_residual[i], last_correction[i] = residual[i], correction[i]
         can_extrapolate = True
-        _update(gap, tractions, move, tabor, law, factor.by_traction, wanted, pressed)
-        work[ITERATIONS] += 1
-        work[UNKNOWNS] += order
+        _update(interface, gap, tractions, move, factor.by_traction, wanted, pressed)
+        count_iteration(work, n, order)
+    return False
+
+
+@kernel
+def _list_nodes(closed: np.ndarray, inside: np.ndarray) -> int:
+    """Write the numbers of the closed nodes (n,) into `inside` (n,); return how many there are."""
+    count = 0
+    for i in range(closed.size):
+        if closed[i]:
+            inside[count] = i
+            count += 1
+    return count
+
+
+@kernel
+def solve_nonadhesive(
+    influence: np.ndarray,
+    rhs: np.ndarray,
+    response: float,
+    gap: np.ndarray,
+    tractions: np.ndarray,
+    work: np.ndarray,
+) -> bool:
+    """Solve from the nodes closed in the predicted `tractions` (n,); overwrites `gap` and `tractions` by the solution.
+
+    `work` as in `bem.solver.equilibrium.solve_adhesive`; returns whether no node passes through or pulls, up to
+    rounding.
+    """
+    n = gap.size
+    # The prediction differs from the contact by a node or two at its edge. The overlap of the undeformed surfaces, used
+    # where nothing touched before, is far larger.
+    closed = np.empty(n, dtype=np.bool_)
+    touching = False
+    for i in range(n):
+        closed[i] = tractions[i] < 0.0
+        touching = touching or closed[i]
+    inside, pivots = np.empty(n, dtype=np.int64), np.empty(n, dtype=np.int32)
+    pressure, columns = np.empty(n), np.empty((n, n))
+    for _ in range(_MOST_ACTIVE_SETS):
+        for i in range(n):
+            if not touching:
+                closed[i] = rhs[i] < 1.0
+            tractions[i], gap[i] = 0.0, 0.0
+        touching = True
+        m = _list_nodes(closed, inside)
+        for j in range(m):
+            pressure[j] = rhs[inside[j]] - 1.0
+            for i in range(m):
+                columns[j, i] = response * influence[inside[j], inside[i]]
+        if m > 0:
+            lu_factor(columns, m, pivots)
+            lu_solve(columns, m, pivots, pressure)
+        count_iteration(work, n, m)
+        count_factorisation(work, m)
+        for i in range(m):
+            tractions[inside[i]] = pressure[i]
+        add_rows(influence, tractions, gap)
+        changed = False
+        for i in range(n):
+            gap[i] = rhs[i] - response * gap[i]
+            if closed[i] and tractions[i] > 0.0:
+                closed[i] = False
+                changed = True
+            elif not closed[i] and gap[i] < 1.0 - _PASSED_THROUGH * (1.0 + abs(rhs[i])):
+                closed[i] = True
+                changed = True
+        if not changed:
+            return True
     return False

@@ -10,7 +10,7 @@
 
 The paper does not say where its mesh ends, what happens beyond and at a fold. Here the mesh ends where the gap is
 `FAR_GAP`, the closed-form tail is added as in the solver, and a step that fails after `MOST_HALVINGS` is taken by
-`bem.solver.instabilities`, as the solver does. Influence matrix, units and signs are the solver's too, so that a
+`bem.solver.jumps`, as the solver does. Influence matrix, units and signs are the solver's too, so that a
 comparison shows the discretisation and nothing else.
 Source: paper, Appendix "BEM discretisation details", Eqs. (LJdisc) to (Cdisc).
 """
@@ -22,17 +22,30 @@ import time
 
 import numpy as np
 
-from bem._numerics.jit import kernel
-from bem._numerics.linear_algebra import add_rows, lu_factor, lu_solve
-from bem._support.validation import instance, whole_number
-from bem.protocol import LoadingProtocol, PiecewiseLinearProtocol, by_phase, history_of
+from bem._support.interruption import interruptible
+from bem._support.jit import kernel
+from bem._support.linear_algebra import add_rows, lu_factor, lu_solve
+from bem._support.validation import finite_number, instance, whole_number
+from bem.discretisation.cohesive_zone import contact_edge, largest_contact_radius
+from bem.discretisation.mesh import Mesh, fixed_mesh, uniform_mesh
+from bem.protocol import LoadingProtocol, PiecewiseLinearProtocol, by_phase, history_of, in_phase
 from bem.scene import Scene
-from bem.solver.discretisation.cohesive_zone import contact_edge, largest_contact_radius
-from bem.solver.discretisation.mesh import Mesh, fixed_mesh, uniform_mesh
-from bem.solver.equilibrium import force_of, residual_of, tractions_of
-from bem.solver.instabilities import jacobian, settle, smallest_eigenvalue
-from bem.solver.work import FACTORISATIONS, FOLD_SOLVES, ITERATIONS, REJECTIONS, STEPS, new_work, work_by_name
-from bem.tractions import LENNARD_JONES, Law, LennardJones
+from bem.solver.equilibrium import residual_of
+from bem.solver.jumps import jacobian, settle, smallest_eigenvalue
+from bem.solver.records import Records, columns_of, new_records, with_jump, with_record
+from bem.solver.work import (
+    FOLD_SOLVES,
+    MOST_WORK,
+    MULTIPLY_ADDS,
+    REJECTIONS,
+    STEPS,
+    count_factorisation,
+    count_iteration,
+    is_spent,
+    new_work,
+    work_by_name,
+)
+from bem.tractions import Interface, LennardJones, force_of, interface_of, tractions_of
 from bem.trajectory import Jump, Statistics, Trajectory
 
 FAR_GAP = 20.0
@@ -40,21 +53,27 @@ MOST_HALVINGS = 14
 MOST_ITERATIONS = 25
 RESIDUAL = 1e-5
 RESOLVED = 20.0
-_STATISTICS = ("steps", "rejections", "iterations", "factorisations", "fold_solves")
+_STATISTICS = ("steps", "rejections", "iterations", "factorisations", "fold_solves", "multiply_adds")
 _LEAST_JUMP = 0.02  # of the force (at least 1), by which a step over a fold counts as a jump
 
 
 def simulate_paper_method(
-    scene: Scene, protocol: LoadingProtocol | PiecewiseLinearProtocol, *, nodes: int = 400, steps: int = 400
+    scene: Scene,
+    protocol: LoadingProtocol | PiecewiseLinearProtocol,
+    *,
+    nodes: int = 400,
+    steps: int = 400,
+    most_work: float = MOST_WORK,
 ) -> Trajectory:
     """Compute the force history of an adhesive scene by the paper's discretisation, from the relaxed state.
 
     Args:
-        scene: any material, with `LennardJones` adhesion and without a spring.
+        scene: any material, with `LennardJones` adhesion, without a spring and of a paraboloid.
         protocol: as for `bem.simulate`.
         nodes: equally spaced nodes N_s, 10 to 4000.
         steps: least number of equal time steps in each segment of the protocol, and in each `RESOLVED` of the shortest
             retardation times, 2 to 20,000. With the default a step is 0.05 of it at most.
+        most_work: budget in multiply-adds, 1e3 to 1e18, as of `bem.simulate`; nodes and steps decide what is needed.
 
     Returns:
         a trajectory as of `bem.simulate`; its `accuracy` is NaN, because nothing here aims at one.
@@ -66,25 +85,34 @@ def simulate_paper_method(
     instance("adhesion of the scene", scene.adhesion, (LennardJones,))
     if scene.spring is not None:
         raise ValueError(f"the paper's method knows no spring: spring must be None; received {scene.spring!r}")
+    if scene.indenter is not None:
+        raise ValueError(
+            f"the paper's method knows the paraboloid only: indenter must be None; received {scene.indenter}"
+        )
     instance("protocol", protocol, (LoadingProtocol, PiecewiseLinearProtocol))
     nodes = whole_number("nodes", nodes, low=10, high=4000)
     steps = whole_number("steps", steps, low=2, high=20_000)
+    budget = finite_number("most_work", most_work, low=1e3, high=1e18)
     tabor, material = scene.tabor, scene.material
     history = history_of(protocol, tabor)
     started = time.perf_counter()
-    touching = largest_contact_radius(float(np.max(history.indentations)), tabor, False)
+    touching = largest_contact_radius(float(np.max(history.indentations)), tabor)
     mesh = fixed_mesh(tabor, uniform_mesh(math.sqrt(touching**2 + 2.0 * FAR_GAP / tabor), nodes), False)
     strengths, times = np.array(material.strengths), np.array(material.times)
-    records, jumps, work, by_segment, solved = _march(
-        mesh, tabor, LENNARD_JONES, strengths, times, np.array(history.times), np.array(history.indentations), steps
+    corners, depths = np.array(history.times), np.array(history.indentations)
+    records, jumps, work, by_segment, solved = interruptible(
+        _march, interface_of(tabor, scene.adhesion), mesh, strengths, times, corners, depths, steps, budget
     )
     seconds = time.perf_counter() - started
     counted = work_by_name(work)
-    status = "completed" if solved else f"no equilibrium found (at time {records[-1, 0]:.6g})"
+    reason = "no equilibrium found"
+    if counted["multiply_adds"] >= budget:
+        reason = f"stopped at the budget of {budget:g} multiply-adds; try fewer nodes or steps, or a larger most_work"
+    status = "completed" if solved else f"{reason} (at time {records['time'][-1]:.6g})"
     return Trajectory(
-        *(np.ascontiguousarray(records[:, column]) for column in range(4)),
+        *columns_of(records),
         status=status,
-        jumps=tuple(Jump(*(float(value) for value in row), indentation_after=float(row[1])) for row in jumps),
+        jumps=tuple(Jump(*row) for row in jumps.tolist()),
         stats=Statistics(
             **{name: counted[name] for name in _STATISTICS},
             steps_by_phase=by_phase(history.phases, by_segment.tolist()),
@@ -95,47 +123,40 @@ def simulate_paper_method(
             seconds=seconds,
         ),
         accuracy=math.nan,
-        unloading=_while_unloading(records[:, 4].astype(int), history.phases),
+        unloading=in_phase(history, records["time"], "unloading"),
     )
-
-
-def _while_unloading(segment: np.ndarray, phases: tuple[str, ...]) -> np.ndarray:
-    """Which entries (n,) lie in an unloading segment, the last entry of the segment before it included."""
-    inside = np.array([phase == "unloading" for phase in phases])[segment]
-    inside[:-1] |= inside[1:] & (np.diff(segment) > 0)
-    return inside
 
 
 @kernel
 def _newton(
+    interface: Interface,
     mesh: Mesh,
-    tabor: float,
-    law: Law,
     rhs: np.ndarray,
     response: float,
     gap: np.ndarray,
     tractions: np.ndarray,
     work: np.ndarray,
+    stop: np.ndarray,
 ) -> bool:
     """Plain Newton-Raphson in the gap (n,), overwritten with `tractions` (n,); whether the residual became small."""
     n = gap.size
     columns, pivots = np.empty((n, n)), np.empty(n, dtype=np.int32)
     residual = np.empty(n)
     for _ in range(MOST_ITERATIONS):
-        tractions_of(gap, tabor, law, tractions)
+        tractions_of(interface, gap, tractions)
         residual_of(mesh.influence, gap, tractions, response, rhs, residual)
         worst = 0.0
         for i in range(n):
             worst = max(worst, abs(residual[i]))
         if worst < RESIDUAL * min(1.0, 10.0 * response):
             return True
-        if not worst < 1e12:
+        if not worst < 1e12 or stop[0] != 0:
             return False
-        jacobian(mesh.influence, gap, tabor, law, response, 0.0, columns)
+        jacobian(interface, mesh.influence, gap, response, 0.0, columns)
         lu_factor(columns, n, pivots)
         lu_solve(columns, n, pivots, residual)
-        work[ITERATIONS] += 1
-        work[FACTORISATIONS] += 1
+        count_iteration(work, n, n)
+        count_factorisation(work, n)
         for i in range(n):
             # A larger change would leave the range in which the law is anything like its tangent.
             gap[i] += min(max(-residual[i], -0.3 * gap[i]), 0.5 * gap[i])
@@ -157,32 +178,39 @@ def _history_sum(
 
 
 @kernel
+def _recorded(
+    records: Records, interface: Interface, mesh: Mesh, time: float, depth: float, force: float, gap: np.ndarray
+) -> Records:
+    """The records with one more state, of this gap (n,)."""
+    return with_record(records, time, depth, force, contact_edge(mesh.radii, gap, interface.law.peak_gap))
+
+
+@kernel
 def _march(
+    interface: Interface,
     mesh: Mesh,
-    tabor: float,
-    law: Law,
     strengths: np.ndarray,
     times: np.ndarray,
     corners: np.ndarray,
     depths: np.ndarray,
     steps: int,
+    most_work: float,
+    stop: np.ndarray,
 ) -> tuple:
-    """Follow the history; records (n, 5): time, indentation, force, contact radius, segment."""
+    """Follow the history; states and jumps, work, steps by segment, and whether its end was reached."""
     n = mesh.radii.size
-    work, of_settling = new_work(), new_work()
+    records, work, of_settling = new_records(), new_work(most_work), new_work(most_work)
     by_segment = np.zeros(corners.size - 1, dtype=np.int64)
-    records, jumps = np.empty((1024, 5)), np.empty((64, 6))
-    recorded, jumped, past = 0, 0, 0
-    instants, increments = np.empty(1024), np.empty((1024, n))
+    past, instants, increments = 0, np.empty(1024), np.empty((1024, n))
     glassy = 1.0 - np.sum(strengths)
-    shape = 1.0 + 0.5 * tabor * mesh.radii**2
+    shape = 1.0 + 0.5 * interface.tabor * mesh.radii**2
     gap = np.maximum(shape - depths[0], 0.95)
     tractions = np.zeros(n)
-    solved = settle(mesh.influence, tabor, law, shape - depths[0], 1.0, RESIDUAL, gap, tractions, of_settling)
+    solved = settle(interface, mesh.influence, shape - depths[0], 1.0, RESIDUAL, gap, tractions, of_settling)
+    work[MULTIPLY_ADDS] = of_settling[MULTIPLY_ADDS]
     settled = tractions.copy()  # relaxed: felt through the whole compliance
-    force = force_of(mesh.force_weights, tractions, gap, law)
-    records[0] = np.array([corners[0], depths[0], force, contact_edge(mesh.radii, gap, law.peak_gap), 0.0])
-    recorded = 1
+    force = force_of(interface, mesh.force_weights, gap, tractions)
+    records = _recorded(records, interface, mesh, corners[0], depths[0], force, gap)
     for segment in range(corners.size - 1):
         duration = corners[segment + 1] - corners[segment]
         nominal = duration / steps
@@ -190,7 +218,11 @@ def _march(
             nominal = min(nominal, RESOLVED * np.min(times) / steps)
         smallest = nominal * 0.5**MOST_HALVINGS
         step, now = nominal, 0.0
-        while solved and now < duration:
+        while solved and now < duration and stop[0] == 0:
+            if is_spent(work):
+                solved = False
+                break
+            work[MULTIPLY_ADDS] += past * (n + 20 * strengths.size)  # of the sum over the history
             at_end = now + 1.0000001 * step >= duration
             after = duration if at_end else now + step
             instant = corners[segment] + after
@@ -201,7 +233,7 @@ def _march(
             add_rows(mesh.influence, known, displaced)
             rhs = shape - depth - displaced
             new_gap, new_traction = gap.copy(), tractions.copy()
-            converged = _newton(mesh, tabor, law, rhs, glassy, new_gap, new_traction, work)
+            converged = _newton(interface, mesh, rhs, glassy, new_gap, new_traction, work, stop)
             if not converged and step > 1.01 * smallest:
                 work[REJECTIONS] += 1
                 step *= 0.5
@@ -209,24 +241,19 @@ def _march(
             old_force, eigenvalue = force, 0.0
             if not converged:
                 work[FOLD_SOLVES] += 1
-                eigenvalue = smallest_eigenvalue(mesh.influence, tabor, law, glassy, gap)
+                eigenvalue = smallest_eigenvalue(interface, mesh.influence, gap, glassy)
                 new_gap = gap.copy()
-                solved = settle(mesh.influence, tabor, law, rhs, glassy, RESIDUAL, new_gap, new_traction, of_settling)
+                of_settling[MULTIPLY_ADDS] = work[MULTIPLY_ADDS]
+                solved = settle(interface, mesh.influence, rhs, glassy, RESIDUAL, new_gap, new_traction, of_settling)
+                work[MULTIPLY_ADDS] = of_settling[MULTIPLY_ADDS]
                 if not solved:
                     break
-            new_force = force_of(mesh.force_weights, new_traction, new_gap, law)
-            if recorded + 2 > records.shape[0]:
-                records = np.concatenate((records, np.empty_like(records)))
+            new_force = force_of(interface, mesh.force_weights, new_gap, new_traction)
             if not converged and abs(new_force - old_force) > _LEAST_JUMP * max(abs(old_force), 1.0):
-                if jumped == jumps.shape[0]:
-                    jumps = np.concatenate((jumps, np.empty_like(jumps)))
-                stiffness = smallest_eigenvalue(mesh.influence, tabor, law, glassy, new_gap)
-                jumps[jumped] = np.array([instant, depth, old_force, new_force, eigenvalue, stiffness])
-                jumped += 1
-                records[recorded] = np.array(
-                    [instant, depth, old_force, contact_edge(mesh.radii, gap, law.peak_gap), float(segment)]
-                )
-                recorded += 1
+                stiffness = smallest_eigenvalue(interface, mesh.influence, new_gap, glassy)
+                forces, eigenvalues = (old_force, new_force), (eigenvalue, stiffness)
+                records = with_jump(records, instant, depth, forces, eigenvalues, np.nan, depth)
+                records = _recorded(records, interface, mesh, instant, depth, old_force, gap)
             if strengths.size > 0:
                 if past == instants.size:
                     instants = np.concatenate((instants, np.empty_like(instants)))
@@ -237,11 +264,9 @@ def _march(
             else:
                 settled = new_traction.copy()
             gap, tractions, force, now = new_gap, new_traction, new_force, after
-            records[recorded] = np.array(
-                [instant, depth, force, contact_edge(mesh.radii, gap, law.peak_gap), float(segment)]
-            )
-            recorded += 1
+            records = _recorded(records, interface, mesh, instant, depth, force, gap)
             by_segment[segment] += 1
             work[STEPS] += 1
             step = min(1.5 * step, nominal)
-    return records[:recorded], jumps[:jumped], work, by_segment, solved
+    states, jumps = records.states[: records.filled[0]], records.jumps[: records.filled[1]]
+    return states, jumps, work, by_segment, solved

@@ -1,105 +1,202 @@
-"""A scene in the terms of the kernels: numbers and arrays only, with the weights by which errors are judged."""
+"""A scene in the terms of the kernels: numbers and arrays only, with the weights by which errors are judged.
 
+Units: indentation in h0, force in pi R dgamma, compliance in h0 per pi R dgamma.
+"""
+
+import math
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bem._numerics.jit import in_python
-from bem.accuracy import Controls
-from bem.reference_solutions import hertz
+from bem._support.jit import in_python
+from bem.accuracy import Accuracy, Controls, flatness
+from bem.discretisation.cohesive_zone import edge_resistance, largest_contact_radius
+from bem.discretisation.following import Discretisation
+from bem.discretisation.hat_influence import kernel_series
+from bem.discretisation.influence import require_mesh
+from bem.discretisation.master_grid import master_grid, moves, needs_to_move
+from bem.discretisation.mesh import fixed_mesh
+from bem.indenter import PARABOLOID, depth_factor, tension_without_deformation
+from bem.protocol import ForceProtocol, PiecewiseLinearProtocol
+from bem.reference_solutions import hertz, jkr
 from bem.scene import Scene
-from bem.solver.discretisation.cohesive_zone import largest_contact_radius
-from bem.solver.discretisation.hat_influence import kernel_series
-from bem.solver.discretisation.influence import require_mesh
-from bem.solver.discretisation.master_grid import Grid, master_grid, moves
-from bem.solver.discretisation.mesh import Mesh, fixed_mesh
-from bem.solver.machine.compliance import Machine
-from bem.solver.machine.reach import machine_of
-from bem.solver.stepping.extrapolation import Scales
-from bem.tractions import HardContact, Law, law_of
+from bem.solver.extrapolation import Scales
+from bem.tractions import HardContact, Interface, TractionLaw, interface_of
 
+Path = PiecewiseLinearProtocol | ForceProtocol
+_NUMERICAL = 1e3  # compliance of the numerical spring, over that of a contact at the scale of its force
+_MOST_TENSION = 2.0  # of an elastic contact: without deformation (DMT); short-range adhesion (JKR) gives less
+_HARD_EDGE = 0.12  # share of the contact radius that the spacing of nodes is judged by without adhesion
 _NOISE = 0.04
+_FASTER, _DENT = 10.0, 0.6  # how much faster a reload is, from which steps are chosen by so much of the allowed error
 _LOCAL_WEIGHT_ELASTIC = 0.1  # the next step depends on what happens at the edge only where it is remembered
+
+
+class LoadingDevice(NamedTuple):
+    """What moves the sphere: rigid, a spring between stage and sphere, or a prescribed force."""
+
+    compliance: float  # of the spring, 0 for a rigid device; of the numerical one where the force is prescribed
+    by_force: bool  # the protocol prescribes the force instead of the stage
+    travel: float  # indentation per unit of what is prescribed, for the length of time steps
+    depth_scale: float  # below this the indentation counts as small, in h0
 
 
 class Problem(NamedTuple):
     """One scene, discretised."""
 
-    tabor: float
-    law: Law
-    nonadhesive: bool
+    interface: Interface
+    controls: Controls
     strengths: np.ndarray  # (m,) of the material
     times: np.ndarray  # (m,)
-    controls: Controls
-    grid: Grid  # the first, if it moves
-    series: np.ndarray  # of the kernel, for the next; (0, 0) where the grid stays
-    fixed_mesh: bool
+    device: LoadingDevice
+    scheme: Discretisation
     scales: Scales
     force_error: float  # allowed in an equilibrium, relative; far below what the prediction is judged by
     least_force: float  # no history can be more compressive
     audit: bool  # whether the stability of each accepted state is checked again
-    machine: Machine
 
 
-def discretise(
+def problem_of(
     scene: Scene,
-    deepest: float,
-    controls: Controls,
-    mesh: ArrayLike | None,
+    path: Path,
+    accuracy: Accuracy,
+    mesh: ArrayLike | None = None,
+    *,
     audit: bool = False,
-    by_force: bool = False,
-    moving: bool = False,
-) -> tuple[Problem, Mesh]:
-    """The problem of a scene, and the user's own mesh, empty where there is none.
+) -> Problem:
+    """The problem of a scene under a protocol.
 
     Args:
         scene: Tabor parameter, material, adhesion and spring.
-        deepest: largest indentation of the sphere, in h0.
-        controls: of the accuracy.
+        path: history of indentation or force.
+        accuracy: the target.
         mesh: radii (n,) of a fixed mesh, or None.
         audit: whether the stability of each accepted state is checked again.
-        by_force: whether the protocol prescribes the force.
-        moving: whether the grid has to move, also where one that stays is small enough.
 
     Raises:
         ValueError: for a mesh that ends inside the contact, or is none.
         MemoryError: for a contact that needs more grid nodes than are allowed.
     """
-    nonadhesive = isinstance(scene.adhesion, HardContact)
-    tabor, material = scene.tabor, scene.material
-    strengths, times = np.array(material.strengths), np.array(material.times)
-    glassy_hertz = float(hertz.force_from_indentation(max(deepest, 0.0), tabor)) / material.modulus_ratio
-    force_scale = max(3e-2 * abs(glassy_hertz) * material.modulus_ratio, 1e-12) if nonadhesive else 1.0
-    # The stiffer the glass, the fewer steps the gaps alone would give to a fast pull-off.
-    force_weight = min(max(2.0, 0.2 / material.modulus_ratio), 20.0)
+    interface, material = interface_of(scene.tabor, scene.adhesion, scene.exponent), scene.material
+    tabor, shape, k = scene.tabor, scene.exponent, material.modulus_ratio
+    strengths, deepest = np.array(material.strengths), deepest_indentation(scene, path)
+    hard = interface.nonadhesive
+    controls = accuracy.line_controls() if hard else accuracy.controls(_edge_resistance(scene, path, deepest))
+    controls = _for_scene(controls, scene)
+    pressed = max(float(hertz.contact_radius_from_indentation(deepest, tabor, shape)), 1e-9)
+    if hard and mesh is None:
+        mesh = np.linspace(0.0, 1.15 * pressed, math.ceil(1.15 / (_HARD_EDGE * controls.edge_spacing)) + 2)
     radii = np.zeros(0)
     if mesh is not None:
         radii = require_mesh(mesh)
-        contact = largest_contact_radius(deepest, tabor, nonadhesive)
+        contact = pressed if hard else largest_contact_radius(deepest, tabor, shape)
         if radii[-1] <= contact:
             raise ValueError(
                 f"mesh must reach beyond the contact, whose radius can be {contact:.4g}; received one that ends at "
                 f"{radii[-1]:.4g}"
             )
     own_mesh = fixed_mesh(tabor, radii, strengths.size > 0)
-    remembers = strengths.size > 0
-    grid = own_mesh.grid if radii.size else master_grid(tabor, deepest, nonadhesive, controls, remembers, moving)
-    problem = Problem(
-        tabor=tabor,
-        law=law_of(scene.adhesion),
-        nonadhesive=nonadhesive,
-        strengths=strengths,
-        times=times,
+    grid = own_mesh.grid
+    if mesh is None:
+        if needs_to_move(tabor, deepest, controls, strengths.size > 0, shape):  # it interpolates by lines
+            controls = _for_scene(accuracy.line_controls(), scene)
+        grid = master_grid(tabor, deepest, controls, strengths.size > 0, shape)
+    reach = float(radii[-1]) if mesh is not None else grid.spacing * float(grid.places[-1])
+    if strengths.size > 0 and _presses_again(path):
+        controls = controls._replace(prediction=_DENT * controls.prediction)
+    series = kernel_series() if in_python(moves)(grid) else np.empty((0, 0))
+    glassy_hertz = float(hertz.force_from_indentation(max(deepest, 0.0), tabor, shape)) / k
+    force_scale = max(3e-2 * abs(glassy_hertz) * k, 1e-12) if hard else 1.0
+    # The stiffer the glass, the fewer steps the gaps alone would give to a fast pull-off.
+    force_weight = min(max(2.0, 0.2 / k), 20.0)
+    return Problem(
+        interface=interface._replace(reach=reach),
         controls=controls,
-        grid=grid,
-        series=kernel_series() if in_python(moves)(grid) else np.empty((0, 0)),
-        fixed_mesh=mesh is not None,
+        strengths=strengths,
+        times=np.array(material.times),
+        device=device_of(scene, isinstance(path, ForceProtocol), force_scale),
+        scheme=Discretisation(grid, series, strengths.size > 0, own_mesh, mesh is not None),
         scales=Scales(force_scale, force_weight, 1.0 if strengths.size else _LOCAL_WEIGHT_ELASTIC),
         # Extrapolation adds the errors of three states up to sevenfold; the step must not be chosen by them.
         force_error=_NOISE * controls.prediction / force_weight,
-        least_force=1.05 * glassy_hertz - 4.0 / material.modulus_ratio,
+        least_force=1.05 * glassy_hertz - 2.0 * _most_tension(scene) / k,
         audit=audit,
-        machine=machine_of(scene, by_force, force_scale),
     )
-    return problem, own_mesh
+
+
+def deepest_indentation(scene: Scene, path: Path) -> float:
+    """Upper bound of the sphere's indentation: that of the relaxed solid, with the tension of a rigid sphere (DMT).
+
+    With deformation the sphere goes less deep at the same force.
+    """
+    tension, shape = 0.0 if isinstance(scene.adhesion, HardContact) else _most_tension(scene), scene.exponent
+    if isinstance(path, ForceProtocol):
+        return hertz.indentation_from_force(float(max(tension - path.forces.min(), 0.0)), scene.tabor, shape)
+    top = float(path.indentations.max())
+    if scene.spring is None:
+        return top
+    # Newton's method for delta = top + (tension - F_Hertz(delta)) / k, which is convex, from an upper bound.
+    depth, rise, softness = top + tension / scene.spring, 1.0 + 1.0 / shape, in_python(depth_factor)(shape)
+    for _ in range(100):
+        force = hertz.load_factor(shape) * (max(depth, 0.0) / scene.tabor / softness) ** rise
+        excess = depth - top - (tension - force) / scene.spring
+        change = excess / (1.0 + rise * force / max(depth, 1e-300) / scene.spring)
+        depth -= change
+        if abs(change) <= 1e-12 * abs(depth):
+            break
+    return depth
+
+
+def _most_tension(scene: Scene) -> float:
+    """Upper bound of the tension of an elastic contact, both that of rigid surfaces that just touch (DMT) and JKR's."""
+    if scene.exponent == PARABOLOID:
+        return _MOST_TENSION
+    return tension_without_deformation(scene.tabor, scene.exponent) + jkr.pull_off_force(scene.exponent)
+
+
+def _presses_again(path: Path) -> bool:
+    """Whether the sphere comes back much faster than it was pulled off.
+
+    The force then is that of a stiff glass on the dent that is left, which the instant of detachment decides.
+    """
+    if isinstance(path, ForceProtocol):
+        return False
+    slowest = np.minimum.accumulate(np.where(path.rates < 0.0, -path.rates, np.inf))
+    return bool(np.any(path.rates[1:] > _FASTER * slowest[:-1]))
+
+
+def device_of(scene: Scene, by_force: bool, force_scale: float) -> LoadingDevice:
+    """The loading device of a scene; `force_scale` is the force below which one counts as small."""
+    depth_scale = hertz.indentation_from_force(force_scale, scene.tabor, scene.exponent)
+    if by_force:
+        travel = depth_scale / force_scale
+        return LoadingDevice(_NUMERICAL * travel, True, travel, depth_scale)
+    return LoadingDevice(0.0 if scene.spring is None else 1.0 / scene.spring, False, 1.0, depth_scale)
+
+
+def with_force(problem: Problem, scene: Scene) -> Problem:
+    """The same problem under a prescribed force."""
+    return problem._replace(device=device_of(scene, True, problem.scales.force))
+
+
+def _for_scene(controls: Controls, scene: Scene) -> Controls:
+    """Controls with the spacings that the traction law and the shape of the indenter take."""
+    fineness = scene.adhesion.fineness if isinstance(scene.adhesion, TractionLaw) else 1.0
+    flat = flatness(scene.exponent)
+    return controls._replace(edge_spacing=fineness * flat * controls.edge_spacing, widest=flat**2 * controls.widest)
+
+
+def _edge_resistance(scene: Scene, path: Path, deepest: float) -> float:
+    """How much viscosity holds the edge back where it is slowest; nothing under a force, where the sphere may stop."""
+    if isinstance(path, ForceProtocol):
+        return 0.0
+    radius, shape = largest_contact_radius(deepest, scene.tabor, scene.exponent), scene.exponent
+    speeds = np.abs(path.rates)
+    slowest = float(np.min(speeds[speeds > 0.0], initial=np.inf))
+    slowest = slowest if np.isfinite(slowest) else 0.0  # nothing moves but the edge itself
+    if scene.spring is not None:  # it takes up part of the stage's motion
+        depth = max(deepest, 1.0)
+        stiffness = (1.0 + 1.0 / shape) * float(hertz.force_from_indentation(depth, scene.tabor, shape)) / depth
+        slowest /= 1.0 - stiffness / scene.spring
+    return edge_resistance(scene.tabor, radius, slowest, scene.material.strengths, scene.material.times, shape)

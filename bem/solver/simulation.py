@@ -3,50 +3,66 @@
 from __future__ import annotations
 
 import functools
+import math
 import time
-from typing import Literal, NamedTuple
+from dataclasses import replace
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bem._numerics.interruption import interruptible
-from bem._numerics.jit import announce_compilation, note_compilation
-from bem._numerics.peaks import with_peaks
-from bem._support.validation import instance
+from bem._support.interruption import interruptible
+from bem._support.jit import announce_compilation, note_compilation
+from bem._support.validation import finite_number, instance
 from bem._support.wording import shown
-from bem.accuracy import Accuracy, Controls, resolve_accuracy
-from bem.protocol import ForceProtocol, LoadingProtocol, PiecewiseLinearProtocol, Protocol, by_phase, history_of
-from bem.reference_solutions import hertz
+from bem.accuracy import NAMED_TARGETS, Accuracy, resolve_accuracy
+from bem.indenter import PARABOLOID, tension_without_deformation
+from bem.materials import StandardLinearSolid
+from bem.profiles import MOST_PROFILES, checked_instants, telling_instants
+from bem.protocol import (
+    ForceProtocol,
+    LoadingProtocol,
+    PiecewiseLinearProtocol,
+    Protocol,
+    by_phase,
+    history_of,
+    in_phase,
+)
 from bem.scene import Scene
-from bem.solver.discretisation.cohesive_zone import edge_resistance, largest_contact_radius
-from bem.solver.discretisation.mesh import Mesh
-from bem.solver.elastic.march import has_curve, march_elastic, prefers_curve
-from bem.solver.machine.reach import deepest_indentation
-from bem.solver.problem import Problem, discretise
-from bem.solver.stepping.time_stepping import (
+from bem.small_effects import Lighter, lighter_scene
+from bem.solver.elastic_trajectory import march_elastic
+from bem.solver.hard_contact import follow_hard_contact
+from bem.solver.problem import Path, problem_of
+from bem.solver.records import (
     COMPLETED,
     DETACHED,
+    INTERRUPTED,
     NO_EQUILIBRIUM,
-    TOO_MANY_STEPS,
+    OUT_OF_WORK,
     UNPHYSICAL,
     Marched,
-    march,
+    columns_of,
+    profiles_of,
+    with_peaks,
 )
-from bem.solver.work import work_by_name
-from bem.tractions import HardContact, TractionLaw
+from bem.solver.time_stepping import march
+from bem.solver.work import MOST_OF_A_DRAFT, MOST_WORK, work_by_name
+from bem.tractions import HardContact
 from bem.trajectory import Jump, Statistics, Trajectory
 
-MOST_STEPS = 400_000
+_SHORT = 300  # instants of a protocol
 _MOST_REFINEMENTS = 3  # each halves the target error
 _STATISTICS = ("steps", "rejections", "iterations", "factorisations", "fold_solves", "remeshings")
-_REASONS = {
+REASONS = {
     COMPLETED: "completed",
     NO_EQUILIBRIUM: "no stable equilibrium found; try a tighter accuracy",
-    TOO_MANY_STEPS: f"stopped after {MOST_STEPS} steps; try a looser accuracy or a shorter protocol",
+    OUT_OF_WORK: "stopped at the budget of {:g} multiply-adds; try a looser accuracy, a shorter protocol or a larger "
+    "most_work",
     UNPHYSICAL: "force beyond what the history allows; try a tighter accuracy",
     DETACHED: "detached: no contact bears the prescribed force",
+    INTERRUPTED: "interrupted",
 }
-_Path = PiecewiseLinearProtocol | ForceProtocol
+_LAST = (COMPLETED, OUT_OF_WORK, DETACHED)  # outcomes that a finer mesh would not change
 
 
 def simulate(
@@ -56,11 +72,13 @@ def simulate(
     *,
     initial_state: Literal["relaxed", "glassy"] = "relaxed",
     mesh: ArrayLike | None = None,
+    profiles: ArrayLike | int | None = None,
+    most_work: float | None = None,
 ) -> Trajectory:
     """Compute the force history of a scene under a protocol.
 
     Args:
-        scene: Tabor parameter, material, adhesion and spring; only the effects it names are simulated.
+        scene: Tabor parameter, material, adhesion, spring and indenter; only the effects it names are simulated.
         protocol: `LoadingProtocol`, any `PiecewiseLinearProtocol` (cycles and hold), or a `ForceProtocol` (load
             control, creep). In a scene with a spring the first two move the stage.
         accuracy: "draft", "standard", "reference", or the wanted relative error of pull-off force and hysteresis (2e-5
@@ -69,45 +87,130 @@ def simulate(
         initial_state: "relaxed", as if the sphere had been at its start for ever, or "glassy", as if it had just
             arrived there.
         mesh: radii (n,) in beta, from 0 upwards, of a fixed mesh of your own, e.g.
-            `bem.solver.discretisation.mesh.uniform_mesh`; by default nodes follow the edge.
+            `bem.discretisation.mesh.uniform_mesh`; by default nodes follow the edge.
+        profiles: instants (p,) at which the trajectory keeps gap, traction and displacement over the radius, increasing
+            and within the protocol; or their number (2 to 10,000), which are then placed where the history changes, by
+            a simulation that is run before. None by default.
+        most_work: budget in multiply-adds, 1e3 to 1e18, of all attempts together; the default is about a minute of one
+            core, or a few seconds where the target is that of a draft or looser. A trajectory that needs more ends
+            where the budget does.
 
     Returns:
-        the trajectory. Its `accuracy` is the target, or a tighter one where the coarse mesh found no way through. Its
-        `status` is "completed" or says where and why it ended; the scalar results of an unfinished one are NaN.
+        the trajectory. Its `accuracy` is the target, or a tighter one where the coarse mesh found no way through, which
+        its `status` says then. The status begins with "completed" or says where and why the trajectory ended; the
+        scalar results of an unfinished one are NaN.
 
     Raises:
-        ValueError: for input that is not a scene, a protocol, an accuracy, an initial state or a mesh, naming what is
-            allowed.
+        ValueError: for input that is not a scene, a protocol, an accuracy, an initial state, a mesh or instants, naming
+            what is allowed.
 
     Source: paper, Methods and Appendix "BEM discretisation details"; differences from it are listed in `bem/README.md`.
     """
     instance("scene", scene, (Scene,))
     instance("protocol", protocol, (LoadingProtocol, PiecewiseLinearProtocol, ForceProtocol))
     target = resolve_accuracy(accuracy)
+    if most_work is None:
+        most_work = MOST_OF_A_DRAFT if target.target >= NAMED_TARGETS["draft"] else MOST_WORK
+    budget = finite_number("most_work", most_work, low=1e3, high=1e18)
     if initial_state not in ("relaxed", "glassy"):
         raise ValueError(f"initial_state must be 'relaxed' or 'glassy'; received {shown(initial_state)}")
     load_kernels()
     path = history_of(protocol, scene.tabor)
-    seconds = 0.0
+    glassy = initial_state == "glassy"
+    if mesh is None and profiles is None and isinstance(scene.adhesion, HardContact):
+        started, request = time.perf_counter(), (scene, path, target, glassy, budget)
+        if path.times.size > _SHORT:
+            result, rung = interruptible(follow_hard_contact, *request)
+        else:  # over before a thread has begun
+            result, rung = follow_hard_contact(*request, np.zeros(1, np.uint8))
+        found = _trajectory(scene, path, target.target, result, budget, rung)
+        return replace(found, stats=replace(found.stats, seconds=time.perf_counter() - started))
+    instants = np.empty(0)
+    if isinstance(profiles, int):
+        count = int(finite_number("profiles", profiles, low=2, high=MOST_PROFILES))
+        first = interruptible(_followed, scene, path, target, glassy, mesh, instants, budget)
+        if not first.completed:
+            return first
+        instants = telling_instants(first, count)
+    elif profiles is not None:
+        instants = checked_instants(profiles, path.times)
+    if mesh is not None or profiles is not None:  # of the scene as it is
+        return interruptible(_followed, scene, path, target, glassy, mesh, instants, budget)
+    lighter = lighter_scene(scene, path, target.target, glassy)
+    found = _on_branch(lighter.scene, path, target, budget) or interruptible(
+        _followed, lighter.scene, path, target, glassy, None, instants, budget
+    )
+    return _as_asked(found, scene, lighter) if lighter.left_out else found
+
+
+def _as_asked(found: Trajectory, scene: Scene, lighter: Lighter) -> Trajectory:
+    """The trajectory of a lighter scene in the units of the one asked for, behind its spring."""
+    stats = replace(found.stats, left_out=lighter.left_out, left_out_error=lighter.error)
+    radius, depth = found.contact_radius * math.sqrt(lighter.scene.tabor / scene.tabor), found.indentation
+    if scene.spring is not None and lighter.scene.spring is None:
+        depth = depth + found.force / scene.spring
+    return replace(found, stats=stats, contact_radius=radius, indentation=depth, spring=scene.spring)
+
+
+def _on_branch(scene: Scene, path: Path, target: Accuracy, budget: float) -> Trajectory | None:
+    """The trajectory of an elastic contact with adhesion, or None for others, and where its curve was not followed."""
+    if scene.material.strengths.size or isinstance(scene.adhesion, HardContact):
+        return None
+    started = time.perf_counter()
+    try:
+        result = interruptible(lambda _: march_elastic(scene, path, target, *prescribed(path), budget))
+    except MemoryError as error:
+        return _not_started(str(error), target.target, 0)
+    if result.outcome == NO_EQUILIBRIUM:
+        return None
+    found = _trajectory(scene, path, target.target, result, budget, "elastic branch")
+    return replace(found, stats=replace(found.stats, seconds=time.perf_counter() - started))
+
+
+def _followed(
+    scene: Scene,
+    path: Path,
+    target: Accuracy,
+    glassy: bool,
+    mesh: ArrayLike | None,
+    instants: np.ndarray,
+    budget: float,
+    stop: np.ndarray,
+) -> Trajectory:
+    seconds, spent = 0.0, 0
     for refinement in range(_MOST_REFINEMENTS + 1):
         wanted = target.target / 2.0**refinement
         try:
-            run = _prepare(scene, path, Accuracy(target.name, wanted), mesh)
+            problem = problem_of(scene, path, Accuracy(target.name, wanted), mesh)
         except MemoryError as error:
             if refinement == 0:
                 return _not_started(str(error), wanted, len(scene.material.strengths))
             break
         started = time.perf_counter()
-        if has_curve(run.problem):
-            result = march_elastic(run.problem, run.times, run.controls)
-        else:
-            result = interruptible(march, *run, initial_state == "glassy", MOST_STEPS)
+        result = march(problem, *prescribed(path), instants, glassy, budget - spent, stop)
         seconds += time.perf_counter() - started
-        aim = wanted
+        spent += work_by_name(result.work)["multiply_adds"]
+        aim, attempts = wanted, refinement + 1
         # On a mesh too coarse for its scene the contact may find no equilibrium at a fold; a finer one is tried then.
-        if result.outcome in (COMPLETED, TOO_MANY_STEPS, DETACHED):
+        if stop[0] or result.outcome in _LAST:
             break
-    return _trajectory(run.problem, scene, path, aim, result, seconds)
+    failed = attempts - (result.outcome in _LAST)
+    found = _trajectory(scene, path, aim, result, budget, "boundary elements")
+    if instants.size:
+        found = replace(found, profiles=profiles_of(result.profiles, instants, scene.tabor, scene.exponent))
+    stats = replace(
+        found.stats,
+        grid_nodes=problem.scheme.grid.size,
+        attempts=attempts,
+        failed_attempts=failed,
+        multiply_adds=spent,
+        seconds=seconds,
+    )
+    status = found.status
+    if attempts > 1:
+        tried = f"{failed} failed attempt{'s' * (failed > 1)}"
+        status += f" (accuracy tightened from {target.target:g} to {aim:g} after {tried})"
+    return replace(found, status=status, stats=stats)
 
 
 @functools.cache
@@ -115,101 +218,70 @@ def load_kernels() -> None:
     """Compile the solver's kernels, or load them from the cache, by following a tiny contact once."""
     announce_compilation()
     scene, path = Scene(tabor=1.0, adhesion=HardContact()), PiecewiseLinearProtocol([0.0, 1.0], [0.0, 0.1])
-    interruptible(march, *_prepare(scene, path, resolve_accuracy("draft"), np.linspace(0.0, 2.0, 5)), False, 3)
+    problem = problem_of(scene, path, resolve_accuracy("draft"), np.linspace(0.0, 2.0, 5))
+    interruptible(march, problem, *prescribed(path), np.empty(0), False, 1e4)
+    soft = Scene(tabor=1.0, material=StandardLinearSolid(0.5), adhesion=HardContact())
+    interruptible(follow_hard_contact, soft, path, resolve_accuracy("draft"), False, 1e4)
+    march_elastic(Scene(tabor=1.0), path, resolve_accuracy("draft"), *prescribed(path), MOST_WORK)
     note_compilation()
 
 
 def count_unstable(scene: Scene, protocol: Protocol, accuracy: str | float = "standard") -> int:
-    """Number of states along a trajectory that are no stable equilibria, each checked again; zero if all is well."""
-    run = _prepare(scene, history_of(protocol, scene.tabor), resolve_accuracy(accuracy), audit=True)
-    return work_by_name(interruptible(march, *run, False, MOST_STEPS).work)["unstable"]
+    """Number of states along a trajectory that are no stable equilibria, each checked again; zero if all is well.
+
+    Without adhesion every state is stable.
+    """
+    if isinstance(scene.adhesion, HardContact):
+        return 0
+    path = history_of(protocol, scene.tabor)
+    problem = problem_of(scene, path, resolve_accuracy(accuracy), audit=True)
+    return work_by_name(interruptible(march, problem, *prescribed(path), np.empty(0), False, MOST_WORK).work)[
+        "unstable"
+    ]
 
 
-class _Run(NamedTuple):
-    """What `march` is called with."""
-
-    problem: Problem
-    mesh: Mesh
-    times: np.ndarray
-    controls: np.ndarray
+def prescribed(path: Path) -> tuple[np.ndarray, np.ndarray]:
+    """Instants (s,) and what the path prescribes at them (s,), as arrays of its own for the kernels."""
+    return np.array(path.times), np.array(path.forces if isinstance(path, ForceProtocol) else path.indentations)
 
 
-def _prepare(
-    scene: Scene,
-    path: _Path,
-    accuracy: Accuracy,
-    mesh: ArrayLike | None = None,
-    audit: bool = False,
-) -> _Run:
-    deepest, adhesive = deepest_indentation(scene, path), not isinstance(scene.adhesion, HardContact)
-    by_force = isinstance(path, ForceProtocol)
-    on_curve = mesh is None and not audit and not by_force and prefers_curve(scene, deepest)
-    controls = _for_law(accuracy.controls(_edge_resistance(scene, path, deepest) if adhesive else 0.0, adhesive), scene)
-    problem, own_mesh = discretise(scene, deepest, controls, mesh, audit, by_force, on_curve)
-    if problem.series.size:  # a grid that moves interpolates by lines
-        controls = _for_law(accuracy.line_controls(elastic=scene.material.strengths.size == 0), scene)
-        problem, own_mesh = discretise(scene, deepest, controls, mesh, audit, by_force, on_curve)
-    values = path.forces if isinstance(path, ForceProtocol) else path.indentations
-    return _Run(problem, own_mesh, np.array(path.times), np.array(values))
-
-
-def _for_law(controls: Controls, scene: Scene) -> Controls:
-    """Controls with the spacing at the edge that the traction law takes."""
-    if isinstance(scene.adhesion, TractionLaw):
-        return controls._replace(edge_spacing=scene.adhesion.fineness * controls.edge_spacing)
-    return controls
-
-
-def _edge_resistance(scene: Scene, path: _Path, deepest: float) -> float:
-    """How much viscosity holds the edge back where it is slowest; nothing under a force, where the sphere may stop."""
-    if isinstance(path, ForceProtocol):
-        return 0.0
-    radius = largest_contact_radius(deepest, scene.tabor, False)
-    speeds = np.abs(path.rates)
-    slowest = float(np.min(speeds[speeds > 0.0], initial=np.inf))
-    slowest = slowest if np.isfinite(slowest) else 0.0  # nothing moves but the edge itself
-    if scene.spring is not None:  # it takes up part of the stage's motion
-        depth = max(deepest, 1.0)
-        slowest /= 1.0 - 1.5 * float(hertz.force_from_indentation(depth, scene.tabor)) / depth / scene.spring
-    return edge_resistance(scene.tabor, radius, slowest, scene.material.strengths, scene.material.times)
-
-
-def _trajectory(
-    problem: Problem, scene: Scene, path: _Path, target: float, result: Marched, seconds: float
-) -> Trajectory:
+def _trajectory(scene: Scene, path: Path, target: float, result: Marched, budget: float, rung: str) -> Trajectory:
     records, jumps = result.records, result.jumps
-    work = work_by_name(result.work)
+    work, terms = work_by_name(result.work), scene.material.strengths.size
+    counts: dict[str, Any] = {name: work[name] for name in _STATISTICS}
     stats = Statistics(
-        **{name: work[name] for name in _STATISTICS},
+        **counts,
+        rung=rung,
         steps_by_phase=by_phase(path.phases, result.segment_steps.tolist()),
-        memory_vectors=problem.strengths.size,
+        memory_vectors=terms,
         nodes=work["nodes"] / max(work["steps"], 1),
         unknowns_per_solve=work["unknowns"] / max(work["iterations"], 1),
-        grid_nodes=problem.grid.size,
-        seconds=seconds,
+        multiply_adds=work["multiply_adds"],
     )
-    status = _REASONS[result.outcome]
+    status = REASONS[result.outcome].format(budget)
     if not len(records):
-        return _not_started(status.removeprefix("detached: "), target, problem.strengths.size)
+        return _not_started(status.removeprefix("detached: "), target, terms)
     if result.outcome != COMPLETED:
-        status = f"{status} (at time {records[-1, 0]:.6g}, indentation {records[-1, 1]:.6g})"
-    unloading = _in_phase(records[:, 0], path, "unloading")
-    by_force = problem.machine.by_force
+        status = f"{status} (at time {records['time'][-1]:.6g}, indentation {records['indentation'][-1]:.6g})"
+    unloading = in_phase(path, records["time"], "unloading")
+    by_force = isinstance(path, ForceProtocol)
     if isinstance(path, PiecewiseLinearProtocol):
         if scene.spring is not None:  # the corners of the path and its end are those of the stage
-            records[:, 1] = path.indentation_at(records[:, 0])
-        records, unloading = with_peaks(records, unloading)
-    found = tuple(Jump(*map(float, row)) for row in jumps)
-    balances = problem.strengths.size == 0 and result.outcome != DETACHED
+            records["indentation"] = path.indentation_at(records["time"])
+        if rung == "boundary elements":
+            records, unloading = with_peaks(records, unloading)
+    attraction = 1.0
+    if scene.indenter is not None:
+        gap = 1.0 - min(float(records["indentation"][-1]), 0.0)
+        at = (tension_without_deformation(scene.tabor, n, gap) for n in (scene.exponent, PARABOLOID))
+        attraction = next(at) / next(at)
+    found = tuple(Jump(*row) for row in jumps.tolist())
+    balances = terms == 0 and result.outcome != DETACHED
     balance = _energy_balance(records, result.energies, found, target) if balances else np.nan
     if scene.spring is not None and not by_force:
-        records[:, 1] += records[:, 2] / scene.spring
-    instants, depths, force, radii = (np.ascontiguousarray(records[:, k]) for k in range(4))
+        records["indentation"] += records["force"] / scene.spring
     return Trajectory(
-        instants,
-        depths,
-        force,
-        radii,
+        *columns_of(records),
         status=status,
         jumps=found,
         stats=stats,
@@ -218,6 +290,7 @@ def _trajectory(
         energy_balance=balance,
         spring=scene.spring,
         by_force=by_force,
+        attraction=attraction,
     )
 
 
@@ -241,13 +314,6 @@ def _energy_balance(records: np.ndarray, energies: np.ndarray, jumps: tuple[Jump
     """Work put into an elastic contact; back at the same indentation and force, it is in the same state as before."""
     lost = sum(jump.energy_lost for jump in jumps)
     first, last = records[0], records[-1]
-    returned = first[1] == last[1] and abs(last[2] - first[2]) < target * max(1.0, abs(first[2]))
+    depth, force = first["indentation"], first["force"]
+    returned = depth == last["indentation"] and abs(last["force"] - force) < target * max(1.0, abs(force))
     return float(lost if returned else lost + energies[1] - energies[0])
-
-
-def _in_phase(instants: np.ndarray, path: _Path, phase: str) -> np.ndarray:
-    inside = np.zeros(instants.size, dtype=bool)
-    for begin, end, name in zip(path.times[:-1], path.times[1:], path.phases, strict=True):
-        if name == phase:
-            inside |= (instants >= begin) & (instants <= end)
-    return inside

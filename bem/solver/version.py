@@ -7,7 +7,8 @@ renews them once the version was raised. Campaigns, and studies that keep what t
 Versions: 1, up to the data set published first (known there by a digest of the source); 2, only stable states, forces
 as exact as the step control needs, loops of elastic contacts by their energy; 3, iterations that start from a cubic and
 are accelerated; 4, a smooth traction between the nodes, and fewer of them; 5, stability judged anew after a step that
-was shortened; 6, elastic contacts of Tabor parameters from 4.5 on follow the curve of their equilibria always.
+was shortened; 6, elastic contacts of Tabor parameters from 4.5 on follow the curve of their equilibria always; 7, all
+elastic contacts with adhesion do, and contacts without adhesion are answered by closed forms.
 """
 
-SOLVER_VERSION = "6"
+SOLVER_VERSION = "7"

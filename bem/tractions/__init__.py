@@ -6,9 +6,20 @@ in Maugis's comparison, so that the Tabor parameter means the same for each: Mau
 
 `bem.tractions.laws` has the laws, `lennard_jones` the formulas of the default one, `law` what the kernels call. The
 formulas of Lennard-Jones are `traction`, `slope`, `potential`, `tail_force` and `tail_energy`; those of any law are
-`traction_at`, `slope_at`, and so on.
+`traction_at`, `slope_at`, and so on. `interface` has the law together with the Tabor parameter, on a mesh.
 """
 
+from bem.tractions.interface import (
+    Interface,
+    deviation,
+    force_of,
+    interface_of,
+    reshape,
+    stored_energy,
+    tail_bend,
+    tail_share,
+    tractions_of,
+)
 from bem.tractions.law import (
     LENNARD_JONES,
     Law,
@@ -37,18 +48,27 @@ __all__ = [
     "ConstantStress",
     "Exponential",
     "HardContact",
+    "Interface",
     "Law",
     "LennardJones",
     "TractionLaw",
+    "deviation",
+    "force_of",
+    "interface_of",
     "law_of",
     "potential",
     "potential_at",
+    "reshape",
     "slope",
     "slope_at",
+    "stored_energy",
+    "tail_bend",
     "tail_energy",
     "tail_energy_at",
     "tail_force",
     "tail_force_at",
+    "tail_share",
     "traction",
     "traction_at",
+    "tractions_of",
 ]

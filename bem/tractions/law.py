@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bem._numerics.jit import kernel, kernel_part
+from bem._support.jit import kernel, kernel_part
 from bem.tractions.lennard_jones import GAP_AT_PEAK, potential, slope, tail_energy, tail_force, traction
 
 # No integers: Numba compiles a function anew for each constant one.
@@ -21,7 +21,7 @@ class Law(NamedTuple):
 
     tabulated: bool  # else Lennard-Jones
     peak_gap: float
-    reach: float  # peak_gap - 1, over that of Lennard-Jones: the scale of the rising part
+    rise: float  # peak_gap - 1, over that of Lennard-Jones: the scale of the rising part
     floor: float  # gap at which the repulsion is infinite
     # (k + 1, 7) where tabulated. First: gap below which the law is Lennard-Jones, its scales of traction and of gap
     # minus 1, and what continues potential and energy. Then, for each piece, its first gap, four coefficients of the

@@ -7,7 +7,7 @@ The paper's Eq. (LJ),
 of unit work of adhesion, largest at h = 3^(1/6), where it is 16 / (9 sqrt 3). Units: see `bem.tractions`.
 """
 
-from bem._numerics.jit import kernel
+from bem._support.jit import kernel
 
 GAP_AT_PEAK = 3.0 ** (1.0 / 6.0)
 PEAK_TRACTION = 16.0 / (9.0 * 3.0**0.5)

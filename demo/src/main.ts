@@ -1,6 +1,7 @@
 /** The page: whatever changes protocol or model leads to one prediction, and that to one drawing. */
 
 import { fromFragment, toFragment, type State } from "./address";
+import { Film, loadProfiles, type Profiles } from "./contact";
 import { Controls } from "./controls";
 import { curveOf, nearestCurve, type Curve } from "./curves";
 import { csv, downloadCsv, downloadPng, fileName } from "./downloads";
@@ -26,6 +27,9 @@ class Page {
   private readonly controls: Controls;
   private readonly picker: Picker;
   private readonly plots: Plots;
+  private readonly film: Film;
+  /** The contacts of the solver's curves, once they are loaded. */
+  private profiles?: Map<string, Profiles>;
   private readonly look: ViewControls;
   private readonly fallback: Protocol;
   private recent: number[] = [];
@@ -50,6 +54,7 @@ class Page {
     this.controls = new Controls(byId("controls"), ranges, this.fallback, (protocol) => this.change(protocol));
     const [protocol, history, loop, residual] = ["protocol", "history", "loop", "residual"].map((id) => byId(id));
     this.plots = new Plots({ protocol: protocol!, history: history!, loop: loop!, residual: residual! });
+    this.film = new Film(byId("film"), (step) => this.plots.mark(step));
     this.picker = new Picker(
       () => this.protocol,
       (curve) => this.show(curve.protocol),
@@ -74,6 +79,16 @@ class Page {
       this.show(this.fallback);
       tell(`${(error as Error).message} Showing the first of the paper’s samples instead.`);
     }
+  }
+
+  /**
+   * Load the contacts of the solver's curves, which the page also does without.
+   *
+   * @throws Trouble where they cannot be had.
+   */
+  async watch(): Promise<void> {
+    this.profiles = await loadProfiles();
+    this.draw();
   }
 
   /**
@@ -215,6 +230,10 @@ class Page {
     const units = this.units(protocol);
     const drawn = converted(prediction, curve?.force, units);
     this.plots.draw({ ...drawn, extrapolated: outside.length > 0, caption }, view);
+    const contact = curve && this.profiles?.get(curve.name);
+    const { grid } = prediction;
+    const filmed = { grid, tabor: protocol.tabor, force: curve?.force ?? [], pullOffTime: curve?.results.pull_off_time ?? 0 };
+    this.film.show(contact && { contact, ...filmed });
     showResults(prediction, curve, units);
     showInference(median(this.recent));
     showComparison(prediction, curve, nearestCurve(set.curves, protocol), (chosen) => this.show(chosen.protocol));
@@ -253,7 +272,9 @@ async function start(): Promise<void> {
   const shelf = await Shelf.open();
   byId("paper-name").textContent = shelf.paper.model.name;
   byId("demonstrator").hidden = false;
-  await new Page(shelf).open();
+  const page = new Page(shelf);
+  await page.open();
+  await page.watch().catch((error: Error) => tell(`${error.message} The page shows the curves without it.`));
   for (const box of document.querySelectorAll<HTMLElement>(".charts, .scroll")) reachable(box);
   byId("progress").hidden = true;
   document.body.dataset["state"] = "ready";

@@ -1,6 +1,6 @@
 /**
  * What is read off a force history, and how far two histories are apart. Mirrors `surrogate/data/metrics.py`, and for
- * the physical steps `surrogate/pretrained/kernels.py` and `bem/_numerics/monotone.py`.
+ * the physical steps `surrogate/pretrained/kernels.py` and `bem/_support/monotone.py`.
  */
 
 import type { Grid } from "./protocol";

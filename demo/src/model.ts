@@ -19,7 +19,7 @@ const INPUTS = ["times", "indentations", "tabor", "edge"];
 const OUTPUT = "force";
 /** Share of true values that the bands are to contain. */
 export const COVERAGE = 0.9;
-// As in `surrogate/inference/validity.py`: relative to the bound.
+// As in `surrogate/prediction/validity.py`: relative to the bound.
 const RANGE_TOLERANCE = 1e-6;
 
 /** Whether a positive quantity lies outside its training range, but for rounding. */

@@ -48,6 +48,7 @@ const TITLES: Record<Place, (names: Picture["names"]) => string> = {
 export class Plots {
   private readonly charts = new Map<Place, echarts.ECharts>();
   private last?: [Picture, View];
+  private instant?: number;
 
   constructor(private readonly hosts: Record<Place, HTMLElement>) {
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.redraw());
@@ -131,6 +132,24 @@ export class Plots {
       this.frame("residual", picture, drawn, time(picture.names.time), valueAxis("", style));
     }
     this.label(picture);
+    this.mark(this.instant);
+  }
+
+  /** Mark a place between the measurement steps on the solver's force, or none. */
+  mark(step: number | undefined): void {
+    this.instant = step;
+    if (!this.last) return;
+    const [{ grid, solver }, view] = this.last;
+    const steps = [...grid.times.keys()];
+    const of = (values: ArrayLike<number>) => linearly(step!, steps, values);
+    const place = { history: view.time === "steps" ? steps : grid.times, loop: grid.indentations };
+    for (const name of ["history", "loop"] as const) {
+      const value = step !== undefined && solver ? of(solver) : NaN;
+      const data = Number.isNaN(value) ? [] : [[of(place[name]), view.force === "log" ? toSignedLog(value) : value]];
+      const ring = { color: "transparent", borderColor: colours().solver, borderWidth: 2 };
+      const series = { id: "instant", type: "scatter", data, symbolSize: 14, itemStyle: ring, silent: true, z: 5 };
+      this.chart(name).setOption({ series: [series] });
+    }
   }
 
   private frame(place: Place, picture: Picture, series: object[], x: object, y: object): void {

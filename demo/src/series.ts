@@ -34,6 +34,10 @@ export function colours() {
     peak: of("peak"),
     warn: of("warn"),
     path: of("path"),
+    sphere: of("sphere"),
+    solid: of("solid"),
+    push: of("push"),
+    pull: of("pull"),
     font: getComputedStyle(document.body).fontFamily,
   };
 }

@@ -116,15 +116,13 @@ model = surrogate.load(folder / "models" / "M7-concat")
 protocol = LoadingProtocol(
     peak_indentation=20.0, loading_rate=10.0, dwell_time=1.0, unloading_rate=10.0
 )
-(predicted,) = model.trajectories([protocol], tabor=1.0)
-exact = simulate(
-    Scene(tabor=1.0, material=StandardLinearSolid(modulus_ratio=0.1)), protocol
-)
+scene = Scene(tabor=1.0, material=StandardLinearSolid(modulus_ratio=0.1))
+predicted, exact = model.predict(scene, protocol), simulate(scene, protocol)
 
 figure, axes = plt.subplots(figsize=(6.0, 3.8), layout="constrained")
 axes.plot(exact.time, exact.force, label="solver")
 axes.plot(predicted.time, predicted.force, "--", label="M7-concat, 400 trajectories")
-(published,) = surrogate.load("M1-concat").trajectories([protocol], tabor=1.0)
+published = surrogate.load("M1-concat").predict(scene, protocol)
 axes.plot(published.time, published.force, ":", label="M1-concat, as published")
 axes.set(xlabel="time (retardation times)", ylabel=r"force ($\pi R\Delta\gamma$)")
 axes.legend(frameon=False)

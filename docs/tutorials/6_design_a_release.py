@@ -18,6 +18,7 @@ import surrogate
 from bem import LoadingProtocol, Scene, StandardLinearSolid, simulate
 
 TABOR, WANTED = 2.0, 5.0
+scene = Scene(TABOR, StandardLinearSolid(0.1))
 model = surrogate.load("M1-concat")
 
 
@@ -34,7 +35,7 @@ def release(rate, dwell):
 rates, dwells = np.logspace(-1, 3, 41), np.logspace(-2.5, 0.4, 15)
 protocols = [release(rate, dwell) for dwell in dwells for rate in rates]
 predicted = np.array(
-    [found.pull_off_force for found in model.trajectories(protocols, tabor=TABOR)]
+    [found.pull_off_force for found in model.predict(scene, protocols)]
 )
 predicted = predicted.reshape(len(dwells), len(rates))
 
@@ -68,7 +69,7 @@ def cost_and_slope(logarithms):
     """Squared logarithm of the error plus the penalty, and the gradient of the sum."""
     points = logarithms + STEP * np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]])
     protocols = [release(*np.exp(point)) for point in np.clip(points, low, high)]
-    found = model.trajectories(protocols, tabor=TABOR)
+    found = model.predict(scene, protocols)
     error = np.log([one.pull_off_force / WANTED for one in found])
     cost = error**2 + 1e-3 * points.sum(axis=1)
     return cost[0], np.array([cost[1] - cost[2], cost[3] - cost[4]]) / (2.0 * STEP)

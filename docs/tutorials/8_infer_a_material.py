@@ -18,7 +18,7 @@ import numpy as np
 import surrogate
 from bem import LoadingProtocol, Scene, StandardLinearSolid, simulate
 from bem.protocol import default_start_indentation
-from surrogate.inference.posterior import Likelihood, Prior, batches, search, widened
+from surrogate.posterior import Likelihood, Prior, batches, search, widened
 
 TRUE = {"tabor": 1.37, "modulus_ratio": 0.113, "retardation_time": 1.21}
 PEAK, APPROACH, DWELL, RETRACTION = 15.0, 10.0, 0.5, 30.0  # h0, h0/s, s, h0/s
@@ -79,8 +79,9 @@ prior = Prior(bounds)
 def predicted(logarithms):
     """Force curves of the surrogate for logarithms of parameters."""
     tabor, ratio, times = np.exp(logarithms).T
-    protocols = [protocol(time) for time in times.tolist()]
-    found = model.trajectories(protocols, tabor=tabor, modulus_ratio=ratio)
+    solids = map(StandardLinearSolid, ratio.tolist())
+    scenes = [Scene(*pair) for pair in zip(tabor.tolist(), solids, strict=True)]
+    found = model.predict(scenes, [protocol(time) for time in times.tolist()])
     rows = zip(found, tabor.tolist(), times.tolist(), strict=True)
     return np.array([recorded(*row) for row in rows])
 

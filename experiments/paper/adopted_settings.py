@@ -20,7 +20,7 @@ from bem.reference_solutions import dmt, jkr
 from bem.reference_solutions import persson_brener as theory
 from experiments import common
 from experiments.paper_numbers import paper_rows
-from experiments.training.feature_sets import CONFIG, KEYS
+from experiments.trainings.feature_sets import CONFIG, KEYS
 from surrogate.training.recipe import Recipe
 
 

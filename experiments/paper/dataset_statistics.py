@@ -13,7 +13,6 @@ the whole run that was spent on trajectories. The force ratio, pull-off force ov
 a trajectory that is never compressed; such trajectories are counted and left out.
 """
 
-import hashlib
 from pathlib import Path
 from typing import Any
 
@@ -80,7 +79,6 @@ def statistics(dataset: Dataset) -> dict[str, Any]:
             "range": [float(seconds.min()), float(seconds.max())],
             **percentiles(seconds),
         },
-        "steps_mean": float(scalars["steps"].mean()),
         **{name: attributes[name] for name in ("core_seconds", "wall_seconds", "workers", "host", "accuracy")},
         "trajectories_over_solver": float(attributes["core_seconds"] / seconds.sum()),
         "run_over_solver": float(workers_seconds / seconds.sum()),
@@ -100,11 +98,7 @@ def statistics(dataset: Dataset) -> dict[str, Any]:
 
 def study(dataset: Path) -> dict[str, Any]:
     """The statistics of a data set."""
-    content = {
-        "dataset": dataset.name,
-        "file_sha256": hashlib.sha256(dataset.read_bytes()).hexdigest(),
-        **statistics(load_dataset(dataset)),
-    }
+    content = {"dataset": dataset.name, **statistics(load_dataset(dataset))}
     floor = content["resolution_floor"]["pull_off_force"]
     print(f"{content['completed']} of {content['trajectories']} completed; resolution floor of the pull-off force:")
     print("  ".join(f"{name} {100 * value:.3g} %" for name, value in floor.items()))

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import spearmanr
 
-from experiments.lineage import require_dataset
+from experiments.common import require_dataset
 from surrogate.training.identity import read_identity
 
 KEYS = ("model",)
@@ -68,15 +68,12 @@ def statistics(errors: dict[str, np.ndarray]) -> dict[str, Any]:
     correlations = {
         "pull_off_and_hysteresis": float(spearmanr(force, errors["hysteresis_percent"]).statistic),
         "pull_off_and_nmae": float(spearmanr(force, errors["nmae_percent"]).statistic),
-        "mse_and_nmae": float(spearmanr(errors["mse"], errors["nmae_percent"]).statistic),
     }
-    floor = errors["resolution_floor_percent"]
     return {
         "trajectories": int(quartile.size),
         "quartiles": table,
         "overall": overall,
         "spearman": correlations,
-        "below_resolution_floor": float(np.mean(force < floor)),
         "per_trajectory": {
             **{name: errors[name].tolist() for name in ("mse", *PERCENTS)},
             "quartile": quartile.tolist(),

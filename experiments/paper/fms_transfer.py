@@ -14,9 +14,9 @@ import numpy as np
 from bem import Trajectory
 from bem.dataset.measurement_steps import measurement_grid, proportional_counts
 from experiments import common
-from experiments.lineage import require_dataset
+from experiments.common import require_dataset
 from experiments.paper_numbers import paper_rows
-from experiments.timing import progress
+from experiments.progress import progress
 
 KEYS = ("model", "modulus_ratio", "accuracy", "steps", "sample", "trajectories")
 
@@ -30,7 +30,7 @@ def sample_transfer(protocol: dict[str, Any], trained: Any, config: dict[str, An
     for total in config["steps"]:
         points_per_phase = proportional_counts(total)
         steps = common.on_steps(protocol, trajectory, points_per_phase)
-        force = common.predicted(trained, steps, points_per_phase, protocol["tabor"])
+        force = common.predicted(trained, steps, protocol["tabor"])
         scaled = [trained.scaling.scale_force(values) for values in (force, steps["force"])]
         predictions[str(total)] = {
             "indentation": steps["indentation"].tolist(),
@@ -71,15 +71,13 @@ def errors_on_grid(
     total: int, protocols: dict[str, np.ndarray], simulations: list[Trajectory], trained: Any
 ) -> dict[str, dict[str, float]]:
     """Summary of the errors of all held-out trajectories at one number of steps."""
-    from surrogate.data.features import edge_from_counts
     from surrogate.data.metrics import summary, trajectory_errors
 
     points_per_phase = proportional_counts(total)
     times, indentations = measurement_grid(**protocols, counts=points_per_phase)
     reference = np.stack([one.at(row.clip(max=one.time[-1])) for one, row in zip(simulations, times, strict=True)])
     with common.without_extrapolation_warnings():
-        edge = edge_from_counts(points_per_phase, len(times))
-        force = trained.predict(times, indentations, tabor=protocols["tabor"], edge=edge)
+        force = trained.predict_history(times, indentations, common.scenes(protocols["tabor"]))
     return summary(
         trajectory_errors(
             force,

@@ -8,9 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
+import typer
 
 from experiments import common
 from experiments.paper.model_comparison import paper_mse
@@ -47,7 +48,7 @@ def longest_pull_off_time() -> dict[str, float]:
 
 def influence_scaling() -> dict[str, float]:
     """Depth of a Hertz contact from its pressure, by u = mu G sigma and by the appendix, which divides G by mu."""
-    from bem.solver.discretisation.influence import influence_matrix
+    from bem.discretisation.influence import influence_matrix
 
     tabor, radius = 3.0, 2.0
     radii = np.linspace(0.0, radius, 400)
@@ -152,13 +153,17 @@ SLIPS: dict[str, Callable[[], dict[str, float]]] = {
 }
 
 
-def study(dataset: Path, *, only: tuple[str, ...] = ()) -> dict[str, Any] | None:
+def study(
+    dataset: Path,
+    *,
+    only: Annotated[list[str] | None, typer.Option(help="Print this one and write nothing; repeatable.")] = None,
+) -> dict[str, Any] | None:
     """Compute the inconsistencies. With `only`, print the named ones and return `None`.
 
     Raises:
         ValueError: There is no inconsistency of that name.
     """
-    if unknown := sorted(set(only) - set(SLIPS)):
+    if unknown := sorted(set(only or ()) - set(SLIPS)):
         raise ValueError(f"--only must be one of {', '.join(SLIPS)}; received {unknown[0]!r}")
     found = {name: end_force(dataset) if name == "end-force" else SLIPS[name]() for name in only or SLIPS}
     for name, values in found.items():

@@ -15,7 +15,7 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-from experiments.lineage import dataset_digest
+from experiments.common import dataset_digest
 from experiments.paper_numbers import paper_values
 from surrogate.architectures.naming import CONDITIONINGS, PAPER_FAMILIES, names, paper_names
 from surrogate.training.identity import ALIKE, HELD_OUT, TrainingIdentity, differences, read_identity
@@ -132,7 +132,6 @@ def comparison(found: dict[str, dict[str, Any]]) -> dict[str, Any]:
         "concatenation_suffices": ranking[0].endswith("-concat") if complete else None,
         "second_family": others[0] if complete else None,
         "best_conditioning": best,
-        "training_hours": sum(one["hours"] for one in found.values()),
         "most_epochs": max(one["epochs"] for one in found.values()),
     }
 

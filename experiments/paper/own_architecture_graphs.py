@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
+
+import typer
 
 from experiments.paper.architecture_graphs import graphs
 
 
-def study(*, architecture: tuple[str, ...]) -> dict[str, Any]:
+def study(
+    *, architecture: Annotated[list[str], typer.Option(help="File that registers architectures; repeatable.")]
+) -> dict[str, Any]:
     """Load the files, and build and describe the models that they register."""
     import surrogate
     from surrogate.architectures.naming import split_name

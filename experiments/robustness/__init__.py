@@ -1,1 +1,1 @@
-"""Difficult cases of the solver and of the models: extremes, random scenes, and maps of errors."""
+"""How far the solver and the laboratory can be trusted: extremes, soaks, revisions, known results, intervals."""

@@ -15,8 +15,6 @@ per retardation time.
 
 from __future__ import annotations
 
-import csv
-from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
@@ -26,16 +24,14 @@ from scipy.optimize import nnls
 from bem import Elastic, PiecewiseLinearProtocol, PronySeries, Scene, StandardLinearSolid, simulate
 from bem.materials import Material
 from bem.reference_solutions.jkr import PULL_OFF_FORCE
-from experiments.common import write_result
-from experiments.timing import MEASUREMENTS, Jobs, in_parallel, plain
+from bem.trajectory import is_completed
+from experiments.measurements.harness import Jobs, in_parallel, measurement
 
-OUT = MEASUREMENTS / "broad_band.json"
 TABOR, RATIO = 3.24, 0.1
 EXPONENTS = (0.2, 0.4, 0.6, 1.6)
 PRELOADS = (10.0, 30.0, 100.0, 300.0)
 END = -40.0
 RATES = (1e-6, 1e6)
-COLUMNS = ("unloading_rate", "amplification", "own_amplification", "pull_off_indentation")
 TERMS_PER_DECADE = 2
 SLOWEST = 1e9  # retardation times; slower terms do not move within these protocols
 
@@ -60,66 +56,47 @@ def prony_fit(n: float) -> tuple[PronySeries, float]:
 
 
 def pulled(material: Material, preload: float, rate: float, accuracy: str) -> dict[str, Any]:
-    """Amplification and pull-off indentation for unloading from the relaxed contact at a preload."""
+    """Amplification for unloading from the relaxed contact at a preload."""
     protocol = PiecewiseLinearProtocol([0.0, (preload - END) / rate], [preload, END])
     trajectory = simulate(Scene(TABOR, material), protocol, accuracy, initial_state="relaxed")
     return {
         "unloading_rate": rate,
         "amplification": trajectory.pull_off_force / PULL_OFF_FORCE,
-        "pull_off_indentation": float(np.interp(trajectory.pull_off_time, trajectory.time, trajectory.indentation)),
         "status": trajectory.status,
-        "jumps": len(trajectory.jumps),
         "seconds": trajectory.stats.seconds,
     }
 
 
+@measurement("broad_band")
 def main(
     rates: Annotated[int, typer.Option(help="Unloading rates of each curve.")] = 49,
     accuracy: Annotated[str, typer.Option(help="Accuracy of the solver.")] = "standard",
     jobs: Jobs = 2,
-    out: Annotated[Path, typer.Option(help="Result file to write; a CSV of the curves goes beside it.")] = OUT,
-) -> None:
+) -> dict[str, Any]:
     """Compute all curves."""
-    speeds = np.geomspace(*RATES, rates)
-    solids: list[tuple[str, float | None, Material, float]] = []
-    for n in EXPONENTS:
-        material, error = prony_fit(n)
-        solids.append((f"n = {n:g}", n, material, error))
+    speeds = np.geomspace(*RATES, rates).tolist()
+    solids: list[tuple[str, float | None, Material, float]] = [(f"n = {n:g}", n, *prony_fit(n)) for n in EXPONENTS]
     solids.append(("standard linear solid", None, StandardLinearSolid(RATIO), 0.0))
-    tasks = [(solid, preload, float(rate)) for solid in solids for preload in PRELOADS for rate in speeds]
-    arguments = [(solid[2], preload, rate, accuracy) for solid, preload, rate in tasks]
+    drawn = [(solid, preload) for solid in solids for preload in PRELOADS]
+    arguments = [(solid[2], preload, rate, accuracy) for solid, preload in drawn for rate in speeds]
     points = in_parallel(pulled, arguments, jobs=jobs, label="broad band")
     elastic = pulled(Elastic(), PRELOADS[0], 1.0, accuracy)["amplification"] * PULL_OFF_FORCE
     for point in points:
         point["own_amplification"] = point["amplification"] * PULL_OFF_FORCE / elastic
-    curves = []
-    for name, n, material, error in solids:
-        for preload in PRELOADS:
-            chosen = [
-                point for task, point in zip(tasks, points, strict=True) if task[0][0] == name and task[1] == preload
-            ]
-            curves.append(
-                {
-                    "name": name,
-                    "n": n,
-                    "preload": preload,
-                    "terms": len(material.strengths),
-                    "compliances": material.strengths,
-                    "times": material.times,
-                    "fit_error": error,
-                    "points": chosen,
-                }
-            )
-    content = {"tabor": TABOR, "modulus_ratio": RATIO, "accuracy": accuracy, "elastic_pull_off": elastic}
-    content["curves"] = curves
-    write_result(out, f"broad_band --rates {rates} --accuracy {accuracy}", plain(content))
-    with out.with_suffix(".csv").open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(["solid", "terms", "preload", *COLUMNS, "jumps", "status"])
-        for curve in curves:
-            for point in curve["points"]:
-                numbers = [f"{point[name]:.6g}" for name in COLUMNS]
-                own = [curve["name"], curve["terms"], f"{curve['preload']:g}"]
-                writer.writerow([*own, *numbers, point["jumps"], point["status"]])
-    unfinished = [point for point in points if point["status"] != "completed"]
+    curves = [
+        {
+            "name": name,
+            "n": n,
+            "preload": preload,
+            "terms": len(material.strengths),
+            "compliances": material.strengths,
+            "times": material.times,
+            "fit_error": error,
+            "points": points[place * rates : (place + 1) * rates],
+        }
+        for place, ((name, n, material, error), preload) in enumerate(drawn)
+    ]
+    unfinished = [point for point in points if not is_completed(point["status"])]
     print(f"{len(points)} simulations, {len(unfinished)} not completed")
+    content = {"tabor": TABOR, "modulus_ratio": RATIO, "accuracy": accuracy, "elastic_pull_off": elastic}
+    return content | {"curves": curves}

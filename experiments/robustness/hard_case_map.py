@@ -1,4 +1,4 @@
-"""A map of the solver's difficult cases: the paper's box, far beyond it, and named extremes.
+"""Difficult cases of the solver: the paper's box, far beyond it, and named extremes.
 
 Each case is simulated at standard accuracy and again with a quarter of the target error. The study reports how the
 simulation ended, steps, jumps, seconds, the change of pull-off force and work under refinement, and the energy balance:
@@ -9,10 +9,9 @@ energy. The extremes are also run at coarser accuracies, at which a solver fails
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
-import typer
 
 from bem import (
     Elastic,
@@ -21,34 +20,26 @@ from bem import (
     PiecewiseLinearProtocol,
     Scene,
     StandardLinearSolid,
+    Trajectory,
     simulate,
 )
+from bem.accuracy import resolve_accuracy
 from bem.effects.scene_effects import IndentationProtocol
 from bem.protocol import default_start_indentation
 from bem.reference_solutions import jkr
-from experiments.common import write_result
-from experiments.robustness.hard_cases import (
-    ACCURACY,
-    REFINEMENT,
-    compared,
-    energy,
-    pair,
-    relative_change,
-    scene_of,
-)
-from experiments.robustness.soak import points_of, protocols
-from experiments.timing import MEASUREMENTS, Jobs, Out, in_parallel, plain, progress
+from bem.trajectory import is_completed
+from experiments.measurements.cases import Case, drawn, rows_of
+from experiments.measurements.harness import Count, Jobs, Seed, in_parallel, measurement, progress
 
-OUT = MEASUREMENTS / "hard_case_map.json"
+ACCURACY = "standard"
+REFINEMENT = 4.0
 COARSER = ("draft", 0.05)
 CYCLES = 50
 
 
-def ramp(depth: float, loading: float, dwell: float, unloading: float, **more: Any) -> LoadingProtocol:
+def ramp(depth: float, loading: float, dwell: float, unloading: float) -> LoadingProtocol:
     """A `LoadingProtocol` from positional arguments."""
-    return LoadingProtocol(
-        peak_indentation=depth, loading_rate=loading, dwell_time=dwell, unloading_rate=unloading, **more
-    )
+    return LoadingProtocol(peak_indentation=depth, loading_rate=loading, dwell_time=dwell, unloading_rate=unloading)
 
 
 def cycles(tabor: float, depth: float, rate: float, count: int) -> PiecewiseLinearProtocol:
@@ -70,7 +61,8 @@ def creeping(tabor: float, above: float, hold: float) -> PiecewiseLinearProtocol
 
 def extremes() -> dict[str, tuple[Scene, IndentationProtocol]]:
     """Scene and protocol of each named extreme."""
-    sls = StandardLinearSolid(0.1)
+    sls, stiff = StandardLinearSolid(0.1), StandardLinearSolid(0.01)
+    glass = PiecewiseLinearProtocol([0.0, 30.0, 30.1], [0.07, -1.0, 0.07])
     return {
         "deep and slow at large mu": (Scene(5.0, sls), ramp(60.0, 0.1, 3.0, 0.1)),
         "snap-in and snap-off, elastic": (Scene(3.2, Elastic()), ramp(5.0, 1.0, 0.0, 1.0)),
@@ -79,14 +71,8 @@ def extremes() -> dict[str, tuple[Scene, IndentationProtocol]]:
         "zero dwell": (Scene(1.0, sls), ramp(20.0, 100.0, 0.0, 100.0)),
         "never in contact": (Scene(1.0, sls), ramp(-1.5, 1.0, 0.1, 1.0)),
         "modulus ratio 1e-3": (Scene(1.0, StandardLinearSolid(1e-3)), ramp(10.0, 1.0, 1.0, 100.0)),
-        "nearly rigid, stiff glass, dwell of 1e5": (
-            Scene(0.03, StandardLinearSolid(0.01)),
-            ramp(0.3, 50.0, 1e5, 50.0),
-        ),
-        "stiff glass without adhesion": (
-            Scene(0.12, StandardLinearSolid(1e-3), HardContact()),
-            PiecewiseLinearProtocol([0.0, 30.0, 30.1], [0.07, -1.0, 0.07]),
-        ),
+        "nearly rigid, stiff glass, dwell of 1e5": (Scene(0.03, stiff), ramp(0.3, 50.0, 1e5, 50.0)),
+        "stiff glass without adhesion": (Scene(0.12, StandardLinearSolid(1e-3), HardContact()), glass),
         "rate 1e5": (Scene(1.0, sls), ramp(100.0, 1e5, 1e-3, 1e5)),
         "rate 1e-3": (Scene(1.0, sls), ramp(100.0, 1e-3, 1.0, 1e-3)),
         "long range, mu = 0.02": (Scene(0.02, sls), ramp(10.0, 10.0, 0.1, 10.0)),
@@ -100,53 +86,67 @@ def extremes() -> dict[str, tuple[Scene, IndentationProtocol]]:
     }
 
 
-def coarsely(scene: Scene, protocol: IndentationProtocol, pull_off_force: float) -> dict[str, dict[str, Any]]:
-    """One case at the coarser accuracies, with the change of its pull-off force from a refined one."""
-    found = {}
-    for accuracy in COARSER:
-        trajectory = simulate(scene, protocol, accuracy)
-        found[str(accuracy)] = {
-            "status": trajectory.status,
-            "change": relative_change(trajectory.pull_off_force, pull_off_force),
-            "energy": energy(trajectory),
-            "seconds": trajectory.stats.seconds,
-        }
-    return found
+def energy(trajectory: Trajectory) -> float:
+    """Work of the trajectory over its turnover; NaN if it did not complete."""
+    return trajectory.work() / trajectory.turnover() if trajectory.completed else np.nan
+
+
+def relative_change(value: float, reference: float) -> float:
+    """Change of a force from its reference; zero where both vanish, as without adhesion."""
+    return 0.0 if value == reference else abs(value / reference - 1.0) if reference else np.inf
+
+
+def compared(scene: Scene, protocol: IndentationProtocol) -> dict[str, Any]:
+    """Status, cost and results of one case at both accuracies, and the change of the results."""
+    simulate(Scene(0.2, StandardLinearSolid(0.1)), ramp(2.0, 1.0, 0.1, 1.0), "draft")  # loads the kernels, untimed
+    target = resolve_accuracy(ACCURACY).target / REFINEMENT
+    coarse, fine = (simulate(scene, protocol, accuracy) for accuracy in (ACCURACY, target))
+    both = coarse.completed and fine.completed
+    return {
+        "status": coarse.status,
+        "refined_status": fine.status,
+        "pull_off_force": coarse.pull_off_force,
+        "refined_pull_off_force": fine.pull_off_force,
+        "change": relative_change(coarse.pull_off_force, fine.pull_off_force) if both else np.nan,
+        "work_change": abs(coarse.work() - fine.work()) / fine.turnover() if both else np.nan,
+        "energy": energy(coarse),
+        "end_over_pull_off": coarse.end_force / coarse.pull_off_force if coarse.pull_off_force else np.nan,
+        "jumps": len(coarse.jumps),
+        "steps": coarse.stats.steps,
+        "seconds": coarse.stats.seconds,
+    }
 
 
 def extreme(name: str, scene: Scene, protocol: IndentationProtocol) -> dict[str, Any]:
     """One named extreme, compared with its refinement and at the coarser accuracies."""
-    found = {
-        "name": name,
-        "tabor": scene.tabor,
-        "modulus_ratio": scene.material.modulus_ratio,
-        **compared(*pair(scene, protocol)),
-    }
-    return {**found, "coarse": coarsely(scene, protocol, found["refined_pull_off_force"])}
+    found = compared(scene, protocol)
+    coarse = {}
+    for accuracy in COARSER:
+        trajectory = simulate(scene, protocol, accuracy)
+        coarse[str(accuracy)] = {
+            "status": trajectory.status,
+            "change": relative_change(trajectory.pull_off_force, found["refined_pull_off_force"]),
+        }
+    return {"name": name, **found, "coarse": coarse}
 
 
-def mapped(point: dict[str, Any]) -> dict[str, Any]:
-    """One point of the map, compared with its refinement."""
-    return {**point, **compared(*pair(*scene_of(point)))}
+def mapped(row: dict[str, Any]) -> dict[str, Any]:
+    """One random protocol, compared with its refinement."""
+    case = Case.of(row)
+    return {**row, **compared(case.scene, case.protocol)}
 
 
-def main(
-    count: Annotated[int, typer.Option(help="Random protocols inside the box, and as many beyond.")] = 512,
-    seed: Annotated[int, typer.Option(help="Seed of the protocols.")] = 6,
-    jobs: Jobs = 2,
-    out: Out = OUT,
-) -> None:
-    """Simulate the map and the extremes."""
+@measurement("hard_case_map")
+def main(count: Count = 512, seed: Seed = 6, jobs: Jobs = 2) -> dict[str, Any]:
+    """Simulate random protocols inside the box, as many beyond it, and the extremes."""
     points = [
-        {"where": where, **point}
-        for where in ("inside", "beyond")
-        for point in points_of(protocols(where, count, seed, "sobol"))
+        {"where": where, **row} for where in ("inside", "beyond") for row in rows_of(drawn(where, count, seed, "sobol"))
     ]
+    # The most expensive cases run first, so that the other cores do not wait for the last one.
     points.sort(key=lambda point: -point["tabor"] * point["peak_indentation"])
-    rows = in_parallel(mapped, [(point,) for point in points], jobs=jobs, label="map", ordered=False)
+    rows = in_parallel(mapped, [(point,) for point in points], jobs=jobs, label="random protocols", ordered=False)
     rows.sort(key=lambda row: (row["where"], row["tabor"], row["unloading_rate"]))
     named = [extreme(name, *case) for name, case in progress(extremes().items(), "extremes")]
-    content = {"accuracy": ACCURACY, "refinement": REFINEMENT, "map": rows, "extremes": named}
-    write_result(out, f"hard_case_map --count {count} --seed {seed}", plain(content))
-    unfinished = [row for row in rows + named if row["status"] != "completed"]
+    unfinished = [row for row in rows + named if not is_completed(row["status"])]
     print(f"{len(rows) + len(named)} cases, {len(unfinished)} not completed")
+    return {"accuracy": ACCURACY, "refinement": REFINEMENT, "map": rows, "extremes": named}

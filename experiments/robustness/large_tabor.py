@@ -1,111 +1,122 @@
-"""Large Tabor parameters: pull-off against JKR, a viscoelastic edge against Persson and Brener, and the cost of both.
+"""Large Tabor parameters at draft accuracy: which random scenes complete, in what time, and with what error.
 
-Elastic: loading and unloading to an indentation of mu at unit rates; the pull-off force tends to JKR's 3/2.
-Viscoelastic: a standard linear solid of modulus ratio 0.1 in the same geometry, within one retardation time. Crack: the
-relaxed contact at an indentation of 6 mu, unloaded to zero at 9 / mu h0 per retardation time, so that the edge passes
-its cohesive zone at about the same speed for every mu. JKR's relation gives the apparent work of adhesion from force
-and contact radius, Gamma = pi (P + 4 a^3 / (3 pi))^2 / (8 a^3); it is compared with the theory at the speed of the
-edge. Times are processor seconds.
-
-Usage: `python -m experiments large_tabor [--tabor MU ...] [--accuracy A] [--out FILE]`.
+Scenes of Tabor parameters from 10 to 100 are elastic (a quarter) or standard linear solids, moved by the stage, behind
+a spring, or by a prescribed force, at rates of over five decades. Every scene completes, or its status names the limit
+that it met. Some that complete are simulated again with a quarter of the target error.
 """
 
 from __future__ import annotations
 
-import time
-from pathlib import Path
+from itertools import pairwise
 from typing import Annotated, Any
 
 import numpy as np
 import typer
 
-from bem import Elastic, LoadingProtocol, PiecewiseLinearProtocol, Scene, StandardLinearSolid, Trajectory, simulate
-from bem.reference_solutions import jkr, persson_brener
-from bem.solver.simulation import load_kernels
-from experiments.common import write_result
-from experiments.paper.persson_brener import beta_over_length_scale
-from experiments.timing import MEASUREMENTS, plain
+from bem import Elastic, ForceProtocol, LoadingProtocol, Scene, StandardLinearSolid, simulate
+from bem._support.wording import markdown_table
+from bem.accuracy import resolve_accuracy
+from bem.reference_solutions import hertz
+from bem.trajectory import is_completed
+from experiments.measurements.harness import CLOCK, Count, Jobs, Seed, in_parallel, measurement
+from experiments.measurements.statistics import spread
 
-OUT = MEASUREMENTS / "large_tabor.json"
-TABORS = (3.24, 10.0, 30.0, 50.0, 100.0)
-RATIO = 0.1
-SPEED = 9.0  # unloading rate times mu
-MARGINS = (1.04, 0.95)  # compared contact radii: from 1.04 times the last to 0.95 times the first
-POINTS = 20
-HEADER = f"{'mu':>6} {'solid':>12} {'force':>8} {'expected':>8} {'CPU s':>8} {'nodes':>6} {'unknowns':>8} {'steps':>6}"
+DEVICES = ("stage", "spring", "force")
+TABORS, RATES = (10.0, 20.0, 45.0, 100.0), (1e-2, 1e-1, 1.0, 10.0, 100.0, 1e3)
+"""Bounds of the classes of the table; rates are in units of mu h0 per retardation time."""
+DWELL, REFINEMENT, LONGEST = 0.1, 4.0, 5.0
 
 
-def timed(scene: Scene, protocol: Any, accuracy: str | float) -> tuple[Trajectory, dict[str, Any]]:
-    """A trajectory, and its cost."""
-    begin = time.process_time()
-    trajectory = simulate(scene, protocol, accuracy)
-    seconds = time.process_time() - begin
-    stats = trajectory.stats
-    return trajectory, {
-        "tabor": scene.tabor,
-        "status": trajectory.status,
-        "cpu_seconds": seconds,
-        "nodes": stats.nodes,
-        "unknowns": stats.unknowns_per_solve,
-        "grid_nodes": stats.grid_nodes,
-        "steps": stats.steps,
-        "jumps": len(trajectory.jumps),
+def drawn(count: int, seed: int) -> list[dict[str, Any]]:
+    """Random scenes, as rows of numbers."""
+    generator = np.random.default_rng(seed)
+
+    def between(low: float, high: float) -> np.ndarray:
+        return np.exp(generator.uniform(np.log(low), np.log(high), count))
+
+    columns = {
+        "tabor": between(TABORS[0], TABORS[-1]),
+        "rate": between(RATES[0], RATES[-1]),
+        "depth": between(0.3, 4.0),
+        "spring": between(0.1, 10.0),
+        "modulus_ratio": np.where(generator.random(count) < 0.25, 1.0, between(0.01, 0.9)),
     }
+    return [
+        {"device": DEVICES[row % len(DEVICES)], **{name: float(values[row]) for name, values in columns.items()}}
+        for row in range(count)
+    ]
 
 
-def cycle(tabor: float, material: Elastic | StandardLinearSolid, accuracy: str | float) -> dict[str, Any]:
-    """Pull-off after loading to an indentation of mu."""
-    rate = tabor if material.strengths.size else 1.0
-    protocol = LoadingProtocol(peak_indentation=tabor, loading_rate=rate, dwell_time=1.0, unloading_rate=rate)
-    trajectory, row = timed(Scene(tabor, material), protocol, accuracy)
-    row |= {"pull_off_force": trajectory.pull_off_force}
-    if not material.strengths.size:
-        row |= {"expected": jkr.PULL_OFF_FORCE}
-    return row
+def case(row: dict[str, Any]) -> tuple[Scene, LoadingProtocol | ForceProtocol]:
+    """Scene and protocol of one row."""
+    tabor, ratio = row["tabor"], row["modulus_ratio"]
+    material = Elastic() if ratio == 1.0 else StandardLinearSolid(ratio)
+    scene = Scene(tabor, material, spring=row["spring"] if row["device"] == "spring" else None)
+    peak, rate = row["depth"] * tabor, row["rate"] * tabor
+    if row["device"] != "force":
+        return scene, LoadingProtocol(
+            peak_indentation=peak,
+            loading_rate=rate,
+            dwell_time=DWELL,
+            unloading_rate=rate,
+            start_indentation=-3 * tabor,
+        )
+    press, ramp = float(hertz.force_from_indentation(peak, tabor)), peak / rate
+    return scene, ForceProtocol([0.0, ramp, ramp + DWELL, 2.0 * ramp + DWELL], [0.0, press, press, 1.0])
 
 
-def apparent_work(force: np.ndarray, radius: np.ndarray) -> np.ndarray:
-    """Apparent over thermodynamic work of adhesion, by JKR, from forces and contact radii of shape (n,)."""
-    return np.pi * (force + 4.0 * radius**3 / (3.0 * np.pi)) ** 2 / (8.0 * radius**3)
+def solved(row: dict[str, Any], refine: bool) -> dict[str, Any]:
+    """How one scene ended, and how much its largest compression and tension change under refinement."""
+    simulate(Scene(1.0), LoadingProtocol(peak_indentation=2, loading_rate=1, dwell_time=0, unloading_rate=1))
+    with CLOCK:
+        found = simulate(*case(row), "draft")
+    result = {**row, "status": found.status, "rung": found.stats.rung, "seconds": CLOCK.seconds}
+    if refine and found.completed:
+        fine = simulate(*case(row), resolve_accuracy("draft").target / REFINEMENT)
+        scale = max(fine.pull_off_force, 1.0)
+        result["change"] = max(
+            abs(found.pull_off_force - fine.pull_off_force) / scale,
+            abs(found.max_compression - fine.max_compression) / max(scale, abs(fine.max_compression)),
+        )
+    return result
 
 
-def crack(tabor: float, accuracy: str | float) -> dict[str, Any]:
-    """Apparent work of adhesion of a retreating edge, and the theory at its speed."""
-    deep = 6.0 * tabor
-    path = PiecewiseLinearProtocol([0.0, deep * tabor / SPEED], [deep, 0.0])
-    trajectory, row = timed(Scene(tabor, StandardLinearSolid(RATIO)), path, accuracy)
-    radius = trajectory.contact_radius
-    chosen = np.linspace(MARGINS[0] * radius[-1], MARGINS[1] * radius[0], POINTS)
-    instants = np.interp(-chosen, -radius, trajectory.time)
-    near = np.interp(np.stack([0.97, 1.03])[:, None] * chosen, radius[::-1], trajectory.time[::-1])
-    velocity = 0.06 * chosen / (near[0] - near[1]) * beta_over_length_scale(tabor)
-    theory = persson_brener.effective_energy(velocity, RATIO)
-    found = apparent_work(trajectory.at(instants), chosen)
-    row |= {"crack_velocity": velocity.tolist(), "apparent_work": found.tolist(), "theory": theory.tolist()}
-    return row | {"largest_deviation": float(np.max(np.abs(found / theory - 1.0)))}
+def page_text(large_tabor: Any) -> str:
+    """Shares that complete, by rate and Tabor parameter, for docs/limits.md."""
+    rows, table = large_tabor["scenes"], []
+    for slow, fast in pairwise(RATES):
+        cells = [f"{slow:g} to {fast:g}"]
+        for low, high in pairwise(TABORS):
+            here = [row for row in rows if slow <= row["rate"] < fast and low <= row["tabor"] < high]
+            cells.append(f"{sum(is_completed(row['status']) for row in here)} of {len(here)}")
+        table.append(cells)
+    heads = [f"$\\mu$ {low:g} to {high:g}" for low, high in pairwise(TABORS)]
+    changes = [row["change"] for row in rows if "change" in row]
+    longest = max(row["seconds"] for row in rows)
+    text = (
+        f"Each cell: scenes that complete, of all; {len(rows)} random ones, {longest:.1f} s of processor "
+        f"time at most. {len(changes)} were simulated again with a quarter of the target: pull-off force and "
+        f"largest compression change by {100.0 * max(changes):.1f} % at most, in "
+        f"{sum(change > large_tabor['target'] for change in changes)} scenes by more than the target. "
+        f"Measured by `{large_tabor['command']}` on {large_tabor['host']}."
+    )
+    header = ["Rate ($\\mu h_0$ per retardation time)", *heads]
+    return f"{markdown_table(header, table, 'lrrr')}\n\n{text}"
 
 
+@measurement("large_tabor")
 def main(
-    tabor: Annotated[list[float] | None, typer.Option(help="Tabor parameter; repeatable.")] = None,
-    accuracy: Annotated[str, typer.Option(help="Accuracy of the solver.")] = "standard",
-    out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
-) -> None:
-    """Compute pull-off forces and a viscoelastic crack at large Tabor parameters."""
-    load_kernels()
-    tabors = tuple(tabor or TABORS)
-    elastic, solid, cracks = [], [], []
-    print(HEADER)
-    for mu in tabors:
-        elastic.append(cycle(mu, Elastic(), accuracy))
-        solid.append(cycle(mu, StandardLinearSolid(RATIO), accuracy))
-        cracks.append(crack(mu, accuracy))
-        for name, row in (("elastic", elastic[-1]), ("viscoelastic", solid[-1])):
-            expected = f"{row['expected']:8.4f}" if "expected" in row else f"{'':8}"
-            print(
-                f"{mu:6g} {name:>12} {row['pull_off_force']:8.4f} {expected} {row['cpu_seconds']:8.2f} "
-                f"{row['nodes']:6.0f} {row['unknowns']:8.0f} {row['steps']:6d}"
-            )
-        print(f"{mu:6g} {'crack':>12} off the theory by at most {100.0 * cracks[-1]['largest_deviation']:.1f} %")
-    content = {"accuracy": accuracy, "elastic": elastic, "viscoelastic": solid, "crack": cracks}
-    options = "".join(f" --tabor {mu:g}" for mu in tabors)
-    write_result(out, f"large_tabor{options} --accuracy {accuracy}", plain(content))
+    count: Count = 300,
+    refined: Annotated[int, typer.Option(help="Scenes to simulate again, more finely.")] = 30,
+    seed: Seed = 17,
+    jobs: Jobs = 1,
+) -> dict[str, Any]:
+    """Simulate random scenes of large Tabor parameters."""
+    tasks = [(row, number < refined) for number, row in enumerate(drawn(count, seed))]
+    rows = in_parallel(solved, tasks, jobs=jobs, label="scenes", ordered=True)
+    failed = [row for row in rows if not is_completed(row["status"])]
+    for row in failed:
+        print(f"{row['device']:7} mu {row['tabor']:.3g} rate {row['rate']:.3g} {row['seconds']:.1f} s: {row['status']}")
+    print(f"{len(rows) - len(failed)} of {len(rows)} completed; seconds {spread([row['seconds'] for row in rows])}")
+    print(f"{sum(row['seconds'] > LONGEST for row in rows)} took more than {LONGEST:g} s")
+    return {"target": resolve_accuracy("draft").target, "scenes": rows}

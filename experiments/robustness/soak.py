@@ -9,9 +9,7 @@ soak; they are identified by the version of the solver, its accuracy and their p
 
 from __future__ import annotations
 
-import json
 import resource
-import time
 from collections import Counter
 from pathlib import Path
 from typing import Annotated, Any
@@ -19,69 +17,24 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from bem import HardContact, LennardJones, LoadingProtocol, Scene, StandardLinearSolid, simulate
-from bem._support.outputs import write_whole
 from bem._support.provenance import peak_memory
-from bem.dataset.designs import Design
 from bem.solver.version import SOLVER_VERSION
-from experiments.common import write_result
-from experiments.timing import MEASUREMENTS, Jobs, Out, fingerprint, in_parallel, plain, spread
+from bem.trajectory import is_completed
+from experiments.measurements.cases import Case, drawn, rows_of
+from experiments.measurements.harness import Jobs, Seed, fingerprint, in_parallel, kept, measurement
 
-OUT = MEASUREMENTS / "soak.json"
 KEPT = Path("results/soak")
 CHUNK = 250
 CHUNKS_FOR_MEMORY = 8
 ACCURACY = "standard"
-PLACES = {"inside": "inside the box", "beyond": "beyond the box", "stiff": "stiff contacts"}
-BEYOND = {
-    "tabor": (0.02, 6.4),
-    "peak_indentation": (0.2, 1000.0),
-    "loading_rate": (1e-3, 1e5),
-    "dwell_time": (1e-6, 1e3),
-    "unloading_rate": (1e-3, 1e5),
-}
-DEEPEST = 200.0  # largest peak indentation times tabor^1.5, beyond the box: the nodes of the master grid are limited
-STIFF = {
-    "tabor": (0.01, 0.5),
-    "peak_indentation": (0.05, 30.0),
-    "loading_rate": (1e-3, 1e4),
-    "dwell_time": (1e-4, 1e5),
-    "unloading_rate": (1e-3, 1e4),
-}
 RECORDED = ("status", "raised", "silent", "spikes", "spike_share", "seconds")
 """Recorded quantities of a protocol."""
 
 
-def protocols(where: str, count: int, seed: int, design: str = "log-uniform") -> dict[str, np.ndarray]:
-    """Random quantities and modulus ratios, each of shape (count,): 'inside' the box, 'beyond' it, or 'stiff'.
-
-    Stiff contacts are nearly rigid or have a stiff glassy modulus; about half of them are without adhesion.
-    """
-    columns = Design(design, {"beyond": BEYOND, "stiff": STIFF}.get(where, {})).protocols(count, seed)
-    columns["modulus_ratio"] = np.full(count, 0.1)
-    if where == "beyond":
-        columns["modulus_ratio"] = 10.0 ** np.random.default_rng([seed, 1]).uniform(-3.0, 0.0, count)
-        deepest = DEEPEST * columns["tabor"] ** -1.5
-        columns["peak_indentation"] = np.minimum(columns["peak_indentation"], deepest)
-    if where == "stiff":
-        rng = np.random.default_rng([seed, 2])
-        columns["modulus_ratio"] = 10.0 ** rng.uniform(-3.0, np.log10(0.3), count)
-        columns["adhesion"] = rng.integers(0, 2, count).astype(float)
-    return columns
-
-
-def points_of(columns: dict[str, np.ndarray]) -> list[dict[str, float]]:
-    """The protocols as one dictionary each."""
-    return [dict(zip(columns, row, strict=True)) for row in np.column_stack(list(columns.values())).tolist()]
-
-
 def soaked(point: dict[str, float]) -> dict[str, Any]:
     """Simulate one protocol: its status, and whether its results are finite. An exception becomes the status."""
-    rest = dict(point)
     try:
-        adhesion = LennardJones() if rest.pop("adhesion", 1.0) else HardContact()
-        scene = Scene(rest.pop("tabor"), StandardLinearSolid(rest.pop("modulus_ratio")), adhesion)
-        trajectory = simulate(scene, LoadingProtocol(**rest), ACCURACY)
+        trajectory = Case.of(point).run(ACCURACY)
     except Exception as error:
         status = f"{type(error).__name__}: {error}"
         return {"status": status, "raised": True, "silent": False, "spikes": 0, "spike_share": 0.0, "seconds": 0.0}
@@ -127,19 +80,15 @@ def memory_bytes() -> int:
 
 def chunk(where: str, first: int, count: int, seed: int, folder: Path) -> dict[str, Any]:
     """Simulate protocols `first` to `first` + CHUNK of `count`, or read them if they were simulated before."""
-    points = points_of(protocols(where, count, seed))[first : first + CHUNK]
+    points = rows_of(drawn(where, count, seed))[first : first + CHUNK]
     key = fingerprint(solver=SOLVER_VERSION, accuracy=ACCURACY, protocols=points, recorded=RECORDED)
-    path = folder / f"{where}-{first}-{key}.json"
-    if path.is_file():
-        return json.loads(path.read_text(encoding="utf-8"))
-    started = time.perf_counter()
+    return kept(folder / f"{where}-{first}-{key}.json", lambda: chunk_of(where, first, points))
+
+
+def chunk_of(where: str, first: int, points: list[dict[str, float]]) -> dict[str, Any]:
+    """Simulate some protocols, numbered from `first`, and count how they ended."""
     found = [soaked(point) for point in points]
-    notable = [
-        {"index": first + i, **point, **one}
-        for i, (point, one) in enumerate(zip(points, found, strict=True))
-        if one["status"] != "completed" or one["silent"] or one["spikes"]
-    ]
-    content = {
+    return {
         "where": where,
         "count": len(points),
         "statuses": Counter(one["status"].split(" (at")[0] for one in found),
@@ -147,14 +96,13 @@ def chunk(where: str, first: int, count: int, seed: int, folder: Path) -> dict[s
         "silent": sum(one["silent"] for one in found),
         "spikes": sum(one["spikes"] > 0 for one in found),
         "slowest": max(one["seconds"] for one in found),
-        "mean_seconds": float(np.mean([one["seconds"] for one in found])),
-        "notable": notable,
+        "notable": [
+            {"index": first + i, **point, **one}
+            for i, (point, one) in enumerate(zip(points, found, strict=True))
+            if not is_completed(one["status"]) or one["silent"] or one["spikes"]
+        ],
         "memory_bytes": memory_bytes(),
-        "wall_seconds": time.perf_counter() - started,
     }
-    folder.mkdir(parents=True, exist_ok=True)
-    write_whole(path, json.dumps(plain(content)))
-    return content
 
 
 def summary(chunks: list[dict[str, Any]]) -> dict[str, Any]:
@@ -175,31 +123,27 @@ def summary(chunks: list[dict[str, Any]]) -> dict[str, Any]:
         "largest_spike_share": max((case["spike_share"] for one in chunks for case in one["notable"]), default=0.0),
         "statuses": dict(statuses.most_common()),
         "slowest_seconds": max(one["slowest"] for one in chunks),
-        "mean_seconds": spread([one["mean_seconds"] for one in chunks]),
-        "memory_bytes": spread(memory),
-        "chunks": len(chunks),
         "memory_growth": growth,
         "notable": [case for one in chunks for case in one["notable"]][:50],
     }
 
 
+@measurement("soak")
 def main(
     count: Annotated[int, typer.Option(help="Protocols inside the box.")] = 100_000,
     beyond: Annotated[int, typer.Option(help="Protocols beyond the box.")] = 20_000,
     stiff: Annotated[int, typer.Option(help="Stiff contacts, with and without adhesion.")] = 3_000,
-    seed: Annotated[int, typer.Option(help="Seed of the protocols.")] = 11,
+    seed: Seed = 11,
     jobs: Jobs = 2,
     folder: Annotated[Path, typer.Option(help="Folder in which the chunks are kept.")] = KEPT,
-    out: Out = OUT,
-) -> None:
+) -> dict[str, Any]:
     """Run, or continue, the soak."""
     content: dict[str, Any] = {"accuracy": ACCURACY, "seed": seed, "solver": SOLVER_VERSION}
     for where, total in (("inside", count), ("beyond", beyond), ("stiff", stiff)):
         tasks = [(where, first, total, seed, folder) for first in range(0, total, CHUNK)]
-        chunks = in_parallel(chunk, tasks, jobs=jobs, label=f"{PLACES[where]}, chunks of {CHUNK}")
+        chunks = in_parallel(chunk, tasks, jobs=jobs, label=f"{where}, chunks of {CHUNK}")
         if chunks:
-            content[where] = summary(chunks)
-            found = content[where]
+            content[where] = found = summary(chunks)
             counted = ", ".join(f"{found[name]} {name}" for name in ("raised", "silent", "spikes"))
             print(f"{where}: {found['protocols']} protocols; {counted}")
-    write_result(out, f"soak --count {count} --beyond {beyond} --stiff {stiff} --seed {seed}", plain(content))
+    return content

@@ -1,1 +1,1 @@
-"""Studies of the surrogates beyond the paper's: measurement steps, errors on hidden protocols, what they cost."""
+"""What the surrogates deliver and cost: errors, bands, gradients, streams, and an inverse problem."""

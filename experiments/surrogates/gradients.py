@@ -9,11 +9,15 @@ differences of 5 % to either side, which every tool uses: an error is the tool's
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from typing import Any
 
 import numpy as np
 
-from experiments.surrogates.hidden_protocols import Hidden, quantiles
-from surrogate.pretrained.model import NAMES, QUANTITIES
+from experiments.measurements.cases import Hidden
+from experiments.measurements.statistics import quantiles
+from experiments.measurements.tools import predicted
+from surrogate.prediction.bands import KNOWN as QUANTITIES
+from surrogate.prediction.files import BANDED as NAMES
 
 COMMON = 5
 """The first ones, which a model of one material has too."""
@@ -41,14 +45,19 @@ def gradient(pull_off: PullOff, hidden: Hidden, count: int = len(QUANTITIES)) ->
     return (logs[1] - logs[0]).T / (2.0 * STEP)
 
 
-def of(name: str) -> int:
+def count_of(name: str) -> int:
     """How many derivatives a tool has: the models of the paper's kind know one material."""
     return len(QUANTITIES) if name in ("solver", *NAMES) else COMMON
 
 
-def simulated(accuracy: str | float) -> PullOff:
+def of_solver(accuracy: str | float) -> PullOff:
     """Pull-off forces of the solver."""
     return lambda hidden: (one.pull_off_force for one in hidden.simulated(accuracy))
+
+
+def of_model(model: Any, name: str) -> PullOff:
+    """Pull-off forces of a model."""
+    return lambda hidden: (one.pull_off_force for one in predicted(model, name, hidden))
 
 
 def errors(found: np.ndarray, true: np.ndarray) -> dict[str, dict[str, float] | None]:

@@ -6,7 +6,6 @@ solver, from the same noisy curve. The seconds of a sample, from parameters to l
 
 from __future__ import annotations
 
-import time
 from typing import Annotated, Any
 
 import numpy as np
@@ -14,10 +13,9 @@ import typer
 
 import surrogate
 from examples import infer_material as example
-from experiments.timing import CLOCK, MEASUREMENTS, Busy, Out, progress, publish
-from surrogate.inference.posterior import BATCH, Likelihood, Sample
+from experiments.measurements.harness import CLOCK, Seed, in_turn, measurement, progress
+from surrogate.posterior import BATCH, Likelihood, Sample
 
-OUT = MEASUREMENTS / "inverse_problem.json"
 ROUNDS, TIMED = 7, 32
 """Rounds of the timing, and simulations in each."""
 BINS = {example.SOLVER: 24}
@@ -33,17 +31,16 @@ def cost(model: Any, points: np.ndarray, likelihood: Likelihood) -> dict[str, fl
         points: Logarithms of parameters of the posterior, (n, 3), n at least `BATCH`.
         likelihood: Any.
     """
-    spent: dict[str, list[float]] = {example.SURROGATE: [], example.SOLVER: []}
-    likelihood(example.predicted(model, points[:BATCH]))
-    for turn in range(ROUNDS):
-        clock = time.process_time()
-        likelihood(example.predicted(model, points[:BATCH]))
-        spent[example.SURROGATE].append((time.process_time() - clock) / len(points[:BATCH]))
-        some = np.roll(points, -turn * TIMED, axis=0)[:TIMED]
-        clock = time.process_time()
-        likelihood(example.simulated(some))
-        spent[example.SOLVER].append((time.process_time() - clock) / len(some))
-    return {name: float(np.median(values)) for name, values in spent.items()}
+    batch = points[:BATCH]
+
+    def by_solver(turn: int) -> None:
+        likelihood(example.simulated(np.roll(points, -turn * TIMED, axis=0)[:TIMED]))
+
+    calls = {
+        example.SURROGATE: lambda _: likelihood(example.predicted(model, batch)),
+        example.SOLVER: by_solver,
+    }
+    return in_turn(calls, ROUNDS, {example.SURROGATE: len(batch), example.SOLVER: TIMED})
 
 
 def densities(sample: Sample, bounds: np.ndarray, bins: int) -> list[dict[str, np.ndarray]]:
@@ -85,29 +82,30 @@ def described(found: example.Inference) -> dict[str, Any]:
     }
 
 
+@measurement("inverse_problem")
 def main(
     samples: Annotated[int, typer.Option(min=example.LEAST, help="Samples of the surrogate.")] = 1_000_000,
     solver_samples: Annotated[int, typer.Option(min=example.LEAST, help="Samples of the solver.")] = 4_000,
-    seed: Annotated[int, typer.Option(help="Of noise and draws.")] = 0,
-    out: Out = OUT,
-    busy: Busy = False,
-) -> None:
+    seed: Seed = 0,
+) -> dict[str, Any]:
     """Infer, time and describe."""
     measured, noise = example.measured_curve(seed=seed)
     model = surrogate.load("fast")
+    counts = {"samples": samples, "solver_samples": solver_samples}
     with CLOCK:
-        found = example.infer(
-            measured, noise, model, samples=samples, solver_samples=solver_samples, seed=seed, show=progress
-        )
-        seconds = cost(model, found.posteriors[example.SURROGATE].logarithms[: 2 * BATCH], Likelihood(measured, noise))
-    solver = found.posteriors[example.SOLVER]
+        found = example.infer(measured, noise, model, **counts, seed=seed, show=progress)
+    posteriors = found.posteriors
+    seconds = cost(model, posteriors[example.SURROGATE].logarithms[: 2 * BATCH], Likelihood(measured, noise))
+    solver = posteriors[example.SOLVER]
     chosen = np.random.default_rng(seed).choice(len(solver), SHOWN, p=solver.weights)
-    mean = found.posteriors[example.SURROGATE].summary()["mean"]
-    content: dict[str, Any] = {
+    mean = posteriors[example.SURROGATE].summary()["mean"]
+    for name, one in posteriors.items():
+        print(f"{name}: {len(one)} samples, as good as {one.effective:.0f}: {one.summary()}")
+    print(f"processor seconds of a sample: {seconds}")
+    return {
         "parameters": list(example.PRIOR.bounds),
         "prior": example.PRIOR.bounds,
         "true": example.TRUE,
-        "noise_share": example.NOISE,
         "calibration": example.CALIBRATION,
         "posteriors": described(found),
         "seconds": seconds,
@@ -120,8 +118,3 @@ def main(
             "mean": example.simulated(np.log([mean]))[0],
         },
     }
-    for name, one in content["posteriors"].items():
-        print(f"{name}: {one['samples']} samples, as good as {one['effective']:.0f}: {one['summary']}")
-    print(f"processor seconds of a sample: {seconds}")
-    options = f"--samples {samples} --solver-samples {solver_samples} --seed {seed}"
-    publish(out, f"inverse_problem {options}", content, busy=busy)

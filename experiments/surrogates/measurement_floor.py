@@ -8,21 +8,18 @@ rule, as the paper does, and by monotone cubics.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
-import typer
 
 from bem import Trajectory
-from bem._support.plain_json import plain
 from bem.dataset.designs import QUANTITIES
-from bem.dataset.measurement_steps import FMS, PHYSICAL, grid_of
-from experiments.common import write_result
-from experiments.surrogates.hidden_protocols import ANY_SOLID, Hidden, quantiles
-from experiments.timing import MEASUREMENTS
+from bem.dataset.measurement_steps import FMS, PHYSICAL
+from bem.dataset.records import grid_of
+from experiments.measurements.cases import ANY_SOLID, Hidden, results_of
+from experiments.measurements.harness import Count, measurement
+from experiments.measurements.statistics import quantiles
 
-OUT = MEASUREMENTS / "measurement_floor.json"
 EXAMPLE = {
     "tabor": 0.55,
     "peak_indentation": 69.0,
@@ -54,17 +51,12 @@ def reading_errors(
         true: Pull-off force and hysteresis, shape (2, n).
     """
     from surrogate.data.metrics import hysteresis
-    from surrogate.pretrained.kernels import results
+    from surrogate.prediction.bands import results
 
     top, _, _, area = results(times, indentations, force, np.array(counts))
     highest = force[:, counts[0] + counts[1] - 1 :].max(axis=1)
     found = np.stack([highest, top, hysteresis(indentations, force), np.abs(area)])
     return np.abs(found / np.repeat(true, 2, axis=0) - 1.0)
-
-
-def results_of(trajectories: Sequence[Trajectory]) -> np.ndarray:
-    """Pull-off force and hysteresis, shape (2, n)."""
-    return np.array([(one.pull_off_force, one.hysteresis) for one in trajectories]).T
 
 
 def errors(
@@ -73,7 +65,7 @@ def errors(
     """The same of the solver's own forces at the steps, which are a perfect model's."""
     pairs = zip(trajectories, times, strict=True)
     force = np.array([one.at(np.minimum(instants, one.time[-1])) for one, instants in pairs])
-    return reading_errors(times, indentations, force, counts, results_of(trajectories))
+    return reading_errors(times, indentations, force, counts, results_of(trajectories).T)
 
 
 def example() -> dict[str, Any]:
@@ -88,21 +80,15 @@ def example() -> dict[str, Any]:
     return found
 
 
-def main(
-    count: Annotated[int, typer.Option(help="How many protocols.")] = 2000,
-    out: Annotated[Path, typer.Option(help="Result file to write.")] = OUT,
-) -> None:
+@measurement("measurement_floor")
+def main(count: Count = 2000) -> dict[str, Any]:
     """Measure the floor of both kinds of steps on hidden protocols of any modulus ratio."""
     hidden = Hidden.draw(count, ANY_SOLID)
-    grids = {kind: grid(kind, hidden.quantities) for kind in KINDS}
     trajectories = list(hidden.simulated())
     content: dict[str, Any] = {"count": count, "example": example(), "kinds": {}}
     for kind, counts in KINDS.items():
-        found = errors(trajectories, *grids[kind], counts)
-        content["kinds"][kind] = {
-            "counts": counts,
-            **{name: quantiles(values) for name, values in zip(READINGS, found, strict=True)},
-            "pull_off_errors": np.sort(found[0]),
-        }
-        print(kind, counts, {name: values for name, values in content["kinds"][kind].items() if "errors" not in name})
-    write_result(out, f"measurement_floor --count {count}", plain(content))
+        found = errors(trajectories, *grid(kind, hidden.quantities), counts)
+        readings = {name: quantiles(values) for name, values in zip(READINGS, found, strict=True)}
+        print(kind, counts, readings)
+        content["kinds"][kind] = {"counts": counts, **readings, "pull_off_errors": np.sort(found[0])}
+    return content

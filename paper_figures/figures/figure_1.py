@@ -40,8 +40,8 @@ def draw_contact(axes: Axes) -> None:
     axes.add_patch(Circle((centre, bottom + radius), radius, facecolor=SPHERE, edgecolor="0.3", lw=1.0, zorder=2))
     schematics.arrow(axes, (centre, bottom + radius), (centre + radius * 0.94, bottom + radius * 0.66), zorder=3)
     axes.text(centre + 1.5, bottom + radius - 0.35, "$R$", zorder=4)
-    axes.text(centre, bottom + 1.0, "rigid sphere", ha="center", zorder=4, fontsize=7)
-    axes.text(centre, 0.55, "adhesive viscoelastic half-space", ha="center", fontsize=7)
+    axes.text(centre, bottom + 1.0, "rigid sphere", ha="center", zorder=4)
+    axes.text(centre, 0.55, "adhesive viscoelastic half-space", ha="center")
     down, up = {"color": drawing.BLUE}, {"color": drawing.GREEN}
     schematics.arrow(axes, (0.9, 6.9), (0.9, 5.3), lw=1.4, **down)
     axes.text(1.15, 6.0, "$v_L$", **down)
@@ -82,12 +82,12 @@ def draw_gap(axes: Axes) -> None:
     rise = float(np.interp(at - foot, radius, profile))
     measure(at, lowest, lowest + rise, r"$r^2/(2R)$", drawing.GREEN, share=0.85)
     measure(
-        at - 1.9, level - float(np.interp(at - 1.9 - foot, radius, dent)), level, "$u_z$", drawing.PURPLE, -0.12, 0.8
+        at - 1.9, level - float(np.interp(at - 1.9 - foot, radius, dent)), level, "$u_z$", drawing.VIOLET, -0.12, 0.8
     )
     place = at - 0.75
     gap = float(np.interp(place - foot, x - foot, sphere))
     ground = level - float(np.interp(place - foot, radius, dent))
-    measure(place, ground, gap, "$h$", drawing.VERMILION, -0.08, 0.55)
+    measure(place, ground, gap, "$h$", drawing.RED, 0.1, 0.3)
     schematics.arrow(axes, (foot, 0.55), (at, 0.55), color="0.3")
     axes.text(0.5 * (foot + at), 0.75, "$r$", ha="center")
     axes.text(foot + 0.2, HEIGHT - 0.7, r"$h=-\delta+h_0+r^2/(2R)+u_z$", fontsize=7.5)
@@ -110,7 +110,7 @@ def draw_protocol(axes: Axes, example: dict[str, Any]) -> None:
         ha = ha or ("right" if name == "loading" else "left")
         axes.annotate(text, (middle, height), place, textcoords="offset points", color=color, ha=ha, fontsize=8)
     axes.margins(y=0.14)
-    axes.set(xlabel=r"time $\hat t$", ylabel=r"indentation $\hat\delta$")
+    axes.set(xlabel=drawing.TIME, ylabel=drawing.INDENTATION)
 
 
 def draw_force(axes: Axes, example: dict[str, Any]) -> None:
@@ -120,18 +120,14 @@ def draw_force(axes: Axes, example: dict[str, Any]) -> None:
     drawing.by_phase(axes, time, force, example["phase_times"])
     drawing.zero_line(axes)
     peak, low = (results["pull_off_time"], results["pull_off_force"]), int(np.argmin(force))
-    axes.plot(*peak, "o", color=drawing.VERMILION)
+    axes.plot(*peak, "o", color=drawing.RED)
     axes.plot(time[low], force[low], "s", color=drawing.BLACK)
-    axes.annotate(
-        r"$\hat P_\mathrm{po}$", peak, (-4, 5), textcoords="offset points", ha="right", color=drawing.VERMILION
-    )
+    axes.annotate(r"$\hat P_\mathrm{po}$", peak, (-4, 5), textcoords="offset points", ha="right", color=drawing.RED)
     axes.annotate(r"$\hat P_\mathrm{mc}$", (time[low], force[low]), (7, -3), textcoords="offset points")
-    axes.plot([peak[0], peak[0]], [force[low], peak[1]], color=drawing.VERMILION, linestyle=":", linewidth=0.8)
-    axes.annotate(
-        r"$\hat t_\mathrm{po}$", (peak[0], force[low]), (3, 0), textcoords="offset points", color=drawing.VERMILION
-    )
+    axes.plot([peak[0], peak[0]], [force[low], peak[1]], color=drawing.RED, linestyle=":", linewidth=0.8)
+    axes.annotate(r"$\hat t_\mathrm{po}$", (peak[0], force[low]), (3, 0), textcoords="offset points", color=drawing.RED)
     axes.margins(y=0.14)
-    axes.set(xlabel=r"time $\hat t$", ylabel=r"force $\hat P$")
+    axes.set(xlabel=drawing.TIME, ylabel=drawing.FORCE)
 
 
 def compose(dataset_examples: Any) -> Figure:

@@ -27,20 +27,20 @@ def draw_example(axes: Axes, example: dict[str, Any]) -> None:
     axes.axhline(0.0, color="0.75", linewidth=0.6, zorder=0)
     # The edge keeps a dwell visible that is short beside the whole.
     axes.axvspan(t1, t2, facecolor=(drawing.ORANGE, 0.35), edgecolor=drawing.ORANGE, linewidth=0.8, label="dwell")
-    axes.plot(native["time"], native["force"], color=drawing.BLUE)
+    axes.plot(native["time"], native["force"], color=drawing.BLACK)
     lowest = int(np.argmin(native["force"]))
     style = {"linestyle": "", "clip_on": False, "zorder": 3}
     peak = results["pull_off_time"], results["pull_off_force"]
-    axes.plot(*peak, marker="o", color=drawing.VERMILION, label=r"$\hat P_\mathrm{po}$", **style)
+    axes.plot(*peak, marker="o", color=drawing.RED, label=r"$\hat P_\mathrm{po}$", **style)
     bottom = native["time"][lowest], native["force"][lowest]
-    axes.plot(*bottom, marker="s", color=drawing.BLACK, label=r"$\hat P_\mathrm{mc}$", **style)
+    axes.plot(*bottom, marker="s", color=drawing.BLUE, label=r"$\hat P_\mathrm{mc}$", **style)
     axes.set_xlim(0.0, 1.03 * t3)
     axes.margins(y=0.12)
     protocol = example["protocol"]
     axes.set_title(rf"$\mu={protocol['tabor']:g}$, $\hat\delta_l={protocol['peak_indentation']:g}$", loc="right")
     drawing.letter(axes, example["name"])
-    axes.set_xlabel(r"$\hat t$")
-    axes.set_ylabel(r"$\hat P$")
+    axes.set_xlabel(drawing.TIME)
+    axes.set_ylabel(r"force $\hat P$")
 
 
 def draw_histogram(axes: Axes, values: FloatArray, label: str) -> None:
@@ -49,7 +49,7 @@ def draw_histogram(axes: Axes, values: FloatArray, label: str) -> None:
     high = max(np.ceil(np.log10(values.max())), low + 1.0)
     bins = np.logspace(low, high, int(BINS_PER_DECADE * (high - low)) + 1)
     share = np.full(len(values), 1.0 / len(values))
-    axes.hist(values, bins=bins, weights=share, color=drawing.SKY, edgecolor="white", linewidth=0.4)
+    axes.hist(values, bins=bins, weights=share, color="0.6", edgecolor="white", linewidth=0.4)
     axes.set_xscale("log")
     axes.set_xlabel(label)
     axes.set_ylabel("share of trajectories")
@@ -60,12 +60,12 @@ def draw_histogram(axes: Axes, values: FloatArray, label: str) -> None:
 def mark(axes: Axes, value: float, text: str, color: str, *, height: float, shift: float) -> None:
     """Draw a vertical line with text beside it, at a share of the panel's height."""
     axes.axvline(value, color=color, linewidth=1.0)
-    drawing.beside(axes, value, text, height=height, shift=shift, color=color, fontsize=6.5)
+    drawing.beside(axes, value, text, height=height, shift=shift, color=color)
 
 
 def note(axes: Axes, text: str) -> None:
     """Write text in the upper right corner of a panel."""
-    axes.annotate(text, (0.97, 0.97), xycoords="axes fraction", ha="right", va="top", fontsize=6.5)
+    axes.annotate(text, (0.97, 0.97), xycoords="axes fraction", ha="right", va="top")
 
 
 def draw_cost(axes: Axes, dataset: Dataset, paper: dict[str, Any]) -> None:
@@ -93,7 +93,8 @@ def compose(dataset_examples: Any, dataset: Path) -> Figure:
     draw_histogram(panels[2, 0], scalars["pull_off_time"][rows], r"pull-off time $\hat t_\mathrm{po}$")
     ratio = force_ratio(data)
     draw_histogram(panels[2, 1], ratio, r"force ratio $\hat P_\mathrm{po}/|\hat P_\mathrm{mc}|$")
-    note(panels[2, 1], f"without {len(rows) - len(ratio)}\nnever compressed")
+    panels[2, 1].set_ylim(top=1.3 * panels[2, 1].get_ylim()[1])
+    note(panels[2, 1], f"without {len(rows) - len(ratio)} never compressed")
     draw_cost(panels[2, 2], data, drawing.paper_values("dataset"))
     for axes, name in zip(panels[2], "ghi", strict=True):
         drawing.letter(axes, name)

@@ -10,8 +10,6 @@ from matplotlib.lines import Line2D
 from bem.dataset.measurement_steps import FMS
 from paper_figures.style import drawing
 
-INDENTATION, FORCE, TIME = r"$\hat\delta$", r"$\hat P$", r"$\hat t$"
-
 
 def draw_points(axes: Axes, x: np.ndarray, y: np.ndarray) -> None:
     """Draw one marker for each measurement step, coloured by phase."""
@@ -36,18 +34,17 @@ def compose(dataset_examples: Any) -> Figure:
     drawn = drawing.figure(height=4.4)
     upper, lower = drawn.subfigures(2, 1)
     first, second = upper.subplots(1, 2), lower.subplots(1, 3)
-    for axes, name, quantity, label in zip(first, "ab", ("indentation", "force"), (INDENTATION, FORCE), strict=True):
+    labels = {"indentation": drawing.INDENTATION, "time": drawing.TIME, "force": drawing.FORCE}
+    for axes, name, quantity in zip(first, "ab", ("indentation", "force"), strict=True):
         draw_native(axes, native["time"], native[quantity], content["phase_times"])
         axes.margins(y=0.15)
-        axes.set(xlabel=TIME, ylabel=label)
+        axes.set(xlabel=drawing.TIME, ylabel=labels[quantity])
         drawing.letter(axes, name)
-    for axes, name, quantity, label in zip(
-        second, "cde", ("indentation", "time", "force"), (INDENTATION, TIME, FORCE), strict=True
-    ):
+    for axes, name, quantity in zip(second, "cde", labels, strict=True):
         for boundary in np.cumsum(FMS)[:2] + 0.5:
             axes.axvline(boundary, color="0.8", linewidth=0.6, zorder=0)
         draw_points(axes, index, steps[quantity])
-        axes.set(xlabel=r"measurement step $j$", ylabel=label)
+        axes.set(xlabel=r"measurement step $j$", ylabel=labels[quantity])
         drawing.letter(axes, name)
     marks = [
         Line2D([], [], color=color, marker=".", label=f"{phase}, {count} steps")

@@ -37,7 +37,7 @@ def draw_lstm(axes: Axes) -> None:
     for x, text, name in gates:
         box(axes, x, 2.2, text, LSTM_FILL, width=1.0, height=0.6)
         arrow(axes, (x, 1.4), (x, 1.9))
-        axes.text(x + 0.12, 2.72, name, fontsize=6.5, ha="left", va="center")
+        axes.text(x + 0.12, 2.72, name, ha="left", va="center")
     for x, y, text in ((2.2, 4.5, r"$\times$"), (4.45, 3.4, r"$\times$"), (4.45, 4.5, "$+$"), (6.7, 3.4, r"$\times$")):
         node(axes, x, y, text, 0.24)
     arrow(axes, (0.2, 4.5), (1.96, 4.5))
@@ -64,21 +64,21 @@ def draw_lstm(axes: Axes) -> None:
         (9.85, 1.65, "$h_j$", "right"),
         (1.75, 0.4, "$x_j$", "left"),
     ):
-        axes.text(x, y, text, ha=ha, fontsize=7)
+        axes.text(x, y, text, ha=ha)
 
 
 def draw_tcn(axes: Axes) -> None:
     """Panel (b): a residual block of two dilated causal convolutions."""
     schematics.blank(axes, 10.0, 6.0)
     stages = ("causal Conv, 3 points\ndilation $d$", "LayerNorm, ReLU", "Dropout 0.1")
-    height, y = 0.68, 0.95
+    height, gap, y = 0.64, 0.2, 0.9
     for _ in range(2):
         for text, fill in zip(stages, (CONV_FILL, PLAIN_FILL, PLAIN_FILL), strict=True):
-            box(axes, 4.0, y, text, fill, width=3.4, height=height, size=5.8)
-            arrow(axes, (4.0, y - 0.5 * height - 0.12), (4.0, y - 0.5 * height))
-            y += height + 0.12
+            box(axes, 4.0, y, text, fill, width=3.4, height=height)
+            arrow(axes, (4.0, y - 0.5 * height - gap), (4.0, y - 0.5 * height))
+            y += height + gap
     node(axes, 4.0, y + 0.02, "$+$", 0.22)
-    line(axes, (4.0, y - 0.46), (4.0, y - 0.2))
+    line(axes, (4.0, y - 0.52), (4.0, y - 0.2))
     arrow(axes, (4.0, y + 0.24), (4.0, 6.5))
     line(axes, (4.0, 0.05), (4.0, 0.5))
     line(axes, (4.0, 0.25), (8.0, 0.25), (8.0, 2.45))
@@ -90,12 +90,11 @@ def draw_tcn(axes: Axes) -> None:
         PLAIN_FILL,
         width=3.5,
         height=0.9,
-        size=5.6,
     )
     line(axes, (8.0, 3.35), (8.0, y + 0.02))
     arrow(axes, (8.0, y + 0.02), (4.22, y + 0.02))
-    axes.text(3.6, 0.05, r"$z^{(l-1)}$", fontsize=7, ha="right")
-    axes.text(3.7, 5.95, r"$z^{(l)}$", fontsize=7, ha="right")
+    axes.text(3.6, 0.05, r"$z^{(l-1)}$", ha="right")
+    axes.text(3.6, 6.05, r"$z^{(l)}$", ha="right")
     axes.set_ylim(0.0, 6.5)
 
 
@@ -104,8 +103,8 @@ def draw_readout(axes: Axes, layers: dict[str, Any]) -> None:
     schematics.blank(axes, 10.0, 6.0)
     hidden, force = layers["readout_hidden"], layers["force"]
     for x, step in ((1.7, "1"), (4.4, "j"), (8.0, "N")):
-        box(axes, x, 1.9, f"Dense {hidden['width']}\nReLU", DENSE_FILL, width=1.9, height=0.95, size=6)
-        box(axes, x, 3.7, f"Dense {force['width']}", DENSE_FILL, width=1.9, height=0.75, size=6)
+        box(axes, x, 1.9, f"Dense {hidden['width']}\nReLU", DENSE_FILL, width=1.9, height=0.95)
+        box(axes, x, 3.7, f"Dense {force['width']}", DENSE_FILL, width=1.9, height=0.75)
         arrow(axes, (x, 0.75), (x, 1.42))
         arrow(axes, (x, 2.38), (x, 3.32))
         arrow(axes, (x, 4.08), (x, 4.8))
@@ -113,7 +112,7 @@ def draw_readout(axes: Axes, layers: dict[str, Any]) -> None:
         axes.text(x, 4.9, rf"$\hat P_{{{step}}}$", ha="center", va="bottom", fontsize=7.5)
     for x in (3.05, 6.2):
         axes.text(x, 2.8, r"$\cdots$", ha="center", va="center", fontsize=9)
-    axes.text(5.0, 5.75, "same weights at every step", ha="center", fontsize=6.5, color="0.35")
+    axes.text(5.0, 5.75, "same weights at every step", ha="center", color="0.35")
 
 
 def draw_model(axes: Axes, graph: dict[str, Any], channels: list[str]) -> None:
@@ -121,25 +120,25 @@ def draw_model(axes: Axes, graph: dict[str, Any], channels: list[str]) -> None:
     schematics.blank(axes, 10.0, 6.0)
     layers = [layer for layer in graph["layers"] if layer["kind"] != "InputLayer"]
     physical = [name for name in channels if name not in ("time", "indentation")]
-    box(axes, 1.35, 4.4, "time $\\hat t$\nindentation $\\hat\\delta$", PLAIN_FILL, width=2.2, height=1.0, size=6)
-    box(axes, 1.35, 2.7, "physical features\n" + ", ".join(physical), PLAIN_FILL, width=2.2, height=1.0, size=5.6)
-    box(axes, 1.35, 1.0, "Tabor\nparameter $\\mu$", TABOR_FILL, width=2.2, height=0.9, size=6)
+    box(axes, 1.35, 4.4, "time $\\hat t$\nindentation $\\hat\\delta$", PLAIN_FILL, width=2.5, height=1.0)
+    box(axes, 1.35, 2.7, "physical features\n" + ", ".join(physical), PLAIN_FILL, width=2.5, height=1.0)
+    box(axes, 1.35, 1.0, "Tabor\nparameter $\\mu$", TABOR_FILL, width=2.5, height=0.9)
     fills = {"AppendTabor": TABOR_FILL, "LSTM": LSTM_FILL, "Dense": DENSE_FILL}
     x, bottom, top = 5.5, 0.5, 5.5
     step = (top - bottom) / (len(layers) - 1)
     arrow(axes, (1.35, 3.9), (1.35, 3.2))
-    line(axes, (2.45, 4.4), (3.1, 4.4), (3.1, bottom + 0.1))
-    line(axes, (2.45, 2.7), (3.1, 2.7))
+    line(axes, (2.6, 4.4), (3.1, 4.4), (3.1, bottom + 0.1))
+    line(axes, (2.6, 2.7), (3.1, 2.7))
     arrow(axes, (3.1, bottom + 0.1), (x - 1.5, bottom + 0.1))
-    line(axes, (2.45, 1.0), (2.75, 1.0), (2.75, bottom - 0.15), linestyle=":", color=drawing.VERMILION)
-    arrow(axes, (2.75, bottom - 0.15), (x - 1.5, bottom - 0.15), linestyle=":", color=drawing.VERMILION)
+    line(axes, (2.6, 1.0), (2.75, 1.0), (2.75, bottom - 0.15), linestyle=":", color=drawing.RED)
+    arrow(axes, (2.75, bottom - 0.15), (x - 1.5, bottom - 0.15), linestyle=":", color=drawing.RED)
     for index, layer in enumerate(layers):
         y = bottom + index * step
-        box(axes, x, y, layer["label"], fills.get(layer["kind"], PLAIN_FILL), width=3.0, height=0.66, size=6.5)
+        box(axes, x, y, layer["label"], fills.get(layer["kind"], PLAIN_FILL), width=3.0, height=0.66)
         note = f"width {layer['width']}"
         if layer["parameters"]:
             note += f"\n{layer['parameters']:,} parameters"
-        axes.text(x + 1.65, y, note, fontsize=5.6, va="center", color="0.35", linespacing=1.0)
+        axes.text(x + 1.65, y, note, va="center", color="0.35", linespacing=1.0)
         if index:
             arrow(axes, (x, y - step + 0.33), (x, y - 0.33))
     arrow(axes, (x, top + 0.33), (x, top + 0.75))

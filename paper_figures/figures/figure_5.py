@@ -10,9 +10,11 @@ from typing import Any
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from bem.plots import COLOURS
 from paper_figures.models.figure_learning_curves import draw_curves
 from paper_figures.models.figure_mse_mae import draw_models
 from paper_figures.style import drawing, models_style
+from surrogate.architectures.naming import paper_names
 
 
 def draw_sizes(axes: Axes, models: dict[str, Any], ranking: Any = None) -> None:
@@ -32,7 +34,6 @@ def draw_sizes(axes: Axes, models: dict[str, Any], ranking: Any = None) -> None:
         place,
         (52, -9),
         textcoords="offset points",
-        fontsize=6,
         ha="center",
         va="center",
         color=models_style.color(best),
@@ -49,35 +50,33 @@ def draw_effective_energy(axes: Axes, content: dict[str, Any]) -> None:
     theirs, own = ([one[name] for one in points] for name in ("crack_velocity", "own_crack_velocity"))
     solver = [one["solver"] for one in points]
     theory = content["theory"]
-    axes.plot(theory["crack_velocity"], theory["effective_energy"], color=drawing.BLACK, label="Persson-Brener")
-    axes.plot(theirs, solver, "s", color=drawing.VERMILION, markersize=4.5, label="solver")
-    open_square = {"color": drawing.VERMILION, "markerfacecolor": "none", "markersize": 6.0, "markeredgewidth": 0.7}
+    axes.plot(
+        theory["crack_velocity"], theory["effective_energy"], color=COLOURS["closed form"], label="Persson-Brener"
+    )
+    axes.plot(theirs, solver, "s", color=drawing.BLACK, markersize=4.5, label="solver")
+    open_square = {"color": drawing.BLACK, "markerfacecolor": "none", "markersize": 6.0, "markeredgewidth": 0.7}
     axes.plot(own, solver, "s", label="solver, own velocity", **open_square)
     name = content["config"]["model"]
     beyond = content["summary"]["extrapolation_percent"]
     axes.plot(theirs, [one["surrogate"] for one in points], label=name, **models_style.marker(name))
     if beyond:
-        axes.set_title(rf"{name}: $\mu$ is {beyond:.3g} % above its training range", loc="right", fontsize=7)
+        axes.set_title(rf"{name}: $\mu$ is {beyond:.3g} % above its training range", loc="right")
     axes.set(xscale="log", xlabel=r"crack velocity $\tilde v_c$", ylabel=r"effective energy $\hat\Gamma_\mathrm{eff}$")
     axes.set_ylim(0.0, None)
     axes.legend(loc="upper left")
 
 
-def draw_data_efficiency(axes: Axes, content: dict[str, Any] | None) -> None:
-    """Held-out MSE against the share of training trajectories: mean and standard deviation over the folds.
-
-    Without a result, the panel names the command that makes it.
-    """
+def draw_data_efficiency(axes: Axes, content: dict[str, Any]) -> None:
+    """Held-out MSE against the share of training trajectories: mean and standard deviation over the folds."""
     axes.set(xlabel="share of the training trajectories (%)", ylabel="held-out MSE", xscale="log", yscale="log")
-    if content is None:
-        axes.set(xlim=(1.0, 130.0), ylim=(1e-4, 1e-1))
-        drawing.absent(axes, "not trained yet:\n`make data-efficiency`")
-        return
     shares = sorted(content["shares"], key=lambda one: one["percent"])
-    percents = [one["percent"] for one in shares]
-    means, deviations = ([one[name] for one in shares] for name in ("mse_mean", "mse_sd"))
+    percents, means, deviations = ([one[name] for one in shares] for name in ("percent", "mse_mean", "mse_sd"))
     look = models_style.marker(content["config"]["architecture"])
-    models_style.draw_folds(axes, percents, means, deviations, [len(one["folds"]) for one in shares], look)
+    folds = " or ".join(map(str, sorted({len(one["folds"]) for one in shares})))
+    axes.plot(percents, means, color=look["color"], linewidth=1.0, zorder=1)
+    ends = ([max(mean + sign * sd, 0.1 * mean) for mean, sd in zip(means, deviations, strict=True)] for sign in (-1, 1))
+    axes.fill_between(percents, *ends, color=look["color"], alpha=0.2, linewidth=0)
+    axes.errorbar(percents, means, deviations, capsize=2, label=f"mean of {folds} folds", **look)
     whole = {"markeredgecolor": drawing.BLACK, "markeredgewidth": 0.9}
     axes.plot(100.0, content["full"]["mse"], label=f"all, {content['full']['epochs']} epochs", **look | whole)
     axes.legend(loc="upper right")
@@ -85,13 +84,11 @@ def draw_data_efficiency(axes: Axes, content: dict[str, Any] | None) -> None:
         drawing.log_labels(axis)
 
 
-def compose(model_comparison: Any, persson_brener: Any, data_efficiency: Any = None, ranking: Any = None) -> Figure:
-    """Draw figure 5: (a) and (b) show the spread over seeds of `ranking`, (d) is empty without `data_efficiency`."""
+def compose(model_comparison: Any, persson_brener: Any, data_efficiency: Any, ranking: Any = None) -> Figure:
+    """Draw figure 5; (a) and (b) show the spread over seeds of `ranking`."""
     drawn = drawing.figure(height=5.4)
     panels = drawn.subplots(2, 2)
     draw_curves(panels[0, 0], model_comparison["models"], "concat", ranking)
-    if legend := panels[0, 0].get_legend():
-        legend.remove()
     panels[0, 0].set_title("concatenated models", loc="right")
     draw_sizes(panels[0, 1], model_comparison["models"], ranking)
     draw_effective_energy(panels[1, 0], persson_brener)
@@ -99,10 +96,5 @@ def compose(model_comparison: Any, persson_brener: Any, data_efficiency: Any = N
     drawing.letters(panels.flat)
     handles = models_style.handles(drawing.paper_values("reference_model")["name"])
     drawn.legend(handles=handles, loc="outside upper center", ncols=10, columnspacing=1.2, handlelength=1.4)
-    note = models_style.notes(
-        models_style.missing_note(model_comparison["missing"], model_comparison["differences"]),
-        *models_style.spread_lines(ranking, list(model_comparison["models"])),
-    )
-    if note:
-        drawn.supxlabel(note, fontsize=6, color="0.4")
+    models_style.write_states(drawn, model_comparison, ranking, paper_names())
     return drawn

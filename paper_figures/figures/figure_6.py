@@ -1,6 +1,6 @@
 """Figure 6: force against indentation of the twelve canonical protocols, by solver and surrogate.
 
-The surrogate has one marker throughout, and each sample a colour. The number of a sample is at its turning point.
+The surrogate has one marker throughout, and each sample a shade. The number of a sample is at its turning point.
 """
 
 from typing import Any
@@ -13,10 +13,6 @@ from paper_figures.style import drawing, models_style
 PANELS = {"a": (1, 2, 3), "b": (4, 5, 6), "c": (7, 8, 9), "d": (10, 11, 12)}
 CROWDED = {7: (42, 14), 10: (42, 14)}
 """Offset in points of the numbers of those samples whose turning point lies among other loops."""
-
-
-COLORS = (drawing.BLUE, drawing.VERMILION, drawing.GREEN)
-"""The samples of a panel, in their order."""
 
 
 def draw_regime(axes: Axes, regime: dict[str, Any], model: str, color: str) -> None:
@@ -34,23 +30,24 @@ def draw_regime(axes: Axes, regime: dict[str, Any], model: str, color: str) -> N
     turning = native["indentation"][deepest], native["force"][deepest]
     place = {"xytext": CROWDED.get(regime["sample"], (5, 0)), "textcoords": "offset points", "va": "center"}
     leader = {"arrowstyle": "-", "linewidth": 0.5, "shrinkB": 3} if regime["sample"] in CROWDED else None
-    axes.annotate(f"({regime['sample']})", turning, fontsize=7, color=color, arrowprops=leader, **place)
+    axes.annotate(f"({regime['sample']})", turning, color=color, arrowprops=leader, **place)
 
 
 def compose(canonical_regimes: Any) -> Figure:
     """Draw figure 6."""
     regimes = {one["sample"]: one for one in canonical_regimes["regimes"]}
+    shades = drawing.tints(models_style.color(canonical_regimes["config"]["model"]), 3)
     drawn = drawing.figure(height=5.2)
     for axes, (name, samples) in zip(drawn.subplots(2, 2).flat, PANELS.items(), strict=True):
         drawing.zero_line(axes)
-        for sample, color in zip(samples, COLORS, strict=True):
+        for sample, color in zip(samples, shades, strict=True):
             draw_regime(axes, regimes[sample], canonical_regimes["config"]["model"], color)
         axes.margins(x=0.12)
         tabor = regimes[samples[0]]["protocol"]["tabor"]
         dwell = "long" if max(regimes[sample]["protocol"]["dwell_time"] for sample in samples) > 0.1 else "short"
         axes.set_title(rf"$\mu = {tabor:g}$, {dwell} dwell", loc="right")
         drawing.letter(axes, name)
-        axes.set(xlabel=r"indentation $\hat\delta$", ylabel=r"force $\hat P$")
+        axes.set(xlabel=drawing.INDENTATION, ylabel=drawing.FORCE)
         solver = axes.plot([], [], color=drawing.BLACK, linewidth=0.9)[0]
         marks, numbers = axes.get_legend_handles_labels()
         names = [f"{canonical_regimes['config']['model']} {number}" for number in numbers]

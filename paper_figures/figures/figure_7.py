@@ -16,7 +16,7 @@ from matplotlib.ticker import FuncFormatter
 from paper_figures.style import drawing
 
 QUARTILES = ("Q1", "Q2", "Q3", "Q4")
-COLORS = (drawing.BLUE, drawing.SKY, drawing.ORANGE, drawing.VERMILION)
+COLORS = (drawing.BLUE, drawing.SKY, drawing.ORANGE, drawing.RED)
 LOWEST, BINS_PER_DECADE = 1e-2, 6
 BARS = 0.76
 """Share of the panel's height that bars and lines occupy; the legend is above them."""

@@ -14,8 +14,8 @@ SAMPLE = 5
 
 def draw_protocol(axes: Axes, steps: dict[str, list[float]]) -> None:
     """Indentation over the measurement steps."""
-    axes.plot(np.arange(1, len(steps["indentation"]) + 1), steps["indentation"], color=drawing.BLUE, linewidth=1.6)
-    axes.set(xlabel="measurement step", ylabel=r"indentation $\hat\delta$", title="indentation history")
+    axes.plot(np.arange(1, len(steps["indentation"]) + 1), steps["indentation"], color=drawing.BLACK, linewidth=1.6)
+    axes.set(xlabel="measurement step", ylabel=drawing.INDENTATION, title="indentation history")
 
 
 def draw_model(axes: Axes, regime: dict[str, Any], errors: dict[str, Any]) -> None:
@@ -28,8 +28,8 @@ def draw_model(axes: Axes, regime: dict[str, Any], errors: dict[str, Any]) -> No
     schematics.box(
         axes, 5.0, 4.6, f"{name}\nsequence to\nsequence", schematics.LSTM_FILL, width=6.4, height=3.0, size=8
     )
-    schematics.arrow(axes, (5.0, 7.4), (5.0, 6.15), lw=1.2, linestyle=":", color=drawing.VERMILION)
-    axes.text(5.0, 7.5, rf"Tabor parameter $\mu = {tabor:g}$", ha="center", color=drawing.VERMILION, fontsize=7)
+    schematics.arrow(axes, (5.0, 7.4), (5.0, 6.15), lw=1.2, linestyle=":", color=drawing.RED)
+    axes.text(5.0, 7.5, rf"Tabor parameter $\mu = {tabor:g}$", ha="center", color=drawing.RED)
     overall = errors["overall"]
     milliseconds = {name: number(1e3 * seconds, 2) for name, seconds in regime["seconds"].items()}
     text = (
@@ -38,7 +38,7 @@ def draw_model(axes: Axes, regime: dict[str, Any], errors: dict[str, Any]) -> No
         f"hysteresis {overall['hysteresis_percent']['median']:.2g} %\n"
         f"{milliseconds['predictor']} ms a prediction, solver {milliseconds['solver']} ms"
     )
-    axes.text(5.0, 1.4, text, ha="center", va="center", fontsize=6.5)
+    axes.text(5.0, 1.4, text, ha="center", va="center")
 
 
 def draw_force(axes: Axes, regime: dict[str, Any], name: str) -> None:
@@ -47,7 +47,7 @@ def draw_force(axes: Axes, regime: dict[str, Any], name: str) -> None:
     drawing.zero_line(axes)
     axes.plot(native["indentation"], native["force"], color=drawing.BLACK, linewidth=1.0, label="solver")
     axes.plot(steps["indentation"], steps["predicted"], label=name, **models_style.step_marker(name))
-    axes.set(xlabel=r"indentation $\hat\delta$", ylabel=r"force $\hat P$", title="force, predicted and simulated")
+    axes.set(xlabel=drawing.INDENTATION, ylabel=drawing.FORCE, title="force, predicted and simulated")
     axes.legend(loc="lower left")
 
 

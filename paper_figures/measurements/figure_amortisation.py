@@ -1,6 +1,6 @@
 """Figure and table: core time of data set, training and queries against the number of queries, with break-even numbers.
 
-The figure reads the result of `experiments.cost.amortisation`.
+The figure reads the result of `experiments.trainings.amortisation`.
 """
 
 from typing import Any
@@ -8,18 +8,19 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from bem.plots import COLOURS
 from paper_figures.style import drawing
-from paper_figures.style.models_style import REFERENCE
+from paper_figures.style.models_style import REFERENCE, color
 from paper_figures.style.writing import Table, left_out, number, percent
 
 QUERIES = np.geomspace(1.0, 1e8, 400)
 STYLES = {
-    "solver, draft": (drawing.SKY, "-"),
-    "solver, standard": (drawing.BLUE, "-"),
-    "solver, reference": (drawing.BLACK, "-"),
-    f"{REFERENCE}, Keras call": (drawing.PURPLE, "--"),
-    f"{REFERENCE}, ONNX single": (drawing.GREEN, "--"),
-    f"{REFERENCE}, ONNX batch": (drawing.ORANGE, "--"),
+    "solver, draft": (COLOURS["draft"], "-"),
+    "solver, standard": (drawing.BLACK, "-"),
+    "solver, reference": (drawing.BLACK, ":"),
+    f"{REFERENCE}, Keras call": (color(REFERENCE), ":"),
+    f"{REFERENCE}, ONNX single": (color(REFERENCE), "--"),
+    f"{REFERENCE}, ONNX batch": (color(REFERENCE), "-"),
     "paper's solver": (drawing.PAPER, "-"),
     "paper's surrogate": (drawing.PAPER, "--"),
 }
@@ -53,29 +54,23 @@ def rows_of(content: dict[str, Any]) -> list[list[str]]:
 def compose(amortisation: Any) -> dict[str, Figure | Table]:
     """Draw the figure and write the table of break-even numbers."""
     lines = {line["name"]: line for line in amortisation["lines"]}
-    drawn = drawing.figure(width=drawing.COLUMN * 1.6, height=3.2)
+    drawn = drawing.figure(height=3.0)
     axes = drawn.subplots()
-    for name, (color, style) in STYLES.items():
+    for name, (shade, style) in STYLES.items():
         if name in lines:
-            axes.loglog(QUERIES, totals(lines[name]), color=color, linestyle=style, label=name)
+            axes.loglog(QUERIES, totals(lines[name]), color=shade, linestyle=style, label=name)
     for one in amortisation["break_even"]:
         if one["surrogate"] in STYLES and one["solver"] in STYLES and one["queries"]:
             at = one["queries"]
             height = (lines[one["solver"]]["query_seconds"] * at) / 3600.0
-            color = STYLES[one["surrogate"]][0]
-            axes.plot(
-                at, height, "o", color=color, markersize=4, markeredgecolor="white", markeredgewidth=0.5, zorder=4
-            )
+            edge = {"markersize": 4, "markeredgecolor": "white", "markeredgewidth": 0.5}
+            axes.plot(at, height, "o", color=STYLES[one["surrogate"]][0], zorder=4, **edge)
     size = amortisation["data_set_trajectories"]
     axes.axvline(size, color="0.7", linewidth=0.7, zorder=0)
-    drawing.beside(axes, size, "size of the data set", height=0.98, shift=-2, rotation=90, fontsize=5.5, color="0.4")
+    drawing.beside(axes, size, "size of the data set", height=0.98, shift=-2, rotation=90, color="0.4")
     axes.set(xlabel="queries", ylabel="core time in all (h)", xlim=(1, 1e8))
     axes.set_ylim(bottom=1e-5)
-    drawn.legend(loc="outside right upper", fontsize=6)
-    if f"{REFERENCE}, Keras call" not in lines:
-        known = REFERENCE in [*amortisation["unmeasured"], *amortisation["retrained"]]
-        words = "published but not measured" if known else "not published yet"
-        axes.set_title(f"{REFERENCE} is {words}", loc="right", color="0.4")
+    drawn.legend(loc="outside right upper")
     return {"figure-amortisation": drawn, "amortisation": break_even_table(amortisation)}
 
 

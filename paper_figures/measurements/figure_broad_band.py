@@ -17,7 +17,7 @@ LABELS = {
     "amplification": r"amplification $\hat P_\mathrm{po}/1.5$",
     "own_amplification": r"$\hat P_\mathrm{po}$ over the elastic one",
 }
-COLORS = (drawing.BLUE, drawing.GREEN, drawing.ORANGE, drawing.PURPLE, drawing.BLACK)
+COLORS = (drawing.BLUE, drawing.GREEN, drawing.ORANGE, drawing.VIOLET, drawing.BLACK)
 
 
 def draw_compliances(axes: Axes, curves: list[dict[str, Any]], ratio: float) -> None:
@@ -55,7 +55,7 @@ def draw_amplification(axes: Axes, curves: list[dict[str, Any]], names: list[str
     if len(depths) > 1:
         shallower = ", ".join(f"{depth:g}" for depth in depths[:-1])
         text = f"full: preload {deepest:g} $h_0$,\ndotted: {shallower}"
-        axes.text(0.97, 0.03, text, transform=axes.transAxes, ha="right", va="bottom", fontsize="small")
+        axes.text(0.97, 0.03, text, transform=axes.transAxes, ha="right", va="bottom")
 
 
 def compose(broad_band: Any) -> Figure:

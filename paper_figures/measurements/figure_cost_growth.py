@@ -1,6 +1,6 @@
 """Figure and table: growth of the cost with nodes, steps, Tabor parameter, peak indentation and unloading rate.
 
-The figure reads the measurement of `experiments.solver.cost_growth`.
+The figure reads the measurement of `experiments.measurements.cost_growth`.
 """
 
 from typing import Any
@@ -76,11 +76,11 @@ def compose(cost_growth: Any) -> dict[str, Figure | Table]:
         sparse_ticks(axes)
         # The lines of this panel leave room between them only, which is widest on the right.
         place = {"loc": "center right", "bbox_to_anchor": (1.0, 0.45)} if name == "unloading_rate" else {"loc": "best"}
-        axes.legend(title="fitted power", title_fontsize=6.5, **place)
+        axes.legend(title="fitted power", **place)
         drawing.letter(axes, panel)
     last = panels[1, 2]
     box = cost_growth["data_set"]["exponents"]
-    last.barh(range(len(box)), list(box.values()), color=drawing.SKY)
+    last.barh(range(len(box)), list(box.values()), color=drawing.BLACK)
     last.axvline(0.0, color="0.4", linewidth=0.6)
     last.set_yticks(range(len(box)), [name.replace("_", " ").replace("tabor", "Tabor parameter") for name in box])
     last.invert_yaxis()

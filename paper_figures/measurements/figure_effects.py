@@ -1,6 +1,6 @@
-"""Figure: one path of the sphere under seven scenes, and the error of simpler scenes over rate and range of adhesion.
+"""Figure: one path of the sphere under seven scenes, what each effect costs, and the error of simpler scenes.
 
-The figure reads the measurement of `experiments.effects.measure`.
+The figure reads the measurements of `experiments.measurements.effects` and `experiments.measurements.effect_pairs`.
 """
 
 from typing import Any
@@ -14,19 +14,19 @@ from paper_figures.style import drawing
 STYLES = {
     "Hertz": ("0.5", "-"),
     "DMT-like": (drawing.SKY, "-"),
-    "JKR-like": (drawing.PURPLE, "-"),
+    "JKR-like": (drawing.VIOLET, "-"),
     "rubbery": (drawing.GREEN, "-"),
     "glassy": (drawing.BLUE, "-"),
-    "one relaxation": (drawing.VERMILION, "-"),
+    "one relaxation": (drawing.RED, "-"),
     "ten relaxations": (drawing.ORANGE, "-"),
-    "no adhesion": (drawing.VERMILION, ":"),
+    "no adhesion": (drawing.RED, ":"),
 }
 BANDS = {
     "rubbery": drawing.GREEN,
     "glassy": drawing.BLUE,
     "all effects": "0.8",
     "glassy, no adhesion": drawing.BLACK,
-    "no adhesion": drawing.VERMILION,
+    "no adhesion": drawing.RED,
 }
 """The colours of what is recommended; an elastic limit has that of its curve."""
 LABELS = {
@@ -45,12 +45,26 @@ def draw_curves(axes: Axes, curves: list[dict[str, Any]]) -> None:
         label = LABELS.get(curve["name"], curve["name"])
         axes.plot(curve["depth"], curve["force"], color=color, linestyle=line, label=label)
     axes.set_xlabel(r"depth $\hat\delta/\mu$")
-    axes.set_ylabel(r"force $\hat P$")
+    axes.set_ylabel(drawing.FORCE)
     # Shows the tension of an elastic contact and the large compression of a glassy one on one axis.
     axes.set_yscale("asinh", linear_width=1.0)
     ticks = (-30, -10, -3, -1, 0, 1, 3, 6)
     axes.set_yticks(ticks, labels=[drawing.written(tick) for tick in ticks])
     axes.minorticks_off()
+    below(axes)
+
+
+def draw_ladder(axes: Axes, effect_pairs: dict[str, Any]) -> None:
+    """Draw the milliseconds of every scene, one row each, a point for each Tabor parameter."""
+    scenes = sorted(effect_pairs["scenes"], key=lambda scene: -max(scene["seconds"]))
+    rows = range(len(scenes))
+    for number, tabor in enumerate(effect_pairs["tabor"]):
+        shade = str(0.75 - 0.75 * number / (len(effect_pairs["tabor"]) - 1))
+        each = [1e3 * scene["seconds"][number] for scene in scenes]
+        axes.plot(each, rows, "o", color=shade, markersize=3, label=rf"$\mu={tabor:g}$")
+    axes.set_yticks(rows, labels=[scene["name"] for scene in scenes])
+    axes.set(xscale="log", xlabel="processor time of a simulation (ms)")
+    axes.grid(axis="y", color="0.9", linewidth=0.5)
     below(axes)
 
 
@@ -75,7 +89,7 @@ def draw_stand_ins(axes: Axes, content: dict[str, Any]) -> None:
             color = BANDS.get(name, "0.5")
             axes.axvspan(begin, end, ymin=0.94, ymax=1.0, color=color, linewidth=0, label=f"calls for: {name}")
             begin = end
-    axes.text(rates[-1], 110.0 * content["tolerance"], "tolerance", ha="right", va="bottom", fontsize=6, color="0.4")
+    axes.text(rates[-1], 110.0 * content["tolerance"], "tolerance", ha="right", va="bottom", color="0.4")
     below(axes)
 
 
@@ -98,7 +112,7 @@ def draw_ranges(axes: Axes, content: dict[str, Any]) -> None:
 
 def below(axes: Axes) -> None:
     """The legend of a panel below it, where it covers no curve."""
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.22), ncol=2, fontsize=6, columnspacing=1.0)
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.22), ncol=2, columnspacing=1.0)
 
 
 def _short(effects: str) -> str:
@@ -107,12 +121,13 @@ def _short(effects: str) -> str:
     return words.replace("without", "no")
 
 
-def compose(effects: Any) -> Figure:
+def compose(effects: Any, effect_pairs: Any) -> Figure:
     """Draw the figure."""
-    drawn = drawing.figure(height=3.3)
-    panels = drawn.subplots(1, 3)
+    drawn = drawing.figure(height=6.4)
+    panels = drawn.subplots(2, 2).ravel()
     draw_curves(panels[0], effects["curves"])
-    draw_stand_ins(panels[1], effects)
-    draw_ranges(panels[2], effects)
+    draw_ladder(panels[1], effect_pairs)
+    draw_stand_ins(panels[2], effects)
+    draw_ranges(panels[3], effects)
     drawing.letters(panels)
     return drawn

@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from bem._support.wording import markdown_table
+from bem.plots import COLOURS, FORCE_LABEL
 from paper_figures.style import drawing
 from paper_figures.style.writing import number
 
@@ -20,7 +21,7 @@ LABELS = {
 }
 WORDS = {"tabor": "Tabor parameter", "modulus_ratio": "Modulus ratio", "retardation_time": "Retardation time (s)"}
 STYLES = {
-    "surrogate": {"color": drawing.BLUE, "linewidth": 1.4},
+    "surrogate": {"color": COLOURS["fast"], "linewidth": 1.4},
     "surrogate, its error ignored": {"color": drawing.ORANGE, "linewidth": 1.0, "linestyle": "--"},
     "solver": {"color": drawing.BLACK, "linewidth": 0.9},
 }
@@ -32,7 +33,7 @@ def draw_density(axes: Axes, content: dict[str, Any], index: int) -> None:
     for tool, posterior in content["posteriors"].items():
         found = posterior["densities"][index]
         axes.stairs(found["density"], found["edges"], label=tool, **STYLES[tool])
-    axes.axvline(content["true"][index], color=drawing.VERMILION, linestyle=":", label="true")
+    axes.axvline(content["true"][index], color=drawing.RED, linestyle=":", label="true")
     axes.set(xlabel=LABELS[content["parameters"][index]], yticks=[], ylim=(0.0, None))
 
 
@@ -47,20 +48,20 @@ def draw_pair(axes: Axes, content: dict[str, Any], pair: dict[str, Any]) -> None
     """Regions of 68 and 95 % of the surrogate's posterior, samples of the solver's, and the true values."""
     x, y = (0.5 * (np.array(pair[name][1:]) + pair[name][:-1]) for name in "xy")
     density = np.array(pair["density"]).T
-    axes.contourf(x, y, density, [*levels_of(density), np.inf], colors=["#b9d7ec", "#6fb1dc"])
+    axes.contourf(x, y, density, [*levels_of(density), np.inf], colors=drawing.tints(COLOURS["fast"], 3)[:2])
     first, second = pair["parameters"]
     solver = np.array(content["solver_shown"])
     axes.plot(solver[:, first], solver[:, second], ".", color=drawing.BLACK, markersize=1.2)
-    axes.plot(content["true"][first], content["true"][second], "+", color=drawing.VERMILION, markersize=9.0)
+    axes.plot(content["true"][first], content["true"][second], "+", color=drawing.RED, markersize=9.0)
     axes.set(xlabel=LABELS[content["parameters"][first]], ylabel=LABELS[content["parameters"][second]])
 
 
 def draw_curve(axes: Axes, curve: dict[str, Any]) -> None:
     """The measured curve, and the solver at the posterior mean."""
     axes.plot(curve["time"], curve["measured"], ".", color="0.6", markersize=2.5, label="measured")
-    axes.plot(curve["time"], curve["mean"], color=drawing.BLUE, linewidth=1.0, label="at the mean")
+    axes.plot(curve["time"], curve["mean"], color=drawing.BLACK, linewidth=1.0, label="at the mean")
     drawing.zero_line(axes)
-    axes.set(xlabel="time (s)", ylabel=r"force $P/(\pi R\Delta\gamma)$")
+    axes.set(xlabel="time (s)", ylabel=FORCE_LABEL)
     axes.legend(loc="upper left")
 
 
@@ -70,6 +71,7 @@ def compose(inverse_problem: Any) -> Figure:
     panels = drawn.subplots(2, 3)
     for index, axes in enumerate(panels[0]):
         draw_density(axes, inverse_problem, index)
+    panels[0, 0].set_ylabel("posterior density")
     draw_curve(panels[1, 0], inverse_problem["curve"])
     for axes, pair in zip(panels[1, 1:], inverse_problem["posteriors"]["surrogate"]["pairs"], strict=True):
         draw_pair(axes, inverse_problem, pair)
@@ -97,15 +99,15 @@ def rows(content: dict[str, Any]) -> list[list[str]]:
     return [["true", *(number(value, 4) for value in content["true"]), "", "", "", ""], *found]
 
 
-def page_text(content: dict[str, Any]) -> str:
+def page_text(inverse_problem: Any) -> str:
     """The table for a page, and how it was made."""
-    head = ["Posterior of", *(WORDS[name] for name in content["parameters"])]
+    head = ["Posterior of", *(WORDS[name] for name in inverse_problem["parameters"])]
     head += ["Largest distance from the solver's mean (sd)", "Samples", "Effective samples", "Time of a sample (ms)"]
-    seconds = content["seconds"]
+    seconds = inverse_problem["seconds"]
     return (
-        f"{markdown_table(head, rows(content), 'lrrrrrrr')}\n\n"
+        f"{markdown_table(head, rows(inverse_problem), 'lrrrrrrr')}\n\n"
         f"Means and 95 % intervals. A sample of the solver costs {seconds['solver'] / seconds['surrogate']:.0f} times "
-        f"as much. Before, search and {content['calibration']} simulations for the surrogate's error took "
-        f"{content['searched']:.0f} s of processor time. Measured by `{content['command']}` on {content['host']}; "
-        f"the process had {content['processor_share']:.0%} of its core."
+        f"as much. Before, search and {inverse_problem['calibration']} simulations for the surrogate's error took "
+        f"{inverse_problem['searched']:.0f} s of processor time. Measured by `{inverse_problem['command']}` "
+        f"on {inverse_problem['host']}; the process had {inverse_problem['processor_share']:.0%} of its core."
     )

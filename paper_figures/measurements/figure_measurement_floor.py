@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from bem._support.wording import markdown_table
 from paper_figures.style import drawing
 
-STYLES = {"uniform": (drawing.VERMILION, "o"), "physical": (drawing.BLUE, "^")}
+STYLES = {"uniform": (drawing.RED, "o"), "physical": (drawing.BLUE, "^")}
 KEYS = ("pull_off", "pull_off_parabola", "hysteresis_trapezoids", "hysteresis_cubics")
 LEAST = 1e-5
 """Errors below are drawn there."""
@@ -22,14 +22,14 @@ LEAST = 1e-5
 def draw_example(axes: Axes, example: dict[str, Any]) -> None:
     """The peak, and the steps on it."""
     depth, force = np.array(example["indentation"]), np.array(example["force"])
-    axes.plot(depth, force, color="0.6", linewidth=0.8, label="solver")
+    axes.plot(depth, force, color=drawing.BLACK, linewidth=0.8, label="solver")
     for name, steps in example["steps"].items():
         color, marker = STYLES[name]
         axes.plot(steps["indentation"], steps["force"], marker, color=color, markersize=2.5, label=name)
     top = int(force.argmax())
     axes.set(
-        xlabel=r"indentation $\hat\delta$",
-        ylabel=r"force $\hat P$",
+        xlabel=drawing.INDENTATION,
+        ylabel=drawing.FORCE,
         xlim=(depth[0] + 0.3, depth[top] - 3.0 * (depth[0] - depth[top])),
         ylim=(-0.4 * force[top], 1.2 * force[top]),
     )
@@ -49,7 +49,7 @@ def draw_errors(axes: Axes, kinds: dict[str, Any]) -> None:
     axes.legend(loc="lower left")
 
 
-def page_text(content: dict[str, Any]) -> str:
+def page_text(measurement_floor: Any) -> str:
     """A table of the errors for a page, in percent."""
     heads = [
         "Steps",
@@ -60,11 +60,11 @@ def page_text(content: dict[str, Any]) -> str:
         "Hysteresis, monotone cubics",
     ]
     found = []
-    for name, kind in content["kinds"].items():
+    for name, kind in measurement_floor["kinds"].items():
         cells = [kind[key] for key in KEYS]
         texts = [", ".join(f"{cell[level]:.2g}" for level in ("p50", "p90", "p99")) for cell in cells]
         found.append([name, " + ".join(map(str, kind["counts"])), *texts])
-    return f"{markdown_table(heads, found, 'llrrrr')}\n\nMeasured by `{content['command']}`."
+    return f"{markdown_table(heads, found, 'llrrrr')}\n\nMeasured by `{measurement_floor['command']}`."
 
 
 def compose(measurement_floor: Any) -> Figure:

@@ -1,7 +1,7 @@
 """Figure: error against processor seconds on the same elastic sphere, for the solver and other software.
 
 There is one panel for each problem. Lines join the settings of a tool, from coarse to fine; closed forms are named. An
-error below `LEAST` is drawn there, with an arrow. The figure reads the measurement of `experiments.peers.peers`.
+error below `LEAST` is drawn there, with an arrow. The figure reads the measurement of `experiments.measurements.peers`.
 """
 
 from typing import Any
@@ -10,13 +10,14 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogFormatterMathtext, LogLocator, NullLocator
 
+from bem.plots import COLOURS
 from paper_figures.style import drawing
 from paper_figures.style.cost_style import KINDS
 
 STYLES = {
     **{kind: KINDS[kind] for kind in ("solver", "paper's discretisation", "closed form")},
-    "Adhesion": {"color": drawing.VERMILION, "marker": "D"},
-    "tamaas": {"color": drawing.GREEN, "marker": "^"},
+    "Adhesion": {"color": COLOURS["Adhesion"], "marker": "D"},
+    "tamaas": {"color": COLOURS["tamaas"], "marker": "^"},
 }
 TITLES = {
     "tabor 1": r"largest tension, $\mu = 1$",
@@ -58,7 +59,7 @@ def draw(axes: Axes, runs: list[dict[str, Any]]) -> None:
 def name(axes: Axes, text: str, place: tuple[float, float], color: str) -> None:
     """Write a name beside a marker, on a side without a line."""
     across, up, ha, va = SIDES.get(text, LEFT)
-    axes.annotate(text, place, xytext=(across, up), textcoords="offset points", fontsize=5.5, ha=ha, va=va, color=color)
+    axes.annotate(text, place, xytext=(across, up), textcoords="offset points", ha=ha, va=va, color=color)
 
 
 def compose(peers: Any) -> Figure:
@@ -68,7 +69,7 @@ def compose(peers: Any) -> Figure:
     for axes, (problem, title), panel in zip(panels, TITLES.items(), "abc", strict=True):
         draw(axes, [run for run in peers["runs"] if run["problem"] == problem])
         drawing.letter(axes, panel)
-        axes.set_title(title, fontsize=7)
+        axes.set_title(title)
     panels[0].set_ylabel("error (%)")
     handles = [
         panels[0].plot([], [], label=tool, markersize=4, linewidth=0 if tool == "closed form" else 1.0, **style)[0]

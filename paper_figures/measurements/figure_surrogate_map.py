@@ -1,6 +1,6 @@
-"""Figures and table: errors of a surrogate over the box and out of range, and its worst trajectories with their causes.
+"""Figures and table: errors of a surrogate over the box and out of range, and its worst trajectories.
 
-The figures read the measurement of `experiments.robustness.surrogate_map`.
+The figures read the measurement of `experiments.surrogates.surrogate_map`.
 """
 
 from typing import Any
@@ -12,12 +12,14 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator
 
 from bem.dataset.designs import PAPER_RANGES
-from paper_figures.style import drawing
-from paper_figures.style.cost_style import FORCE_ERROR, sparse_ticks
+from paper_figures.style import drawing, models_style
+from paper_figures.style.cost_style import sparse_ticks
 from paper_figures.style.writing import Table, median_and_p95, percent
 
-COLORS = (drawing.BLUE, drawing.VERMILION, drawing.GREEN, drawing.PURPLE, drawing.ORANGE)
-HEADER = ["Trajectories", "Protocols", "Force error (%)", "Pull-off error (%)", "Cause", "In a corner of the box"]
+LABELS = {name: f"{name.replace('_', ' ')} {symbol}" for name, symbol in drawing.SYMBOLS.items()}
+LABELS["tabor"] = r"Tabor parameter $\mu$"
+COLORS = (drawing.BLUE, drawing.RED, drawing.GREEN, drawing.VIOLET, drawing.ORANGE)
+HEADER = ["Trajectories", "Protocols", "Force error (%)", "Pull-off error (%)"]
 BINS = 6
 
 
@@ -34,25 +36,12 @@ def draw_map(drawn: Figure, axes: Axes, test: dict[str, Any], across: str, up: s
             if inside.any():
                 cell[j, i] = np.median(error[inside])
     mesh = axes.pcolormesh(10.0 ** edges[0], 10.0 ** edges[1], cell, norm=LogNorm())
-    axes.set(xscale="log", yscale="log", xlabel=drawing.SYMBOLS[across], ylabel=drawing.SYMBOLS[up])
+    axes.set(xscale="log", yscale="log", xlabel=LABELS[across], ylabel=LABELS[up])
     sparse_ticks(axes)
     bar = drawn.colorbar(mesh, ax=axes, label="median force error (%)")
     bar.ax.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 3.0, 4.0, 6.0)))
     bar.ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     bar.minorticks_off()
-
-
-def draw_causes(axes: Axes, by_cause: dict[str, Any]) -> None:
-    """Draw the force error by cause: median, quartiles, 95th percentile, and number of trajectories."""
-    names = [name for name, values in by_cause.items() if values["count"]]
-    for i, name in enumerate(names):
-        values = {key: 100.0 * by_cause[name][key] for key in ("median", "low", "high", "p95")}
-        axes.plot([values["low"], values["high"]], [i, i], color=drawing.BLUE, linewidth=4.0, alpha=0.4)
-        axes.plot([values["median"], values["p95"]], [i, i], color=drawing.BLUE, linewidth=0.7)
-        axes.plot(values["median"], i, "o", color=drawing.BLUE)
-    axes.set_yticks(range(len(names)), [f"{name}\n({by_cause[name]['count']})" for name in names])
-    axes.set(xscale="log", xlabel=FORCE_ERROR, ylim=(len(names) - 0.5, -0.5))
-    sparse_ticks(axes)
 
 
 def draw_out_of_range(axes: Axes, rows: list[dict[str, Any]]) -> None:
@@ -68,21 +57,16 @@ def draw_out_of_range(axes: Axes, rows: list[dict[str, Any]]) -> None:
     axes.set_xticks([0, 5, 20, 100], labels=["0", "5", "20", "100"])
     axes.set(yscale="log", xlabel="beyond the bound (%)", ylabel="median force error (%)")
     drawing.log_labels(axes.yaxis)
-    axes.legend(ncol=2, title="full: above, dotted: below", title_fontsize=6)
+    axes.legend(ncol=2, title="full: above, dotted: below")
 
 
-def draw_worst(axes: Axes, case: dict[str, Any]) -> None:
+def draw_worst(axes: Axes, case: dict[str, Any], model: str) -> None:
     """Draw one trajectory over its measurement steps, so that short phases are visible."""
     steps = np.arange(len(case["force"]))
     axes.plot(steps, case["force"], color=drawing.BLACK, linewidth=0.9)
-    axes.plot(steps, case["predicted"], color=drawing.VERMILION, linewidth=0.8)
-    cause = "".join(f"\n{one}" for one in case["causes"])
+    axes.plot(steps, case["predicted"], color=models_style.color(model), linewidth=0.9)
     protocol = case["protocol"]
-    axes.set_title(
-        rf"$\mu$={protocol['tabor']:.3g}, $\hat\delta_l$={protocol['peak_indentation']:.3g}" + cause,
-        fontsize=5.5,
-    )
-    axes.tick_params(labelsize=5)
+    axes.set_title(rf"$\mu$={protocol['tabor']:.3g}, $\hat\delta_l$={protocol['peak_indentation']:.3g}")
 
 
 def rows_of(content: dict[str, Any]) -> list[list[str]]:
@@ -90,24 +74,22 @@ def rows_of(content: dict[str, Any]) -> list[list[str]]:
     rows = []
     for place, case in enumerate(content["worst"], start=1):
         errors = [percent(case["errors"][name]) for name in ("force", "pull_off_force")]
-        words = [", ".join(case["causes"]) or "not local", "yes" if case["corner"] else "no"]
-        rows.append([f"worst {place} (no. {case['index']})", "1", *errors, *words])
+        rows.append([f"worst {place} (no. {case['index']})", "1", *errors])
     for row in content["out_of_range"]:
         errors = [median_and_p95(row["errors"][name]) for name in ("force", "pull_off_force")]
         name = f"{row['quantity'].replace('_', ' ')} {row['side']} by {100.0 * row['beyond']:g} %"
-        rows.append([name, str(row["errors"]["force"]["count"]), *errors, "-", "-"])
+        rows.append([name, str(row["errors"]["force"]["count"]), *errors])
     return rows
 
 
 def compose(surrogate_map: Any) -> dict[str, Figure | Table]:
     """Draw both figures and write the table."""
-    drawn = drawing.figure(height=4.6)
-    panels = drawn.subplots(2, 2)
-    draw_map(drawn, panels[0, 0], surrogate_map["test"], "tabor", "unloading_rate")
-    draw_map(drawn, panels[0, 1], surrogate_map["test"], "peak_indentation", "loading_rate")
-    draw_causes(panels[1, 0], surrogate_map["by_cause"])
-    draw_out_of_range(panels[1, 1], surrogate_map["out_of_range"])
-    drawing.letters(panels.flat)
+    drawn = drawing.figure(height=2.3)
+    panels = drawn.subplots(1, 3)
+    draw_map(drawn, panels[0], surrogate_map["test"], "tabor", "unloading_rate")
+    draw_map(drawn, panels[1], surrogate_map["test"], "peak_indentation", "loading_rate")
+    draw_out_of_range(panels[2], surrogate_map["out_of_range"])
+    drawing.letters(panels)
     figures = {"figure-surrogate-map": drawn, "figure-surrogate-worst": draw_worst_cases(surrogate_map)}
     return {**figures, "surrogate-map": worst_table(surrogate_map)}
 
@@ -120,11 +102,10 @@ def draw_worst_cases(content: dict[str, Any]) -> Figure:
     for axes in panels.flat[len(cases) :]:
         axes.set_axis_off()
     for axes, case in zip(panels.flat, cases, strict=False):
-        draw_worst(axes, case)
-    drawn.supxlabel("measurement step", fontsize=8)
-    drawn.supylabel(rf"force $\hat P$: solver (black), {content['model']} (orange)", fontsize=8)
-    if not any(case["causes"] for case in cases):
-        drawn.suptitle("no error has a local cause: neither a jump nor a peak between measurement steps", fontsize=7)
+        draw_worst(axes, case, content["model"])
+    drawn.supxlabel("measurement step")
+    drawn.supylabel(drawing.FORCE)
+    drawn.legend(panels.flat[0].lines, ("solver", content["model"]), loc="outside upper center", ncols=2)
     return drawn
 
 
@@ -137,6 +118,5 @@ def worst_table(content: dict[str, Any]) -> Table:
         rows_of(content),
         f"{content['model']}: its worst test trajectories, and its errors with one quantity beyond the bounds of "
         "training while the others are random inside (median / 95th percentile; 0 % is the bound itself). Force error: "
-        "mean |dP| over the range. A cause is named where at least half of the error lies within a few measurement "
-        f"steps of a jump or of a peak that the steps themselves miss. Measured on {content['host']}.{old}",
+        f"mean |dP| over the range. Measured on {content['host']}.{old}",
     )

@@ -1,7 +1,7 @@
-"""Figure: error against core minutes of training, and against the number of training trajectories.
+"""Figure: error against core minutes of training.
 
 Curves are validation errors. Held-out errors, measured once at the end of a training, are marked at its core minutes.
-The figure reads the result of `experiments.training.training_cost`; a line above it names the trainings that are not
+The figure reads the result of `experiments.trainings.training_cost`; a line above it names the trainings that are not
 published yet.
 """
 
@@ -15,7 +15,7 @@ from paper_figures.style.models_style import REFERENCE
 
 LEGIBLE = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.5}
 """The background of words that may lie on a curve."""
-GREY = {"color": "0.75", "linewidth": 0.7}
+GREY = {"color": "0.65", "linewidth": 0.7}
 
 
 def draw_time(axes: Axes, content: dict[str, Any]) -> None:
@@ -48,7 +48,6 @@ def draw_time(axes: Axes, content: dict[str, Any]) -> None:
             words or f"{run['epochs']} epochs",
             at,
             textcoords="offset points",
-            fontsize=6,
             va="center",
             bbox=LEGIBLE,
             zorder=3.5,
@@ -59,43 +58,21 @@ def draw_time(axes: Axes, content: dict[str, Any]) -> None:
     if reached is not None:
         axes.axvline(reached, color=models_style.color(REFERENCE), linewidth=0.6, linestyle=":", zorder=1)
         text = f"{reached:.2g} core-minutes to\nthe paper's error"
-        drawing.beside(axes, reached, text, height=0.97, shift=4, fontsize=6, bbox=LEGIBLE)
+        drawing.beside(axes, reached, text, height=0.97, shift=4, bbox=LEGIBLE)
     handles, labels = axes.get_legend_handles_labels()
     unique = dict(zip(labels, handles, strict=True))
     frame = {"frameon": True, "framealpha": 1.0, "edgecolor": "none"}
-    axes.legend(unique.values(), unique.keys(), loc="lower left", fontsize=6, **frame)
+    axes.legend(unique.values(), unique.keys(), loc="lower left", **frame)
     low, high = axes.get_ylim()
     axes.set_xlim(right=3.0 * axes.get_xlim()[1])
     axes.set(xlabel="training (core-minutes)", ylabel="MSE of the scaled force", ylim=(low / 60.0, high))
 
 
-def draw_shares(axes: Axes, points: list[dict[str, Any]]) -> None:
-    """Draw the test error over the number of trajectories, and state the solver's time of one of them."""
-    if not points:
-        drawing.absent(axes, "shares of the data set\nnot trained yet")
-        axes.set(xticks=[], yticks=[])
-        return
-    count = [point["trajectories"] for point in points]
-    error, deviation, folds = ([point[name] for point in points] for name in ("mse", "mse_sd", "folds"))
-    models_style.draw_folds(axes, count, error, deviation, folds, models_style.marker(REFERENCE))
-    axes.legend(loc="upper right", fontsize=6)
-    axes.set(xscale="log", yscale="log", xlabel="training trajectories", ylabel="held-out error (MSE, scaled force)")
-    each = 1e3 * points[-1]["solver_seconds"] / points[-1]["trajectories"]
-    axes.set_xlabel(f"training trajectories, {each:.0f} ms of the solver each")
-
-
 def compose(training_cost: Any) -> Figure:
     """Draw the figure."""
-    drawn = drawing.figure(height=2.8)
-    left, right = drawn.subplots(1, 2)
-    if training_cost["models"]:
-        draw_time(left, training_cost)
-    else:
-        drawing.absent(left, "no model published yet")
-        left.set(xticks=[], yticks=[])
-    draw_shares(right, training_cost["shares"])
-    absent = [*training_cost["missing"], *training_cost["outdated"]]
-    if absent:
-        drawn.suptitle(f"not published yet: {', '.join(absent)}", fontsize=6, color="0.4")
-    drawing.letters((left, right))
+    drawn = drawing.figure(width=drawing.COLUMN, height=3.0)
+    axes = drawn.subplots()
+    draw_time(axes, training_cost)
+    if absent := [*training_cost["missing"], *training_cost["outdated"]]:
+        drawn.suptitle(f"not published yet: {', '.join(absent)}", color="0.4")
     return drawn

@@ -5,10 +5,12 @@ Tabor parameter. Two boxes side by side have the same input. `figure_own_archite
 these functions.
 """
 
+import textwrap
 from typing import Any
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patches import Patch
 
 from paper_figures.style import drawing, schematics
 from surrogate.architectures.naming import CONDITIONINGS, FAMILIES, PAPER_FAMILIES, paper_names
@@ -17,14 +19,22 @@ TABOR = "tabor"
 FILL = {
     "InputLayer": schematics.PLAIN_FILL,
     "LSTM": schematics.LSTM_FILL,
-    "LayerNormalization": "#e8e8e8",
+    "LayerNormalization": "#C5C5C5",
     **dict.fromkeys(("Conv1D", "ResidualTCNBlock"), schematics.CONV_FILL),
-    "EncoderBlock": "#f6e3bf",
+    "EncoderBlock": "#F1D47D",
     "Dense": schematics.DENSE_FILL,
     **dict.fromkeys(("AppendTabor", "FiLM", "TaborGate"), schematics.TABOR_FILL),
     "Add": "#ffffff",
 }
-BOX_WIDTH, BOX_HEIGHT, COLUMN_STEP = 0.78, 0.62, 1.22
+LEGEND = {
+    "LSTM": schematics.LSTM_FILL,
+    "convolution": schematics.CONV_FILL,
+    "attention": FILL["EncoderBlock"],
+    "dense layer": schematics.DENSE_FILL,
+    "normalisation": FILL["LayerNormalization"],
+    r"Tabor parameter $\mu$ enters": schematics.TABOR_FILL,
+}
+BOX_WIDTH, BOX_HEIGHT, COLUMN_STEP = 0.9, 0.66, 1.24
 
 
 def ranks(layers: list[dict[str, Any]]) -> dict[str, int]:
@@ -61,8 +71,8 @@ def draw_input(axes: Axes, source: str, where: dict[str, tuple[float, float]], n
     half, side = 0.5 * BOX_HEIGHT, 0.5 * BOX_WIDTH
     if source == TABOR:
         begin = (x - side - 0.16, y)
-        draw_arrow(axes, begin, (x - side, y), linestyle=":", lw=0.8, color=drawing.VERMILION)
-        axes.text(begin[0], y + 0.05, r"$\mu$", color=drawing.VERMILION, fontsize=6, ha="center", va="bottom")
+        draw_arrow(axes, begin, (x - side, y), linestyle=":", lw=0.8, color=drawing.RED)
+        axes.text(begin[0], y + 0.05, r"$\mu$", color=drawing.RED, ha="center", va="bottom")
         return
     x0, y0 = where[source]
     if y0 - y < 1.5:
@@ -89,8 +99,8 @@ def draw_model(axes: Axes, graph: dict[str, Any], left: float) -> None:
         crowded = heights.count(where[layer["name"]][1]) > 1
         fill = FILL.get(layer["kind"], "#ffffff")
         text = box_text(layer).replace(" ", "\n") if crowded else box_text(layer)
-        size = {"width": 0.5 if crowded else BOX_WIDTH, "height": BOX_HEIGHT, "size": 4.6}
-        schematics.box(axes, *where[layer["name"]], text, fill, **size, rounding=0.08, lw=0.5, linespacing=0.95)
+        size = {"width": 0.5 if crowded else BOX_WIDTH, "height": BOX_HEIGHT}
+        schematics.box(axes, *where[layer["name"]], text, fill, **size, rounding=0.08, lw=0.5, linespacing=1.1)
 
 
 def draw_family(axes: Axes, graphs: dict[str, Any], family: str, deepest: int) -> None:
@@ -98,10 +108,10 @@ def draw_family(axes: Axes, graphs: dict[str, Any], family: str, deepest: int) -
     for column, conditioning in enumerate(one for one in CONDITIONINGS if f"{family}-{one}" in graphs):
         graph, x = graphs[f"{family}-{conditioning}"], column * COLUMN_STEP
         draw_model(axes, graph, x)
-        axes.text(x, 0.5, conditioning, ha="center", fontsize=6.5, fontweight="bold")
+        axes.text(x, 0.5, conditioning, ha="center", fontweight="bold")
         last = max(ranks(graph["layers"]).values())
         count = f"{graph['parameters']:,}\nparameters"
-        axes.text(x, -last - 0.72, count, ha="center", va="center", fontsize=5.2, linespacing=0.95)
+        axes.text(x, -last - 0.72, count, ha="center", va="center", linespacing=0.95)
     axes.set(xlim=(-0.65, 2 * COLUMN_STEP + 0.75), ylim=(-deepest - 1.1, 0.8))
     axes.axis("off")
 
@@ -110,9 +120,12 @@ def compose(architecture_graphs: Any) -> Figure:
     """Draw the 18 paper models."""
     graphs = architecture_graphs["models"]
     deepest = max(row for name in paper_names() for row in ranks(graphs[name]["layers"]).values())
-    drawn = drawing.figure(height=7.8)
+    drawn = drawing.figure(height=9.0)
     panels = drawn.subplots(2, 3)
     for axes, name, one in zip(panels.flat, "abcdef", PAPER_FAMILIES, strict=True):
         draw_family(axes, graphs, one, deepest)
-        axes.set_title(f"({name}) {one}: {FAMILIES[one]}", loc="left", fontweight="bold", fontsize=6)
+        title = textwrap.fill(f"({name}) {one}: {FAMILIES[one]}", 36)
+        axes.set_title(title, loc="left", fontweight="bold", fontsize=6.5)
+    marks = [Patch(facecolor=color, edgecolor="0.35", linewidth=0.6, label=name) for name, color in LEGEND.items()]
+    drawn.legend(handles=marks, loc="outside lower center", ncols=len(marks))
     return drawn

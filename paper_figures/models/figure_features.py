@@ -15,9 +15,9 @@ from paper_figures.style import drawing, models_style
 from paper_figures.style.writing import Table, number
 
 STYLES = {
-    "A": {"color": drawing.VERMILION, "marker": "o"},
+    "A": {"color": drawing.RED, "marker": "o"},
     "B": {"color": drawing.ORANGE, "marker": "o"},
-    "C": {"color": drawing.PURPLE, "marker": "o"},
+    "C": {"color": drawing.VIOLET, "marker": "o"},
     "D": {"color": drawing.BLUE, "marker": "o"},
     "E": {"color": drawing.SKY, "marker": "s"},
     "F": {"color": drawing.GREEN, "marker": "D"},
@@ -34,7 +34,7 @@ FOLD = 0
 STEPS = {"sets": "uniform", "physical": "physical"}
 """Parts of the result, and their measurement steps."""
 STEP_STYLES = {
-    "uniform": {"color": drawing.VERMILION, "marker": "o"},
+    "uniform": {"color": drawing.RED, "marker": "o"},
     "physical": {"color": drawing.BLUE, "marker": "^"},
 }
 READINGS = {"pull_off": "pull-off force", "hysteresis_trapezoids": "hysteresis"}
@@ -42,25 +42,19 @@ FLOOR = "the solver's own forces"
 """What a perfect model of the steps would have."""
 
 
-def draw_feature_sets(axes: Axes, sets: dict[str, Any] | None, ranking: Any = None) -> None:
+def draw_feature_sets(axes: Axes, sets: dict[str, Any], ranking: Any = None) -> None:
     """One curve for each feature set, or a band if it has two seeds; the legend gives the least validation error."""
-    names = [name for name in LABELS if name in (sets or {}) or models_style.seeds_of(ranking, f"features-{name}")]
-    if not names:
-        _absent(axes, "make feature-sets")
-        return
+    names = [name for name in LABELS if name in sets]
     for name in names:
         count, label = models_style.seeds_of(ranking, f"features-{name}"), f"{name}: {LABELS[name]}"
-        if count >= models_style.SEVERAL or name not in (sets or {}):
+        if count >= models_style.SEVERAL:
             curves = ranking["curves"][f"features-{name}"]
             low, high = min(map(min, curves)), max(map(min, curves))
-            words = (
-                f"{label} ({low:.1e} to {high:.1e}, {count} seeds)" if count > 1 else f"{label} ({low:.1e}, one seed)"
-            )
+            words = f"{label} ({low:.1e} to {high:.1e}, {count} seeds)"
             models_style.draw_curves_of_seeds(axes, curves, STYLES[name], words)
-            continue
-        trained = sets[name] if sets else {}
-        words = f"{label} ({trained['validation_mse']:.1e})"
-        models_style.draw_curve(axes, trained["history"], STYLES[name], words)
+        else:
+            words = f"{label} ({sets[name]['validation_mse']:.1e})"
+            models_style.draw_curve(axes, sets[name]["history"], STYLES[name], words)
     axes.legend(loc="upper right")
     # Room for the legend above the curve of A.
     axes.set_ylim(top=axes.get_ylim()[1] * 4.0 ** max(0, len(names) - len("ABCD")))
@@ -96,7 +90,7 @@ def features_table(content: dict[str, Any], ranking: Any = None) -> Table:
         for name, inputs in LABELS.items():
             found = content.get(part, {}).get(name)
             count = models_style.seeds_of(ranking, f"features-{name}") if part == "sets" else 0
-            if count >= models_style.SEVERAL or (count and not found):
+            if count >= models_style.SEVERAL:
                 spread = ranking["spread"][f"features-{name}"]
                 errors = [range_text(spread[metric]) for metric in ("validation_mse", "test_mse")]
             elif found:
@@ -124,13 +118,13 @@ def _readings(errors: dict[str, Any] | None) -> list[str]:
     return [", ".join(number(errors[name][level], 2) for level in ("p50", "p90", "p99")) for name in READINGS]
 
 
-def page_text(content: dict[str, Any]) -> str:
+def page_text(feature_sets: Any) -> str:
     """The table for a page, and what measurement steps and inputs change, each alone and together."""
-    table = features_table(content)
+    table = features_table(feature_sets)
     rows = [[*row[:3], *row[4:]] for row in table.rows]
     heads = [*table.header[:3], *table.header[4:]]
-    measured = f"Measured by `{content['command']}`."
-    return f"{markdown_table(heads, rows, 'lllrrrr')}\n\n{gains(content)} {measured}"
+    measured = f"Measured by `{feature_sets['command']}`."
+    return f"{markdown_table(heads, rows, 'lllrrrr')}\n\n{gains(feature_sets)} {measured}"
 
 
 def gains(content: dict[str, Any]) -> str:
@@ -157,57 +151,30 @@ def range_text(spread: dict[str, float]) -> str:
     return text if same else f"{text} ({number(spread['min'])} to {number(spread['max'])})"
 
 
-def draw_shares(axes: Axes, content: dict[str, Any] | None) -> None:
+def draw_shares(axes: Axes, content: dict[str, Any]) -> None:
     """One curve for each share of the training part, from the first fold; the whole part in black."""
-    if content is None:
-        _absent(axes, "make data-efficiency")
-        return
-    shares = content["shares"]
-    shades = colormaps["viridis"]
-    models_style.draw_curve(axes, content["full"]["history"], _look(drawing.BLACK), "100 %")
+    shares, shades = content["shares"], colormaps["viridis"]
+    curves = [("100 %", drawing.BLACK, content["full"])]
     for index, one in enumerate(shares):
-        look = _look(shades(0.9 * (index + 1) / len(shares)))
-        models_style.draw_curve(axes, one["folds"][FOLD]["history"], look, f"{one['percent']:.3g} %")
+        curves.append((f"{one['percent']:.3g} %", shades(0.9 * (index + 1) / len(shares)), one["folds"][FOLD]))
+    for label, color, trained in curves:
+        models_style.draw_curve(axes, trained["history"], {"color": color, "marker": "o"}, label)
     axes.legend(loc="upper right", ncols=2)
 
 
-def _look(color: Any) -> dict[str, Any]:
-    return {"color": color, "marker": "o"}
-
-
-def _absent(axes: Axes, command: str) -> None:
-    axes.set(xlim=(0.0, 1.0), ylim=(1e-4, 1.0), xticks=[])
-    drawing.absent(axes, f"not trained yet:\n`{command}`")
-
-
-def compose(feature_sets: Any = None, data_efficiency: Any = None, ranking: Any = None) -> dict[str, Figure | Table]:
-    """Draw the published trainings of both panels, and write the errors of the first panel as a table.
-
-    Raises:
-        FileNotFoundError: Nothing is published for either panel.
-    """
-    if (
-        feature_sets is None
-        and data_efficiency is None
-        and not any(models_style.seeds_of(ranking, f"features-{name}") for name in LABELS)
-    ):
-        raise FileNotFoundError(
-            "neither feature_sets.json nor data_efficiency.json is published; `make feature-sets data-efficiency` "
-            "makes them"
-        )
-    content = feature_sets or {}
-    rows = 2 if content.get("floor") else 1
+def compose(feature_sets: Any, data_efficiency: Any, ranking: Any = None) -> dict[str, Figure | Table]:
+    """Draw the published trainings of both panels, and write the errors of the first panel as a table."""
+    rows = 2 if feature_sets.get("floor") else 1
     drawn = drawing.figure(height=2.8 * rows)
     panels = list(drawn.subplots(rows, 2).flat)
     for axes in panels[:2]:
         axes.set(xlabel="epoch", ylabel="validation MSE", yscale="log")
-    draw_feature_sets(panels[0], content.get("sets"), ranking)
+    draw_feature_sets(panels[0], feature_sets["sets"], ranking)
     draw_shares(panels[1], data_efficiency)
     for axes, reading in zip(panels[2:], READINGS, strict=False):
-        draw_hidden(axes, content, reading)
+        draw_hidden(axes, feature_sets, reading)
     if panels[2:]:
         panels[2].set_ylim(top=4.0 * panels[2].get_ylim()[1])
         panels[2].legend(loc="upper right")
     drawing.letters(panels)
-    table = features_table(content, ranking)
-    return {"figure-features": drawn, "features": table}
+    return {"figure-features": drawn, "features": features_table(feature_sets, ranking)}

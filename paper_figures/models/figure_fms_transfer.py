@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from paper_figures.style import drawing, models_style
 
-COLORS = (drawing.ORANGE, drawing.BLUE, drawing.PURPLE, drawing.GREEN, drawing.SKY, drawing.VERMILION)
+COLORS = (drawing.ORANGE, drawing.BLUE, drawing.VIOLET, drawing.GREEN, drawing.SKY, drawing.RED)
 """Of the numbers of measurement steps, in their order."""
 
 
@@ -22,7 +22,7 @@ def draw_sample(axes: Axes, sample: dict[str, Any], model: str) -> None:
     for (total, found), color in zip(sample["predictions"].items(), COLORS, strict=False):
         look = models_style.step_marker(model) | {"markersize": 4.2, "color": color, "markeredgecolor": color}
         axes.plot(found["indentation"], found["predicted"], label=f"$N = {total}$", **look)
-    axes.set(xlabel=r"indentation $\hat\delta$", ylabel=r"force $\hat P$")
+    axes.set(xlabel=drawing.INDENTATION, ylabel=drawing.FORCE)
     axes.set_title(f"sample ({sample['sample']})", loc="right")
     axes.legend(loc="best")
 
@@ -34,7 +34,7 @@ def draw_test_set(axes: Axes, test_set: dict[str, Any], color: str) -> None:
     for shift, (name, text, shade) in enumerate((("median", "median", 1.0), ("p90", "90th percentile", 0.45))):
         heights = [test_set["errors"][total]["nmae_percent"][name] for total in totals]
         bars = axes.bar(places + 0.38 * (shift - 0.5), heights, 0.36, color=color, alpha=shade, label=text)
-        axes.bar_label(bars, labels=[f"{height:#.2g}".rstrip(".") for height in heights], fontsize=6.5, padding=1)
+        axes.bar_label(bars, labels=[f"{height:#.2g}".rstrip(".") for height in heights], padding=1)
     axes.set_xticks(places, totals)
     axes.set(xlabel="measurement steps $N$", ylabel="force NMAE (%)")
     axes.set_title(f"{test_set['trajectories']} held-out trajectories", loc="right")

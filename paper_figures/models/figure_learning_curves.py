@@ -6,60 +6,39 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from paper_figures.style import drawing, models_style
-from surrogate.architectures.naming import PAPER_FAMILIES
+from surrogate.architectures.naming import PAPER_FAMILIES, paper_names
 
 SHOWN = ("FiLM", "gated")
 """Conditionings, one panel each."""
 
 
-def draw_curves(axes: Axes, models: dict[str, Any], conditioning: str, ranking: Any = None) -> int:
-    """Draw the validation MSE over the epochs of the trained models of a conditioning, and return their number.
+def draw_curves(axes: Axes, models: dict[str, Any], conditioning: str, ranking: Any = None) -> None:
+    """Draw the validation MSE over the epochs of the trained models of a conditioning.
 
     A model with two seeds or more is drawn as their median, in a band from the least to the largest.
     """
-    drawn = 0
-    for family in PAPER_FAMILIES:
-        name = f"{family}-{conditioning}"
+    names = {family: f"{family}-{conditioning}" for family in PAPER_FAMILIES}
+    for family, name in names.items():
         if name not in models:
             continue
-        drawn += 1
         look = models_style.marker(name)
         if models_style.seeds_of(ranking, name) >= models_style.SEVERAL:
             models_style.draw_curves_of_seeds(axes, ranking["curves"][name], look, family)
         else:
             models_style.draw_curve(axes, models[name]["history"], look, family)
     axes.set(xlabel="epoch", ylabel="validation MSE", yscale="log")
-    if drawn:
-        axes.legend(loc="upper right", ncols=2)
-    else:
-        drawing.absent(axes, f"no {conditioning} model to compare")
-        axes.set(xlim=(0.0, 1.0), ylim=(1e-4, 1.0), xticks=[])
-    return drawn
 
 
 def compose(model_comparison: Any, ranking: Any = None) -> Figure:
-    """Draw both panels, with the spread over seeds.
-
-    Raises:
-        FileNotFoundError: No FiLM or gated model is trained.
-    """
-    models = model_comparison["models"]
-    missing = [name for name in model_comparison["missing"] if name.endswith(SHOWN)]
-    otherwise = {name: words for name, words in model_comparison["differences"].items() if name.endswith(SHOWN)}
-    if len(missing) == len(PAPER_FAMILIES) * len(SHOWN):
-        raise FileNotFoundError("no FiLM or gated model is trained yet; `make models` trains them")
+    """Draw both panels, with the spread over seeds."""
     drawn = drawing.figure(height=2.7)
-    # An empty panel has no limits to share.
-    shared = all(any(name.endswith(conditioning) for name in models) for conditioning in SHOWN)
-    panels = drawn.subplots(1, 2, sharex=shared, sharey=shared)
+    panels = drawn.subplots(1, 2, sharex=True, sharey=True)
     for axes, conditioning, name in zip(panels, SHOWN, "ab", strict=True):
-        draw_curves(axes, models, conditioning, ranking)
+        draw_curves(axes, model_comparison["models"], conditioning, ranking)
+        if axes.lines:
+            axes.legend(loc="upper right", ncols=2)
         axes.set_title(conditioning, loc="right")
         drawing.letter(axes, name)
-    note = models_style.notes(
-        models_style.missing_note(missing, otherwise),
-        *models_style.spread_lines(ranking, [name for name in models if name.endswith(SHOWN)]),
-    )
-    if note:
-        drawn.supxlabel(note, fontsize=5.5, color="0.4")
+    shown = [name for name in paper_names() if name.endswith(SHOWN)]
+    models_style.write_states(drawn, model_comparison, ranking, shown)
     return drawn

@@ -1,4 +1,7 @@
-"""Held-out MSE against MAE of every trained model; the colour is the family, the marker the conditioning."""
+"""Held-out MSE against MAE of every trained model; the colour is the family, the marker the conditioning.
+
+The second panel is the part of the first that holds the models that are trained here.
+"""
 
 from typing import Any
 
@@ -6,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from paper_figures.style import drawing, models_style
+from surrogate.architectures.naming import paper_names
 
 
 def draw_models(
@@ -21,27 +25,19 @@ def draw_models(
 def compose(model_comparison: Any, ranking: Any = None) -> Figure:
     """Draw the trained models, with the spread over their seeds, and the paper's best model."""
     paper = drawing.paper_values("reference_model")
-    drawn = drawing.figure(width=drawing.COLUMN, height=3.4)
-    axes = drawn.subplots()
-    axes.plot(paper["mse"], paper["mae"], **models_style.paper_marker(paper["name"]))
-    draw_models(axes, model_comparison["models"], "mse", "mae", ranking)
-    axes.set(
-        xscale="log", yscale="log", xlabel="held-out MSE of the scaled force", ylabel="held-out MAE of the scaled force"
-    )
-    axes.margins(0.15)
-    for axis in (axes.xaxis, axes.yaxis):
-        drawing.log_labels(axis)
-    drawn.legend(
-        handles=models_style.handles(paper["name"]),
-        loc="outside upper center",
-        ncols=5,
-        columnspacing=1.0,
-        handlelength=1.2,
-    )
-    note = models_style.notes(
-        models_style.missing_note(model_comparison["missing"], model_comparison["differences"]),
-        *models_style.spread_lines(ranking, list(model_comparison["models"]), width=80),
-    )
-    if note:
-        drawn.supxlabel(note, fontsize=5.5, color="0.4")
+    drawn = drawing.figure(height=3.2)
+    panels = drawn.subplots(1, 2, width_ratios=(1.0, 1.6))
+    for axes in panels:
+        if axes is panels[0]:
+            axes.plot(paper["mse"], paper["mae"], **models_style.paper_marker(paper["name"]))
+        draw_models(axes, model_comparison["models"], "mse", "mae", ranking)
+        axes.set(xscale="log", yscale="log", xlabel="held-out MSE of the scaled force")
+        axes.margins(0.1)
+        for axis in (axes.xaxis, axes.yaxis):
+            drawing.log_labels(axis)
+    panels[0].set_ylabel("held-out MAE of the scaled force")
+    drawing.letters(panels)
+    handles = models_style.handles(paper["name"])
+    drawn.legend(handles=handles, loc="outside upper center", ncols=10, columnspacing=1.0, handlelength=1.2)
+    models_style.write_states(drawn, model_comparison, ranking, paper_names())
     return drawn

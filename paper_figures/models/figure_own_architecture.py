@@ -1,7 +1,8 @@
 """Diagrams of the models of one user-defined family, from `python -m experiments own_architecture_graphs`."""
 
-from typing import Any
+from typing import Annotated, Any
 
+import typer
 from matplotlib.figure import Figure
 
 from bem._support.outputs import plain_name
@@ -9,7 +10,9 @@ from paper_figures.models.figure_architectures import draw_family, ranks
 from paper_figures.style import drawing
 
 
-def compose(own_architecture_graphs: Any, *, family: str) -> dict[str, Figure]:
+def compose(
+    own_architecture_graphs: Any, *, family: Annotated[str, typer.Option(help="A registered family.")]
+) -> dict[str, Figure]:
     """Draw one family.
 
     Raises:
@@ -26,5 +29,5 @@ def compose(own_architecture_graphs: Any, *, family: str) -> dict[str, Figure]:
     drawn = drawing.figure(width=drawing.COLUMN, height=0.34 * (deepest + 2))
     axes = drawn.subplots()
     draw_family(axes, graphs, family, deepest)
-    axes.set_title(f"{family}: {words}", loc="left", fontweight="bold", fontsize=6)
+    axes.set_title(f"{family}: {words}", loc="left", fontweight="bold")
     return {f"figure-architecture-{family}": drawn}

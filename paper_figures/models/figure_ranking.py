@@ -38,9 +38,8 @@ def limits(ranking: Any, metric: str) -> tuple[float, float]:
 
 
 def draw_errors(axes: Axes, ranking: Any, metric: str) -> None:
-    """Draw seeds and intervals of all models in one panel, and mark a family without seeds."""
+    """Draw seeds and intervals of all models in one panel."""
     for place, family in enumerate(PAPER_FAMILIES):
-        drawn = 0
         for shift, conditioning in zip((-APART, 0.0, APART), CONDITIONINGS, strict=True):
             name = f"{family}-{conditioning}"
             rows, spread = ranking["models"].get(name, []), ranking["spread"].get(name, {}).get(metric)
@@ -54,19 +53,6 @@ def draw_errors(axes: Axes, ranking: Any, metric: str) -> None:
             across = at + 0.07 * (np.arange(len(rows)) - 0.5 * (len(rows) - 1))
             look = models_style.marker(name) | {"markersize": 0.62 * models_style.SIZES[conditioning]}
             axes.plot(across, [row[metric] for row in rows], label=name, zorder=3, **look)
-            drawn += 1
-        if not drawn:
-            axes.text(
-                place,
-                0.03,
-                "no seed yet",
-                rotation=90,
-                ha="center",
-                va="bottom",
-                transform=axes.get_xaxis_transform(),
-                fontsize=6,
-                color="0.5",
-            )
         if place:
             axes.axvline(place - 0.5, color="0.88", linewidth=0.6, zorder=0)
     axes.set(xlim=(-0.5, len(PAPER_FAMILIES) - 0.5), xticks=range(len(PAPER_FAMILIES)), yscale="log")
@@ -92,11 +78,4 @@ def compose(ranking: Any) -> Figure:
         ),
     ]
     drawn.legend(handles=handles, loc="outside upper center", ncols=len(handles), columnspacing=1.4, handlelength=1.4)
-    expected, absent = ranking["seeds_expected"], ranking["missing"]
-    if absent:
-        lacking = [name for name in absent if name in ranking["models"]]
-        parts = [f"fewer than {expected} seeds: {models_style.listed(lacking)}"] if lacking else []
-        none = [name for name in absent if name not in ranking["models"]]
-        parts += [f"no seed yet: {models_style.listed(none)}"] if none else []
-        drawn.supxlabel("; ".join(parts), fontsize=6, color="0.4")
     return drawn

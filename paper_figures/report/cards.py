@@ -7,6 +7,11 @@ data set. `make cards` writes the cards.
 Usage: `python -m paper_figures.report.cards [--published DIR]`.
 """
 
+if __name__ == "__main__":  # before the imports that take long
+    from bem._support.interruption import end_on_interrupt
+
+    end_on_interrupt("paper_figures.report.cards")
+
 import json
 import tomllib
 from pathlib import Path
@@ -18,12 +23,13 @@ import typer
 from bem._support.command_line import run_main
 from bem._support.outputs import write_whole
 from bem.dataset.file import Dataset, load_dataset
+from experiments.measurements.cases import regions
 from experiments.paper.error_statistics import read_errors
-from experiments.surrogates.regions import regions
 from paper_figures.report.croissant import LICENCE, METADATA, croissant
 from paper_figures.report.data_card import data_card
 from paper_figures.report.pretrained_card import pretrained_card
 from paper_figures.style.writing import number
+from surrogate.export.onnx_file import seal_folder
 
 CARD = "README.md"
 ERRORS = {"pull_off_force_percent": "Pull-off force (%)", "hysteresis_percent": "Hysteresis (%)"}
@@ -120,6 +126,7 @@ def main(
         measured = json.loads((published / "measurements" / "pretrained_errors.json").read_text(encoding="utf-8"))
         written.append(run.parent / CARD)
         write_whole(written[-1], pretrained_card(run.parent, measured))
+        seal_folder(run.parent)
     typer.echo(f"{len(written)} files written: {METADATA}, and {CARD} of the data set and of each model")
 
 

@@ -16,13 +16,13 @@ names the target that makes it. Claims marked `beyond` are not in the paper and 
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from experiments.paper_numbers import paper_rows, paper_values, stated
+from experiments.places import Places
 
 REPRODUCED, BETTER, TIE, DIFFERS, NOT_COMPARABLE, NOT_YET = (
     "reproduced",
@@ -39,25 +39,6 @@ BY_SEEDS = {"holds": REPRODUCED, "tie": TIE, "fails": DIFFERS}
 RULES = ("count", "value", "error", "cost", "bound", "least", "text", "none")
 EXACT = 1e-6
 """Largest relative difference of a setting that counts as equal to the paper's."""
-
-SOURCES = {
-    "dataset": ("results", "studies/dataset_statistics.json", "make table-protocols-dataset"),
-    "canonical": ("results", "studies/canonical_regimes.json", "make table-protocols-canonical"),
-    "persson_brener": ("results", "studies/persson_brener.json", "make table-persson-brener"),
-    "errors": ("results", "studies/error_statistics.json", "make table-quartiles"),
-    "fms": ("results", "studies/fms_transfer.json", "make figure-fms-transfer"),
-    "models": ("results", "studies/model_comparison.json", "make models table-models"),
-    "graphs": ("results", "studies/architecture_graphs.json", "make figure-architectures"),
-    "slips": ("results", "studies/inconsistencies.json", "make report"),
-    "settings": ("results", "studies/adopted_settings.json", "make report"),
-    "training": ("published", "measurements/training_cost.json", "make measure-training-cost"),
-    "speed": ("published", "measurements/training_speed.json", "make bench-training"),
-    "features": ("published", "feature_sets.json", "make feature-sets"),
-    "step_length": ("published", "measurements/step_length.json", "make measure-step-length"),
-    "ranking": ("published", "ranking.json", "make ranking"),
-    "model_forces": ("published", "model_forces.json", "make model-forces"),
-    "efficiency": ("published", "data_efficiency.json", "make data-efficiency"),
-}
 
 
 @dataclass(frozen=True)
@@ -87,15 +68,13 @@ class Results:
     """The result files; each is read on first use."""
 
     def __init__(self, results: Path, published: Path) -> None:
-        self.roots = {"results": results, "published": published}
+        self.places = Places(results, published)
         self.read: dict[str, Any] = {}
 
     def content(self, name: str) -> Any:
-        """Content of a source; `None` if its file does not exist."""
+        """Content of a result; `None` if its file does not exist."""
         if name not in self.read:
-            root, file, _ = SOURCES[name]
-            path = self.roots[root] / file
-            self.read[name] = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else None
+            self.read[name] = self.places.read(name, "report") if self.places.path(name).is_file() else None
         return self.read[name]
 
     def find(self, claim: dict[str, Any]) -> Any:
@@ -113,7 +92,7 @@ class Results:
         return reduced
 
     def at(self, place: str) -> Any:
-        """Value at a place of a result file, for example `dataset:ranges/tabor/0`; `None` if there is none yet."""
+        """Value at a place of a result, such as `dataset_statistics:ranges/tabor/0`; `None` if there is none yet."""
         source, _, path = place.partition(":")
         found = self.content(source)
         for key in path.split("/"):
@@ -161,8 +140,10 @@ def judge(claim: dict[str, Any], results: Results) -> Finding:
     if ours is None and (claim["rule"] != "none" or claim.get("beyond")):
         places = [claim[key] for key in ("source", "than", "over") if key in claim]
         lacking = next(place for place in places if results.at(place) is None)
-        target = claim.get("made_by", SOURCES[lacking.partition(":")[0]][2])
-        return Finding(claim, None, NOT_YET, f"`{target}` makes it.")
+        made = (
+            f"`{claim['made_by']}` makes it" if "made_by" in claim else results.places.advice(lacking.partition(":")[0])
+        )
+        return Finding(claim, None, NOT_YET, f"{made}.")
     found = verdict(claim["rule"], claim.get("value"), ours, claim.get("tolerance"))
     return Finding(claim, ours, found, f"{claim['why']} One training each." if "ranking" in claim else claim["why"])
 
@@ -210,7 +191,7 @@ def table_claims() -> list[dict[str, Any]]:
                         "says": f"{quartile}: {word} of {column.replace('_percent', ' error').replace('_', ' ')}",
                         "value": row[f"{column}_{part}"],
                         "unit": "%" if "percent" in column else "",
-                        "source": f"errors:quartiles/{quartile}/{column}/{part}",
+                        "source": f"error_statistics:quartiles/{quartile}/{column}/{part}",
                     }
                 )
     for index, row in enumerate(paper_rows("canonical_protocols")):
@@ -223,7 +204,7 @@ def table_claims() -> list[dict[str, Any]]:
                 | {
                     "says": f"sample ({row['sample']:g}), {word}",
                     "value": row[f"{column}_seconds"],
-                    "source": f"canonical:regimes/{index}/seconds/{key}",
+                    "source": f"canonical_regimes:regimes/{index}/seconds/{key}",
                 }
             )
     for index, row in enumerate(paper_rows("persson_brener_protocols")):

@@ -1,10 +1,11 @@
-"""The card of the data set; `paper_figures.report.cards` writes it."""
+"""The card of the data set; `paper_figures.report.cards` writes it. Its numbers in README.md."""
 
 from pathlib import Path
 
 import numpy as np
 
-from bem.dataset.file import Dataset
+from bem.dataset.file import Dataset, load_dataset
+from experiments.paper_numbers import paper_values
 from paper_figures.report.croissant import LICENCE, METADATA
 from paper_figures.style.writing import number
 
@@ -73,3 +74,23 @@ revision {about["git_revision"]}.
 
 {LICENCE}, as the software; the weights of the models have the same licence. Cite as in `CITATION.cff`.
 """
+
+
+def trajectories(dataset: Path) -> str:
+    """Number of trajectories."""
+    return f"{len(load_dataset(dataset)):,}"
+
+
+def core_seconds(dataset: Path) -> str:
+    """Seconds of the solver in all."""
+    return f"{load_dataset(dataset).scalars['solver_seconds'].sum():.2g}"
+
+
+def milliseconds(dataset: Path) -> str:
+    """Milliseconds of the solver for each trajectory."""
+    return f"{1e3 * load_dataset(dataset).scalars['solver_seconds'].mean():.2g}"
+
+
+def paper_hours() -> str:
+    """CPU-hours of the paper's data set."""
+    return str(paper_values("dataset")["cpu_hours"])

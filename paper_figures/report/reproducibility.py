@@ -1,7 +1,6 @@
 """What a reviewer should conclude: the numbers of `docs/reproducibility.md`, from the published files.
 
-`tools/fill.py` writes them into the page. Rankings come from all published seeds if each model has two, and otherwise
-from the one published training of each, which decides nothing; the page states which.
+`make docs-numbers` writes them into the page. Rankings come from all published seeds.
 """
 
 from __future__ import annotations
@@ -11,25 +10,14 @@ from pathlib import Path
 from typing import Any
 
 from bem._support.wording import markdown_table
-from experiments.seeds import ranking as study
-from experiments.seeds.ranking_statistics import FAILS, HOLDS, NOT_DECIDED, TIE
+from experiments.trainings import ranking as rankings
+from experiments.trainings.ranking_statistics import FAILS, HOLDS, NOT_DECIDED, TIE
 from paper_figures.models.figure_features import LABELS
-from paper_figures.report.claims import SOURCES
 from paper_figures.style import drawing, models_style
 from paper_figures.style.writing import number
 from paper_figures.tables.table_ranking import chance_text, says
 from surrogate.architectures.naming import paper_names
 
-NAMES = (
-    "seeds there are",
-    "statements",
-    "spread over seeds",
-    "inputs and step length",
-    "training of the paper",
-    "recipe and ranking",
-    "forces of the models",
-)
-"""Names of the places of the page that are filled."""
 PAPER_RECIPE_LABEL = "{}-paper"
 """Label under which `make model-paper-recipe` publishes a model."""
 DECISIONS = {HOLDS: "Hold", TIE: "Are ties", FAILS: "Fail", NOT_DECIDED: "Are not decided"}
@@ -37,99 +25,80 @@ DECISIONS = {HOLDS: "Hold", TIE: "Are ties", FAILS: "Fail", NOT_DECIDED: "Are no
 MEDIANS = {"pull_off_force_percent": "median pull-off error", "hysteresis_percent": "median hysteresis error"}
 
 
-def values(published: Path) -> dict[str, str]:
-    """Text of each place of the page, by name.
-
-    Raises:
-        FileNotFoundError: A result does not exist; the message names the target that makes it.
-    """
-    names = ("ranking", "model_forces", "features", "step_length")
-    ranked, forces, features, shown = (_read(published, name) for name in names)
-    texts = (
-        seeds_text(ranked),
-        f"{statements_text(ranked)}\n\n{statements_table(ranked, single_errors(published / 'models', features))}",
-        spread_table(ranked),
-        inputs_table(shown, features, ranked),
-        training_table(published / "models" / PAPER_RECIPE_LABEL.format("M1-concat")),
-        recipe_table(published / "models", ranked),
-        models_style.forces_note(forces) or "All published models were trained on the forces of the published file.",
+def forces_text(model_forces: Any) -> str:
+    """Models that were trained on earlier forces; if there are none, how far the recorded errors are from ours."""
+    largest = 100.0 * max(one["error_difference"] for one in model_forces["models"].values())
+    return models_style.forces_note(model_forces) or (
+        "All published models were trained on the forces of the published file, up to the solver's accuracy: their "
+        f"mean test errors on it are within {largest:.2g} % of the recorded ones."
     )
-    return dict(zip(NAMES, texts, strict=True))
 
 
-def seeds_text(ranked: dict[str, Any]) -> str:
+def seeds_text(ranking: Any) -> str:
     """Number of published trainings, out of the required ones, in words."""
-    wanted, names = ranked["seeds_expected"], paper_names()
-    present = [len(ranked["models"].get(name, ())) for name in names]
+    wanted, names = ranking["seeds_expected"], paper_names()
+    present = [len(ranking["models"].get(name, ())) for name in names]
     whole = sum(count >= wanted for count in present)
     return f"{sum(present)} of {wanted * len(names)} trainings; {whole} of {len(names)} models have all {wanted} seeds"
 
 
-def statements_text(ranked: dict[str, Any]) -> str:
-    """One line for each decision, with the statements that it is about."""
+def statements_text(ranking: Any) -> str:
+    """One line for each decision, with the statements that it is about, and the table of the statements."""
     words: dict[str, list[str]] = {decision: [] for decision in DECISIONS}
-    for claim in study.ranked():
-        words[ranked["claims"][claim["ranking"]]["decision"]].append(says(claim["ranking"]))
-    return "\n".join(f"- **{label}**: {', '.join(words[key]) or 'none'}." for key, label in DECISIONS.items())
+    for claim in rankings.ranked():
+        words[ranking["claims"][claim["ranking"]]["decision"]].append(says(claim["ranking"]))
+    lines = [f"- **{label}**: {', '.join(words[key]) or 'none'}." for key, label in DECISIONS.items()]
+    return "\n".join([*lines, "", statements_table(ranking)])
 
 
-def single_errors(models: Path, features: dict[str, Any]) -> dict[str, float]:
-    """Held-out MSE of the one published training of each model and each input representation."""
-    found = {f"features-{name}": one["mse"] for name, one in features["sets"].items()}
-    for name in paper_names():
-        path = models / name / "metrics.json"
-        if path.is_file():
-            found[name] = json.loads(path.read_text(encoding="utf-8"))["test"]["mse"]["mean"]
-    return found
-
-
-def statements_table(ranked: dict[str, Any], single: dict[str, float]) -> str:
+def statements_table(ranking: Any) -> str:
     """One row for each ranking of the paper: the decision of the seeds, and the first contender."""
     header, rows = ["the paper says", "its first", "by seeds", "orders decided", "least sure order", "first here"], []
-    for claim in study.ranked():
-        champion, contenders = study.contenders(claim)
-        found = ranked["claims"][claim["ranking"]]
-        pairs = [pair for pair in ranked["pairs"] if pair["claim"] == claim["ranking"]]
+    for claim in rankings.ranked():
+        champion, _ = rankings.contenders(claim)
+        found = ranking["claims"][claim["ranking"]]
+        pairs = [pair for pair in ranking["pairs"] if pair["claim"] == claim["ranking"]]
         decided = [pair for pair in pairs if pair["probability"]["test_mse"] is not None]
         least = min(decided, key=lambda pair: pair["probability"]["test_mse"], default=None)
         order = "-"
         if least:
-            chance = chance_text(least["probability"]["test_mse"], ranked["resamples"])
+            chance = chance_text(least["probability"]["test_mse"], ranking["resamples"])
             order = f"{least['better']} before {least['worse']}: {chance}"
-        first = found["first"] if len(decided) == len(pairs) else _first(contenders, single)
-        how = "" if len(decided) == len(pairs) else ", by one training each"
         cells = (says(claim["ranking"]), champion, f"**{found['decision']}**", f"{len(decided)} of {len(pairs)}", order)
-        rows.append([*cells, f"{first or 'not trained yet'}{how if first else ''}"])
+        rows.append([*cells, found["first"] or "not trained yet"])
     return markdown_table(header, rows, "lllrll")
 
 
-def spread_table(ranked: dict[str, Any]) -> str:
+def spread_table(ranking: Any) -> str:
     """Spread over the seeds of each model that has at least two."""
-    several = [name for name in ranked["models"] if models_style.seeds_of(ranked, name) >= models_style.SEVERAL]
+    several = [name for name in ranking["models"] if models_style.seeds_of(ranking, name) >= models_style.SEVERAL]
     header, rows = ["model", "seeds", "held-out MSE", "apart", "median pull-off error (%)", "apart"], []
     for name in several:
-        cells = [name, str(models_style.seeds_of(ranked, name))]
+        cells = [name, str(models_style.seeds_of(ranking, name))]
         for metric in ("test_mse", "pull_off_percent"):
-            one = ranked["spread"][name][metric]
+            one = ranking["spread"][name][metric]
             share = 100.0 * (one["max"] - one["min"]) / one["median"]
             cells += [f"{number(one['min'])} to {number(one['max'])}", f"{number(share, 2)} %"]
         rows.append(cells)
     return markdown_table(header, rows, "lrlrlr") if several else "No model has two seeds yet."
 
 
-def inputs_table(shown: dict[str, Any], features: dict[str, Any], ranked: dict[str, Any]) -> str:
+def inputs_table(step_length: Any, feature_sets: Any, ranking: Any) -> str:
     """How well each input representation shows the step length, and its error: the median of its seeds, if any."""
     header, rows = ["inputs", "channels", "loading", "dwell", "unloading", "held-out MSE", "trainings"], []
-    for name, phases in shown["sets"].items():
-        seeds = models_style.seeds_of(ranked, f"features-{name}")
-        error = ranked["spread"][f"features-{name}"]["test_mse"]["median"] if seeds else features["sets"][name]["mse"]
+    for name, phases in step_length["sets"].items():
+        seeds = models_style.seeds_of(ranking, f"features-{name}")
+        error = (
+            ranking["spread"][f"features-{name}"]["test_mse"]["median"] if seeds else feature_sets["sets"][name]["mse"]
+        )
         shares = [f"{share:.2f}" for share in phases.values()]
         rows.append([name, LABELS[name], *shares, number(error), str(seeds or 1)])
     return markdown_table(header, rows, "llrrrrr")
 
 
-def training_table(folder: Path) -> str:
+def training_table(models: Path) -> str:
     """The paper's model trained by the paper's recipe: its epochs, and its errors compared with the paper's."""
+    folder = models / PAPER_RECIPE_LABEL.format("M1-concat")
     if not (folder / "run.json").is_file():
         return "Not trained yet: `make model-paper-recipe`."
     metrics, by_recipe = _trained(folder)
@@ -146,16 +115,16 @@ def training_table(folder: Path) -> str:
     return "\n".join(["| | paper | here |", "|---|---|---|", *(f"| {' | '.join(row)} |" for row in rows)])
 
 
-def recipe_table(models: Path, ranked: dict[str, Any]) -> str:
+def recipe_table(models: Path, ranking: Any) -> str:
     """Errors of the models that were also trained by the paper's recipe, those of their seeds, and both orders."""
     header = ["model", "epochs", "ended by", "held-out MSE", "of seeds", "median pull-off error (%)", "of seeds"]
     rows, errors = [], {}
     for name in paper_names():
         folder = models / PAPER_RECIPE_LABEL.format(name)
-        if not (folder / "run.json").is_file() or not ranked["models"].get(name):
+        if not (folder / "run.json").is_file() or not ranking["models"].get(name):
             continue
         metrics, by_recipe = _trained(folder)
-        test, spread = metrics["test"], ranked["spread"][name]
+        test, spread = metrics["test"], ranking["spread"][name]
         errors[name] = (test["mse"]["mean"], spread["test_mse"]["median"])
         pull_off = (test["pull_off_force_percent"]["median"], spread["pull_off_percent"]["median"])
         cells = [name, str(metrics["epochs"]), "recipe" if by_recipe else "EPOCHS"]
@@ -171,17 +140,3 @@ def _trained(folder: Path) -> tuple[dict[str, Any], bool]:
     """Metrics of a model directory, and whether its recipe ended the training."""
     run, metrics = (json.loads((folder / f"{name}.json").read_text(encoding="utf-8")) for name in ("run", "metrics"))
     return metrics, run.get("ended_by") == "recipe"
-
-
-def _first(contenders: dict[str, list[str]], single: dict[str, float]) -> str | None:
-    """The contender with the least error, by one training each; `None` if a model is not trained."""
-    if not all(name in single for names in contenders.values() for name in names):
-        return None
-    return min(contenders, key=lambda label: min(single[name] for name in contenders[label]))
-
-
-def _read(published: Path, name: str) -> dict[str, Any]:
-    _, file, made_by = SOURCES[name]
-    if not (published / file).is_file():
-        raise FileNotFoundError(f"result file {str(published / file)!r} not found; `{made_by}` makes it")
-    return json.loads((published / file).read_text(encoding="utf-8"))

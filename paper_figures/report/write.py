@@ -3,6 +3,11 @@
 Usage: `python -m paper_figures.report.write [--results DIR] [--published DIR] [--out FILE]`.
 """
 
+if __name__ == "__main__":  # before the imports that take long
+    from bem._support.interruption import end_on_interrupt
+
+    end_on_interrupt("paper_figures.report.write")
+
 from collections import Counter
 from pathlib import Path
 from typing import Annotated, Any
@@ -133,7 +138,7 @@ def settings_section(results: Results) -> str:
 
 def slips_section(results: Results) -> str:
     """Inconsistencies of the paper, each with the command that shows it and its result."""
-    found = (results.content("slips") or {"slips": {}})["slips"]
+    found = (results.content("inconsistencies") or {"slips": {}})["slips"]
     rows = []
     for slip in paper_values("slips")["slip"]:
         values = found.get(slip.get("name", ""), {})
@@ -151,13 +156,13 @@ def report(results: Results) -> str:
     # Numbers that are not in the paper come last.
     groups.sort(key=lambda group: any(f.claim.get("beyond") for f in findings if f.claim["group"] == group))
     parts = [INTRODUCTION, tolerances_text(), overview(findings)]
-    missing = models_style.missing_note((results.content("models") or {}).get("missing", []))
+    missing = models_style.missing_note((results.content("model_comparison") or {}).get("missing", []))
     if missing:
         parts.append(f"Models {missing}.")
-    parts += (results.content("models") or {}).get("outdated", {}).values()
+    parts += (results.content("model_comparison") or {}).get("outdated", {}).values()
     if forces := models_style.forces_note(results.content("model_forces")):
         parts.append(f"{forces} `make model-forces` compares them.")
-    host = results.at("canonical:times/host")
+    host = results.at("canonical_regimes:times/host")
     if host:
         parts.append(f"Timings: {host}.")
     parts += [section(group, [f for f in findings if f.claim["group"] == group]) for group in groups]

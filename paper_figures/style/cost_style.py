@@ -5,20 +5,22 @@ from typing import Any
 from matplotlib.axes import Axes
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
+from bem.plots import COLOURS
 from paper_figures.style import drawing
 
 KINDS = {
-    "solver": {"color": drawing.BLUE, "marker": "o"},
+    "solver": {"color": drawing.BLACK, "marker": "o"},
     "paper's discretisation": {"color": drawing.PAPER, "marker": "s"},
-    "Keras call": {"color": drawing.PURPLE, "marker": "v"},
-    "ONNX single": {"color": drawing.GREEN, "marker": "^"},
-    "ONNX batch": {"color": drawing.ORANGE, "marker": "D"},
-    "closed form": {"color": drawing.BLACK, "marker": "X"},
+    "closed form": {"color": COLOURS["closed form"], "marker": "X"},
+    "Keras call": {"color": drawing.BLACK, "marker": "v"},
+    "ONNX single": {"color": drawing.BLACK, "marker": "^"},
+    "ONNX batch": {"color": drawing.BLACK, "marker": "D"},
 }
+"""A surrogate has the colour of its family in place of that of the way it is called."""
 
 
 FORCE_ERROR = r"force error, mean $|\Delta\hat P|$ / range (%)"
-"""Axis label of `experiments.timing.force_error` in percent."""
+"""Axis label of `experiments.measurements.harness.force_error` in percent."""
 
 
 def kind_of(tool: dict[str, Any]) -> str:
@@ -39,7 +41,7 @@ def mark_paper(axes: Axes, *, height: float = 0.98) -> None:
     """Draw labelled vertical lines at the paper's seconds."""
     for name, seconds in paper_seconds().items():
         axes.axvline(seconds, color=drawing.PAPER, linewidth=0.8, linestyle=":")
-        drawing.beside(axes, seconds, name, height=height, shift=2, rotation=90, fontsize=5.5, color=drawing.PAPER)
+        drawing.beside(axes, seconds, name, height=height, shift=2, rotation=90, color=drawing.PAPER)
 
 
 def sparse_ticks(axes: Axes) -> None:

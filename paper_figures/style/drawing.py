@@ -13,24 +13,20 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
+from matplotlib.colors import to_hex, to_rgb
 from matplotlib.figure import Figure
 from matplotlib.ticker import Formatter, FuncFormatter, LogLocator, NullFormatter
 
+from bem.plots import COLOURS
 from experiments.paper_numbers import paper_values as paper_values
 
 HERE = Path(__file__).parent
-COLUMN, DOUBLE_COLUMN = 90 / 25.4, 190 / 25.4
-"""Widths of Elsevier's single and double column in inches."""
+COLUMN, DOUBLE_COLUMN = 88 / 25.4, 180 / 25.4
+"""Widths in print of a figure of one column and of two, in inches."""
 
-BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK = (
-    "#0072B2",
-    "#D55E00",
-    "#009E73",
-    "#CC79A7",
-    "#E69F00",
-    "#56B4E9",
-    "#000000",
-)
+BLUE, RED, GREEN, VIOLET, ORANGE, SKY = FAMILIES = [COLOURS[f"M{number}"] for number in range(1, 7)]
+"""Colours of the six families, and of what is no tool in figures without them."""
+BLACK, PAPER = COLOURS["solver"], COLOURS["paper"]
 PHASES = {"loading": BLUE, "dwell": ORANGE, "unloading": GREEN}
 SYMBOLS = {
     "tabor": r"$\mu$",
@@ -40,8 +36,15 @@ SYMBOLS = {
     "unloading_rate": r"$\hat v_U$",
 }
 """Symbols of the quantities of a protocol, as in the paper."""
-PAPER = "#882255"
-"""Colour of the paper's own results, and of nothing else."""
+
+
+TIME, INDENTATION, FORCE = r"time $\hat t$", r"indentation $\hat\delta$", r"force $\hat P$, tension $> 0$"
+
+
+def tints(color: str, count: int) -> list[str]:
+    """Shades of one colour, from a pale one to itself, for several curves of one tool."""
+    full = np.array(to_rgb(color))
+    return [to_hex(1.0 - share * (1.0 - full)) for share in np.linspace(0.45, 1.0, count)]
 
 
 def figure(*, width: float = DOUBLE_COLUMN, height: float) -> Figure:
@@ -71,11 +74,6 @@ def by_phase(axes: Axes, time: np.ndarray, values: np.ndarray, phase_times: Sequ
     for begin, end, color in zip(phase_times[:-1], phase_times[1:], PHASES.values(), strict=True):
         inside = (time >= begin * (1.0 - 1e-9)) & (time <= end * (1.0 + 1e-9))
         axes.plot(time[inside], values[inside], color=color)
-
-
-def absent(axes: Axes, text: str) -> None:
-    """Write in the middle of an empty panel why it is empty."""
-    axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", color="0.4")
 
 
 def written(value: float, form: str = "g") -> str:

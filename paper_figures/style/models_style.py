@@ -5,12 +5,12 @@ As in the paper: triangle for concatenation, star for FiLM, diamond for gated.
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from paper_figures.style import drawing
@@ -19,13 +19,7 @@ from surrogate.architectures.naming import CONDITIONINGS, PAPER_FAMILIES, paper_
 REFERENCE = "M1-concat"
 SEVERAL = 2
 """Least number of seeds for which a spread is drawn."""
-COLORS = dict(
-    zip(
-        PAPER_FAMILIES,
-        (drawing.BLUE, drawing.VERMILION, drawing.GREEN, drawing.PURPLE, drawing.ORANGE, drawing.SKY),
-        strict=True,
-    )
-)
+COLORS = dict(zip(PAPER_FAMILIES, drawing.FAMILIES, strict=True))
 MARKERS = dict(zip(CONDITIONINGS, ("^", "*", "D"), strict=True))
 SIZES = dict(zip(CONDITIONINGS, (6.0, 8.0, 5.0), strict=True))
 
@@ -54,28 +48,6 @@ def step_marker(name: str) -> dict[str, Any]:
     return marker(name) | small
 
 
-def draw_folds(
-    axes: Axes,
-    x: Sequence[float],
-    means: Sequence[float],
-    deviations: Sequence[float],
-    folds: Sequence[int],
-    look: Mapping[str, Any],
-) -> None:
-    """Draw means over folds with standard deviations; a single fold has an open marker and no deviation."""
-    axes.plot(x, means, color=look["color"], linewidth=1.0, zorder=1)
-    points = list(zip(x, means, deviations, folds, strict=True))
-    several, single = ([point for point in points if (point[3] > 1) is many] for many in (True, False))
-    if several:
-        at, mean, deviation, counts = zip(*several, strict=True)
-        label = f"mean of {' or '.join(map(str, sorted(set(counts))))} folds"
-        axes.errorbar(at, mean, deviation, capsize=2, label=label, **look)
-    if single:
-        at, mean, _, _ = zip(*single, strict=True)
-        hollow = {"markerfacecolor": "white", "markeredgecolor": look["color"], "markeredgewidth": 0.8}
-        axes.plot(at, mean, label="one fold", **{**look, **hollow})
-
-
 def seeds_of(ranking: Any, name: str) -> int:
     """Number of published seeds of a model."""
     return len(ranking["models"].get(name, ())) if ranking else 0
@@ -101,8 +73,7 @@ def draw_spread(axes: Axes, ranking: Any, name: str, x: str | float, y: str) -> 
     at = [place["median"] for place in places]
     xerr, yerr = ([[place["median"] - place["min"]], [place["max"] - place["median"]]] for place in places)
     axes.plot(*at, label=name, zorder=3, **marker(name))
-    # In front, as the spread may be smaller than the marker.
-    axes.errorbar(*at, yerr, xerr, fmt="none", elinewidth=0.9, ecolor=drawing.BLACK, zorder=4)
+    axes.errorbar(*at, yerr, xerr, fmt="none", elinewidth=0.9, ecolor=color(name), zorder=2)
     return True
 
 
@@ -125,31 +96,27 @@ def draw_curves_of_seeds(axes: Axes, curves: Sequence[Sequence[float]], look: Ma
     axes.plot(epochs[least], middle[least], **look)
 
 
-def spread_lines(ranking: Any, drawn: Sequence[str], width: int = 150) -> list[str]:
-    """Lines of text that state the number of seeds of each model; empty if each model has one training.
+def spread_line(ranking: Any, drawn: Sequence[str]) -> str:
+    """How many seeds the spread of the drawn models is of; empty if each has one training."""
+    counts = {max(seeds_of(ranking, name), 1) for name in drawn}
+    each = " or ".join(map(str, sorted(counts, reverse=True)))
+    return "" if max(counts, default=0) < SEVERAL else f"median, least and largest of {each} seeds each"
+
+
+def write_states(drawn: Figure, content: Any, ranking: Any, models: Sequence[str]) -> None:
+    """Write below a figure which models are not drawn, and the number of seeds of those that are.
 
     Args:
+        drawn: The figure.
+        content: The result `model_comparison`.
         ranking: The result `ranking`, or `None`.
-        drawn: The models of the figure.
-        width: Characters in a line.
+        models: The models that the figure is about, drawn or not.
     """
-    several: dict[int, list[str]] = {}
-    for name in drawn:
-        if (count := seeds_of(ranking, name)) >= SEVERAL:
-            several.setdefault(count, []).append(name)
-    if not several:
-        return []
-    single = [name for name in drawn if seeds_of(ranking, name) < SEVERAL]
-    if len(several) == 1 and not single:
-        return [f"median, least and largest of {max(several)} seeds each"]
-    parts = [f"of {count} seeds: {listed(names)}" for count, names in sorted(several.items(), reverse=True)]
-    rest = f"; one training each: {listed(single)}" if single else ""
-    return textwrap.wrap(f"median, least and largest {'; '.join(parts)}{rest}", width)
-
-
-def notes(*lines: str) -> str:
-    """Join the lines that are not empty."""
-    return "\n".join(filter(None, lines))
+    missing = [name for name in content["missing"] if name in models]
+    otherwise = {name: words for name, words in content["differences"].items() if name in models}
+    seeds = spread_line(ranking, [name for name in content["models"] if name in models])
+    if text := "\n".join(filter(None, [missing_note(missing, otherwise), seeds])):
+        drawn.supxlabel(text, fontsize=6.5, color="0.4")
 
 
 def family_handles() -> list[Line2D]:
@@ -167,7 +134,7 @@ def conditioning_handles() -> list[Line2D]:
 
 def paper_marker(name: str) -> dict[str, Any]:
     """Keywords of `Axes.plot` for the paper's own point of a model: its marker, hollow, in the paper's colour."""
-    hollow = {"color": "none", "markeredgecolor": drawing.PAPER, "markeredgewidth": 1.0, "markersize": 8.0}
+    hollow = {"color": "none", "markeredgecolor": drawing.PAPER, "markeredgewidth": 1.0, "markersize": 7.0}
     return marker(name) | hollow
 
 

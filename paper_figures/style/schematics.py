@@ -7,7 +7,7 @@ from typing import Any
 from matplotlib.axes import Axes
 from matplotlib.patches import Circle, FancyBboxPatch
 
-LSTM_FILL, CONV_FILL, DENSE_FILL, TABOR_FILL, PLAIN_FILL = "#cfe3f2", "#cfeadf", "#f0dbe8", "#fbd9c6", "#f2f2f2"
+LSTM_FILL, CONV_FILL, DENSE_FILL, TABOR_FILL, PLAIN_FILL = "#9AD4FF", "#C5F1B7", "#C59AC5", "#D49A6F", "#F2F2F2"
 
 
 def box(

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from bem._support.wording import markdown_table
+
 
 def number(value: float, digits: int = 3) -> str:
     """A number with `digits` significant digits; as `1.2e-05` below 1e-3 and from 1e5 on."""
@@ -37,6 +39,10 @@ def left_out(content: Mapping[str, Any], said: Mapping[str, str]) -> str:
     return "".join(f" {words}: {', '.join(content[key])}." for key, words in said.items() if content.get(key))
 
 
+LETTERS = 135
+"""In a line of a table in LaTeX, as wide as a figure of two columns."""
+
+
 @dataclass(frozen=True)
 class Table:
     """A table of text.
@@ -51,33 +57,44 @@ class Table:
     rows: Sequence[Sequence[str]]
     caption: str
 
+    def page(self, align: str = "") -> str:
+        """The table and its caption for a page of the documentation; `align` as for `markdown_table`."""
+        return f"{markdown_table(self.header, self.rows, align)}\n\n{self.caption}"
+
     def save(self, name: str, folder: Path) -> None:
         """Write `NAME.md`, `NAME.csv` and `NAME.tex`."""
         folder.mkdir(parents=True, exist_ok=True)
-        header, rows = self.header, self.rows
-        widths = [max(len(row[i]) for row in (header, *rows)) for i in range(len(header))]
-
-        def line(cells: Sequence[str]) -> str:
-            return "| " + " | ".join(cell.ljust(width) for cell, width in zip(cells, widths, strict=True)) + " |"
-
-        rule = "| " + " | ".join("-" * width for width in widths) + " |"
-        markdown = "\n".join([line(header), rule, *(line(row) for row in rows), "", self.caption, ""])
-        (folder / f"{name}.md").write_text(markdown, encoding="utf-8")
+        (folder / f"{name}.md").write_text(f"{self.page()}\n", encoding="utf-8")
         with (folder / f"{name}.csv").open("w", newline="", encoding="utf-8") as file:
-            csv.writer(file, lineterminator="\n").writerows([header, *rows])
-        body = "".join("    " + " & ".join(map(_latex, row)) + r" \\" + "\n" for row in rows)
-        heads = " & ".join(map(_latex, header))
-        columns = "l" + "c" * (len(header) - 1)
+            csv.writer(file, lineterminator="\n").writerows([self.header, *self.rows])
+        body = "".join("    " + " & ".join(map(_latex, row)) + r" \\" + "\n" for row in self.rows)
+        heads = " & ".join(map(_latex, self.header))
         (folder / f"{name}.tex").write_text(
+            "% \\usepackage{booktabs, tabularx}\n"
             "\\begin{table}[h]\n"
-            "    \\centering\n"
             f"    \\caption{{{_latex(self.caption)}}}\n"
             f"    \\label{{tab:{name}}}\n"
-            f"    \\begin{{tabular}}{{@{{}}{columns}@{{}}}}\n"
+            "    \\scriptsize\\setlength{\\tabcolsep}{2pt}\n"
+            f"    \\begin{{tabularx}}{{\\textwidth}}{{@{{}}{self._shares()}@{{}}}}\n"
             f"    \\toprule\n    {heads} \\\\\n    \\midrule\n{body}    \\bottomrule\n"
-            "    \\end{tabular}\n\\end{table}\n",
+            "    \\end{tabularx}\n\\end{table}\n",
             encoding="utf-8",
         )
+
+    def _shares(self) -> str:
+        """Columns as wide as the page together: each holds its longest word, and the rest goes to the longest cells."""
+        columns = [(head, *cells) for head, *cells in zip(self.header, *self.rows, strict=True)]
+        # A formula is about four letters wide; capitals are wider than others.
+        drawn = ([*re.sub(r"\$.*?\$", "Pmax", " ".join(column)).split()] for column in columns)
+        widths = ([len(word) + 0.3 * sum(map(str.isupper, word)) for word in found] for found in drawn)
+        words = [2.0 + max(found, default=1.0) for found in widths]
+        cells = (min(max(map(len, column[1:]), default=1), 40) for column in columns)
+        beyond = [max(cell - word, 1) for cell, word in zip(cells, words, strict=True)]
+        rest = max(LETTERS - len(columns) - sum(words), 0)
+        needs = [word + rest * more / sum(beyond) for word, more in zip(words, beyond, strict=True)]
+        shares = [len(needs) * need / sum(needs) for need in needs]
+        column = r">{{\hsize={:.3f}\hsize\raggedright\arraybackslash\hspace{{0pt}}}}X"
+        return "".join(map(column.format, shares))
 
 
 def _latex(text: str) -> str:

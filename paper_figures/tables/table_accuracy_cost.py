@@ -1,7 +1,7 @@
 """Tables: seconds and errors of every tool on the same held-out protocols, and the fastest tool for a wanted error.
 
-`tools/fill.py` also writes the second table into docs/cost.md. The tables read the measurement of
-`experiments.cost.accuracy_cost`.
+`make docs-numbers` also writes the second table into docs/cost.md. The tables read the measurement of
+`experiments.measurements.accuracy_cost`.
 """
 
 from typing import Any
@@ -10,6 +10,7 @@ import numpy as np
 
 from bem._support.wording import markdown_table
 from paper_figures.style.cost_style import paper_seconds
+from paper_figures.style.models_style import REFERENCE
 from paper_figures.style.writing import Table, left_out, median_and_p95, milliseconds, number, percent
 
 HEADER = [
@@ -78,11 +79,43 @@ def choices(tools: list[dict[str, Any]]) -> list[list[str]]:
     ]
 
 
-def page_text(content: dict[str, Any]) -> str:
+def page_text(accuracy_cost: Any) -> str:
     """The table of the fastest tools as Markdown, for docs/cost.md."""
-    count = f"{content['protocols']} held-out protocols, {_refined(content)} of which have a refined solution"
-    words = f"Measured on {count}, one core of {content['host']}.{_left_out(content)}"
-    return f"{markdown_table(CHOICES, choices(content['tools']))}\n\n{words}"
+    count = (
+        f"{accuracy_cost['protocols']} held-out protocols, {_refined(accuracy_cost)} of which have a refined solution"
+    )
+    words = f"Measured on {count}, one core of {accuracy_cost['host']}.{_left_out(accuracy_cost)}"
+    return f"{markdown_table(CHOICES, choices(accuracy_cost['tools']))}\n\n{words}"
+
+
+def solver_text(accuracy_cost: Any) -> str:
+    """Cost and errors of the solver at each accuracy, as Markdown, for docs/solver-benchmark.md."""
+    rows = []
+    for tool in accuracy_cost["tools"]:
+        if tool["kind"] != "solver":
+            continue
+        cells = [number(1e3 * tool["seconds"][of]) for of in ("mean", "median", "p95", "largest")]
+        cells += [
+            " / ".join(percent(tool["errors"][quantity][of]) for of in ("median", "p95", "largest"))
+            for quantity in ERRORS
+        ]
+        rows.append([tool["setting"], f"{tool['target']:g}", str(tool["failures"]), *cells])
+    header = ["Accuracy", "Target", "Failed", "Mean (ms)", "Median (ms)", "95th (ms)", "Largest (ms)", *ERRORS.values()]
+    table = markdown_table(header, rows, "lrrrrrr")
+    return f"{table}\n\n{accuracy_cost['protocols']} held-out protocols, one core of {accuracy_cost['host']}."
+
+
+def calls_text(accuracy_cost: Any) -> str:
+    """What each way to call the reference model costs, as Markdown, for docs/control.md."""
+    ways = [tool for tool in accuracy_cost["tools"] if tool.get("model") == REFERENCE]
+    slowest = max(tool["seconds"]["median"] for tool in ways)
+    cells = [
+        [tool["way"], f"{1e3 * tool['seconds']['median']:.3f}", f"{slowest / tool['seconds']['median']:.1f}"]
+        for tool in ways
+    ]
+    header = ["way", "ms per trajectory", "times faster than model.predict"]
+    measured = f"Measured on one core of {accuracy_cost['host']}."
+    return f"{REFERENCE}, on one core\n\n{markdown_table(header, cells, 'lrr')}\n\n{measured}"
 
 
 def _refined(content: dict[str, Any]) -> int:
@@ -92,8 +125,7 @@ def _refined(content: dict[str, Any]) -> int:
 
 def _left_out(content: dict[str, Any]) -> str:
     said = {"missing": "Not published when this was measured", "outdated": "Trained differently from those compared"}
-    words = left_out(content, said)
-    return words if content.get("complete", True) else f"{words} The surrogates were not measured to the end."
+    return left_out(content, said)
 
 
 def compose(accuracy_cost: Any) -> dict[str, Table]:

@@ -1,4 +1,4 @@
-"""Table: what draft, standard and reference cost over the paper's design, from `experiments.solver.accuracy_price`."""
+"""Table: what draft, standard and reference cost over the paper's design."""
 
 from typing import Any
 
@@ -10,14 +10,14 @@ ERRORS = {"pull_off_force": "Pull-off force", "hysteresis": "Hysteresis", "force
 def rows_of(levels: list[dict[str, Any]]) -> list[list[str]]:
     """One row for each accuracy; errors in percent as median / 90th / 99th percentile.
 
-    Core-minutes are scaled to the largest number of trajectories among the campaigns.
+    Core-minutes are the solver's, scaled to the largest number of trajectories among the campaigns.
     """
     rows, whole = [], largest(levels)
     for level in levels:
         seconds = level["seconds"]
         row = [level["accuracy"], str(level["trajectories"]), str(level["failed"])]
         row += [f"{1e3 * seconds[name]:.1f}" for name in ("mean", "median", "p99")]
-        row.append(f"{level['core_seconds'] / 60.0 * whole / level['trajectories']:.1f}")
+        row.append(f"{seconds['mean'] / 60.0 * whole:.1f}")
         for quantity in ERRORS:
             found = level.get("errors", {}).get(quantity)
             row.append(" / ".join(f"{100 * found[name]:.2g}" for name in ("median", "p90", "p99")) if found else "-")

@@ -1,6 +1,6 @@
 """Tables: what each effect costs, from plain Hertz to a ten-term adhesive solid, and where a simpler scene suffices.
 
-The tables read the measurement of `experiments.effects.measure`.
+The tables read the measurement of `experiments.measurements.effects`.
 """
 
 from collections.abc import Callable
@@ -20,8 +20,6 @@ COLUMNS: dict[str, Callable[[dict[str, Any]], str]] = {
     "Time a step (µs)": lambda row: f"{1e6 * row['seconds_per_step']:.0f}",
     "Closed form": lambda row: row["closed_form"],
     "Difference (%)": lambda row: percent(row["error"]),
-    "Files of its own": lambda row: ", ".join(f"{name}.py" for name in row["files"]),
-    "Lines of its own elsewhere": lambda row: ", ".join(f"{name}.py {n}" for name, n in row["lines_elsewhere"].items()),
 }
 """Column heads, and functions that write the cell of one scene."""
 
@@ -40,11 +38,8 @@ def compose(effects: Any) -> dict[str, Table]:
         [[cell(row) for cell in COLUMNS.values()] for row in effects["rows"]],
         f"One path of the sphere (depth {path['depth']:g}, from {path['start']:g}, in units of $\\mu h_0$; "
         f"{path['rate']:g} a retardation time; dwell {path['dwell']:g}) under scenes that add one effect at a time, at "
-        f"standard accuracy, on {effects['host']}. All scenes run functions of "
-        + ", ".join(f"{name}.py" for name in effects["shared_files"])
-        + " of bem/; files with functions that not every scene runs, and lines of other files, were found by running "
-        "each. The difference is the root mean square over the range of the force; for the limits, of long and "
-        "of short range, it is a difference between laws of adhesion and not an error.",
+        f"standard accuracy, on {effects['host']}. The difference is the root mean square over the range of the force; "
+        "for the limits, of long and of short range, it is a difference between laws of adhesion and not an error.",
     )
     second = Table(
         SAFE,

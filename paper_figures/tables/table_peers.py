@@ -1,6 +1,7 @@
 """Table: seconds and errors on the same elastic sphere, for the solver and other software.
 
-`tools/fill.py` also writes the table into docs/cost.md. The table reads the measurement of `experiments.peers.peers`.
+`make docs-numbers` also writes the table into docs/cost.md. It reads the measurement of
+`experiments.measurements.peers`.
 """
 
 from typing import Any
@@ -29,23 +30,19 @@ def _rank(row: tuple[tuple[str, str], Any]) -> tuple[int, int]:
     return tools.index(tool), int(size) if size.isdigit() else 0
 
 
-def caption_of(content: dict[str, Any]) -> str:
-    """Caption: what is shown, and where it was measured."""
-    packages = ", ".join(f"{name} {version}" for name, version in content["packages"].items())
-    return (
-        f"Largest tension of an elastic sphere unloaded from an indentation of {number(content['start'])}, and its "
+def compose(peers: Any) -> Table:
+    """Write the table; its caption says what is shown, and where it was measured."""
+    packages = ", ".join(f"{name} {version}" for name, version in peers["packages"].items())
+    return Table(
+        HEADER,
+        rows_of(peers),
+        f"Largest tension of an elastic sphere unloaded from an indentation of {number(peers['start'])}, and its "
         "compression there without adhesion: error and processor seconds. Solver and paper's discretisation: the whole "
         "history; Adhesion: from that indentation to the largest tension; tamaas: one state. "
-        f"{packages}, one core of {content['host']}."
+        f"{packages}, one core of {peers['host']}.",
     )
 
 
-def page_text(content: dict[str, Any]) -> str:
-    """The table as Markdown, for docs/cost.md."""
-    table = "\n".join("| " + " | ".join(row) + " |" for row in (HEADER, ["---"] * len(HEADER), *rows_of(content)))
-    return f"{table}\n\n{caption_of(content)}"
-
-
-def compose(peers: Any) -> Table:
-    """Write the table."""
-    return Table(HEADER, rows_of(peers), caption_of(peers))
+def page_text(peers: Any) -> str:
+    """The table for docs/cost.md."""
+    return compose(peers).page()

@@ -2,7 +2,6 @@
 
 from typing import Any
 
-from paper_figures.style import models_style
 from paper_figures.style.writing import Table, number
 
 METRICS = {
@@ -41,18 +40,8 @@ def chance_text(chance: float, resamples: int) -> str:
     return f"> {1.0 - least:.3f}" if chance > 0.5 else f"< {least:.3f}"
 
 
-def seeds_note(ranking: Any) -> str:
-    """Sentences that name missing seeds and seeds that are left out; empty if there are none."""
-    expected, absent = ranking["seeds_expected"], ranking["missing"]
-    none = [name for name, seeds in absent.items() if len(seeds) == expected]
-    some = [f"{name} {', '.join(map(str, seeds))}" for name, seeds in absent.items() if 0 < len(seeds) < expected]
-    parts = [f"Still without any seed: {models_style.listed(none)}."] if none else []
-    parts += [f"Missing seeds: {'; '.join(some)}."] if some else []
-    return " ".join([*parts, *(f"{label} is {sentence}." for label, sentence in ranking["left_out"].items())])
-
-
 def errors_table(ranking: Any) -> Table:
-    """One row for each model, best first; models without a seed follow."""
+    """One row for each model that has a seed, best first."""
     found, spread, expected = ranking["models"], ranking["spread"], ranking["seeds_expected"]
     order = sorted(found, key=lambda name: spread[name]["test_mse"]["median"])
     rows = [
@@ -64,13 +53,11 @@ def errors_table(ranking: Any) -> Table:
         ]
         for name in order
     ]
-    rows += [
-        [name, f"0 of {expected}", *["-"] * (len(METRICS) + 1)] for name in ranking["missing"] if name not in found
-    ]
+    left_out = " ".join(f"{label} is {sentence}." for label, sentence in ranking["left_out"].items())
     caption = (
         "Held-out errors of the scaled force, best first: median over seeds, in brackets its "
         f"{100 * ranking['confidence']:g} % interval over the test set ({ranking['resamples']:,} paired resamples of "
-        f"its trajectories), then the least and largest of the seeds. {seeds_note(ranking)}"
+        f"its trajectories), then the least and largest of the seeds. {left_out}"
     )
     return Table(["Model", "Seeds", *METRICS.values(), "Validation MSE"], rows, caption.strip())
 

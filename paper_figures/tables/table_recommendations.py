@@ -1,6 +1,6 @@
 """Table: how often `recommend` meets its tolerance, how often it simplifies a scene, and what that saves.
 
-The table reads the measurement of `experiments.effects.recommendations`.
+The table reads the measurement of `experiments.measurements.recommendations`.
 """
 
 from collections.abc import Callable

@@ -6,6 +6,7 @@ Reads the data of `experiments.surrogates.pretrained_errors`.
 from typing import Any
 
 from bem._support.wording import markdown_table
+from paper_figures.style import drawing
 from paper_figures.style.writing import Table, number
 
 WAYS = {"batch": 1e3, "single": 1e3, "step": 1e6, "gradient": 1e3}
@@ -55,9 +56,10 @@ def rows(content: dict[str, Any]) -> list[list[str]]:
     return found
 
 
-def page_text(content: dict[str, Any]) -> str:
+def page_text(pretrained_errors: Any) -> str:
     """The table for a page, and how it was made."""
-    return f"{markdown_table(HEADS, rows(content), 'll' + 8 * 'r')}\n\nMeasured by `{content['command']}`."
+    table = markdown_table(HEADS, rows(pretrained_errors), "ll" + 8 * "r")
+    return f"{table}\n\nMeasured by `{pretrained_errors['command']}`."
 
 
 CALLS = ["Tool", "Batch (ms)", "Single (ms)", "Step (µs)", "Gradient (ms)", "Gradient error (%), median, p90"]
@@ -73,13 +75,30 @@ def calls(content: dict[str, Any]) -> list[list[str]]:
     return found
 
 
-def calls_text(content: dict[str, Any]) -> str:
+def calls_text(pretrained_errors: Any) -> str:
     """The table of the ways to call for a page, and how it was made."""
-    gradients = content["gradients"]
+    gradients = pretrained_errors["gradients"]
     return (
-        f"{markdown_table(CALLS, calls(content), 'lrrrrr')}\n\n"
+        f"{markdown_table(CALLS, calls(pretrained_errors), 'lrrrrr')}\n\n"
         f"Errors of gradients on {gradients['count']} protocols, relative to the solver at {gradients['fine']:g}; "
-        f"measured by `{content['command']}` on {content['host']}."
+        f"measured by `{pretrained_errors['command']}` on {pretrained_errors['host']}."
+    )
+
+
+def size_text(size_error: Any) -> str:
+    """How few parameters of one LSTM have the errors that the paper states, as published, in a sentence."""
+    paper = drawing.paper_values("reference_model")
+    aims = {name: paper[f"{key}_percent"] for name, key in (("pull_off", "pull_off_force"), ("hysteresis",) * 2)}
+    errors = ", ".join(f"{name.replace('_', '-')} {number(most, 2)} %" for name, most in aims.items())
+    row = min(
+        (one for one in size_error["lstm"] if all(one["paper"][name]["p50"] <= most for name, most in aims.items())),
+        key=lambda one: one["parameters"],
+    )
+    return (
+        f"The median errors that the paper states for its best model ({errors}) are reached by one LSTM on the inputs "
+        f"F from {row['units']} units on, with {row['parameters']:,} parameters, "
+        f"{paper['parameters'] / row['parameters']:.0f} times fewer than the paper's model has: {size_error['count']} "
+        f"hidden protocols, {size_error['epochs']} epochs on {size_error['trajectories']:,} trajectories, one seed."
     )
 
 

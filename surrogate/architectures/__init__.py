@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 
 __all__ = ["CONDITIONINGS", "FAMILIES", "PAPER_PARAMETER_COUNTS", "build", "names", "register", "split_name"]
 
+# Module and function of each family; the function takes the two inputs and the conditioning, and returns features of
+# shape `(batch, steps, features)` for the readout.
 _BUILDERS = {
     "M1": ("m1_lstm", "lstm"),
     "M2": ("m2_normalised_lstm", "normalised_lstm"),
@@ -32,6 +34,11 @@ def build(name: str, features: str = "D") -> keras.Model:
         model = REGISTERED[family].builder(conditioning=conditioning, features=features, name=name)
         check_model(model, name, features)
         return model
+    import keras
+
+    from surrogate.architectures.common import inputs, readout
+
     module, builder = _BUILDERS[family]
-    family_module = importlib.import_module(f"surrogate.architectures.{module}")
-    return getattr(family_module, builder)(conditioning=conditioning, features=features, name=name)
+    hidden = getattr(importlib.import_module(f"surrogate.architectures.{module}"), builder)
+    sequence, tabor = inputs(features)
+    return keras.Model([sequence, tabor], readout(hidden(sequence, tabor, conditioning)), name=name)

@@ -11,9 +11,11 @@ from typing import Any
 import keras
 from keras import ops
 
+from surrogate.architectures.layers import Layer
+
 
 @keras.saving.register_keras_serializable(package="surrogate")
-class ResidualTCNBlock(keras.layers.Layer):
+class ResidualTCNBlock(Layer):
     """Two dilated causal convolutions, each with layer normalisation, ReLU and dropout, and a skip path.
 
     The skip path is the identity if the number of channels stays the same, and a pointwise convolution if it changes.
@@ -28,6 +30,8 @@ class ResidualTCNBlock(keras.layers.Layer):
     Call arguments: a 3D tensor of shape `(batch, steps, channels)`. Output: a 3D tensor of shape
     `(batch, steps, filters)`.
     """
+
+    arguments = ("filters", "kernel_size", "dilation", "dropout")
 
     def __init__(
         self, filters: int, kernel_size: int = 3, dilation: int = 1, dropout: float = 0.1, **kwargs: Any
@@ -75,19 +79,9 @@ class ResidualTCNBlock(keras.layers.Layer):
         """Return the sequence's shape with `filters` channels."""
         return (*sequence_shape[:-1], self.filters)
 
-    def get_config(self) -> dict[str, Any]:
-        """Return the constructor's arguments."""
-        return {
-            **super().get_config(),
-            "filters": self.filters,
-            "kernel_size": self.kernel_size,
-            "dilation": self.dilation,
-            "dropout": self.dropout,
-        }
-
 
 @keras.saving.register_keras_serializable(package="surrogate")
-class EncoderBlock(keras.layers.Layer):
+class EncoderBlock(Layer):
     """Transformer encoder block with layer normalisation after each residual sum.
 
     Each step attends to all steps, so the block is not causal.
@@ -99,6 +93,8 @@ class EncoderBlock(keras.layers.Layer):
 
     Call arguments: a 3D tensor of shape `(batch, steps, features)`. Output: a 3D tensor of the same shape.
     """
+
+    arguments = ("heads", "key_dim", "feed_forward")
 
     def __init__(self, heads: int = 4, key_dim: int = 128, feed_forward: int = 256, **kwargs: Any) -> None:
         super().__init__(**kwargs)
@@ -136,16 +132,3 @@ class EncoderBlock(keras.layers.Layer):
         scores = ops.matmul(query * self.key_dim**-0.5, ops.transpose(key, (0, 1, 3, 2)))
         heads = ops.matmul(ops.softmax(scores), value)
         return layer.output_dense(ops.transpose(heads, (0, 2, 1, 3)))
-
-    def compute_output_shape(self, sequence_shape: tuple) -> tuple:
-        """Return the shape of the sequence."""
-        return sequence_shape
-
-    def get_config(self) -> dict[str, Any]:
-        """Return the constructor's arguments."""
-        return {
-            **super().get_config(),
-            "heads": self.heads,
-            "key_dim": self.key_dim,
-            "feed_forward": self.feed_forward,
-        }

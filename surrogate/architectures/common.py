@@ -1,4 +1,4 @@
-"""Inputs and readout of all families."""
+"""What all families share: inputs, readout, and the usual places of the Tabor parameter."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import Any
 import keras
 from keras import layers
 
+from surrogate.architectures.layers import AppendTabor, FiLM, TaborGate
 from surrogate.data.features import channel_names
 
 READOUT_WIDTH = 64
@@ -28,6 +29,20 @@ def inputs(features: str) -> tuple[Any, Any]:
     sequence = keras.Input((None, len(channel_names(features))), name="sequence")
     tabor = keras.Input((1,), name="tabor")
     return sequence, tabor
+
+
+def appended(sequence: Any, tabor: Any, conditioning: str) -> Any:
+    """Return the sequence, for `"concat"` with the Tabor parameter as one more channel."""
+    return AppendTabor(name="append_tabor")(sequence, tabor) if conditioning == "concat" else sequence
+
+
+def modulated_or_normalised(hidden: Any, tabor: Any, conditioning: str) -> Any:
+    """Return features, for `"FiLM"` modulated, and for `"gated"` combined with their layer normalisation."""
+    if conditioning == "FiLM":
+        return FiLM(name="film")(hidden, tabor)
+    if conditioning == "gated":
+        return TaborGate(name="gate")(hidden, layers.LayerNormalization(name="normalisation")(hidden), tabor)
+    return hidden
 
 
 def readout(hidden: Any) -> Any:

@@ -14,8 +14,22 @@ import keras
 from keras import ops
 
 
+class Layer(keras.layers.Layer):
+    """A layer whose output has the shape of its first input, and whose own arguments are attributes of their names."""
+
+    arguments: tuple[str, ...] = ()
+
+    def compute_output_shape(self, first_shape: tuple) -> tuple:
+        """Return the shape of the first input."""
+        return first_shape
+
+    def get_config(self) -> dict[str, Any]:
+        """Return the constructor's arguments."""
+        return {**super().get_config(), **{name: getattr(self, name) for name in self.arguments}}
+
+
 @keras.saving.register_keras_serializable(package="surrogate")
-class AppendTabor(keras.layers.Layer):
+class AppendTabor(Layer):
     """Repeat the scaled Tabor parameter over the steps, and append it as the last channel.
 
     Call arguments: a 3D tensor of shape `(batch, steps, channels)` and a 2D tensor of shape `(batch, 1)`. Output: a 3D
@@ -27,13 +41,13 @@ class AppendTabor(keras.layers.Layer):
         repeated = ops.zeros_like(sequence[:, :, :1]) + ops.expand_dims(tabor, axis=1)
         return ops.concatenate([sequence, repeated], axis=-1)
 
-    def compute_output_shape(self, sequence_shape: tuple, tabor_shape: tuple) -> tuple:  # noqa: ARG002
+    def compute_output_shape(self, sequence_shape: tuple) -> tuple:
         """Return the shape of the sequence with one more channel."""
         return (*sequence_shape[:-1], sequence_shape[-1] + 1)
 
 
 @keras.saving.register_keras_serializable(package="surrogate")
-class FiLM(keras.layers.Layer):
+class FiLM(Layer):
     """Feature-wise linear modulation: scale and shift every feature by functions of the Tabor parameter.
 
     A dense layer with ReLU maps the scaled Tabor parameter to a context. Two dense layers map the context to the scale
@@ -45,6 +59,8 @@ class FiLM(keras.layers.Layer):
     Call arguments: a 3D tensor of shape `(batch, steps, features)` and a 2D tensor of shape `(batch, 1)`. Output: a 3D
     tensor of the first argument's shape.
     """
+
+    arguments = ("hidden",)
 
     def __init__(self, hidden: int = 64, **kwargs: Any) -> None:
         super().__init__(**kwargs)
@@ -68,17 +84,9 @@ class FiLM(keras.layers.Layer):
         shift = ops.expand_dims(self.shift(context), axis=1)
         return scale * sequence + shift
 
-    def compute_output_shape(self, sequence_shape: tuple, tabor_shape: tuple) -> tuple:  # noqa: ARG002
-        """Return the shape of the sequence."""
-        return sequence_shape
-
-    def get_config(self) -> dict[str, Any]:
-        """Return the constructor's arguments."""
-        return {**super().get_config(), "hidden": self.hidden}
-
 
 @keras.saving.register_keras_serializable(package="surrogate")
-class TaborGate(keras.layers.Layer):
+class TaborGate(Layer):
     """Convex combination of two representations; a dense network with softmax maps the Tabor parameter to its weights.
 
     Args:
@@ -87,6 +95,8 @@ class TaborGate(keras.layers.Layer):
     Call arguments: two 3D tensors of shape `(batch, steps, features)` and a 2D tensor of shape `(batch, 1)`. Output: a
     3D tensor of shape `(batch, steps, features)`.
     """
+
+    arguments = ("hidden",)
 
     def __init__(self, hidden: int = 96, **kwargs: Any) -> None:
         super().__init__(**kwargs)
@@ -108,11 +118,3 @@ class TaborGate(keras.layers.Layer):
         """Combine the two representations."""
         weights = ops.expand_dims(self.weighting(self.context(tabor)), axis=1)
         return weights[:, :, :1] * first + weights[:, :, 1:] * second
-
-    def compute_output_shape(self, first_shape: tuple, second_shape: tuple, tabor_shape: tuple) -> tuple:  # noqa: ARG002
-        """Return the shape of either representation."""
-        return first_shape
-
-    def get_config(self) -> dict[str, Any]:
-        """Return the constructor's arguments."""
-        return {**super().get_config(), "hidden": self.hidden}

@@ -76,12 +76,3 @@ def split_name(name: str) -> tuple[str, str]:
         raise ValueError(f"Unknown model name. Expected one of {', '.join(names())}. Received: name={shown(name)}")
     family, _, conditioning = name.rpartition("-")
     return family, conditioning
-
-
-def check_conditioning(conditioning: str) -> None:
-    """Raise `ValueError` unless the conditioning is one of `CONDITIONINGS`."""
-    if conditioning not in CONDITIONINGS:
-        raise ValueError(
-            f"Unknown conditioning. Expected one of {', '.join(CONDITIONINGS)}. "
-            f"Received: conditioning={shown(conditioning)}"
-        )

@@ -36,11 +36,6 @@ class Source:
     name: str
     sha256: str
 
-    @classmethod
-    def of(cls, name: str, content: bytes) -> Source:
-        """Return the source of a file with a name and a content."""
-        return cls(name, hashlib.sha256(content).hexdigest())
-
 
 @dataclass(frozen=True)
 class Registered:
@@ -85,7 +80,12 @@ def register(family: str, builder: Callable[..., keras.Model], *, conditionings:
             f"Expected a builder that can be called as builder({', '.join(f'{one}=...' for one in ARGUMENTS)}). "
             f"Received: {reprlib.repr(builder)} ({error})"
         ) from error
-    REGISTERED[family] = Registered(builder, _loading[-1] if _loading else _source_of(builder))
+    try:
+        file = Path(inspect.getsourcefile(builder) or "")
+    except TypeError:
+        file = Path()
+    source = _loading[-1] if _loading else _source(file) if file.is_file() else None
+    REGISTERED[family] = Registered(builder, source)
     CONDITIONINGS_OF[family] = tuple(conditionings)
     FAMILIES[family] = (inspect.getdoc(builder) or "a user's architecture").splitlines()[0].rstrip(".")
 
@@ -102,14 +102,13 @@ def load_architectures(files: Iterable[Path]) -> None:
         if not file.is_file():
             raise FileNotFoundError(f"{WANTED}. Received: {file}, which does not exist")
         import_keras()
-        content, before = file.read_bytes(), dict(REGISTERED)
-        source = Source.of(file.name, content)
+        before, source = dict(REGISTERED), _source(file)
         # The import system would write a compiled copy next to the file.
         module = ModuleType(f"architecture_{source.sha256[:16]}")
         sys.modules[module.__name__] = module
         _loading.append(source)
         try:
-            exec(compile(content, str(file), "exec"), module.__dict__)
+            exec(compile(file.read_bytes(), str(file), "exec"), module.__dict__)
         except (Exception, SystemExit) as error:
             words = textwrap.shorten(f"{type(error).__name__}: {error}", 300)
             raise ValueError(f"{WANTED}. Received: {file}, which fails{_line(error, file)}: {words}") from error
@@ -168,12 +167,8 @@ def check_model(model: Any, name: str, features: str) -> None:
         )
 
 
-def _source_of(builder: Callable[..., Any]) -> Source | None:
-    try:
-        file = inspect.getsourcefile(builder)
-    except TypeError:
-        return None
-    return Source.of(Path(file).name, Path(file).read_bytes()) if file and Path(file).is_file() else None
+def _source(file: Path) -> Source:
+    return Source(file.name, hashlib.sha256(file.read_bytes()).hexdigest())
 
 
 def _line(error: BaseException, file: Path) -> str:

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import numpy as np
 
 USUAL_MODULUS_RATIO = 0.1
 """Modulus ratio of the published data set, where neither a model nor the user says another."""
@@ -15,32 +18,32 @@ class Answer:
     """Predictions of one call, one entry per trajectory.
 
     Args:
+        scenes: The scenes that the solver is asked about; of a history, one for a check.
         protocols: The protocols; of a history, only for a check.
-        tabor: Their Tabor parameters.
         found: Trajectories at measurement steps.
         written: What is written: the same, or at the points of a given history.
-        at_points: Trajectories at the points that are written.
-        solver_ratios: Modulus ratios for the solver.
-        model_ratios: Those that the model was trained on or was given; None where it does not say.
+        model_ratio: Modulus ratio that the model was trained on; `None` if it knows many, or does not say.
     """
 
+    scenes: Sequence[Any]
     protocols: Sequence[Any]
-    tabor: Sequence[float]
     found: Sequence[Any]
     written: Sequence[Any]
-    at_points: Sequence[Any]
-    solver_ratios: Sequence[float]
-    model_ratios: Sequence[float | None]
+    model_ratio: float | None
 
-    def compared(self, simulated: Sequence[Any]) -> list[dict[str, Any]]:
-        """Return the errors against the solver's trajectories, and both materials, one dictionary each."""
-        from surrogate.cli.comparison import solver_errors
+    def compared(self) -> tuple[list[Any], list[dict[str, Any]], list[np.ndarray]]:
+        """Return of each the solver's trajectory, errors and both materials, and the solver's force where written."""
+        from bem import simulate
+        from surrogate.cli.comparison import solver_errors, solver_force
 
-        rows = zip(self.found, simulated, self.solver_ratios, self.model_ratios, strict=True)
-        return [
-            solver_errors(found, true) | {"modulus_ratio": ratio, "model_modulus_ratio": own}
-            for found, true, ratio, own in rows
-        ]
+        simulated = [simulate(scene, protocol) for scene, protocol in zip(self.scenes, self.protocols, strict=True)]
+        rows = []
+        for found, true, scene in zip(self.found, simulated, self.scenes, strict=True):
+            ratio = scene.material.modulus_ratio
+            own = self.model_ratio if found.modulus_ratio is None else found.modulus_ratio
+            rows.append(solver_errors(found, true) | {"modulus_ratio": ratio, "model_modulus_ratio": own})
+        forces = [solver_force(written.time, true) for written, true in zip(self.written, simulated, strict=True)]
+        return simulated, rows, forces
 
 
 def asked_protocols(table: Any, options: dict[str, float | None]) -> tuple[list[Any], Any]:
@@ -52,7 +55,7 @@ def asked_protocols(table: Any, options: dict[str, float | None]) -> tuple[list[
     import numpy as np
 
     from bem.protocol import LoadingProtocol
-    from surrogate.inference.checks import checked_tabor
+    from bem.scene import Scene
 
     given = {key: value for key, value in options.items() if value is not None}
     if table is None:
@@ -68,7 +71,7 @@ def asked_protocols(table: Any, options: dict[str, float | None]) -> tuple[list[
     for number, row in enumerate(zip(*(columns[key] for key in options), strict=True)):
         values = dict(zip(options, map(float, row), strict=True))
         try:
-            mu = float(checked_tabor(values.pop("tabor"), 1)[0])
+            mu = Scene(values.pop("tabor")).tabor
             protocols.append(LoadingProtocol(**values))
             protocols[-1].history(mu)
         except ValueError as error:
@@ -81,7 +84,7 @@ def asked_protocols(table: Any, options: dict[str, float | None]) -> tuple[list[
 
 def readable(number: int, found: Any, check: dict[str, Any] | None) -> str:
     """Return one trajectory in a few lines: results, band, and errors where the solver was asked."""
-    banded = hasattr(found, "pull_off_interval")
+    banded = found.pull_off_interval is not None
     interval = ""
     if banded and not found.extrapolated:
         low, high = found.pull_off_interval
@@ -98,7 +101,9 @@ def readable(number: int, found: Any, check: dict[str, Any] | None) -> str:
         line += f", modulus ratio {found.modulus_ratio:g}\n{_band_words(found)}"
     if check is None:
         return line
-    if check["solver_status"] != "completed":
+    from bem.trajectory import is_completed
+
+    if not is_completed(check["solver_status"]):
         return f"{line}\n  against the solver: nothing to compare, it did not finish: {check['solver_status']}"
     other = check["model_modulus_ratio"] not in (None, check["modulus_ratio"])
     material = f" of another material (modulus ratio {check['modulus_ratio']:g})" if other else ""

@@ -11,14 +11,15 @@ import typer
 
 from bem import __version__
 from bem._support.command_line import add_version, run_command
+from bem._support.interruption import say_what_is_kept
 from bem._support.outputs import Outputs
 from surrogate.architectures.naming import names, split_name
 from surrogate.architectures.registry import load_architectures
 from surrogate.backend import import_keras, limit_threads
 from surrogate.cli.export import export
 from surrogate.cli.predict import ArchitectureOption, FoundOption, predict
-from surrogate.inference.model_files import find_model, model_roots
-from surrogate.training.publishing import model_name, require_place
+from surrogate.prediction.files import find_model, model_roots
+from surrogate.training.model_directory import model_name, require_place
 from surrogate.training.queue import STOP_FILE, STOPPED, StopRequest, run_queue
 
 app = typer.Typer(
@@ -38,6 +39,7 @@ SeedOption = Annotated[int | None, typer.Option(help="Seed of weights, batches a
 DATASET = Path("published/dataset.h5")
 RUNS = Path("results/training")
 MODELS = Path("published/models")
+RESUMED = "completed epochs are saved, and the same command continues"
 
 
 @app.command("list")
@@ -77,6 +79,7 @@ def train(
     models: ModelsOption = MODELS,
 ) -> None:
     """Train one model, or resume its training, and publish it at the end."""
+    say_what_is_kept(RESUMED)
     published_as = model_name(name, "an architecture's name") if label is None else model_name(label, "a --label")
     destination = models / published_as
     if not architecture:
@@ -157,15 +160,16 @@ def train_all(
     models: ModelsOption = MODELS,
 ) -> None:
     """Train each model that is not published, or was trained differently. The same command resumes it."""
+    say_what_is_kept(RESUMED)
     load_architectures(architecture or ())
     wanted = list(dict.fromkeys(only)) if only else names()
     for name in wanted:
         split_name(name)
         require_place(models / name)
     from surrogate.data.dataset import TrajectoryDataset
-    from surrogate.training.checkpoint import set_aside
     from surrogate.training.identity import TrainingIdentity, trained_otherwise
     from surrogate.training.recipe import Recipe
+    from surrogate.training.run_folder import set_aside
 
     data = TrajectoryDataset.load(dataset)
     chosen, split = Recipe.load(recipe).with_overrides(epochs=epochs, seed=seed), data.split()
@@ -220,11 +224,11 @@ def evaluate(
     import_keras()
     load_architectures(architecture or ())
     from surrogate.data.metrics import summary
-    from surrogate.inference.predictor import Surrogate
+    from surrogate.prediction.loading import load
     from surrogate.training.evaluation import evaluate_published, write_errors
 
     with Outputs(errors) as outputs:
-        trained = Surrogate.load(name, root=models, backend="keras")
+        trained = load(name, models, backend="keras")
         indices, found = evaluate_published(trained, find_model(name, models), dataset)
         if errors is not None:
             with outputs.write(errors) as part:
@@ -245,7 +249,7 @@ def app_main() -> None:
     except ModuleNotFoundError as error:
         if error.name not in ("keras", "tensorflow", "sklearn"):
             raise
-        from surrogate.inference.keras_backend import TRAINING_EXTRA
+        from surrogate.prediction.networks import TRAINING_EXTRA
 
         typer.echo(f"surrogate: {TRAINING_EXTRA}", err=True)
         sys.exit(2)

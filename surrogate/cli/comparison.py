@@ -21,31 +21,20 @@ ERRORS = (
 )
 
 
-def solver_force(predicted: Any, simulated: Any) -> np.ndarray:
-    """Return the solver's force at the times of a prediction, shape `(steps,)`.
-
-    The force is NaN at times after the end of an unfinished simulation.
-
-    Args:
-        predicted: A `PredictedTrajectory`.
-        simulated: A `bem.Trajectory` of the same protocol.
-    """
-    force = np.full(predicted.time.shape, np.nan)
+def solver_force(times: np.ndarray, simulated: Any) -> np.ndarray:
+    """Return the force of a `bem.Trajectory` at times of its protocol; NaN after the end of an unfinished one."""
+    force = np.full(times.shape, np.nan)
     if simulated.time.size == 0:
         return force
     last = simulated.time[-1]
     # The times of the last step may differ by rounding.
-    reached = predicted.time <= (np.inf if simulated.completed else last)
-    force[reached] = simulated.at(np.clip(predicted.time[reached], simulated.time[0], last))
+    reached = times <= (np.inf if simulated.completed else last)
+    force[reached] = simulated.at(np.clip(times[reached], simulated.time[0], last))
     return force
 
 
 def solver_errors(predicted: Any, simulated: Any) -> dict[str, Any]:
-    """Compare a predicted trajectory with a simulated one of the same protocol.
-
-    Args:
-        predicted: A `PredictedTrajectory`.
-        simulated: A `bem.Trajectory`.
+    """Compare a `PredictedTrajectory` with the `bem.Trajectory` of the same protocol.
 
     Returns:
         `solver_status`, the status of the simulation, and the errors in `ERRORS`. Errors of pull-off force and
@@ -55,7 +44,7 @@ def solver_errors(predicted: Any, simulated: Any) -> dict[str, Any]:
     """
     if not simulated.completed:
         return {"solver_status": simulated.status} | dict.fromkeys(ERRORS, np.nan)
-    force = solver_force(predicted, simulated)
+    force = solver_force(predicted.time, simulated)
     on_steps = force[predicted.unloading].max() if predicted.unloading.any() else np.nan
     pull_off = _largest_since(simulated, predicted.time[predicted.unloading])
     area = abs(float(np.trapezoid(force, predicted.indentation)))
@@ -75,14 +64,6 @@ def _largest_since(simulated: Any, instants: np.ndarray) -> float:
         return np.nan
     last = simulated.unloading & (simulated.time >= instants[0])
     return float(simulated.force[last].max()) if last.any() else np.nan
-
-
-def simulate_same(protocols: Sequence[Any], tabor: Sequence[float], modulus_ratios: Sequence[float]) -> list[Any]:
-    """Return the solver's trajectories of protocols on standard linear solids, one of each."""
-    from bem import Scene, StandardLinearSolid, simulate
-
-    rows = zip(protocols, tabor, modulus_ratios, strict=True)
-    return [simulate(Scene(float(mu), StandardLinearSolid(modulus_ratio=ratio)), one) for one, mu, ratio in rows]
 
 
 def plot_predictions(path: Path, predicted: Sequence[Any], simulated: Sequence[Any] | None = None) -> None:
@@ -111,7 +92,7 @@ def plot_predictions(path: Path, predicted: Sequence[Any], simulated: Sequence[A
             colour = COLOURS[number % len(COLOURS)]
             label_once = found.model if first else None
             axes.plot(getattr(found, quantity), found.force, color=colour, linewidth=2.5, label=label_once)
-            if quantity == "time" and getattr(found, "force_lower", None) is not None and not found.extrapolated:
+            if quantity == "time" and found.force_lower is not None and not found.extrapolated:
                 axes.fill_between(
                     found.time, found.force_lower, found.force_upper, color=colour, alpha=0.25, linewidth=0
                 )

@@ -9,77 +9,71 @@ import typer
 
 from bem._support.wording import shown
 from surrogate.cli.predict import ArchitectureOption, FoundOption
+from surrogate.prediction.files import BANDED
 
 
 def export(
     name: Annotated[str, typer.Argument(help="fast, accurate, name of a published model, or model directory.")],
-    file_format: Annotated[str, typer.Option("--format", help="Format of the file, onnx.")] = "onnx",
+    file_format: Annotated[
+        str | None, typer.Option("--format", help="onnx or keras. Default: by the name of the file.")
+    ] = None,
     out: Annotated[
         Path | None,
-        typer.Option(help="The file. Default: model.onnx in the model directory; fast and accurate need it."),
+        typer.Option(help="The file. Default: model.onnx in the model directory; fast, accurate and keras need it."),
     ] = None,
     models: FoundOption = None,
     architecture: ArchitectureOption = None,
 ) -> None:
-    """Write a trained model as one ONNX file, from physical inputs to the physical force."""
+    """Write a trained model as one file.
+
+    An .onnx file maps physical inputs to the physical force. A .keras file maps scaled inputs to the scaled force;
+    `keras.saving.load_model` reads it after `import surrogate`.
+    """
     from bem._support.outputs import Outputs, require_suffix
     from surrogate.architectures.registry import load_architectures
-    from surrogate.inference.model_files import find_model
-    from surrogate.pretrained.model import NAMES
+    from surrogate.prediction.files import find_model
 
-    if file_format != "onnx":
-        raise ValueError(f"Expected the format onnx. Received: {shown(file_format)}")
-    require_suffix(out, (".onnx",))
-    if name in NAMES:
-        _export_pretrained(name, out, models)
-        return
-    folder = find_model(name, models, also=NAMES)
+    if file_format not in (None, "onnx", "keras"):
+        raise ValueError(f"Expected the format onnx or keras. Received: {shown(file_format)}")
+    require_suffix(out, (".onnx", ".keras") if file_format is None else (f".{file_format}",))
+    as_keras = out.suffix == ".keras" if out is not None else file_format == "keras"
+    if name in BANDED and as_keras:
+        raise ValueError(f"Expected the format onnx for {name}. Received: the format keras")
+    folder = find_model(name, models)
     if not folder.is_dir():
         raise ValueError(f"Expected a model directory. Received: {folder}")
-    written = folder / "model.onnx" if out is None else out
-    load_architectures(architecture or ())
-    with Outputs(written) as outputs:
-        content = _exported(folder) if out is not None else None
-        if content is None:  # needs Keras
-            from surrogate.export.onnx import folder_content
-
-            content = folder_content(folder)
-        with outputs.write(written) as part:
-            part.write_bytes(content)
-    typer.echo(f"{written}: {len(content) / 1e6:.2f} MB")
-
-
-def _export_pretrained(name: str, out: Path | None, models: Path | None) -> None:
-    """Write a pretrained model with its inputs F and its bands; this needs no Keras.
-
-    Raises:
-        ValueError: no file is given, since `model.onnx` of its directory is the network alone.
-    """
-    from bem._support.outputs import Outputs
-    from surrogate.export.pretrained import file_content
-    from surrogate.pretrained.model import Pretrained, find
-
-    folder = find(name, models)
-    if out is None:
+    if out is None and as_keras:
+        raise ValueError("Expected --out FILE.keras. Received: no --out")
+    if out is None and name in BANDED:
         raise ValueError(f"Expected --out FILE, since {folder / 'model.onnx'} is the network alone. Received: no --out")
-    with Outputs(out) as outputs:
-        content = file_content(**Pretrained(folder).parts())
-        with outputs.write(out) as part:
-            part.write_bytes(content)
-    typer.echo(f"{out}: {len(content) / 1e6:.2f} MB")
+    load_architectures(architecture or ())
+    written = folder / "model.onnx" if out is None else out
+    with Outputs(written) as outputs:
+        if as_keras:
+            import surrogate
+
+            model = surrogate.load(folder, backend="keras").model
+            with outputs.write(written) as part:
+                model.save(part)
+        else:
+            content = _exported(folder, fresh=out is None)
+            with outputs.write(written) as part:
+                part.write_bytes(content)
+    typer.echo(f"{written}: {written.stat().st_size / 1e6:.2f} MB")
 
 
-def _exported(folder: Path) -> bytes | None:
-    """Return the ONNX file of a model directory if it belongs to the weights and the scaling; this needs no Keras."""
-    from surrogate.inference.model_files import read_run
-    from surrogate.inference.onnx_backend import OnnxBackend
-    from surrogate.network.onnx_file import ONNX_NAME
+def _exported(folder: Path, *, fresh: bool) -> bytes:
+    """Return the ONNX file of a model directory; the present one, which takes no Keras, if it belongs to the others."""
+    import surrogate
+    from surrogate.prediction.loading import load_banded
+    from surrogate.training.exporting import banded_content, folder_content
 
-    _, scaling = read_run(folder)
-    try:
-        found = OnnxBackend(folder / ONNX_NAME)
-        found.require_weights_of(folder)
-        found.require_scaling(scaling)
-    except (ValueError, FileNotFoundError):
-        return None
-    return found.path.read_bytes()
+    if folder.name in BANDED:
+        return banded_content(load_banded(folder))
+
+    if not fresh:
+        try:
+            return surrogate.load(folder).network.content()
+        except (ValueError, FileNotFoundError):
+            pass
+    return folder_content(folder)

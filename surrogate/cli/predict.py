@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from surrogate.cli.answer import USUAL_MODULUS_RATIO, Answer, asked_protocols, readable
-from surrogate.cli.solids import predict_solids, require_one_material
+
+RATIO = "modulus_ratio"
 
 ArchitectureOption = Annotated[
     list[Path] | None,
@@ -32,7 +34,13 @@ def predict(
         Path | None,
         typer.Option("--in", help="Protocols or one history, .csv or .json; see the user's guide."),
     ] = None,
-    out: Annotated[Path | None, typer.Option(help="File for the trajectories, .csv or .json.")] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="File for the trajectories, .csv or .json. A .csv of protocols from --in has a row of each."),
+    ] = None,
+    steps: Annotated[
+        bool, typer.Option("--steps", help="Also write the protocols of --in to .csv step by step.")
+    ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print scalars and arrays as JSON.")] = False,
     plot: Annotated[Path | None, typer.Option(help="Image of the force over time and over indentation.")] = None,
     check: Annotated[bool, typer.Option(help="Also run the solver, and report the errors.")] = False,
@@ -62,10 +70,9 @@ def predict(
     from bem._support.outputs import IMAGES, Outputs, require_suffix
     from bem.dataset.designs import QUANTITIES
     from surrogate.architectures.registry import load_architectures
-    from surrogate.cli.comparison import plot_predictions, simulate_same, solver_force
-    from surrogate.cli.predict_io import read_table, to_json, write_trajectories
-    from surrogate.inference.validity import advice
-    from surrogate.pretrained.model import Pretrained
+    from surrogate.cli.comparison import plot_predictions
+    from surrogate.cli.predict_io import read_table, to_json, write_protocols, write_trajectories
+    from surrogate.prediction.validity import advice
 
     require_suffix(out, (".csv", ".json"))
     require_suffix(plot, IMAGES)
@@ -75,29 +82,33 @@ def predict(
     load_architectures(architecture or ())
     with Outputs(out, plot) as outputs:
         model = surrogate.load(name, models, backend=backend)
-        if isinstance(model, Pretrained):
-            asked = predict_solids(model, table, options, modulus_ratio, coverage)
+        _require_no_more(model, table, modulus_ratio, coverage)
+        if table is None or not table.is_history:
+            asked = _predict_protocols(model, table, options, modulus_ratio, coverage, check=check)
         else:
-            require_one_material(model.name, table, coverage)
-            ratio = _solver_material(model, modulus_ratio, check=check)
-            asked = _predict_one_material(model, table, options, ratio, check=check)
-        for number, trajectory in enumerate(asked.found):
-            for words in trajectory.extrapolated:
-                typer.echo(f"warning: trajectory {number} extrapolates: {words}; {advice([words])}", err=True)
+            asked = _predict_along(model, table, options, modulus_ratio, check=check)
+        quiet = out is not None and len(asked.found) > 1
+        outside = [(number, words) for number, found in enumerate(asked.found) for words in found.extrapolated]
+        beyond = len({number for number, _ in outside})
+        for number, words in outside[:1] if quiet else outside:
+            more = f"{beyond} of {len(asked.found)} trajectories extrapolate; " if quiet else ""
+            typer.echo(f"warning: {more}trajectory {number} extrapolates: {words}; {advice([words])}", err=True)
 
-        simulated = simulate_same(asked.protocols, asked.tabor, asked.solver_ratios) if check else None
-        checks = forces = None
-        if simulated is not None:
-            checks = asked.compared(simulated)
-            forces = [solver_force(*pair) for pair in zip(asked.at_points, simulated, strict=True)]
+        simulated, checks, forces = asked.compared() if check else (None, None, None)
         if out is not None:
             with outputs.write(out) as part:
-                write_trajectories(part, asked.written, checks, forces)
+                if table is None or table.is_history or steps or out.suffix == ".json":
+                    write_trajectories(part, asked.written, checks, forces)
+                else:
+                    write_protocols(part, table.columns, asked.written, checks)
         if plot is not None:
             with outputs.write(plot) as part:
                 plot_predictions(part, asked.found, simulated)
     if as_json:
         typer.echo(to_json(asked.written, checks, forces))
+        return
+    if quiet:
+        typer.echo(f"{len(asked.found)} trajectories are predicted; {out} holds them")
         return
     for number, trajectory in enumerate(asked.found):
         typer.echo(readable(number, trajectory, checks[number] if checks else None))
@@ -106,19 +117,69 @@ def predict(
             typer.echo(f"  predicted on the protocol fitted to the {points} points: {fitted.words()}")
 
 
-def _predict_one_material(
-    model: Any, table: Any, options: dict[str, float | None], ratio: float, *, check: bool
-) -> Answer:
-    """Predict with a model of one material; `ratio` is the solver's in the check."""
-    from surrogate.inference.histories import predict_history
+def _require_no_more(model: Any, table: Any, modulus_ratio: float | None, coverage: float | None) -> None:
+    """Check that nothing was given that the model does not take, and nothing twice.
 
-    if table is None or not table.is_history:
-        protocols, tabor = asked_protocols(table, options)
-        found = model.trajectories(protocols, tabor=tabor)
-        return Answer(protocols, tabor, found, found, found, [ratio] * len(found), [model.modulus_ratio] * len(found))
-    mu = _tabor(table, options)
+    Raises:
+        ValueError: a column of modulus ratios for a model of one material or beside `--modulus-ratio`, or a coverage of
+            bands that the model has not.
+    """
+    column = table is not None and not table.is_history and RATIO in table.columns
+    if column and model.bands is None:
+        raise ValueError(
+            f"Expected protocols without {RATIO}, since {model.name} knows one material; accurate and fast know any "
+            f"standard linear solid. Received: a column {RATIO} in {table.path}"
+        )
+    if column and modulus_ratio is not None:
+        raise ValueError(
+            f"Expected modulus ratios from --in FILE or from --modulus-ratio, not both. Received: {modulus_ratio!r} "
+            f"and a column {RATIO} in {table.path}"
+        )
+    if coverage is not None and model.bands is None:
+        raise ValueError(
+            f"Expected --coverage with a model that has bands, accurate or fast. Received: --coverage {coverage:g} "
+            f"with {model.name}"
+        )
+
+
+def _predict_protocols(
+    model: Any,
+    table: Any,
+    options: dict[str, float | None],
+    modulus_ratio: float | None,
+    coverage: float | None,
+    *,
+    check: bool,
+) -> Answer:
+    """Predict protocols of the options or of a file."""
+    from surrogate.prediction.validity import ExtrapolationWarning
+
+    protocols, tabor = asked_protocols(table, options)
+    if model.bands is None:
+        ratios = [_solver_material(model, modulus_ratio, check=check)] * len(protocols)
+    elif table is not None and RATIO in table.columns:
+        ratios = table.columns[RATIO].tolist()
+    else:
+        ratios = [USUAL_MODULUS_RATIO if modulus_ratio is None else modulus_ratio] * len(protocols)
+    scenes = [_scene(mu, ratio) for mu, ratio in zip(tabor, ratios, strict=True)]
+    known = scenes if model.modulus_ratio is None else [_scene(mu, model.modulus_ratio) for mu in tabor]
+    with warnings.catch_warnings():
+        # The command says it for each trajectory.
+        warnings.simplefilter("ignore", ExtrapolationWarning)
+        found = model.predict(known, protocols, coverage=0.9 if coverage is None else coverage)
+    return Answer(scenes, protocols, found, found, model.modulus_ratio)
+
+
+def _predict_along(
+    model: Any, table: Any, options: dict[str, float | None], modulus_ratio: float | None, *, check: bool
+) -> Answer:
+    """Predict along the history of a file."""
+    from surrogate.prediction.measured import predict_measured
+
+    ratio, mu = _solver_material(model, modulus_ratio, check=check), _tabor(table, options)
     columns = [table.columns.get(key) for key in ("time", "indentation", "edge")]
-    along = predict_history(model, *columns[:2], edge=columns[2], tabor=mu)
+    known = _scene(mu, ratio if model.modulus_ratio is None else model.modulus_ratio)
+    along = predict_measured(model, *columns[:2], known, edge=columns[2])
     if along.unlike:
         typer.echo(
             f"warning: {table.path} is not a history like those {model.name} was trained on. It is predicted "
@@ -127,7 +188,14 @@ def _predict_one_material(
             err=True,
         )
     protocols = [along.protocol] if check else []
-    return Answer(protocols, [mu], [along.trajectory], [along], [along.at_points()], [ratio], [model.modulus_ratio])
+    scenes = [_scene(mu, ratio)]
+    return Answer(scenes, protocols, [along.trajectory], [along], model.modulus_ratio)
+
+
+def _scene(tabor: float, modulus_ratio: float) -> Any:
+    from bem import Scene, StandardLinearSolid
+
+    return Scene(float(tabor), StandardLinearSolid(modulus_ratio=modulus_ratio))
 
 
 def _tabor(table: Any, options: dict[str, float | None]) -> float:

@@ -9,10 +9,11 @@ Input, as CSV with a header or as JSON:
   `force`, `force_lower`, `force_upper`, `solver_force`, `modulus_ratio`, `phase` and `trajectory`, which this command
   and the demonstrator write, are ignored, but the file must hold one trajectory only.
 
-Output: CSV with the columns `trajectory, time, indentation, force`, of a pretrained model `force_lower` and
-`force_upper`, which are empty outside its training, and, after a check with the solver, `solver_force`, which is empty
-after the end of an unfinished simulation; or JSON, a list of objects with scalars and arrays. Numbers have full
-precision.
+Output: of protocols, CSV with a row of each: the input, the scalars, of a pretrained model `pull_off_lower` and
+`pull_off_upper`, and errors against the solver in columns `check_...`. Of steps, CSV with the columns `trajectory,
+time, indentation, force`, of a pretrained model `force_lower` and `force_upper`, which are empty outside its training,
+and, after a check with the solver, `solver_force`, which is empty after the end of an unfinished simulation; or JSON, a
+list of objects with scalars and arrays. Numbers have full precision.
 """
 
 from __future__ import annotations
@@ -22,21 +23,21 @@ import io
 import json
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from bem._support.outputs import require_suffix
-from bem._support.plain_json import plain
+from bem._support.text_files import csv_rows, parse_json, plain, read_text
 from bem._support.wording import shortened, shown
 from bem.dataset.designs import QUANTITIES
 
 HISTORY_COLUMNS = ("time", "indentation")
 EDGE, TABOR, TRAJECTORY = "edge", "tabor", "trajectory"
 MODULUS_RATIO = "modulus_ratio"
+INTERVAL = "pull_off_interval"
 BAND = ("force_lower", "force_upper")
 READ_OVER = ("force", *BAND, "solver_force", MODULUS_RATIO, "phase", TRAJECTORY)
 WANTED = f"the columns {', '.join(QUANTITIES)} of protocols, or {', '.join(HISTORY_COLUMNS)} of a history"
@@ -66,22 +67,15 @@ class Table:
         """Whether the rows are the points of one history instead of protocols."""
         return "time" in self.columns
 
-    def numbers(self, name: str) -> np.ndarray:
-        """Return a column as finite numbers, shape `(rows,)`.
-
-        Raises:
-            ValueError: a cell is not a finite number; the message says where.
-        """
-        numbers = np.array([_number(cell) for cell in self.columns[name]])
-        if (bad := np.flatnonzero(~np.isfinite(numbers))).size:
-            cell = shown(self.columns[name][bad[0]])
-            raise ValueError(f"Expected finite numbers. Received: {cell} as {name} {self.where(bad[0])}")
-        return numbers
-
     def where(self, row: int) -> str:
         """Return the position of a row, counted from zero, as text for a message."""
         line = f" (line {self.lines[row]})" if self.lines else ""
         return f"in row {row + 1}{line} of {self.path}"
+
+    def require(self, what: str, wrong: np.ndarray, received: Callable[[int], str]) -> None:
+        """Raise a `ValueError` about the first row that is wrong, if one is."""
+        if (bad := np.flatnonzero(wrong)).size:
+            raise ValueError(f"Expected {what}. Received: {received(bad[0])} {self.where(bad[0])}")
 
 
 def read_table(path: Path) -> Table:
@@ -98,36 +92,33 @@ def read_table(path: Path) -> Table:
         where = "is a directory" if path.is_dir() else "does not exist"
         raise FileNotFoundError(f"Expected an input file. Received: {path}, which {where}")
     try:
-        text = path.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise ValueError(f"Expected text in UTF-8. Received: {path}") from error
+        text = read_text(path)
+    except ValueError as error:
+        raise ValueError(f"Expected text in UTF-8. Received: {path} ({error})") from error
     except OSError as error:
         raise ValueError(f"Expected an input file that can be read. Received: {path} ({error.strerror})") from error
-    read = Table(path, *_csv_columns(text, path)) if path.suffix == ".csv" else Table(path, _json_columns(text, path))
-    names = set(read.columns)
-    if names - {MODULUS_RATIO} != {*QUANTITIES} and not {*HISTORY_COLUMNS} <= names <= {
-        *HISTORY_COLUMNS,
-        EDGE,
-        TABOR,
-        *READ_OVER,
-    }:
+    read = _csv_table(text, path) if path.suffix == ".csv" else _json_table(text, path)
+    names, whole = set(read.columns), {*HISTORY_COLUMNS, EDGE, TABOR, *READ_OVER}
+    if names - {MODULUS_RATIO} != {*QUANTITIES} and not {*HISTORY_COLUMNS} <= names <= whole:
         found = shortened(", ".join(sorted(names)))
         raise ValueError(f"Expected {WANTED} (and {EDGE} and {TABOR}, if known). Received: {found} in {path}")
     if not all(read.columns.values()):
         raise ValueError(f"Expected at least one row of numbers. Received: {path}, which has none")
-    if not read.is_history:
-        return replace(read, columns={name: read.numbers(name) for name in read.columns})
-    columns = {name: read.numbers(name) for name in read.columns if name not in READ_OVER}
-    if len(set(map(str, read.columns.get(TRAJECTORY, ())))) > 1:
+    if read.is_history and len(set(map(str, read.columns.get(TRAJECTORY, ())))) > 1:
         raise ValueError(f"Expected the history of one trajectory. Received: several in {path}")
-    if EDGE in columns and (bad := np.flatnonzero(~np.isin(columns[EDGE], (0.0, 1.0)))).size:
-        mark = f"{columns[EDGE][bad[0]]:g} {read.where(bad[0])}"
-        raise ValueError(f"Expected edge marks of zero or one. Received: {mark}")
-    tabor = columns.pop(TABOR, None)
-    if tabor is not None and (bad := np.flatnonzero(tabor != tabor[0])).size:
-        other = f"{float(tabor[bad[0]])!r} {read.where(bad[0])}"
-        raise ValueError(f"Expected the same Tabor parameter in every row. Received: {other}")
-    return replace(read, columns=columns, tabor=None if tabor is None else float(tabor[0]))
+    columns = {}
+    for name in [name for name in read.columns if not (read.is_history and name in READ_OVER)]:
+        cells = read.columns[name]
+        columns[name] = values = np.array([_number(cell) for cell in cells])
+        read.require("finite numbers", ~np.isfinite(values), lambda row: f"{shown(cells[row])} as {name}")  # noqa: B023
+    if not read.is_history:
+        return replace(read, columns=columns)
+    marks, tabor = columns.get(EDGE, np.zeros(1)), columns.pop(TABOR, None)
+    read.require("edge marks of zero or one", (marks != 0.0) & (marks != 1.0), lambda row: f"{marks[row]:g}")
+    if tabor is None:
+        return replace(read, columns=columns)
+    read.require("the same Tabor parameter in every row", tabor != tabor[0], lambda row: f"{float(tabor[row])!r}")
+    return replace(read, columns=columns, tabor=float(tabor[0]))
 
 
 def write_trajectories(
@@ -136,18 +127,7 @@ def write_trajectories(
     checks: Sequence[dict[str, Any]] | None = None,
     solver_forces: Sequence[np.ndarray] | None = None,
 ) -> None:
-    """Write trajectories as CSV or JSON, according to the suffix.
-
-    Args:
-        path: The file, which is replaced if it exists.
-        trajectories: The trajectories.
-        checks: Errors against the solver, one dictionary per trajectory; only JSON holds them.
-        solver_forces: The solver's force at the same steps, one array per trajectory.
-
-    Raises:
-        ValueError: the suffix is neither `.csv` nor `.json`.
-    """
-    require_suffix(path, (".csv", ".json"))
+    """Write trajectories, with the solver's force at the same steps, as CSV, or with the errors too, as JSON."""
     with path.open("w", newline="", encoding="utf-8") as file:
         if path.suffix == ".json":
             file.write(to_json(trajectories, checks, solver_forces) + "\n")
@@ -161,15 +141,35 @@ def write_trajectories(
             writer.writerows([number, *(repr(value) if math.isfinite(value) else "" for value in row)] for row in rows)
 
 
+def write_protocols(
+    path: Path,
+    columns: dict[str, np.ndarray],
+    trajectories: Sequence[Any],
+    checks: Sequence[dict[str, Any]] | None = None,
+) -> None:
+    """Write as CSV, a row of each, what was given of protocols, the scalars of their trajectories, and the errors.
+
+    What is not finite is left empty.
+    """
+    rows = []
+    for number, found in enumerate(trajectories):
+        row = {TRAJECTORY: number, **{name: values[number] for name, values in columns.items()}, **found.summary()}
+        row["extrapolated"] = "; ".join(found.extrapolated)
+        if found.pull_off_interval is not None:
+            row |= zip(("pull_off_lower", "pull_off_upper"), row.pop(INTERVAL, (None, None)), strict=True)
+        rows.append(plain(row | ({f"check_{name}": value for name, value in checks[number].items()} if checks else {})))
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, list(rows[0]), lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
+
+
 def to_json(
     trajectories: Sequence[Any],
     checks: Sequence[dict[str, Any]] | None = None,
     solver_forces: Sequence[np.ndarray] | None = None,
 ) -> str:
-    """Return scalars and arrays of trajectories as a JSON list; what is not finite becomes null.
-
-    Arguments as `write_trajectories`.
-    """
+    """Return scalars and arrays of trajectories as a JSON list; what is not finite becomes null."""
     content = []
     for number, found in enumerate(trajectories):
         names = ("time", "indentation", "force", *_band(trajectories))
@@ -185,51 +185,48 @@ def _band(trajectories: Sequence[Any]) -> tuple[str, ...]:
     return BAND if all(getattr(found, BAND[0], None) is not None for found in trajectories) else ()
 
 
-def _csv_columns(text: str, path: Path) -> tuple[dict[str, list[Any]], tuple[int, ...]]:
-    reader = csv.reader(io.StringIO(text, newline=""), strict=True)
+def _csv_table(text: str, path: Path) -> Table:
+    expected = "Expected comma-separated numbers under a header"
     try:
-        numbered = [(reader.line_num, row) for row in reader if any(cell.strip() for cell in row)]
-    except csv.Error as error:
-        raise ValueError(f"Expected comma-separated numbers under a header. Received: {path} ({error})") from error
+        found = csv_rows(io.StringIO(text, newline=""), strict=True)
+    except ValueError as error:
+        raise ValueError(f"{expected}. Received: {path} ({error})") from error
+    numbered = [(line, row) for line, row in found if any(cell.strip() for cell in row)]
     if not numbered:
-        raise ValueError(f"Expected comma-separated numbers under a header. Received: {path}, which is empty")
-    lines, rows = zip(*numbered, strict=True)
-    header = [name.strip() for name in rows[0]]
+        raise ValueError(f"{expected}. Received: {path}, which is empty")
+    lines, (first, *rows) = zip(*numbered, strict=True)
+    header = [name.strip() for name in first]
     if any(NUMBER.fullmatch(name) for name in header):
         raise ValueError(f"Expected a header that names the columns. Received: numbers in the first row of {path}")
     if len(set(header)) != len(header):
         raise ValueError(f"Expected every column once. Received: {shortened(', '.join(header))} in {path}")
-    for number, row in enumerate(rows[1:]):
-        if len(row) != len(header):
-            where = Table(path, {}, lines[1:]).where(number)
-            raise ValueError(f"Expected {len(header)} values in every row. Received: {len(row)} {where}")
-    return {name: [row[index] for row in rows[1:]] for index, name in enumerate(header)}, lines[1:]
+    table = Table(path, {name: [row[at] for row in rows if at < len(row)] for at, name in enumerate(header)}, lines[1:])
+    lengths = np.array([len(row) for row in rows])
+    table.require(f"{len(header)} values in every row", lengths != len(header), lambda row: str(lengths[row]))
+    return table
 
 
-def _json_columns(text: str, path: Path) -> dict[str, list[Any]]:
+def _json_table(text: str, path: Path) -> Table:
     try:
-        content = json.loads(text, object_pairs_hook=_distinct)
-    except (ValueError, RecursionError) as error:
-        words = "nested too deeply" if isinstance(error, RecursionError) else error
-        raise ValueError(f"Expected JSON. Received: {path} ({words})") from error
+        content = parse_json(text, object_pairs_hook=_distinct)
+    except ValueError as error:
+        raise ValueError(f"Expected JSON. Received: {path} ({error})") from error
     if isinstance(content, list) and content and all(isinstance(entry, dict) for entry in content):
-        for number, entry in enumerate(content):
-            if set(entry) != set(content[0]):
-                where = Table(path, {}).where(number)
-                raise ValueError(f"Expected the same names in every object of the list. Received: others {where}")
-        return {name: [entry[name] for entry in content] for name in content[0]}
-    if isinstance(content, dict):
-        rows = max((len(values) for values in content.values() if isinstance(values, list)), default=1)
-        # A history has one Tabor parameter, which need not be repeated at every point.
-        alike = (TABOR, TRAJECTORY) if "time" in content else ()
-        columns = {
-            name: values if isinstance(values, list) else [values] * (rows if name in alike else 1)
-            for name, values in content.items()
-        }
-        if len({len(values) for values in columns.values()}) > 1:
-            raise ValueError(f"Expected lists of equal length. Received: unequal lengths in {path}")
-        return columns
-    raise ValueError(f"Expected a JSON list of protocols, or an object of lists. Received: {path}")
+        others = np.array([set(entry) != set(content[0]) for entry in content])
+        Table(path, {}).require("the same names in every object of the list", others, lambda _: "others")
+        return Table(path, {name: [entry[name] for entry in content] for name in content[0]})
+    if not isinstance(content, dict):
+        raise ValueError(f"Expected a JSON list of protocols, or an object of lists. Received: {path}")
+    rows = max((len(values) for values in content.values() if isinstance(values, list)), default=1)
+    # A history has one Tabor parameter, which need not be repeated at every point.
+    alike = (TABOR, TRAJECTORY) if "time" in content else ()
+    columns = {
+        name: values if isinstance(values, list) else [values] * (rows if name in alike else 1)
+        for name, values in content.items()
+    }
+    if len({len(values) for values in columns.values()}) > 1:
+        raise ValueError(f"Expected lists of equal length. Received: unequal lengths in {path}")
+    return Table(path, columns)
 
 
 def _distinct(pairs: list[tuple[str, Any]]) -> dict[str, Any]:

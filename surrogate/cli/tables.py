@@ -6,12 +6,12 @@ Only the sizes of registered architectures need Keras.
 from __future__ import annotations
 
 import importlib.util
-import json
 import os
 from collections.abc import Iterable, Sequence
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
+from bem._support.text_files import read_json
 from bem._support.wording import markdown_table
 from surrogate.architectures.naming import (
     CONDITIONINGS,
@@ -22,16 +22,15 @@ from surrogate.architectures.naming import (
     names,
 )
 
-COLUMNS = ("model", "parameters", "MSE", "pull-off", "hysteresis", "training")
+# As in the report.
+COLUMNS = ("model", "parameters", "held-out MSE", "median pull-off error", "median hysteresis error", "training")
 ERRORS = ("pull_off_force_percent", "hysteresis_percent")
 
 
 def model_table(roots: Sequence[Path]) -> str:
     """Return a table of all models in some directories, best first, and of the names that are not trained.
 
-    Args:
-        roots: Directories of model directories. Of two models with the same name, the first is listed, which is also
-            the one that `surrogate.load` takes.
+    Of two models with the same name, the first is listed, which is also the one that `surrogate.load` takes.
 
     Raises:
         ValueError: a model's `metrics.json` is damaged.
@@ -47,7 +46,7 @@ def model_table(roots: Sequence[Path]) -> str:
     rows = sorted(found.values(), key=lambda row: float(row[2]))
     rows += [(name, _size(name), "", "", "", "not trained") for name in names() if name not in found]
     widths = [max(len(row[column]) for row in (COLUMNS, *rows)) for column in range(len(COLUMNS))]
-    lines = ["Mean errors over each model's own held-out trajectories:" if found else "No model is published here."]
+    lines = ["Errors over each model's own held-out trajectories:" if found else "No model is published here."]
     for row in (COLUMNS, *rows):
         numbers = zip(row[1:-1], widths[1:-1], strict=True)
         cells = [row[0].ljust(widths[0]), *(cell.rjust(width) for cell, width in numbers), row[-1]]
@@ -86,31 +85,31 @@ def parameter_table() -> str:
 def _published(path: Path) -> tuple[str, ...]:
     """Return a row of the table, from `metrics.json` and `run.json`."""
     try:
-        metrics = json.loads(path.read_text(encoding="utf-8"))
-        means = {name: float(values["mean"]) for name, values in metrics["test"].items()}
-        numbers = (f"{int(metrics['parameters']):,}", f"{means['mse']:.2e}")
-    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+        metrics = read_json(path)
+        medians = {name: float(metrics["test"][name]["median"]) for name in ERRORS if name in metrics["test"]}
+        numbers = (f"{int(metrics['parameters']):,}", f"{float(metrics['test']['mse']['mean']):.2e}")
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise ValueError(f"Expected a metrics.json that `surrogate train` wrote. Received: {path}") from error
-    errors = (f"{means[quantity]:.2f} %" if quantity in means else "" for quantity in ERRORS)
+    errors = (f"{medians[quantity]:.2f} %" if quantity in medians else "" for quantity in ERRORS)
     return (path.parent.name, *numbers, *errors, _training(path.parent))
 
 
 def _other_forces(root: Path) -> list[str]:
     """Return the models that `model_forces.json` lists as trained on other forces than those of the data set."""
     try:
-        return list(json.loads((root.parent / "model_forces.json").read_text(encoding="utf-8"))["others"])
-    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        return list(read_json(root.parent / "model_forces.json")["others"])
+    except (OSError, ValueError, KeyError, TypeError):
         return []
 
 
 def _training(folder: Path) -> str:
     """Return how a model was trained, as text; `""` if its `run.json` does not say."""
     try:
-        run = json.loads((folder / "run.json").read_text(encoding="utf-8"))
+        run = read_json(folder / "run.json")
         words = [] if run["architecture"] == folder.name else [str(run["architecture"])]
         words += [f"inputs {run['features']}"] if run["features"] != "D" else []
         return ", ".join([*words, f"{run['epochs']:,} epochs of {run['training_trajectories']:,} trajectories"])
-    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+    except (OSError, ValueError, KeyError, TypeError):
         return ""
 
 
@@ -141,6 +140,6 @@ def _keras_backend() -> str:
         return chosen
     try:
         home = Path(os.environ.get("KERAS_HOME") or Path.home() / ".keras")
-        return str(json.loads((home / "keras.json").read_text(encoding="utf-8"))["backend"])
+        return str(read_json(home / "keras.json")["backend"])
     except (OSError, ValueError, KeyError, TypeError, RuntimeError):
         return "tensorflow"

@@ -16,9 +16,10 @@ from pathlib import Path
 
 import numpy as np
 
+from bem._support.text_files import read_json
 from bem.dataset.designs import QUANTITIES
 from bem.dataset.file import Dataset, load_dataset
-from bem.dataset.records import COMPLETED, RESULTS
+from bem.dataset.records import COMPLETED, RESULTS, grid_of
 
 PARTS = ("train", "validation", "test")
 """Names of the three parts of a split."""
@@ -83,10 +84,10 @@ class Split:
             ValueError: the file is not a split.
         """
         try:
-            content = json.loads(Path(path).read_text(encoding="utf-8"))
+            content = read_json(path)
             parts = {part: np.array(content[part], dtype=np.int64) for part in PARTS}
             return cls(**parts, seed=int(content["seed"]))
-        except (ValueError, KeyError, TypeError, OverflowError, RecursionError) as error:
+        except (ValueError, KeyError, TypeError, OverflowError) as error:
             raise ValueError(
                 f"Expected a split with seed, train, validation and test. Received: path={path}"
             ) from error
@@ -105,7 +106,7 @@ class TrajectoryDataset:
         sha256: SHA-256 digest of the request: the protocols in their order, material, accuracy, measurement steps, and
             which simulations completed. A campaign that is computed again has the same digest, even on a processor that
             rounds differently, so a model can be matched with its data set. The SHA-256 sum of the file itself is in
-            `published/MANIFEST.json`.
+            `published/SHA256SUMS`.
         forces_sha256: SHA-256 digest of the request and of all bits of the stored forces and scalars. Where it differs,
             the errors of two models refer to different reference forces.
         modulus_ratio: Relaxed over instantaneous modulus of the standard linear solid; `None` if the file states none,
@@ -161,8 +162,6 @@ class TrajectoryDataset:
 
     def grid(self, indices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return times and indentations of the trajectories `indices` on the FMS, each of shape `(batch, steps)`."""
-        from bem.dataset.measurement_steps import grid_of
-
         protocols = {name: self.protocols[name][indices] for name in QUANTITIES}
         return grid_of(self.steps, protocols, self.modulus_ratios(indices), self.points_per_phase)
 

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from bem._numerics.jit import kernel
+from bem._support.jit import kernel
 
 
 @kernel

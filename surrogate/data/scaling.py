@@ -19,6 +19,7 @@ from typing import Any
 
 import numpy as np
 
+from bem._support.text_files import parse_json, read_text
 from surrogate.data.features import PHYSICS, channel_names
 
 FORMAT = "viscoelastic-contact-scaling"
@@ -166,7 +167,7 @@ class Scaling:
             ValueError: the text is not a scaling, or its channels do not match its feature set.
         """
         try:
-            content = json.loads(text)
+            content = parse_json(text)
             if (content.pop("format"), content.pop("format_version")) != (FORMAT, FORMAT_VERSION):
                 raise KeyError("format")
             scaling = cls(
@@ -180,7 +181,7 @@ class Scaling:
             )
             if min(*scaling.channel_scale, scaling.tabor[1], scaling.force[1]) <= 0.0:
                 raise ValueError("a deviation that is not above zero")
-        except (ValueError, AttributeError, KeyError, TypeError, OverflowError, RecursionError) as error:
+        except (ValueError, AttributeError, KeyError, TypeError, OverflowError) as error:
             raise ValueError(
                 f"Expected a {FORMAT} file of version {FORMAT_VERSION}. Received: path={source}"
             ) from error
@@ -205,8 +206,8 @@ class Scaling:
             ValueError: the file is not a scaling, or its channels do not match its feature set.
         """
         try:
-            text = Path(path).read_text(encoding="utf-8")
-        except UnicodeDecodeError as error:
+            text = read_text(path)
+        except ValueError as error:
             raise ValueError(f"Expected a {FORMAT} file of version {FORMAT_VERSION}. Received: path={path}") from error
         return cls.from_json(text, source=path)
 

@@ -11,8 +11,7 @@ import math
 from functools import cached_property
 
 import numpy as np
-import onnx
-from onnx import TensorProto, helper, numpy_helper
+from onnx import TensorProto
 
 from surrogate.data.features import ACCELERATION_SMOOTHING, channel_names
 from surrogate.data.scaling import SYMLOG_PASSES, Scaling
@@ -20,6 +19,24 @@ from surrogate.export.onnx_graph import OnnxGraph
 
 RATIO = "modulus_ratio"
 """Input or constant of the graphs of set F, of shape `(batch,)` or `(1,)`."""
+
+MEMORY = """
+memory (double[memories, batch] before, double[memories, batch] decay, double[memories, batch] gain)
+    => (double[memories, batch] after, double[memories, batch] here) {
+    kept = Mul(decay, before)
+    after = Add(kept, gain)
+    here = Identity(after)
+}"""
+"""One step of memories, in the text form of ONNX."""
+AVERAGE = f"""
+moving_average (double[batch] before, double[batch] raw) => (double[batch] after, double[batch] smooth)
+    <double share = {{{ACCELERATION_SMOOTHING!r}}}, double rest = {{{1.0 - ACCELERATION_SMOOTHING!r}}}> {{
+    new = Mul(raw, share)
+    old = Mul(before, rest)
+    after = Add(new, old)
+    smooth = Identity(after)
+}}"""
+"""One step of a moving average, likewise."""
 
 
 def scaled_channels(graph: OnnxGraph, scaling: Scaling, *, with_tabor: bool = False) -> str:
@@ -146,31 +163,10 @@ def _lost(graph: OnnxGraph, steps: str) -> str:
 
 def _recurrence(graph: OnnxGraph, decays: str, gains: str) -> str:
     """Add m_i = a_i m_(i-1) + b_i from zero, for arrays of shape `(memories, batch, steps)`."""
-    before, decay, gain, after, here = _doubles("before", "decay", "gain", "after", "here", shape=["memories", "batch"])
-    nodes = [
-        helper.make_node("Mul", ["decay", "before"], ["kept"]),
-        helper.make_node("Add", ["kept", "gain"], ["after"]),
-        helper.make_node("Identity", ["after"], ["here"]),
-    ]
-    body = helper.make_graph(nodes, "memory", [before, decay, gain], [after, here])
     start = graph.add("Gather", gains, graph.integers(0), axis=2)
-    return graph.scan(body, graph.add("Sub", start, start), decays, gains, axis=2)
+    return graph.scan(MEMORY, graph.add("Sub", start, start), decays, gains, axis=2)
 
 
 def _moving_average(graph: OnnxGraph, source: str) -> str:
     """Add an exponential moving average along the steps, with the initial value zero, and return its name."""
-    before, raw, after, smooth = _doubles("before", "raw", "after", "smooth", shape=["batch"])
-    weights = {"share": ACCELERATION_SMOOTHING, "rest": 1.0 - ACCELERATION_SMOOTHING}
-    nodes = [
-        helper.make_node("Mul", ["raw", "share"], ["new"]),
-        helper.make_node("Mul", ["before", "rest"], ["old"]),
-        helper.make_node("Add", ["new", "old"], ["after"]),
-        helper.make_node("Identity", ["after"], ["smooth"]),
-    ]
-    constants = [numpy_helper.from_array(np.array(value), key) for key, value in weights.items()]
-    body = helper.make_graph(nodes, "moving_average", [before, raw], [after, smooth], initializer=constants)
-    return graph.scan(body, graph.add("Mul", "tabor", graph.number(0.0)), source, axis=1)
-
-
-def _doubles(*names: str, shape: list[str]) -> list[onnx.ValueInfoProto]:
-    return [helper.make_tensor_value_info(name, TensorProto.DOUBLE, shape) for name in names]
+    return graph.scan(AVERAGE, graph.add("Mul", "tabor", graph.number(0.0)), source, axis=1)

@@ -1,4 +1,4 @@
-"""Export of trained models as ONNX files, which map physical inputs to physical forces.
+"""Trained models as ONNX files, which map physical inputs to physical forces.
 
 One graph contains features, scaling and network, so the file is self-contained. Inputs, all float64: `times`,
 `indentations` and `edge` of shape `(batch, steps)`, `tabor` of shape `(batch,)`. Output: `force` of shape `(batch,
@@ -7,105 +7,43 @@ and after the network are float64, because differences of large times lose digit
 one ONNX operator. In a model of the inputs F, the modulus ratio of the training set is a constant.
 
 The metadata of the file are `format`, `format_version`, `name`, `architecture`, `features`, `ranges` (JSON: smallest
-and largest value of each protocol quantity in the training set), `scaling` (JSON), `plan` (JSON: the operations of
-`surrogate.network.graph`), `dataset_sha256`, `weights_sha256` (of `model.weights.h5`) and, as the last entry,
-`content_sha256` (see `surrogate.network.onnx_file`).
+and largest value of each protocol quantity in the training set), `scaling` (JSON), `dataset_sha256`, `weights_sha256`
+(of `model.weights.h5`) and, as the last entry, `content_sha256` (see `surrogate.export.onnx_file`).
+
+A model with bands, `fast` or `accurate`, has one more input, `modulus_ratio` of shape `(batch,)`. Its times must be the
+measurement steps of `bem.dataset.physical_steps`. Its metadata have no `architecture` and no digests of other files,
+but `counts` (JSON: points of loading, dwell and unloading) and `bands` (JSON: the arrays of
+`surrogate.prediction.bands.Bands` and the `levels` of their quantiles).
 """
 
 from __future__ import annotations
 
 import json
-from pathlib import Path
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from onnx import TensorProto
+import onnx
+from onnx import TensorProto, helper, numpy_helper
 
-from bem._support.outputs import whole_file
-from bem.dataset.designs import QUANTITIES
-from bem.dataset.measurement_steps import FMS, measurement_grid
-from surrogate.architectures.naming import split_name
-from surrogate.architectures.registry import REGISTERED
-from surrogate.data.features import NEEDS_MATERIAL, edge_from_counts
+from surrogate.data.features import NEEDS_MATERIAL, channel_names
 from surrogate.data.scaling import Scaling
 from surrogate.export.channels import RATIO, scaled_channels
-from surrogate.export.onnx_graph import EMITTERS, OnnxGraph
-from surrogate.inference.keras_backend import KerasBackend, keras_model
-from surrogate.inference.model_files import read_run, weights_sha256
-from surrogate.network.graph import SEQUENCE, TABOR, Graph
-from surrogate.network.lowering import NotExportableError, lower
-from surrogate.network.onnx_file import ONNX_FORMAT, ONNX_FORMAT_VERSION, ONNX_NAME, checked_model, sealed
+from surrogate.export.keras_layers import add_network
+from surrogate.export.onnx_file import ONNX_FORMAT, ONNX_FORMAT_VERSION, PRETRAINED_FORMAT, checked_model, sealed
+from surrogate.export.onnx_graph import OnnxGraph
 
 if TYPE_CHECKING:
     import keras
-    import onnx
 
-AGREEMENT = 1e-3
-"""Largest difference between ONNX and Keras for a registered architecture, as a fraction of a history's force range."""
-
-
-def export_folder(folder: Path) -> Path:
-    """Write `model.onnx` into a model directory, from its weights and scaling.
-
-    Returns:
-        Path of the file.
-
-    Raises:
-        FileNotFoundError: the directory is not complete.
-        NotExportableError: a registered architecture has a layer that cannot be exported.
-        ValueError: the weights do not fit the architecture.
-    """
-    target = folder / ONNX_NAME
-    with whole_file(target) as part:
-        part.write_bytes(folder_content(folder))
-    return target
+DIGITS = 9
+"""Digits of the bands, which are float32."""
 
 
-def folder_content(folder: Path) -> bytes:
-    """Return the bytes of the ONNX file of a model directory, from its weights and scaling.
-
-    Raises:
-        FileNotFoundError: the directory is not complete.
-        NotExportableError: a registered architecture has a layer that cannot be exported.
-        ValueError: the weights do not fit the architecture.
-    """
-    run, scaling = read_run(folder)
-    model = keras_model(folder, run)
-    graph = build_graph(
-        model, scaling, name=run["name"], architecture=run["architecture"], weights_sha256=weights_sha256(folder)
-    )
-    content = graph.SerializeToString(deterministic=True)
-    if split_name(run["architecture"])[0] in REGISTERED:
-        _require_agreement(content, model, scaling)
-    return sealed(content)
-
-
-def _require_agreement(content: bytes, model: keras.Model, scaling: Scaling) -> None:
-    """Compare an ONNX file with Keras on protocols inside the ranges. Tests do so for the 18 paper models.
-
-    Raises:
-        NotExportableError: they differ by more than `AGREEMENT`.
-    """
-    import onnxruntime
-
-    protocols = {name: np.linspace(*scaling.ranges[name], 4)[1:] for name in QUANTITIES}
-    times, indentations = measurement_grid(**protocols)
-    arguments = {"times": times, "indentations": indentations, "tabor": protocols["tabor"]}
-    arguments["edge"] = edge_from_counts(FMS, len(times))
-    expected = KerasBackend(model, scaling).force(**arguments)
-    (found,) = onnxruntime.InferenceSession(content, providers=["CPUExecutionProvider"]).run(["force"], arguments)
-    differences = np.abs(found - expected).max(axis=1) / np.ptp(expected, axis=1)
-    if not differences.max() <= AGREEMENT:
-        raise NotExportableError(
-            f"Expected an ONNX file that agrees with Keras to {AGREEMENT:g} of the force's range. Received: one that "
-            f"differs by {differences.max():.1e}, because a layer computes something else than its class says"
-        )
-
-
-def build_graph(
+def file_content(
     model: keras.Model, scaling: Scaling, *, name: str, architecture: str, weights_sha256: str = ""
-) -> onnx.ModelProto:
-    """Return the ONNX model of a trained model and its scaling.
+) -> bytes:
+    """Return the ONNX file of a trained model and its scaling.
 
     Args:
         model: A model of `surrogate.build`.
@@ -115,44 +53,96 @@ def build_graph(
         weights_sha256: SHA-256 sum of the weights file, for the metadata.
 
     Returns:
-        The ONNX model, after ONNX's own check.
+        The bytes, with the metadata and the checksum that `surrogate.load` checks.
 
     Raises:
-        NotExportableError: the model has layers unknown to `surrogate.network.lowering`.
+        NotExportableError: the model has layers unknown to `surrogate.export.keras_layers`.
         ValueError: the model has weights that are not finite, or its inputs need a modulus ratio that is not known.
     """
-    network = lower(model)
-    for weight, values in network.weights.items():
-        if not np.isfinite(values).all():
-            raise ValueError(f"Expected finite weights. Received: NaN or infinity in {weight} of {name}")
     graph = OnnxGraph()
     if scaling.features in NEEDS_MATERIAL:
         graph.initializers[RATIO] = np.array([scaling.known_modulus_ratio])
     sequence = scaled_channels(graph, scaling)
-    mean, deviation = scaling.tabor
-    tabor = graph.standardise(graph.symlog("tabor"), np.array(mean), np.array(deviation))
-    tabor = graph.add("Unsqueeze", graph.cast(tabor, TensorProto.FLOAT), graph.integers([1]))
-
-    results = {SEQUENCE: sequence, TABOR: tabor}
-    graph.initializers |= network.weights
-    for operation in network.operations:
-        results[operation.name] = EMITTERS[operation.kind](graph, operation, [results[i] for i in operation.inputs])
-
-    graph.unscaled_force(graph.add("Squeeze", results[network.output], graph.integers([2])), scaling.force)
-
-    return checked_model(graph.finish(name), _metadata(network, scaling, name, architecture, weights_sha256))
-
-
-def _metadata(network: Graph, scaling: Scaling, name: str, architecture: str, weights_sha256: str) -> dict[str, str]:
-    return {
-        "format": ONNX_FORMAT,
-        "format_version": str(ONNX_FORMAT_VERSION),
-        "name": name,
+    mean, deviation = (np.array(moment) for moment in scaling.tabor)
+    tabor = graph.cast(graph.standardise(graph.symlog("tabor"), mean, deviation), TensorProto.FLOAT)
+    force = add_network(graph, model, sequence, graph.add("Unsqueeze", tabor, graph.integers([1])))
+    graph.unscaled_force(graph.add("Squeeze", force, graph.integers([2])), scaling.force)
+    metadata = _metadata(ONNX_FORMAT, name, scaling) | {
         "architecture": architecture,
-        "features": scaling.features,
-        "ranges": json.dumps(scaling.ranges),
-        "scaling": scaling.to_json(),
-        "plan": json.dumps([operation.as_dict() for operation in network.operations]),
         "dataset_sha256": scaling.dataset_sha256,
         "weights_sha256": weights_sha256,
     }
+    content = checked_model(graph.finish(name), metadata)
+    return sealed(content.SerializeToString(deterministic=True))
+
+
+def network_content(model: keras.Model, features: str, name: str) -> bytes:
+    """Return the ONNX file of a network alone, as folders of models with bands hold it.
+
+    Its input `inputs`, float32 of shape `(steps, batch, channels + 1)`, are scaled channels and the scaled Tabor
+    parameter. Its output `force`, float32 of shape `(steps, batch)`, is the scaled force.
+
+    Args:
+        model: A model that appends the Tabor parameter to its channels.
+        features: The feature set.
+        name: Name of the model.
+
+    Returns:
+        The bytes, which `surrogate.export.onnx_file.seal_folder` completes with checksums.
+    """
+    graph, width = OnnxGraph(), len(channel_names(features)) + 1
+    force = add_network(graph, model, graph.add("Transpose", "inputs", perm=[1, 0, 2]), "", appended=True)
+    graph.add("Squeeze", graph.add("Transpose", force, perm=[1, 0, 2]), graph.integers([2]), output="force")
+    shapes = {"inputs": ["steps", "batch", width], "force": ["steps", "batch"]}
+    taken, given = (helper.make_tensor_value_info(key, TensorProto.FLOAT, shape) for key, shape in shapes.items())
+    stored = [numpy_helper.from_array(values, key) for key, values in graph.initializers.items()]
+    made = checked_model(helper.make_graph(graph.nodes, name, [taken], [given], initializer=stored))
+    return made.SerializeToString(deterministic=True)
+
+
+def banded_file(
+    network: bytes, scaling: Scaling, *, name: str, counts: Sequence[int], bands: Mapping[str, np.ndarray]
+) -> bytes:
+    """Return the ONNX file of a model with bands, with features and scaling around its network.
+
+    Args:
+        network: File of `network_content`.
+        scaling: Scaling of the inputs F and of the force.
+        name: Name of the model.
+        counts: Points of loading, dwell and unloading.
+        bands: Arrays of the bands by name, and the `levels` of their quantiles.
+
+    Returns:
+        The bytes, with the metadata and the checksum.
+    """
+    inner = onnx.compose.add_prefix_graph(onnx.load_model_from_string(network).graph, "network/")
+    graph = OnnxGraph()
+    inputs = scaled_channels(graph, scaling, with_tabor=True)
+    graph.add("Transpose", inputs, perm=[1, 0, 2], output="network/inputs")
+    graph.nodes.extend(inner.node)
+    graph.initializers |= {item.name: numpy_helper.to_array(item) for item in inner.initializer}
+    graph.unscaled_force(graph.add("Transpose", "network/force", perm=[1, 0]), scaling.force)
+    metadata = _metadata(PRETRAINED_FORMAT, name, scaling) | {
+        "counts": json.dumps([int(count) for count in counts]),
+        "bands": json.dumps({key: _rounded(values) for key, values in bands.items()}, separators=(",", ":")),
+    }
+    content = checked_model(graph.finish(name, more={RATIO: ["batch"]}), metadata)
+    return sealed(content.SerializeToString(deterministic=True))
+
+
+def _metadata(kind: str, name: str, scaling: Scaling) -> dict[str, str]:
+    """Return the metadata that all files have."""
+    return {
+        "format": kind,
+        "format_version": str(ONNX_FORMAT_VERSION),
+        "name": name,
+        "features": scaling.features,
+        "ranges": json.dumps(scaling.ranges),
+        "scaling": scaling.to_json(),
+    }
+
+
+def _rounded(values: np.ndarray) -> list[float]:
+    digits = [float(f"{value:.{DIGITS}g}") for value in values.ravel()]
+    found: list[float] = np.reshape(digits, values.shape).tolist()
+    return found

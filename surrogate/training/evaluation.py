@@ -5,55 +5,28 @@ from __future__ import annotations
 import csv
 from pathlib import Path
 
-import keras
 import numpy as np
 
 from surrogate.data.dataset import Split, TrajectoryDataset
-from surrogate.data.features import channels, edge_from_counts
+from surrogate.data.examples import scaled_examples
 from surrogate.data.metrics import trajectory_errors
-from surrogate.data.scaling import Scaling
-from surrogate.inference.keras_backend import predict_scaled
-from surrogate.inference.predictor import Surrogate
-from surrogate.training.loop import Examples
+from surrogate.prediction.networks import KerasNetwork
+from surrogate.prediction.predictor import Surrogate
 
 
-def physical_channels(dataset: TrajectoryDataset, indices: np.ndarray, features: str) -> np.ndarray:
-    """Return the physical channels of the trajectories `indices`, of shape `(batch, steps, channels)`, float64.
-
-    Raises:
-        ValueError: the feature set is unknown.
-    """
-    times, indentations = dataset.grid(indices)
-    return channels(
-        times,
-        indentations,
-        edge_from_counts(dataset.points_per_phase, len(indices)),
-        features,
-        tabor=dataset.protocols["tabor"][indices],
-        modulus_ratio=dataset.modulus_ratios(indices),
-    )
-
-
-def scaled_examples(dataset: TrajectoryDataset, indices: np.ndarray, scaling: Scaling) -> Examples:
-    """Return the scaled inputs and the scaled force of the trajectories `indices`."""
-    return Examples(
-        sequence=scaling.scale_channels(physical_channels(dataset, indices, scaling.features)),
-        tabor=scaling.scale_tabor(dataset.protocols["tabor"][indices]),
-        force=scaling.scale_force(dataset.force[indices])[..., np.newaxis].astype(np.float32),
-    )
-
-
-def evaluate(
-    model: keras.Model, scaling: Scaling, dataset: TrajectoryDataset, indices: np.ndarray
-) -> dict[str, np.ndarray]:
+def evaluate(network: KerasNetwork, dataset: TrajectoryDataset, indices: np.ndarray) -> dict[str, np.ndarray]:
     """Return the errors of a model on the trajectories `indices`, by name, each of shape `(batch,)`.
 
     The names are those of `surrogate.data.metrics.trajectory_errors`.
     """
     times, indentations = dataset.grid(indices)
     loading, dwell, _ = dataset.points_per_phase
+    scaling = network.scaling
+    # The errors are those of the network's output, before it is rounded to physical forces.
     examples = scaled_examples(dataset, indices, scaling)
-    predicted = predict_scaled(model, examples.sequence, examples.tabor).astype(np.float64)
+    parts = np.array_split(np.arange(len(indices)), -(-len(indices) // network.batch))
+    scaled = [network.scaled(examples.sequence[part], examples.tabor[part]) for part in parts]
+    predicted = np.concatenate(scaled).astype(np.float64)
     return trajectory_errors(
         scaling.unscale_force(predicted),
         dataset.force[indices],
@@ -69,15 +42,10 @@ def evaluate(
 def evaluate_published(
     trained: Surrogate, folder: Path, dataset_path: Path
 ) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-    """Return the errors of a trained model on its test set.
-
-    Args:
-        trained: The model, loaded with `backend="keras"`.
-        folder: Its model directory, with `split.json`.
-        dataset_path: The data set file it was trained on.
+    """Return the test set of a model, loaded with `backend="keras"` from a directory, and its errors there.
 
     Returns:
-        Indices of the test set, shape `(n_test,)`, and the errors of `evaluate`.
+        Indices, shape `(n_test,)`, and the errors of `evaluate`.
 
     Raises:
         FileNotFoundError: the data set file or `split.json` does not exist.
@@ -94,7 +62,7 @@ def evaluate_published(
         raise ValueError(
             f"Expected a test set of completed trajectories of {dataset_path}. Received: {folder / 'split.json'}"
         )
-    return indices, evaluate(trained.model, trained.scaling, dataset, indices)
+    return indices, evaluate(trained.network, dataset, indices)
 
 
 def write_errors(path: Path, indices: np.ndarray, errors: dict[str, np.ndarray]) -> None:

@@ -1,21 +1,21 @@
 """Identity of a training: all that decides its result.
 
-All comparisons of trainings use `differences` or `fingerprint_differences`: the commands that publish or resume a
-training, the checkpoints, and the studies that compare models. Reading an identity needs no Keras.
+All comparisons of trainings use `differences` or `facts_that_differ`: the commands that publish or resume a training,
+the folders of runs, and the studies that compare models. Reading an identity needs no Keras.
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
-import tomllib
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from bem._support.text_files import read_json, read_toml
 from surrogate.architectures.registry import source_of
 from surrogate.data.dataset import PARTS, Split, TrajectoryDataset
 from surrogate.training.recipe import Recipe
@@ -87,16 +87,7 @@ class TrainingIdentity:
         extra: TrajectoryDataset | None = None,
         backend: str = "",
     ) -> TrainingIdentity:
-        """Return the identity of a training that would start now.
-
-        Args:
-            architecture: Name of the architecture.
-            dataset: The data set.
-            split: Its split.
-            recipe: How to train.
-            features: The feature set.
-            extra: The second data set, if there is one.
-            backend: Name of the Keras backend.
+        """Return the identity of a training that would start now, of the arguments of `surrogate.training.runs.Run`.
 
         Raises:
             ValueError: the architecture is unknown.
@@ -120,25 +111,24 @@ class TrainingIdentity:
     def facts(self) -> dict[str, Any]:
         """Return the quantities that `differences` compares, by name, ready for JSON."""
         split = Split(**{part: np.array(self.parts[part], dtype=np.int64) for part in PARTS}, seed=0)
-        return asdict(self) | {"split": split.sha256} | {part: self.parts[part] for part in ("validation", "test")}
+        return asdict(self) | self.parts | {"split": split.sha256}
 
     @property
-    def fingerprint(self) -> str:
-        """One line of JSON for checkpoints: all that decides the result of an epoch.
+    def fingerprint(self) -> dict[str, Any]:
+        """All that decides the result of an epoch, by name, ready for JSON.
 
         The number of epochs is left out if it only ends the training, so that more epochs can be added later.
         """
-        facts = self.facts()
-        content = {name: facts[name] for name in EVERYTHING if name != "architecture_sha256" or facts[name]}
-        if not _paced_by_epochs(self.recipe):
-            content["recipe"] = {name: value for name, value in self.recipe.items() if name != "epochs"}
-        return json.dumps(content, sort_keys=True)
+        facts = {name: value for name, value in self.facts().items() if name in EVERYTHING}
+        if not any(name in self.recipe for name in ("cosine", "weight_average", "dropout_until")):
+            facts["recipe"] = {name: value for name, value in self.recipe.items() if name != "epochs"}
+        return facts
 
     @property
     def digest(self) -> str:
         """SHA-256 digest of the identity without the backend, because backends differ by rounding only."""
-        content = asdict(self) | {"backend": ""}
-        if content["architecture_sha256"] is None:
+        content = asdict(replace(self, backend=""))
+        if self.architecture_sha256 is None:
             del content["architecture_sha256"]
         return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
@@ -154,50 +144,34 @@ def read_identity(folder: Path) -> TrainingIdentity:
         if not (folder / name).is_file():
             raise FileNotFoundError(f"Expected a model directory with {name}. Received: {folder} without it")
     try:
-        run, split = (json.loads((folder / f"{name}.json").read_text(encoding="utf-8")) for name in ("run", "split"))
+        run, split = (read_json(folder / f"{name}.json") for name in ("run", "split"))
         return TrainingIdentity(
             dataset=run["dataset_sha256"],
             parts={part: tuple(split[part]) for part in PARTS},
-            recipe=tomllib.loads((folder / "recipe.toml").read_text(encoding="utf-8")),
+            recipe=read_toml(folder / "recipe.toml"),
             backend=run["backend"],
             features=run["features"],
             architecture=run["architecture"],
             extra=run.get("extra_dataset_sha256"),
             architecture_sha256=(run.get("architecture_file") or {}).get("sha256"),
         )
-    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise ValueError(f"Expected a model directory that says how it was trained. Received: {folder}") from error
 
 
 def differences(
     found: TrainingIdentity, wanted: TrainingIdentity, of: Iterable[str] = EVERYTHING, but: Iterable[str] = ()
 ) -> list[str]:
-    """Return the quantities in which two trainings differ, as the words of `WORDS`, such as `["data set", "recipe"]`.
-
-    Args:
-        found: One training.
-        wanted: The other.
-        of: Names of the quantities to compare, keys of `WORDS`.
-        but: Names among these that are not compared.
-    """
-    return _compared(found.facts(), wanted.facts(), [name for name in of if name not in but])
+    """Return in which quantities `of` two trainings differ, `but` some, by the words of `WORDS`."""
+    one, other = found.facts(), wanted.facts()
+    return [WORDS[name] for name in of if name not in but and one[name] != other[name]]
 
 
-def fingerprint_differences(found: str, wanted: str, but: Iterable[str] = ()) -> list[str]:
-    """Return the words of `WORDS` in which two fingerprints differ; `["run"]` if one of them cannot be read.
-
-    Args:
-        found: One fingerprint.
-        wanted: The other.
-        but: Names of quantities that are not compared.
-    """
-    if found == wanted:
-        return []
-    try:
-        one, other = json.loads(found), json.loads(wanted)
-        return _compared(one, other, [name for name in EVERYTHING if name not in but])
-    except (ValueError, AttributeError, TypeError):
-        return ["run"]
+def facts_that_differ(found: Mapping[str, Any], wanted: Mapping[str, Any], but: Iterable[str] = ()) -> list[str]:
+    """Return the words of `WORDS` in which a stored fingerprint differs from that of a training; `but` names some."""
+    # What was stored has gone through JSON.
+    wanted = json.loads(json.dumps(wanted))
+    return [WORDS.get(name, name) for name, value in wanted.items() if name not in but and found.get(name) != value]
 
 
 def trained_otherwise(folder: Path, wanted: TrainingIdentity) -> str:
@@ -205,25 +179,12 @@ def trained_otherwise(folder: Path, wanted: TrainingIdentity) -> str:
 
     The backend is not compared, because backends differ by rounding only. The seed is not compared if the model was
     chosen among models of several seeds.
-
-    Args:
-        folder: The model directory.
-        wanted: The training that would start now.
     """
     try:
         found = read_identity(folder)
-        if PUBLISHED_SEED in json.loads((folder / "run.json").read_text(encoding="utf-8")):
+        if PUBLISHED_SEED in read_json(folder / "run.json"):
             found, wanted = found.of_any_seed(), wanted.of_any_seed()
         other = differences(found, wanted, but=("backend",))
     except (FileNotFoundError, ValueError):
         return "which does not say how it was trained"
     return f"of another {', '.join(other)}" if other else ""
-
-
-def _compared(found: dict[str, Any], wanted: dict[str, Any], names: Iterable[str]) -> list[str]:
-    return [WORDS[name] for name in names if found.get(name) != wanted.get(name)]
-
-
-def _paced_by_epochs(recipe: dict[str, Any]) -> bool:
-    """Return whether the result of an epoch depends on the number of epochs, beyond the end of the training."""
-    return any(name in recipe for name in ("cosine", "weight_average", "dropout_until"))

@@ -1,4 +1,4 @@
-"""Train and publish `fast` and `accurate`, the models of `surrogate.pretrained`.
+"""Train and publish `fast` and `accurate`, the models that know any standard linear solid and have bands.
 
     bem campaign --design sobol --count 65536 --modulus-ratio 0.01:1 --steps physical --out results/any_solid.h5
     python -m surrogate.training.pretrained fast accurate --dataset results/any_solid.h5
@@ -12,7 +12,6 @@ from __future__ import annotations
 import argparse
 import json
 import shutil
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -26,12 +25,17 @@ from surrogate.architectures.common import inputs, readout
 from surrogate.architectures.layers import AppendTabor
 from surrogate.backend import versions
 from surrogate.data.dataset import Split, TrajectoryDataset
+from surrogate.data.examples import physical_channels, scaled_examples
 from surrogate.data.scaling import Scaling
-from surrogate.pretrained.model import PUBLISHED, QUANTITIES
-from surrogate.pretrained.network import Network, onnx_file
-from surrogate.training.evaluation import physical_channels, scaled_examples
-from surrogate.training.loop import EpochReport, TrainingTask, train, with_fused_lstm
+from surrogate.export.onnx import network_content
+from surrogate.export.onnx_file import ONNX_NAME, seal_folder, session_of
+from surrogate.prediction.bands import KNOWN, Bands, results
+from surrogate.prediction.files import PUBLISHED_BANDED
+from surrogate.prediction.networks import NetworkFile
+from surrogate.training.fitting import Report, TrainingTask, fit, started, with_weights
+from surrogate.training.progress import reporter
 from surrogate.training.recipe import Cosine, Recipe
+from surrogate.training.run_folder import locked, require_same_run
 
 FEATURES = "F"
 RUN_FORMAT = "viscoelastic-contact-pretrained"
@@ -103,14 +107,11 @@ def train_model(
     folder: Path,
     *,
     command: str = "",
-    report: Callable[[EpochReport], None] = lambda _: None,
+    report: Report = lambda *_: None,
 ) -> Path:
     """Train one model in `folder`, resuming what is there; return the directory `folder/NAME` of the finished one."""
     recipe, split = definition.recipe, first(dataset, definition.trajectories)
-    keras.config.set_floatx("float32")
-    keras.utils.set_random_seed(recipe.seed)
-    folder.mkdir(parents=True, exist_ok=True)
-    model = with_fused_lstm(network(definition.units))
+    model = started(lambda: network(definition.units), recipe.seed)
     scaling = Scaling.fit(
         physical_channels(dataset, split.train, FEATURES),
         tabor=dataset.protocols["tabor"][split.train],
@@ -120,62 +121,60 @@ def train_model(
         dataset_sha256=dataset.sha256,
     )
     asked = {"units": definition.units, "dataset": dataset.sha256, "split": split.sha256, "recipe": recipe.as_dict()}
-    progress = train(
-        TrainingTask(
-            model=model,
-            training=scaled_examples(dataset, split.train, scaling),
-            validation=scaled_examples(dataset, split.validation, scaling),
-            recipe=recipe,
-            folder=folder,
-            fingerprint=json.dumps(asked, sort_keys=True),
-            report=report,
+    with locked(folder):
+        require_same_run(folder, asked)
+        progress = fit(
+            TrainingTask(
+                model=model,
+                training=scaled_examples(dataset, split.train, scaling),
+                validation=scaled_examples(dataset, split.validation, scaling),
+                recipe=recipe,
+                folder=folder,
+                facts=asked,
+                report=report,
+            )
         )
-    )
-    target = folder / name
-    target.mkdir(exist_ok=True)
-    weights = [keras.ops.convert_to_numpy(variable) for variable in model.weights]
-    (target / "model.onnx").write_bytes(onnx_file(weights, name))
-    scaling.save(target / "scaling.json")
-    shutil.copyfile(folder / "history.csv", target / "history.csv")
-    content = {
-        "format": RUN_FORMAT,
-        "format_version": 1,
-        "name": name,
-        "features": FEATURES,
-        "units": list(definition.units),
-        "parameters": model.count_params(),
-        "counts": list(dataset.points_per_phase),
-        "training_trajectories": len(split.train),
-        "calibration_trajectories": len(split.test),
-        "seed": recipe.seed,
-        "recipe": recipe.as_dict(),
-        "best_epoch": progress.best_epoch,
-        "validation_mse": progress.best_mse,
-        "cpu_seconds": progress.cpu_seconds,
-        "backend": keras.backend.backend(),
-        "versions": versions(),
-        "command": command,
-        "dataset_sha256": dataset.sha256,
-    }
-    (target / "run.json").write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
-    calibrate(target, dataset, split, scaling)
+        target = folder / name
+        target.mkdir(exist_ok=True)
+        content = network_content(with_weights(network(definition.units), model), FEATURES, name)
+        (target / ONNX_NAME).write_bytes(content)
+        scaling.save(target / "scaling.json")
+        shutil.copyfile(folder / "history.csv", target / "history.csv")
+        run = {
+            "format": RUN_FORMAT,
+            "format_version": 1,
+            "name": name,
+            "features": FEATURES,
+            "units": list(definition.units),
+            "parameters": model.count_params(),
+            "counts": list(dataset.points_per_phase),
+            "training_trajectories": len(split.train),
+            "calibration_trajectories": len(split.test),
+            "seed": recipe.seed,
+            "recipe": recipe.as_dict(),
+            "best_epoch": progress.best_epoch,
+            "validation_mse": progress.best_mse,
+            "cpu_seconds": progress.cpu_seconds,
+            "backend": keras.backend.backend(),
+            "versions": versions(),
+            "command": command,
+            "dataset_sha256": dataset.sha256,
+        }
+        (target / "run.json").write_text(json.dumps(run, indent=1) + "\n", encoding="utf-8")
+        calibrate(target, NetworkFile(content, session_of(content), scaling, name, 1), dataset, split)
+        seal_folder(target)
     return target
 
 
-def calibrate(folder: Path, dataset: TrajectoryDataset, split: Split, scaling: Scaling) -> None:
-    """Write `bands.npz` beside a trained network, from the trajectories that were held out of its training."""
-    from surrogate.pretrained.bands import Bands
-    from surrogate.pretrained.kernels import results
-
-    chosen = np.concatenate([split.validation, split.test])
+def calibrate(folder: Path, trained: NetworkFile, dataset: TrajectoryDataset, split: Split) -> None:
+    """Write `bands.npz` of a trained network, from the trajectories that were held out of its training."""
+    scaling, chosen = trained.scaling, np.concatenate([split.validation, split.test])
     examples = scaled_examples(dataset, chosen, scaling)
-    columns = np.broadcast_to(examples.tabor[:, np.newaxis], (*examples.sequence.shape[:2], 1))
-    given = np.concatenate([examples.sequence, columns], axis=2).transpose(1, 0, 2)
-    scaled = Network(folder / "model.onnx")(np.ascontiguousarray(given)).astype(np.float64)
+    scaled = trained.scaled(examples.sequence, examples.tabor).astype(np.float64)
     times, indentations = dataset.grid(chosen)
     counts = np.array(dataset.points_per_phase)
     pull_off, _, sharpness, _ = results(times, indentations, scaling.unscale_force(scaled), counts)
-    known = np.column_stack([*(dataset.protocols[name][chosen] for name in QUANTITIES), sharpness])
+    known = np.column_stack([*(dataset.protocols[name][chosen] for name in KNOWN), sharpness])
     true = dataset.scalars["pull_off_force"][chosen]
     bands = Bands.calibrate(
         known,
@@ -193,7 +192,7 @@ def main() -> None:
     parser.add_argument("names", nargs="+", choices=sorted(DEFINITIONS))
     parser.add_argument("--dataset", type=Path, required=True, help="what `bem campaign` wrote, see above")
     parser.add_argument("--runs", type=Path, default=Path("results/pretrained"), help="where trainings are kept")
-    parser.add_argument("--publish", type=Path, default=PUBLISHED, help="where finished models go")
+    parser.add_argument("--publish", type=Path, default=PUBLISHED_BANDED, help="where finished models go")
     parser.add_argument("--epochs", type=int, help="instead of those of the recipe; the rate falls to zero in these")
     chosen = parser.parse_args()
     dataset = TrajectoryDataset.load(chosen.dataset)
@@ -202,18 +201,9 @@ def main() -> None:
         if chosen.epochs:
             definition = replace(definition, recipe=replace(definition.recipe, epochs=chosen.epochs))
             more = f" --epochs {chosen.epochs}"
-        made = train_model(
-            name,
-            definition,
-            dataset,
-            chosen.runs / name,
-            command=f"python -m surrogate.training.pretrained {name} --dataset {chosen.dataset}{more}",
-            report=lambda epoch, name=name: print(
-                f"{name}: epoch {epoch.row['epoch']} of {epoch.epochs}, "
-                f"validation MSE {epoch.row['validation_mse']:.3e}, {epoch.seconds_left / 60.0:.0f} min left",
-                flush=True,
-            ),
-        )
+        command = f"python -m surrogate.training.pretrained {name} --dataset {chosen.dataset}{more}"
+        with reporter(name) as report:
+            made = train_model(name, definition, dataset, chosen.runs / name, command=command, report=report)
         target = chosen.publish / name
         target.mkdir(parents=True, exist_ok=True)
         for file in made.iterdir():

@@ -15,6 +15,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from types import FrameType
 
+from bem._support.interruption import undo, whole
 from bem._support.outputs import plain_name
 
 STOP_FILE = "STOP"
@@ -27,9 +28,9 @@ STATUS_SECONDS = 300.0
 
 
 class StopRequest:
-    """A callable that returns whether SIGTERM, SIGINT or a stop file has requested a stop.
+    """A callable that returns whether SIGTERM or a stop file has requested a stop.
 
-    The constructor installs handlers of both signals. A second signal of the same kind ends the process at once.
+    The constructor installs a handler. A second signal ends the process at once.
 
     Args:
         folder: Directory in which a file called `STOP` requests a stop.
@@ -38,8 +39,7 @@ class StopRequest:
     def __init__(self, folder: Path) -> None:
         self.file = folder / STOP_FILE
         self.signalled = False
-        for number in (signal.SIGTERM, signal.SIGINT):
-            signal.signal(number, self._notice)
+        signal.signal(signal.SIGTERM, self._notice)
 
     def __call__(self) -> bool:
         """Return whether a stop has been requested."""
@@ -62,12 +62,12 @@ def run_queue(
     """Run one process per name, `jobs` at a time.
 
     Args:
-        waiting: Names of the models to train, in order. Each is also the name of the run's directory.
-        command: Function of a name that returns the arguments of `python -m surrogate`.
+        waiting: Names of the models to train, in order, and of the directories of their runs.
+        command: Returns the arguments of `python -m surrogate` for a name.
         folder: Directory of the runs. Each process appends its output to `NAME/log.txt` in it.
         jobs: Largest number of processes at a time.
-        log: Function that is called with one line of text when a run starts or ends, and with its progress.
-        poll_seconds: Interval at which processes and stop requests are checked, in seconds.
+        log: Called with one line of text when a run starts or ends, and with its progress.
+        poll_seconds: Interval between two looks at processes and stop requests.
 
     Returns:
         The exit status of each process that was started, by name; `STOPPED` if it can be resumed.
@@ -81,11 +81,13 @@ def run_queue(
     queue, running, ended = list(waiting), {}, {}
     last_status = time.monotonic()
     asked: set[str] = set()
+    # The trainings may belong to the terminal that sends Ctrl-C, or not.
+    undo.append(lambda: [process.send_signal(signal.SIGINT) for process in list(running.values())])
     while running or (queue and not should_stop()):
         while queue and len(running) < jobs and not should_stop():
             name = queue.pop(0)
             (folder / name).mkdir(parents=True, exist_ok=True)
-            with (folder / name / "log.txt").open("a", encoding="utf-8") as output:
+            with whole, (folder / name / "log.txt").open("a", encoding="utf-8") as output:
                 running[name] = subprocess.Popen(
                     [sys.executable, "-m", "surrogate", *command(name)], stdout=output, stderr=subprocess.STDOUT
                 )

@@ -10,15 +10,15 @@ and `learning_rate` (the peak of the schedule). Optional keys:
   averages over fewer steps.
 - `dropout_until`: fraction of the epochs, in [0, 1], after which dropout is switched off, so that the last epochs train
   the network that predicts. A network that is trained with dropout to the end may predict with a bias.
-- `loop`: `"fit"` trains by `model.fit` and Keras's own callbacks (`surrogate.training.keras_fit`). Without this key the
-  package's loop trains (`surrogate.training.loop`).
+- `loop`: `"fit"` or absent. Every recipe trains by `model.fit` (`surrogate.training.fitting`); the key remains because
+  it tells recipes, and so trainings, apart.
 
 At most one table sets the learning-rate schedule; without a table the learning rate is constant:
 
 - `[cosine]`: a linear warm-up over `warmup_epochs`, then a cosine decay to zero at the last epoch.
 - `[plateau]`: the learning rate is multiplied by `factor` after `patience` epochs without a smaller validation error,
   down to `minimum_rate`. Early stopping ends the training after `stop_after` such epochs. An epoch counts as better if
-  its error is smaller; for `ReduceLROnPlateau`, under `loop = "fit"`, if it is smaller by more than 1e-4.
+  its error is smaller; for Keras's `ReduceLROnPlateau`, if it is smaller by more than 1e-4.
 
 The weights with the smallest validation error are kept in every case. Recipe `paper` is the paper's, of its section
 "Training and hyperparameters".
@@ -29,12 +29,13 @@ from __future__ import annotations
 import json
 import math
 import reprlib
-import tomllib
 from collections.abc import Sequence
 from dataclasses import MISSING, asdict, dataclass, fields, replace
 from importlib import resources
 from pathlib import Path
 from typing import Any, get_args, get_type_hints
+
+from bem._support.text_files import read_toml
 
 OPTIMIZERS = ("adam", "soap")
 LOOPS = ("fit",)
@@ -104,8 +105,6 @@ class Recipe:
             raise ValueError(f"Expected dropout_until in [0, 1]. Received: dropout_until={self.dropout_until!r}")
         if self.loop is not None and self.loop not in LOOPS:
             raise ValueError(f"Expected loop {' or '.join(LOOPS)}, or no such key. Received: loop={self.loop!r}")
-        if self.loop and self.dropout_until is not None:
-            raise ValueError("Expected at most one of loop and dropout_until. Received: both")
         if self.plateau and not self.plateau.stop_after > 0:
             raise ValueError(f"Expected stop_after above zero. Received: stop_after={self.plateau.stop_after!r}")
         if self.cosine and self.plateau:
@@ -119,13 +118,14 @@ class Recipe:
             FileNotFoundError: the argument is neither the name of a recipe nor a file.
             ValueError: the file is not a recipe; the message names the key or value.
         """
-        packaged = {file.name.removesuffix(".toml"): file for file in _packaged_recipes()}
+        folder = resources.files("surrogate.training") / "recipes"
+        packaged = {file.name.removesuffix(".toml"): file for file in folder.iterdir() if file.name.endswith(".toml")}
         file = packaged.get(str(source), Path(source))
         if not file.is_file():
             raise FileNotFoundError(f"Expected a recipe ({', '.join(sorted(packaged))}) or a file. Received: {source}")
         try:
-            content = tomllib.loads(file.read_text(encoding="utf-8"))
-        except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
+            content = read_toml(file)
+        except ValueError as error:
             raise ValueError(f"Expected a training recipe in TOML. Received: {source} ({error})") from error
         for key, kind in (("cosine", Cosine), ("plateau", Plateau)):
             if key in content:
@@ -146,18 +146,13 @@ class Recipe:
 
     def to_toml(self) -> str:
         """Return the recipe as TOML, which `load` reads."""
-        scalars = [f"{name} = {_toml(value)}" for name, value in self.as_dict().items() if not isinstance(value, dict)]
-        tables = [
-            "\n".join([f"\n[{name}]", *(f"{key} = {_toml(value)}" for key, value in table.items())])
-            for name, table in self.as_dict().items()
-            if isinstance(table, dict)
-        ]
-        return "\n".join([*scalars, *tables]) + "\n"
-
-
-def _packaged_recipes() -> list[Any]:
-    folder = resources.files("surrogate.training") / "recipes"
-    return [file for file in folder.iterdir() if file.name.endswith(".toml")]
+        lines, tables = [], []
+        for name, value in self.as_dict().items():
+            if isinstance(value, dict):
+                tables += [f"\n[{name}]", *(f"{key} = {json.dumps(one)}" for key, one in value.items())]
+            else:
+                lines.append(f"{name} = {json.dumps(value)}")
+        return "\n".join([*lines, *tables]) + "\n"
 
 
 def _checked(content: Any, kind: type, what: str, source: str | Path) -> dict[str, Any]:
@@ -198,7 +193,3 @@ def _is_a(kind: type, value: Any) -> bool:
 def _listed(keys: Sequence[str], most: int = 5) -> str:
     shown = ", ".join(key if len(key) < 30 else reprlib.repr(key) for key in keys[:most])
     return f"{shown} and {len(keys) - most} more" if len(keys) > most else shown
-
-
-def _toml(value: float | str) -> str:
-    return json.dumps(value) if isinstance(value, str) else repr(value)

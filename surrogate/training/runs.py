@@ -1,20 +1,4 @@
-"""One training run, from the data set to the model directory.
-
-A model directory holds:
-
-    model.weights.h5    the weights, readable under every backend
-    model.onnx          features, scaling and network in one graph (see `surrogate.export`); absent if a registered
-                        architecture has a layer that `surrogate.network.lowering` cannot express
-    scaling.json        statistics and ranges of the training set
-    split.json          seed, and trajectory indices of training, validation and test set
-    history.csv         one row per epoch; the seconds accumulate
-    metrics.json        summary of the errors on validation and test set
-    test_errors.csv     errors of each trajectory of the test set
-    recipe.toml         the recipe
-    run.json            versions, seconds, backend, seed, command, digest of the data set
-
-`surrogate.training.publishing` copies the directory to where `surrogate.load` finds it.
-"""
+"""One training run, from the data set to the model directory (`surrogate.training.model_directory`)."""
 
 from __future__ import annotations
 
@@ -27,22 +11,24 @@ from pathlib import Path
 import keras
 import numpy as np
 
+from bem._support.provenance import host
 from surrogate.architectures import build
 from surrogate.architectures.registry import source_of
 from surrogate.backend import has_fused_lstm, versions
 from surrogate.data.dataset import Split, TrajectoryDataset
+from surrogate.data.examples import physical_channels, scaled_examples
 from surrogate.data.metrics import summary
 from surrogate.data.scaling import Scaling
-from surrogate.export.onnx import export_folder
-from surrogate.network.lowering import NotExportableError
-from surrogate.network.onnx_file import ONNX_NAME
-from surrogate.training.checkpoint import Progress, require_same_run
-from surrogate.training.evaluation import evaluate, physical_channels, scaled_examples, write_errors
+from surrogate.export.keras_layers import NotExportableError
+from surrogate.export.onnx_file import ONNX_NAME
+from surrogate.prediction.networks import KerasNetwork
+from surrogate.training.evaluation import evaluate, write_errors
+from surrogate.training.exporting import export_folder
+from surrogate.training.fitting import Report, TrainingTask, fit, started, with_weights
 from surrogate.training.identity import TrainingIdentity
-from surrogate.training.keras_fit import fit
-from surrogate.training.loop import EpochReport, Examples, TrainingTask, train, with_fused_lstm
-from surrogate.training.publishing import model_name, publish
+from surrogate.training.model_directory import model_name, publish
 from surrogate.training.recipe import Recipe
+from surrogate.training.run_folder import Progress, locked, require_same_run
 
 __all__ = ["RUN_FORMAT", "Run", "execute", "extra_indices", "fit_scaling", "publish"]
 
@@ -145,7 +131,7 @@ def execute(
     folder: Path,
     *,
     should_stop: Callable[[], bool] = lambda: False,
-    report: Callable[[EpochReport], None] = lambda _: None,
+    report: Report = lambda *_: None,
     log: Callable[[str], None] = lambda _: None,
     command: str = "",
 ) -> Progress:
@@ -155,7 +141,7 @@ def execute(
         run: What to train.
         folder: Directory of the run.
         should_stop: Called after each epoch; `True` ends the training early, and a later call resumes it.
-        report: Called after each epoch.
+        report: See `surrogate.training.fitting.Report`.
         log: Called with messages, one line of text each.
         command: The command line, recorded in `run.json`.
 
@@ -163,36 +149,25 @@ def execute(
         The progress; its `finished` tells whether the model directory is written.
 
     Raises:
-        ValueError: `folder` holds a checkpoint of another training, or has trained for more epochs than the recipe.
+        ValueError: `folder` holds a damaged checkpoint, or one of another training or of more epochs than the recipe,
+            or another process is training there.
         FloatingPointError: the validation error is not finite.
     """
-    keras.config.set_floatx("float32")
-    keras.utils.set_random_seed(run.recipe.seed)
-    folder.mkdir(parents=True, exist_ok=True)
-    model = with_fused_lstm(build(run.architecture, features=run.features))
+    model = started(lambda: build(run.architecture, features=run.features), run.recipe.seed)
     if any(isinstance(layer, keras.layers.LSTM) for layer in model.layers) and not has_fused_lstm():
         log(f"The {keras.backend.backend()} backend has no fused LSTM on this device; the LSTM runs step by step")
 
     scaling = fit_scaling(run)
     training = scaled_examples(run.dataset, run.split.train, scaling)
     if run.extra:
-        more = scaled_examples(run.extra, extra_indices(run), scaling)
-        pairs = zip(vars(training).values(), vars(more).values(), strict=True)
-        training = Examples(*(np.concatenate(pair) for pair in pairs))
-    require_same_run(folder, run.identity.fingerprint)
-    task = TrainingTask(
-        model,
-        training,
-        scaled_examples(run.dataset, run.split.validation, scaling),
-        run.recipe,
-        folder,
-        run.identity.fingerprint,
-        should_stop,
-        report,
-    )
-    progress = fit(task) if run.recipe.loop == "fit" else train(task)
-    if progress.finished:
-        _write_model(run, folder, model, scaling, progress, examples=len(training), command=command, log=log)
+        training = training.joined(scaled_examples(run.extra, extra_indices(run), scaling))
+    facts = run.identity.fingerprint
+    with locked(folder):
+        require_same_run(folder, facts)
+        validation = scaled_examples(run.dataset, run.split.validation, scaling)
+        progress = fit(TrainingTask(model, training, validation, run.recipe, folder, facts, should_stop, report))
+        if progress.finished:
+            _write_model(run, folder, model, scaling, progress, examples=len(training), command=command, log=log)
     return progress
 
 
@@ -210,16 +185,15 @@ def _write_model(
     target = folder / "model"
     target.mkdir(exist_ok=True)
     # A new model has no optimizer, whose state Keras would write into the weights file.
-    bare = build(run.architecture, features=run.features)
-    bare.set_weights([keras.ops.convert_to_numpy(variable) for variable in model.weights])
-    bare.save_weights(target / "model.weights.h5")
+    with_weights(build(run.architecture, features=run.features), model).save_weights(target / "model.weights.h5")
     scaling.save(target / "scaling.json")
     run.split.save(target / "split.json")
     shutil.copyfile(folder / "history.csv", target / "history.csv")
     (target / "recipe.toml").write_text(run.recipe.to_toml(), encoding="utf-8")
 
     parts = {"validation": run.split.validation, "test": run.split.test}
-    errors = {part: evaluate(model, scaling, run.dataset, indices) for part, indices in parts.items()}
+    network = KerasNetwork(model, scaling)
+    errors = {part: evaluate(network, run.dataset, indices) for part, indices in parts.items()}
     write_errors(target / "test_errors.csv", run.split.test, errors["test"])
     cost = {"epochs": progress.epoch, "best_epoch": progress.best_epoch}
     cost |= {"seconds": progress.seconds, "cpu_seconds": progress.cpu_seconds}
@@ -237,6 +211,7 @@ def _write_model(
         "backend": keras.backend.backend(),
         "fused_lstm": has_fused_lstm(),
         "versions": versions(),
+        "host": host(),
         "seed": run.recipe.seed,
         # Early stopping ends a training before its last epoch.
         "ended_by": "--epochs" if run.epochs_given and progress.epoch == run.recipe.epochs else "recipe",

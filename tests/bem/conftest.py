@@ -5,11 +5,10 @@ from collections import Counter
 import pytest
 from threadpoolctl import threadpool_limits
 
-from bem.dataset.campaign.executors import LocalExecutor
-from bem.dataset.campaign.plan import Campaign
-from bem.dataset.campaign.run import run_campaign
-from tests.bem.dataset.campaign import stand_in
-from tests.bem.dataset.campaign.helpers import run_here
+from bem.dataset.campaign import Campaign
+from bem.dataset.run import run_campaign
+from tests.bem.dataset import stand_in
+from tests.bem.dataset.helpers import run_here
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -17,14 +16,6 @@ def one_blas_thread():
     """Kernels tried without `simulate` want what it gives them: systems this small only suffer from threads."""
     with threadpool_limits(limits=1, user_api="blas"):
         yield
-
-
-@pytest.fixture(autouse=True)
-def no_solver_loaded(monkeypatch):
-    """Commands of the stand-in solver need no other one loaded; how often it was asked for."""
-    asked = []
-    monkeypatch.setattr(LocalExecutor, "load_solver", lambda self: asked.append(self.workers))
-    return asked
 
 
 @pytest.fixture(scope="session")
@@ -46,3 +37,10 @@ def undisturbed_slow(plan, tmp_path_factory):
     path = tmp_path_factory.mktemp("undisturbed") / "data.h5"
     run_here(plan, path, solver=stand_in.slow)
     return path
+
+
+@pytest.fixture
+def mending(tmp_path, monkeypatch, in_this_process):
+    """A file for `stand_in.fails_until_mended`, which runs here to see its environment, and what mends the solver."""
+    monkeypatch.setenv("STAND_IN_MARKER", str(tmp_path / "mended"))
+    return tmp_path / "data.h5", (tmp_path / "mended").touch

@@ -22,16 +22,16 @@ def test_a_tighter_target_never_loosens_anything():
         assert getattr(controls[-1], name) < 0.12 * getattr(controls[0], name)
 
 
-@pytest.mark.parametrize("adhesive", [True, False])
 @pytest.mark.parametrize("resistance", [0.0, 1.0])
-def test_controls_are_continuous_where_tight_targets_begin(resistance, adhesive):
-    below, above = (resolve_accuracy(2.8e-3 * factor).controls(resistance, adhesive) for factor in (1 - 1e-9, 1 + 1e-9))
-    assert below == pytest.approx(above, rel=1e-7)
+def test_controls_are_continuous_where_tight_targets_begin(resistance):
+    below, above = (resolve_accuracy(2.8e-3 * factor) for factor in (1 - 1e-9, 1 + 1e-9))
+    assert below.controls(resistance) == pytest.approx(above.controls(resistance), rel=1e-7)
+    assert below.line_controls() == pytest.approx(above.line_controls(), rel=1e-7)
 
 
 @pytest.mark.parametrize(("tight", "loose"), [(1e-4, 4e-4), (1e-3, 4e-3)])
 def test_without_adhesion_spacing_and_curvature_shrink_with_their_order(tight, loose):
-    fine, coarse = (resolve_accuracy(target).controls(0.0, adhesive=False) for target in (tight, loose))
+    fine, coarse = (resolve_accuracy(target).line_controls() for target in (tight, loose))
     ratio = coarse.edge_spacing / fine.edge_spacing
     unit = 2.8e-3
     assert ratio == pytest.approx(2.0**1.1 if loose < unit else (loose / unit) ** 0.5 * (unit / tight) ** 0.55)
@@ -44,11 +44,3 @@ def test_a_loose_target_keeps_an_edge_that_nothing_holds_back_from_being_pinned(
         assert resolve_accuracy(name).controls(1.0).edge_spacing <= 0.37
     spacing = [resolve_accuracy("standard").controls(resistance).edge_spacing for resistance in (0.0, 0.5, 1.0)]
     assert spacing == sorted(spacing)
-
-
-@pytest.mark.parametrize(
-    "accuracy", ["best", "", "1e-3", None, True, 0.0, -1e-3, np.nan, np.inf, 0.06, 1e-5, [1e-3], 1e-3 + 0j]
-)
-def test_an_unknown_accuracy_is_refused_with_what_is_allowed(accuracy):
-    with pytest.raises(ValueError, match=r"^accuracy must be 'draft', 'standard', 'reference' or .*; received"):
-        resolve_accuracy(accuracy)

@@ -4,7 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
-from bem._numerics.jit import kernel
+from bem._support.jit import kernel
 from bem.materials import Elastic, PronySeries, StandardLinearSolid, recursion_step, relaxation_spectrum
 
 
@@ -88,33 +88,6 @@ def test_prony_series_are_sorted_values():
     assert material.modulus_ratio == pytest.approx(0.5)
     with pytest.raises(ValueError, match="read-only"):
         material.times[0] = 2.0
-
-
-@pytest.mark.parametrize("ratio", [0.0, -0.1, 1.1, np.nan, "soft"])
-def test_modulus_ratio_outside_its_range(ratio):
-    with pytest.raises(
-        ValueError, match="modulus_ratio must be a finite number greater than 0 and at most 1; received"
-    ):
-        StandardLinearSolid(modulus_ratio=ratio)
-
-
-@pytest.mark.parametrize(
-    ("compliances", "times", "message"),
-    [
-        ([0.5, 0.5], [1.0, 2.0], "sum less than 1"),
-        ([-0.1], [1.0], "compliances must be at least 0"),
-        ([0.1], [0.0], "times must be greater than 0"),
-        ([0.1], [np.inf], "times must be a one-dimensional"),
-        ([0.1, 0.1], [1.0, 1.0], "distinct"),
-        ([0.1, 0.1], [1.0], "same length"),
-    ],
-)
-def test_bad_prony_series(compliances, times, message):
-    with pytest.raises(ValueError, match=message):
-        PronySeries(compliances, times)
-    if "sum" not in message:
-        with pytest.raises(ValueError, match=message.replace("compliances", "moduli")):
-            PronySeries.from_moduli(compliances, times)
 
 
 @given(st.floats(-300, 300), st.floats(-6, 6))

@@ -6,14 +6,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
-from bem import tractions
+from bem import Scene, tractions
 from bem.tractions import (
     GAP_AT_PEAK,
     LAWS,
     LENNARD_JONES,
     PEAK_TRACTION,
     ConstantStress,
-    Exponential,
     TractionLaw,
     law_of,
     potential,
@@ -116,28 +115,88 @@ def test_the_constant_stress_is_constant_between_rise_and_fall():
     assert traction_at(law, narrow.range) == pytest.approx(0.5 * PEAK_TRACTION)
 
 
-@pytest.mark.parametrize("width", [0.0, 0.01, 2.0, np.nan, "wide", True])
-def test_bad_width(width):
-    with pytest.raises(ValueError, match=r"width must be a finite number at least 0\.05 and at most 1; received"):
-        ConstantStress(width=width)
+STEEPNESS = 2.0 * PEAK_TRACTION
 
 
-def test_a_law_of_another_work_of_adhesion_is_refused():
-    class Twice(Exponential):
-        def traction(self, gap):
-            return 2.0 * super().traction(gap)
+class Morse(TractionLaw):
+    breaks = (1.0, 1.0 + 8.0 / STEEPNESS, 1.0 + 40.0 / STEEPNESS)
+    peak_gap = 1.0 + np.log(2.0) / STEEPNESS
+    repulsion = (STEEPNESS**2 / 8.0, 1.0)
 
-    with pytest.raises(ValueError, match=r"the work of adhesion of a traction law must be 1; received .* with "):
-        law_of(Twice())
+    def traction(self, gap):
+        part = np.exp(-STEEPNESS * (gap - 1.0))
+        return 2.0 * STEEPNESS * part * (1.0 - part)
+
+    def slope(self, gap):
+        part = np.exp(-STEEPNESS * (gap - 1.0))
+        return 2.0 * STEEPNESS**2 * part * (2.0 * part - 1.0)
+
+
+def morse(**changes):
+    return type("Wrong", (Morse,), changes)()
+
+
+def altered(name, change):
+    return {name: lambda self, gap: change(getattr(Morse, name)(self, gap))}
+
+
+class Silent(TractionLaw):
+    breaks, traction, slope = Morse.breaks, Morse.traction, Morse.slope
+
+
+class WithoutRepulsion(Silent):
+    peak_gap = Morse.peak_gap
+
+
+PLATEAU = ConstantStress()
+LATE = type("Late", (ConstantStress,), {"peak_gap": 1.5, "breaks": PLATEAU.breaks, "range": PLATEAU.range})()
+
+
+def test_a_law_of_ones_own_may_be_part_of_a_scene():
+    assert Scene(tabor=1.0, adhesion=morse()).adhesion.peak_gap == Morse.peak_gap
 
 
 @pytest.mark.parametrize(
-    ("breaks", "words"),
-    [((2.0, 1.5), "breaks of a traction law"), ((0.9, 2.0), "breaks"), ((1.2, 20.0), "must continue its repulsion")],
+    ("law", "words"),
+    [
+        (Silent(), "a traction law must state its repulsion"),
+        (WithoutRepulsion(), "a traction law must state its repulsion"),
+        (morse(repulsion=(1.0, -1.0)), "repulsion of a traction law must be two numbers above zero"),
+        (morse(repulsion="steep"), "repulsion of a traction law must be"),
+        (morse(peak_gap=np.nan), "peak_gap of a traction law must be a finite number"),
+        (morse(fineness=0.0), "fineness of a traction law must be"),
+        (morse(breaks=(2.0, 1.5)), "breaks of a traction law must be at least two rising gaps"),
+        (morse(breaks=(0.9, 2.0)), "breaks of a traction law must be at least two rising gaps"),
+        (morse(breaks=(1.0, np.inf)), "breaks of a traction law must be"),
+        (morse(peak_gap=1.5), r"peak_gap of a traction law must be the smallest gap of its largest traction, 1\.3"),
+        (LATE, "peak_gap of a traction law must be the smallest gap"),
+        (
+            morse(**altered("traction", lambda found: np.where(found < 0.1, np.nan, found))),
+            "traction of a traction law must be finite",
+        ),
+        (morse(**altered("slope", lambda found: found * np.nan)), "slope of a traction law must be finite"),
+        (morse(**altered("traction", lambda _: 1.0)), "traction of a traction law must be as many numbers"),
+        (morse(**altered("slope", lambda _: None)), "slope of a traction law must be"),
+        (morse(**altered("slope", lambda found: 1.01 * found)), "slope .* must be continuous and the derivative"),
+        (morse(**altered("slope", lambda found: -found)), "slope .* must be continuous and the derivative"),
+        (morse(**altered("traction", lambda found: np.where(found < 0.1, 0.0, found))), "slope .* must be continuous"),
+        (morse(breaks=(1.2, *Morse.breaks[1:])), "slope .* must be continuous"),
+        (morse(breaks=(1.0, 2.0)), "slope .* must be continuous"),
+        (morse(**altered("traction", lambda found: found + 1e-3)), "traction of a law must end at zero"),
+        (
+            morse(
+                repulsion=(2.0 * Morse.repulsion[0], 1.0),
+                **altered("traction", lambda found: 2.0 * found),
+                **altered("slope", lambda found: 2.0 * found),
+            ),
+            "the work of adhesion of a traction law must be 1",
+        ),
+    ],
 )
-def test_a_law_whose_parts_do_not_fit_is_refused(breaks, words):
-    with pytest.raises(ValueError, match=f"{words}.*; received"):
-        law_of(type("Wrong", (Exponential,), {"breaks": breaks})())
+def test_a_wrong_law_is_refused_where_a_scene_takes_it(law, words):
+    with pytest.raises(ValueError, match=f"^{words}.*; received") as found:
+        Scene(tabor=1.0, adhesion=law)
+    assert "\n" not in str(found.value)
 
 
 def test_a_law_of_ones_own_is_one_class():

@@ -14,8 +14,7 @@ import surrogate
 from bem.dataset.designs import QUANTITIES
 from bem.dataset.physical_steps import physical_grid
 from surrogate.data.features import edge_from_counts
-from surrogate.pretrained.bands import LEVELS
-from surrogate.pretrained.kernels import results
+from surrogate.prediction.bands import LEVELS, results
 
 NAMES = (*QUANTITIES, "modulus_ratio")
 COVERAGE = 0.9
@@ -30,7 +29,7 @@ def model():
 def solids(model):
     """Corners of the training, and protocols over all of it, by name."""
     rng = np.random.default_rng(11)
-    low, high = np.log([model.ranges[name] for name in NAMES]).T
+    low, high = np.log([model.scaling.ranges[name] for name in NAMES]).T
     corners = np.array([[(row >> bit) & 1 for bit in range(6)] for row in range(64)], dtype=float)
     values = np.exp(low + (high - low) * np.concatenate([corners, rng.random((136, 6))]))
     values[:, 5] = np.minimum(values[:, 5], 1.0)
@@ -39,14 +38,14 @@ def solids(model):
 
 @pytest.fixture(scope="module")
 def grid(solids, model):
-    return physical_grid(**solids, counts=model.counts.tolist())
+    return physical_grid(**solids, counts=model.counts)
 
 
 @pytest.fixture(scope="module")
 def forces(grid, model):
     """Forces with peaks in the unloading: broad, between two steps, and at its last step."""
     times, indentations = grid
-    turn = int(model.counts[:2].sum()) - 1
+    turn = sum(model.counts[:2]) - 1
     rng = np.random.default_rng(12)
     centre = rng.integers(turn + 1, times.shape[1], len(times))
     width = rng.uniform(0.5, 6.0, len(times))[:, np.newaxis]
@@ -61,7 +60,7 @@ def page(solids, forces, model):
     cases = {
         "protocols": [dict(zip(NAMES, row, strict=True)) for row in np.array([*solids.values()]).T.tolist()],
         "forces": forces.tolist(),
-        "counts": model.counts.tolist(),
+        "counts": list(model.counts),
         "bands": bands,
         "coverage": COVERAGE,
     }
@@ -80,7 +79,7 @@ def test_steps_are_those_of_python(page, grid, model):
 
 
 def test_results_of_forces_are_those_of_python(page, grid, forces, model):
-    pull_off, instant, sharpness, work = results(*grid, forces, model.counts)
+    pull_off, instant, sharpness, work = results(*grid, forces, np.array(model.counts))
     tops = [one["top"] for one in page["found"]]
     np.testing.assert_allclose([top["force"] for top in tops], pull_off, rtol=1e-9)
     np.testing.assert_allclose([top["time"] for top in tops], instant, rtol=1e-9)
@@ -91,7 +90,7 @@ def test_results_of_forces_are_those_of_python(page, grid, forces, model):
 
 
 def test_half_widths_are_those_of_python(page, solids, grid, forces, model):
-    sharpness = results(*grid, forces, model.counts)[2]
+    sharpness = results(*grid, forces, np.array(model.counts))[2]
     known = np.column_stack([*solids.values(), sharpness])
     pull_off, force = model.bands.widths(known, COVERAGE)
     widths = [one["widths"] for one in page["found"]]

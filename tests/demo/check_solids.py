@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import surrogate
-from bem import LoadingProtocol
+from bem import LoadingProtocol, Scene, StandardLinearSolid
 from bem.lab import Setup
 from surrogate import ExtrapolationWarning
 from surrogate.data.metrics import nmae
@@ -35,8 +35,9 @@ def python(model, protocols):
     tabor, ratio = ([row.pop(name) for row in rows] for name in ("tabor", "modulus_ratio"))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ExtrapolationWarning)
-        return surrogate.load(model).trajectories(
-            [LoadingProtocol(**row) for row in rows], tabor=tabor, modulus_ratio=ratio
+        return surrogate.load(model).predict(
+            [Scene(mu, StandardLinearSolid(one)) for mu, one in zip(tabor, ratio, strict=True)],
+            [LoadingProtocol(**row) for row in rows],
         )
 
 

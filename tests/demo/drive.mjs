@@ -11,6 +11,7 @@ import { createRequire } from "node:module";
 import { dirname, join } from "node:path";
 import { fileURLToPath } from "node:url";
 
+import { film } from "./film.mjs";
 import { hidden, read, settled, visible } from "./looking.mjs";
 import { serve } from "./serving.mjs";
 import { solids } from "./solids.mjs";
@@ -203,6 +204,7 @@ try {
   }
   await small.context().close();
   seen.solids = await solids({ open, phone, download, out });
+  seen.film = await film({ open, phone, out });
   seen.noScroller = await page.evaluate(() => document.querySelector(".charts").tabIndex);
 
   // Without a just-in-time compiler there is no WebAssembly either.

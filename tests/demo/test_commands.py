@@ -3,8 +3,11 @@ import signal
 import socket
 import subprocess
 import sys
+import urllib.error
 import urllib.request
 from pathlib import Path
+
+import pytest
 
 ROOT = Path(__file__).parents[2]
 
@@ -22,8 +25,8 @@ def test_serving_needs_no_environment():
     assert ".venv" not in planned
 
 
-def serve(port):
-    command = [sys.executable, ROOT / "tools" / "serve.py", ROOT / "demo" / "public", "--port", str(port)]
+def serve(port, folder=ROOT / "demo" / "public"):
+    command = [sys.executable, ROOT / "tools" / "serve.py", folder, "--port", str(port)]
     # Tests that run in the background inherit an ignored SIGINT.
     heard = functools.partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=heard)
@@ -48,3 +51,31 @@ def test_the_address_is_said_once_it_answers():
     process.send_signal(signal.SIGINT)
     assert process.communicate()[1].count("Traceback") == 0
     assert process.returncode == 0
+
+
+def test_only_files_inside_the_folder_are_served(tmp_path):
+    secret = tmp_path / "secret"
+    secret.mkdir()
+    (secret / "index.html").write_text("outside", encoding="utf-8")
+    served = tmp_path / "served"
+    (served / "own").mkdir(parents=True)
+    (served / "page.html").write_text("inside", encoding="utf-8")
+    (served / "alias.html").symlink_to("page.html")
+    (served / "loop").symlink_to("loop")
+    for link, target in (
+        ("file", secret / "index.html"),
+        ("folder", secret),
+        ("own/index.html", secret / "index.html"),
+    ):
+        (served / link).symlink_to(target)
+    process = serve(0, served)
+    try:
+        address = process.stdout.readline().split()[0]
+        for name in ("page.html", "alias.html"):
+            assert urllib.request.urlopen(f"{address}{name}").read() == b"inside"
+        for name in ("file", "folder/", "folder/index.html", "own/", "../secret/index.html", "loop", "%00"):
+            with pytest.raises(urllib.error.HTTPError, match="404"):
+                urllib.request.urlopen(f"{address}{name}")
+    finally:
+        process.send_signal(signal.SIGINT)
+    assert "Traceback" not in process.communicate()[1]

@@ -9,8 +9,8 @@ import pytest
 
 import surrogate
 from surrogate.data.scaling import Scaling
-from surrogate.inference.keras_backend import KerasBackend
-from surrogate.inference.predictor import Surrogate
+from surrogate.prediction.networks import KerasNetwork
+from surrogate.prediction.predictor import Surrogate
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 
@@ -41,7 +41,7 @@ def model():
     network.set_weights(
         [0.3 * rng.standard_normal(weight.shape) / np.sqrt(weight.shape[0]) for weight in network.get_weights()]
     )
-    return Surrogate(KerasBackend(network, scaling, name="M1-gated"))
+    return Surrogate(KerasNetwork(network, scaling, name="M1-gated"))
 
 
 def test_hold_force(model):

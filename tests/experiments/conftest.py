@@ -5,11 +5,10 @@ import pytest
 os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
 os.environ.setdefault("TF_NUM_INTRAOP_THREADS", "1")
 
-from bem.dataset.campaign.plan import Campaign
-from experiments.cost import accuracy_cost
-from experiments.solver import solver_processes
-from tests.bem.dataset.campaign import stand_in
-from tests.bem.dataset.campaign.helpers import run_here
+from bem.dataset.campaign import Campaign
+from experiments.measurements import accuracy_cost, tools
+from tests.bem.dataset import stand_in
+from tests.bem.dataset.helpers import run_here
 
 
 @pytest.fixture(scope="session")
@@ -25,10 +24,10 @@ def cost(dataset, tmp_path_factory):
     """What the measurement of accuracy and cost writes for two protocols, where no model is published."""
     folder = tmp_path_factory.mktemp("cost")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(solver_processes, "EXACT_TARGET", 4e-3)
+        patch.setattr(tools, "EXACT_TARGET", 4e-3)
+        patch.setattr(tools, "KEPT", folder)
         patch.setattr(accuracy_cost, "TARGETS", (5e-2, 1.7e-2))
         patch.setattr(accuracy_cost, "BASELINE", {20: 0.5, 30: 0.5})
-        patch.setattr(solver_processes, "KEPT", folder)
         out = folder / "cost.json"
-        accuracy_cost.main(2, 2, 20, 1, dataset, folder / "no models", out, busy=True)
+        accuracy_cost.main(2, 2, 20, 1, dataset, folder / "no models", out=out, busy=True)
     return out

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from experiments.surrogates.hidden_protocols import Hidden
+from experiments.measurements.cases import Hidden
 
 DRAW = Hidden.draw
 

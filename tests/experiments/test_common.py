@@ -1,10 +1,6 @@
-"""What the studies share: relative errors, result files that are written whole, what a result was made from."""
-
-import os
-import sys
+"""What the studies share: relative errors and result files that are written whole."""
 
 from experiments import common
-from experiments.dependencies import Recorder, beside
 from experiments.robustness import golden_trajectories
 
 
@@ -23,17 +19,3 @@ def test_a_result_takes_the_place_of_the_old_one_and_is_not_written_over_it(tmp_
         assert out.read_text(encoding="utf-8").startswith("{")
         assert old.read_text(encoding="utf-8") == "old"
         old.unlink()
-
-
-def test_what_a_run_wrote_itself_is_no_input(tmp_path, monkeypatch):
-    hooks = []
-    monkeypatch.setattr(sys, "addaudithook", hooks.append)
-    monkeypatch.chdir(tmp_path)
-    recorder = Recorder()
-    for name, flags in (("in.csv", os.O_RDONLY), ("out.csv", os.O_WRONLY), ("out.csv", os.O_RDONLY)):
-        (tmp_path / name).touch()
-        hooks[0]("open", (name, "r", flags))
-    recorder.write(tmp_path / "made.json")
-    rule = beside(tmp_path / "made.json").read_text(encoding="utf-8")
-    assert "in.csv" in rule
-    assert "out.csv" not in rule

@@ -1,4 +1,5 @@
 import json
+from base64 import b64decode
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,7 @@ from bem.dataset.measurement_steps import PHYSICAL
 from experiments import demo_curves
 from experiments.paper_numbers import paper_rows
 from surrogate.data.dataset import Split, TrajectoryDataset
-from surrogate.export.pretrained import file_content
+from surrogate.training.exporting import banded_content
 
 ROOT = Path(__file__).parents[2]
 
@@ -113,10 +114,39 @@ def test_a_solid_is_simulated_on_the_physical_steps(solids):
     assert 0.97 * peak < max(curve["force"][sum(PHYSICAL[:2]) - 1 :]) <= 1.0001 * peak
 
 
+def test_the_tracked_contacts_are_those_of_the_curves_and_small(solids):
+    """Fails when the file was not written with the others: run `make demo-curves`."""
+    path = ROOT / demo_curves.CONTACTS_OUT
+    content = json.loads(path.read_text(encoding="utf-8"))
+    assert content["dataset_sha256"] == solids["dataset_sha256"]
+    assert [one["name"] for one in content["contacts"]] == [one["name"] for one in solids["curves"]]
+    assert path.stat().st_size < 400_000
+
+
+def test_a_contact_lies_on_the_sphere_where_it_is_pressed(solids):
+    curve = solids["curves"][3]
+    found = demo_curves.contact(curve)
+    shape = len(found["times"]), demo_curves.NODES
+    heights, levels = (
+        np.frombuffer(b64decode(found[name]), kind).reshape(shape)
+        for name, kind in (("surface", "<u2"), ("traction", "u1"))
+    )
+    protocol = curve["protocol"]
+    start = -(np.pi ** (2 / 3)) * protocol["tabor"]
+    loaded = (protocol["peak_indentation"] - start) / protocol["loading_rate"]
+    pressed = int(np.argmin(np.abs(np.array(found["times"]) - loaded)))
+    surface = found["low"] + (found["high"] - found["low"]) * heights[pressed] / 65535
+    radius = np.linspace(0.0, found["reach"], demo_curves.NODES)[:8]
+    sphere = 1.0 - protocol["peak_indentation"] + 0.5 * protocol["tabor"] * radius**2
+    np.testing.assert_allclose(surface[:8], sphere, atol=1.1)  # the gap of a pressed contact is below that of rest
+    assert (sphere >= surface[:8]).all()
+    assert levels[pressed, 0] < 128 < levels.max()  # pushed in the middle, pulled elsewhere
+
+
 @pytest.mark.parametrize("name", ["fast", "accurate"])
 def test_tracked_models_are_the_published_ones(name):
     """Fails when the models were trained anew: run `make demo-models`."""
-    content = file_content(**surrogate.load(name).parts())
+    content = banded_content(surrogate.load(name))
     tracked = (ROOT / "demo" / "public" / f"{name}.onnx").read_bytes()
     parts = [onnx.load_model_from_string(each) for each in (content, tracked)]
     words, weights = (

@@ -5,8 +5,6 @@ import sys
 import pytest
 
 from experiments.__main__ import main
-from experiments.paper import own_architecture_graphs
-from experiments.places import keywords
 
 
 def run(monkeypatch, capsys, *words):
@@ -16,7 +14,7 @@ def run(monkeypatch, capsys, *words):
     return end.value.code, capsys.readouterr()
 
 
-@pytest.mark.parametrize("name", ["startup", "persson_brener"])
+@pytest.mark.parametrize("name", ["bench_solver", "persson_brener"])
 def test_the_help_of_a_study_says_how_it_is_called(name, monkeypatch, capsys):
     code, said = run(monkeypatch, capsys, name, "--help")
     assert code == 0
@@ -31,11 +29,20 @@ def test_an_unknown_study_or_what_studies_share_is_one_sentence(name, monkeypatc
     assert f"received {name!r}" in said.err
 
 
-def test_an_option_that_may_be_repeated_is_collected_and_one_that_must_be_given_is_asked_for():
-    study = own_architecture_graphs.study
-    assert keywords(["--architecture", "one.py"], study) == {"architecture": ("one.py",)}
-    assert keywords(["--architecture", "a.py", "--architecture", "b.py"], study) == {"architecture": ("a.py", "b.py")}
-    with pytest.raises(ValueError, match="--architecture VALUE must be given"):
-        keywords([], study)
-    with pytest.raises(ValueError, match="expected no other options; received '--resamples 0'"):
-        keywords(["--resamples", "0"], lambda: None)
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["own_architecture_graphs"], "Missing option '--architecture'"),
+        (["architecture_graphs", "--architecture", "a.py"], "No such option: --architecture"),
+        (["inconsistencies", "--only", "halving", "--only", "none"], "received 'none'"),
+        (["inconsistencies", "--take", "dataset"], "--take must be NAME=FILE; received 'dataset'"),
+    ],
+)
+def test_options_are_those_of_the_study(words, said, monkeypatch, capsys):
+    code, found = run(monkeypatch, capsys, *words)
+    assert (code, said in found.err) == (2, True)
+
+
+def test_an_option_may_be_repeated(monkeypatch, capsys):
+    code, found = run(monkeypatch, capsys, "inconsistencies", "--only", "halving", "--only", "inference-time")
+    assert (code, found.out.split("\n")[0], "\ninference-time\n" in found.out) == (0, "halving", True)

@@ -6,13 +6,13 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
-from bem.dataset.campaign.plan import Campaign
+from bem.dataset.campaign import Campaign
 from bem.dataset.file import load_dataset
 from bem.dataset.measurement_steps import measurement_grid
 from experiments.paper.dataset_statistics import statistics
 from paper_figures.style import drawing
-from tests.bem.dataset.campaign import stand_in
-from tests.bem.dataset.campaign.helpers import run_here
+from tests.bem.dataset import stand_in
+from tests.bem.dataset.helpers import run_here
 from tests.paper_figures.results import PERCENTS, write
 
 

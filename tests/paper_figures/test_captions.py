@@ -2,21 +2,16 @@
 
 import subprocess
 import sys
-import tomllib
 from pathlib import Path
 
 import pytest
 
-from paper_figures.__main__ import CAPTIONS, caption, modules, save
+from paper_figures.__main__ import caption, modules, save
 from paper_figures.style import drawing
 from paper_figures.style.writing import Table
 
 ROOT = Path(__file__).resolve().parents[2]
 FIGURES = [name for name, module in modules().items() if not module.startswith("paper_figures.tables.")]
-
-
-def test_every_figure_has_a_caption_and_no_caption_is_without_figure():
-    assert set(tomllib.loads(CAPTIONS.read_text(encoding="utf-8"))) == set(FIGURES)
 
 
 @pytest.mark.parametrize("name", FIGURES)

@@ -12,7 +12,7 @@ def test_each_model_looks_the_same_everywhere_and_no_two_alike():
 
 
 def test_the_papers_colour_is_used_for_nothing_else():
-    ours = {drawing.BLUE, drawing.VERMILION, drawing.GREEN, drawing.PURPLE, drawing.ORANGE, drawing.SKY, drawing.BLACK}
+    ours = {drawing.BLUE, drawing.RED, drawing.GREEN, drawing.VIOLET, drawing.ORANGE, drawing.SKY, drawing.BLACK}
     assert drawing.PAPER not in ours
     assert models_style.paper_marker("M1-concat")["markeredgecolor"] == drawing.PAPER
 
@@ -36,9 +36,7 @@ def test_seeds_are_stated_once_if_all_models_have_the_same_number():
         return {"models": {name: [{}] * count for name, count in seeds.items()}}
 
     drawn = ["M1-concat", "M1-FiLM"]
-    same = models_style.spread_lines(ranked(**{"M1-concat": 3, "M1-FiLM": 3}), drawn)
-    assert same == ["median, least and largest of 3 seeds each"]
-    assert models_style.spread_lines(ranked(**{"M1-concat": 3, "M1-FiLM": 1}), drawn) == [
-        "median, least and largest of 3 seeds: M1-concat; one training each: M1-FiLM"
-    ]
-    assert models_style.spread_lines(ranked(**{"M1-concat": 1}), drawn) == []
+    same, other = (ranked(**{"M1-concat": 3, "M1-FiLM": count}) for count in (3, 0))
+    assert models_style.spread_line(same, drawn) == "median, least and largest of 3 seeds each"
+    assert models_style.spread_line(other, drawn) == "median, least and largest of 3 or 1 seeds each"
+    assert models_style.spread_line(ranked(**{"M1-concat": 1}), drawn) == ""

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import bem.dataset.file
-from bem.dataset.campaign.plan import root_attributes
+from bem import Scene, StandardLinearSolid
 from bem.dataset.measurement_steps import measurement_grid
 from bem.dataset.records import JUMP_QUANTITIES, SCALARS
 
@@ -49,7 +49,7 @@ def write_dataset(path: Path, count: int, seed: int = 0) -> Path:
     what = {"design": "test", "ranges": {}, "modulus_ratio": 0.1, "seed": seed, "count": count, "accuracy": "test"}
     identity = {**what, "counts": list(COUNTS), "native": False, "shard": "1/1", "solver": "a closed form"}
     cost = {"versions": {}, "host": "a machine", "wall_seconds": 1.0, "core_seconds": 1.0, "workers": 1}
-    bem.dataset.file.write_dataset(path, columns, root_attributes(identity) | cost, COUNTS)
+    bem.dataset.file.write_file(path, columns, what | cost | {"shard": "1/1", "campaign": identity})
     return path
 
 
@@ -70,44 +70,51 @@ def grid(dataset):
     return dataset.grid(np.arange(len(dataset)))
 
 
+def scenes(tabor, ratio=0.1):
+    """One scene of a standard linear solid for each Tabor parameter."""
+    pairs = zip(*(one.tolist() for one in np.broadcast_arrays(tabor, ratio)), strict=True)
+    return [Scene(mu, StandardLinearSolid(one)) for mu, one in pairs]
+
+
+def scaling_of(dataset, features="D", split=None):
+    """The scaling of a training on a data set."""
+    from surrogate.training.recipe import Recipe
+    from surrogate.training.runs import Run, fit_scaling
+
+    return fit_scaling(Run("M1-concat", dataset, split or dataset.split(), Recipe.load("swift"), features=features))
+
+
 def build_by(patch, build):
     """Let trainings and predictions build this model, whatever name they ask for."""
-    for module in ("surrogate.training.runs", "surrogate.inference.keras_backend"):
+    for module in ("surrogate.training.runs", "surrogate.prediction.networks"):
         patch.setattr(f"{module}.build", build)
 
 
-def build_tiny(name, features="D"):
-    import keras
+def builder(hidden):
+    """A function that builds a model of one hidden layer under any name, as `surrogate.build` does."""
 
-    from surrogate.architectures import common
+    def build(name, features="D"):
+        import keras
+
+        from surrogate.architectures import common
+        from surrogate.architectures.layers import AppendTabor
+
+        sequence, tabor = common.inputs(features)
+        force = keras.layers.Dense(1, name="force")(hidden(keras.layers)(AppendTabor(name="append")(sequence, tabor)))
+        return keras.Model([sequence, tabor], force, name=name)
+
+    return build
+
+
+def residual_block(_):
     from surrogate.architectures.blocks import ResidualTCNBlock
-    from surrogate.architectures.layers import AppendTabor
 
-    sequence, tabor = common.inputs(features)
-    hidden = ResidualTCNBlock(4, name="block")(AppendTabor(name="append")(sequence, tabor))
-    return keras.Model([sequence, tabor], keras.layers.Dense(1, name="force")(hidden), name=name)
+    return ResidualTCNBlock(4, name="block")
 
 
-def build_least(name, features="D"):
-    import keras
-
-    from surrogate.architectures import common
-    from surrogate.architectures.layers import AppendTabor
-
-    sequence, tabor = common.inputs(features)
-    hidden = keras.layers.Dropout(0.1, name="dropout")(AppendTabor(name="append")(sequence, tabor))
-    return keras.Model([sequence, tabor], keras.layers.Dense(1, name="force")(hidden), name=name)
-
-
-def build_lstm(name, features="D"):
-    import keras
-
-    from surrogate.architectures import common
-    from surrogate.architectures.layers import AppendTabor
-
-    sequence, tabor = common.inputs(features)
-    hidden = keras.layers.LSTM(4, return_sequences=True, name="lstm")(AppendTabor(name="append")(sequence, tabor))
-    return keras.Model([sequence, tabor], keras.layers.Dense(1, name="force")(hidden), name=name)
+build_tiny = builder(residual_block)
+build_least = builder(lambda layers: layers.Dropout(0.1, name="dropout"))
+build_lstm = builder(lambda layers: layers.LSTM(4, return_sequences=True, name="lstm"))
 
 
 @pytest.fixture(scope="session")
@@ -119,10 +126,8 @@ def stirred(dataset, grid):
         histories, shape `(6, steps)`.
     """
     import surrogate
-    from surrogate.inference.keras_backend import KerasBackend
-    from surrogate.inference.predictor import Surrogate
-    from surrogate.training.recipe import Recipe
-    from surrogate.training.runs import Run, fit_scaling
+    from surrogate.prediction.networks import KerasNetwork
+    from surrogate.prediction.predictor import Surrogate
 
     made = {}
 
@@ -131,10 +136,9 @@ def stirred(dataset, grid):
             model = surrogate.build(name, features=features)
             rng = np.random.default_rng(3)
             model.set_weights([weight + 0.05 * rng.standard_normal(weight.shape) for weight in model.get_weights()])
-            run = Run(name, dataset, dataset.split(), Recipe.load("swift"), features=features)
-            backend = KerasBackend(model, fit_scaling(run), name=name)
+            backend = KerasNetwork(model, scaling_of(dataset, features), name=name)
             times, indentations = (part[:6] for part in grid)
-            force = Surrogate(backend).predict(times, indentations, tabor=dataset.protocols["tabor"][:6])
+            force = Surrogate(backend).predict_history(times, indentations, scenes(dataset.protocols["tabor"][:6]))
             made[name, features] = backend, backend.scaling.scale_force(force)
         return made[name, features]
 
@@ -155,36 +159,20 @@ def least(monkeypatch):
     return build_least
 
 
-def train_once(build, dataset, folder):
-    """Train and publish, as M1-concat, the model that a function builds."""
-    from surrogate.training.recipe import Recipe
-    from surrogate.training.runs import Run, execute, publish
-
-    # The step of Adam compiles in a fraction of the time that SOAP's takes.
-    recipe = Recipe.load("swift").with_overrides(epochs=1, optimizer="adam")
-    with pytest.MonkeyPatch.context() as patch:
-        build_by(patch, build)
-        execute(Run("M1-concat", dataset, dataset.split(), recipe), folder / "run")
-        publish(folder / "run", folder / "M1-concat")
-    return folder
-
-
 @pytest.fixture(scope="session")
 def trained_lstm(dataset, tmp_path_factory):
     """A directory with a model of a few weights, trained and published once, as M1-concat."""
-    return train_once(build_lstm, dataset, tmp_path_factory.mktemp("models"))
+    from surrogate.training.recipe import Recipe
+    from surrogate.training.runs import Run, execute, publish
 
-
-@pytest.fixture(scope="session")
-def trained_tiny(dataset, tmp_path_factory):
-    """The same of the model that `tiny` builds."""
-    return train_once(build_tiny, dataset, tmp_path_factory.mktemp("tiny"))
-
-
-@pytest.fixture
-def folder(tiny, trained_tiny, tmp_path):
-    """A model directory of a test's own, to damage: the published M1-concat of `tiny`."""
-    return shutil.copytree(trained_tiny / "M1-concat", tmp_path / "models" / "M1-concat")
+    folder = tmp_path_factory.mktemp("models")
+    # The step of Adam compiles in a fraction of the time that SOAP's takes.
+    recipe = Recipe.load("swift").with_overrides(epochs=1, optimizer="adam")
+    with pytest.MonkeyPatch.context() as patch:
+        build_by(patch, build_lstm)
+        execute(Run("M1-concat", dataset, dataset.split(), recipe), folder / "run")
+        publish(folder / "run", folder / "M1-concat")
+    return folder
 
 
 @pytest.fixture
@@ -192,6 +180,12 @@ def published(trained_lstm, monkeypatch):
     """The same directory, and M1-concat stands for that model as long as the test runs."""
     build_by(monkeypatch, build_lstm)
     return trained_lstm
+
+
+@pytest.fixture
+def folder(published, tmp_path):
+    """A model directory of a test's own, to damage."""
+    return shutil.copytree(published / "M1-concat", tmp_path / "models" / "M1-concat")
 
 
 @pytest.fixture

@@ -7,8 +7,19 @@ import numpy as np
 from bem import LoadingProtocol, Scene, StandardLinearSolid, Trajectory, simulate
 from bem.dataset.designs import PAPER_RANGES
 from bem.protocol import Protocol, default_start_indentation
-from experiments.robustness.hard_cases import SHALLOWEST, VALUES
 
+RATES = (1e-3, 1e-1, 1e1, 1e3, 1e5)
+VALUES = {
+    "tabor": (0.02, 0.2, 1.0, 3.2, 5.0),
+    "modulus_ratio": (1.0, 0.1, 0.01, 0.001),
+    "loading_rate": RATES,
+    "unloading_rate": RATES,
+    "dwell_time": (0.0, 1e-6, 1.0, 1e3),
+    "peak_indentation": (-1.0, 0.5, 10.0, 100.0, 500.0),
+}
+"""Extreme values, of which hard cases are combinations."""
+SHALLOWEST = -0.02
+"""Peak indentation that replaces a peak below the start, for which the sphere would only move away."""
 # In the order in which a sample draws them.
 DRAWN = ("tabor", "modulus_ratio", "peak_indentation", "loading_rate", "dwell_time", "unloading_rate")
 DEEPEST_AT = 1.0  # the largest Tabor parameter at which the deepest peak is asked for

@@ -1,6 +1,6 @@
-"""Fit a setup to a measured force curve: the model of the curve, the search, and the result with its intervals."""
+"""Fit a ladder of models to a measured force curve, and say with what intervals and what the curve contradicts."""
 
-from bem.lab.fitting.curve_fit import ALL, ELASTIC, fit
+from bem.lab.fitting.curve_fit import ALL, fit
 from bem.lab.fitting.result import FitError, FitResult
 
-__all__ = ["ALL", "ELASTIC", "FitError", "FitResult", "fit"]
+__all__ = ["ALL", "FitError", "FitResult", "fit"]

@@ -1,47 +1,45 @@
-"""Fit modulus, work of adhesion and relaxation to a measured force curve, with 95 % intervals.
+"""Fit modulus, work of adhesion and relaxation to a measured force curve by the simplest model that describes it.
 
-The solver runs inside a least-squares search, at draft accuracy from several starts and then at standard accuracy from
-the best of them. Parameters are searched as logarithms; the offset of the force, which enters linearly, is solved for
-at every step. Where the measured force jumps, the instant of the jump is compared and not the forces beside it. The
-noise is estimated from the residuals. Intervals are those of the linearised problem at the solution; where neighbouring
-residuals are correlated they are widened as for that many fewer independent points.
+The ladder of `bem.lab.models` is climbed: Hertz, then DMT and JKR, Ting where the residuals of Hertz hold relaxation,
+and the solver where the curve calls for adhesion and relaxation both. The Bayesian information criterion, with as many
+independent points as the residuals have, decides. Tilt of the baseline and drag of the liquid are always fitted: one
+too small to be seen would still bias the others. Intervals are those of the linearised problem, widened as correlated
+residuals ask.
 """
 
 from __future__ import annotations
 
-import dataclasses
+import time
 from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from bem._support.validation import FloatArray, instance
+from bem._support.validation import instance
 from bem._support.wording import shown
-from bem.accuracy import TIGHTEST, resolve_accuracy
-from bem.effects.scene_effects import Effects
-from bem.lab.contact_point import Contact
 from bem.lab.curve import ForceCurve
-from bem.lab.fitting.jumps import measured_jumps, weights_of
-from bem.lab.fitting.model import Model, prescribed_path, with_memory
-from bem.lab.fitting.model_choice import effects_called_for, sentence
-from bem.lab.fitting.parameters import MEMORY, PARAMETERS
-from bem.lab.fitting.result import FitError, FitResult, result_of
-from bem.lab.fitting.search import Search
-from bem.lab.fitting.starts import faster_memories, starting_points
-from bem.lab.guess import first_contact
+from bem.lab.fitting.measurement import Measurement, Segment, measurement_of
+from bem.lab.fitting.regression import Fitted, Regression
+from bem.lab.fitting.result import FitError, FitResult, Rung, result_of
+from bem.lab.fitting.sentences import ADEQUATE
+from bem.lab.fitting.simulated import bias_of_range, memories, search
+from bem.lab.fitting.starts import hertz_line, pulled, windows_of_depth
+from bem.lab.models import CONTACT_POINT, LADDER, Model
+from bem.lab.models.solver import MEMORY, NoContactError
 from bem.lab.setup import Setup
-from bem.materials import Elastic, StandardLinearSolid
+from bem.lab.units import Quantity, to_si
+from bem.materials import PronySeries
 
-ALL = tuple(PARAMETERS)
-ELASTIC = ("relaxed_modulus", "work_of_adhesion", "contact_point", "force_offset")
+NUISANCES = ("tilt", "drag")
+ALL = ("relaxed_modulus", "work_of_adhesion", "retardation_time", "modulus_ratio", "contact_point", "force_offset")
+AUTO = "auto"
 
-DIFFERENCE = 0.02  # of a logarithm, or of the adhesion length; large enough that the solver's own errors do not matter
-_SHORT, _LONG, _POLISH, _ROUNDS = 4, 14, 12, 3  # evaluations of the Jacobian, and times it is polished
-_KEPT = 2  # runs continued
-_CORRECTIONS, _TIGHTER = 4, 4.0
-_LONGEST = 10.0  # steps of the search, that one correction moves a parameter
-_SMALL = 0.1  # gain in squared standard deviations, below which the solution is settled
-_SCATTER = 0.02  # adhesion lengths of travel, by which the solver's own error moves a jump
-_AS_GOOD = 1.1  # noise of a simpler fit over that of the full one
+CLEAN = 1.15  # misfit up to which a model leaves nothing to the next rung
+_ALIKE = 10.0  # difference of the criterion from which two models are told apart
+_BETTER = 0.9  # times the misfit of Hertz, below which a rung describes a part of what Hertz does not
+_MEMORIES = (0.01, 0.1, 1.0)  # retardation times, over the duration, that are looked for
+_SLIGHT = 0.8  # modulus ratio with which they are
 
 
 def fit(
@@ -49,138 +47,225 @@ def fit(
     setup: Setup,
     free: Sequence[str] | None = None,
     *,
+    model: str = AUTO,
+    segment: Segment = "both",
+    within: tuple[Quantity | None, Quantity | None] | None = None,
+    weight_near: Quantity = 0.0,
     accuracy: str | float = "standard",
     report: Callable[[int, float], None] | None = None,
 ) -> FitResult:
-    """Fit a setup to a measured curve.
+    """Fit a measured curve.
 
     Args:
-        curve: the measurement, from out of contact to out of contact.
-        setup: what is known, and first guesses of what is free; `bem.lab.guess.guess_setup` makes one from the curve.
-            With its `stiffness`, or that of a curve with a stage, the fit moves the stage: jumps into and out of
-            contact are those of contact and spring, and the contact point is a position of the stage.
-        free: the parameters to fit, of relaxed_modulus, work_of_adhesion, retardation_time, modulus_ratio,
-            contact_point and force_offset. `None` fits all of them and then leaves the relaxation out where the curve
-            does not call for it.
-        accuracy: of the final fit, as for `bem.simulate`.
-        report: called with the number of simulations so far and the misfit in standard deviations of the noise.
+        curve: the measurement, from out of contact on.
+        setup: what is known: radius, Poisson's ratio, spring, and what is not in `free`; `bem.lab.guess.guess_setup`
+            makes one from the curve. With its `stiffness`, or that of a curve with a stage, the fit moves the stage,
+            and the contact point is a position of the stage.
+        free: the parameters to fit, of the model's, contact_point, force_offset, tilt and drag; the others are the
+            setup's, or zero. `None` fits all.
+        model: a name of `bem.lab.models.LADDER`; "auto" climbs the ladder, or with `free` takes the solver.
+        segment: "approach", "retract" or "both": the points that count.
+        within: lowest and highest indentation, as lengths, or lowest and highest compression, as forces such as
+            "2 nN", of the points in contact that count.
+        weight_near: distance from the contact point, in m, within which the spread over windows of depth counts points
+            less, as nanite does.
+        accuracy: of the solver, as for `bem.simulate`.
+        report: called with the number of evaluations so far and the misfit in standard deviations of the noise.
 
     Returns:
-        the fit; its `sentences` say what the curve does not determine.
+        the fit; its `sentences` say which model, and what the curve does not determine or contradicts.
 
     Raises:
-        ValueError: an unknown parameter, or a curve without contact or baseline.
+        ValueError: an unknown model or parameter, or a curve without contact or baseline.
         FitError: the fit did not converge.
     """
     instance("curve", curve, (ForceCurve,))
     instance("setup", setup, (Setup,))
-    chosen = ALL if free is None else tuple(free)
-    unknown = [name for name in chosen if name not in PARAMETERS]
-    if unknown or not set(chosen) - {"force_offset"}:
-        names = ", ".join(name for name in ALL if name != "force_offset")
-        received = shown(unknown[0] if unknown else ", ".join(chosen))
-        raise ValueError(f"free must be one or more of {names}, with or without force_offset; received {received}")
-    chosen = tuple(name for name in ALL if name in chosen)
+    if model != AUTO and model not in LADDER:
+        raise ValueError(f"model must be auto or one of {', '.join(LADDER)}; received {shown(model)}")
     if setup.stiffness is None and curve.stiffness is not None:
         setup = setup.replaced(stiffness=curve.stiffness)
-    contact = first_contact(curve)
-    contact = dataclasses.replace(contact, contact_point=float(prescribed_path(curve, setup)[contact.index]))
-    duration = float(curve.time[-1] - curve.time[contact.index])
-    if not duration > 0.0:
-        raise ValueError(f"time must increase after contact; received {curve.time[-1]:g} s to the end")
-    if set(chosen) & set(MEMORY):
-        setup = with_memory(setup, duration)
-    if "modulus_ratio" in chosen:
-        instance("material, whose modulus_ratio is free,", setup.material, (StandardLinearSolid,))
-    if free is not None:
-        return _fitted(curve, setup, chosen, contact, duration, accuracy, report)
-    result, effects = _fewest(curve, setup, contact, duration, accuracy, report)
-    return dataclasses.replace(result, sentences=(sentence(effects), *result.sentences))
-
-
-def _fewest(
-    curve: ForceCurve,
-    setup: Setup,
-    contact: Contact,
-    duration: float,
-    accuracy: str | float,
-    report: Callable[[int, float], None] | None,
-) -> tuple[FitResult, Effects]:
-    """The fit of all parameters, or the elastic one where that describes the curve as well."""
+    if free is not None and model == AUTO:
+        model = "solver"
+    chosen = None if free is None else _checked(LADDER[model], tuple(free))
+    data = measurement_of(curve, setup, segment)
+    start = hertz_line(data)
+    if within is not None:
+        data = _within(data, within, start["contact_point"])
+    climb = Climb(data, start, chosen, accuracy, report)
     try:
-        result = _fitted(curve, setup, ALL, contact, duration, accuracy, report)
-    except FitError:
-        # A memory that the curve does not show leaves the search without a minimum.
-        elastic = setup.replaced(material=Elastic(), retardation_time=None)
-        result = _fitted(curve, elastic, ELASTIC, contact, duration, accuracy, report)
-        return result, effects_called_for(result)
-    effects = effects_called_for(result)
-    if effects.terms == 0 or not result.determines_memory():
-        elastic = result.setup.replaced(material=Elastic(), retardation_time=None)
-        simpler = _fitted(curve, elastic, ELASTIC, contact, duration, accuracy, report)
-        if simpler.noise < _AS_GOOD * result.noise:
-            return simpler, effects_called_for(simpler)
-    return result, effects
+        best = climb.climb() if model == AUTO else climb.rung(model)
+    except NoContactError as error:
+        raise FitError(f"the fit did not converge: the solver does not complete the contact ({error})") from error
+    setup, sentences = best.model.setup_of(best.values, data.path.setup), []
+    if best.model.name == "solver" and setup.range_is_effective and best.misfit <= ADEQUATE:
+        sentences.append(bias_of_range(best))
+    windows: list[float] = []
+    if best.misfit > ADEQUATE and setup.half_angle is None:
+        windows = windows_of_depth(data, start, to_si("weight_near", weight_near, "length"))
+    zero = free is None and best.model.adhesive and best.misfit <= ADEQUATE and climb.needs_no_adhesion(best)
+    if zero:
+        sentences.append("Hertz describes the curve as well: the work of adhesion may be zero.")
+    result = result_of(curve, best, climb.rungs, climb.alike(best), windows, sentences)
+    if zero:  # the ends of the contact are chosen, which finds a little adhesion in any noise
+        result.intervals["work_of_adhesion"] = (0.0, result.intervals["work_of_adhesion"][1])
+    return result
 
 
-def _fitted(
-    curve: ForceCurve,
-    setup: Setup,
-    free: tuple[str, ...],
-    contact: Contact,
-    duration: float,
-    accuracy: str | float,
-    report: Callable[[int, float], None] | None,
-) -> FitResult:
-    fixed = {} if "contact_point" in free else {"contact_point": 0.0}
-    if "force_offset" not in free:
-        fixed["force_offset"] = 0.0
-    unit = {name: DIFFERENCE * (1.0 if PARAMETERS[name].scale != "linear" else setup.adhesion_length) for name in free}
-    unit |= {"modulus_ratio": 2.0 * DIFFERENCE}
-    starts = starting_points(curve, setup, contact, duration, free)
-    levels = dataclasses.replace(curve, force=curve.tension - contact.force_offset, force_sign="tension")
-    least = _SCATTER * setup.adhesion_length * duration / float(np.sum(np.abs(np.diff(prescribed_path(curve, setup)))))
-    model = Model(curve, setup, measured_jumps(levels, contact.noise), least)
-    search = Search(model, free, fixed, unit, starts[0], weights_of(curve, contact.noise), report=report)
-    points = sorted((search.point(start) for start in starts), key=search.misfit)
-    runs = search.until_good(points, _SHORT)
-    best = search.until_good([run.x for run in runs[:_KEPT]], _LONG)[0]
-    others = faster_memories(search.values(best.x), free)
-    best = min([best, *(search.run(search.point(start), _LONG) for start in others)], key=lambda run: run.cost)
-    search.accuracy = accuracy
-    for _ in range(_ROUNDS):
-        last, best = best, search.run(best.x, _POLISH)
-        unfinished = best.status == 0 and best.cost < 0.9 * last.cost
-        if not unfinished:
-            break
-    if not np.isfinite(best.cost) or np.all(best.fun == search.bad):
-        raise FitError("the fit did not converge: the solver completes no contact near the measured curve")
-    if unfinished:
-        raise FitError(f"the fit did not converge in {search.model.evaluations} simulations; give a closer first guess")
-    return result_of(search, *_settled(search, best.x))
+def _checked(model: Model, free: tuple[str, ...]) -> tuple[str, ...]:
+    names = (*(each.name for each in (*model.parameters, CONTACT_POINT)), "force_offset", *NUISANCES)
+    unknown = [name for name in free if name not in names]
+    if unknown or not set(free) - {"force_offset", *NUISANCES}:
+        listed = ", ".join(name for name in names if name not in ("force_offset", *NUISANCES))
+        received = shown(unknown[0] if unknown else ", ".join(free))
+        raise ValueError(
+            f"free must be one or more of {listed}, with or without force_offset, tilt and drag; received {received}"
+        )
+    return free
 
 
-def _settled(search: Search, x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """The solution after a few Gauss-Newton steps with a tighter solver; its residuals and its Jacobian.
+def _within(data: Measurement, within: tuple[Quantity | None, Quantity | None], contact_point: float) -> Measurement:
+    """The points in contact inside a range of indentation or of force."""
+    ends, forces = [], False
+    for end, none in zip(within, (-np.inf, np.inf), strict=True):
+        try:
+            ends.append(none if end is None else to_si("range", end, "length"))
+        except ValueError:
+            ends.append(to_si("range", end, "force"))
+            forces = True
+    if not ends[0] < ends[1]:
+        raise ValueError(f"the range must grow; received {shown(within)}")
+    compression = float(np.median(data.tension[: data.first])) - data.tension
+    depth = data.depth - (contact_point - data.path.place[data.first])
+    return data.within(ends[0], ends[1], compression if forces else depth)
 
-    Central differences are less sensitive to the scatter of the solver's results, at which the search stops; and with
-    many points the noise averages out to less than the solver's error at the accuracy of the search.
-    """
-    search.accuracy = max(resolve_accuracy(search.accuracy).target / _TIGHTER, TIGHTEST)
-    # A jump of the model that passes a point makes a difference there that is no derivative.
-    jacobian, smooth = search.full_jacobian(x)
-    residuals = search.residuals(x)
-    for _ in range(_CORRECTIONS):
-        # The column of the offset is in 1/N: columns of one length let the least squares see all of them.
-        length = np.maximum(np.linalg.norm(jacobian[smooth], axis=0), np.finfo(float).tiny)
-        step = np.linalg.lstsq(jacobian[smooth] / length, -residuals[smooth], rcond=1e-6)[0] / length
-        moved = np.clip(x + np.clip(step[: x.size], -_LONGEST, _LONGEST), *search.bounds)
-        ahead = search.residuals(moved)
-        if not ahead @ ahead < residuals @ residuals:
-            break
-        gained = residuals @ residuals - ahead @ ahead
-        x, residuals = moved, ahead
-        if gained < _SMALL:
-            break
-        jacobian, smooth = search.full_jacobian(x)
-    return x, residuals[smooth], jacobian[smooth]
+
+@dataclass
+class Climb:
+    """The rungs that were fitted to one curve: `fits` are the solutions, `rungs` what is told of them."""
+
+    data: Measurement
+    start: dict[str, float]
+    free: tuple[str, ...] | None = None
+    accuracy: str | float = "standard"
+    report: Callable[[int, float], None] | None = None
+    rungs: list[Rung] = field(default_factory=list)
+    fits: dict[str, Fitted] = field(default_factory=dict)
+
+    def climb(self) -> Fitted:
+        """The simplest model that the next rung does not improve on; a pyramid is a cone but for a factor."""
+        if self.data.path.setup.half_angle is not None:
+            return self.rung("cone")
+        hertz = self.rung("hertz")
+        for name in ("dmt", "jkr"):
+            self.rung(name)
+        best = self.best()
+        # Where no rung describes the curve, the criterion has no independent points to count: the misfit decides.
+        adheres = best.model.adhesive or best.misfit < _BETTER * hertz.misfit
+        if best.misfit > CLEAN and adheres:
+            self.rung("maugis")
+        relaxes = best.misfit > ADEQUATE or self._relaxes(best if adheres else hertz)
+        if relaxes and self.rung("ting").misfit > CLEAN and not adheres:
+            self.rung("ting_power_law")
+        if relaxes and adheres and (self.best().model.adhesive or self.best().beyond_chance):
+            # What the solver does not complete is no rung.
+            with suppress(NoContactError):
+                self.rung("solver")
+        return self.best()
+
+    def best(self) -> Fitted:
+        """The rung of the lowest criterion so far, with the independent points of the one that fits best."""
+        independent = self._independent()
+        best = min(self.fits.values(), key=lambda each: each.criterion(independent))
+        if best.misfit > ADEQUATE:
+            return min(self.fits.values(), key=lambda each: each.misfit)
+        others = [best, *self.alike(best)]
+        if len(others) == 1:
+            return best
+        # What the force does not tell, the Tabor parameter of the fitted values may: DMT below 1, JKR above.
+        tabor = best.model.setup_of(best.values, self.data.path.setup).physical_tabor
+        preferred = "dmt" if tabor < 1.0 else "jkr"
+        return next((each for each in others if each.model.name == preferred), best)
+
+    def alike(self, best: Fitted) -> tuple[Fitted, ...]:
+        """Other rungs with the parameters of the best, that the criterion does not tell from it."""
+        independent = self._independent()
+        limit = best.criterion(independent) + _ALIKE
+        return tuple(
+            each
+            for each in self.fits.values()
+            if each is not best
+            and {each.model.name, best.model.name} == {"dmt", "jkr"}
+            and each.criterion(independent) < limit
+        )
+
+    def needs_no_adhesion(self, best: Fitted) -> bool:
+        """Whether the criterion prefers Hertz to an adhesive rung."""
+        hertz = self.fits.get("hertz") or self.rung("hertz")
+        return hertz.criterion(best.independent) < best.criterion(best.independent)
+
+    def rung(self, name: str) -> Fitted:
+        """Fit one model, with offset, tilt and, where the stage moves both ways, drag."""
+        begin = time.process_time()
+        model = LADDER[name]
+        start = self._start(model)
+        held = MEMORY if isinstance(self.data.path.setup.material, PronySeries) and name == "solver" else ()
+        nonlinear = (*(each.name for each in model.parameters if each.name not in held), "contact_point")
+        counted = self.data.weights > 0.0
+        several = tuple(each for each in NUISANCES if np.ptp(np.sign(self.data.columns[each][counted])) > 0.0)
+        linear: tuple[str, ...] = ("force_offset", *several)
+        if self.free is not None:
+            setup = self.data.path.setup
+            known = vars(setup) | {"modulus_ratio": setup.material.modulus_ratio, "contact_point": 0.0}
+            start |= {each: known[each] for each in nonlinear if each not in self.free and known.get(each) is not None}
+            nonlinear = tuple(each for each in nonlinear if each in self.free)
+            linear = tuple(each for each in ("force_offset", *NUISANCES) if each in self.free)
+        problem = Regression(model, self.data, start, nonlinear, linear, report=self.report)
+        found = self._simulated(problem) if name == "solver" else problem.run(np.zeros(len(nonlinear)))
+        self.fits[name] = found
+        self.rungs.append(Rung(name, found.values | found.linear, found.misfit, time.process_time() - begin))
+        return found
+
+    def _independent(self) -> float:
+        return min(self.fits.values(), key=lambda each: each.misfit).independent
+
+    def _start(self, model: Model) -> dict[str, float]:
+        """First guesses, from what simpler rungs found."""
+        setup, data = self.data.path.setup, self.data
+        start = dict(self.start)
+        if "hertz" in self.fits and not self.fits["hertz"].at_bound:
+            start |= self.fits["hertz"].values
+        modulus = start["relaxed_modulus"]
+        start["work_of_adhesion"] = pulled(data) / ((2.0 if model.name == "dmt" else 1.5) * np.pi * setup.radius)
+        start |= {"tabor": 1.0, "modulus_ratio": 0.4, "retardation_time": 0.1 * data.duration}
+        start |= {"modulus_at_1s": modulus, "exponent": 0.15}
+        if model.adhesive and model.name == "maugis" and "jkr" in self.fits:
+            start |= self.best().values
+        return start
+
+    def _relaxes(self, fitted: Fitted) -> bool:
+        """Whether the residuals of an elastic rung hold the trace of a memory."""
+        data, changes = self.data, []
+        elastic = LADDER["hertz"].tension(fitted.values, data.path)
+        for share in _MEMORIES:
+            memory = {"modulus_ratio": _SLIGHT, "retardation_time": share * data.duration}
+            changes.append(LADDER["ting"].tension(fitted.values | memory, data.path) - elastic)
+        return fitted.calls_for(np.column_stack(changes) * (data.weights / data.noise)[:, None])
+
+    def _simulated(self, problem: Regression) -> Fitted:
+        """The solver's fit, from what the simpler rungs found."""
+        problem.options = {"jumps": self.data.jumps}
+        starts = [problem.start]
+        if {*MEMORY, "relaxed_modulus"} <= set(problem.free):
+            starts += memories(problem.start | self._elastic(problem), self.data.duration)
+            starts += [problem.start | self.fits[name].values for name in ("ting",) if name in self.fits]
+        return search(problem, starts, self.accuracy)
+
+    def _elastic(self, problem: Regression) -> dict[str, float]:
+        """Modulus, work of adhesion and contact point of JKR, as far as they are moved."""
+        names = [name for name in ("relaxed_modulus", "work_of_adhesion", "contact_point") if name in problem.free]
+        found = self.fits.get("jkr")
+        if found is None:
+            simple = Regression(LADDER["jkr"], self.data, problem.start, tuple(names), problem.linear)
+            found = simple.run(np.zeros(len(names)))
+        return {name: found.values[name] for name in names}

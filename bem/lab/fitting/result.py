@@ -1,39 +1,53 @@
-"""What a fit found: values, 95 % intervals, correlations, residuals, and in words what the curve does not determine."""
+"""What a fit found: model, values, 95 % intervals, the ladder, and in words what the curve does not determine."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from pathlib import Path as FilePath
+from typing import Any
 
 import numpy as np
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
+from bem._support.text_files import plain
 from bem._support.validation import FloatArray
 from bem.lab.curve import ForceCurve
-from bem.lab.fitting.model import prescribed_path
-from bem.lab.fitting.parameters import PARAMETERS
+from bem.lab.fitting.measurement import prescribed_path
+from bem.lab.fitting.regression import Fitted, inflation
+from bem.lab.fitting.sentences import ADEQUATE, is_loose, sentences_of
+from bem.lab.models import CONTACT_POINT, LADDER, Path
 from bem.lab.setup import Setup
 from bem.lab.units import readable
 
-if TYPE_CHECKING:
-    from bem.lab.fitting.search import Search
-
 CONFIDENCE = 0.95
-_LOOSE = {"logarithm": np.log(2.0), "logit": 2.0}
-_TIED = 0.98  # correlation from which two parameters are said to trade off
-_UNLIKE = 1.5  # residuals over noise from which the model is said not to describe the curve
+_LINEAR_UNITS = {"force_offset": "N", "tilt": "N/m", "drag": "N s/m"}
 
 
 class FitError(RuntimeError):
     """A fit that did not converge."""
 
 
+@dataclass(frozen=True)
+class Rung:
+    """One model of the ladder that was fitted."""
+
+    model: str
+    values: dict[str, float]
+    misfit: float
+    """Root mean square of the residuals over the noise."""
+    seconds: float
+    """Processor time."""
+
+
 @dataclass(frozen=True, eq=False)
 class FitResult:
     """A fitted force curve, in SI units and tension positive."""
 
+    model: str
+    """Name of the model in `bem.lab.models.LADDER`."""
+    adequate: bool
+    """Whether it describes the curve; else the modulus has its spread over depth in place of an interval."""
     values: dict[str, float]
     """Each free parameter."""
     intervals: dict[str, tuple[float, float]]
@@ -48,191 +62,191 @@ class FitResult:
     setup: Setup
     """The setup with the fitted values."""
     noise: float
-    """Standard deviation of the residuals, in N, where the force does not jump."""
+    """Standard deviation of the residuals, in N, by their median."""
+    misfit: float
+    """Root mean square of the averaged residuals over the noise of the averaged baseline."""
+    alike: tuple[str, ...]
+    """Models that the curve does not tell from this one."""
+    ladder: tuple[Rung, ...]
+    """All models that were fitted, in this order."""
     sentences: tuple[str, ...]
     """In words: what is not determined, what trades off, and where the model does not describe the curve."""
     simulations: int
 
-    def determines_memory(self) -> bool:
-        """Whether relaxation was fitted and found: a modulus ratio well below 1, and a bounded retardation time."""
-        if "modulus_ratio" not in self.values or "retardation_time" not in self.values:
-            return False
-        return self.intervals["modulus_ratio"][1] < 0.95 and np.isfinite(self.intervals["retardation_time"][1])
-
     def summary(self) -> str:
-        """Values with intervals, noise, regime, and what is not determined."""
-        lines = []
+        """Values with intervals, noise, the ladder, and what is not determined."""
+        units = units_of(self.model) | _LINEAR_UNITS
+        lines = [f"{'model':17} {LADDER[self.model].title}"]
         for name, value in self.values.items():
-            unit = PARAMETERS[name].unit
+            unit = units[name]
             low, high = (readable(bound, unit) for bound in self.intervals[name])
-            lines.append(f"{name:17} {readable(value, unit):>14}   95 %: {low} to {high}")
-        kind = "elastic" if self.setup.material.modulus_ratio == 1.0 else "viscoelastic"
-        lines += [
-            f"{'noise':17} {readable(self.noise, 'N'):>14}",
-            f"{'contact':17} {kind}; {self.setup.regime} (Tabor parameter {self.setup.physical_tabor:.3g})",
-        ]
-        if self.setup.range_is_effective:
+            kind = "95 %:" if self.adequate else "over depth:"
+            between = f"{kind} {low} to {high}" if np.isfinite(self.intervals[name]).any() else "no interval"
+            lines.append(f"{name:17} {readable(value, unit):>14}   {between}")
+        lines.append(f"{'noise':17} {readable(self.noise, 'N'):>14}   {self.misfit:.3g} times that of the baseline")
+        if "work_of_adhesion" in self.values:
+            words = f"{self.setup.regime} (Tabor parameter {self.setup.physical_tabor:.3g})"
+            lines.append(f"{'contact':17} {words}")
+        if self.model == "solver" and self.setup.range_is_effective:
             lines.append(
                 f"{'effective range':17} {readable(self.setup.gap, 'm'):>14}   Tabor parameter {self.setup.tabor:.3g}"
             )
+        for rung in self.ladder:
+            known = units_of(rung.model).items()
+            found = ", ".join(f"{name} {readable(rung.values[name], unit)}" for name, unit in known)
+            lines.append(f"{'  ' + rung.model:17} misfit {rung.misfit:.3g}, {rung.seconds:.2g} s: {found}")
         return "\n".join([*lines, *self.sentences])
 
     def to_dict(self) -> dict[str, Any]:
         """Everything but the curves, ready for JSON; what is infinite is null."""
+        return plain(
+            {
+                "model": self.model,
+                "adequate": self.adequate,
+                "alike": self.alike,
+                "values": self.values,
+                "units": {name: (units_of(self.model) | _LINEAR_UNITS)[name] for name in self.values},
+                "intervals": self.intervals,
+                "confidence": CONFIDENCE,
+                "correlations": self.correlations,
+                "noise": self.noise,
+                "misfit": self.misfit,
+                "tabor": self.setup.physical_tabor,
+                "effective_range": self.setup.gap if self.setup.range_is_effective else None,
+                "ladder": [vars(rung) for rung in self.ladder],
+                "sentences": self.sentences,
+                "simulations": self.simulations,
+            }
+        )
 
-        def clean(value: float) -> float | None:
-            return float(value) if np.isfinite(value) else None
-
-        return {
-            "values": {name: clean(value) for name, value in self.values.items()},
-            "units": {name: PARAMETERS[name].unit for name in self.values},
-            "intervals": {name: [clean(bound) for bound in pair] for name, pair in self.intervals.items()},
-            "confidence": CONFIDENCE,
-            "correlations": {a: {b: clean(value) for b, value in row.items()} for a, row in self.correlations.items()},
-            "noise": clean(self.noise),
-            "tabor": self.setup.physical_tabor,
-            "effective_range": self.setup.gap if self.setup.range_is_effective else None,
-            "sentences": list(self.sentences),
-            "simulations": self.simulations,
-        }
-
-    def plot(self, path: str | Path) -> None:
-        """Draw measurement, model and residuals into an image file."""
+    def plot(self, path: str | FilePath) -> None:
+        """Draw measurement, model and residuals into an image file; the suffix chooses the format."""
         from bem.lab.fitting.plot import plot_fit
 
-        plot_fit(self, path)
+        offset, touched = self.values.get("force_offset"), self.values.get("contact_point")
+        if touched is not None and self.setup.stiffness is not None:
+            # It is that of the stage; the offset of the force bends the spring of a measured indentation.
+            bent = (offset or 0.0) / self.setup.stiffness
+            touched += bent if self.measured.force_sign == "tension" else -bent
+        plot_fit(path, self.measured, self.curve, self.residuals, touched, offset)
 
 
-def result_of(search: Search, x: FloatArray, residuals: FloatArray, jacobian: FloatArray) -> FitResult:
-    """The result at a solution.
+def units_of(model: str) -> dict[str, str]:
+    """Units of a model's parameters, in their order."""
+    return {each.name: each.unit for each in (*LADDER[model].parameters, CONTACT_POINT)}
+
+
+def result_of(
+    curve: ForceCurve,
+    best: Fitted,
+    ladder: Sequence[Rung],
+    alike: Sequence[Fitted],
+    windows: Sequence[float],
+    said: Sequence[str],
+) -> FitResult:
+    """The result of a climb.
 
     Args:
-        search: the problem.
-        x: the solution in the variables of the search.
-        residuals: weighted, at the solution.
-        jacobian: derivative of the residuals by all free parameters, the offset last.
-
-    Raises:
-        FitError: the solver does not complete the contact at the solution.
+        curve: the measurement.
+        best: the model chosen.
+        ladder: all that were fitted.
+        alike: models that the curve does not tell from it; the intervals are the union of theirs.
+        windows: moduli over windows of depth, where no model is adequate.
+        said: sentences that come first.
     """
-    names = search.free
-    values = search.values(x)
-    tension = search.model.tension(values, search.accuracy)
-    if tension is None:
-        raise FitError("the fit did not converge: the solver does not complete the contact at its end")
-    offset = search.offset(tension)
-    if "force_offset" in names:
-        search.unit["force_offset"] = 1.0
-    values["force_offset"] = offset
-    degrees = max(residuals.size - len(names), 1)
-    variance = float(residuals @ residuals) / degrees
-    variance *= _fewer_points(residuals)
-    deviations, correlation = _deviations(jacobian, variance)
-    quantile = float(student.ppf(0.5 + 0.5 * CONFIDENCE, degrees))
-    intervals, spreads = {}, {}
-    for i, name in enumerate(names):
-        parameter, spread = PARAMETERS[name], quantile * deviations[i] * search.unit[name]
-        centre = parameter.inner(values[name])
-        spreads[name] = spread
-        intervals[name] = (parameter.outer(centre - spread), parameter.outer(centre + spread))
-    curve = search.model.curve
-    setup = search.model.setup_of(values)
+    intervals, correlations = intervals_of(best)
+    loose = tuple(name for name in best.names if is_loose(best, name, intervals[name]))
+    for other in alike:
+        theirs = intervals_of(other)[0]
+        for name, (low, high) in intervals.items():
+            if name in theirs:
+                intervals[name] = (min(low, theirs[name][0]), max(high, theirs[name][1]))
+    adequate = best.misfit <= ADEQUATE
+    if not adequate:
+        every = [*windows, best.values.get("relaxed_modulus", np.nan)]
+        spread = (min(every), max(every)) if windows else (-np.inf, np.inf)
+        intervals = {name: spread if name == "relaxed_modulus" else (-np.inf, np.inf) for name in intervals}
+    path = Path(curve.time, prescribed_path(curve, best.problem.data.path.setup), best.problem.data.path.setup)
+    tension = _whole_tension(best, path)
     sign = 1.0 if curve.force_sign == "tension" else -1.0
-    if sign < 0.0 and "force_offset" in names:
-        intervals["force_offset"] = (-intervals["force_offset"][1], -intervals["force_offset"][0])
-    fitted = {name: values[name] for name in names}
-    if "force_offset" in fitted:
-        fitted["force_offset"] *= sign
-    noise = float(np.sqrt(np.sum(residuals**2) / degrees) / np.max(search.weights))
-    correlations = {a: {b: float(correlation[i, j]) for j, b in enumerate(names)} for i, a in enumerate(names)}
+    values = {name: best.values[name] for name in best.problem.free} | best.linear
+    for name in ("force_offset", "tilt"):
+        if name in values and sign < 0.0:
+            values[name] = -values[name]
+            intervals[name] = (-intervals[name][1], -intervals[name][0])
+    setup = best.model.setup_of(best.values, path.setup)
+    stage = path.place
     return FitResult(
-        values=fitted,
+        model=best.model.name,
+        adequate=adequate,
+        values=values,
         intervals=intervals,
         correlations=correlations,
-        residuals=tension + offset - curve.tension,
-        curve=_fitted_curve(curve, setup, tension + offset),
+        residuals=tension - curve.tension,
+        curve=ForceCurve(
+            time=curve.time,
+            indentation=stage + tension * path.compliance,
+            force=sign * tension,
+            force_sign=curve.force_sign,
+            stage=None if setup.stiffness is None else stage,
+        ),
         measured=curve,
         setup=setup,
-        noise=noise,
-        sentences=_sentences(names, fitted, spreads, float(np.sqrt(variance)), correlations, residuals, setup),
-        simulations=search.model.evaluations,
+        noise=float(1.4826 * np.median(np.abs(tension - curve.tension))),
+        misfit=best.misfit,
+        alike=tuple(other.model.name for other in alike),
+        ladder=tuple(ladder),
+        sentences=(*said, *sentences_of(best, correlations, loose, alike, windows)),
+        simulations=sum(1 for rung in ladder if rung.model == "solver") and best.problem.evaluations,
     )
 
 
-def _fitted_curve(curve: ForceCurve, setup: Setup, tension: FloatArray) -> ForceCurve:
-    """The model at the measured instants, in the measured sign; behind a spring its indentation follows its force."""
-    stage = prescribed_path(curve, setup)
-    return ForceCurve(
-        time=curve.time,
-        indentation=stage if setup.stiffness is None else stage + tension / setup.stiffness,
-        force=tension if curve.force_sign == "tension" else -tension,
-        force_sign=curve.force_sign,
-        stage=None if setup.stiffness is None else stage,
-    )
+def deviations_of(fitted: Fitted) -> tuple[FloatArray, FloatArray]:
+    """Standard deviations of the linearised problem, in units of the search, and correlations.
 
-
-def _deviations(jacobian: FloatArray, variance: float) -> tuple[FloatArray, FloatArray]:
-    """Standard deviations and correlations of the linearised problem; infinite for what the data do not constrain."""
-    scale = np.linalg.norm(jacobian, axis=0)
-    seen = scale > 1e-12 * max(float(scale.max()), 1e-300)
-    normal = jacobian[:, seen] / scale[seen]
+    They are widened for correlated residuals, and infinite for what the data do not constrain.
+    """
+    count = np.count_nonzero(fitted.counted)
+    degrees = max(count - len(fitted.names), 1)
+    variance = float(fitted.residuals @ fitted.residuals) / degrees * inflation(fitted.residuals[fitted.counted])
+    length = np.linalg.norm(fitted.jacobian, axis=0)
+    seen = length > np.where(np.arange(length.size) < len(fitted.problem.free), 1e-9, 0.0)
+    normal = fitted.jacobian[:, seen] / length[seen]
     values, vectors = np.linalg.eigh(normal.T @ normal)
-    values = np.maximum(values, 1e-12)
-    covariance = variance * (vectors / values) @ vectors.T
-    deviations = np.full(scale.size, np.inf)
-    deviations[seen] = np.sqrt(np.diag(covariance)) / scale[seen]
-    correlation = np.eye(scale.size)
+    covariance = variance * (vectors / np.maximum(values, 1e-14)) @ vectors.T
+    deviations, correlation = np.full(length.size, np.inf), np.eye(length.size)
     inner = np.sqrt(np.diag(covariance))
+    deviations[seen] = inner / length[seen]
     correlation[np.ix_(seen, seen)] = covariance / np.outer(inner, inner)
     return deviations, correlation
 
 
-def _fewer_points(residuals: FloatArray) -> float:
-    """Factor of the variance by correlated residuals, (1 + r) / (1 - r) with r the correlation of neighbours."""
-    r = (
-        float(np.corrcoef(residuals[1:], residuals[:-1])[0, 1])
-        if residuals.size > 3 and np.ptp(residuals) > 0.0
-        else 0.0
-    )
-    return (1.0 + min(r, 0.98)) / (1.0 - min(r, 0.98)) if r > 2.0 / np.sqrt(residuals.size) else 1.0
+def intervals_of(fitted: Fitted) -> tuple[dict[str, tuple[float, float]], dict[str, dict[str, float]]]:
+    """95 % intervals and correlations of the parameters."""
+    problem, names = fitted.problem, fitted.names
+    deviations, correlation = deviations_of(fitted)
+    degrees = max(np.count_nonzero(fitted.counted) - len(names), 1)
+    quantile = float(stdtrit(degrees, 0.5 + 0.5 * CONFIDENCE))
+    intervals = {}
+    for i, name in enumerate(names):
+        if name in problem.free:
+            parameter, spread = problem.parameters[name], quantile * deviations[i] * problem.unit[name]
+            centre = parameter.inner(fitted.values[name])
+            low, high = parameter.outer(centre - spread), parameter.outer(centre + spread)
+            intervals[name] = (max(low, parameter.low) if parameter.scale == "linear" else low, high)
+        else:
+            spread = quantile * deviations[i]
+            intervals[name] = (fitted.linear[name] - spread, fitted.linear[name] + spread)
+    return intervals, {a: {b: float(correlation[i, j]) for j, b in enumerate(names)} for i, a in enumerate(names)}
 
 
-def _sentences(
-    names: Sequence[str],
-    values: Mapping[str, float],
-    spreads: Mapping[str, float],
-    widened: float,
-    correlations: Mapping[str, Mapping[str, float]],
-    residuals: FloatArray,
-    setup: Setup,
-) -> tuple[str, ...]:
-    """Sentences of a fit; `widened` is the factor by which residuals above the noise widen every interval."""
-    found, misfit = [], float(np.sqrt(np.mean(residuals**2)))
-    blurred = []
-    for name in names:
-        parameter = PARAMETERS[name]
-        limit = _LOOSE.get(parameter.scale, setup.adhesion_length if name == "contact_point" else np.inf)
-        inside = parameter.low * 1.001 < values[name] < parameter.high * 0.999 if parameter.scale != "linear" else True
-        if inside and misfit > _UNLIKE and spreads[name] / widened < limit <= spreads[name]:
-            blurred.append(name)
-        elif not spreads[name] < limit or not inside:
-            found.append(f"The curve does not determine {name}: {parameter.advice} would.")
-    for i, one in enumerate(names):
-        for other in names[i + 1 :]:
-            if abs(correlations[one][other]) > _TIED:
-                found.append(
-                    f"The curve hardly tells {one} from {other} (correlation {correlations[one][other]:.3f}): "
-                    "a measured value of one would sharpen the other."
-                )
-    if misfit > _UNLIKE:
-        also = f", which widens the intervals, most of all of {' and '.join(blurred)}" if blurred else ""
-        found.append(
-            f"The model does not describe the curve: its residuals are {misfit:.1f} times the noise of the "
-            f"measurement{also}."
-        )
-    if setup.range_is_effective and "retardation_time" in names:
-        found.append(
-            f"The retardation time belongs to the effective range, {readable(setup.gap, 'm')}: the edge of the "
-            "contact dissipates over it, and a shorter one gives another time."
-        )
-    return tuple(found)
+def _whole_tension(best: Fitted, path: Path) -> FloatArray:
+    """The fitted model and the linear parts at all measured instants, positive in tension."""
+    data, problem = best.problem.data, best.problem
+    options = {name: value for name, value in problem.options.items() if name == "accuracy"}
+    tension = best.model.tension(best.values, path, **options)
+    if best.model.adhesive:
+        inside = data.path.time[problem.inside]
+        begin, end = (inside[0], inside[-1]) if inside.size else (np.inf, np.inf)
+        tension = np.where((path.time >= begin) & (path.time <= end), tension, 0.0)
+    return tension + np.interp(path.time, data.path.time, problem.columns @ problem.coefficients)

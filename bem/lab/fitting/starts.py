@@ -1,75 +1,63 @@
-"""Where the search of a fit starts: from a first guess, from Hertz's, and with several retardation times and ratios."""
+"""First guesses of the models' parameters from a curve, and the spread of Hertz's modulus over windows of depth."""
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 
-from bem.lab.contact_point import Contact
-from bem.lab.curve import ForceCurve
-from bem.lab.fitting.parameters import MEMORY
-from bem.lab.guess import deep_contact
-from bem.lab.setup import Setup
+from bem._support.validation import FloatArray
+from bem.lab.fitting.measurement import Measurement
+from bem.lab.fitting.regression import Regression
+from bem.lab.models import LADDER
 
-_RATIOS = (0.5, 0.15)
-_TIME_SHARES = (0.02, 0.1, 0.5)  # of the duration in contact, at which retardation times are tried
-_FASTER, _STIFFER, _LARGEST_RATIO = (30.0, 6.0), 3.0, 0.8
+_PLACES = 80  # of the contact point that are tried
+WINDOWS = (0.5, 0.65, 0.8, 1.0)
+"""Shares of the depth over which Hertz is fitted to the approach."""
 
 
-def starting_points(
-    curve: ForceCurve, setup: Setup, contact: Contact, duration: float, free: tuple[str, ...]
-) -> list[dict[str, float]]:
-    """Points to start from: the setup's own values, Hertz's, and several retardation times and modulus ratios."""
-    base = {
-        "relaxed_modulus": setup.relaxed_modulus,
-        "work_of_adhesion": setup.work_of_adhesion,
-        "contact_point": contact.contact_point + _attracted_from(setup),
-        "retardation_time": setup.time_scale,
-        "modulus_ratio": setup.material.modulus_ratio,
+def hertz_line(data: Measurement) -> dict[str, float]:
+    """Modulus and contact point by which Hertz's force, a line in depth^(3/2), misses the approach least."""
+    setup, depth = data.path.setup, data.depth
+    counted = slice(0, data.top + 1) if np.any(data.weights[: data.top + 1]) else slice(0, None)
+    depth, tension = depth[counted], data.tension[counted]
+    deepest = float(depth.max())
+    places = np.linspace(-0.7, 0.95, _PLACES) * deepest
+    power = np.maximum(depth - places[:, None], 0.0) ** 1.5
+    centred, rest = power - power.mean(axis=1, keepdims=True), tension - tension.mean()
+    square, product = np.sum(centred**2, axis=1), centred @ rest
+    best = int(np.argmax(np.where(product < 0.0, product**2, 0.0) / np.maximum(square, 1e-300)))
+    slope = min(float(product[best] / max(square[best], 1e-300)), -1e-15 / deepest**1.5)
+    modulus = -0.75 * slope / np.sqrt(setup.radius) * (1.0 - setup.poisson_ratio**2)
+    return {
+        "relaxed_modulus": float(np.clip(modulus, 2.0, 5e11)),
+        "contact_point": float(data.path.place[data.first] + places[best]),
     }
-    bases = [base]
-    if {"contact_point", "relaxed_modulus"} <= set(free) and (deep := deep_contact(curve, contact, setup.radius)):
-        # The stage is as much further as the force offset bends the spring.
-        bent = 0.0 if setup.stiffness is None else contact.force_offset / setup.stiffness
-        modulus = deep[1] * (1.0 - setup.poisson_ratio**2)
-        bases.append(base | {"contact_point": deep[0] - bent, "relaxed_modulus": modulus})
-    if not set(free) & set(MEMORY):
-        return [*bases, base | {"work_of_adhesion": 0.5 * base["work_of_adhesion"]}]
-    times = [share * duration for share in _TIME_SHARES] if "retardation_time" in free else [base["retardation_time"]]
-    ratios = _RATIOS if "modulus_ratio" in free else (base["modulus_ratio"],)
-    starts = bases
-    for time in times:
-        for ratio in ratios:
-            # A force measured at speed is that of a stiffer solid, and adheres more, than the relaxed one.
-            softer = {
-                "relaxed_modulus": base["relaxed_modulus"] * ratio**0.5,
-                "work_of_adhesion": base["work_of_adhesion"] * ratio**0.5,
-            }
-            starts.append(base | softer | {"retardation_time": time, "modulus_ratio": ratio})
-    return starts
 
 
-def faster_memories(found: dict[str, float], free: tuple[str, ...]) -> list[dict[str, float]]:
-    """Points with shorter retardation times than those of a solution; none unless the time is free.
+def pulled(data: Measurement) -> float:
+    """Largest tension over the baseline, in N, at least the noise."""
+    baseline = float(np.median(data.tension[: data.first]))
+    return max(float(np.max((data.tension - baseline)[data.weights > 0.0])), data.noise)
 
-    A force that decays over the dwell looks like the beginning of a slow relaxation or the whole of a faster and
-    smaller one. The search does not cross from one to the other; the instantaneous modulus of both is the same.
+
+def windows_of_depth(data: Measurement, start: dict[str, float], weighted: float = 0.0) -> list[float]:
+    """Hertz's modulus, in Pa, of the approach down to shares of its depth.
+
+    Args:
+        data: the curve.
+        start: modulus and contact point to begin with.
+        weighted: distance from the contact point, in m, within which points count less, in proportion to it, as
+            nanite weights them; zero weighs all alike.
     """
-    if not {"retardation_time", "modulus_ratio"} <= set(free):
-        return []
-    stiffer = min(_STIFFER, _LARGEST_RATIO / found["modulus_ratio"])
-    changes = {"modulus_ratio": stiffer, "relaxed_modulus": stiffer, "work_of_adhesion": stiffer**0.5}
-    changed = {name: found[name] * factor for name, factor in changes.items() if name in free}
-    return [found | changed | {"retardation_time": found["retardation_time"] / faster} for faster in _FASTER]
-
-
-def _attracted_from(setup: Setup) -> float:
-    """How far before the undeformed sphere would touch attraction moves the force off the baseline, in m.
-
-    A spring jumps where the attraction of rigid surfaces, 8/3 pi R dgamma over the gap squared, changes as its
-    stiffness; a soft one does so from afar.
-    """
-    near = 0.5 * setup.adhesion_length
-    if setup.stiffness is None:
-        return near
-    stiffness = setup.stiffness * setup.gap / setup.force_scale
-    return max(near, (np.cbrt(16.0 / 3.0 / stiffness) - 1.0) * setup.gap)
+    depth = data.depth
+    number = np.arange(depth.size)
+    away = np.abs(data.path.place - start["contact_point"])
+    near: FloatArray = np.minimum(away / weighted, 1.0) if weighted else np.ones(depth.size)
+    found = []
+    for share in WINDOWS:
+        counts = (number <= data.top) & (depth <= share * float(depth.max()))
+        part = dataclasses.replace(data, weights=near * counts)
+        problem = Regression(LADDER["hertz"], part, start, ("relaxed_modulus", "contact_point"))
+        found.append(problem.run(np.zeros(2)).values["relaxed_modulus"])
+    return found

@@ -58,6 +58,7 @@ def test_the_summary_is_short_and_readable():
     ]
     assert not any(line.startswith("detached") for line in lines)
     assert lines[-1].startswith("cost ")
+    assert lines[-1].endswith(" multiply-adds in 1 attempt, none failed")
 
 
 def test_json_holds_the_summary_and_the_arrays():

@@ -1,15 +1,19 @@
 """The commands in SI units write what they promise, or one sentence and nothing."""
 
+import dataclasses
 import json
 
 import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from bem import PronySeries
 from bem._support.command_line import run_command
 from bem.cli.app import app
 from bem.lab import ForceCurve
-from tests.bem.lab.measurement import TRUTH, measured
+from bem.lab.maps import read_map, to_xarray
+from experiments.robustness.lab_curves import CLASSES, write_map
+from tests.bem.lab.measurement import BEAD, TRUTH, measured
 
 CONTACT = {
     "radius": "50e-6",
@@ -41,12 +45,42 @@ def test_simulate_with_a_radius_is_in_si(tmp_path):
 
 
 def test_units_are_understood_in_the_command():
-    pytest.importorskip("pint")
     plain = CliRunner().invoke(app, ["simulate-si", *options()])
     units = {"radius": "50um", "work_of_adhesion": "50mJ/m2", "modulus": "2MPa", "peak_indentation": "300 nm"}
     named = CliRunner().invoke(app, ["simulate", *options(loading_rate="2um/s", retardation_time="100ms", **units)])
     assert named.exit_code == 0, named.output
     assert plain.output == named.output
+
+
+def test_a_material_may_be_an_entry_of_the_library(tmp_path):
+    words = [word for word in options() if word not in ("--retardation-time", "0.1", "--material", "sls:0.3")]
+    named = CliRunner().invoke(app, ["simulate-si", *words, "--material", "sylgard_184"])
+    elastic = CliRunner().invoke(app, ["simulate-si", *words, "--material", "elastic"])
+    assert named.exit_code == 0, named.output
+    assert named.output == elastic.output
+    # Its modulus is the default.
+    words = [word for word in words if word not in ("--modulus", "2e6")]
+    own = CliRunner().invoke(app, ["simulate-si", *words, "--material", "sylgard_184"])
+    given = CliRunner().invoke(app, ["simulate-si", *words, "--modulus", "2.05e6"])
+    assert own.exit_code == 0, own.output
+    assert own.output == given.output
+    words = ["--tabor", "0.5", "--peak-indentation", "2", "--loading-rate", "10", "--unloading-rate", "10"]
+    run = CliRunner().invoke(app, ["simulate", *words, "--material", "sylgard_184_cured_at_100c"])
+    assert run.exit_code == 0, run.output
+
+
+def test_a_fit_holds_a_known_prony_series(tmp_path):
+    """The relaxation is the material's; modulus and adhesion are found."""
+    series = BEAD.replaced(material=PronySeries([0.7], [0.1]), retardation_time=None)
+    measured(series).shifted(contact_point=TRUTH["contact_point"]).write(tmp_path / "curve.csv")
+    words = ["fit", str(tmp_path / "curve.csv"), "--radius", "50um", "--material", "prony:0.7@0.1"]
+    words += ["--model", "solver", "--accuracy", "draft", "--out", str(tmp_path / "fit.json")]
+    run = CliRunner().invoke(app, words)
+    assert run.exit_code == 0, run.output
+    found = json.loads((tmp_path / "fit.json").read_text())["values"]
+    assert "retardation_time" not in found
+    assert found["relaxed_modulus"] == pytest.approx(2e6, rel=0.03)
+    assert found["work_of_adhesion"] == pytest.approx(0.05, rel=0.05)
 
 
 def failed(arguments, monkeypatch, capsys):
@@ -101,7 +135,12 @@ def test_fit_writes_its_json_and_its_picture(tmp_path):
         ("time (s),indentation (m),force (N)", [], "the curve shows no contact"),
         ("time (s),indentation (m),force (N)", ["--free", "colour"], "the curve shows no contact"),
         ("time (s),indentation (m),force (N)", ["--plot", "a.txt"], "Expected an output file called .png"),
-        ("time (s),indentation (m),force (N)", ["--material", "prony:0.5@1"], "a fit must be elastic or sls:K"),
+        ("time (s),indentation (m),force (N)", ["--material", "rubber"], "or an entry of the materials library"),
+        (
+            "time (s),indentation (m),force (N)",
+            ["--material", "sylgard_184", "--retardation-time", "1s"],
+            "retardation_time must not be given with sylgard_184_cured_at_100c, whose times are in seconds",
+        ),
         ("time (s),indentation (m),force (N)", ["--out", "a.txt"], "Expected an output file called .json"),
         ("time (s),indentation (m),force (N)", ["--radius", "0"], "radius must be a finite number greater than 0"),
         ("time (s),indentation (m),force (kg)", [], "must be a force, in a unit such as N; received the unit 'kg'"),
@@ -145,3 +184,70 @@ def test_forces_in_place_of_a_cycle(tmp_path):
         refused = CliRunner().invoke(app, ["simulate-si", *words, *extra])
         assert isinstance(refused.exception, ValueError)
         assert "must be given" in str(refused.exception)
+
+
+def afm_map(path, count=3):
+    """A file of several curves behind cantilevers, of which the second is noise."""
+    pytest.importorskip("afmformats")
+    curves = []
+    for number in range(count):
+        rng = np.random.default_rng(number)
+        curve, _, _ = CLASSES["jkr"](rng, noise=0.005)
+        if number == 1:
+            noise = rng.standard_normal(len(curve)) * 1e-9
+            curve = dataclasses.replace(curve, force=noise, indentation=curve.stage + noise / curve.stiffness)
+        curves.append(curve)
+    write_map(path, curves)
+    return path
+
+
+def test_a_file_of_several_curves_is_never_silently_one(tmp_path, monkeypatch, capsys):
+    path = afm_map(tmp_path / "map.h5")
+    words = ["fit", str(path), "--radius", "5um", "--force-sign", "compression"]
+    code, said = failed(words, monkeypatch, capsys)
+    assert code == 2
+    assert "the number of a curve must be given, from 0 to 2" in said
+    assert "from 0 to 2; received 7" in failed([*words, "--number", "7"], monkeypatch, capsys)[1]
+    result = CliRunner().invoke(app, [*words, "--number", "2", "--model", "jkr", "--segment", "retract"])
+    assert result.exit_code == 0, result.output
+    assert "JKR: elastic sphere" in result.output
+
+
+def test_a_map_is_one_line_a_curve_and_goes_on_where_it_was(tmp_path):
+    path, out, plot = afm_map(tmp_path / "map.h5"), tmp_path / "map.csv", tmp_path / "map.png"
+    words = ["fit-map", str(path), "--radius", "5um", "--out", str(out), "--plot", str(plot)]
+    result = CliRunner().invoke(app, words)
+    assert result.exit_code == 0, result.output
+    assert "3 curves: 2 jkr" in result.output
+    assert "1 without a fit: the curve shows no contact" in result.output
+    assert plot.stat().st_size > 1000
+    rows = read_map(out)
+    assert [row["number"] for row in rows] == [0, 1, 2]
+    assert rows[2]["relaxed_modulus_low"] < rows[2]["relaxed_modulus"] < rows[2]["relaxed_modulus_high"]
+    assert rows[2]["x"] == pytest.approx(2e-6)
+    assert rows[1]["reason"].startswith("the curve shows no contact")
+    assert to_xarray(rows)["model"].values.tolist() == ["jkr", "", "jkr"]
+    # What an interruption left: two lines, and half of the third.
+    whole = out.read_text()
+    lines = whole.splitlines(keepends=True)
+    out.write_text("".join(lines[:4]) + lines[4][:20])
+    assert CliRunner().invoke(app, words).exit_code == 0
+    assert out.read_text() == whole
+    other = CliRunner().invoke(app, [*words, "--model", "hertz"])
+    assert "the settings of" in other.output
+    (tmp_path / "no.csv").write_text("a,b")
+    assert "which is none" in CliRunner().invoke(app, [*words[:-3], str(tmp_path / "no.csv")]).output
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--range", "1um"], "range must be LOW:HIGH"),
+        (["--quantity", "colour"], "quantity must be one of relaxed_modulus"),
+        (["--model", "sphere"], "model must be auto or one of hertz"),
+    ],
+)
+def test_options_of_a_map_that_are_none(tmp_path, words, message):
+    path = afm_map(tmp_path / "map.h5", count=1)
+    run = CliRunner().invoke(app, ["fit-map", str(path), "--radius", "5um", "--out", str(tmp_path / "m.csv"), *words])
+    assert message in str(run.exception) + run.output

@@ -1,6 +1,5 @@
 """No damaged data set file is read as if it were whole, and none leads the reader elsewhere."""
 
-import json
 import random
 import subprocess
 import sys
@@ -11,8 +10,7 @@ import numpy as np
 import pytest
 
 from bem.dataset.file import load_dataset
-from bem.dataset.opening import SEALED, DamagedFileError, open_dataset
-from bem.dataset.sealed_file import BLOCK
+from bem.dataset.sealed_file import BLOCK, SEALED, DamagedFileError, open_dataset
 from surrogate.data.dataset import TrajectoryDataset
 from tests.data_files import damaged, editing, unsealed
 
@@ -83,18 +81,18 @@ def test_the_published_file_is_the_one_models_were_trained_on():
     assert found.sha256 == "a8108732dbfcd7ea64fe9a88fbd16d06bb0ff632fdfa3f3fb03347a9501e7586"
 
 
-def test_an_old_file_beside_its_manifest_is_the_one_that_was_published(undisturbed, tmp_path):
+def test_an_old_file_beside_its_sum_is_the_one_that_was_published(undisturbed, tmp_path):
     import hashlib
 
     path = unsealed(undisturbed, tmp_path / "dataset.h5")
-    entry = {"sha256": hashlib.sha256(path.read_bytes()).hexdigest()}
-    (tmp_path / "MANIFEST.json").write_text(json.dumps({"files": {"dataset.h5": entry}}), encoding="utf-8")
+    line = f"{hashlib.sha256(path.read_bytes()).hexdigest()}  dataset.h5"
+    (tmp_path / "SHA256SUMS").write_text(f"{'0' * 64}  other\n{line}\n", encoding="utf-8")
     assert len(load_dataset(path)) == 120
     with h5py.File(path, "r+") as file:
         file["scalars/steps"][3] += 1
     with pytest.raises(DamagedFileError, match="truncated or damaged"):
         load_dataset(path)
-    (tmp_path / "MANIFEST.json").write_text("[]", encoding="utf-8")
+    (tmp_path / "SHA256SUMS").write_bytes(b"\n\xff")
     assert len(load_dataset(path)) == 120
 
 

@@ -6,10 +6,10 @@ from pathlib import Path
 import h5py
 import pytest
 
-from bem.dataset.campaign.plan import Campaign
-from bem.dataset.designs import read_design_file
-from tests.bem.dataset.campaign import stand_in
-from tests.bem.dataset.campaign.helpers import run_here
+from bem.cli.design_options import read_design_file
+from bem.dataset.campaign import Campaign
+from tests.bem.dataset import stand_in
+from tests.bem.dataset.helpers import run_here
 
 ROOT = Path(__file__).parents[3]
 TEXT = (ROOT / "docs" / "dataset.md").read_text(encoding="utf-8")

@@ -6,17 +6,13 @@ from hypothesis import strategies as st
 from bem.dataset.measurement_steps import FMS, measurement_grid, measurement_times, proportional_counts
 from bem.protocol import LoadingProtocol
 
+ONE = {"tabor": 1.0, "peak_indentation": 15.0, "loading_rate": 1.0, "dwell_time": 0.1, "unloading_rate": 1.0}
 PROTOCOL = LoadingProtocol(peak_indentation=15.0, loading_rate=1e3, dwell_time=8e-3, unloading_rate=1e2)
 
 
-def test_counts_of_the_paper():
-    assert proportional_counts(120) == FMS
-    assert proportional_counts(100) == (42, 16, 42)
-    assert proportional_counts(140) == (58, 24, 58)
-
-
 @given(st.integers(6, 5000))
-def test_counts_add_up(total):
+def test_counts_are_those_of_the_paper_or_in_their_proportion(total):
+    assert [proportional_counts(points) for points in (120, 100, 140)] == [FMS, (42, 16, 42), (58, 24, 58)]
     counts = proportional_counts(total)
     assert sum(counts) == total
     assert min(counts) >= 1
@@ -63,30 +59,22 @@ def test_grid_agrees_with_the_protocol(tabor, peak, load, dwell, unload):
     np.testing.assert_array_equal(indentations[0, 49:70], peak)
 
 
-def test_dwell_points_need_a_dwell():
-    protocol = LoadingProtocol(peak_indentation=15.0, loading_rate=1.0, dwell_time=0.0, unloading_rate=1.0)
-    with pytest.raises(ValueError, match="counts must ask for no dwell points where dwell_time is 0"):
-        measurement_times(protocol, tabor=1.0)
-    times = measurement_times(protocol, tabor=1.0, counts=(50, 0, 50))
-    assert times.shape == (100,)
+def test_a_protocol_without_dwell_has_no_dwell_points():
+    times, _ = measurement_grid(**{**ONE, "dwell_time": 0.0}, counts=(50, 0, 50))
+    assert times.shape == (1, 100)
     assert np.all(np.diff(times) > 0.0)
+    assert measurement_grid(**{**ONE, "tabor": 0.2, "peak_indentation": -0.1})[1].max() == -0.1
 
 
-def test_unusable_grids():
-    with pytest.raises(ValueError, match="counts must be three integers"):
-        measurement_times(PROTOCOL, tabor=1.0, counts=(1, 1, 1))
-    short = LoadingProtocol(peak_indentation=1e3, loading_rate=1e-12, dwell_time=1e-1, unloading_rate=1.0)
-    with pytest.raises(ValueError, match="strictly increasing in double precision; received protocol 0"):
-        measurement_times(short, tabor=1.0)
-
-
-def test_a_peak_below_its_start_is_refused():
-    times, indentations = measurement_grid(
-        tabor=0.2, peak_indentation=-0.1, loading_rate=1.0, dwell_time=1.0, unloading_rate=1.0
-    )
-    assert indentations[0].max() == -0.1
-    assert times.shape == (1, 120)
-    with pytest.raises(
-        ValueError, match=r"above the start indentation; received protocol 1 with -1\.0 and a start of -0\.4"
-    ):
-        measurement_grid(tabor=0.2, peak_indentation=[1.0, -1.0], loading_rate=1.0, dwell_time=1.0, unloading_rate=1.0)
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"counts": (1, 1, 1)}, "counts must be three integers"),
+        ({"dwell_time": 0.0}, "counts must ask for no dwell points where dwell_time is 0"),
+        ({"peak_indentation": 1e3, "loading_rate": 1e-12}, "increasing in double precision; received protocol 0"),
+        ({"tabor": 0.2, "peak_indentation": [1.0, -1.0]}, r"received protocol 1 with -1\.0 and a start of -0\.4"),
+    ],
+)
+def test_what_has_no_such_steps_is_refused(changes, message):
+    with pytest.raises(ValueError, match=message):
+        measurement_grid(**{**ONE, **changes})

@@ -70,6 +70,7 @@ def test_any_material_gives_the_steps_of_the_solid_that_it_is(several):
     [
         ({"modulus_ratio": None}, "either a material or a modulus_ratio"),
         ({"modulus_ratio": 1.5}, "modulus_ratio must be"),
+        ({"material": [Elastic()] * 3, "modulus_ratio": None}, r"one for each of 2 protocols; received 3"),
         ({"counts": (22, 8, 7)}, "at least 8 unloading points; received 7"),
         ({"dwell_time": 0.0}, "no dwell points"),
         ({"peak_indentation": -0.1}, "must lie above 0"),
@@ -80,8 +81,3 @@ def test_any_material_gives_the_steps_of_the_solid_that_it_is(several):
 def test_what_has_no_such_steps_is_refused(changes, message):
     with pytest.raises(ValueError, match=message):
         physical_grid(**{**PROTOCOLS, "modulus_ratio": RATIOS, **changes})
-
-
-def test_materials_must_be_as_many_as_protocols():
-    with pytest.raises(ValueError, match=r"one for each of 2 protocols; received 3"):
-        physical_grid(**PROTOCOLS, material=[Elastic()] * 3)

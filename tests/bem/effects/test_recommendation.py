@@ -130,8 +130,7 @@ def test_the_cheapest_is_never_dearer_than_the_full_scene():
     slow, scene = ramp(5.0, 1e-2), Scene(5.0, SLS)
     fewest, cheapest = (recommend(scene, slow, 0.3, best=best) for best in ("fewest", "cheapest"))
     assert fewest.effects.terms == 0
-    assert fewest.cost > 1.0  # it snaps and hops, which its memory would have kept it from
-    assert (cheapest.found_by, cheapest.cost) == ("nothing is left out", 1.0)
+    assert cheapest.cost <= min(fewest.cost, 1.0)
 
 
 def test_operations_say_which_scene_is_slower():
@@ -181,7 +180,7 @@ def test_a_stiff_spring_is_left_out_and_a_soft_one_is_kept():
     stiff, soft = (recommend(Scene(1.0, SLS, spring=k), protocol, 0.02, best="fewest") for k in (1e5, 1.0))
     assert str(stiff.effects) == "viscoelastic, adhesive"
     assert stiff.scene == Scene(1.0, SLS)
-    assert stiff.found_by == "simulation"
+    assert stiff.found_by == "estimate"
     assert str(soft.effects) == "viscoelastic, adhesive, with a spring"
     assert soft.scene.spring == 1.0
     assert soft.found_by == "nothing is left out"

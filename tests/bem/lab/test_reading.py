@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from bem.lab import ForceCurve
-from bem.lab.contact_point import find_contact, noise_of
+from bem.lab.contact_point import noise_of
 from tests.bem.lab.measurement import BEAD, TRUTH, measured
 
 pytestmark = pytest.mark.filterwarnings("error")
@@ -24,15 +24,13 @@ def written(path, header, *columns, delimiter=","):
     "header", ["time (s),indentation (um),force (mN)", "t [s],depth [um],load [mN]", "time_s,indentation_um,force_mN"]
 )
 def test_columns_name_their_units(tmp_path, curve, header):
-    pytest.importorskip("pint")
     path = written(tmp_path / "a.csv", header, curve.time, 1e6 * curve.indentation, 1e3 * curve.force)
     found = ForceCurve.read(path)
     for name in ("time", "indentation", "force"):
         np.testing.assert_allclose(getattr(found, name), getattr(curve, name), rtol=1e-9, atol=1e-18)
 
 
-def test_a_written_curve_is_read_again_without_pint(tmp_path, curve, monkeypatch):
-    monkeypatch.setattr("bem.lab.units._registry", lambda: None)
+def test_a_written_curve_is_read_again(tmp_path, curve):
     curve.write(tmp_path / "a.csv")
     found = ForceCurve.read(tmp_path / "a.csv")
     np.testing.assert_allclose(found.force, curve.force, rtol=1e-8)
@@ -113,7 +111,6 @@ def test_columns_of_other_names_are_told_apart(tmp_path, curve):
     ],
 )
 def test_a_file_that_is_no_curve_is_one_sentence(tmp_path, text, message):
-    pytest.importorskip("pint")
     (tmp_path / "a.csv").write_text(text)
     with pytest.raises(ValueError, match=message) as error:
         ForceCurve.read(tmp_path / "a.csv")
@@ -156,7 +153,7 @@ def test_an_afm_file_is_read_through_afmformats(tmp_path, curve):
 
 
 def test_baseline_noise_and_contact_point_are_found(curve):
-    contact = find_contact(curve)
+    contact = curve.contact()
     noise = 0.01 * np.ptp(measured(noise=0.0).force)
     assert contact.force_offset == pytest.approx(TRUTH["force_offset"], abs=noise)
     assert contact.noise == pytest.approx(noise, rel=0.3)

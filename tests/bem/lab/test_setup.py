@@ -6,6 +6,7 @@ import warnings
 import numpy as np
 import pytest
 
+import surrogate
 from bem import Elastic, PronySeries, StandardLinearSolid, simulate
 from bem.lab import EffectiveRangeWarning, ForceCurve, Setup
 from bem.reference_solutions import jkr
@@ -39,6 +40,31 @@ def test_a_simulation_in_si_is_the_dimensionless_one_times_its_scales():
     np.testing.assert_array_equal(compression.force, -curve.force)
     np.testing.assert_array_equal(compression.tension, curve.tension)
     np.testing.assert_array_equal(compression.with_sign("tension").force, curve.force)
+
+
+def test_a_prediction_in_newtons_is_the_dimensionless_one_times_its_scales():
+    model = surrogate.load("fast")
+    setup = Setup(**AFM, retardation_time=0.5, material=StandardLinearSolid(0.2))
+    protocol = setup.protocol(peak_indentation=6e-9, loading_rate=1e-8, dwell_time=0.1, unloading_rate=1e-8)
+    found, curve = model.predict(setup.scene(), protocol), setup.predict(protocol, model)
+    np.testing.assert_allclose(curve.force, found.force * setup.force_scale)
+    np.testing.assert_allclose(curve.force_upper, found.force_upper * setup.force_scale)
+    assert curve.pull_off_interval == pytest.approx(np.multiply(found.pull_off_interval, setup.force_scale))
+    assert curve.pull_off_interval[0] < setup.simulate(protocol).pull_off_force < curve.pull_off_interval[1]
+    pressed = setup.predict(protocol, model, force_sign="compression")
+    for sign in (pressed, curve.with_sign("compression")):
+        np.testing.assert_array_equal(sign.force_lower, -curve.force_upper)
+        assert sign.pull_off_interval == curve.pull_off_interval
+    assert np.all(pressed.force_lower <= pressed.force_upper)
+    np.testing.assert_array_equal(curve.shifted(force_offset=1e-9).force_lower, curve.force_lower - 1e-9)
+    assert curve.to_dataframe().attrs["units"]["force_lower"] == "N"
+    wide = model.predict(setup.scene(), protocol, coverage=0.98).force_upper * setup.force_scale
+    np.testing.assert_allclose(setup.predict(protocol, model, coverage=0.98).force_upper, wide)
+    bead = BEAD.protocol(peak_indentation=0.3e-6, loading_rate=2e-6, dwell_time=0.1, unloading_rate=2e-6)
+    with pytest.warns(EffectiveRangeWarning, match="depends on the effective range"):
+        BEAD.predict(bead, model)
+    with pytest.raises(ValueError, match="spring"):
+        setup.replaced(stiffness=2.0).predict(protocol, model)
 
 
 def test_times_of_a_prony_series_are_seconds_unless_a_unit_is_given():
@@ -174,3 +200,20 @@ def test_the_effective_range_of_a_contact_behind_a_spring_or_under_a_weight():
     pulled = bead.force_protocol(times=[0.0, 1.0], forces=[0.0, 20e-6])
     assert bead.range_sensitivity(pulled) < 0.05
     assert bead.range_sensitivity(bead.protocol(peak_indentation=3e-7, loading_rate=1e-6, unloading_rate=1e-6)) < 0.05
+
+
+def test_a_curve_in_newtons_is_drawn_as_a_trajectory_is():
+    setup = Setup(radius=50e-6, work_of_adhesion=0.05, relaxed_modulus=2e6, retardation_time=0.1)
+    speeds = {"loading_rate": 2e-6, "unloading_rate": 2e-4, "dwell_time": 0.3}
+    protocol = setup.protocol(peak_indentation=0.5e-6, start_indentation=-1.5e-6, **speeds)
+    curve = setup.simulate(protocol, "draft", check_range=False)
+    history, loop = curve.plot().axes
+    at = history.get_xticks()
+    assert [text.get_text() for text in history.get_xticklabels()][:3] == ["0 s", "1 s", "1.3 s"]
+    assert at[3] - at[2] > 0.15  # 10 ms of 1.31 s
+    (mark,) = [line for line in loop.lines if line.get_marker() == "o"]
+    assert mark.get_xydata()[0, 1] == curve.pull_off_force
+    assert [text.get_text().split()[0] for text in history.texts] == ["pull-off"]
+    uncertain = dataclasses.replace(curve, contact_radius=None).with_sign("compression").plot().axes[0]
+    assert [text.get_text().split()[0] for text in uncertain.texts] == ["largest"]
+    assert "compression positive" in uncertain.get_ylabel()

@@ -2,7 +2,6 @@
 
 import pytest
 
-from bem.lab import units
 from bem.lab.units import readable, to_si
 
 
@@ -18,11 +17,15 @@ from bem.lab.units import readable, to_si
         ("0.2 um/s", "speed", 2e-7),
         ("3e-6", "length", 3e-6),
         ("4 N/m", "stiffness", 4.0),
+        ("4 nN/nm", "stiffness", 4.0),
+        ("50 mJ m⁻²", "energy per area", 0.05),
+        ("50 mJ * m**-2", "energy per area", 0.05),
+        ("3 micrometers", "length", 3e-6),
+        ("2 min", "time", 120.0),
+        ("30 %", "number", 0.3),
     ],
 )
 def test_text_with_a_unit_becomes_si(text, dimension, expected):
-    if not text.replace(".", "").replace("e-", "").isdigit():
-        pytest.importorskip("pint")
     assert to_si("radius", text, dimension) == pytest.approx(expected, rel=1e-12)
 
 
@@ -34,22 +37,19 @@ def test_a_quantity_of_pint_is_understood_whatever_its_registry():
         to_si("radius", quantity(50.0, "N"), "length")
 
 
-@pytest.mark.parametrize("wrong", ["50 mN", "many", "50 blub", None, True, [1.0], "5 m m m", "um"])
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        *("50 mN", "many", "50 blub", None, True, [1.0], "5 m m m", "um", "5 m/", "5 kmin", "1 10**10**10*m"),
+        *("5 __import__('os')", "5 m^99", "1 Tm9*Tm9*Tm9/Tm/fm9/fm9/fm8", "5 " + "m" * 10**6, "1" * 10**6 + "\nm"),
+    ],
+)
 def test_a_unit_that_does_not_fit_is_one_sentence(wrong):
-    pytest.importorskip("pint")
     with pytest.raises(ValueError, match=r"^radius must be a length") as error:
         to_si("radius", wrong, "length")
     assert "\n" not in str(error.value)
     assert "received" in str(error.value)
-
-
-def test_without_pint_plain_numbers_work_and_a_unit_says_what_to_install(monkeypatch):
-    monkeypatch.setattr(units, "_registry", lambda: None)
-    assert to_si("radius", 5e-5, "length") == 5e-5
-    assert to_si("radius", "5e-5", "length") == 5e-5
-    assert to_si("radius", "5e-5 m", "length") == 5e-5
-    with pytest.raises(ValueError, match=r"radius must be a plain number in m unless Pint is installed .*'um'"):
-        to_si("radius", "50 um", "length")
+    assert len(str(error.value)) < 500
 
 
 @pytest.mark.parametrize(

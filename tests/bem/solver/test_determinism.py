@@ -5,10 +5,10 @@ import pytest
 from joblib import Parallel, delayed
 
 from bem import LoadingProtocol, PronySeries, Scene, StandardLinearSolid, simulate
-from bem.dataset.campaign.plan import Campaign
-from bem.dataset.campaign.run import run_campaign
+from bem.dataset.campaign import Campaign
 from bem.dataset.designs import Design
 from bem.dataset.file import load_dataset
+from bem.dataset.run import run_campaign
 
 SCALARS = ("pull_off_force", "pull_off_time", "hysteresis", "max_compression", "end_force", "steps", "jump_count")
 
@@ -39,20 +39,17 @@ def answers():
     return [force(case) for case in cases()]
 
 
-def test_twice_is_the_same(answers):
-    same([force(case) for case in cases()], answers)
+WAYS = {
+    "twice": lambda: map(force, cases()),
+    "in another order": lambda: [force(case) for case in cases()[::-1]][::-1],
+    "in two processes": lambda: Parallel(n_jobs=2)(delayed(force)(case) for case in cases()),
+    "in two threads": lambda: Parallel(n_jobs=2, backend="threading")(delayed(force)(case) for case in cases()),
+}
 
 
-def test_order_does_not_matter(answers):
-    same([force(case) for case in cases()[::-1]][::-1], answers)
-
-
-def test_two_processes_agree_with_one(answers):
-    same(Parallel(n_jobs=2)(delayed(force)(case) for case in cases()), answers)
-
-
-def test_two_threads_agree_with_one(answers):
-    same(Parallel(n_jobs=2, backend="threading")(delayed(force)(case) for case in cases()), answers)
+@pytest.mark.parametrize("way", WAYS)
+def test_the_answer_is_the_same(answers, way):
+    same(WAYS[way](), answers)
 
 
 def test_deeper_protocols_before_do_not_change_the_answer(answers):
@@ -62,7 +59,7 @@ def test_deeper_protocols_before_do_not_change_the_answer(answers):
     same([force(case) for case in cases()], answers)
 
 
-# Interruptions of every kind are tried with a stand-in for the solver in `tests/bem/dataset/campaign`.
+# Interruptions of every kind are tried with a stand-in for the solver in `tests/bem/dataset`.
 @pytest.mark.slow
 def test_interrupted_campaign_ends_the_same(tmp_path):
     plan = Campaign(count=12, seed=5, accuracy="draft")

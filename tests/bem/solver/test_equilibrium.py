@@ -1,11 +1,12 @@
 import numpy as np
 import pytest
 
-from bem.solver.discretisation.cohesive_zone import contact_edge
-from bem.solver.equilibrium import PRESSED, anderson_share, force_of, new_factor, solve_adhesive, tractions_of
+from bem.discretisation.cohesive_zone import contact_edge
+from bem.solver.equilibrium import anderson_share, new_factor, solve_adhesive
 from bem.solver.work import FACTORISATIONS, ITERATIONS, UNKNOWNS, new_work
-from bem.tractions import GAP_AT_PEAK, LENNARD_JONES, slope, tail_force, traction
-from tests.bem.solver.contacts import mesh_for, right_side
+from bem.tractions import GAP_AT_PEAK, force_of, slope
+from bem.tractions.pressed import PRESSED
+from tests.bem.solver.contacts import lennard_jones, mesh_for, right_side, stress
 
 
 def solved(tabor, indentation, response=1.0, tolerance=1e-7, force_error=np.inf):
@@ -16,20 +17,9 @@ def solved(tabor, indentation, response=1.0, tolerance=1e-7, force_error=np.inf)
     factor = new_factor(gap.size)
     for depth in np.linspace(rhs[0], 1.0 - indentation, 6):  # a few warm starts
         now = rhs - rhs[0] + depth
-        found = solve_adhesive(
-            mesh.influence,
-            mesh.force_weights,
-            tabor,
-            LENNARD_JONES,
-            now,
-            response,
-            tolerance,
-            force_error,
-            factor,
-            gap,
-            tractions,
-            work,
-        )
+        controls = (response, tolerance, force_error)
+        matrices = (mesh.influence, mesh.force_weights)
+        found = solve_adhesive(lennard_jones(tabor), *matrices, now, *controls, factor, gap, tractions, work)
     return mesh, rhs, gap, tractions, work, factor, found
 
 
@@ -38,38 +28,23 @@ def solved(tabor, indentation, response=1.0, tolerance=1e-7, force_error=np.inf)
 def test_an_accepted_state_satisfies_the_gap_equation(tabor, indentation, response):
     mesh, rhs, gap, tractions, work, _, found = solved(tabor, indentation, response)
     assert found
-    expected = np.empty(gap.size)
-    tractions_of(gap, tabor, LENNARD_JONES, expected)
-    np.testing.assert_array_equal(tractions, expected)
+    np.testing.assert_allclose(tractions, stress(tabor, gap), rtol=1e-12)
     residual = gap + response * mesh.influence.T @ tractions - rhs
     assert np.max(np.abs(residual)) < 1e-7
     assert np.all(gap > 0.0)
     assert work[ITERATIONS] > 0
 
 
-def test_the_far_field_leaves_the_linear_system():
+def test_the_factorisation_is_kept_and_the_far_field_leaves_the_linear_system():
     mesh, _, gap, _, work, factor, _ = solved(1.0, 1.0)
+    assert 1 <= work[FACTORISATIONS] < work[ITERATIONS]
     assert 3 <= factor.order[0] < gap.size
     assert work[UNKNOWNS] < work[ITERATIONS] * mesh.radii.size
-
-
-def test_the_factorisation_is_kept():
-    *_, work, _, found = solved(1.0, 1.0)
-    assert found
-    assert 1 <= work[FACTORISATIONS] < work[ITERATIONS]
 
 
 def test_a_residual_that_cannot_be_reached_is_not_accepted():
     *_, found = solved(1.0, 1.0, tolerance=0.0)
     assert not found
-
-
-def test_the_force_includes_the_tail_beyond_the_mesh():
-    mesh, _, gap, tractions, *_ = solved(0.2, 0.5)
-    assert force_of(mesh.force_weights, tractions, gap, LENNARD_JONES) == pytest.approx(
-        mesh.force_weights @ tractions + tail_force(gap[-1])
-    )
-    assert tail_force(gap[-1]) > 1e-3
 
 
 def test_the_contact_edge_is_where_the_tension_peaks():
@@ -90,46 +65,27 @@ def test_the_force_is_as_exact_as_asked_however_stiff_the_contact(response):
     mesh, rhs, gap, tractions, _, factor, found = solved(0.2, 0.5, response, tolerance=1e-2, force_error=allowed)
     *_, exact_gap, exact, _, _, _ = solved(0.2, 0.5, response, tolerance=1e-9)
     assert found
-    assert (
-        abs(
-            force_of(mesh.force_weights, tractions, gap, LENNARD_JONES)
-            - force_of(mesh.force_weights, exact, exact_gap, LENNARD_JONES)
-        )
-        < 2.0 * allowed
-    )
-    moved, lifted = gap.copy(), tractions.copy()
-    lift = 1e-3
-    assert solve_adhesive(
-        mesh.influence,
-        mesh.force_weights,
-        0.2,
-        LENNARD_JONES,
-        rhs + lift,
-        response,
-        1e-8,
-        np.inf,
-        factor,
-        moved,
-        lifted,
-        new_work(),
-    )
-    difference = abs(
-        force_of(mesh.force_weights, lifted, moved, LENNARD_JONES)
-        - force_of(mesh.force_weights, exact, exact_gap, LENNARD_JONES)
-    )
+    interface, weights = lennard_jones(0.2), mesh.force_weights
+    truth = force_of(interface, weights, exact_gap, exact)
+    assert abs(force_of(interface, weights, gap, tractions) - truth) < 2.0 * allowed
+    moved, lifted, lift = gap.copy(), tractions.copy(), 1e-3
+    controls = (response, 1e-8, np.inf)
+    assert solve_adhesive(interface, mesh.influence, weights, rhs + lift, *controls, factor, moved, lifted, new_work())
+    difference = abs(force_of(interface, weights, moved, lifted) - truth)
     assert factor.stiffness[0] == pytest.approx(difference / lift, rel=0.1)
 
 
 @pytest.mark.parametrize(("stiffness", "stable"), [(0.5, True), (2.0, False)])
 def test_an_equilibrium_with_a_negative_eigenvalue_is_not_accepted(stiffness, stable):
     gap = np.array([1.5, 3.0, 3.0, 3.0])  # of nodes that do not feel each other
-    tractions = np.array([traction(h) for h in gap])
+    tractions = stress(1.0, gap)
     rhs = gap + stiffness * tractions
     assert (1.0 + stiffness * slope(1.5) > 0.0) == stable
     influence, weights = stiffness * np.eye(4), np.ones(4)
     start = gap.copy()
+    controls = (1.0, 1e-9, np.inf)
     found = solve_adhesive(
-        influence, weights, 1.0, LENNARD_JONES, rhs, 1.0, 1e-9, np.inf, new_factor(4), start, tractions, new_work()
+        lennard_jones(1.0), influence, weights, rhs, *controls, new_factor(4), start, tractions, new_work()
     )
     assert found == stable
     np.testing.assert_allclose(start, gap, rtol=1e-9)

@@ -1,15 +1,16 @@
 import numpy as np
 import pytest
 
+from bem.discretisation.cohesive_zone import nonadhesive_edge
+from bem.discretisation.mesh import fixed_mesh, uniform_mesh
 from bem.reference_solutions import hertz
-from bem.solver.nonadhesive import nonadhesive_edge, solve_nonadhesive
+from bem.solver.equilibrium import solve_nonadhesive
 from bem.solver.work import new_work
-from tests.bem.solver.contacts import mesh_for, right_side
+from tests.bem.solver.contacts import right_side
 
 
 def solved(indentation, *, tabor=1.0, response=1.0, closed_before=False):
-    radius = np.sqrt(max(indentation, 0.0) / tabor)
-    _, mesh = mesh_for(tabor, edge=radius, peak=max(indentation, 1.0), nonadhesive=True)
+    mesh = fixed_mesh(tabor, uniform_mesh(1.15 * np.sqrt(max(indentation, 1.0) / tabor), 100), False)
     rhs = right_side(mesh, tabor, indentation)
     gap = np.ones(mesh.radii.size)
     tractions = np.full(mesh.radii.size, -1.0 if closed_before else 0.0)
@@ -51,7 +52,7 @@ def test_without_contact_there_is_no_force():
 @pytest.mark.parametrize("missing", [1, 3])
 def test_nodes_that_would_pass_through_are_closed(missing):
     """The contact is found from a prediction with too few closed nodes."""
-    _, mesh = mesh_for(1.0, edge=2.0, peak=5.0, nonadhesive=True)
+    mesh = fixed_mesh(1.0, uniform_mesh(2.5, 100), False)
     rhs = right_side(mesh, 1.0, 4.0)
     gap, tractions = np.zeros(rhs.size), np.zeros(rhs.size)
     assert solve_nonadhesive(mesh.influence, rhs, 1.0, gap, tractions, new_work())

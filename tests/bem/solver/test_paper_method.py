@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bem import Elastic, HardContact, LoadingProtocol, PronySeries, Scene, StandardLinearSolid, simulate
+from bem import Elastic, LoadingProtocol, PronySeries, Scene, StandardLinearSolid, simulate
 from bem.solver.paper_method import simulate_paper_method
 
 PROTOCOL = LoadingProtocol(peak_indentation=3.0, loading_rate=10.0, dwell_time=0.2, unloading_rate=10.0)
@@ -67,18 +67,3 @@ def test_prony_series_with_one_term_is_the_standard_linear_solid():
     one = simulate_paper_method(SCENE, PROTOCOL, nodes=40, steps=40)
     same = simulate_paper_method(Scene(1.0, PronySeries([0.9], [1.0])), PROTOCOL, nodes=40, steps=40)
     np.testing.assert_allclose(same.force, one.force, rtol=1e-9)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({"nodes": 5}, "nodes must be a whole number from 10 to 4000"),
-        ({"steps": 1}, "steps must be a whole number from 2 to 20000"),
-        ({"scene": Scene(1.0, adhesion=HardContact())}, "adhesion of the scene must be one of LennardJones"),
-        ({"protocol": None}, "protocol must be one of"),
-    ],
-)
-def test_errors_name_what_is_allowed(arguments, message):
-    given = {"scene": SCENE, "protocol": PROTOCOL} | arguments
-    with pytest.raises(ValueError, match=message):
-        simulate_paper_method(given.pop("scene"), given.pop("protocol"), **given)

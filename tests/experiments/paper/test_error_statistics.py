@@ -5,13 +5,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from experiments import common, lineage
+from experiments import common
 from experiments.paper import error_statistics, fms_transfer, model_comparison
-from experiments.training.data_efficiency import KEYS as SHARES
-from experiments.training.data_efficiency import share
-from experiments.training.data_efficiency import variants as shares
-from experiments.training.feature_sets import summary as feature_summary
-from experiments.training.feature_sets import variants as feature_variants
+from experiments.trainings.data_efficiency import KEYS as SHARES
+from experiments.trainings.data_efficiency import share
+from experiments.trainings.data_efficiency import variants as shares
+from experiments.trainings.feature_sets import summary as feature_summary
+from experiments.trainings.feature_sets import variants as feature_variants
 from surrogate.architectures.naming import FAMILIES, names
 
 COLUMNS = (
@@ -36,7 +36,7 @@ DIGEST = "of the data set"
 
 @pytest.fixture
 def dataset(tmp_path, monkeypatch):
-    for module in (lineage, model_comparison):
+    for module in (common, model_comparison):
         monkeypatch.setattr(module, "dataset_digest", lambda _: DIGEST)
     return tmp_path / "dataset.h5"
 
@@ -76,7 +76,6 @@ def test_quartile_means_and_deviations():
     assert first["mse"] == pytest.approx({"mean": 1.5, "sd": np.std([1.0, 2.0], ddof=1)})
     assert found["overall"]["hysteresis_percent"]["median"] == 4.5
     assert found["spearman"]["pull_off_and_hysteresis"] == pytest.approx(1.0)
-    assert found["below_resolution_floor"] == 3 / 8
 
 
 def write_errors(folder, rows):

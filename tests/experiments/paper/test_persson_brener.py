@@ -37,14 +37,10 @@ def test_extrapolation_beyond_the_trained_tabor_parameters_is_stated():
 
 
 def test_deviations_are_summed_up_by_median_and_largest():
-    names = ("solver", "theory", "theory_at_own_velocity", "surrogate", "own_crack_velocity", "crack_velocity")
+    names = ("solver", "theory", "theory_at_own_velocity", "surrogate")
     found = persson_brener.summary([dict.fromkeys(names, 1.0) | {"solver": solver} for solver in (1.0, 1.1, 4.0)])
     assert found["solver_against_theory_median_percent"] == pytest.approx(10.0)
     assert found["solver_against_theory_largest_percent"] == pytest.approx(300.0)
-
-
-def test_the_three_forms_of_the_theory_agree():
-    assert persson_brener.agreement(np.geomspace(1e-2, 1e4, 60), 0.1) < 1e-10
 
 
 def test_solver_follows_theory_and_the_table_of_crack_velocities():

@@ -1,28 +1,38 @@
-"""The hard cases: which they are, and what is said of one."""
+"""The hard cases: single random protocols, and named extremes."""
 
-import re
+import numpy as np
+import pytest
 
-from bem.protocol import default_start_indentation
-from experiments.robustness import hard_cases
-
-
-def test_hard_cases_are_different_and_never_too_deep_for_a_large_tabor_parameter():
-    cases = hard_cases.random_combinations(400, 1)
-    assert len({tuple(case.values()) for case in cases}) == 400
-    assert max(case["peak_indentation"] for case in cases if case["tabor"] > 1.0) == 100.0
-    assert all(case["peak_indentation"] > default_start_indentation(case["tabor"]) for case in cases)
-    assert {case["peak_indentation"] for case in cases} == {
-        *hard_cases.VALUES["peak_indentation"],
-        hard_cases.SHALLOWEST,
-    }
-    assert len(hard_cases.corners()) == 32
+from bem import LoadingProtocol
+from bem.reference_solutions import jkr
+from experiments.measurements.cases import drawn, rows_of
+from experiments.robustness import hard_case_map
+from experiments.robustness.hard_case_map import relative_change
 
 
-def test_a_hard_case_is_examined_and_summarised():
-    case = dict(zip(hard_cases.VALUES, (1.0, 0.1, 10.0, 10.0, 0.0, 0.5), strict=True))
-    row = hard_cases.examined({"kind": "random", **case})
-    assert row["status"] == row["refined_status"] == "completed"
-    assert row["change"] < 4e-3
-    text = hard_cases.markdown([row], {"command": "c", "host": "h"})
-    assert "| completed with finite numbers | 1 |" in text
-    assert re.search(r"^\| loops that create energy \(.*\) \| 0 \|", text, flags=re.MULTILINE)
+def test_extremes():
+    named = hard_case_map.extremes()
+    assert len(named) == 19
+    for scene, protocol in named.values():
+        if isinstance(protocol, LoadingProtocol):
+            assert protocol.peak_indentation > protocol.start(scene.tabor)
+    assert hard_case_map.creeping(3.2, 0.05, 1.0).indentations[3] == jkr.fold_indentation(3.2) + 0.05
+    found = hard_case_map.extreme("jumps", *named["snap-in and snap-off, elastic"])
+    assert (found["status"], found["refined_status"], found["jumps"]) == ("completed", "completed", 2)
+    assert found["energy"] > 0.0
+    assert found["change"] < 4e-3
+    assert set(found["coarse"]) == {"draft", "0.05"}
+    assert all(one["status"] == "completed" and one["change"] < 0.5 for one in found["coarse"].values())
+
+
+def test_random_protocols_are_drawn_inside_the_box_and_beyond_it():
+    points = rows_of(drawn("beyond", 4, 1, "sobol"))
+    assert all(point["peak_indentation"] <= 200.0 * point["tabor"] ** -1.5 for point in points)
+    assert hard_case_map.mapped(rows_of(drawn("inside", 1, 3, "sobol"))[0])["status"] == "completed"
+
+
+def test_a_contact_without_adhesion_has_no_pull_off_force_to_change():
+    found = hard_case_map.extreme("stiff glass", *hard_case_map.extremes()["stiff glass without adhesion"])
+    assert found["change"] == found["coarse"]["draft"]["change"] == 0.0
+    assert relative_change(1.0, 0.0) == np.inf
+    assert relative_change(1.02, 1.0) == pytest.approx(0.02)

@@ -2,7 +2,6 @@
 
 from paper_figures.measurements import figure_peers
 from paper_figures.tables import table_peers
-from tests.paper_figures.results import files_in, made, pictures, tables
 
 
 def run(problem, tool, setting, seconds, error):
@@ -25,18 +24,11 @@ CONTENT = {
 }
 
 
-def test_both_are_drawn(measured, tmp_path):
-    path = measured(CONTENT)
-    made(figure_peers, path, folder=tmp_path)
-    made(table_peers, path, folder=tmp_path)
-    assert files_in(tmp_path) == pictures("figure-peers") | tables("peers")
-
-
 def test_the_table_has_a_row_for_each_setting_and_the_page_shows_it():
     rows = table_peers.rows_of(CONTENT)
     assert rows[1] == ["solver", "draft", "0.2 % in 0.004 s", "-", "1.0e-07 % in 0.002 s"]
     assert [row[:2] for row in rows[3:]] == [["Adhesion", "32 x 32"], ["Adhesion", "128 x 128"], ["tamaas", "32 x 32"]]
-    assert "Adhesion 0.1, tamaas 0.2, one core of a processor." in table_peers.page_text(CONTENT)
+    assert "Adhesion 0.1, tamaas 0.2, one core of a processor." in table_peers.compose(CONTENT).page()
 
 
 def test_closed_forms_and_the_ends_of_curves_are_named():

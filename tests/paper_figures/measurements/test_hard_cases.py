@@ -1,12 +1,12 @@
 """Where the solver and the surrogate have it hard: their maps, from made-up measurements."""
 
-import numpy as np
 import pytest
 
 from bem.dataset.designs import PAPER_RANGES
-from paper_figures.measurements import figure_hard_cases, figure_surrogate_map
+from paper_figures.measurements import figure_surrogate_map
 from paper_figures.style import drawing
-from tests.paper_figures.results import SPREAD, UNKNOWN, files_in, made, pictures, tables
+from paper_figures.tables import table_hard_cases
+from tests.paper_figures.results import files_in, made, tables
 
 
 def test_hard_cases(measured, tmp_path):
@@ -28,28 +28,20 @@ def test_hard_cases(measured, tmp_path):
     extreme = {"name": "zero dwell", "status": "completed", "coarse": coarse, **numbers}
     path = measured({"accuracy": "standard", "refinement": 4.0, "map": rows, "extremes": [extreme]})
     soak = tmp_path / "soak.json"
-    made(figure_hard_cases, path, soak, folder=tmp_path)
-    assert files_in(tmp_path) == pictures("figure-hard-cases") | tables("hard-cases")
+    made(table_hard_cases, path, soak, folder=tmp_path)
+    assert files_in(tmp_path) == tables("hard-cases")
     text = (tmp_path / "hard-cases.md").read_text(encoding="utf-8")
     assert "2 of 3 completed" in text
-    assert "`make soak` has not been run" in text
+    assert "`make measure-soak` has not been run" in text
     named = next(line for line in text.splitlines() if "zero dwell" in line)
     assert [cell.strip() for cell in named.split("|")[6:8]] == ["5", "stopped"]
-
-
-def test_crosses_are_on_what_did_not_complete(kept):
-    drawn = drawing.figure(height=2.0)
-    axes, rate = drawn.subplots(), {"unloading_rate": 1.0}
-    rows = [{"tabor": mu, "status": "completed", "steps": 10.0 * mu, **rate} for mu in (0.5, 1.0)]
-    figure_hard_cases.draw(drawn, axes, [*rows, {"tabor": 2.0, "status": "stopped", **rate}], "steps")
-    assert list(axes.lines[0].get_xdata()) == [2.0]
 
 
 def test_the_worst_energy_is_the_least():
     numbers = ("jumps", "change", "work_change", "energy", "end_over_pull_off", "steps", "seconds")
     row = dict.fromkeys(numbers, 1.0) | {"status": "completed", "refined_status": "completed"}
-    cells = figure_hard_cases.row_of("two", [row, row | {"energy": -0.2}])
-    assert cells[figure_hard_cases.HEADER.index("Work over turnover")] == "-0.2"
+    cells = table_hard_cases.row_of("two", [row, row | {"energy": -0.2}])
+    assert cells[table_hard_cases.HEADER.index("Work over turnover")] == "-0.2"
 
 
 def test_a_cell_of_the_map_is_the_median_of_its_trajectories(kept):
@@ -73,50 +65,20 @@ def test_the_soak_is_shown_among_the_hard_cases():
         "slowest_seconds": 2.0,
         "memory_growth": 0.003,
     }
-    rows = figure_hard_cases.soak_rows({"inside": found, "beyond": found | {"memory_growth": None}})
-    assert all(len(row) == len(figure_hard_cases.HEADER) for row in rows)
+    rows = table_hard_cases.soak_rows({"inside": found, "beyond": found | {"memory_growth": None}})
+    assert all(len(row) == len(table_hard_cases.HEADER) for row in rows)
     name, status = rows[0][:2]
     assert name.startswith("soak inside the box: 0 exceptions, 1 silent non-finite, 2 with a lone spike (3e-05 of the ")
     assert name.endswith("range of the force at most), memory growth 0.3 %")
     assert status == "99 of 100 completed"
-    calm = figure_hard_cases.soak_rows({"inside": found | {"spikes": 0}})[0][0]
+    calm = table_hard_cases.soak_rows({"inside": found | {"spikes": 0}})[0][0]
     assert "0 with a lone spike, memory" in calm
     assert "memory growth not measured" in rows[1][0]
 
 
-def test_surrogate_map(measured, tmp_path):
-    generator = np.random.default_rng(0)
-    protocols = {name: np.geomspace(low, high, 30).tolist() for name, (low, high) in PAPER_RANGES.items()}
-    found = {"force": generator.uniform(0.01, 0.1, 30).tolist()}
-    case = {
-        "protocol": dict.fromkeys(PAPER_RANGES, 1.0),
-        "index": 7,
-        "errors": {"force": 0.1, "pull_off_force": 0.2},
-        "causes": ["jump"],
-        "corner": True,
-        "force": [0.0, 1.0],
-        "predicted": [0.1, 0.9],
-    }
-    out = [
-        {"quantity": name, "side": side, "beyond": beyond, "errors": dict.fromkeys(("force", "pull_off_force"), SPREAD)}
-        for name in PAPER_RANGES
-        for side in ("above", "below")
-        for beyond in (0.0, 0.05, 0.2, 1.0)
-    ]
-    path = measured(
-        {
-            "model": "M1-concat",
-            "outdated": ["split", "recipe"],
-            "test": {"protocols": protocols, "errors": found},
-            "by_cause": {"jump": SPREAD, "narrow peak": UNKNOWN | {"count": 0}},
-            "worst": [case] * 3,
-            "out_of_range": out,
-        }
-    )
-    made(figure_surrogate_map, path, folder=tmp_path)
-    wanted = pictures("figure-surrogate-map", "figure-surrogate-worst") | tables("surrogate-map")
-    assert files_in(tmp_path) == wanted
-    text = (tmp_path / "surrogate-map.md").read_text(encoding="utf-8")
-    assert len([line for line in text.splitlines() if line.startswith("| ")]) == 2 + 3 + 5 * 2 * 4
-    assert "tabor above by 100 %" in text
-    assert "trained differently from those compared, with another split and recipe." in text
+def test_a_map_of_a_model_that_was_trained_differently_says_so():
+    case = {"index": 7, "errors": {"force": 0.1, "pull_off_force": 0.2}}
+    content = {"model": "M1-concat", "host": "h", "outdated": ["split", "recipe"], "worst": [case], "out_of_range": []}
+    table = figure_surrogate_map.worst_table(content)
+    assert list(table.rows[0]) == ["worst 1 (no. 7)", "1", "10", "20"]
+    assert "trained differently from those compared, with another split and recipe." in table.caption

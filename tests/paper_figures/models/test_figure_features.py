@@ -5,7 +5,7 @@ import csv
 import pytest
 
 from paper_figures.models import figure_features
-from tests.paper_figures.results import HISTORY, made, write
+from tests.paper_figures.results import HISTORY, efficiency, made, write
 
 
 def errors(factor):
@@ -28,7 +28,9 @@ CONTENT = {
 
 
 def test_models_are_compared_across_steps_beside_the_solvers_own_forces(tmp_path, kept):
-    made(figure_features, write(tmp_path / "f.json", CONTENT), tmp_path / "absent.json", folder=tmp_path)
+    made(
+        figure_features, write(tmp_path / "f.json", CONTENT), write(tmp_path / "e.json", efficiency()), folder=tmp_path
+    )
     curves, _, pull_off, hysteresis = kept[0].axes
     # Curves at physical steps have errors of other forces.
     assert [line.get_label()[0] for line in curves.lines[::2]] == list("ADEF")
@@ -47,7 +49,9 @@ def test_models_are_compared_across_steps_beside_the_solvers_own_forces(tmp_path
 
 
 def test_the_table_has_a_row_for_each_set_and_kind_of_steps(tmp_path, kept):
-    made(figure_features, write(tmp_path / "f.json", CONTENT), tmp_path / "absent.json", folder=tmp_path)
+    made(
+        figure_features, write(tmp_path / "f.json", CONTENT), write(tmp_path / "e.json", efficiency()), folder=tmp_path
+    )
     with (tmp_path / "features.csv").open(encoding="utf-8", newline="") as file:
         rows = list(csv.reader(file))[1:]
     floor = ["", ""]

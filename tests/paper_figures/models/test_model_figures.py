@@ -17,7 +17,7 @@ def test_what_is_trained_otherwise_is_not_called_untrained(tmp_path, cracks, kep
     found = write(tmp_path / "c.json", outdated(comparison(names()), "M2-FiLM"))
     made(figure_mse_mae, found, folder=tmp_path)
     made(figure_learning_curves, found, folder=tmp_path)
-    made(figure_5, found, cracks, tmp_path / "absent.json", folder=tmp_path)
+    made(figure_5, found, cracks, write(tmp_path / "e.json", efficiency()), folder=tmp_path)
     assert {drawn.get_supxlabel() for drawn in kept} == {"trained with another recipe: M2-FiLM"}
     made(table_models, found, folder=tmp_path)
     text = (tmp_path / "models.md").read_text(encoding="utf-8")
@@ -39,10 +39,10 @@ def test_figure_mse_mae_plots_the_trained_and_names_the_rest(trained, tmp_path, 
     assert ("17 of 18" in note) == (len(trained) == 1)
 
 
-def test_figure_5_with_one_model_and_no_data_efficiency(tmp_path, cracks, kept):
+def test_figure_5_with_one_model(tmp_path, cracks, kept):
     found = write(tmp_path / "c.json", comparison(["M1-concat"]))
-    made(figure_5, found, cracks, tmp_path / "absent.json", folder=tmp_path)
-    curves, sizes, energies, shares = kept[0].axes
+    made(figure_5, found, cracks, write(tmp_path / "e.json", efficiency()), folder=tmp_path)
+    curves, sizes, energies, _ = kept[0].axes
     assert curves.lines[0].get_ydata().tolist() == HISTORY["validation_mse"]
     assert curves.lines[1].get_xydata().tolist() == [[2.0, 0.1]]
     assert sizes.lines[-1].get_xydata().tolist() == [[100.0, 2e-2]]
@@ -52,7 +52,6 @@ def test_figure_5_with_one_model_and_no_data_efficiency(tmp_path, cracks, kept):
     assert by_label["solver, own velocity"][3].tolist() == pytest.approx([4.4, 2.2])
     assert by_label["M1-concat"][3].tolist() == [4.0, 2.3]
     assert "1.25 %" in energies.get_title(loc="right")
-    assert "make data-efficiency" in shares.texts[0].get_text()
 
 
 def test_figure_5_data_efficiency(tmp_path, cracks, kept):
@@ -60,53 +59,35 @@ def test_figure_5_data_efficiency(tmp_path, cracks, kept):
     made(figure_5, found, cracks, write(tmp_path / "e.json", efficiency()), folder=tmp_path)
     shares = kept[0].axes[3]
     points = shares.containers[0].lines[0].get_xydata()
-    np.testing.assert_allclose(points, [[12.5, 1.0 / 12.5], [75.0, 1.0 / 75.0]])
-    (single,) = (line for line in shares.lines if line.get_label() == "one fold")
-    assert single.get_xydata().tolist() == [[25.0, 0.04]]
-    assert single.get_markerfacecolor() == "white"
+    np.testing.assert_allclose(points, [[12.5, 1.0 / 12.5], [25.0, 0.04], [75.0, 1.0 / 75.0]])
+    assert shares.containers[0].get_label() == "mean of 1 or 2 folds"
     assert [100.0, 5e-3] in [line.get_xydata()[0].tolist() for line in shares.lines]
 
 
-def test_figure_learning_curves_needs_a_model(tmp_path, kept):
-    found = write(tmp_path / "c.json", comparison(["M1-concat"]))
-    with pytest.raises(FileNotFoundError, match="make models"):
-        made(figure_learning_curves, found, folder=tmp_path)
+def test_figure_learning_curves_names_what_it_cannot_compare(tmp_path, kept):
     made(figure_learning_curves, write(tmp_path / "c.json", comparison(names())), folder=tmp_path)
     for axes in kept[0].axes:
         assert [line.get_label() for line in axes.lines[::2]] == list(FAMILIES)
-
-
-def test_figure_learning_curves_says_so_where_no_model_may_be_compared(tmp_path, kept):
     trained = ["M1-concat", "M1-FiLM", "M4-gated"]
     for old, lines in ((trained[1:], [0, 0]), (trained[1:2], [0, 2]), (trained[2:], [2, 0])):
         found = write(tmp_path / "c.json", outdated(comparison(trained), *old))
         made(figure_learning_curves, found, folder=tmp_path)
-        panels = kept[-1].axes
-        assert [len(axes.lines) for axes in panels] == lines
-        words = [" ".join(text.get_text() for text in axes.texts) for axes in panels]
-        assert ["to compare" in text for text in words] == [not count for count in lines]
-        # The empty panel's limits are its own.
-        assert all(axes.get_xlim()[1] > 2.0 for axes, count in zip(panels, lines, strict=True) if count)
+        assert [len(axes.lines) for axes in kept[-1].axes] == lines
         assert "trained with another recipe: " in kept[-1].get_supxlabel()
 
 
-def test_figure_features_draws_what_is_there(tmp_path, kept):
-    absent = tmp_path / "absent.json"
-    with pytest.raises(FileNotFoundError, match="make feature-sets data-efficiency"):
-        made(figure_features, absent, absent, folder=tmp_path)
+def test_figure_features_draws_sets_and_shares(tmp_path, kept):
     sets = {name: {"validation_mse": 0.1, "mse": 0.2, "history": HISTORY} for name in "ABCD"}
-    made(figure_features, write(tmp_path / "f.json", {"sets": sets}), absent, folder=tmp_path)
+    shares = write(tmp_path / "e.json", efficiency())
+    made(figure_features, write(tmp_path / "f.json", {"sets": sets}), shares, folder=tmp_path)
     first, second = kept[0].axes
     assert len(first.lines) == 8
     assert first.lines[1].get_xydata().tolist() == [[2.0, 0.1]]
-    assert "make data-efficiency" in second.texts[0].get_text()
-    made(figure_features, absent, write(tmp_path / "e.json", efficiency()), folder=tmp_path)
-    labels = [line.get_label() for line in kept[1].axes[1].lines[::2]]
-    assert labels == ["100 %", "75 %", "25 %", "12.5 %"]
+    assert [line.get_label() for line in second.lines[::2]] == ["100 %", "75 %", "25 %", "12.5 %"]
 
 
 SEEDS = {"M1-concat": 3, "M1-gated": 2, "M2-concat": 1}
-NOTE = "median, least and largest of 3 seeds: M1-concat; of 2 seeds: M1-gated; one training each: "
+NOTE = "median, least and largest of 3 or 2 or 1 seeds each"
 
 
 def whiskers(axes):
@@ -119,7 +100,7 @@ def test_models_of_several_seeds_stand_at_their_median_with_whiskers(tmp_path, c
     found, spread = write(tmp_path / "c.json", comparison(names())), ranking(SEEDS)
     ranked = write(tmp_path / "r.json", spread)
     made(figure_mse_mae, found, ranked, folder=tmp_path)
-    made(figure_5, found, cracks, tmp_path / "absent.json", ranked, folder=tmp_path)
+    made(figure_5, found, cracks, write(tmp_path / "e.json", efficiency()), ranked, folder=tmp_path)
     for axes, x, y, single in (
         (kept[0].axes[0], "test_mse", "test_mae", [3e-3, 3e-2]),
         (kept[1].axes[1], None, "test_dtw_rmse", None),
@@ -139,13 +120,13 @@ def test_models_of_several_seeds_stand_at_their_median_with_whiskers(tmp_path, c
         assert single is None or plotted["M1-FiLM"] != plotted["M2-concat"]
         assert x is None or plotted["M2-concat"][0] == comparison(names())["models"]["M2-concat"]["mse"]
     for drawn in kept:
-        assert " ".join(drawn.get_supxlabel().split()).startswith(NOTE)
+        assert drawn.get_supxlabel() == NOTE
 
 
 def test_learning_curves_of_several_seeds_are_a_median_in_a_band(tmp_path, cracks, kept):
     found, spread = write(tmp_path / "c.json", comparison(names())), ranking(SEEDS)
     ranked = write(tmp_path / "r.json", spread)
-    made(figure_5, found, cracks, tmp_path / "absent.json", ranked, folder=tmp_path)
+    made(figure_5, found, cracks, write(tmp_path / "e.json", efficiency()), ranked, folder=tmp_path)
     made(figure_learning_curves, found, ranked, folder=tmp_path)
     for axes, name in ((kept[0].axes[0], "M1-concat"), (kept[1].axes[1], "M1-gated")):
         (band,) = axes.collections
@@ -159,19 +140,16 @@ def test_learning_curves_of_several_seeds_are_a_median_in_a_band(tmp_path, crack
 
 
 def test_features_of_several_seeds_are_bands_and_rows(tmp_path, kept):
-    sets = {name: {"validation_mse": 0.1, "mse": 0.2, "history": HISTORY} for name in "ABC"}
+    sets = {name: {"validation_mse": 0.1, "mse": 0.2, "history": HISTORY} for name in "ABCD"}
     spread = ranking({"features-C": 2, "features-D": 1})
     found, ranked = write(tmp_path / "f.json", {"sets": sets}), write(tmp_path / "r.json", spread)
-    made(figure_features, found, tmp_path / "absent.json", ranked, folder=tmp_path)
-    axes = kept[0].axes[0]
-    labels = [line.get_label() for line in axes.lines[::2]]
+    made(figure_features, found, write(tmp_path / "e.json", efficiency()), ranked, folder=tmp_path)
+    labels = [line.get_label() for line in kept[0].axes[0].lines[::2]]
     assert [label[0] for label in labels] == list("ABCD")
     assert labels[2].endswith("(1.0e-04 to 1.2e-04, 2 seeds)")
-    assert labels[3].endswith("(2.0e-04, one seed)")
+    assert labels[3].endswith("(1.0e-01)")
     with (tmp_path / "features.csv").open(encoding="utf-8", newline="") as file:
         rows = list(csv.reader(file))[1:]
     assert [row[2:4] for row in rows] == [["uniform", "1"], ["uniform", "1"], ["uniform", "2"], ["uniform", "1"]]
     assert rows[0][4:] == ["0.1", "0.2", "-", "-"]
     assert rows[2][4:6] == ["6.00e-05 (5.00e-05 to 6.00e-05)"] * 2
-    made(figure_features, tmp_path / "absent.json", tmp_path / "absent.json", ranked, folder=tmp_path)
-    assert len(kept[1].axes[0].lines) == 4

@@ -2,11 +2,12 @@ import hashlib
 import json
 
 import numpy as np
+import onnx
 import pytest
 
 from bem.dataset.file import load_dataset
 from paper_figures.report import cards
-from surrogate.training.publishing import CARD_MARK
+from surrogate.training.model_directory import CARD_MARK
 
 RUN = {
     "architecture": "M1-concat",
@@ -111,7 +112,10 @@ def test_the_card_of_a_pretrained_model_lists_its_measured_errors(published):
     kinds = {"any": {"regions": {"all": region}}, "corners": {"regions": {"all": region | {"count": 32}}}}
     measured = {"count": 20, "coverage": 0.9, "models": {"fast": kinds}}
     (measurements / "pretrained_errors.json").write_text(json.dumps(measured))
+    (model / "model.onnx").write_bytes(b"")
     cards.main(folder)
+    recorded = {entry.key: entry.value for entry in onnx.load(model / "model.onnx").metadata_props}
+    assert recorded["card_sha256"] == hashlib.sha256((model / "README.md").read_bytes()).hexdigest()
     text = (model / "README.md").read_text()
     assert "| all | 11 | 0.5 / 1.8 / 4 | 0.25 / 1.8 / 4 | 0.88 |" in text
     assert "| corners of the ranges, modulus ratio 0.1 | 32 | 0.5 / 1.8 / 4 |" in text

@@ -5,8 +5,10 @@ import shutil
 
 import pytest
 
-from paper_figures.report.reproducibility import NAMES, recipe_table, values
-from surrogate.inference.model_files import PUBLISHED
+from experiments.places import Places
+from paper_figures.report import reproducibility
+from paper_figures.report.reproducibility import recipe_table
+from surrogate.prediction.files import PUBLISHED
 
 
 def test_the_page_says_what_seeds_decide_and_what_they_do_not(tmp_path):
@@ -30,22 +32,25 @@ def test_the_page_says_what_seeds_decide_and_what_they_do_not(tmp_path):
     run = tmp_path / "models" / "M1-concat-paper" / "run.json"
     content = json.loads(run.read_text(encoding="utf-8")) | {"ended_by": "recipe"}
     run.write_text(json.dumps(content), encoding="utf-8")
-    found = values(tmp_path)
-    assert tuple(found) == NAMES
-    lines = {line.split(" | ")[0].strip("| "): line for line in found["statements"].splitlines()}
-    assert found["statements"].startswith(
+    places = Places(published=tmp_path)
+
+    def text_of(name):
+        function = getattr(reproducibility, name)
+        return function(**places.arguments(function, "docs-numbers"))
+
+    lines = {line.split(" | ")[0].strip("| "): line for line in text_of("statements_text").splitlines()}
+    assert text_of("statements_text").startswith(
         "- **Hold**: none.\n- **Are ties**: none.\n- **Fail**: D better than C.\n- **Are not"
     )
     assert "| **fails** | 1 of 1 | D before C: < 0.001 | C |" in lines["D better than C"]
-    assert lines["best input representation"].endswith("| C, by one training each |")
-    assert "ended by the recipe |" in found["training of the paper"]
-    assert found["recipe and ranking"].splitlines()[2].startswith("| M1-concat | 280 | recipe | ")
-    inputs = found["inputs and step length"].splitlines()
+    assert "ended by the recipe |" in text_of("training_table")
+    assert text_of("recipe_table").splitlines()[2].startswith("| M1-concat | 280 | recipe | ")
+    inputs = text_of("inputs_table").splitlines()
     assert [line.split(" | ")[0] for line in inputs[2:]] == ["| A", "| B", "| C", "| D", "| E"]
     assert inputs[-1].startswith("| E | D + step length | 1.00 | 1.00 | 1.00 | ")
     (tmp_path / "model_forces.json").unlink()
     with pytest.raises(FileNotFoundError, match="`make model-forces` makes it"):
-        values(tmp_path)
+        text_of("forces_text")
 
 
 def test_the_orders_by_both_recipes_are_stated(tmp_path):

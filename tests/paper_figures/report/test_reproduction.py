@@ -4,7 +4,8 @@ import re
 import pytest
 
 from experiments.paper_numbers import stated, with_stated
-from experiments.seeds.ranking import contenders
+from experiments.places import HERE
+from experiments.trainings.ranking import contenders
 from paper_figures.report import claims as reproduction
 from paper_figures.report import write as reproduction_report
 from paper_figures.style import drawing
@@ -41,6 +42,7 @@ def test_an_unknown_rule_is_refused():
         reproduction.verdict("most", 3.0, 3.0)
 
 
+RESULTS = {*(path.stem for path in HERE.glob("*/*.py")), "step_length"}
 CLAIMS = [*reproduction.text_claims(), *reproduction.table_claims()]
 
 
@@ -51,7 +53,7 @@ def test_every_claim_is_complete():
         assert "value" in claim or claim.get("beyond"), claim["says"]
         assert claim["rule"] in reproduction.RULES
         source = claim.get("source", "")
-        assert source.partition(":")[0] in reproduction.SOURCES or (claim["rule"] == "none" and not source)
+        assert source.partition(":")[0] in RESULTS or (claim["rule"] == "none" and not source)
 
 
 def test_reasons_hold_no_results():
@@ -131,7 +133,7 @@ def test_parameter_counts_are_those_of_the_surrogate_package():
 
 def test_what_is_not_computed_yet_is_said_to_be_missing(tmp_path):
     results = reproduction.Results(tmp_path, tmp_path)
-    claim = {"value": 7.0, "rule": "value", "source": "features:summary/factor_a_over_d", "why": "."}
+    claim = {"value": 7.0, "rule": "value", "source": "feature_sets:summary/factor_a_over_d", "why": "."}
     finding = reproduction.judge(claim, results)
     assert (finding.verdict, finding.ours) == ("not yet", None)
     assert "make feature-sets" in finding.why
@@ -156,7 +158,7 @@ def test_a_row_of_a_table_is_beside_ours_of_the_same_row(tmp_path):
     results = reproduction.Results(tmp_path, tmp_path)
     regimes = [{"seconds": {"solver": float(n), "keras_call": -float(n)}} for n in range(1, 13)]
     points = [{"crack_velocity": 0.0, "own_crack_velocity": 10.0 * n} for n in range(1, 15)]
-    results.read = {"canonical": {"regimes": regimes}, "persson_brener": {"points": points}, "errors": None}
+    results.read = {"canonical_regimes": {"regimes": regimes}, "persson_brener": {"points": points}}
     ours = {claim["says"]: results.find(claim) for claim in reproduction.table_claims()}
     assert (ours["sample (5), solver"], ours["sample (5), plain Keras call"]) == (5.0, -5.0)
     assert ours["crack velocity of point 3"] == 30.0
@@ -173,18 +175,18 @@ def test_reductions():
 
 def test_two_results_are_set_against_each_other(tmp_path):
     results = reproduction.Results(tmp_path, tmp_path)
-    results.read = {"dataset": {"hours": 6.0}, "models": {"hours": 2.0, "most": None}}
-    assert results.find({"source": "dataset:hours", "over": "models:hours"}) == 3.0
-    assert results.find({"source": "dataset:hours", "than": "models:hours"}) is True
-    claim = {"source": "dataset:hours", "over": "models:most", "rule": "value", "value": 80, "why": "."}
-    assert "make models" in reproduction.judge(claim, results).why
+    results.read = {"dataset_statistics": {"hours": 6.0}, "ranking": {"hours": 2.0, "most": None}}
+    assert results.find({"source": "dataset_statistics:hours", "over": "ranking:hours"}) == 3.0
+    assert results.find({"source": "dataset_statistics:hours", "than": "ranking:hours"}) is True
+    claim = {"source": "dataset_statistics:hours", "over": "ranking:most", "rule": "value", "value": 80, "why": "."}
+    assert "`make ranking` makes it." in reproduction.judge(claim, results).why
 
 
 def test_a_model_beside_the_eighteen_is_named_as_it_is_published():
     beside = [
         (claim["says"], re.split("[:/]", claim["source"])[2])
         for claim in reproduction.text_claims()
-        if claim.get("source", "").startswith(("models:beside/", "training:core_minutes/M1-concat-"))
+        if claim.get("source", "").startswith(("model_comparison:beside/", "training_cost:core_minutes/M1-concat-"))
     ]
     assert {"M1-concat-large", "M1-concat-paper"} <= {name for _, name in beside}
     assert all(says.startswith(f"{name}, ") for says, name in beside), beside
@@ -222,7 +224,7 @@ def test_a_ranking_is_judged_by_all_seeds_where_they_decide(decision, verdict, o
     results = reproduction.Results(tmp_path, tmp_path)
     ranked = {"paper": "M1-concat", "first": "M6-concat", "level": ["M1-concat", "M1-FiLM"], "decision": decision}
     content = {"claims": {"best_model": ranked}} if decision else None
-    results.read = {"models": {"comparison": {"best": "M1-FiLM"}}, "ranking": content}
+    results.read = {"model_comparison": {"comparison": {"best": "M1-FiLM"}}, "ranking": content}
     finding = reproduction.judge(claim, results)
     assert (finding.verdict, finding.ours) == (verdict, ours)
     assert ("One training each" in finding.why) == (decision in (None, "not decided"))

@@ -1,4 +1,6 @@
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import keras
@@ -23,18 +25,21 @@ def inputs(steps=12, batch=2, channels=4):
     return rng.normal(size=(batch, steps, channels)).astype("float32"), rng.normal(size=(batch, 1)).astype("float32")
 
 
+def numpy_of(tensor):
+    # NumPy itself refuses PyTorch's tensors with gradients.
+    return keras.ops.convert_to_numpy(tensor)
+
+
 def run(model, sequence, tabor):
-    return keras.ops.convert_to_numpy(model([sequence, tabor], training=False))
+    return numpy_of(model([sequence, tabor], training=False))
 
 
-def test_there_are_eighteen_names():
-    assert len(surrogate.names()) == len(set(surrogate.names())) == 18
-
-
-@pytest.mark.parametrize("name", surrogate.names())
-def test_trainable_parameters(models, name):
-    expected = PARAMETER_COUNTS[name]
-    assert sum(int(np.prod(weight.shape)) for weight in models[name].trainable_weights) == expected
+def test_trainable_parameters(models):
+    counts = {
+        name: sum(int(np.prod(weight.shape)) for weight in model.trainable_weights) for name, model in models.items()
+    }
+    assert counts == PARAMETER_COUNTS
+    assert len(counts) == 18
 
 
 @pytest.mark.parametrize("name", surrogate.names())
@@ -51,20 +56,13 @@ def test_every_layer_is_named_and_any_number_of_steps_works(models, name):
 
 
 @pytest.mark.parametrize("name", surrogate.names())
-def test_both_inputs_matter(models, name):
-    sequence, tabor = inputs(5)
-    base = run(models[name], sequence, tabor)
-    assert np.abs(run(models[name], sequence + 1.0, tabor) - base).max() > 1e-4
-    assert np.abs(run(models[name], sequence, tabor + 1.0) - base).max() > 1e-6
-
-
-@pytest.mark.parametrize("name", surrogate.names())
-def test_causality(models, name):
+def test_both_inputs_matter_and_none_of_a_later_step(models, name):
     sequence, tabor = inputs()
-    changed = sequence.copy()
+    base, changed = run(models[name], sequence, tabor), sequence.copy()
+    assert np.abs(run(models[name], sequence, tabor + 1.0) - base).max() > 1e-6
     changed[:, 7] += 1.0
-    difference = np.abs(run(models[name], changed, tabor) - run(models[name], sequence, tabor)).max(axis=(0, 2))
-    assert difference[7:].max() > 0
+    difference = np.abs(run(models[name], changed, tabor) - base).max(axis=(0, 2))
+    assert difference[7:].max() > 1e-4
     if name.startswith("M5"):
         assert difference[:7].max() > 0, "an encoder attends both ways"
     else:
@@ -96,10 +94,6 @@ def test_unknown_names_list_the_known():
         surrogate.build("M7-concat")
     with pytest.raises(ValueError, match=r"A, B, C, D, E, F.*features='G'"):
         surrogate.build("M1-concat", features="G")
-    from surrogate.architectures.m1_lstm import lstm
-
-    with pytest.raises(ValueError, match="conditioning='film'"):
-        lstm(conditioning="film")
 
 
 @pytest.mark.parametrize(
@@ -120,22 +114,32 @@ def test_layers_survive_serialisation(layer):
     assert again.get_config() == layer.get_config()
 
 
-@pytest.mark.parametrize("name", ["M1-gated", "M4-FiLM", "M5-concat"])
+@pytest.mark.parametrize("name", surrogate.names())
 def test_models_survive_saving(models, name, tmp_path):
     models[name].save(tmp_path / "model.keras")
     again = keras.saving.load_model(tmp_path / "model.keras")
     np.testing.assert_allclose(run(again, *inputs()), run(models[name], *inputs()), atol=1e-6)
 
 
+@pytest.mark.parametrize("imports", ["surrogate, keras", "keras, surrogate"])
+def test_a_process_that_imports_the_package_loads_saved_models(models, imports, tmp_path):
+    models["M5-FiLM"].save(tmp_path / "model.keras")
+    # An older Keras would import the module that the file names; the present one asks for registration.
+    registered = {f"surrogate>{name}" for name in ("AppendTabor", "EncoderBlock", "FiLM")}
+    code = f"import {imports}; assert {registered} <= keras.saving.get_custom_objects().keys(); "
+    code += f"keras.saving.load_model({str(tmp_path / 'model.keras')!r})"
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
 def test_film_golden_values():
     film = FiLM(hidden=1)
     sequence, tabor = np.array([[[1.0, 2.0]]]), np.array([[3.0]])
-    np.testing.assert_allclose(FiLM()(sequence, np.zeros((1, 1))), sequence)
+    np.testing.assert_allclose(numpy_of(FiLM()(sequence, np.zeros((1, 1)))), sequence)
     film(sequence, tabor)
     for weight in film.trainable_weights:
         weight.assign(keras.ops.full(weight.shape, 0.5))
     # Context 3 * 0.5 + 0.5 = 2; scale and shift 2 * 0.5 + 0.5 = 1.5.
-    np.testing.assert_allclose(film(sequence, tabor), [[[3.0, 4.5]]])
+    np.testing.assert_allclose(numpy_of(film(sequence, tabor)), [[[3.0, 4.5]]])
 
 
 def test_gate_golden_values():
@@ -145,7 +149,7 @@ def test_gate_golden_values():
     for weight in gate.trainable_weights:
         weight.assign(keras.ops.zeros(weight.shape))
     gate.weighting.bias.assign(np.log([2.0, 1.0]))
-    np.testing.assert_allclose(gate(first, second, tabor), np.full((1, 3, 2), 3.0), rtol=1e-6)
+    np.testing.assert_allclose(numpy_of(gate(first, second, tabor)), np.full((1, 3, 2), 3.0), rtol=1e-6)
     with pytest.raises(ValueError, match="same width"):
         TaborGate()(np.ones((1, 3, 2)), np.ones((1, 3, 4)), tabor)
 
@@ -153,12 +157,13 @@ def test_gate_golden_values():
 def test_encoder_block_attends_as_keras_does():
     block = EncoderBlock(heads=3, key_dim=5)
     sequence = np.random.default_rng(0).normal(size=(2, 7, 4)).astype("float32")
+    sequence = keras.ops.convert_to_tensor(sequence)
     block(sequence)
     for weight in block.trainable_weights:
         weight.assign(keras.random.normal(weight.shape, seed=1))
     attended = block.attention_normalisation(sequence + block.attention(sequence, sequence))
     expected = block.output_normalisation(attended + block.contract(block.expand(attended)))
-    np.testing.assert_allclose(block(sequence), expected, rtol=1e-5, atol=1e-5)
+    np.testing.assert_allclose(numpy_of(block(sequence)), numpy_of(expected), rtol=1e-5, atol=1e-5)
 
 
 def test_tcn_block_golden_values():
@@ -168,7 +173,7 @@ def test_tcn_block_golden_values():
     for weight in block.trainable_weights:
         weight.assign(keras.ops.zeros(weight.shape))
     # Zero weights silence both stages: the identity skip remains.
-    np.testing.assert_allclose(block(sequence), sequence)
+    np.testing.assert_allclose(numpy_of(block(sequence)), sequence)
 
 
 def test_documented_table_is_generated():

@@ -36,14 +36,18 @@ def default_signals(monkeypatch):
 def elsewhere(tmp_path, monkeypatch):
     """Only what a test puts there is published, or packaged."""
     for place in ("PUBLISHED", "PACKAGED"):
-        monkeypatch.setattr(f"surrogate.inference.model_files.{place}", tmp_path / place)
+        monkeypatch.setattr(f"surrogate.prediction.files.{place}", tmp_path / place)
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
 
 def publish_metrics(folder, mse, **run):
     folder.mkdir(parents=True)
-    test = {"mse": {"mean": mse}, "pull_off_force_percent": {"mean": 2.5}, "hysteresis_percent": {"mean": 1.25}}
+    test = {"mse": {"mean": mse, "median": 0.0}}
+    test |= {
+        "pull_off_force_percent": {"median": 2.5, "mean": 9.0},
+        "hysteresis_percent": {"median": 1.25, "mean": 9.0},
+    }
     (folder / "metrics.json").write_text(json.dumps({"parameters": 489473, "test": test}))
     (folder / "run.json").write_text(json.dumps(run))
 
@@ -58,11 +62,13 @@ def test_list_shows_every_published_model_best_first_then_what_is_not_trained(el
     assert result.exit_code == 0
     lines = result.output.splitlines()
     assert lines[1:6] == [
-        "model      parameters       MSE  pull-off  hysteresis  training",
-        "mine          489,473  1.00e-05    2.50 %      1.25 %  M1-FiLM, inputs C, 30 epochs of 9,960 trajectories",
-        "M1-FiLM       489,473  2.00e-05    2.50 %      1.25 %  30 epochs of 9,960 trajectories",
-        "M1-concat     489,473  3.00e-05    2.50 %      1.25 %",
-        "M1-gated      144,899                                  not trained",
+        "model      parameters  held-out MSE  median pull-off error  median hysteresis error  training",
+        "mine          489,473      1.00e-05                 2.50 %                   1.25 %  M1-FiLM, inputs C, "
+        "30 epochs of 9,960 trajectories",
+        "M1-FiLM       489,473      2.00e-05                 2.50 %                   1.25 %  "
+        "30 epochs of 9,960 trajectories",
+        "M1-concat     489,473      3.00e-05                 2.50 %                   1.25 %",
+        "M1-gated      144,899                                                                not trained",
     ]
     assert [line.split()[0] for line in lines[2:-2]] == ["mine", "M1-FiLM", "M1-concat", *names()[2:]]
     assert lines[-2].startswith("Predicts here: onnxruntime ")

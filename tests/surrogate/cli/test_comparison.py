@@ -6,7 +6,7 @@ import numpy as np
 
 from bem import PiecewiseLinearProtocol, Scene, StandardLinearSolid, simulate
 from surrogate.cli.comparison import plot_predictions, solver_errors
-from surrogate.inference.predicted import predicted_trajectory
+from surrogate.prediction.predicted import predicted_trajectory
 
 
 def test_of_several_cycles_the_last_unloading_is_compared():
@@ -33,7 +33,9 @@ def test_the_solver_is_told_from_the_predictions_where_they_agree(tmp_path, monk
     drawn = []
     monkeypatch.setattr("matplotlib.figure.Figure.savefig", lambda self, *_, **__: drawn.append(self))
     time = np.linspace(0.0, 1.0, 5)
-    curves = [SimpleNamespace(time=time, indentation=time, force=time, model="M1-concat") for _ in range(3)]
+    curves = [
+        SimpleNamespace(time=time, indentation=time, force=time, model="M1-concat", force_lower=None) for _ in range(3)
+    ]
     plot_predictions(tmp_path / "a.png", curves, curves)
     for axes in drawn[0].axes:
         predicted, solver = axes.lines[1::2], axes.lines[2::2]

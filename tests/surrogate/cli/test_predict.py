@@ -10,14 +10,15 @@ import pytest
 
 import surrogate
 from bem import LoadingProtocol
-from surrogate.inference.predictor import Surrogate
-from tests.surrogate.inference.predicting import FLAGS, PROTOCOL, refused
+from surrogate.prediction.predictor import Surrogate
+from tests.surrogate.conftest import scenes
+from tests.surrogate.prediction.predicting import FLAGS, PROTOCOL, SCENE, refused
 
 
 def test_a_protocol_of_options(command, published):
     code, out, err = command("predict", "M1-concat", "--tabor", 1.0, *FLAGS)
     assert (code, err) == (0, "")
-    expected = surrogate.load("M1-concat", published).trajectories(LoadingProtocol(**PROTOCOL), tabor=1.0)[0]
+    expected = surrogate.load("M1-concat", published).predict(SCENE, LoadingProtocol(**PROTOCOL))
     assert f"pull-off force {expected.pull_off_force:.5g} at time {expected.pull_off_time:.5g}" in out
 
 
@@ -30,11 +31,12 @@ def test_files_in_and_out(command, published, tmp_path):
         writer.writerows(rows)
     for kind in ("csv", "json"):
         words = ["--in", tmp_path / f"in.{kind}", "--out", tmp_path / f"out.{kind}", "--plot", tmp_path / f"{kind}.png"]
-        assert command("predict", "M1-concat", *words)[0] == 0
+        code, out, _ = command("predict", "M1-concat", *words, "--steps")
+        assert (code, out) == (0, f"2 trajectories are predicted; {tmp_path / f'out.{kind}'} holds them\n")
         assert (tmp_path / f"{kind}.png").stat().st_size > 10_000
     found = json.loads((tmp_path / "out.json").read_text())
-    expected = surrogate.load("M1-concat", published).trajectories(
-        [LoadingProtocol(**{key: row[key] for key in PROTOCOL}) for row in rows], tabor=[1.0, 2.0]
+    expected = surrogate.load("M1-concat", published).predict(
+        scenes([1.0, 2.0]), [LoadingProtocol(**{key: row[key] for key in PROTOCOL}) for row in rows]
     )
     for one, two in zip(found, expected, strict=True):
         assert one["force"] == two.force.tolist()
@@ -77,13 +79,13 @@ def test_extrapolation_warns_once_per_trajectory(command):
 def test_a_history_that_extrapolates_says_so_and_other_warnings_pass(command, tmp_path, monkeypatch):
     (tmp_path / "in.csv").write_text("time,indentation\n0,-2\n1,5\n2,2\n3,5\n4,-2\n")
     # A stray warning of a library is not about the range.
-    predict = Surrogate.predict
+    predict = Surrogate.predict_history
 
     def warn(*arguments, **options):
         warnings.warn("of a library", UserWarning, stacklevel=2)
         return predict(*arguments, **options)
 
-    monkeypatch.setattr(Surrogate, "predict", warn)
+    monkeypatch.setattr(Surrogate, "predict_history", warn)
     with pytest.warns(UserWarning, match="of a library"):
         code, out, _ = command("predict", "M1-concat", "--in", tmp_path / "in.csv", "--tabor", 1.0, "--json")
     assert code == 0
@@ -93,17 +95,15 @@ def test_a_history_that_extrapolates_says_so_and_other_warnings_pass(command, tm
 
 
 def test_an_unfinished_check_is_reported(command, tmp_path, monkeypatch):
-    import surrogate.cli.comparison
+    from bem import simulate
 
-    def stopped(protocols, tabor, modulus_ratio):
-        from bem import Scene, StandardLinearSolid, simulate
-
-        whole = simulate(Scene(1.0, StandardLinearSolid(modulus_ratio=0.1)), protocols[0], "draft")
+    def stopped(scene, protocol):
+        whole = simulate(scene, protocol, "draft")
         names = ("time", "indentation", "force", "contact_radius", "unloading")
         first = {name: getattr(whole, name)[: whole.time.size // 2] for name in names}
-        return [dataclasses.replace(whole, status="it stopped half-way", jumps=(), **first)]
+        return dataclasses.replace(whole, status="it stopped half-way", jumps=(), **first)
 
-    monkeypatch.setattr(surrogate.cli.comparison, "simulate_same", stopped)
+    monkeypatch.setattr("bem.simulate", stopped)
     for kind in ("csv", "json"):
         words = ["predict", "M1-concat", "--tabor", 1.0, *FLAGS, "--check", "--out", tmp_path / f"out.{kind}"]
         code, out, _ = command(*words)

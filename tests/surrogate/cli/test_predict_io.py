@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 
-from tests.surrogate.inference.predicting import FLAGS, PROTOCOL, refused
+from tests.surrogate.prediction.predicting import FLAGS, PROTOCOL, refused
 
 HEADER = "tabor,peak_indentation,loading_rate,dwell_time,unloading_rate\n"
 
@@ -19,7 +19,7 @@ HEADER = "tabor,peak_indentation,loading_rate,dwell_time,unloading_rate\n"
         (HEADER + "1,2,3\n", "5 values in every row. Received: 3 in row 1"),
         (HEADER + "1,20,10,1,ten\n", "finite numbers. Received: 'ten' as unloading_rate in row 1"),
         (HEADER + "1,20,10,1,nan\n", "'nan' as unloading_rate"),
-        (HEADER + "-1,20,10,1,10\n", "Tabor parameters above zero"),
+        (HEADER + "-1,20,10,1,10\n", "tabor must be"),
         ("tabor,depth\n1,2\n", "the columns tabor, peak_indentation.*Received: depth, tabor in"),
         ("tabor,tabor\n1,2\n", "every column once"),
         (",".join(f"c{i}" for i in range(10**5)) + "\n", "the columns tabor.*Received: c0, c1, .* in "),
@@ -34,7 +34,7 @@ HEADER = "tabor,peak_indentation,loading_rate,dwell_time,unloading_rate\n"
         ),
         (
             HEADER + "1,20,10,1,10\n0,20,1,1,10\n",
-            r"Tabor parameters above zero\. Received: tabor=0\.0 in row 2 \(line 3\) of \S+in.csv$",
+            r"tabor must be .*; received 0\.0 in row 2 \(line 3\) of \S+in.csv$",
         ),
         (HEADER + "1,20,10,1,10\n1,20,1e-12,1e-9,10\n", r"outlast the rounding .*; received .* in row 2 \(line 3\)"),
         ("1,20,10,1,10\n1,20,10,1,10\n", "a header that names the columns. Received: numbers in the first row"),
@@ -160,3 +160,5 @@ def test_other_mistakes(command, tmp_path, published):
     ):
         assert expected in refused(command, ["predict", *words], folder=tmp_path)
     assert "format onnx" in refused(command, ["export", "M1-concat", "--format", "tflite"], folder=tmp_path)
+    assert "--out FILE.keras" in refused(command, ["export", "M1-concat", "--format", "keras"], folder=tmp_path)
+    assert "onnx for fast" in refused(command, ["export", "fast", "--out", tmp_path / "a.keras"], folder=tmp_path)

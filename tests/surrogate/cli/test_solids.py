@@ -9,8 +9,9 @@ import pytest
 import surrogate
 from bem import LoadingProtocol
 from surrogate import ExtrapolationWarning
-from surrogate.pretrained.model import PUBLISHED
-from tests.surrogate.inference.predicting import FLAGS, PROTOCOL
+from surrogate.prediction.files import PUBLISHED_BANDED as PUBLISHED
+from tests.surrogate.conftest import scenes
+from tests.surrogate.prediction.predicting import FLAGS, PROTOCOL
 
 pytestmark = pytest.mark.skipif(not (PUBLISHED / "fast").is_dir(), reason="`make pretrained` writes the models")
 
@@ -19,7 +20,7 @@ pytestmark = pytest.mark.skipif(not (PUBLISHED / "fast").is_dir(), reason="`make
 def test_force_interval_and_band_are_those_of_python(program, words, ratio):
     code, out, err = program("predict", "fast", "--tabor", 1.0, *FLAGS, *words)
     assert (code, err) == (0, "")
-    (found,) = surrogate.load("fast").trajectories(LoadingProtocol(**PROTOCOL), tabor=1.0, modulus_ratio=ratio)
+    found = surrogate.load("fast").predict(scenes([1.0], ratio)[0], LoadingProtocol(**PROTOCOL))
     low, high = found.pull_off_interval
     assert f"pull-off force {found.pull_off_force:.5g} (90 % interval {low:.5g} to {high:.5g}) at time" in out
     assert f"modulus ratio {ratio}\n" in out
@@ -32,10 +33,8 @@ def test_a_file_of_solids_and_the_files_of_its_bands(program, tmp_path):
     (tmp_path / "in.json").write_text(json.dumps(rows))
     for kind in ("csv", "json"):
         words = ["--in", tmp_path / "in.json", "--coverage", 0.5, "--out", tmp_path / f"out.{kind}"]
-        assert program("predict", "fast", *words, "--plot", tmp_path / "p.png")[0] == 0
-    expected = surrogate.load("fast").trajectories(
-        [LoadingProtocol(**PROTOCOL)] * 2, tabor=[1.0, 2.0], modulus_ratio=[0.1, 0.7], coverage=0.5
-    )
+        assert program("predict", "fast", *words, "--steps", "--plot", tmp_path / "p.png")[0] == 0
+    expected = surrogate.load("fast").predict(scenes([1.0, 2.0], [0.1, 0.7]), LoadingProtocol(**PROTOCOL), coverage=0.5)
     for one, two in zip(json.loads((tmp_path / "out.json").read_text()), expected, strict=True):
         assert one["pull_off_interval"] == list(two.pull_off_interval)
         assert (one["modulus_ratio"], one["coverage"]) == (two.modulus_ratio, 0.5)
@@ -46,6 +45,27 @@ def test_a_file_of_solids_and_the_files_of_its_bands(program, tmp_path):
     for name in ("force", "force_lower", "force_upper"):
         wanted = np.concatenate([getattr(one, name) for one in expected])
         np.testing.assert_array_equal([float(row[name]) for row in table], wanted)
+
+
+def test_a_file_of_solids_becomes_a_table_with_a_row_of_each(program, tmp_path):
+    ratios = [0.1, 0.005, 0.7, 0.004]
+    (tmp_path / "in.json").write_text(json.dumps([PROTOCOL | {"tabor": 1.0, "modulus_ratio": one} for one in ratios]))
+    words = ["--in", tmp_path / "in.json", "--out", tmp_path / "table.csv"]
+    code, out, err = program("predict", "fast", *words, "--check")
+    assert (code, out.count("\n"), err.count("\n")) == (0, 1, 1)
+    assert "2 of 4 trajectories extrapolate; trajectory 1 extrapolates: modulus_ratio = 0.005" in err
+    with (tmp_path / "table.csv").open(newline="") as file:
+        table = list(csv.DictReader(file))
+    expected = surrogate.load("fast").predict(scenes(1.0, [0.1, 0.7]), LoadingProtocol(**PROTOCOL))
+    assert [float(row["modulus_ratio"]) for row in table] == ratios
+    assert [bool(row["extrapolated"]) for row in table] == [False, True, False, True]
+    for row, one in zip(table[::2], expected, strict=True):
+        assert float(row["pull_off_force"]) == pytest.approx(one.pull_off_force, rel=1e-6)
+        assert (float(row["pull_off_lower"]), float(row["pull_off_upper"])) == pytest.approx(
+            one.pull_off_interval, rel=1e-6
+        )
+        assert float(row["check_pull_off_percent"]) < 20.0
+    assert table[1]["pull_off_lower"] == ""
 
 
 def test_outside_the_training_is_one_sentence_and_no_band(program, tmp_path, recwarn):
@@ -71,7 +91,10 @@ def test_the_check_is_of_the_same_solid(program):
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
-        (["fast", "--modulus-ratio", "2"], "Expected modulus ratios in (0, 1]. Received: modulus_ratio=2.0"),
+        (
+            ["fast", "--modulus-ratio", "2"],
+            "modulus_ratio must be a finite number greater than 0 and at most 1; received 2.0",
+        ),
         (["fast", "--coverage", "1"], "coverage must be a finite number greater than 0 and at most 0.99"),
         (["fast", "--backend", "keras"], "Expected the backend 'onnx' for fast"),
         (["M1-concat", "--coverage", "0.9"], "Expected --coverage with a model that has bands, accurate or fast"),
@@ -88,7 +111,9 @@ def test_files_that_do_not_fit_the_model(program, tmp_path):
     (tmp_path / "history.csv").write_text("time,indentation\n0,-2\n1,5\n2,5\n3,-2\n")
     code, _, err = program("predict", "fast", "--in", tmp_path / "history.csv", "--tabor", 1.0)
     assert code == 2
-    assert err.startswith("surrogate: Expected protocols, since fast computes at measurement steps of its own")
+    assert err.startswith(
+        "surrogate: Expected a model of uniform measurement steps for a measured history, such as M1-concat"
+    )
     (tmp_path / "solids.json").write_text(json.dumps([PROTOCOL | {"tabor": 1.0, "modulus_ratio": 0.3}]))
     code, _, err = program("predict", "M1-concat", "--in", tmp_path / "solids.json")
     assert code == 2

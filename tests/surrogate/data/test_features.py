@@ -1,10 +1,8 @@
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from surrogate.data.features import (
-    channels,
     edge_from_counts,
     edge_from_indentations,
     plateau,
@@ -23,16 +21,6 @@ def test_acceleration_of_steady_motion_fades():
     a = 0.3
     expected = [0.0, 20.0 * a, 20.0 * a * (1 - a), 20.0 * a * (1 - a) ** 2]
     np.testing.assert_allclose(smoothed_acceleration(times, 2.0 * times)[0, :4], expected)
-
-
-@pytest.mark.parametrize("features", ["A", "B", "C"])
-def test_channels_are_causal(grid, features):
-    times, indentations = grid
-    changed = indentations.copy()
-    changed[:, 60:] += 1.0
-    edge = np.zeros_like(times)
-    before = channels(times, indentations, edge, features)[:, :60]
-    np.testing.assert_array_equal(channels(times, changed, edge, features)[:, :60], before)
 
 
 def test_found_edges_equal_the_known_ones(grid):
@@ -56,12 +44,3 @@ def test_plateau_of_odd_histories():
 def test_plateau_is_found_at_any_resolution(loading, dwell, unloading):
     history = np.concatenate([np.linspace(-1, 5, loading), np.full(dwell, 5.0), 5.0 - np.arange(1, unloading + 1)])
     assert plateau(history) == ((loading - 1, loading + dwell - 1) if dwell else None)
-
-
-def test_channel_shapes_and_unknown_set(grid):
-    times, indentations = grid
-    edge = edge_from_indentations(indentations)
-    widths = [channels(times, indentations, edge, features).shape[-1] for features in "ABCD"]
-    assert widths == [2, 3, 4, 4]
-    with pytest.raises(ValueError, match="features='Z'"):
-        channels(times, indentations, edge, "Z")

@@ -42,9 +42,10 @@ def test_sets_e_and_f_extend_d():
     times, indentations = histories()
     edge = edge_from_indentations(indentations)
     found = {
-        name: channels(times, indentations, edge, name, tabor=np.array([1.0, 0.5]), modulus_ratio=0.1) for name in "DEF"
+        name: channels(times, indentations, edge, name, tabor=np.array([1.0, 0.5]), modulus_ratio=0.1)
+        for name in "ABCDEF"
     }
-    assert [found[name].shape[-1] for name in "DEF"] == [4, 5, 12]
+    assert [values.shape[-1] for values in found.values()] == [2, 3, 4, 4, 5, 12]
     np.testing.assert_array_equal(found["F"][..., :5], found["E"])
     np.testing.assert_array_equal(found["E"][..., :4], found["D"])
     by_name = dict(zip(channel_names("F"), np.moveaxis(found["F"], -1, 0), strict=True))
@@ -54,19 +55,22 @@ def test_sets_e_and_f_extend_d():
     assert by_name["unloading"].sum() == 2 * 50
 
 
-def test_no_channel_looks_ahead():
+@pytest.mark.parametrize("features", ["C", "F"])
+def test_no_channel_looks_ahead(features):
     times, indentations = histories()
-    edge = np.zeros_like(times)
-    material = {"tabor": np.array([1.0, 0.5]), "modulus_ratio": np.array([0.1, 0.5])}
-    whole = channels(times, indentations, edge, "F", **material)
-    part = channels(times[:, :77], indentations[:, :77], edge[:, :77], "F", **material)
+    edge, material = np.zeros_like(times), {"tabor": np.array([1.0, 0.5]), "modulus_ratio": np.array([0.1, 0.5])}
+    whole = channels(times, indentations, edge, features, **material)
+    part = channels(times[:, :77], indentations[:, :77], edge[:, :77], features, **material)
     np.testing.assert_array_equal(whole[:, :77], part)
 
 
-def test_f_needs_the_material():
+@pytest.mark.parametrize(
+    ("features", "words"), [("F", "Expected tabor and modulus_ratio for feature set F"), ("Z", "features='Z'")]
+)
+def test_sets_that_cannot_be_computed(features, words):
     times, indentations = histories()
-    with pytest.raises(ValueError, match=r"Expected tabor and modulus_ratio for feature set F"):
-        channels(times, indentations, np.zeros_like(times), "F")
+    with pytest.raises(ValueError, match=words):
+        channels(times, indentations, np.zeros_like(times), features)
 
 
 def test_every_channel_of_f_is_scaled_to_mean_zero_and_deviation_one():

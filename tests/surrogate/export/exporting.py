@@ -1,10 +1,8 @@
-"""Export of a Keras backend to a file, as training does."""
+"""Export of a Keras network to a file, as training does."""
 
-from surrogate.export.onnx import build_graph
-from surrogate.network.onnx_file import sealed
+from surrogate.export.onnx import file_content
 
 
-def write(path, backend):
-    content = build_graph(backend.model, backend.scaling, name=backend.name, architecture=backend.name)
-    path.write_bytes(sealed(content.SerializeToString()))
+def write(path, network):
+    path.write_bytes(file_content(network.model, network.scaling, name=network.name, architecture=network.name))
     return path

@@ -7,11 +7,11 @@ import onnx
 import pytest
 
 import surrogate
-from surrogate.inference.keras_backend import KerasBackend
-from surrogate.inference.onnx_backend import OnnxBackend
-from surrogate.inference.predictor import Surrogate
+from surrogate.prediction.networks import KerasNetwork, OnnxFile
+from surrogate.prediction.predictor import Surrogate
 from surrogate.training.recipe import Recipe
 from surrogate.training.runs import Run, execute
+from tests.surrogate.conftest import scenes
 from tests.surrogate.export.exporting import write
 
 
@@ -22,14 +22,14 @@ def test_inputs_of_the_material_know_that_of_the_training(stirred, dataset, grid
     (ratio,) = [item for item in onnx.load(path).graph.initializer if item.name == "modulus_ratio"]
     assert onnx.numpy_helper.to_array(ratio).tolist() == [0.1]
     other = dataclasses.replace(backend.scaling, ranges=backend.scaling.ranges | {"modulus_ratio": (0.5, 0.5)})
-    write(path, KerasBackend(backend.model, other, name="M3-concat"))
+    write(path, KerasNetwork(backend.model, other, name="M3-concat"))
     times, indentations = (part[:6] for part in grid)
     tabor = dataset.protocols["tabor"][:6]
-    found = other.scale_force(surrogate.load(path).predict(times, indentations, tabor=tabor))
+    found = other.scale_force(surrogate.load(path).predict_history(times, indentations, scenes(tabor, 0.5)))
     assert np.abs(found - expected).max() > 1e-2
     unknown = dataclasses.replace(other, ranges={})
     with pytest.raises(ValueError, match=r"one known modulus ratio for features F\. Received: none"):
-        write(path, KerasBackend(backend.model, unknown))
+        write(path, KerasNetwork(backend.model, unknown))
 
 
 @pytest.mark.filterwarnings("ignore:.*extrapolates")
@@ -38,7 +38,10 @@ def test_inputs_of_the_material_on_short_and_long_steps(stirred, tmp_path):
     onnx_model = surrogate.load(write(tmp_path / "model.onnx", backend))
     for times in (np.geomspace(1e-9, 1e6, 60), np.array([2.0])):
         indentations = 20.0 * np.sin(np.arange(len(times)))[None]
-        forces = [model.predict(times[None], indentations, tabor=1.0) for model in (onnx_model, Surrogate(backend))]
+        forces = [
+            model.predict_history(times[None], indentations, scenes([1.0])[0])
+            for model in (onnx_model, Surrogate(backend))
+        ]
         scaled = [backend.scaling.scale_force(force) for force in forces]
         np.testing.assert_allclose(*scaled, rtol=0.0, atol=1e-5)
 
@@ -47,12 +50,12 @@ def test_a_training_with_inputs_of_the_material_leaves_a_file(least, dataset, tm
     recipe = Recipe.load("swift").with_overrides(epochs=1, optimizer="adam")
     execute(Run("M1-concat", dataset, dataset.split(), recipe, features="F"), tmp_path)
     model = surrogate.load(tmp_path / "model")
-    assert (type(model.backend), model.scaling.features, model.modulus_ratio) == (OnnxBackend, "F", 0.1)
+    assert (type(model.network), model.scaling.features, model.modulus_ratio) == (OnnxFile, "F", 0.1)
     times, indentations = (part[:1] for part in dataset.grid(np.arange(1)))
-    tabor = float(dataset.protocols["tabor"][0])
-    expected = surrogate.load(tmp_path / "model", backend="keras").predict(times, indentations, tabor=tabor)
+    (scene,) = scenes(dataset.protocols["tabor"][:1])
+    expected = surrogate.load(tmp_path / "model", backend="keras").predict_history(times, indentations, scene)
     atol = 1e-5 * np.ptp(expected)
-    np.testing.assert_allclose(model.predict(times, indentations, tabor=tabor), expected, rtol=0.0, atol=atol)
+    np.testing.assert_allclose(model.predict_history(times, indentations, scene), expected, rtol=0.0, atol=atol)
     edge = np.isin(np.arange(times.shape[1]), [49, 69])
-    streamed = model.stream(tabor=tabor).run(times[0], indentations[0], edge)
+    streamed = model.stream(scene).run(times[0], indentations[0], edge)
     np.testing.assert_allclose(streamed, expected[0], rtol=0.0, atol=atol)

@@ -2,19 +2,18 @@ import json
 import subprocess
 import sys
 
+import keras
 import numpy as np
 import onnx
 import pytest
 
 import surrogate
-from surrogate.export.onnx import build_graph, export_folder
-from surrogate.inference.keras_backend import keras_model
-from surrogate.inference.model_files import PUBLISHED, read_run
-from surrogate.inference.onnx_backend import OnnxBackend
-from surrogate.inference.predictor import Surrogate
-from surrogate.network.lowering import lower
-from surrogate.training.recipe import Recipe
-from surrogate.training.runs import Run, fit_scaling
+from surrogate.export.onnx import file_content
+from surrogate.prediction.files import PUBLISHED
+from surrogate.prediction.networks import OnnxFile
+from surrogate.prediction.predictor import Surrogate
+from surrogate.training.exporting import export_folder, folder_content
+from tests.surrogate.conftest import scaling_of, scenes
 from tests.surrogate.export.exporting import write
 
 
@@ -22,10 +21,6 @@ from tests.surrogate.export.exporting import write
 def protocols(dataset, grid):
     times, indentations = (part[:6] for part in grid)
     return times, indentations, dataset.protocols["tabor"][:6]
-
-
-def scaling_of(dataset, features="D"):
-    return fit_scaling(Run("M1-concat", dataset, dataset.split(), Recipe.load("swift"), features=features))
 
 
 @pytest.mark.filterwarnings("ignore:.*extrapolates")
@@ -37,7 +32,7 @@ def test_file_agrees_with_keras(name, features, stirred, protocols, tmp_path):
     backend, expected = stirred(name, features)
     onnx_model = surrogate.load(write(tmp_path / "model.onnx", backend))
     times, indentations, tabor = protocols
-    found = backend.scaling.scale_force(onnx_model.predict(times, indentations, tabor=tabor))
+    found = backend.scaling.scale_force(onnx_model.predict_history(times, indentations, scenes(tabor)))
     assert np.abs(expected).max() > 1e-2
     np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-5)
 
@@ -49,21 +44,17 @@ def test_velocity_survives_large_times(stirred, tmp_path):
     onnx_model = surrogate.load(write(tmp_path / "model.onnx", backend))
     times = 1e5 + 1e-3 * np.arange(60)[None]
     indentations = 0.4 * np.arange(60)[None]
-    forces = [model.predict(times, indentations, tabor=1.0) for model in (onnx_model, Surrogate(backend))]
+    forces = [
+        model.predict_history(times, indentations, scenes([1.0])[0]) for model in (onnx_model, Surrogate(backend))
+    ]
     scaled = [backend.scaling.scale_force(force) for force in forces]
     np.testing.assert_allclose(*scaled, rtol=0.0, atol=1e-5)
 
 
-def test_the_lstm_is_one_operator(dataset):
-    content = build_graph(surrogate.build("M1-concat"), scaling_of(dataset), name="M1-concat", architecture="M1-concat")
-    kinds = [node.op_type for node in content.graph.node]
-    assert kinds.count("LSTM") == 2
-    assert "Loop" not in kinds
-
-
-def test_metadata_and_interface(dataset):
+def test_metadata_interface_and_an_lstm_that_is_one_operator(dataset):
     scaling = scaling_of(dataset)
-    content = build_graph(surrogate.build("M1-gated"), scaling, name="mine", architecture="M1-gated")
+    content = file_content(surrogate.build("M1-gated"), scaling, name="mine", architecture="M1-gated")
+    content = onnx.load_model_from_string(content)
     metadata = {entry.key: entry.value for entry in content.metadata_props}
     assert metadata["format"] == "viscoelastic-contact-surrogate-onnx"
     assert (metadata["format_version"], metadata["name"], metadata["features"]) == ("1", "mine", "D")
@@ -72,10 +63,12 @@ def test_metadata_and_interface(dataset):
     assert inputs == {"times": 2, "indentations": 2, "tabor": 1, "edge": 2}
     assert {item.type.tensor_type.elem_type for item in content.graph.input} == {onnx.TensorProto.DOUBLE}
     assert [item.name for item in content.graph.output] == ["force"]
+    kinds = [node.op_type for node in content.graph.node]
+    assert (kinds.count("LSTM"), "Loop" in kinds) == (2, False)
 
 
 def test_training_leaves_a_file_that_loads(folder):
-    assert isinstance(surrogate.load(folder).backend, OnnxBackend)
+    assert isinstance(surrogate.load(folder).network, OnnxFile)
     assert (surrogate.load(folder / "model.onnx").name, surrogate.load(folder).name) == ("M1-concat",) * 2
     before = (folder / "model.onnx").read_bytes()
     (folder / "model.onnx").unlink()
@@ -87,19 +80,21 @@ def test_training_leaves_a_file_that_loads(folder):
 @pytest.mark.slow
 @pytest.mark.parametrize("folder", sorted(PUBLISHED.glob("*/")), ids=lambda folder: folder.name)
 def test_a_published_file_holds_the_numbers_of_its_weights_file(folder):
-    run, _ = read_run(folder)
-    expected, found = lower(keras_model(folder, run)), surrogate.load(folder).backend.graph()
-    assert found.operations == expected.operations
-    assert found.weights.keys() == expected.weights.keys()
-    for name, values in expected.weights.items():
-        np.testing.assert_array_equal(found.weights[name], values, err_msg=name)
+    contents = (folder_content(folder), surrogate.load(folder).network.content())
+    fresh, found = (
+        [onnx.numpy_helper.to_array(one) for one in onnx.load_model_from_string(content).graph.initializer]
+        for content in contents
+    )
+    assert len(fresh) == len(found)
+    for expected in fresh:
+        assert any(one.shape == expected.shape and np.array_equal(one, expected) for one in found)
 
 
 def test_a_model_that_is_not_finite_is_not_exported(dataset):
     model = surrogate.build("M4-concat")
     model.set_weights([np.full_like(weight, np.inf) for weight in model.get_weights()])
     with pytest.raises(ValueError, match=r"Expected finite weights\. Received: NaN or infinity in"):
-        build_graph(model, scaling_of(dataset), name="mine", architecture="M4-concat")
+        file_content(model, scaling_of(dataset), name="mine", architecture="M4-concat")
 
 
 def test_what_the_runtime_cannot_compute_ends_in_one_sentence(folder, monkeypatch):
@@ -108,10 +103,10 @@ def test_what_the_runtime_cannot_compute_ends_in_one_sentence(folder, monkeypatc
             raise MemoryError("no room\nfor a tensor of {" + 10**5 * "9," + "}")
 
     model = surrogate.load(folder)
-    monkeypatch.setattr(model.backend, "session", Full())
+    monkeypatch.setattr(model.network, "session", Full())
     times = np.linspace(0.0, 1.0, 9)[None]
     with pytest.raises(ValueError, match=r"that M1-concat can compute\. Received: shape \(1, 9\) \(no room") as caught:
-        model.backend.force(times, times, np.ones(1), np.zeros_like(times))
+        model.network.force(times, times, np.ones(1), None, np.zeros_like(times))
     assert "\n" not in str(caught.value)
     assert len(str(caught.value)) < 500
 
@@ -123,8 +118,6 @@ def test_unknown_backend(folder):
         surrogate.load(folder / "model.onnx", backend="keras")
     with pytest.raises(ValueError, match="backend='keras'"):
         _ = surrogate.load(folder).model
-    with pytest.raises(ValueError, match="backend='keras'"):
-        surrogate.load(folder).predict_channels(np.zeros((1, 5, 4)), np.zeros((1, 1)))
 
 
 def test_prediction_needs_no_learning_framework(folder):
@@ -133,15 +126,16 @@ def test_prediction_needs_no_learning_framework(folder):
         f"model = surrogate.load({str(folder)!r})\n"
         "times = numpy.linspace(0, 1, 9)[None]\n"
         "import warnings; warnings.simplefilter('ignore')\n"
-        "model.predict(times, times, tabor=1.0)\n"
-        "print(sorted({'keras', 'tensorflow', 'onnx', 'numba', 'h5py'} & set(sys.modules)))"
+        "from bem import Scene, StandardLinearSolid\n"
+        "model.predict_history(times, times, Scene(1.0, StandardLinearSolid(0.1)))\n"
+        "print(sorted({'keras', 'tensorflow', 'onnx', 'h5py'} & set(sys.modules)))"
     )
     result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert result.stdout.strip() == "[]"
 
 
 def test_without_keras_one_sentence_says_what_to_install(folder, monkeypatch):
-    monkeypatch.setattr("surrogate.inference.keras_backend.importlib.util.find_spec", lambda _: None)
+    monkeypatch.setattr("surrogate.prediction.networks.importlib.util.find_spec", lambda _: None)
     with pytest.raises(ModuleNotFoundError, match=r"pip install 'contact-trajectories\[train\]'.*backend='onnx'"):
         surrogate.load(folder, backend="keras")
     assert surrogate.load(folder).name == "M1-concat"
@@ -152,10 +146,14 @@ def test_export_writes_beside_the_weights_or_where_told(command, published, tmp_
     before = own.read_bytes()
     # An up-to-date file is copied, which takes no Keras.
     with monkeypatch.context() as patch:
-        patch.setattr("surrogate.export.onnx.keras_model", None)
+        patch.setattr("surrogate.training.exporting.keras_network", None)
         code, out, _ = command("export", "M1-concat", "--out", tmp_path / "copy.onnx")
     assert (code, "copy.onnx" in out) == (0, True)
     assert (tmp_path / "copy.onnx").read_bytes() == before
+    assert command("export", "M1-concat", "--out", tmp_path / "copy.keras")[0] == 0
+    expected = surrogate.load(own.parent, backend="keras").model.get_weights()
+    for found, weight in zip(keras.saving.load_model(tmp_path / "copy.keras").get_weights(), expected, strict=True):
+        np.testing.assert_array_equal(found, weight)
     own.unlink()
     try:
         assert command("export", "M1-concat", "--out", tmp_path / "fresh.onnx")[0] == 0

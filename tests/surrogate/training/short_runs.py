@@ -2,8 +2,9 @@
 
 import csv
 
-import numpy as np
+import h5py
 
+from bem.dataset.sealed_file import arrays
 from surrogate.training.recipe import Recipe
 
 COSINE = 'optimizer = "soap"\nweight_average = 0.5\ngradient_norm = 1.0\n[cosine]\nwarmup_epochs = 1\n'
@@ -17,8 +18,12 @@ def recipe(tmp_path, table=COSINE, epochs=4, rate=1e-2):
 
 
 def weights(folder):
-    with np.load(folder / "checkpoint.npz") as stored:
-        return {name: stored[name] for name in stored.files if name != "state"}
+    """The published weights of a run, and those of its last epoch with the state of the optimizer, by path."""
+    found = {}
+    for path in (folder / "model/model.weights.h5", folder / "backup/latest.weights.h5"):
+        with h5py.File(path) as file:
+            found |= {f"{path.name}/{name}": item[()] for name, item in arrays(file)}
+    return found
 
 
 def history(folder):

@@ -4,22 +4,21 @@ import hashlib
 import json
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
 from surrogate.data.dataset import Split
-from surrogate.training.checkpoint import set_aside
 from surrogate.training.identity import (
     ALIKE,
     EVERYTHING,
     HELD_OUT,
     TrainingIdentity,
     differences,
-    fingerprint_differences,
+    facts_that_differ,
     read_identity,
     trained_otherwise,
 )
 from surrogate.training.recipe import Recipe
+from surrogate.training.run_folder import Progress, save_progress, set_aside
 
 RECIPE = Recipe.load("swift")
 RUN = {"features": "D", "backend": "tensorflow", "architecture": "M1-concat", "extra_dataset_sha256": None}
@@ -95,7 +94,7 @@ OTHER = {
 def test_every_quantity_tells_two_trainings_apart(name, wanted):
     other = replace(wanted, **{name: OTHER[name]})
     assert len(differences(other, wanted)) == 1
-    assert len(fingerprint_differences(other.fingerprint, wanted.fingerprint)) == 1
+    assert len(facts_that_differ(other.fingerprint, wanted.fingerprint)) == 1
     assert (differences(other, wanted, ALIKE) == []) == (name == "backend" or name.startswith("architecture"))
     assert (other.digest == wanted.digest) == (name == "backend")
     assert len(EVERYTHING) == len(OTHER)
@@ -116,7 +115,7 @@ def test_a_division_has_one_digest(dataset, tmp_path):
 
 def write_checkpoint(folder, identity):
     folder.mkdir(exist_ok=True)
-    np.savez(folder / "checkpoint.npz", state=np.array(json.dumps({"fingerprint": identity.fingerprint})))
+    save_progress(folder, Progress(), identity.fingerprint, [])
 
 
 @pytest.mark.parametrize("name", OTHER)

@@ -7,12 +7,10 @@ import sys
 import time
 from pathlib import Path
 
-import h5py
 import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from bem.dataset.hdf5_arrays import arrays
 from surrogate.cli.app import app
 from surrogate.training.queue import STOPPED
 from tests.surrogate.conftest import build_by, build_lstm
@@ -29,19 +27,6 @@ learning_rate = 1e-3
 weight_average = 0.1
 [cosine]
 warmup_epochs = 1
-"""
-FIT = f"""
-name = "fit"
-seed = 0
-batch_size = 12
-epochs = {EPOCHS}
-learning_rate = 1e-3
-loop = "fit"
-[plateau]
-factor = 0.5
-patience = 1
-minimum_rate = 1e-7
-stop_after = 5
 """
 
 
@@ -103,30 +88,3 @@ def test_a_training_that_is_stopped_or_killed_resumes(undisturbed, dataset_path,
     assert (tmp_path / "models" / "M1-concat" / "run.json").is_file()
     for name, value in short_runs.weights(tmp_path / "runs" / "M1-concat").items():
         np.testing.assert_array_equal(value, undisturbed[name], err_msg=name)
-
-
-def published(folder):
-    """The curve of a published model but for its seconds, and its weights."""
-    model = folder / "models" / "M1-concat"
-    with h5py.File(model / "model.weights.h5") as file:
-        weights = {path: item[()] for path, item in arrays(file)}
-    rows = (model / "history.csv").read_text().splitlines()
-    return [row.split(",")[:5] for row in rows], weights
-
-
-@pytest.mark.slow
-def test_a_training_by_keras_that_is_killed_resumes(dataset_path, tmp_path):
-    whole, parts = tmp_path / "whole", tmp_path / "parts"
-    for folder in (whole, parts):
-        folder.mkdir()
-    train(whole, dataset_path, FIT)
-    process = start(parts, dataset_path, FIT, WAIT_AFTER_EPOCH="2")
-    while epochs_done(parts) < 2 and process.poll() is None:
-        time.sleep(0.01)
-    process.kill()
-    assert process.wait() == -signal.SIGKILL
-    train(parts, dataset_path, FIT)
-    (rows, weights), (expected_rows, expected) = published(parts), published(whole)
-    assert rows == expected_rows
-    for name, value in weights.items():
-        np.testing.assert_array_equal(value, expected[name], err_msg=name)

@@ -16,6 +16,7 @@ from pathlib import Path
 import keras
 import numpy as np
 import surrogate
+from bem import Scene, StandardLinearSolid
 from surrogate.training import runs
 from surrogate.data.dataset import TrajectoryDataset
 from surrogate.training.recipe import Recipe
@@ -32,6 +33,7 @@ def started(name, features):
 
 runs.build = started
 warnings.simplefilter("ignore")
+solids = [Scene(mu, StandardLinearSolid(0.1)) for mu in dataset.protocols["tabor"][dataset.split().test].tolist()]
 for optimizer in ("adam", "soap"):
     recipe = Recipe.load("swift").with_overrides(epochs=1, batch_size=24, optimizer=optimizer)
     run = runs.Run("M3-FiLM", dataset, dataset.split(), recipe)
@@ -39,7 +41,7 @@ for optimizer in ("adam", "soap"):
     place.parent.mkdir(exist_ok=True)
     assert runs.execute(run, place).finished
     model = surrogate.load(place / "model", backend="keras")
-    force = model.predict(*dataset.grid(run.split.test), tabor=dataset.protocols["tabor"][run.split.test])
+    force = model.predict_history(*dataset.grid(run.split.test), solids)
     np.save(place / "scaled.npy", model.scaling.scale_force(force))
 """
 

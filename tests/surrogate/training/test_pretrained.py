@@ -5,8 +5,9 @@ import numpy as np
 import pytest
 
 from bem import LoadingProtocol
-from surrogate.pretrained.model import Pretrained
+from surrogate.prediction.loading import load_banded
 from tests.physical_data import physical_dataset
+from tests.surrogate.prediction.predicting import SCENE
 
 pretrained = pytest.importorskip("surrogate.training.pretrained")
 COUNT = 160
@@ -21,9 +22,9 @@ def dataset():
 
 def test_a_trained_model_is_ready_to_use_and_resumed_not_repeated(dataset, tmp_path):
     folder = pretrained.train_model("fast", TINY, dataset, tmp_path, command="some")
-    model = Pretrained(folder)
+    model = load_banded(folder)
     protocol = LoadingProtocol(peak_indentation=20.0, loading_rate=10.0, dwell_time=0.1, unloading_rate=10.0)
-    (found,) = model.trajectories(protocol, tabor=1.0, modulus_ratio=0.1)
+    found = model.predict(SCENE, protocol)
     assert np.isfinite(found.force).all()
     assert found.pull_off_interval[0] < found.pull_off_force < found.pull_off_interval[1]
     run = json.loads((folder / "run.json").read_text())

@@ -8,11 +8,11 @@ from typer.testing import CliRunner
 
 from bem._support.outputs import plain_name
 from experiments.common import load_surrogate
-from experiments.training.trainings import Variant
+from experiments.trainings.variants import Variant
 from surrogate.cli import app as cli
 from surrogate.data.dataset import TrajectoryDataset
-from surrogate.inference.model_files import find_model
-from surrogate.training.publishing import CARD, CARD_MARK, model_name, publish, require_place
+from surrogate.prediction.files import find_model
+from surrogate.training.model_directory import CARD, CARD_MARK, model_name, publish, require_place
 from surrogate.training.queue import run_queue
 from surrogate.training.recipe import Recipe
 from surrogate.training.runs import Run

@@ -13,7 +13,7 @@ import keras, numpy as np
 import surrogate
 from surrogate.backend import has_fused_lstm
 from surrogate.training.torch_lstm import TorchLSTM
-from surrogate.training.loop import with_fused_lstm
+from surrogate.training.fitting import with_fused_lstm
 
 assert has_fused_lstm()
 draw = np.random.default_rng(0)

@@ -7,17 +7,17 @@ import os
 import signal
 import time
 
-import surrogate.inference.keras_backend
-import surrogate.training.loop
+import surrogate.prediction.networks
+import surrogate.training.fitting
 import surrogate.training.runs
 from surrogate.cli.app import app_main
 from tests.surrogate.conftest import build_lstm
 
 
 def waiting(save):
-    def saved(path, history):
-        save(path, history)
-        if len(history) == int(os.environ.get("WAIT_AFTER_EPOCH", 0)):
+    def saved(folder, progress, *rest):
+        save(folder, progress, *rest)
+        if progress.epoch == int(os.environ.get("WAIT_AFTER_EPOCH", 0)):
             # Who has noticed a signal lets the next one end the process.
             while signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL:
                 time.sleep(0.01)
@@ -26,6 +26,6 @@ def waiting(save):
 
 
 if __name__ == "__main__":
-    surrogate.training.runs.build = surrogate.inference.keras_backend.build = build_lstm
-    surrogate.training.loop.save_history = waiting(surrogate.training.loop.save_history)
+    surrogate.training.runs.build = surrogate.prediction.networks.build = build_lstm
+    surrogate.training.fitting.save_progress = waiting(surrogate.training.fitting.save_progress)
     app_main()

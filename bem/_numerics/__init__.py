@@ -1,1 +1,0 @@
-"""Small numerics that all packages share: compilation, dense systems, interpolation, peaks."""

@@ -1,0 +1,211 @@
+"""`Contact`: a contact that is advanced step by step, for control loops and for models of which it is a part.
+
+Units: as in `bem.trajectory`.
+"""
+
+from __future__ import annotations
+
+import copy
+import math
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from bem._support.interruption import interruptible
+from bem._support.jit import kernel
+from bem._support.validation import finite_number, instance
+from bem._support.wording import shown
+from bem.accuracy import resolve_accuracy
+from bem.protocol import LARGEST_FORCE, LARGEST_INDENTATION, PiecewiseLinearProtocol, default_start_indentation
+from bem.scene import Scene
+from bem.solver.equilibrium import Factor
+from bem.solver.memory import Memory
+from bem.solver.problem import Problem, problem_of, with_force
+from bem.solver.records import COMPLETED, new_records
+from bem.solver.simulation import REASONS, load_kernels
+from bem.solver.time_stepping import Progress, follow, segment_of, start
+from bem.solver.work import MOST_WORK, STEPS, new_work
+
+
+class _Step(NamedTuple):
+    """What was asked of a contact."""
+
+    duration: float
+    name: str  # of what is prescribed: "indentation" or "force"
+    value: float
+
+
+class _Moment(NamedTuple):
+    """A state between two steps; nothing changes it."""
+
+    time: float
+    stage: float  # indentation of the stage
+    progress: Progress
+    steps: int  # of the solver, so far
+
+
+@kernel
+def _proceed(problem: Problem, before: Progress, step: np.ndarray, work: np.ndarray, stop: np.ndarray) -> Progress:
+    """What follows a state, which stays as it is, in a `step` (3,): duration, and the control before and after."""
+    old, factor = before.memory, before.factor
+    memory = Memory(old.strengths, old.times, old.vectors.copy(), old.traction.copy(), old.steps.copy())
+    own = Factor(
+        factor.columns.copy(),
+        factor.pivots.copy(),
+        factor.by_traction.copy(),
+        factor.order.copy(),
+        factor.unstable.copy(),
+        factor.stiffness.copy(),
+    )
+    progress = Progress(before.state, memory, own, new_records(), before.mesh_chosen, COMPLETED)
+    segment = segment_of(problem, np.array([0.0, step[0]]), step[1:], 0, -1)
+    return follow(problem, segment, progress, np.empty(0), stop, work)
+
+
+class Contact:
+    """A contact that is advanced step by step: the solver of `bem.simulate` with its memory between the steps.
+
+    Args:
+        scene: what touches.
+        accuracy: as in `bem.simulate`.
+        start_indentation: indentation (of the stage, behind a spring) at which it begins, in h0; by default
+            -pi^(2/3) mu.
+        initial_state: "relaxed" or "glassy", as in `bem.simulate`.
+        deepest: indentation that the mesh has room for at first, in h0. Where a step leaves it, all steps are taken
+            again on a mesh with twice the room.
+
+    Attributes:
+        time, indentation, force, contact_radius: of the present state.
+        status: "completed", or why the last step could not be taken; the state is then that before it.
+
+    Raises:
+        ValueError: for input that is not a scene, an accuracy or an indentation, naming what is allowed.
+
+    Examples:
+        >>> import bem
+        >>> contact = bem.Contact(bem.Scene(tabor=1.0, material=bem.StandardLinearSolid(0.1)))
+        >>> force = contact.advance(0.1, indentation=2.0)  # doctest: +SKIP
+        >>> ahead = contact.copy().advance(0.1, indentation=3.0)  # doctest: +SKIP
+        >>> indentation = contact.advance(0.1, force=1.0)  # doctest: +SKIP
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        accuracy: str | float = "standard",
+        *,
+        start_indentation: float | None = None,
+        initial_state: Literal["relaxed", "glassy"] = "relaxed",
+        deepest: float = 4.0,
+    ) -> None:
+        instance("scene", scene, (Scene,))
+        self._scene, self._accuracy = scene, resolve_accuracy(accuracy)
+        if initial_state not in ("relaxed", "glassy"):
+            raise ValueError(f"initial_state must be 'relaxed' or 'glassy'; received {shown(initial_state)}")
+        self._glassy = initial_state == "glassy"
+        self._start = default_start_indentation(scene.tabor)
+        if start_indentation is not None:
+            self._start = finite_number("start_indentation", start_indentation, high=LARGEST_INDENTATION)
+        load_kernels()
+        self._steps: list[_Step] = []
+        self._room = max(finite_number("deepest", deepest, high=LARGEST_INDENTATION), self._start)
+        self.status = "completed"
+        self._begin()
+
+    def _begin(self) -> None:
+        """Set the state at the start, on a mesh with the present room, and take the steps so far."""
+        path = PiecewiseLinearProtocol([0.0, 1.0], [self._room] * 2)
+        problem = problem_of(self._scene, path, self._accuracy)
+        self._problems = {"indentation": problem, "force": with_force(problem, self._scene)}
+        progress = start(problem, self._start, self._glassy, new_work(MOST_WORK))
+        self._now = _Moment(0.0, self._start, progress, 0)
+        if progress.outcome != COMPLETED:
+            raise ValueError(f"{self._scene} must have an equilibrium at its start; {REASONS[progress.outcome]}")
+        for step in self._steps:
+            self._now = self._after(step)
+
+    @property
+    def time(self) -> float:
+        """Time since the start, in retardation times."""
+        return self._now.time
+
+    @property
+    def indentation(self) -> float:
+        """Indentation of the sphere, in h0."""
+        return float(self._now.progress.state.depth)
+
+    @property
+    def force(self) -> float:
+        """Force, in pi R dgamma, positive in tension."""
+        return float(self._now.progress.state.force)
+
+    @property
+    def contact_radius(self) -> float:
+        """Contact radius, in beta; 0 where nothing touches."""
+        return float(self._now.progress.state.edge)
+
+    def advance(self, duration: float, *, indentation: float | None = None, force: float | None = None) -> float:
+        """Move for a duration, and return what was not prescribed at its end.
+
+        Args:
+            duration: in retardation times, greater than 0; the solver takes as many steps inside as it needs.
+            indentation: the indentation, or the displacement of the stage behind a spring, reached at constant speed.
+            force: the force reached at a constant rate, in place of the indentation.
+
+        Returns:
+            The force, where the indentation was prescribed; the indentation of the sphere, where the force was. NaN if
+            the step could not be taken: the state is then that before it, and `status` says why.
+
+        Raises:
+            ValueError: for both or none of indentation and force, or for numbers out of range.
+        """
+        if (indentation is None) == (force is None):
+            raise ValueError(
+                "advance takes an indentation or a force, not both; received "
+                f"indentation={shown(indentation)}, force={shown(force)}"
+            )
+        name, value = ("indentation", indentation) if force is None else ("force", force)
+        limit = LARGEST_INDENTATION if force is None else LARGEST_FORCE
+        step = _Step(
+            finite_number("duration", duration, above=0.0), name, finite_number(name, value, low=-limit, high=limit)
+        )
+        if name == "indentation":
+            self._need(step.value)
+        after = self._after(step)
+        if name == "force" and self._need(float(after.progress.state.depth)):
+            after = self._after(step)
+        outcome = after.progress.outcome
+        self.status = REASONS[outcome].format(MOST_WORK)
+        if outcome != COMPLETED:
+            return math.nan
+        self._now = after
+        self._steps.append(step)
+        return self.force if name == "indentation" else self.indentation
+
+    def copy(self) -> Contact:
+        """A contact of its own in the same state, to look ahead."""
+        other = copy.copy(self)
+        other._steps = list(self._steps)
+        return other
+
+    def _need(self, depth: float) -> bool:
+        """Whether the mesh had to become larger for an indentation."""
+        if not depth > self._room:
+            return False
+        self._room = max(2.0 * self._room, depth)
+        self._begin()
+        return True
+
+    def _after(self, step: _Step) -> _Moment:
+        """The state after a step."""
+        now, state = self._now, self._now.progress.state
+        first = now.stage if step.name == "indentation" else state.force
+        work = new_work(MOST_WORK)
+        work[STEPS] = now.steps
+        values = np.array([step.duration, first, step.value])
+        progress = interruptible(_proceed, self._problems[step.name], now.progress, values, work)
+        spring = self._scene.spring
+        stage = step.value if step.name == "indentation" else progress.state.depth
+        if step.name == "force" and spring is not None:
+            stage -= progress.state.force / spring
+        return _Moment(now.time + step.duration, stage, progress, int(work[STEPS]))

@@ -1,0 +1,176 @@
+"""What a campaign computes: protocols of a design at one accuracy by one version of the solver, wherever it runs."""
+
+import functools
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+
+from bem._support.validation import FloatArray, whole_number
+from bem._support.wording import shown
+from bem.accuracy import resolve_accuracy
+from bem.dataset.designs import QUANTITIES, Design
+from bem.dataset.file import load_dataset
+from bem.dataset.jobs import Job, Solver, solver_name
+from bem.dataset.measurement_steps import FMS, checked_counts
+from bem.dataset.records import (
+    JUMP_QUANTITIES,
+    NATIVE_QUANTITIES,
+    RESULTS,
+    Columns,
+    Layout,
+    Record,
+    grid_of,
+    measured_layout,
+)
+from bem.materials import Elastic, StandardLinearSolid
+from bem.protocol import LoadingProtocol
+from bem.scene import Scene
+
+STEPS = ("uniform", "physical")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Campaign(Job):
+    """Protocols of a design, and how each of them is simulated.
+
+    Args:
+        design: where protocols come from.
+        count: how many.
+        seed: seed of the design.
+        accuracy: as in `bem.simulate`.
+        counts: measurement points in loading, dwell and unloading.
+        native: whether the solver's own histories are kept too.
+        steps: 'uniform', or 'physical' for those of `bem.dataset.physical_steps`.
+        shard: (i, n) for the i-th of n interleaved shares, counting from 1, none of them empty.
+
+    Raises:
+        ValueError: naming the quantity, the allowed range and the value received.
+    """
+
+    design: Design = field(default_factory=Design)
+    count: int = 12_450
+    seed: int = 0
+    accuracy: str | float = "standard"
+    counts: tuple[int, int, int] = FMS
+    native: bool = False
+    steps: str = "uniform"
+    shard: tuple[int, int] = (1, 1)
+    stated: ClassVar[tuple[str, ...]] = ("design", "ranges", "modulus_ratio", "seed", "accuracy", "count", "shard")
+
+    def __post_init__(self) -> None:
+        resolve_accuracy(self.accuracy)
+        if self.steps not in STEPS:
+            raise ValueError(f"steps must be one of {', '.join(STEPS)}; received {shown(self.steps)}")
+        count = whole_number("count", self.count, low=1, high=self.design.largest_count)
+        shards = whole_number("shards", self.shard[1], low=1, high=count)
+        checked = {
+            "count": count,
+            "seed": whole_number("seed", self.seed, low=0),
+            "counts": checked_counts(self.counts),
+            "shard": (whole_number("shard", self.shard[0], low=1, high=shards), shards),
+        }
+        for name, value in checked.items():
+            object.__setattr__(self, name, value)
+
+    @classmethod
+    def of(cls, identity: dict[str, Any]) -> "Campaign":
+        """The campaign of an identity, the attribute `campaign` of a data set file.
+
+        Raises:
+            ValueError: it describes no campaign.
+        """
+        try:
+            number, total = identity["shard"].split("/")
+            return cls(
+                design=Design(identity["design"], identity["ranges"], identity["modulus_ratio"]),
+                **{name: identity[name] for name in ("count", "seed", "accuracy", "native")},
+                counts=tuple(identity["counts"]),
+                steps=identity.get("steps", "uniform"),
+                shard=(int(number), int(total)),
+            )
+        except (AttributeError, KeyError, TypeError) as error:
+            raise ValueError(
+                f"expected a data set whose attribute 'campaign' describes one; received {shown(identity)}"
+            ) from error
+
+    @functools.cached_property
+    def protocols(self) -> dict[str, FloatArray]:
+        """The quantities of all `count` protocols by name, whatever the shard."""
+        return self.design.protocols(self.count, self.seed)
+
+    @functools.cached_property
+    def indices(self) -> np.ndarray:
+        """Which of the protocols this campaign simulates."""
+        return np.arange(self.shard[0] - 1, self.count, self.shard[1])
+
+    @property
+    def layout(self) -> Layout:
+        """The arrays of a data set but those of the protocols."""
+        return measured_layout(sum(self.counts), native=self.native)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {one.name: getattr(self, one.name) for one in fields(self)}  # without the protocols
+
+    def identity(self, solver: Solver | None = None) -> dict[str, Any]:
+        """Everything that determines the numbers."""
+        ratio = self.design.modulus_ratio
+        return {
+            "design": self.design.name,
+            "ranges": {name: list(bounds) for name, bounds in self.design.ranges.items()},
+            "modulus_ratio": list(ratio) if isinstance(ratio, tuple) else ratio,
+            **{name: getattr(self, name) for name in ("seed", "count", "accuracy")},
+            "counts": list(self.counts),
+            "native": self.native,
+            "shard": "/".join(map(str, self.shard)),
+            "solver": solver_name(solver),
+            # As before there were other steps.
+            **({"steps": self.steps} if self.steps != "uniform" else {}),
+        }
+
+    def shard_path(self, out: Path) -> Path:
+        """Where the data set goes: `out` itself, or beside it for one of several shards."""
+        if self.shard == (1, 1):
+            return out
+        return out.with_name(f"{out.stem}.shard-{self.shard[0]}-of-{self.shard[1]}{out.suffix}")
+
+    def cases_of(self, indices: np.ndarray) -> list[tuple[Scene, Any]]:
+        """Scene and protocol of some of the protocols."""
+        drawn = {"modulus_ratio": self.design.modulus_ratio} | self.protocols
+        columns = (np.broadcast_to(drawn[name], self.count)[indices] for name in (*QUANTITIES, "modulus_ratio"))
+        rows = np.stack(list(columns), axis=1).tolist()
+        return [
+            (
+                Scene(tabor, StandardLinearSolid(ratio) if ratio < 1.0 else Elastic()),
+                LoadingProtocol(**dict(zip(QUANTITIES[1:], rest, strict=True))),
+            )
+            for tabor, *rest, ratio in rows
+        ]
+
+    def inputs(self, indices: np.ndarray) -> Columns:
+        """The quantities of some of the protocols."""
+        return {f"protocols/{name}": values[indices] for name, values in self.protocols.items()}
+
+    def kept(self, trajectory: Any, case: tuple[Scene, LoadingProtocol]) -> tuple[Record, Record]:
+        """The work of any trajectory; what was measured of a completed one."""
+        stats, jumps = trajectory.stats, trajectory.jumps
+        known = {f"scalars/{name}": getattr(stats, name) for name in ("steps", "rejections", "iterations", "nodes")}
+        known |= {"scalars/solver_seconds": stats.seconds, "scalars/jump_count": len(jumps)}
+        if not trajectory.completed:
+            return known, {}
+        scene, protocol = case
+        drawn = {"tabor": scene.tabor} | {name: getattr(protocol, name) for name in QUANTITIES[1:]}
+        times, _ = grid_of(self.steps, drawn, scene.material.modulus_ratio, self.counts)
+        results: Record = {"fms/force": np.asarray(trajectory.at(times[0]), dtype=np.float32)}
+        results |= {f"scalars/{name}": float(getattr(trajectory, name)) for name in RESULTS}
+        for name in JUMP_QUANTITIES:
+            results[f"jumps/{name}"] = np.array([getattr(jump, name) for jump in jumps], dtype=np.float64)
+        if self.native:
+            results |= {f"native/{name}": getattr(trajectory, name) for name in NATIVE_QUANTITIES}
+        return known, results
+
+    def read(self, path: Path) -> tuple[Columns, dict[str, Any]]:
+        """Arrays and root attributes of a complete data set; see `load_dataset` for its errors."""
+        dataset = load_dataset(path, native=True)
+        return dataset.columns, dataset.attributes

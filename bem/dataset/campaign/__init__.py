@@ -1,1 +1,0 @@
-"""Many trajectories at once: plan, work, checkpoints, executors, merging."""

@@ -1,0 +1,255 @@
+"""Where batches of work run: processes of this machine (loky) or the workers of a Dask scheduler.
+
+Both return futures. When a worker dies, its batch is started again. A batch whose worker dies every time is divided
+into its items, which run alone; an item whose worker still dies is given up.
+"""
+
+import functools
+import os
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager, suppress
+from queue import SimpleQueue
+from typing import Any, Self
+from urllib.parse import urlsplit
+
+from loky import cpu_count, get_reusable_executor
+
+from bem._support.interruption import deaf_processes
+from bem._support.validation import whole_number
+from bem._support.wording import shown
+from bem.materials import StandardLinearSolid
+from bem.protocol import LoadingProtocol
+from bem.scene import Scene
+
+Batch = tuple[tuple[int, Any], ...]
+"""Trajectories of a campaign, each with its index and all that a worker needs to know of it."""
+Task = Callable[[Batch], Any]
+Outcome = tuple[Batch, Any]
+"""A batch and what the task returned for it, `None` where the worker died every time."""
+
+SCHEMES = ("tcp", "tls", "ucx", "ws", "wss")
+ONE_THREAD = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL", "BLIS", "NUMBA", "NUMEXPR")}
+own_process = False
+"""Whether this is a worker of `LocalExecutor`, in which nothing runs but what that gives it."""
+
+
+class CampaignError(RuntimeError):
+    """A campaign could not go on; what it has saved is kept, and the same command continues."""
+
+
+class Executor:
+    """Workers that take batches, as a context around their work; each kind says how to `submit` one."""
+
+    workers: int
+    in_flight: int
+    """Batches submitted at a time."""
+    patience = 1
+    """How often a batch may lose its worker."""
+    died: type[BaseException]
+    """The error of a batch whose worker died."""
+    submit: Callable[..., Future]
+    """Starts a task with a batch."""
+
+    def __enter__(self) -> Self:
+        return self
+
+    def result(self, future: Future) -> Any:
+        """Return the result of a batch, or raise `died`."""
+        return future.result()
+
+    def run(self, batches: Iterable[Batch], task: Task) -> Iterator[Outcome]:
+        """Outcomes in the order they arrive; batches are started in the order given."""
+        waiting, suspects = deque((batch, 1) for batch in batches), deque[Batch]()
+        running: dict[Future, tuple[Batch, int]] = {}
+        ended: SimpleQueue[Future] = SimpleQueue()
+        alone = False
+        while waiting or running or suspects:
+            if not waiting and not running:
+                alone = True
+                waiting.append((suspects.popleft(), 1))
+            while waiting and len(running) < self.in_flight:
+                batch, attempt = waiting.popleft()
+                future = self.submit(task, batch)
+                running[future] = batch, attempt
+                future.add_done_callback(ended.put)
+            future = ended.get()
+            batch, attempt = running.pop(future)
+            try:
+                result = self.result(future)
+            except self.died:
+                if attempt < self.patience:
+                    waiting.appendleft((batch, attempt + 1))
+                elif alone:
+                    yield batch, None
+                else:
+                    suspects.extend((item,) for item in batch)
+            else:
+                yield batch, result
+
+
+class LocalExecutor(Executor):
+    """Processes of this machine, one thread each.
+
+    Args:
+        workers: how many; as many as there are cores by default.
+
+    Raises:
+        ValueError: not a whole number from 1 to 4096.
+    """
+
+    patience = 3
+    died = BrokenProcessPool
+
+    def __init__(self, workers: int | None = None) -> None:
+        self.workers = cpu_count() if workers is None else whole_number("workers", workers, low=1, high=4096)
+        self.in_flight = 2 * self.workers if self.workers > 1 else 1
+        self._processes: Any = None
+
+    def submit(self, task: Task, batch: Batch) -> Future:
+        """Start a batch, with new workers where the former ones died."""
+        begin = {"initializer": _begin_worker, "initargs": (os.getpid(),), "env": ONE_THREAD}
+        while True:
+            with suppress(BrokenProcessPool), deaf_processes():
+                self._processes = get_reusable_executor(self.workers, timeout=300, **begin)
+                return self._processes.submit(task, batch)
+
+    def __exit__(self, *error: object) -> None:
+        """Leave the workers to the next campaign; end them at once after an error."""
+        if error[0] is not None and self._processes is not None:
+            with _unheard("ExecutorManagerThread"):  # which may look for a batch that was just cancelled
+                self._processes.shutdown(wait=True, kill_workers=True)
+
+
+@contextmanager
+def _unheard(thread: str) -> Iterator[None]:
+    """Suppress errors in a thread of that name; those of other threads are reported as before."""
+    former = threading.excepthook
+    threading.excepthook = lambda failure: None if failure.thread and failure.thread.name == thread else former(failure)
+    try:
+        yield
+    finally:
+        threading.excepthook = former
+
+
+def _begin_worker(parent: int) -> None:
+    """End soon after a main process that was killed."""
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(0.5)
+        os._exit(1)
+
+    global own_process
+    own_process = True
+    threading.Thread(target=watch, daemon=True).start()
+
+
+@functools.cache
+def warm_solver() -> Callable[..., Any]:
+    """The solver with its kernels loaded, so that no trajectory is charged for that."""
+    import gc
+
+    from bem._support.jit import leave_out_blas
+    from bem.solver.simulation import simulate
+
+    if own_process:
+        leave_out_blas()
+    protocol = LoadingProtocol(peak_indentation=2.0, loading_rate=10.0, dwell_time=0.1, unloading_rate=10.0)
+    simulate(Scene(tabor=1.0, material=StandardLinearSolid(0.1)), protocol, "draft")
+    if own_process:
+        # Where psutil is missing, loky collects garbage every second; what is loaded here is none.
+        gc.freeze()
+    return simulate
+
+
+class ClusterExecutor(Executor):
+    """The workers of a Dask scheduler, each best started with one thread and able to `import bem`.
+
+    Args:
+        address: of the scheduler, e.g. 'tcp://127.0.0.1:8786'.
+        patience: seconds to wait for the scheduler, and for its first worker.
+
+    Raises:
+        ValueError: Dask is not installed, or the address is malformed.
+        CampaignError: no scheduler answers there, or it has no workers.
+    """
+
+    def __init__(self, address: str, patience: float = 10.0) -> None:
+        try:
+            import distributed
+        except ImportError as error:
+            raise ValueError("cluster needs Dask; install the extra `cluster` of this package") from error
+        import asyncio
+        import logging
+
+        # Dask retries and reports by itself; its log would bury the one sentence that matters.
+        for name in ("distributed", "distributed.client", "tornado.application"):
+            logging.getLogger(name).setLevel(logging.CRITICAL)
+        reachable, self._place = scheduler_address(address), shown(address)
+        self.died = distributed.KilledWorker  # after three workers
+        self._lost = (OSError, TimeoutError, distributed.CancelledError, CancelledError)
+        nobody = f"no Dask scheduler answers at {self._place}"
+        try:
+            # In a thread of its own, because a notebook has a running loop in this one.
+            with ThreadPoolExecutor(1) as thread:
+                kind = thread.submit(asyncio.run, _kind_of_server(distributed, reachable, patience)).result()
+            if "Scheduler" not in kind:
+                nobody += f", but a {kind}"
+                raise ConnectionError(nobody)
+            self._client = distributed.Client(reachable, timeout=patience, set_as_default=False)
+        except Exception as error:  # another kind of server may answer anything
+            raise CampaignError(nobody) from error
+        try:
+            self._client.wait_for_workers(1, timeout=patience)
+            self.workers = sum(self._client.nthreads().values())
+        except (OSError, TimeoutError) as error:
+            self._client.close()
+            raise CampaignError(f"the Dask scheduler at {self._place} has no workers") from error
+        self.in_flight = max(4 * self.workers, 256)  # more workers may join
+
+    def __exit__(self, *error: object) -> None:
+        """Cancel what is still running and close the connection."""
+        with suppress(Exception):
+            self._client.close()
+
+    def submit(self, task: Task, batch: Batch) -> Future:
+        """Start a batch."""
+        return self._client.submit(task, batch, pure=False)
+
+    def result(self, future: Future) -> Any:
+        """Return the result of a batch; raise `died`, or `CampaignError` where the work cannot continue."""
+        try:
+            return future.result()
+        except self._lost as error:
+            raise CampaignError(
+                f"lost the Dask scheduler at {self._place}; what is saved is kept, and the same command continues"
+            ) from error
+        except ImportError as error:
+            raise CampaignError(f"the workers of {self._place} cannot run the solver ({error})") from error
+
+
+def scheduler_address(address: str) -> str:
+    """The address of a scheduler with its scheme, 'tcp' unless another is given.
+
+    Raises:
+        ValueError: a scheme that Dask does not use between machines, or no host or port.
+    """
+    with suppress(ValueError):
+        parts = urlsplit(address if "://" in address else f"tcp://{address}")
+        if parts.scheme in SCHEMES and parts.hostname and parts.port and not parts.path.strip("/"):
+            return f"{parts.scheme}://{parts.netloc}"
+    raise ValueError(f"cluster must be an address like 'tcp://host:8786'; received {shown(address)}")
+
+
+async def _kind_of_server(distributed: Any, address: str, patience: float) -> str:
+    """What a Dask server says it is; `Client` itself would wait for ever for a server of another kind."""
+    import asyncio
+
+    arguments = distributed.Security().get_connection_args("client")
+    async with asyncio.timeout(patience), distributed.rpc(address, timeout=patience, connection_args=arguments) as one:
+        return str((await one.identity())["type"])

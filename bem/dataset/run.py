@@ -1,0 +1,248 @@
+"""Thousands of trajectories, simulated on all cores or a cluster, into one file.
+
+Workers, interruptions and the order of arrival do not change the numbers, only the seconds.
+"""
+
+import os
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from bem._support.outputs import require_output, require_suffix
+from bem._support.provenance import merged, peak_memory, provenance
+from bem._support.wording import shown
+from bem.dataset.campaign import Campaign
+from bem.dataset.checkpoints import CampaignCheckpoint, CampaignError, differences
+from bem.dataset.executors import ClusterExecutor, LocalExecutor
+from bem.dataset.file import SUFFIXES, load_dataset, write_file
+from bem.dataset.jobs import Job, Solver, results
+from bem.dataset.records import COMPLETED, Columns, Record
+from bem.dataset.sealed_file import DamagedFileError
+
+Progress = Callable[[int, int], None]
+"""Called with the number of trajectories that are done and of those that failed."""
+
+
+@dataclass(frozen=True)
+class Summary:
+    """The outcome of a campaign.
+
+    Args:
+        path: the file.
+        count: trajectories in it.
+        computed: those of them computed by this call.
+        failures: how often each reason occurred.
+        wall_seconds: of all calls together.
+        core_seconds: spent by workers on trajectories, all calls together.
+        damaged: parts that had to be computed again.
+    """
+
+    path: Path
+    count: int
+    computed: int
+    failures: Counter
+    wall_seconds: float
+    core_seconds: float
+    damaged: int = 0
+
+
+def run_campaign(
+    campaign: Job,
+    out: str | Path,
+    *,
+    workers: int | None = None,
+    cluster: str | None = None,
+    replace: bool = False,
+    retry_failed: bool = False,
+    solver: Solver | None = None,
+    command: str = "",
+    progress: Progress = lambda _done, _failed: None,
+) -> Summary:
+    """Compute a campaign, or what is left of it, and write its file.
+
+    Args:
+        campaign: what to compute, protocols of a design or cases of any kind.
+        out: the file, whose name ends in .h5 or .hdf5; work in progress is kept beside it.
+        workers: processes of this machine; as many as cores by default.
+        cluster: address of a Dask scheduler to use instead.
+        replace: replace the file of another campaign, once the new one is complete.
+        retry_failed: compute trajectories that failed in an earlier call again.
+        solver: a stand-in for `bem.simulate`, importable by the workers.
+        command: what the user typed, for the record.
+        progress: called as results arrive.
+
+    Returns:
+        the outcome; a complete file of the same campaign is left unchanged.
+
+    Raises:
+        ValueError: for an `out` that holds another campaign or no data set, or does not end in .h5 or .hdf5.
+        CampaignError: when the work cannot continue; saved work is kept.
+    """
+    require_suffix(out, SUFFIXES)
+    path = followed(campaign.shard_path(Path(out)))
+    identity = campaign.identity(solver)
+    if workers is not None and cluster is not None:
+        raise ValueError(f"workers must not be given with cluster, which has its own; received {shown(workers)}")
+    local = LocalExecutor(workers) if cluster is None else None
+    complete = existing(campaign, path, identity, replace=replace)
+    checkpoint = CampaignCheckpoint(path, identity, replace=replace)
+    if complete:
+        # A process killed right after the file was in place could not remove its parts.
+        checkpoint.discard()
+        failures = _failures(complete[0])
+        if not (retry_failed and failures):
+            progress(len(complete[0]["index"]), failures.total())
+            return summary_of(path, *complete)
+        checkpoint = CampaignCheckpoint(path, identity | {"retry_failed": True}, replace=replace)
+    if path.absolute().parent.is_dir():  # others are made; a complete file is only read
+        require_output(path)
+    with local or ClusterExecutor(cluster) as executor, checkpoint:
+        parts: list[Columns] = []
+        if complete := existing(campaign, path, identity, replace=replace):
+            if not (retry_failed and _failures(complete[0])):  # another process has completed it meanwhile
+                checkpoint.remove()
+                return summary_of(path, *complete)
+            parts = [complete[0]]
+            checkpoint.take(complete[1])
+        done = _done(campaign, [*parts, *checkpoint.load()], retry_failed=retry_failed)
+        failed = sum(record["status"] != COMPLETED for record in done.values())
+        progress(len(done), failed)
+        missing = np.array([index for index in campaign.indices.tolist() if index not in done], dtype=np.int64)
+        memory = 0
+        for arrival in results(campaign, missing, executor, solver):
+            checkpoint.add(campaign.columns(arrival.records), arrival.seconds, arrival.origin)
+            done |= {record["index"]: record for record in arrival.records}
+            failed += sum(record["status"] != COMPLETED for record in arrival.records)
+            memory = max(memory, arrival.memory)
+            progress(len(done), failed)
+        columns = campaign.columns(done.values())
+        attributes = {"campaign": identity, **checkpoint.seconds, "workers": executor.workers}
+        # The sum of each process's largest memory is an upper bound of what all held at once.
+        attributes["peak_memory"] = peak_memory() + executor.workers * memory
+        attributes |= provenance(command) | merged(checkpoint.origins)
+        save_campaign(campaign, path, columns, attributes, checkpoint.folder)
+        checkpoint.remove(others=replace)
+    return summary_of(path, columns, attributes, len(missing), checkpoint.damaged)
+
+
+def _done(campaign: Job, parts: Sequence[Columns], *, retry_failed: bool) -> dict[int, Record]:
+    """The records of some parts by their index; a failed one counts unless it is tried again or was done already."""
+    wanted = frozenset(campaign.indices.tolist())
+    done: dict[int, Record] = {}
+    for record in (record for columns in parts for record in campaign.records(columns)):
+        index, completed = record["index"], record["status"] == COMPLETED
+        if index in wanted and (completed or not (retry_failed or index in done)):
+            done[index] = record
+    return done
+
+
+def merge(shards: Sequence[str | Path], out: str | Path, *, command: str = "", replace: bool = False) -> Summary:
+    """Join the data set files of all shards of a campaign into one.
+
+    Raises:
+        FileNotFoundError, ValueError: for files that are not data sets, belong to different campaigns, overlap or are
+            incomplete, or for an `out` that does not end in .h5 or .hdf5.
+        CampaignError: when the result cannot be written.
+    """
+    if not shards:
+        raise ValueError("shards must name at least one data set file; received none")
+    require_suffix(out, SUFFIXES)
+    out = followed(Path(out))
+    records: dict[int, Record] = {}
+    origins: list[dict[str, Any]] = []
+    identity: dict[str, Any] = {}
+    for path in shards:
+        dataset = load_dataset(path, native=True)
+        theirs = dataset.attributes["campaign"]
+        campaign = Campaign.of(theirs)
+        identity = identity or {**theirs, "shard": "1/1"}
+        if difference := differences(identity, {**theirs, "shard": "1/1"}):
+            raise ValueError(f"shards must belong to one campaign; received {str(path)!r}: {difference}")
+        if not records.keys().isdisjoint(dataset.columns["index"].tolist()):
+            raise ValueError(f"shards must not overlap; received {str(path)!r}, shard {theirs['shard']}, a second time")
+        origins.append(dataset.attributes)
+        records |= {record["index"]: record for record in campaign.records(dataset.columns)}
+    absent = sorted(set(range(identity["count"])) - records.keys())
+    if absent:
+        raise ValueError(
+            f"shards must hold all {identity['count']} trajectories; received files without {len(absent)} of them, "
+            f"the first being trajectory {absent[0]}"
+        )
+    whole = Campaign.of(identity)
+    # A merged file of this campaign is made anew: its shards may have been completed since.
+    existing(whole, out, identity, replace=replace)
+    columns = whole.columns(records.values())
+    attributes = {"campaign": identity} | provenance(command) | _joined(origins)
+    save_campaign(whole, out, columns, attributes)
+    return summary_of(out, columns, attributes)
+
+
+def _joined(shards: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """Cost and origin of shards that were computed side by side."""
+    wall, core, workers = ([found[name] for found in shards] for name in ("wall_seconds", "core_seconds", "workers"))
+    names = ("versions", "host", "git_revision")
+    origins = merged({name: found[name] for name in names if name in found} for found in shards)
+    memory = max(found.get("peak_memory", 0) for found in shards)
+    cost = {"wall_seconds": max(wall), "core_seconds": sum(core), "workers": sum(workers), "peak_memory": memory}
+    return cost | origins
+
+
+def followed(path: Path) -> Path:
+    """The path itself, or the target of a link, so that writing replaces the target and not the link."""
+    return Path(os.path.realpath(path)) if path.is_symlink() else path
+
+
+def existing(
+    campaign: Job, path: Path, identity: dict[str, Any], *, replace: bool
+) -> tuple[Columns, dict[str, Any]] | None:
+    """Arrays and attributes of a complete file of the same campaign; `None` for none, or one that may be replaced."""
+    if path.is_dir():
+        raise ValueError(f"out must be a file; received the folder {str(path)!r}")
+    if not path.exists():
+        return None
+    try:
+        columns, attributes = campaign.read(path)
+    except DamagedFileError as error:
+        if replace:
+            return None
+        raise ValueError(f"{error}, and may be replaced with --replace") from error
+    difference = differences(identity, attributes["campaign"])
+    if difference and not replace:
+        raise ValueError(
+            f"out must name a new file or the same campaign; received {str(path)!r}, which holds another one "
+            f"({difference}) and may be replaced with --replace"
+        )
+    return None if difference else (columns, attributes)
+
+
+def save_campaign(
+    campaign: Job, path: Path, columns: Columns, attributes: dict[str, Any], scratch: Path | None = None
+) -> None:
+    """Write the file of a campaign, whose identity is among the attributes; `scratch` holds it until it is complete.
+
+    Raises:
+        CampaignError: it could not be written.
+    """
+    try:
+        whole = campaign.inputs(columns["index"]) | columns
+        stated = {name: attributes["campaign"][name] for name in campaign.stated}
+        write_file(path, whole, stated | attributes, scratch, form=campaign.form)
+    except OSError as error:
+        kept = "; what was computed is kept, and the same command continues" if scratch else ""
+        raise CampaignError(f"cannot write {str(path)!r} ({error.strerror or error}){kept}") from error
+
+
+def summary_of(
+    path: Path, columns: Columns, attributes: dict[str, Any], computed: int = 0, damaged: int = 0
+) -> Summary:
+    """Summary of a file with these arrays and attributes, of which this call computed some trajectories."""
+    seconds = (float(attributes[name]) for name in ("wall_seconds", "core_seconds"))
+    return Summary(path, len(columns["index"]), computed, _failures(columns), *seconds, damaged)
+
+
+def _failures(columns: Columns) -> Counter:
+    return Counter(map(str, columns["reason"][columns["status"] != COMPLETED]))

@@ -1,0 +1,130 @@
+"""Influence of hats on any nodes, fast enough to be evaluated inside a simulation.
+
+The displacement at radius r under a hat of traction is a divided difference of one function, the second integral of
+the kernel (`bem.discretisation.influence`) from r outwards:
+
+    Psi(r, s) = integral over (r, s) of (s - t) t G(r, t) dt = r^2 psi(s / r).
+
+Near x = s / r = 1 it is rho^2 (p(rho) + q(rho) log rho^2) (1 + x)^2 with rho = (x - 1) / (x + 1) and smooth p and q,
+because 1 - k^2 of the kernel is a function of rho^2 (Landen's transformation). Far inside it is odd powers of x, far
+outside powers of 1/x and a logarithm. The coefficients are fitted once, by least squares, to Gauss quadrature;
+`influence_matrix` is met to 1e-8.
+Units: radii in spacings of a lattice.
+"""
+
+import functools
+
+import numpy as np
+
+from bem._support.jit import kernel
+from bem.discretisation.elliptic_integrals import elliptic_integrals
+
+_FAR = 4.0  # x or 1/x beyond which the kernel is a short power series
+_NEAR_TERMS, _FAR_TERMS = 22, 9
+_SAMPLES, _POINTS = 160, 64
+
+
+def second_integral(x: np.ndarray) -> np.ndarray:
+    """psi(x) for x > 0, shape (n,), by quadrature: exact to rounding, slow."""
+    nodes, weights = np.polynomial.legendre.leggauss(_POINTS)
+    z = 0.5 * (nodes + 1.0)
+    # t = 1 + (x - 1) z^5 flattens the logarithm at t = 1
+    distance = (x - 1.0)[:, None] * z**5
+    t = 1.0 + distance
+    larger = np.maximum(t, 1.0)
+    complement = np.abs(distance) * (1.0 + t) / larger**2
+    kernel_values = 4.0 / np.pi * t / larger * elliptic_integrals(complement)[0]
+    return np.sum(0.5 * weights * 5.0 * z**4 * (1.0 - z**5) * kernel_values, axis=1) * (x - 1.0) ** 2
+
+
+@functools.cache
+def kernel_series() -> np.ndarray:
+    """Coefficients of psi (4, _NEAR_TERMS), constant terms first, found once in a few milliseconds.
+
+    The rows: p and q, by powers of rho; inside, by 1, x, x^3, x^5, ...; outside, by 1, x, x^-2, x^-4, ... beside
+    x^2 - log(x) / 2.
+    """
+    limit = (_FAR - 1.0) / (_FAR + 1.0)
+    spread = np.cos(np.pi * (np.arange(_SAMPLES) + 0.5) / _SAMPLES) * limit
+    rho = spread[np.abs(spread) > 1e-3 * limit]
+    x = (1.0 + rho) / (1.0 - rho)
+    powers = (rho / limit)[:, None] ** np.arange(_NEAR_TERMS)
+    basis = np.hstack([powers, powers * np.log(rho**2)[:, None]])
+    near = np.linalg.lstsq(basis, second_integral(x) / (rho * (1.0 + x)) ** 2, rcond=1e-15)[0]
+    scale = limit ** -np.arange(_NEAR_TERMS, dtype=float)
+    small = (np.arange(_SAMPLES) + 0.5) / _SAMPLES / _FAR
+    inside_basis = small[:, None] ** np.concatenate([[0, 1], 3 + 2 * np.arange(_FAR_TERMS)])
+    inside = _fitted(inside_basis, second_integral(small))
+    outside_basis = small[:, None] ** np.concatenate([[0, -1], 2 + 2 * np.arange(_FAR_TERMS)])
+    rest = second_integral(1.0 / small) - small**-2.0 - 0.5 * np.log(small)
+    outside = _fitted(outside_basis, rest)
+    series = np.zeros((4, _NEAR_TERMS))
+    series[0], series[1] = near[:_NEAR_TERMS] * scale, near[_NEAR_TERMS:] * scale
+    series[2, : inside.size], series[3, : outside.size] = inside, outside
+    return series
+
+
+def _fitted(basis: np.ndarray, values: np.ndarray) -> np.ndarray:
+    size = np.abs(basis).max(axis=0)
+    return np.linalg.lstsq(basis / size, values, rcond=1e-15)[0] / size
+
+
+@kernel
+def _second_integral(radius: float, places: np.ndarray, series: np.ndarray, out: np.ndarray) -> None:
+    """Psi(radius, s) for every s of `places` (N,), up to terms linear in s, into `out` (N,)."""
+    smooth, log, inside, outside = series[0], series[1], series[2], series[3]
+    for j in range(places.size):
+        s = float(places[j])
+        difference, total = s - radius, s + radius
+        if radius == 0.0:
+            value = s * s
+        elif s > _FAR * radius:
+            y = (radius / s) ** 2
+            value = 0.0
+            for k in range(_FAR_TERMS + 1, 1, -1):
+                value = (value + outside[k]) * y
+            value += outside[0] + 0.5 * np.log(radius / s)
+            value = s * s + radius * (outside[1] * s + radius * value)
+        elif s * _FAR < radius:
+            x = s / radius
+            value = 0.0
+            for k in range(_FAR_TERMS + 1, 1, -1):
+                value = value * x * x + inside[k]
+            value = radius * radius * (inside[0] + x * (inside[1] + x * x * value))
+        elif difference == 0.0:
+            value = 0.0
+        else:
+            rho = difference / total
+            p, q = smooth[_NEAR_TERMS - 1], log[_NEAR_TERMS - 1]
+            for k in range(_NEAR_TERMS - 2, -1, -1):
+                p, q = p * rho + smooth[k], q * rho + log[k]
+            value = difference * difference * (p + q * np.log(rho * rho))
+        out[j] = value
+
+
+@kernel
+def hat_influence(places: np.ndarray, series: np.ndarray) -> np.ndarray:
+    """Displacement at every place under a unit hat of traction at every place.
+
+    Args:
+        places: (N,) int64 from 0 upwards, in spacings of the lattice.
+        series: of `kernel_series`.
+
+    Returns:
+        (N, N) float64: a row for each hat, a column for each observer, as `unit_influence`. The last hat is whole, its
+        outer flank is one lattice spacing wide.
+    """
+    size = places.size
+    ends = np.empty(size + 1, dtype=np.int64)
+    for j in range(size):
+        ends[j] = places[j]
+    ends[size] = places[size - 1] + 1
+    matrix, psi = np.empty((size, size)), np.empty(size + 1)
+    for i in range(size):
+        _second_integral(float(places[i]), ends, series, psi)
+        rise = places[i] * series[2, 1]  # slope of Psi in s on the axis, where the first hat is half a one
+        for j in range(size):
+            slope = (psi[j + 1] - psi[j]) / (ends[j + 1] - ends[j])
+            matrix[j, i] = slope - rise
+            rise = slope
+    return matrix

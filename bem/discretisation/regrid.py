@@ -1,0 +1,127 @@
+"""The memory carried from one moving grid to the next (`bem.discretisation.master_grid`).
+
+A node of both grids keeps its value. A new node gets the cubic through the four old nodes around it, limited to the
+values of the two next to it: linear fields are exact, and nothing rises beyond its neighbours. A node that is left out
+hands on what it differs from the line between those that remain, so that the force, the integral of sigma r dr, is
+conserved: the surface far away does not feel the change.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from bem._support.jit import kernel
+from bem.discretisation.master_grid import Grid, moves
+
+
+class Remembered(NamedTuple):
+    """What the material contributes to a step."""
+
+    traction: np.ndarray  # (N,): the part of sigma - sum_i c_i q_i that is known before it; (0,) without a memory
+    response: float  # factor of the new traction, between the modulus ratio and 1
+
+
+@kernel
+def same_grid(one: Grid, other: Grid) -> bool:
+    """Whether two grids of one scene have the same nodes."""
+    return not moves(one) or same_places(one.places, other.places)
+
+
+@kernel
+def carried(remembered: Remembered, old: Grid, new: Grid) -> Remembered:
+    """What is remembered, on another grid."""
+    if remembered.traction.size == 0 or same_grid(new, old):
+        return remembered
+    moved = np.empty(new.size)
+    regrid(old.places, remembered.traction, new.places, moved)
+    return Remembered(moved, remembered.response)
+
+
+@kernel
+def same_places(one: np.ndarray, other: np.ndarray) -> bool:
+    """Whether two grids have the same nodes."""
+    if one.size != other.size:
+        return False
+    different = 0
+    for j in range(one.size):
+        different += one[j] != other[j]
+    return different == 0
+
+
+@kernel
+def cubic(places: np.ndarray, values: np.ndarray, first: int, x: float) -> float:
+    """Polynomial through the four nodes from `first` on, at x."""
+    total = 0.0
+    for a in range(first, first + 4):
+        weight = 1.0
+        for b in range(first, first + 4):
+            if a != b:
+                weight *= (x - places[b]) / (places[a] - places[b])
+        total += weight * values[a]
+    return total
+
+
+@kernel
+def _limited_cubic(places: np.ndarray, values: np.ndarray, j: int, x: float) -> float:
+    """Value at x, between the nodes j and j + 1."""
+    part = (x - places[j]) / (places[j + 1] - places[j])
+    line = values[j] + part * (values[j + 1] - values[j])
+    if j == 0 or j + 2 >= places.size:
+        return line
+    total = cubic(places, values, j - 1, x)
+    return min(max(total, min(values[j], values[j + 1])), max(values[j], values[j + 1]))
+
+
+@kernel
+def regrid(places: np.ndarray, values: np.ndarray, new_places: np.ndarray, out: np.ndarray) -> None:
+    """Carry `values` (N,) from `places` (N,) to `new_places` (M,), into `out` (M,); both begin and end alike."""
+    f = 0
+    for i in range(new_places.size):
+        x = new_places[i]
+        while f < places.size - 2 and places[f + 1] <= x:
+            f += 1
+        out[i] = 0.0
+        if places[f] == x:
+            out[i] = values[f]
+        elif places[f + 1] == x:
+            out[i] = values[f + 1]
+        else:
+            out[i] = _limited_cubic(places, values, f, float(x))
+    _hand_on(places, values, new_places, out)
+
+
+@kernel
+def _hand_on(places: np.ndarray, values: np.ndarray, new_places: np.ndarray, out: np.ndarray) -> None:
+    """Add to `out` (M,) what the nodes left out carry beside the line between the new ones."""
+    size = new_places.size
+    change = np.zeros(size)
+    f = 1
+    for i in range(size - 1):
+        a, b = float(new_places[i]), float(new_places[i + 1])
+        while places[f] <= new_places[i]:
+            f += 1
+        # Between a and b the difference is a sum of hats over the old nodes there, which reach to their neighbours.
+        total, moment = 0.0, 0.0
+        left = a
+        while places[f] < new_places[i + 1]:
+            x = float(places[f])
+            right = min(float(places[f + 1]), b)
+            line = out[i] + (x - a) / (b - a) * (out[i + 1] - out[i])
+            weight = (values[f] - line) * _hat_weight(left, x, right)
+            total += weight
+            moment += weight * (x - a) / (b - a)
+            left = x
+            f += 1
+        change[i] += total - moment
+        change[i + 1] += moment
+    for i in range(size):
+        if change[i] != 0.0:
+            left = float(new_places[max(i - 1, 0)])
+            right = float(new_places[min(i + 1, size - 1)])
+            out[i] += change[i] / _hat_weight(left, float(new_places[i]), right)
+
+
+@kernel
+def _hat_weight(left: float, middle: float, right: float) -> float:
+    """Integral of a hat times the radius."""
+    return ((middle - left) * (2.0 * middle + left) + (right - middle) * (2.0 * middle + right)) / 6.0

@@ -1,0 +1,177 @@
+"""Pictures of the contact itself: the sphere, the surface that it attracts and presses, and the force meanwhile.
+
+The gap is true to scale along the axis; across, the radius is compressed. Colour is the traction on the surface: blue
+pushes, red pulls. The axis of time gives every phase of the protocol its own width.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from bem.plots import COLOURS as TOOLS
+from bem.plots import FORCE_LABEL, PULL_OFF, ZERO, mark_phases, phases_label
+from bem.profiles import Profiles, axis_of_phases, moments, shares_of_phases
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+SURFACES = {"sphere": "0.75", "solid": "#F3E3C3"}
+COLOURS, SHARE = "RdBu_r", 0.98
+"""Colour map of traction; share of the nodes whose tractions its range must hold."""
+WIDER = 1.35  # largest radius drawn, over the largest contact radius
+PER_SECOND, RESOLUTION = 20, 90
+
+
+def write_film(trajectory: Any, path: str | Path) -> None:
+    """Write the moving contact, one frame a profile, beside the force history.
+
+    Args:
+        trajectory: a `bem.Trajectory` with profiles.
+        path: a file that ends in .gif, or in .mp4 where ffmpeg is installed.
+
+    Raises:
+        ValueError: the trajectory has no profiles, the format is unknown, or ffmpeg is not installed.
+    """
+    from matplotlib.animation import FFMpegWriter, FuncAnimation, PillowWriter
+    from matplotlib.figure import Figure
+
+    profiles = _profiles_of(trajectory)
+    suffix = Path(path).suffix
+    if suffix not in (".gif", ".mp4"):
+        raise ValueError(f"a film's file must end in .gif or .mp4; received {str(path)!r}")
+    if suffix == ".mp4" and not FFMpegWriter.isAvailable():
+        raise ValueError(f"an .mp4 file needs ffmpeg, which is not installed; a .gif does not; received {str(path)!r}")
+    figure = Figure(figsize=(7.2, 3.0), layout="constrained")
+    contact, history = figure.subplots(1, 2, width_ratios=(1.15, 1.0))
+    _draw_history(history, trajectory)
+    (mark,) = history.plot([], [], "o", color=PULL_OFF, markersize=6, zorder=3)
+    places = np.interp(profiles.time, *axis_of_phases(trajectory))
+    view = _View(profiles)
+    view.add_bar(figure, contact)
+
+    def frame(number: int) -> None:
+        contact.clear()
+        view.draw(contact, number)
+        contact.set_title(rf"$t/\tau$ = {profiles.time[number]:.3g}", fontsize=9)
+        mark.set_data([places[number]], [profiles.force[number]])
+
+    frame(0)
+    figure.draw_without_rendering()
+    figure.set_layout_engine("none")  # it would arrange every frame anew
+    writer = PillowWriter(PER_SECOND) if suffix == ".gif" else FFMpegWriter(PER_SECOND)
+    FuncAnimation(figure, frame, len(profiles)).save(path, writer=writer, dpi=RESOLUTION)
+
+
+def draw_filmstrip(trajectory: Any) -> Figure:
+    """Draw the contact at the profiles nearest to its `bem.profiles.moments`, over the force history with these marked.
+
+    Args:
+        trajectory: a `bem.Trajectory` with profiles.
+
+    Returns:
+        a new figure.
+
+    Raises:
+        ValueError: the trajectory has no profiles.
+    """
+    from matplotlib.figure import Figure
+
+    profiles = _profiles_of(trajectory)
+    chosen = {name: int(np.argmin(np.abs(profiles.time - time))) for name, time in moments(trajectory).items()}
+    figure = Figure(figsize=(7.1, 3.6), layout="constrained")
+    grid = figure.add_gridspec(2, len(chosen), height_ratios=(1.0, 1.1))
+    view = _View(profiles)
+    history = figure.add_subplot(grid[1, :])
+    _draw_history(history, trajectory)
+    panels = []
+    for column, (name, number) in enumerate(chosen.items()):
+        panels.append(figure.add_subplot(grid[0, column]))
+        view.draw(panels[-1], number, labels=column == 0)
+        panels[-1].set_title(f"{column + 1}  {name}", fontsize=8)
+        place = (np.interp(profiles.time[number], *axis_of_phases(trajectory)), profiles.force[number])
+        history.plot(*place, "o", color="white", markeredgecolor=PULL_OFF, markersize=10, zorder=3)
+        history.annotate(str(column + 1), place, ha="center", va="center", fontsize=7, zorder=4)
+    view.add_bar(figure, panels)
+    return figure
+
+
+def _profiles_of(trajectory: Any) -> Profiles:
+    if trajectory.profiles is None or len(trajectory.profiles) == 0:
+        raise ValueError(
+            "a picture of the contact needs profiles: pass profiles=80, or instants, to simulate; received a "
+            f"trajectory without any, of status {trajectory.status!r}"
+        )
+    return trajectory.profiles
+
+
+def _draw_history(axes: Axes, trajectory: Any) -> None:
+    axes.axhline(0.0, **ZERO)
+    axes.plot(shares_of_phases(trajectory), trajectory.force, color=TOOLS["solver"], linewidth=1.2)
+    mark_phases(axes, trajectory.corners)
+    axes.tick_params(labelsize=7)
+    axes.margins(y=0.12)
+    axes.set_xlabel(phases_label(trajectory), fontsize=8)
+    axes.set_ylabel(FORCE_LABEL, fontsize=8)
+    axes.spines[["top", "right"]].set_visible(False)
+
+
+class _View:
+    """What all pictures of one contact share: the window, and the colours of traction."""
+
+    def __init__(self, profiles: Profiles) -> None:
+        from matplotlib.colors import TwoSlopeNorm
+
+        self.profiles, self.sphere, self.surface = profiles, profiles.sphere, -profiles.displacement
+        touching = np.where(profiles.traction != 0.0, profiles.radius, 0.0)[profiles.gap < 2.0]
+        reach = np.nanmax(touching, initial=0.0) or np.nanmax(profiles.radius)
+        self.reach = min(WIDER * reach, float(np.nanmax(profiles.radius)))
+        seen = profiles.radius <= self.reach
+        low, high = np.nanmin(self.surface[seen], initial=0.0), np.nanmax(self.surface[seen], initial=0.0)
+        self.low, self.high = low - 0.35 * (high - low + 1.0), max(high, float(np.nanmin(self.sphere[0]))) + 1.5
+        largest = np.nanquantile(profiles.traction[seen], SHARE), -np.nanquantile(profiles.traction[seen], 1.0 - SHARE)
+        self.norm = TwoSlopeNorm(0.0, -max(largest[1], 1e-3), max(largest[0], 1e-3))
+
+    def add_bar(self, figure: Figure, axes: Any) -> None:
+        """Add the bar of colours beside the axes."""
+        from matplotlib.cm import ScalarMappable
+
+        bar = figure.colorbar(ScalarMappable(self.norm, COLOURS), ax=axes, aspect=14, pad=0.01)
+        bar.set_ticks(
+            [self.norm.vmin, 0.0, self.norm.vmax], labels=[f"{self.norm.vmin:.2g}", "0", f"{self.norm.vmax:.2g}"]
+        )
+        bar.ax.tick_params(labelsize=7)
+        bar.set_label(r"traction $\sigma h_0/\Delta\gamma$", fontsize=8)
+
+    def draw(self, axes: Axes, number: int, *, labels: bool = True) -> None:
+        """Draw one profile, mirrored about the axis."""
+        from matplotlib.collections import LineCollection
+
+        known = np.isfinite(self.profiles.radius[number])
+        radius, surface, traction = (
+            np.concatenate([sign * values[number, known][:0:-1], values[number, known]])
+            for values, sign in ((self.profiles.radius, -1.0), (self.surface, 1.0), (self.profiles.traction, 1.0))
+        )
+        beyond = np.linspace(radius[-1], max(self.reach, radius[-1]), 9)[1:]
+        radius = np.concatenate([-beyond[::-1], radius, beyond])
+        height = self.profiles.height(self.profiles.indentation[number], radius)
+        surface = np.pad(surface, beyond.size, mode="edge")
+        traction = np.pad(traction, beyond.size)
+        axes.fill_between(radius, height, self.high + height.max(), color=SURFACES["sphere"], linewidth=0.0)
+        axes.fill_between(radius, surface, self.low, color=SURFACES["solid"], linewidth=0.0)
+        points = np.stack([radius, surface], axis=1)
+        line = LineCollection(
+            np.stack([points[:-1], points[1:]], axis=1), cmap=COLOURS, norm=self.norm, linewidth=2.5, capstyle="round"
+        )
+        line.set_array(0.5 * (traction[:-1] + traction[1:]))
+        axes.add_collection(line)
+        axes.plot(radius, height, color="0.35", linewidth=0.8)
+        axes.set_xlim(-self.reach, self.reach)
+        axes.set_ylim(self.low, self.high)
+        axes.tick_params(labelsize=7, labelleft=labels)
+        axes.set_xlabel(r"radius $r/\beta$", fontsize=8)
+        if labels:
+            axes.set_ylabel(r"height $z/h_0$", fontsize=8)

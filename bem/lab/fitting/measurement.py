@@ -1,0 +1,137 @@
+"""A measured curve as a fit sees it: averaged, with its noise, the points that count, and what enters linearly."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from bem._support.validation import FloatArray
+from bem._support.wording import shown
+from bem.lab.contact_point import noise_of
+from bem.lab.curve import ForceCurve
+from bem.lab.models import Jump, Path
+from bem.lab.setup import Setup
+
+MOST = 1500
+"""Points that a longer curve is averaged to."""
+SEGMENTS = ("both", "approach", "retract")
+Segment = Literal["both", "approach", "retract"]
+
+_FAR = 0.5  # of the baseline, where attraction does not bend it yet
+_TOP = 0.005  # of the path, within which the instrument is at its deepest
+_QUIET = 0.1  # of a step, up to which the noise of a path does not disturb its speed
+_STEPS, _BESIDE = 6.5, 2.0  # times the noise, and times the changes beside it, that a jump changes the force by
+
+
+@dataclass(frozen=True, eq=False)
+class Measurement:
+    """An averaged curve of n points, in SI, positive in tension."""
+
+    path: Path
+    tension: FloatArray
+    weights: FloatArray
+    """One for a point that counts and zero for one that does not, shape (n,)."""
+    noise: float
+    """Standard deviation of an averaged point on the baseline, in N."""
+    first: int
+    """The first point after the baseline."""
+    top: int
+    """The last point of the approach."""
+    columns: dict[str, FloatArray]
+    """What enters linearly: force_offset (1), tilt (path, m) and drag (minus speed, m/s), each (n,)."""
+    jumps: tuple[Jump, ...]
+    """Of the force, into and out of contact."""
+
+    @property
+    def depth(self) -> FloatArray:
+        """Indentation from the place of first contact on, in m, with the spring's deflection taken off."""
+        stretch = (self.tension - float(np.median(self.tension[: self.first]))) * self.path.compliance
+        indentation = self.path.place + stretch
+        return indentation - indentation[self.first]
+
+    @property
+    def duration(self) -> float:
+        """From first contact to the end, in s."""
+        return float(self.path.time[-1] - self.path.time[self.first])
+
+    def within(self, low: float, high: float, values: FloatArray) -> Measurement:
+        """The same without the points in contact whose `values` (n,) are out of a range."""
+        inside = ((values >= low) & (values <= high)) | (self.depth <= 0.0)
+        return dataclasses.replace(self, weights=self.weights * inside)
+
+
+def measurement_of(curve: ForceCurve, setup: Setup, segment: Segment = "both") -> Measurement:
+    """Prepare a curve.
+
+    Args:
+        curve: the measurement.
+        setup: with its spring, the stage was moved; without one, the sphere.
+        segment: which points count.
+
+    Raises:
+        ValueError: an unknown segment, or a curve without contact or baseline.
+    """
+    if segment not in SEGMENTS:
+        raise ValueError(f"segment must be one of {', '.join(SEGMENTS)}; received {shown(segment)}")
+    contact = curve.contact()
+    if not curve.time[-1] > curve.time[min(contact.index, len(curve) - 1)]:
+        raise ValueError(f"time must increase after contact; received {curve.time[-1]:g} s to the end")
+    size = -(-len(curve) // MOST)
+    starts = np.arange(0, len(curve), size)
+    counts = np.diff(np.append(starts, len(curve)))
+    place = prescribed_path(curve, setup)
+    once = np.maximum.accumulate(curve.time + 1e-12 * np.ptp(curve.time) * np.arange(len(curve)))
+    all_columns = (curve.time, place, curve.tension, np.gradient(_smooth(place), once))
+    time, place, tension, speed = (np.add.reduceat(each, starts) / counts for each in all_columns)
+    first = max(contact.index // size, 2)
+    deep = np.flatnonzero(place >= place.max() - _TOP * np.ptp(place))
+    top, leaves = int(deep[0]), int(deep[-1])
+    number = np.arange(time.size)
+    counted = {"both": number >= 0, "approach": number <= top, "retract": number >= leaves}[segment]
+    quiet = int(_FAR * first)
+    line = np.polynomial.Polynomial.fit(place[:quiet], tension[:quiet], min(quiet // 8, 1))
+    noise = float(np.std(tension[:quiet] - line(place[:quiet]))) if quiet >= 8 else noise_of(tension)
+    columns = {"force_offset": np.ones(time.size), "tilt": place - place[first], "drag": -speed}
+    jumps = _jumps(time, tension, top, leaves, float(np.median(tension[:first])))
+    # A mean over a jump is neither force; the points on either side of it do not count.
+    for jump in jumps:
+        counted &= ~(np.abs(time - jump.time) < 1.1 * size * float(np.median(np.diff(curve.time))))
+    path = Path(time, place, setup)
+    return Measurement(path, tension, counted.astype(float), max(noise, 1e-300), first, top, columns, jumps)
+
+
+def prescribed_path(curve: ForceCurve, setup: Setup) -> FloatArray:
+    """What the instrument moved at each point of a curve, in m: the sphere, or the stage behind the setup's spring.
+
+    A curve without a stage gives it as indentation plus compression over stiffness.
+    """
+    if setup.stiffness is None:
+        return curve.indentation
+    return curve.indentation - curve.tension / setup.stiffness if curve.stage is None else curve.stage
+
+
+def _smooth(place: FloatArray) -> FloatArray:
+    """A noisy path as a mean over a hundredth of its points, which leaves the speed of a ramp and little noise."""
+    half = place.size // 200
+    if half == 0 or noise_of(place) < _QUIET * float(np.median(np.abs(np.diff(place)))):
+        return place
+    padded = np.pad(place, half, mode="reflect", reflect_type="odd")
+    return np.convolve(padded, np.full(2 * half + 1, 1.0 / (2 * half + 1)), mode="valid")
+
+
+def _jumps(time: FloatArray, tension: FloatArray, top: int, leaves: int, baseline: float) -> tuple[Jump, ...]:
+    """The largest rise of the approach and the largest fall of the retraction, where they stand out."""
+    found, noise = [], noise_of(tension)
+    for out, begin, end in ((False, 0, top), (True, leaves, time.size - 1)):
+        steps = np.diff(tension[begin : end + 1]) * (-1.0 if out else 1.0)
+        if steps.size < 5:
+            continue
+        at = int(np.argmax(steps))
+        beside = np.abs(np.concatenate([steps[max(at - 4, 0) : max(at - 1, 0)], steps[at + 2 : at + 5]]))
+        if steps[at] > _STEPS * noise and steps[at] > _BESIDE * beside.max(initial=0.0):
+            sides = slice(begin + at, begin + at + 2)
+            found.append(Jump(float(time[sides].mean()), float(tension[sides].mean()) - baseline, out))
+    return tuple(found)

@@ -1,0 +1,291 @@
+"""Least squares of one model: SciPy moves the nonlinear parameters, the linear ones are solved for at every step.
+
+An adhesive model is in contact over one span of the curve. Where it begins and ends is chosen at every step so that the
+residuals are smallest, and the two points on either side of each end, between which the force jumps, do not count.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from scipy.linalg import solve_toeplitz
+from scipy.optimize import least_squares
+from scipy.special import fdtri
+
+from bem._support.validation import FloatArray
+from bem.lab.fitting.measurement import Measurement
+from bem.lab.models import CONTACT_POINT, Model, Parameter
+from bem.lab.models.solver import NoContactError
+
+_ORDERS = 10  # of the autoregressive model of the residuals
+_EDGE = 1e-3  # of its unit, within which a parameter is at its bound
+_REMEMBERED = 40  # tensions: those of a point and of its derivatives are asked for again
+
+
+@dataclass
+class Regression:
+    """The problem of one model and one curve.
+
+    Args:
+        model, data: what is fitted to what.
+        start: first guesses of all parameters, in SI.
+        free: those that SciPy moves; the others keep the value of `start`.
+        linear: names of `Measurement.columns` that are solved for.
+        options: of the model's `tension`.
+        stride: change of a transformed parameter, relative to its scale, for derivatives by central differences, which
+            a rough model asks for; zero takes one-sided ones over the model's own.
+    """
+
+    model: Model
+    data: Measurement
+    start: dict[str, float]
+    free: tuple[str, ...]
+    linear: tuple[str, ...] = ("force_offset",)
+    options: dict = field(default_factory=dict)
+    stride: float = 0.0
+    evaluations: int = 0
+    report: Callable[[int, float], None] | None = None
+
+    def __post_init__(self) -> None:
+        self.parameters: dict[str, Parameter] = {each.name: each for each in (*self.model.parameters, CONTACT_POINT)}
+        depth = float(np.ptp(self.data.depth[self.data.first :]))
+        pulled = max(float(np.max(self.data.tension)) - float(np.median(self.data.tension)), self.data.noise)
+        size = {"contact_point": 0.1 * depth, "work_of_adhesion": pulled / (5.0 * self.data.path.setup.radius)}
+        self.unit = {name: size.get(name, 1.0) for name in self.free}
+        self.columns = np.column_stack([self.data.columns[name] for name in self.linear] or [np.zeros((len(self), 0))])
+        self.columns_length = np.linalg.norm(self.columns, axis=0)
+        self.target = self.data.tension
+        self.weights = self.data.weights
+        self.inside = np.ones(len(self), dtype=bool)
+        # What enters linearly, as the far half of both baselines shows it: the first guess of where the contact is.
+        place, data = self.data.path.place, self.data
+        far = place < 0.5 * (place[0] + place[data.first])
+        scaled = self.columns / self.columns_length
+        self.baseline = self.columns @ (
+            np.linalg.lstsq(scaled[far], self.target[far], rcond=1e-6)[0] / self.columns_length
+        )
+        self.coefficients = np.zeros(len(self.linear))
+        self.known: dict[tuple[bytes, Any], FloatArray] = {}
+
+    def __len__(self) -> int:
+        return self.data.tension.size
+
+    def point(self, values: Mapping[str, float]) -> FloatArray:
+        """The point of the search at values in SI."""
+        origin = {name: self.parameters[name].inner(self.start[name]) for name in self.free}
+        return np.array(
+            [(self.parameters[name].inner(values[name]) - origin[name]) / self.unit[name] for name in self.free]
+        )
+
+    def values(self, x: FloatArray) -> dict[str, float]:
+        """Values in SI at a point of the search, those that are fixed included."""
+        found = dict(self.start)
+        for name, each in zip(self.free, x, strict=True):
+            parameter = self.parameters[name]
+            found[name] = parameter.outer(parameter.inner(self.start[name]) + each * self.unit[name])
+        return found
+
+    def tension(self, x: FloatArray) -> FloatArray:
+        """The model's tension in contact, (n,), and how late it jumps, in standard deviations, (m,)."""
+        asked = x.tobytes(), self.options.get("accuracy")
+        if asked not in self.known:
+            self.evaluations += 1
+            self.known[asked] = self.model.tension(self.values(x), self.data.path, **self.options)
+            if len(self.known) > _REMEMBERED:
+                self.known.pop(next(iter(self.known)))
+        return self.known[asked]
+
+    def residuals(self, x: FloatArray) -> FloatArray:
+        """Measurement minus model in units of the noise, with the best linear parameters, and lateness, (n + m,)."""
+        try:
+            tension, late = np.split(self.tension(x), [len(self)])
+        except NoContactError:
+            late = np.ones(sum(jump.out for jump in self.options.get("jumps", ())))
+            return np.full(len(self) + late.size, 1.0 + 2.0 * np.ptp(self.target) / self.data.noise)
+        gone = np.isnan(tension)
+        if self.model.adhesive:
+            self._choose_span(tension)
+        else:
+            self.weights, tension = self.data.weights * ~gone, np.where(gone, 0.0, tension)
+        found = np.append(self._solved(self.target - np.where(self.inside, tension, 0.0)), -late)
+        # What is left out counts as noise, so that a search gains nothing by it.
+        found[: len(self)][gone] = self.data.weights[gone]
+        if self.report is not None:
+            self.report(self.evaluations, float(np.sqrt(np.mean(found**2))))
+        return found
+
+    def derivatives(self, x: FloatArray) -> FloatArray:
+        """Of tension and lateness by the moved parameters, weighted, in units of the noise; contact fixed."""
+        here = self.tension(x)
+        weights = np.append(self.weights * self.inside / self.data.noise, np.ones(here.size - len(self)))
+        low, high = self.bounds
+        step = self.stride or self.model.difference
+        columns = []
+        for i, direction in enumerate(np.eye(x.size)):
+            ahead = step if x[i] + step <= high[i] else 0.0
+            back = step if not ahead or (self.stride and x[i] - step >= low[i]) else 0.0
+            try:
+                change = self.tension(x + ahead * direction) - self.tension(x - back * direction)
+            except NoContactError:
+                change = np.zeros(here.size)
+            columns.append(weights * change / (ahead + back))
+        found = np.column_stack(columns)
+        # A point that a jump passes has no derivative.
+        found[np.isnan(found).any(axis=1)] = 0.0
+        return found
+
+    def jacobian(self, x: FloatArray) -> FloatArray:
+        """Of `residuals`: the derivatives without what the linear parameters take up."""
+        found = -self.derivatives(x)
+        if not self.linear:
+            return found
+        basis = np.linalg.qr(self.columns / self.columns_length * self.weights[:, None])[0]
+        found[: len(self)] -= basis @ (basis.T @ found[: len(self)])
+        return found
+
+    @property
+    def bounds(self) -> tuple[FloatArray, FloatArray]:
+        """Of the search."""
+        ends = []
+        for side in ("low", "high"):
+            limits = {name: getattr(self.parameters[name], side) for name in self.free}
+            near = {name: self.start[name] if np.isinf(limit) else limit for name, limit in limits.items()}
+            ends.append(self.point(near) + np.array([limit if np.isinf(limit) else 0.0 for limit in limits.values()]))
+        return ends[0], ends[1]
+
+    def run(self, x: FloatArray, evaluations: int = 60, closeness: float = 1e-8) -> Fitted:
+        """Least squares from a point."""
+        low, high = self.bounds
+        inside = np.clip(x, low + 1e-9, high - 1e-9)
+        found = least_squares(
+            self.residuals, inside, jac=self.jacobian, bounds=(low, high), max_nfev=evaluations,
+            ftol=closeness, xtol=closeness, gtol=1e-12,
+        )  # fmt: skip
+        return self.fitted(found.x)
+
+    def fitted(self, x: FloatArray) -> Fitted:
+        """What the problem gives at a point. The tilt turns about the contact point: the offset is the force there."""
+        if "tilt" in self.linear:
+            turned = self.data.path.place - self.values(x)["contact_point"]
+            self.columns[:, self.linear.index("tilt")] = turned
+            self.columns_length = np.linalg.norm(self.columns, axis=0)
+        self.tension(x)  # raises where there is no contact
+        residuals = self.residuals(x)
+        columns = np.zeros((residuals.size, len(self.linear)))
+        columns[: len(self)] = self.columns * (self.weights / self.data.noise)[:, None]
+        jacobian = np.column_stack([self.derivatives(x), columns])
+        low, high = self.bounds
+        at_bound = tuple(name for i, name in enumerate(self.free) if x[i] - low[i] < _EDGE or high[i] - x[i] < _EDGE)
+        linear = dict(zip(self.linear, map(float, self.coefficients), strict=True))
+        counted = np.append(self.weights > 0.0, np.ones(residuals.size - len(self), dtype=bool))
+        return Fitted(self, x, self.values(x), linear, residuals, jacobian, counted, at_bound)
+
+    def _solved(self, rest: FloatArray) -> FloatArray:
+        """Weighted residuals after the linear parameters, which are kept."""
+        weights = self.weights / self.data.noise
+        if self.linear:
+            scaled = self.columns / self.columns_length * weights[:, None]
+            normal = np.linalg.lstsq(scaled.T @ scaled, scaled.T @ (weights * rest), rcond=1e-14)[0]
+            self.coefficients = normal / self.columns_length
+            rest = rest - self.columns @ self.coefficients
+        return weights * rest
+
+    def _choose_span(self, tension: FloatArray) -> None:
+        """Choose where the contact begins and ends, by the residuals in and out of contact (Kadane's algorithm)."""
+        outside = self.target - self.baseline
+        for _ in range(2):
+            gain = self.data.weights * (outside**2 - (outside - tension) ** 2)
+            total = np.concatenate([[0.0], np.cumsum(gain)])
+            end = int(np.argmax(total - np.minimum.accumulate(total)))
+            begin = int(np.argmin(total[: end + 1]))
+            self.inside = np.zeros(len(self), dtype=bool)
+            self.inside[begin:end] = True
+            self.weights = self.data.weights.copy()
+            for edge in (begin, end):
+                self.weights[max(edge - 1, 0) : edge + 1] *= 0.0 if 0 < edge < len(self) else 1.0
+            self._solved(self.target - np.where(self.inside, tension, 0.0))
+            outside = self.target - self.columns @ self.coefficients
+
+
+@dataclass(frozen=True, eq=False)
+class Fitted:
+    """One fitted model, in units of the noise."""
+
+    problem: Regression
+    x: FloatArray
+    values: dict[str, float]
+    linear: dict[str, float]
+    residuals: FloatArray
+    jacobian: FloatArray
+    """By the moved parameters, and then the linear ones."""
+    counted: np.ndarray
+    """Which of the residuals count."""
+    at_bound: tuple[str, ...]
+    """Parameters at the end of their range."""
+
+    @property
+    def model(self) -> Model:
+        """Which was fitted."""
+        return self.problem.model
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the columns of the Jacobian."""
+        return (*self.problem.free, *self.problem.linear)
+
+    @property
+    def misfit(self) -> float:
+        """Root mean square of the residuals over the noise of the baseline."""
+        return float(np.sqrt(self.residuals @ self.residuals / max(np.count_nonzero(self.counted), 1)))
+
+    @property
+    def beyond_chance(self) -> bool:
+        """Whether the misfit is larger than the noise of the baseline makes it in one curve of a thousand (F-test)."""
+        baseline = max(self.problem.data.first // 2 - 2, 1)
+        return self.misfit**2 > fdtri(np.count_nonzero(self.counted), baseline, 0.999)
+
+    def criterion(self, independent: float) -> float:
+        """Bayesian information criterion for as many independent points."""
+        freedoms = len(self.names) + 4 * self.model.adhesive  # both ends of the contact are chosen, of many places
+        return float(independent * 2.0 * np.log(self.misfit) + freedoms * np.log(independent))
+
+    @property
+    def independent(self) -> float:
+        """How many independent points the residuals are worth."""
+        return max(np.count_nonzero(self.counted) / inflation(self.residuals[self.counted]), 10.0)
+
+    def calls_for(self, columns: FloatArray) -> bool:
+        """Whether the residuals hold a share of weighted `columns` (n, m) that is no noise, by the criterion."""
+        both = np.column_stack([self.jacobian, columns])
+        both = both / np.maximum(np.linalg.norm(both, axis=0), 1e-300)
+        rest = self.residuals - both @ np.linalg.lstsq(both, self.residuals, rcond=1e-10)[0]
+        before, after = self.residuals @ self.residuals, rest @ rest
+        count = np.count_nonzero(self.counted)
+        independent = max(count / inflation(rest[self.counted]), 10.0)
+        return bool(independent * np.log(before / max(after, 1e-300)) > columns.shape[1] * np.log(independent))
+
+
+def inflation(residuals: FloatArray) -> float:
+    """Variance of a sum of residuals over that of independent ones, at least 1.
+
+    The spectrum at zero, over the variance, of the autoregressive model (Yule-Walker) of the order that the Bayesian
+    criterion prefers.
+    """
+    count = residuals.size
+    centred = residuals - residuals.mean()
+    covariance = np.array([centred[: count - k] @ centred[k:] for k in range(min(_ORDERS, count // 4) + 1)]) / count
+    if not covariance[0] > 0.0:
+        return 1.0
+    best, found = count * np.log(covariance[0]), 1.0
+    for order in range(1, covariance.size):
+        weights = solve_toeplitz(covariance[:order], covariance[1 : order + 1])
+        rest = covariance[0] - weights @ covariance[1 : order + 1]
+        if not rest > 1e-9 * covariance[0]:
+            break
+        criterion = count * np.log(rest) + order * np.log(count)
+        if criterion < best:
+            best, found = criterion, rest / covariance[0] / max(1.0 - weights.sum(), 1e-2) ** 2
+    return max(float(found), 1.0)

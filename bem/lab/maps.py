@@ -1,0 +1,189 @@
+"""Fit all curves of one or more files, such as a force map: one line of a CSV a curve, and its picture.
+
+The file is written line by line, so that an interrupted map goes on where it was. A curve that cannot be read or fitted
+is a line with its reason.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from bem._support.interruption import whole
+from bem.lab.afm_files import load_afm
+from bem.lab.curve import ForceCurve
+from bem.lab.fitting import FitError, fit
+from bem.lab.guess import guess_setup
+from bem.lab.reading import converted
+from bem.lab.units import Quantity, to_si
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+QUANTITIES = {
+    "relaxed_modulus": "Pa",
+    "modulus_at_1s": "Pa",
+    "work_of_adhesion": "J/m^2",
+    "retardation_time": "s",
+    "modulus_ratio": "",
+    "exponent": "",
+    "contact_point": "m",
+    "force_offset": "N",
+    "tilt": "N/m",
+    "drag": "N s/m",
+}
+"""What a line holds beside the model, each with its interval, and its unit."""
+COLUMNS = (
+    *("file", "number", "x", "y", "model", "adequate", "misfit", "reason"),
+    *(f"{name}{end}" for name in QUANTITIES for end in ("", "_low", "_high")),
+)
+
+Row = dict[str, Any]
+
+
+def fit_map(
+    paths: Sequence[str | Path],
+    out: str | Path,
+    *,
+    radius: Quantity,
+    stiffness: Quantity | None = None,
+    speed: Quantity | None = None,
+    poisson_ratio: float = 0.5,
+    jobs: int = 1,
+    report: Callable[[int, int, int], None] | None = None,
+    **options: Any,
+) -> list[Row]:
+    """Fit all curves of files.
+
+    Args:
+        paths: AFM files.
+        out: CSV of `COLUMNS`, in SI; lines that it holds already are kept.
+        radius: of the sphere, in m.
+        stiffness: of the cantilever, in N/m, in place of the files' own.
+        speed: of the stage, in m/s, for files without time.
+        poisson_ratio: of the half-space.
+        jobs: processes.
+        report: called with the numbers of curves done and failed, and of all.
+        options: of `bem.lab.fit`, such as model and segment.
+
+    Returns:
+        the lines of the file, in its order; numbers are NaN where there is none.
+
+    Raises:
+        ValueError: a file is none that is read, or `out` belongs to other settings.
+    """
+    from joblib import Parallel, delayed  # type: ignore[import-untyped]
+
+    spring = None if stiffness is None else to_si("stiffness", stiffness, "stiffness")
+    rate = None if speed is None else to_si("speed", speed, "speed")
+    known = {"radius": to_si("radius", radius, "length"), "poisson_ratio": poisson_ratio}
+    settings = json.dumps(known | {"stiffness": spring, "speed": rate} | options, sort_keys=True, default=str)
+    out = Path(out)
+    rows = read_map(out, settings) if out.exists() else []
+    done = {(row["file"], row["number"]) for row in rows}
+    curves = [(str(path), i, curve) for path in paths for i, curve in enumerate(load_afm(Path(path), spring))]
+    left = [(*key, curve) for *key, curve in curves if tuple(key) not in done]
+    work = (delayed(_row)(*each, rate, known, options) for each in left)
+    fresh: Iterator[Row] = Parallel(n_jobs=jobs, return_as="generator")(work)
+    if rows:  # a line that was cut short is written again
+        content = out.read_bytes()
+        out.write_bytes(content[: content.rfind(b"\n") + 1])
+    with out.open("a", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
+        if not rows:
+            file.write(f"# {settings}\n")
+            writer.writeheader()
+        for row in fresh:
+            with whole:
+                writer.writerow(row)
+                file.flush()
+            rows.append(row)
+            if report is not None:
+                report(len(rows), sum(bool(each["reason"]) for each in rows), len(done) + len(left))
+    return rows
+
+
+def read_map(path: str | Path, settings: str | None = None) -> list[Row]:
+    """The lines of a map's CSV; a last line that was cut short is left out.
+
+    Raises:
+        ValueError: the file is no map, or one of other settings.
+    """
+    from bem._support.text_files import read_text
+
+    text = read_text(path)
+    lines = text[: text.rfind("\n") + 1].splitlines()
+    if not lines or not lines[0].startswith("# ") or lines[1:2] != [",".join(COLUMNS)]:
+        raise ValueError(f"Expected a map of `bem fit-map`; received {path}, which is none")
+    if settings is not None and lines[0][2:] != settings:
+        raise ValueError(f"the settings of {path} must be those of this map ({settings}); received {lines[0][2:]}")
+    rows = list(csv.DictReader(lines[1:]))
+    words = {"file", "model", "adequate", "reason"}
+    return [
+        {name: value if name in words else int(value) if name == "number" else float(value or "nan")
+         for name, value in row.items()}
+        for row in rows
+    ]  # fmt: skip
+
+
+def _row(
+    path: str, number: int, curve: Any, speed: float | None, known: Mapping[str, float], options: Mapping[str, Any]
+) -> Row:
+    row: Row = dict.fromkeys(COLUMNS, np.nan)
+    row |= {"file": path, "number": number, "model": "", "adequate": "", "reason": ""}
+    row["x"], row["y"] = curve.position
+    try:
+        measured = ForceCurve(**converted(curve, "compression", speed, path), force_sign="compression")  # type: ignore[arg-type]
+        found = fit(measured, guess_setup(measured, **known), **options)
+    except (ValueError, FitError) as error:
+        return row | {"reason": str(error)}
+    row |= {"model": found.model, "adequate": "yes" if found.adequate else "no", "misfit": found.misfit}
+    for name in QUANTITIES.keys() & found.values.keys():
+        row[name] = found.values[name]
+        row[f"{name}_low"], row[f"{name}_high"] = found.intervals[name]
+    return row
+
+
+def to_xarray(rows: Sequence[Row]) -> xr.Dataset:
+    """The lines as a data set over `curve`, with units; xarray is an option of the package."""
+    import xarray as xr
+
+    variables = {name: ("curve", [row[name] for row in rows]) for name in COLUMNS}
+    return xr.Dataset(variables).assign_attrs({name: unit for name, unit in QUANTITIES.items() if unit})
+
+
+def plot_map(rows: Sequence[Row], path: str | Path, quantity: str = "relaxed_modulus") -> None:
+    """Draw a quantity over the position, or over the number where there is none; curves that failed are crosses."""
+    from matplotlib.figure import Figure
+    from matplotlib.ticker import EngFormatter
+
+    from bem.plots import COLOURS, PULL_OFF
+
+    places = np.array([(row["x"], row["y"]) for row in rows])
+    values = np.array([row[quantity] for row in rows])
+    figure = Figure(figsize=(5.2, 4.2), layout="constrained")
+    axes = figure.subplots()
+    if np.isfinite(places).all() and len(np.unique(places, axis=0)) > 1:
+        x, y = places.T
+        drawn = axes.scatter(x, y, c=values, marker="s", s=4e4 / len(rows), cmap="viridis", plotnonfinite=False)
+        axes.set_aspect("equal")
+        figure.colorbar(drawn, format=EngFormatter(QUANTITIES[quantity]), label=quantity.replace("_", " "))
+        failed = places[~np.isfinite(values)]
+        for axis in (axes.xaxis, axes.yaxis):
+            axis.set_major_formatter(EngFormatter("m"))
+    else:
+        number = np.arange(len(rows))
+        axes.plot(number, values, "o", color=COLOURS["solver"])
+        axes.set(xlabel="curve", ylabel=quantity.replace("_", " "))
+        axes.yaxis.set_major_formatter(EngFormatter(QUANTITIES[quantity]))
+        lowest = float(np.nanmin(values)) if np.isfinite(values).any() else 0.0
+        failed = np.column_stack([number, np.full(len(rows), lowest)])[~np.isfinite(values)]
+    axes.plot(*failed.T, "x", color=PULL_OFF, label="no fit")
+    if failed.size:
+        axes.legend(frameon=False)
+    figure.savefig(path, dpi=150)

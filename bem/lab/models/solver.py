@@ -1,0 +1,147 @@
+"""The solver of `bem`: adhesion and relaxation together, along a path that a few straight lines approximate.
+
+An instability falls between two samples. A model jumps where it passes the level of the measured jump, and the forces
+between the two instants say nothing. How late it jumps out of contact counts in their place; when it jumps into contact
+depends on the range of adhesion, which may be an effective one, and does not count.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from bem._support.validation import FloatArray
+from bem.lab.models.model import ADHESION, MODULUS, MODULUS_RATIO, RETARDATION_TIME, Model, Values
+from bem.lab.models.path import Jump, Path
+from bem.lab.setup import Setup
+from bem.materials import Elastic, PronySeries, StandardLinearSolid
+from bem.protocol import PiecewiseLinearProtocol, default_start_indentation
+from bem.reference_solutions.dmt import rigid_force_from_indentation
+from bem.trajectory import Trajectory
+
+MEMORY = ("retardation_time", "modulus_ratio")
+_FAR = 3.0  # in default start indentations: farther away nothing acts, and the approach is left out
+_FURTHER = 0.1  # of the duration, by which the last line is continued
+_NEAR = 0.05  # of the duration, from which on the forces between two jumps lead the search
+_SCATTER = 0.02  # adhesion lengths of travel, by which the solver's own error moves a jump
+_SATURATES = 30.0  # standard deviations, beyond which lateness counts as its logarithm
+
+
+class NoContactError(RuntimeError):
+    """The solver does not complete a contact."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Simulated(Model):
+    """The model that the solver is."""
+
+    def setup_of(self, values: Values, setup: Setup) -> Setup:
+        """See `Model.setup_of`; a solid with a retardation time is a standard linear one, but a known series stays."""
+        if isinstance(setup.material, PronySeries):
+            values = {name: value for name, value in values.items() if name not in MEMORY}
+        elif "retardation_time" in values and isinstance(setup.material, Elastic):
+            ratio, time = values["modulus_ratio"], values["retardation_time"]
+            setup = setup.replaced(material=StandardLinearSolid(modulus_ratio=ratio), retardation_time=time)
+        return super().setup_of(values, setup)
+
+    def protocol(self, setup: Setup, path: Path, contact_point: float) -> tuple[PiecewiseLinearProtocol, float]:
+        """The path in the units of a setup, and the instant, in s, at which it begins.
+
+        The approach from far away is left out; there the force is that of rigid surfaces.
+        """
+        time, place = path.lines
+        # A model that lets go after the end of the measurement is late too.
+        further = 1.0 + _FURTHER * (time[-1] - time[0]) / (time[-1] - time[-2])
+        time, place = (np.append(each[:-1], each[-2] + further * (each[-1] - each[-2])) for each in (time, place))
+        depth = (place - contact_point) / setup.indentation_scale
+        near = _FAR * default_start_indentation(setup.tabor)
+        inside = np.flatnonzero(depth > near)
+        first = int(inside[0]) if inside.size else 0
+        if first > 0:
+            share = (near - depth[first - 1]) / (depth[first] - depth[first - 1])
+            start = time[first - 1] + share * (time[first] - time[first - 1])
+            ahead = first + int(start >= time[first])
+            time, depth = np.append(start, time[ahead:]), np.append(near, depth[ahead:])
+        return PiecewiseLinearProtocol((time - time[0]) / setup.time_scale, depth), float(path.time[0] + time[0])
+
+    def tension(
+        self,
+        values: Values,
+        path: Path,
+        accuracy: str | float = "draft",
+        jumps: Sequence[Jump] = (),
+        budget: list[float] | None = None,
+    ) -> FloatArray:
+        """See `Model.tension`; after it, for a measured jump out of contact, how late the model's is.
+
+        Args:
+            values, path: as there.
+            accuracy: as for `bem.simulate`.
+            jumps: of the measured force.
+            budget: (1,) multiplications and additions left, from which those of this call are taken; `None`: no bound.
+
+        Returns:
+            tension (n,), NaN between a measured jump and a near one of the model, and lateness in standard deviations,
+            (1,) with a jump out of contact and (0,) without.
+
+        Raises:
+            NoContactError: the solver does not complete the contact, or the budget is spent.
+        """
+        from bem.solver.simulation import simulate
+
+        if budget is not None and budget[0] < 0.0:
+            raise NoContactError("its search took too long")
+        setup = self.setup_of(values, path.setup)
+        protocol, begin = self.protocol(setup, path, values["contact_point"])
+        trajectory = simulate(setup.scene(), protocol, accuracy)
+        if budget is not None:
+            budget[0] -= trajectory.stats.multiply_adds
+        if not trajectory.completed:
+            raise NoContactError(str(trajectory.status))
+        instants = (path.time - begin) / setup.time_scale
+        gone, late = np.zeros(instants.size, dtype=bool), np.zeros(0)
+        travel = float(np.sum(np.abs(np.diff(path.place)))) / float(np.ptp(path.time))
+        unsure = np.hypot(float(np.median(np.diff(path.time))), _SCATTER * setup.adhesion_length / travel)
+        for jump in jumps:
+            meant = (jump.time - begin) / setup.time_scale
+            late_by = _passage(trajectory, jump.level / setup.force_scale, jump.out, meant) - meant
+            if abs(late_by) < _NEAR * trajectory.time[-1]:
+                gone |= (instants - meant) * (instants - meant - late_by) < 0.0
+            if jump.out:
+                away = (late_by if np.isfinite(late_by) else trajectory.time[-1]) * setup.time_scale / unsure
+                late = np.array([_SATURATES * np.arcsinh(away / _SATURATES)])
+        force = trajectory.at(np.clip(instants, 0.0, trajectory.time[-1]))
+        apart = (path.place - values["contact_point"]) / setup.indentation_scale
+        far = rigid_force_from_indentation(np.minimum(apart, 0.0))
+        tension = setup.force_scale * np.where(instants >= 0.0, force, far)
+        tension[gone] = np.nan
+        return np.append(tension, late)
+
+
+def _passage(trajectory: Trajectory, level: float, falls: bool, meant: float) -> float:
+    """Instant nearest to `meant` at which the tension passes a level downwards, or upwards; NaN for none."""
+    above = trajectory.force > level
+    passed = np.flatnonzero((above[1:] != above[:-1]) & (above[:-1] == falls))
+    if passed.size == 0:
+        return np.nan
+    time, force = trajectory.time, trajectory.force
+    share = (level - force[passed]) / (force[passed + 1] - force[passed])
+    instants = time[passed] + share * (time[passed + 1] - time[passed])
+    return float(instants[np.argmin(np.abs(instants - meant))])
+
+
+MODEL = Simulated(
+    name="solver",
+    title="solver: viscoelastic sphere with adhesion, standard linear solid",
+    parameters=(MODULUS, ADHESION, RETARDATION_TIME, MODULUS_RATIO),
+    assumptions=(
+        "The solid relaxes with one time.",
+        "The attraction is that of Lennard-Jones, or of an effective range.",
+        "The depth is small beside R.",
+    ),
+    source="paper, Methods",
+    relaxes=True,
+    difference=0.02,
+)

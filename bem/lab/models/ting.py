@@ -1,0 +1,125 @@
+"""Ting: a sphere on a viscoelastic half-space without adhesion, a standard linear solid.
+
+A contact that stays a disc is a row of independent springs and dashpots, at distances x from its middle, whose tops the
+profile x^2/R presses to depth - x^2/R (Popov and Hess, Method of Dimensionality Reduction, 2015, chapter 8). The
+surface follows the sphere, or relaxes freely where it would have to be pulled. That holds for any history, behind a
+spring too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from bem._support.jit import kernel
+from bem._support.validation import FloatArray
+from bem.lab.models.model import MODULUS, MODULUS_RATIO, RETARDATION_TIME, Model, Values, contact_modulus
+from bem.lab.models.path import Path
+
+_ELEMENTS = 100
+
+Relaxation = tuple[float, FloatArray, FloatArray]
+"""Contact modulus after all relaxation (Pa), and the terms of E*(t) beside it: strengths (Pa) and times (s)."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Relaxing(Model):
+    """A viscoelastic model without adhesion; `relaxation(values, path)` gives its terms."""
+
+    relaxation: Callable[[Values, Path], Relaxation]
+
+    def tension(self, values: Values, path: Path) -> FloatArray:
+        """See `Model.tension`."""
+        apart = path.place - values["contact_point"]
+        widest = np.sqrt(path.setup.radius * max(float(apart.max()), 1e-15))
+        profile = ((np.arange(_ELEMENTS) + 0.5) * widest / _ELEMENTS) ** 2 / path.setup.radius
+        relaxed, strengths, times = self.relaxation(values, path)
+        return -pressed(path.time, apart, profile, 2.0 * widest / _ELEMENTS, relaxed, strengths, times, path.compliance)
+
+
+@kernel
+def pressed(
+    time: FloatArray,
+    apart: FloatArray,
+    profile: FloatArray,
+    width: float,
+    relaxed: float,
+    strengths: FloatArray,
+    times: FloatArray,
+    compliance: float,
+) -> FloatArray:
+    """Compression (n,), in N, of a row of elements under a stage at `apart` (n,); of second order in the steps.
+
+    Args:
+        time: in s.
+        apart: path of the stage from first contact, in m.
+        profile: depths (m,) by which the sphere falls back at the elements.
+        width: of an element, both sides of the middle together, in m.
+        relaxed, strengths, times: as in `Relaxation`.
+        compliance: of the spring, in m/N.
+    """
+    force = np.zeros(time.size)
+    surface = np.zeros(profile.size)
+    memory = np.zeros((profile.size, times.size))
+    free = np.zeros(profile.size)
+    decay, gain = np.ones(times.size), strengths.copy()
+    touched = False
+    for n in range(1, time.size):
+        touched = touched or apart[n] > 0.0
+        if not touched:
+            continue
+        step = time[n] - time[n - 1]
+        stiff = relaxed
+        for j in range(times.size):
+            decay[j] = np.exp(-step / times[j])
+            gain[j] = strengths[j] * (times[j] / step * (1.0 - decay[j]) if step > 1e-9 * times[j] else 1.0)
+            stiff += gain[j]
+        for i in range(profile.size):
+            stress = relaxed * surface[i]
+            for j in range(times.size):
+                stress += decay[j] * memory[i, j]
+            free[i] = surface[i] - stress / stiff
+        depth = apart[n]
+        # Newton's method from above: the force is convex in the depth.
+        for _ in range(50):
+            pressing, count = 0.0, 0
+            for i in range(profile.size):
+                ahead = depth - profile[i] - free[i]
+                if ahead > 0.0:
+                    pressing += ahead
+                    count += 1
+            force[n] = stiff * width * pressing
+            change = (depth - apart[n] + compliance * force[n]) / (1.0 + compliance * stiff * width * count)
+            depth -= change
+            if abs(change) <= 1e-12 * abs(depth) + 1e-20:
+                break
+        for i in range(profile.size):
+            moved = max(depth - profile[i], free[i]) - surface[i]
+            surface[i] += moved
+            for j in range(times.size):
+                memory[i, j] = decay[j] * memory[i, j] + gain[j] * moved
+    return force
+
+
+def relaxation(values: Values, path: Path) -> Relaxation:
+    """Of a standard linear solid, whose relaxation time is modulus ratio times retardation time."""
+    relaxed, ratio = contact_modulus(values, path.setup), values["modulus_ratio"]
+    return relaxed, np.array([relaxed * (1.0 / ratio - 1.0)]), np.array([ratio * values["retardation_time"]])
+
+
+MODEL = Relaxing(
+    name="ting",
+    title="Ting: viscoelastic sphere without adhesion, standard linear solid",
+    parameters=(MODULUS, RETARDATION_TIME, MODULUS_RATIO),
+    assumptions=(
+        "The solid relaxes with one time.",
+        "The surfaces do not attract each other.",
+        "The depth is small beside R.",
+    ),
+    source="Ting, J. Appl. Mech. 33 (1966) 845",
+    relaxes=True,
+    difference=1e-3,
+    relaxation=relaxation,
+)

@@ -1,1 +1,0 @@
-"""Where the unknowns live: the mesh, its influence matrix, and the transfer between meshes."""

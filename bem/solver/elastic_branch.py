@@ -1,0 +1,531 @@
+"""The curve of all equilibria of an elastic contact with adhesion, followed once and kept.
+
+An elastic contact remembers nothing: its force depends on the branch it is on and on the place there. The curve depends
+on the Tabor parameter and the traction law alone; indentation, spring and force only read it differently
+(`bem.solver.elastic_trajectory`). It runs from surfaces far apart over the fold where they snap in, the unstable branch
+and the fold where they let go, to the deepest contact.
+
+At a fixed indentation the edge of a large contact is held loosely, and Newton-Raphson converges from ever shorter
+distances. Here the contact radius is prescribed (a node at the edge has the gap of largest tension), or without contact
+the gap on the axis, and the indentation is an unknown in its place: the system has no soft direction and no fold. The
+mesh scales with the contact radius (`bem.discretisation.scaled_meshes`). The smallest contacts share one mesh, on which
+the edge moves from node to node, so that nothing changes where surfaces meet. Where surfaces press on each other the
+traction is the unknown of a node, elsewhere the gap.
+
+At every point the derivatives of indentation and force along the curve follow from the matrix that was factorised. They
+predict the next point, and between two points the curve is a cubic.
+
+Units: as in `bem.solver.equilibrium`. Source: the loop of equilibria of Greenwood, Proc. R. Soc. A 453 (1997) 1277.
+"""
+
+import functools
+import threading
+from typing import NamedTuple
+
+import numpy as np
+
+from bem._support.jit import in_python, kernel
+from bem._support.linear_algebra import add_rows, lu_factor, lu_solve
+from bem.accuracy import Accuracy, BranchControls
+from bem.discretisation.cohesive_zone import largest_contact_radius
+from bem.discretisation.regrid import cubic
+from bem.discretisation.scaled_meshes import (
+    ScaledMeshes,
+    level_of,
+    nodes_within,
+    scaled_meshes,
+    smallest_scale,
+    weight_of_last,
+)
+from bem.indenter import PARABOLOID
+from bem.solver.jumps import smallest_eigenvalue
+from bem.solver.problem import LoadingDevice
+from bem.solver.work import COUNTS, MOST, REJECTIONS, count_factorisation, count_iteration, is_spent, new_work
+from bem.tractions import (
+    Interface,
+    LennardJones,
+    TractionLaw,
+    deviation,
+    interface_of,
+    slope_at,
+    tail_bend,
+    tail_force_at,
+    tail_share,
+    traction_at,
+)
+from bem.tractions.pressed import changed_gap, pressed_below, pressed_gap_of
+
+POINT = np.dtype(
+    [
+        ("along", np.float64),  # logarithm of the gap on the axis over the law's floor, of larger contacts the radius
+        ("indentation", np.float64),
+        ("indentation_rate", np.float64),  # derivative with respect to `along`
+        ("force", np.float64),
+        ("force_rate", np.float64),
+        ("contact_radius", np.float64),
+        ("scale", np.float64),  # of the mesh
+        ("level", np.int64),
+        ("nodes", np.int64),
+    ]
+)
+_FAR_POINTS, _FARTHEST = 40, 1e7  # without deformation
+_MOST_POINTS = 4000
+_MOST_ITERATIONS, _MOST_TRIES = 20, 12
+_CONTRACTION = 0.15  # of corrections, above which the matrix is factorised again
+_TRUSTED = 0.3  # relative change of a gap up to which a factorisation is used again
+_OPEN_STEP = 1.2  # change of the logarithm of a gap, over the step of the contact radius
+_REFINEMENTS = 2  # of the rates, whose matrix is that of the last iteration but one
+_PAST_FOLDS = 1.5  # contact radius beyond which nothing folds
+
+
+class Contact(NamedTuple):
+    """The point that is being solved; arrays (N,), of which the first n nodes of the mesh are in use."""
+
+    gap: np.ndarray
+    traction: np.ndarray
+    rate: np.ndarray  # derivatives of the unknowns along the curve; of the indentation, in place of the node held
+    columns: np.ndarray  # (N, N), factorised
+    pivots: np.ndarray
+    pressed: np.ndarray  # whether the traction is the unknown in that factorisation
+
+
+@kernel
+def _factorise(interface: Interface, influence: np.ndarray, load: float, held: int, n: int, contact: Contact) -> None:
+    below = pressed_below(interface.law)
+    for j in range(n):
+        slope = interface.tabor * slope_at(interface.law, contact.gap[j])
+        contact.pressed[j] = contact.gap[j] < below and j != held
+        factor = load if contact.pressed[j] else load * slope
+        row = contact.columns[j]
+        for i in range(n):
+            row[i] = factor * influence[j, i] if j != held else 1.0
+        if j != held:
+            row[j] += 1.0 / slope if contact.pressed[j] else 1.0
+    lu_factor(contact.columns, n, contact.pivots)
+
+
+@kernel
+def _change(interface: Interface, contact: Contact, j: int, change: float) -> float:
+    """Change the unknown of a node; return by how much, relative."""
+    law, tabor, gap = interface.law, interface.tabor, contact.gap[j]
+    if contact.pressed[j]:
+        wanted = (contact.traction[j] + change) / tabor
+        contact.gap[j] = changed_gap(law, gap, wanted, pressed_gap_of(law, wanted, gap))
+        relative = abs(change) / tabor
+    else:
+        room = gap - law.floor
+        contact.gap[j] += min(max(change, -0.3 * room), 0.5 * room)
+        relative = abs(change) / gap
+    contact.traction[j] = tabor * traction_at(law, contact.gap[j])
+    return relative
+
+
+@kernel
+def _set_gap(interface: Interface, contact: Contact, j: int, gap: float) -> None:
+    contact.gap[j] = gap
+    contact.traction[j] = interface.tabor * traction_at(interface.law, gap)
+
+
+@kernel
+def _lift(influence: np.ndarray, tractions: np.ndarray, n: int, out: np.ndarray) -> None:
+    """Displacement under tractions, over Tabor parameter and scale of the mesh."""
+    for i in range(n):
+        out[i] = 0.0
+    add_rows(influence[:n, :n], tractions[:n], out)
+
+
+@kernel
+def _solve(
+    interface: Interface,
+    meshes: ScaledMeshes,
+    level: int,
+    n: int,
+    scale: float,
+    held: int,
+    depth: float,
+    settled: float,
+    contact: Contact,
+    work: np.ndarray,
+) -> tuple[float, bool]:
+    """The equilibrium with the gap of the node `held` as it is: its indentation, and whether it was found."""
+    tabor, influence, radii = interface.tabor, meshes.influence[level], meshes.radii[level]
+    correction, before, stale = np.empty(n), np.inf, True
+    for _ in range(_MOST_ITERATIONS):
+        if is_spent(work):
+            break
+        _lift(influence, contact.traction, n, correction)
+        for i in range(n):
+            sphere = 1.0 - depth + 0.5 * tabor * (scale * radii[i]) ** 2
+            correction[i] = contact.gap[i] + tabor * scale * correction[i] - sphere
+        if interface.exponent != PARABOLOID:
+            for i in range(n):
+                correction[i] -= deviation(interface, scale * radii[i])
+        if stale:
+            _factorise(interface, influence, tabor * scale, held, n, contact)
+            count_factorisation(work, n)
+        lu_solve(contact.columns, n, contact.pivots, correction)
+        count_iteration(work, n, n)
+        depth -= correction[held]
+        largest = 0.0
+        for j in range(n):
+            if j != held:
+                largest = max(largest, _change(interface, contact, j, -correction[j]))
+        if not np.isfinite(depth):
+            break
+        if largest < settled:
+            return depth, True
+        stale = largest > _CONTRACTION * before or largest > _TRUSTED
+        before = largest
+    return depth, False
+
+
+@kernel
+def _rates(
+    interface: Interface,
+    meshes: ScaledMeshes,
+    level: int,
+    n: int,
+    scale: float,
+    held: int,
+    scaling: bool,
+    contact: Contact,
+) -> tuple[float, float, float]:
+    """Force, and derivatives of force and gap on the axis; with them those of all unknowns, into `contact.rate`.
+
+    Where the mesh is `scaling` they are derivatives with respect to its scale, else to the gap of the node `held`.
+    """
+    tabor, law = interface.tabor, interface.law
+    influence, radii, weights, rate = meshes.influence[level], meshes.radii[level], meshes.weights[level], contact.rate
+    slopes, tractions, wanted, left = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
+    _lift(influence, contact.traction, n, left)
+    for i in range(n):
+        slopes[i] = tabor * slope_at(law, contact.gap[i])
+    for i in range(n):
+        wanted[i] = tabor * (scale * radii[i] ** 2 - left[i])
+        if interface.exponent != PARABOLOID:
+            wanted[i] = tabor * ((scale * radii[i]) ** interface.exponent / scale - left[i])
+        if not scaling:
+            wanted[i] = -tabor * scale * influence[held, i] * slopes[held] - (1.0 if i == held else 0.0)
+        left[i], rate[i] = wanted[i], 0.0
+    for refinement in range(_REFINEMENTS + 1):
+        lu_solve(contact.columns, n, contact.pivots, left)
+        for i in range(n):
+            rate[i] += left[i]
+            tractions[i] = rate[i] if contact.pressed[i] else slopes[i] * rate[i]
+        tractions[held] = 0.0
+        if refinement < _REFINEMENTS:
+            _lift(influence, tractions, n, left)
+            for i in range(n):
+                gap = 0.0 if i == held else rate[i] / slopes[i] if contact.pressed[i] else rate[i]
+                left[i] = wanted[i] - rate[held] - gap - tabor * scale * left[i]
+    if not scaling:
+        tractions[held] = slopes[held]
+    total, total_rate, last = 0.0, 0.0, n - 1
+    for j in range(n):
+        weight = weights[j] if j < last else weight_of_last(radii, n)
+        total += weight * contact.traction[j]
+        total_rate += weight * tractions[j]
+    force = scale * scale * total + tail_force_at(law, contact.gap[last])
+    force_rate = scale * scale * total_rate - 2.0 * traction_at(law, contact.gap[last]) * rate[last]
+    axis_rate = 1.0 if held == 0 else rate[0] / slopes[0] if contact.pressed[0] else rate[0]
+    return force, force_rate + (2.0 * scale * total if scaling else 0.0), axis_rate
+
+
+@kernel
+def _beyond(
+    interface: Interface, meshes: ScaledMeshes, level: int, n: int, scale: float, scaling: bool, contact: Contact
+) -> tuple[float, float]:
+    """By how much the force beyond the mesh is larger than that of a paraboloid, and its rate as of `_rates`."""
+    power, gap, rate = interface.exponent, contact.gap[n - 1], contact.rate[n - 1]
+    if power == PARABOLOID:
+        return 0.0, 0.0
+    radius = scale * meshes.radii[level, n - 1]
+    share, bend = tail_share(interface, radius, gap), tail_bend(interface, radius) * radius ** (2.0 - power)
+    tail, stress = tail_force_at(interface.law, gap), traction_at(interface.law, gap)
+    growth = ((2.0 - power) * share - power * bend * gap) / scale if scaling else 0.0
+    return (share - 1.0) * tail, rate * (bend * tail - 2.0 * (share - 1.0) * stress) + growth * tail
+
+
+@kernel
+def _restore(
+    interface: Interface,
+    influence: np.ndarray,
+    gap: np.ndarray,
+    load: float,
+    held: int,
+    n: int,
+    contact: Contact,
+) -> None:
+    """The point whose gaps were kept, factorised."""
+    for j in range(n):
+        _set_gap(interface, contact, j, gap[j])
+    _factorise(interface, influence, load, held, n, contact)
+
+
+@kernel
+def _transfer(
+    interface: Interface, old: np.ndarray, old_n: int, new: np.ndarray, new_n: int, scale: float, contact: Contact
+) -> None:
+    """Gap and traction on the nodes `new`, from those on `old`; pressed surfaces by traction, others by gap."""
+    law, tabor, below = interface.law, interface.tabor, pressed_below(interface.law)
+    gap, traction = contact.gap[:old_n].copy(), contact.traction[:old_n].copy()
+    f = 0
+    for i in range(new_n):
+        x = new[i]
+        while f < old_n - 2 and old[f + 1] <= x:
+            f += 1
+        first = min(max(f - 1, 0), old_n - 4)
+        if x > old[old_n - 1]:
+            there = gap[old_n - 1] + 0.5 * tabor * scale**2 * (x**2 - old[old_n - 1] ** 2)
+            there += deviation(interface, scale * x) - deviation(interface, scale * old[old_n - 1])
+        elif gap[f] < below and gap[f + 1] < below:
+            wanted = cubic(old, traction, first, x) / tabor
+            there = changed_gap(law, gap[f], wanted, pressed_gap_of(law, wanted, gap[f]))
+        else:
+            inner, outer = min(gap[f], gap[f + 1]), max(gap[f], gap[f + 1])
+            there = min(max(cubic(old, gap, first, x), inner), outer)
+        _set_gap(interface, contact, i, there)
+
+
+@kernel
+def _reach(interface: Interface, gap: float, scale: float) -> float:
+    """Radius at which the profile is a `gap` higher than at the contact radius `scale`, over that radius."""
+    power = interface.exponent
+    if power == PARABOLOID:
+        return np.sqrt(1.0 + 2.0 * gap / (interface.tabor * scale**2))
+    return (1.0 + power * gap / (interface.tabor * scale**power)) ** (1.0 / power)
+
+
+@kernel
+def _far_apart(law, power: float, points: np.ndarray) -> None:
+    """Points before the first that was solved: there the sphere hardly deforms the surface, ever less with distance.
+
+    The force of a profile of that `power` falls with the gap to the power 2/n - 3, the lift with 1/n - 3.
+    """
+    first = points[_FAR_POINTS]
+    nearest = np.exp(first["along"]) + law.floor
+    lift = 1.0 - nearest - first["indentation"]
+    alone = tail_force_at(law, nearest)
+    excess = first["force"] / alone - 1.0 if alone != 0.0 else 0.0
+    flatter, lifting, scale = 2.0 / power - 1.0, 3.0 - 1.0 / power, 1.0
+    if power != PARABOLOID:
+        excess, scale = 0.0, 1.0 + excess
+    for k in range(_FAR_POINTS):
+        gap = nearest * (_FARTHEST / nearest) ** (1.0 - k / _FAR_POINTS)
+        lifted = lift * (nearest / gap) ** lifting
+        point, room = points[k], gap - law.floor
+        point["along"], point["indentation"] = np.log(room), 1.0 - gap - lifted
+        point["indentation_rate"] = room * (lifting * lifted / gap - 1.0)
+        alone, share = tail_force_at(law, gap), excess * (nearest / gap) ** 3.5
+        point["force"] = (1.0 + share) * alone
+        point["force_rate"] = -room * (2.0 * (1.0 + share) * traction_at(law, gap) + 3.5 * share / gap * alone)
+        if power != PARABOLOID:
+            wider = scale * (gap / nearest) ** flatter
+            point["force"] = wider * alone
+            point["force_rate"] = wider * room * (flatter / gap * alone - 2.0 * traction_at(law, gap))
+        point["contact_radius"], point["scale"] = 0.0, first["scale"]
+        point["level"], point["nodes"] = first["level"], first["nodes"]
+
+
+@kernel
+def follow(
+    interface: Interface,
+    meshes: ScaledMeshes,
+    controls: BranchControls,
+    deepest: float,
+    points: np.ndarray,
+    gaps: np.ndarray,
+    works: np.ndarray,
+    work: np.ndarray,
+) -> tuple[int, bool]:
+    """Follow the curve to the indentation `deepest`, past all folds.
+
+    Args:
+        interface: the contact, with adhesion.
+        meshes: as many as it takes.
+        controls: steps and tolerances.
+        deepest: in h0.
+        points: (m,) of `POINT`, filled.
+        gaps: (m, N) of each point on its mesh, filled.
+        works: (m, counts) the work up to each point, filled.
+        work: counts as in `bem.solver.work`, added to.
+
+    Returns:
+        number of points, and whether the curve is complete.
+    """
+    law, tabor, peak = interface.law, interface.tabor, interface.law.peak_gap
+    size = meshes.radii.shape[1]
+    contact = Contact(
+        np.zeros(size),
+        np.zeros(size),
+        np.zeros(size),
+        np.zeros((size, size)),
+        np.zeros(size, np.int32),
+        np.zeros(size, np.bool_),
+    )
+    scale, level, edge_node = smallest_scale(tabor, interface.exponent), 0, meshes.edge_node[0]
+    n = nodes_within(meshes, 0, _reach(interface, controls.far_gap, scale))
+    depth, radii = 1.0 - controls.first_gap, meshes.radii[0]
+    for j in range(n):
+        above = deviation(interface, scale * radii[j])
+        _set_gap(interface, contact, j, controls.first_gap + 0.5 * tabor * (scale * radii[j]) ** 2 + above)
+    # Without contact; then with the edge at one node of the first mesh after the other, up to the last.
+    strides = max(min(np.int64(np.ceil(1.0 / (controls.step * min(1.0, np.sqrt(tabor))))), edge_node), 1)
+    count, held, before, wanted, tries, step = _FAR_POINTS, 0, 0, 0, 0, _OPEN_STEP * controls.step
+    while True:
+        depth, found = _solve(interface, meshes, 0, n, scale, held, depth, controls.residual, contact, work)
+        if found:
+            force, force_rate, axis_rate = _rates(interface, meshes, 0, n, scale, held, False, contact)
+            beyond = _beyond(interface, meshes, 0, n, scale, False, contact)
+            room = contact.gap[0] - law.floor
+            point = points[count]
+            point["along"], point["indentation"], point["force"] = np.log(room), depth, force + beyond[0]
+            point["indentation_rate"] = contact.rate[held] * room / axis_rate
+            point["force_rate"] = (force_rate + beyond[1]) * room / axis_rate
+            point["contact_radius"], point["scale"], point["level"], point["nodes"] = scale * radii[held], scale, 0, n
+            gaps[count, :n], works[count] = contact.gap[:n], work
+            if count == _FAR_POINTS:
+                _far_apart(law, interface.exponent, points)
+            count, before, tries = count + 1, held, 0
+            if held == edge_node or count == points.size:
+                break
+            step = min(1.5 * step, _OPEN_STEP * controls.step)
+            if contact.gap[0] <= peak:
+                wanted = held + 1
+                for k in range(strides, 0, -1):
+                    node = np.int64(np.round(edge_node * k / strides))
+                    wanted = node if node > held else wanted
+        else:
+            work[REJECTIONS] += 1
+            tries += 1
+            if count == _FAR_POINTS or tries > _MOST_TRIES or wanted == before + 1 or is_spent(work):
+                return count, False
+            held = before
+            _restore(interface, meshes.influence[0], gaps[count - 1], tabor * scale, held, n, contact)
+            _rates(interface, meshes, 0, n, scale, held, False, contact)
+            step *= 0.5
+            wanted = (before + wanted + 1) // 2
+        if wanted == 0:
+            gap = 1.0 + (contact.gap[0] - 1.0) * np.exp(-step)
+            gap = gap if gap - 1.0 > (1.0 + 0.4 * step) * (peak - 1.0) else peak
+            change = gap - contact.gap[0]
+        else:
+            gap = peak
+            change = (peak - contact.gap[wanted]) / contact.rate[wanted]
+        depth = points[count - 1]["indentation"] + contact.rate[held] * change
+        for j in range(n):
+            if j == held:
+                _set_gap(interface, contact, j, contact.gap[j] + change)
+            else:
+                _change(interface, contact, j, contact.rate[j] * change)
+        held = wanted
+        _set_gap(interface, contact, held, gap)
+    # The mesh grows with the contact.
+    while count < points.size:
+        force, force_rate, _ = _rates(interface, meshes, level, n, scale, edge_node, True, contact)
+        beyond = _beyond(interface, meshes, level, n, scale, True, contact)
+        force += beyond[0]
+        point = points[count]
+        point["along"], point["indentation"], point["force"] = scale, depth, force
+        point["indentation_rate"], point["force_rate"] = contact.rate[edge_node], force_rate + beyond[1]
+        point["contact_radius"], point["scale"], point["level"], point["nodes"] = scale, scale, level, n
+        gaps[count, :n], works[count] = contact.gap[:n], work
+        count += 1
+        if depth >= deepest and force < 0.0 and scale > _PAST_FOLDS:
+            return count, True
+        here, step = depth, controls.step * scale
+        for _ in range(_MOST_TRIES):
+            depth = here + contact.rate[edge_node] * step
+            for j in range(n):
+                if j != edge_node:
+                    _change(interface, contact, j, contact.rate[j] * step)
+            radius = scale + step
+            new_level = level_of(radius, tabor, interface.exponent)
+            if new_level >= meshes.size.size:
+                return count, False
+            new_n = nodes_within(meshes, new_level, _reach(interface, controls.far_gap, radius))
+            if new_level != level:
+                _transfer(interface, meshes.radii[level], n, meshes.radii[new_level], new_n, radius, contact)
+            node = meshes.edge_node[new_level]
+            _set_gap(interface, contact, node, peak)
+            depth, found = _solve(
+                interface, meshes, new_level, new_n, radius, node, depth, controls.residual, contact, work
+            )
+            if found or is_spent(work):
+                break
+            work[REJECTIONS] += 1
+            _restore(interface, meshes.influence[level], gaps[count - 1], tabor * scale, edge_node, n, contact)
+            _rates(interface, meshes, level, n, scale, edge_node, True, contact)
+            step *= 0.5
+        if not found:
+            return count, False
+        scale, level, n, edge_node = radius, new_level, new_n, node
+    return count, False
+
+
+class Branch:
+    """The curve of one interface at one accuracy, as far as it was needed so far."""
+
+    def __init__(self, interface: Interface, controls: BranchControls) -> None:
+        self.interface, self.controls = interface, controls
+        self._points, self._gaps = np.empty(0, POINT), np.empty((0, 0))
+        self._works = np.empty((0, len(COUNTS)), np.int64)
+        self._eigenvalues = dict[tuple[int, float], float]()
+        self._lock = threading.Lock()
+
+    def reaching(self, deepest: float, most_work: float) -> tuple[np.ndarray, np.ndarray]:
+        """The curve up to the indentation `deepest`, and the work it takes, whether or not it was done before.
+
+        Returns:
+            points (m,) of `POINT`, and counts as in `bem.solver.work`. The curve ends earlier where an equilibrium is
+            not found, or the budget is used up.
+
+        Raises:
+            MemoryError: where the contact edge is too narrow for its radius.
+        """
+        with self._lock:
+            if not self._points.size or self._points["indentation"][-1] < deepest:
+                farther = deepest if not self._points.size else deepest + abs(deepest)
+                self._follow(farther, most_work)
+            points = self._points
+            if not points.size:
+                return points, new_work(most_work)
+            past = (points["indentation"] >= deepest) & (points["force"] < 0.0) & (points["scale"] > _PAST_FOLDS)
+            end = int(np.argmax(past)) + 1 if past.any() else points.size
+            work = self._works[end - 1].copy()
+            work[MOST] = new_work(most_work)[MOST]
+            return points[:end], work
+
+    def _follow(self, deepest: float, most_work: float) -> None:
+        tabor, controls, shape = self.interface.tabor, self.controls, self.interface.exponent
+        scale = in_python(smallest_scale)(tabor, shape)
+        largest = max(1.3 * largest_contact_radius(deepest, tabor, shape), 2.0 * _PAST_FOLDS)
+        reach = in_python(_reach)(self.interface, controls.far_gap, scale)
+        meshes = scaled_meshes(controls, in_python(level_of)(max(largest, scale), tabor, shape) + 1, 1.5 * reach)
+        points, gaps = np.empty(_MOST_POINTS, POINT), np.empty((_MOST_POINTS, meshes.radii.shape[1]))
+        works, work = np.zeros((_MOST_POINTS, len(COUNTS)), np.int64), new_work(most_work)
+        count, _ = follow(self.interface, meshes, controls, deepest, points, gaps, works, work)
+        works[count - 1] = work  # with what did not lead on
+        count = count if count > _FAR_POINTS else 0
+        self._meshes, self._points = meshes, points[:count].copy()
+        self._gaps, self._works = gaps[:count].copy(), works[:count].copy()
+
+    def smallest_eigenvalue(self, place: float, device: LoadingDevice) -> float:
+        """Smallest eigenvalue of the Jacobian under a device, at the solved point next to a place."""
+        nearest, compliance = max(round(place), _FAR_POINTS), device.compliance
+        if (nearest, compliance) not in self._eigenvalues:
+            point = self._points[nearest]
+            level, n, scale = int(point["level"]), int(point["nodes"]), float(point["scale"])
+            influence = self.interface.tabor * scale * self._meshes.influence[level, :n, :n]
+            influence = influence + compliance * scale**2 * self._meshes.weights[level, :n, None]
+            value = smallest_eigenvalue(self.interface, influence, self._gaps[nearest, :n].copy(), 1.0)
+            self._eigenvalues[nearest, compliance] = float(value) / (1.0 + compliance / device.depth_scale)
+        return self._eigenvalues[nearest, compliance]
+
+
+@functools.lru_cache(maxsize=32)
+def branch_of(tabor: float, adhesion: LennardJones | TractionLaw, accuracy: Accuracy, exponent: float) -> Branch:
+    """The branch of a scene at an accuracy; the last of a process are kept."""
+    fineness = adhesion.fineness if isinstance(adhesion, TractionLaw) else 1.0
+    controls = accuracy.branch_controls(tabor, fineness, exponent)
+    return Branch(interface_of(tabor, adhesion, exponent), controls)

@@ -1,1 +1,0 @@
-"""How the state advances in time: predict, solve, judge, accept, record."""

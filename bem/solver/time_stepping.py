@@ -1,0 +1,318 @@
+"""Time stepping: predict, solve, judge, accept; follow the edge with the mesh; jump where a branch ends.
+
+Each step solves one equilibrium at the new indentation with the remembered traction of the old ones. Its length follows
+from the difference of prediction and solution. A step that fails at the smallest useful length stands at a fold: the
+contact then settles on the next stable branch, and the trajectory records the jump. Times inside are counted from the
+start of each protocol segment, so that long dwells cost no digits.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from bem._support.jit import kernel, kernel_part
+from bem.discretisation.cohesive_zone import edge_width
+from bem.discretisation.following import first_mesh, same_nodes, select_mesh
+from bem.discretisation.regrid import Remembered, carried
+from bem.discretisation.state import State, edge_left_window, energy_of
+from bem.indenter import depth_factor
+from bem.solver.equilibrium import Factor, new_factor
+from bem.solver.extrapolation import push_recent, recent_on, start_recent
+from bem.solver.gap_equation import has_flown_off, influence_of, state_under
+from bem.solver.jumps import equilibrate, is_unstable, parted, record_jump
+from bem.solver.memory import (
+    Memory,
+    forget_rate,
+    memory_on,
+    new_memory,
+    remember,
+    remember_start,
+    remembered_in,
+    shortest_relaxation,
+    step_factors,
+)
+from bem.solver.problem import Problem
+from bem.solver.records import (
+    COMPLETED,
+    DETACHED,
+    INTERRUPTED,
+    NO_EQUILIBRIUM,
+    OUT_OF_WORK,
+    UNPHYSICAL,
+    Marched,
+    Records,
+    new_records,
+    with_profile,
+    with_record,
+)
+from bem.solver.trial_step import try_step
+from bem.solver.work import FOLD_SOLVES, NODES, REJECTIONS, REMESHINGS, STEPS, UNSTABLE, is_spent, new_work
+from bem.tractions import deviation
+
+_CHECK_MESH_EVERY = 40  # steps
+_STIFF_RESPONSE = 0.02  # below, nodes are chosen anew only where the edge has left its window
+_FAINT = 0.2  # force between surfaces that are apart, over its scale, below which a dent fades as if alone
+_JUMP_IN_FORCE, _JUMP_IN_WIDTHS = 0.02, 0.3
+
+
+class Progress(NamedTuple):
+    """How far a contact has been followed, and what the next step starts from."""
+
+    state: State
+    memory: Memory
+    factor: Factor  # kept from the last step
+    records: Records
+    mesh_chosen: int  # the step at which nodes were chosen last
+    outcome: int  # COMPLETED so far, or why it ended
+
+
+class Segment(NamedTuple):
+    """A part of the protocol, in which what it prescribes is linear in time, and the steps it allows."""
+
+    begin: float
+    end: float
+    first_control: float
+    last_control: float
+    duration: float
+    rate: float
+    first: float  # length of the first step
+    smallest: float  # below, a step changes neither indentation nor memory enough to matter: failure there is a fold
+    longest: float
+    returns: bool  # whether surfaces that are apart may come together again
+
+
+@kernel_part
+def segment_of(problem: Problem, times: np.ndarray, controls: np.ndarray, index: int, last_rise: int) -> Segment:
+    """The segment number `index` of a protocol (`times`, `controls`), and the steps that it allows.
+
+    `last_rise` is the last segment in which what is prescribed rises.
+    """
+    duration = times[index + 1] - times[index]
+    rate = (controls[index + 1] - controls[index]) / duration
+    speed = abs(rate) * problem.device.travel
+    relaxation = shortest_relaxation(problem.strengths, problem.times)
+    longest = problem.controls.longest_step * duration
+    if speed == 0.0 and problem.strengths.size == 0:
+        longest = duration  # nothing happens
+    smallest, first = 1e-3 * relaxation, 1e-2 * relaxation
+    if speed > 0.0:
+        # a stiff solid detaches over a shorter distance
+        smallest = min(smallest, problem.controls.fold_increment * 2.0 / (problem.scales.force_weight * speed))
+        first = min(first, 0.02 / speed)
+    smallest = min(max(smallest, 1e-13 * duration), longest)
+    first = max(min(first, longest), smallest)
+    begin, end, returns = times[index], times[index + 1], 0 < index <= last_rise
+    return Segment(begin, end, controls[index], controls[index + 1], duration, rate, first, smallest, longest, returns)
+
+
+@kernel_part
+def _within(step: float, now: float, until: float) -> tuple[float, float]:
+    """Shorten a step to meet an instant without leaving a tiny one; return it and the time after it."""
+    if now + 1.0000001 * step >= until:
+        return until - now, until
+    if now + 2.0 * step > until:
+        step = 0.5 * (until - now)
+    return step, now + step
+
+
+@kernel_part
+def _first_state(problem: Problem, control: float, glassy: bool, work: np.ndarray) -> tuple[State, bool]:
+    """The equilibrium from which the protocol starts, and whether there is one."""
+    interface, tabor = problem.interface, problem.interface.tabor
+    mesh = first_mesh(problem.interface, problem.controls, problem.scheme)
+    depth = control
+    if problem.device.by_force:  # that of Hertz, in contact
+        part = interface.exponent / (interface.exponent + 1.0)
+        factor = depth_factor(interface.exponent)
+        depth = tabor * factor * (0.5 * np.pi / (part * factor) * max(-control, 0.0)) ** part
+    gap = np.empty(mesh.radii.size)
+    for i in range(gap.size):
+        sphere = 1.0 - depth + 0.5 * tabor * mesh.radii[i] ** 2 + deviation(interface, mesh.radii[i])
+        gap[i] = max(sphere, 1.0 if interface.nonadhesive else 0.95)
+    start = State(mesh, depth, gap, np.zeros(gap.size), 0.0, 0.0)
+    nothing = np.zeros(mesh.grid.size if problem.strengths.size > 0 else 0)
+    response = 1.0 - np.sum(problem.strengths) if glassy else 1.0
+    return equilibrate(problem, start, control, Remembered(nothing, response), work)
+
+
+@kernel_part
+def _jumped(problem: Problem, before: State, after: State) -> bool:
+    """Whether the contact changed to another branch."""
+    if problem.interface.nonadhesive:
+        return False
+    width = edge_width(before.edge, problem.interface.tabor, problem.interface.exponent)
+    force = abs(after.force - before.force) > _JUMP_IN_FORCE * max(abs(before.force), problem.scales.force)
+    return force or abs(after.edge - before.edge) > _JUMP_IN_WIDTHS * width
+
+
+@kernel_part
+def _next_instant(instants: np.ndarray, records: Records, segment: Segment) -> float:
+    """Time in a segment of the next profile that is wanted, or the segment's end if that is earlier."""
+    number = records.filled[3]
+    return min(instants[number] - segment.begin, segment.duration) if number < instants.size else segment.duration
+
+
+@kernel_part
+def follow(
+    problem: Problem,
+    segment: Segment,
+    progress: Progress,
+    instants: np.ndarray,
+    stop: np.ndarray,
+    work: np.ndarray,
+) -> Progress:
+    """Follow one segment of the protocol."""
+    state, memory, factor, records = progress.state, progress.memory, progress.factor, progress.records
+    mesh_chosen, outcome = progress.mesh_chosen, COMPLETED
+    recent = start_recent(state, 0.0)
+    forget_rate(memory)
+    smallest, fixed = segment.smallest, problem.scheme.fixed
+    step, now, shortened = segment.first, 0.0, False
+    while now < segment.duration:
+        if is_spent(work) or stop[0] != 0:
+            outcome = OUT_OF_WORK if is_spent(work) else INTERRUPTED
+            break
+        step, after = _within(step, now, _next_instant(instants, records, segment))
+        at_end = after == segment.duration
+        control = segment.last_control if at_end else segment.first_control + segment.rate * after
+        instant = segment.end if at_end else segment.begin + after
+
+        # A dent that nothing presses fades exactly by the rule of the first step, which no oscillation troubles there.
+        faint = state.edge == 0.0 and abs(state.force) < _FAINT * problem.scales.force
+        bends = recent.count[0] >= 2 and not (segment.returns and faint)
+        factors = step_factors(memory, step, bends)
+        remembered = remembered_in(memory, factors)
+        can_shrink = step > 1.01 * smallest
+        gap, traction, accepted, shrink = try_step(
+            problem, state, recent, factor, after, control, remembered, can_shrink, shortened, work
+        )
+        if not accepted and can_shrink:
+            work[REJECTIONS] += 1
+            step, shortened = max(shrink * step, smallest), True
+            continue
+
+        before, another_branch, shortened = state, False, False
+        if accepted:
+            state = state_under(problem, before.mesh, control, remembered, gap, traction)
+        else:
+            work[FOLD_SOLVES] += 1
+            forget_rate(memory)
+            factors = step_factors(memory, step, recent.count[0] >= 2)
+            remembered = remembered_in(memory, factors)
+            state, solved = equilibrate(problem, before, control, remembered, work)
+            if not solved and not problem.device.by_force:
+                state, solved = parted(problem, before, control, remembered, work)
+            if not solved and not has_flown_off(problem, control, state.force):
+                outcome = OUT_OF_WORK if is_spent(work) else NO_EQUILIBRIUM
+                break
+            another_branch = _jumped(problem, before, state)
+            factor = new_factor(state.gap.size)
+            shrink = 1.0
+        if has_flown_off(problem, control, state.force):
+            flown_off = State(before.mesh, np.nan, before.gap, before.traction, 0.0, 0.0)
+            records = record_jump(problem, records, instant, before, flown_off, remembered.response)
+            outcome = DETACHED
+            break
+        if not state.force >= problem.least_force:
+            outcome = UNPHYSICAL
+            break
+        if not accepted:
+            remembered = carried(remembered, before.mesh.grid, state.mesh.grid)
+            memory = memory_on(memory, before.mesh.grid, state.mesh.grid)
+        remember(memory, factors, step, state)
+        now = after
+
+        if another_branch:
+            records = record_jump(problem, records, instant, before, state, remembered.response)
+        records = with_record(records, instant, state.depth, state.force, state.edge)
+        while records.filled[3] < instants.size and instants[records.filled[3]] - segment.begin <= now:
+            records = with_profile(records, state)
+        work[STEPS] += 1
+        work[NODES] += state.gap.size
+        if problem.audit and not problem.interface.nonadhesive:
+            influence = influence_of(problem, state.mesh, remembered.response, state.gap)
+            work[UNSTABLE] += is_unstable(problem.interface, influence, state.gap, remembered.response)
+        if another_branch or not same_nodes(state.mesh, before.mesh):
+            # Solutions on another branch or on other nodes cannot be extrapolated.
+            recent = start_recent(state, now)
+            forget_rate(memory)
+            step = 2.0 * smallest
+        else:
+            push_recent(recent, state, now)
+            step = min(max(step * min(max(shrink, 0.3), 2.5), smallest), segment.longest)
+
+        # With a stiff response a new selection of nodes perturbs the tractions strongly.
+        routine = work[STEPS] - mesh_chosen >= _CHECK_MESH_EVERY and remembered.response > _STIFF_RESPONSE
+        if edge_left_window(state) or (routine and not fixed):
+            mesh_chosen = work[STEPS]
+            direction = 1.0 if state.edge >= before.edge else -1.0
+            new = select_mesh(problem.interface, problem.controls, problem.scheme, state, direction, remembered)
+            if not same_nodes(new, state.mesh):
+                recent = recent_on(problem.interface, recent, state.mesh, new)
+                memory = memory_on(memory, state.mesh.grid, new.grid)
+                state = State(
+                    new, state.depth, recent.gap[0].copy(), recent.traction[0].copy(), state.force, state.edge
+                )
+                factor = new_factor(state.gap.size)
+                work[REMESHINGS] += 1
+    return Progress(state, memory, factor, records, mesh_chosen, outcome)
+
+
+@kernel
+def start(problem: Problem, control: float, glassy: bool, work: np.ndarray) -> Progress:
+    """The equilibrium from which a protocol begins; its `outcome` says whether there is one."""
+    state, solved = _first_state(problem, control, glassy, work)
+    gone = has_flown_off(problem, control, state.force)
+    outcome = COMPLETED if solved else DETACHED if gone else OUT_OF_WORK if is_spent(work) else NO_EQUILIBRIUM
+    memory = new_memory(problem.strengths, problem.times, state.mesh.grid.size)
+    if solved:
+        remember_start(memory, state, glassy)
+    return Progress(state, memory, new_factor(state.gap.size), new_records(), 0, outcome)
+
+
+@kernel
+def march(
+    problem: Problem,
+    times: np.ndarray,
+    controls: np.ndarray,
+    instants: np.ndarray,
+    glassy: bool,
+    most_work: float,
+    stop: np.ndarray,
+) -> Marched:
+    """Follow the history that a protocol prescribes (`times`, `controls`), linear between its s instants.
+
+    Args:
+        problem: the scene, discretised.
+        times, controls: (s,) the protocol: indentations (of the stage, where there is a spring), or forces.
+        instants: (p,) of the profiles, increasing; steps end there.
+        glassy: whether the surfaces meet at once (instantaneous modulus) rather than fully relaxed.
+        most_work: budget in multiply-adds, see `bem.solver.work`.
+        stop: (1,) uint8, set by `bem._support.interruption.interruptible`; each step looks at it.
+    """
+    work, energies = new_work(most_work), np.zeros(2)
+    segment_steps = np.zeros(times.size - 1, dtype=np.int64)
+    progress = start(problem, controls[0], glassy, work)
+    records, outcome, state = progress.records, progress.outcome, progress.state
+    if outcome == COMPLETED:
+        records = with_record(records, times[0], state.depth, state.force, state.edge)
+        if instants.size > 0 and instants[0] <= times[0]:
+            records = with_profile(records, state)
+        energies[0] = energy_of(problem.interface, state)
+        progress = Progress(state, progress.memory, progress.factor, records, 0, COMPLETED)
+        last_rise = -1
+        for k in range(segment_steps.size):
+            last_rise = k if controls[k + 1] > controls[k] else last_rise
+        for k in range(segment_steps.size):
+            steps = work[STEPS]
+            segment = segment_of(problem, times, controls, k, last_rise)
+            progress = follow(problem, segment, progress, instants, stop, work)
+            segment_steps[k] = work[STEPS] - steps
+            if progress.outcome != COMPLETED:
+                break
+        records, outcome = progress.records, progress.outcome
+        if outcome == COMPLETED:
+            energies[1] = energy_of(problem.interface, progress.state)
+    states, jumps = records.states[: records.filled[0]], records.jumps[: records.filled[1]]
+    profiles = records.profiles[: records.filled[2]]
+    return Marched(states, jumps, work, segment_steps, energies, outcome, profiles)

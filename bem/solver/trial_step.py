@@ -1,0 +1,148 @@
+"""One trial of a time step: predict, solve, and judge whether the step was short enough."""
+
+import numpy as np
+
+from bem._support.jit import kernel_part
+from bem.discretisation.regrid import Remembered
+from bem.discretisation.state import State, state_of
+from bem.solver.equilibrium import Factor, factorise, solve_adhesive, solve_nonadhesive
+from bem.solver.extrapolation import (
+    CONTROL,
+    DEPTH,
+    Recent,
+    bend_of_force,
+    expected_force,
+    history_error,
+    predict,
+    prediction_error,
+)
+from bem.solver.gap_equation import depth_error, expected_depth, influence_of, right_side, rigid_side
+from bem.solver.jumps import is_unstable
+from bem.solver.problem import Problem
+from bem.solver.work import ITERATIONS, MULTIPLY_ADDS, count_factorisation
+from bem.tractions import force_of
+
+_STALE_AFTER = 8  # iterations in one step after which the kept factorisation is dropped
+_BEND = 0.05  # change of the force's course in one step, over the force, from which its history is checked
+
+
+@kernel_part
+def try_step(
+    problem: Problem,
+    state: State,
+    recent: Recent,
+    factor: Factor,
+    time: float,
+    control: float,
+    remembered: Remembered,
+    can_shrink: bool,
+    shortened: bool,
+    work: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray, bool, float]:
+    """Solve the equilibrium at the end of a step.
+
+    Args:
+        problem: the scene, discretised.
+        state: at the beginning of the step.
+        recent: the last solutions.
+        factor: kept factorisation.
+        time: at the end of the step, counted as those of `recent`.
+        control: what the protocol prescribes there: the indentation, or the displacement of the stage, or the force.
+        remembered: what the material contributes.
+        can_shrink: whether a shorter step may be tried; otherwise every solution is accepted.
+        shortened: whether a longer step failed, as before a fold: the stability of the solution is judged anew
+            then. Behind a spring it always is.
+        work: counts as in `bem.solver.work`, added to.
+
+    Returns:
+        gap and traction (n,); whether they are a solution and accepted; and the factor by which to change the step.
+    """
+    interface, device, controls = problem.interface, problem.device, problem.controls
+    mesh, response = state.mesh, remembered.response
+    work[MULTIPLY_ADDS] += 20_000 + (mesh.radii.size + 200) * remembered.traction.size
+    rigid = rigid_side(interface, mesh, control, remembered)
+    guess_gap, guess_traction = np.empty(rigid.size), np.empty(rigid.size)
+    predict(interface, recent, time, guess_gap, guess_traction, CONTROL, True)
+    gap, traction = guess_gap.copy(), guess_traction.copy()
+    if not interface.nonadhesive:
+        predict(interface, recent, time, gap, traction, DEPTH, False)
+    influence = influence_of(problem, mesh, response, gap)
+    rhs = right_side(problem, mesh, control, response, rigid, gap, traction)
+    if interface.nonadhesive:
+        solved = solve_nonadhesive(influence, rhs, response, gap, traction, work)
+    else:
+        before = work[ITERATIONS]
+        solved = solve_adhesive(
+            interface,
+            influence,
+            mesh.force_weights,
+            rhs,
+            response,
+            # a stiff response turns a small residual into a large traction
+            controls.residual * min(1.0, 10.0 * response),
+            problem.force_error * max(abs(state.force), problem.scales.force),
+            factor,
+            gap,
+            traction,
+            work,
+        )
+        if solved and shortened:
+            factorise(interface, influence, mesh.force_weights, gap, response, factor, work)
+            solved = not factor.unstable[0]
+        if solved and device.compliance > 0.0:  # it is linearised anew in each step
+            count_factorisation(work, rhs.size)
+            solved = not is_unstable(interface, influence_of(problem, mesh, response, gap), gap, response)
+        if not solved or work[ITERATIONS] - before >= _STALE_AFTER:
+            factor.order[0] = 0
+    if not solved:
+        return gap, traction, False, 0.25
+    accepted, shrink = _judge(problem, state, recent, guess_gap, guess_traction, time, gap, traction, can_shrink)
+    if device.compliance > 0.0 and accepted:
+        free = rigid + control
+        predicted = expected_depth(mesh, free, response, guess_gap, guess_traction)
+        found = expected_depth(mesh, free, response, gap, traction)
+        if not device.by_force:  # the stage is known, so that only the force need be predicted
+            found = control + device.compliance * state_of(interface, mesh, control, gap, traction).force
+            predicted = control + device.compliance * expected_force(recent, time)
+        error = problem.scales.force_weight * depth_error(device, predicted, found)
+        accepted, by_depth = _verdict(error, controls.prediction, min(recent.count[0], CONTROL), can_shrink)
+        shrink = min(shrink, by_depth) if accepted else by_depth
+    return gap, traction, accepted, shrink
+
+
+@kernel_part
+def _verdict(error: float, allowed: float, order: int, can_shrink: bool) -> tuple[bool, float]:
+    """Whether an error of the prediction is accepted, and the factor by which to change the step."""
+    shrink = 0.9 * (allowed / max(error, 1e-12)) ** (1.0 / order)
+    if can_shrink and error > 2.0 * allowed:
+        return False, max(0.2, min(0.8, shrink))
+    return True, shrink
+
+
+@kernel_part
+def _judge(
+    problem: Problem,
+    state: State,
+    recent: Recent,
+    guess_gap: np.ndarray,
+    guess_traction: np.ndarray,
+    time: float,
+    gap: np.ndarray,
+    traction: np.ndarray,
+    can_shrink: bool,
+) -> tuple[bool, float]:
+    """Whether a solution is near enough to its prediction, and the factor by which to change the step."""
+    interface, weights = problem.interface, state.mesh.force_weights
+    allowed, order = problem.controls.prediction, min(recent.count[0], CONTROL)
+    expected = np.nan if problem.strengths.size > 0 or interface.nonadhesive else expected_force(recent, time)
+    error = prediction_error(interface, weights, guess_gap, guess_traction, gap, traction, problem.scales, expected)
+    accepted, shrink = _verdict(error, allowed, order, can_shrink)
+    if not accepted:
+        return False, shrink
+    if can_shrink and order >= 2 and not interface.nonadhesive:
+        force = force_of(interface, weights, gap, traction)
+        if bend_of_force(recent, time, force) > _BEND * max(abs(force), problem.scales.force):
+            error = history_error(interface, recent, weights, time, force, problem.scales)
+            if error > 0.5 * allowed:
+                return False, 0.5
+    return True, shrink

@@ -1,1 +1,0 @@
-"""What each physical effect costs, and how often `recommend` meets its tolerance."""

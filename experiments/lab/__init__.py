@@ -1,1 +1,0 @@
-"""Studies of `bem.lab`: how reliable its fits are, and its units for real instruments."""

@@ -1,0 +1,1 @@
+"""What accuracy costs: one harness, its tools and cases, and the questions about solver and effects."""

@@ -1,0 +1,162 @@
+"""What accuracy costs in time: every tool of this repository on the same held-out protocols, on one core.
+
+The tools are the solver at nine accuracies, the paper's discretisation (`bem.solver.paper_method`) at three
+resolutions, every published surrogate (by plain Keras call, by ONNX Runtime one trajectory at a time, and by ONNX
+Runtime in a batch), and closed forms. Errors are those of `statistics.answer_errors`, against a solution refined beyond
+`reference`. Surrogates and closed forms give forces at the measurement steps only; the row "measurement steps" is the
+error of the steps alone. A fine discretisation of the paper (`BASELINE`) is measured on the first protocols only, and a
+closed form on those of its regime; each row states the number. Single calls of a surrogate are timed on the first
+`SINGLE_CALLS` protocols: every trajectory has the same number of steps, so that all calls take the same time.
+"""
+
+from __future__ import annotations
+
+import contextlib
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from threadpoolctl import threadpool_limits
+
+from bem.accuracy import NAMED_TARGETS
+from bem.solver.version import SOLVER_VERSION
+from experiments.common import DATASET, MODELS, without_extrapolation_warnings
+from experiments.measurements import tools
+from experiments.measurements.cases import Case, held_out
+from experiments.measurements.closed_forms import FORMS
+from experiments.measurements.harness import (
+    Count,
+    DatasetFile,
+    Jobs,
+    Models,
+    Repeats,
+    measurement,
+    progress,
+    run,
+    timed,
+)
+from experiments.measurements.statistics import answer_errors, spread
+
+TARGETS = (5e-2, 1.7e-2, 8e-3, 4e-3, 2e-3, 1e-3, 5e-4, 2.5e-4, 1.5e-4)
+BASELINE = {50: 1.0, 100: 0.5, 200: 0.1}
+"""Share of the protocols for each resolution of the paper's discretisation: nodes, and least steps of a segment."""
+NAMES = {target: name for name, target in NAMED_TARGETS.items()}
+BATCH, BATCH_REPEATS, SINGLE_CALLS = 1024, 5, 40
+
+
+def report(
+    kind: str, setting: str, answers: np.ndarray, seconds: np.ndarray, exact: np.ndarray, **more: Any
+) -> dict[str, Any]:
+    """One tool: its errors, failures and times.
+
+    Args:
+        kind: Kind of tool.
+        setting: The tool among those of its kind.
+        answers: Answers of shape (count, 122).
+        seconds: Seconds of shape (runs, calls); there may be fewer calls than answers.
+        exact: Exact answers, of shape (count, 122).
+        **more: Further entries of the result.
+    """
+    return {
+        "kind": kind,
+        "setting": setting,
+        "protocols": len(answers),
+        "repeats": len(seconds),
+        "failures": int(np.sum(np.all(np.isnan(answers), axis=1))),
+        "seconds": spread(np.median(seconds, axis=0)),
+        "run_totals": np.sum(seconds, axis=1).tolist(),
+        "errors": {name: spread(values) for name, values in answer_errors(answers, exact).items()},
+        **more,
+    }
+
+
+def without_learning(cases: list[Case], exact: np.ndarray, repeats: int, finest: int) -> list[dict[str, Any]]:
+    """The solver, the paper's discretisation and the closed forms; a form without a case of its regime is left out."""
+    every = np.arange(len(cases))
+    listed = [
+        ("solver", NAMES.get(target, f"{target:g}"), tools.solver_at(target), every, {"target": target})
+        for target in TARGETS
+    ]
+    for size in (size for size in BASELINE if size <= finest):
+        few, setting = every[: max(1, round(BASELINE[size] * len(cases)))], f"{size} nodes, {size} steps"
+        listed.append(("paper's discretisation", setting, tools.paper_method_at(size), few, {"resolution": size}))
+    for form in FORMS:
+        chosen = np.array([i for i, case in enumerate(cases) if form.meant_for(case)], dtype=int)
+        listed += [("closed form", form.name, form.answer, chosen, {})] if chosen.size else []
+    return [
+        report(kind, setting, *run(tool, [cases[i] for i in rows], repeats, f"{kind}, {setting}"), exact[rows], **more)
+        for kind, setting, tool, rows, more in listed
+    ]
+
+
+def surrogates(
+    cases: list[Case], models: Path, exact: np.ndarray, repeats: int
+) -> tuple[list[dict[str, Any]], list[str]]:
+    """Every published model in each way of calling it, and the missing models.
+
+    A model that cannot be loaded is listed as missing, with the reason; the others are still measured.
+    """
+    rows, absent = [], tools.missing(models)
+    for name in progress(tools.published(models), "surrogates"):
+        try:
+            calls, identity = tools.ways_to_call(name, models)
+        except (OSError, ValueError, KeyError) as error:
+            absent.append(f"{name} ({str(error).splitlines()[0]})")
+            continue
+        for way, (answers, seconds) in timed_ways(calls, cases, repeats, name).items():
+            more = {**identity, "way": way}
+            rows.append(report("surrogate", f"{name}, {way}", answers, seconds, exact, **more))
+    return rows, absent
+
+
+def timed_ways(
+    calls: dict[str, tools.Predict], cases: list[Case], repeats: int, name: str
+) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Answers and seconds of each way to call a model: on one case at a time, and by the predictor in a batch."""
+    found = {}
+    for way, predict in calls.items():
+        single = f"{way} single" if way == "ONNX" else way
+        _, seconds = run(lambda case: tools.predictions(predict, [case])[0], cases[:SINGLE_CALLS], repeats, name)  # noqa: B023
+        found[single] = tools.predictions(predict, cases), seconds
+    many = [cases[i % len(cases)] for i in range(BATCH)]
+    batches = np.array(timed(lambda: tools.predictions(calls["ONNX"], many), BATCH_REPEATS)) / BATCH
+    found["ONNX batch"] = found["ONNX single"][0], np.repeat(batches[:, np.newaxis], len(cases), axis=1)
+    return found
+
+
+@measurement("accuracy_cost")
+def main(
+    count: Count = 200,
+    repeats: Repeats = 3,
+    finest: Annotated[int, typer.Option(help="Finest resolution of the paper's discretisation.")] = max(BASELINE),
+    jobs: Jobs = 2,
+    dataset: DatasetFile = DATASET,
+    models: Models = MODELS,
+) -> dict[str, Any]:
+    """Measure all tools."""
+    cases = held_out(count, dataset)
+    exact = tools.refined(cases, jobs)
+    steps = tools.from_steps(exact[:, 2:], np.array([case.depths for case in cases]))
+    old = tools.outdated(models, dataset)
+    rows = [report("measurement steps", "", steps, np.full((1, len(cases)), np.nan), exact)]
+    with threadpool_limits(limits=1), without_extrapolation_warnings():
+        rows += without_learning(cases, exact, repeats, finest)
+        absent = tools.missing(models)
+        if tools.published(models):
+            from surrogate.backend import limit_threads
+
+            with contextlib.suppress(RuntimeError):  # the backend is loaded: its caller has chosen the threads
+                limit_threads(1)
+            found, absent = surrogates(cases, models, exact, repeats)
+            rows += [{**row, "outdated": row["model"] in old} for row in found]
+    print(f"missing: {', '.join(absent) or 'nothing'}; trained differently: {', '.join(old) or 'none'}")
+    return {
+        "protocols": len(cases),
+        "repeats": repeats,
+        "truth_target": tools.EXACT_TARGET,
+        "solver": SOLVER_VERSION,
+        "tools": rows,
+        "missing": absent,
+        "outdated": old,
+    }

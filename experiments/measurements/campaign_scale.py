@@ -1,0 +1,174 @@
+"""What a campaign costs besides its trajectories.
+
+- Runs: wall seconds of `bem campaign` with one and with two processes. Only these need an idle machine.
+- Start: processor seconds until the command has loaded its modules, and until a worker has loaded the solver.
+- One process saves all batches and writes the file: its processor seconds for each trajectory.
+- Dask: a scheduler on this machine and `DASK_WORKERS` workers of one thread, which sleep `STUB_SECONDS` for each
+  trajectory, so that all processor seconds are due to scheduling.
+"""
+
+from __future__ import annotations
+
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from statistics import median
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+
+from bem._support.wording import markdown_table
+from bem.dataset.campaign import Campaign
+from bem.dataset.checkpoints import CampaignCheckpoint
+from bem.dataset.executors import Batch, ClusterExecutor
+from bem.dataset.file import Dataset, load_dataset
+from bem.dataset.jobs import Arrival
+from bem.dataset.run import save_campaign
+from experiments.common import DATASET
+from experiments.measurements.harness import DatasetFile, in_fresh_process, measurement, progress, timed
+
+DASK_WORKERS, DASK_TRAJECTORIES, STUB_SECONDS = 8, 12_450, 0.008
+IDLE_SECONDS = 5.0
+STARTS = {
+    "command": "import bem.cli.campaign, bem.dataset.run",
+    "worker": ("from bem.dataset import campaign, executors\nexecutors.own_process = True\nexecutors.warm_solver()"),
+}
+
+
+def start_seconds(repeats: int = 3) -> dict[str, float]:
+    """Processor seconds until a new process has run the code of `STARTS`; the kernels are compiled before."""
+    said = "\nimport time; print(time.process_time())"
+    return {name: median(in_fresh_process(code + said)[0] for _ in range(repeats)) for name, code in STARTS.items()}
+
+
+def run_seconds(count: int, workers: int) -> dict[str, float]:
+    """Wall seconds of `bem campaign`, and processor seconds of the command and its workers."""
+    with tempfile.TemporaryDirectory() as folder:
+        command = [sys.executable, "-m", "bem", "campaign", "--count", str(count), "--workers", str(workers)]
+        before, started = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
+        subprocess.run([*command, "--out", f"{folder}/runs.h5"], check=True, stdout=subprocess.DEVNULL)
+        wall, after = time.perf_counter() - started, resource.getrusage(resource.RUSAGE_CHILDREN)
+    spent = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    return {"workers": workers, "wall": wall, "processor": spent}
+
+
+def batches_for(campaign: Campaign, workers: int) -> list[Any]:
+    """The batches of a campaign, of indices, for a number of workers."""
+    return [tuple(index for index, _ in batch) for batch in campaign.batches(campaign.indices, workers)]
+
+
+def saved(dataset: Dataset, folder: Path) -> dict[str, float]:
+    """Processor seconds and bytes of the saving process for each trajectory, from a replay of a data set."""
+    campaign, count = Campaign.of(dataset.attributes["campaign"]), len(dataset)
+    records = campaign.records(dataset.columns)
+    order = {record["index"]: record for record in records}
+    with CampaignCheckpoint(folder / "saved.h5", campaign.identity()) as checkpoint:
+
+        def save() -> None:
+            for batch in batches_for(campaign, 2):
+                checkpoint.add(campaign.columns([order[index] for index in batch]), 1.0, {})
+
+        (saving,) = timed(save, first=False)
+        checkpoint.remove()
+    whole = folder / "whole.h5"
+    names = ("wall_seconds", "core_seconds", "workers", "versions", "host", "git_revision", "command")
+    attributes = {name: dataset.attributes[name] for name in names} | {"campaign": campaign.identity()}
+    (writing,) = timed(lambda: save_campaign(campaign, whole, campaign.columns(records), attributes), first=False)
+    return {"saving": saving / count, "writing": writing / count, "bytes": whole.stat().st_size / count}
+
+
+@dataclass(frozen=True)
+class Asleep:
+    """A stand-in for a batch of simulations, which sleeps and returns records of the usual size."""
+
+    seconds: float
+
+    def __call__(self, batch: Batch) -> Arrival:
+        """Sleep for each trajectory of the batch."""
+        time.sleep(self.seconds * len(batch))
+        return Arrival([Campaign().failed(index, "") for index, _ in batch], self.seconds * len(batch))
+
+
+def under_dask(count: int, workers: int, seconds: float) -> dict[str, float]:
+    """Processor seconds of scheduler, workers and this process, for each of `count` trajectories that only sleep.
+
+    The seconds that these processes spend without any work are subtracted. `central` is that of the scheduler and this
+    process, which does not decrease with more workers.
+    """
+    import dask
+    import distributed
+    import psutil
+
+    campaign = Campaign(count=count)
+    batches = campaign.batches(campaign.indices, workers)
+    options = {"host": "127.0.0.1", "dashboard_address": None, "silence_logs": 50}
+    # Without these, workers profile themselves every hundredth of a second, and one that answers late is dropped.
+    settings = {"distributed.worker.profile.enabled": False, "distributed.scheduler.worker-ttl": None}
+    settings |= {f"distributed.comm.timeouts.{name}": "600s" for name in ("connect", "tcp")}
+    # The scheduler runs in this process.
+    with (
+        dask.config.set(settings),
+        distributed.LocalCluster(n_workers=workers, threads_per_worker=1, **options) as cluster,
+    ):
+        processes = [psutil.Process(worker.pid) for worker in cluster.workers.values()]
+
+        def spent() -> np.ndarray:
+            times = [process.cpu_times() for process in processes]
+            return np.array([time.process_time(), sum(one.user + one.system for one in times)])
+
+        with ClusterExecutor(cluster.scheduler_address) as executor:
+            with distributed.Client(cluster, set_as_default=False) as client:
+                client.run(Asleep(0.0), ((0, ()),))  # every worker imports what it needs
+            idle, started = -spent(), time.perf_counter()
+            time.sleep(IDLE_SECONDS)
+            idle = (idle + spent()) / (time.perf_counter() - started)
+            before, started = spent(), time.perf_counter()
+            for _, arrival in progress(executor.run(batches, Asleep(seconds)), "Dask, batches", len(batches)):
+                campaign.columns(arrival.records)
+            cost, wall = spent() - before, time.perf_counter() - started
+    central, of_workers = np.maximum(cost - idle * wall, 0.0) / count
+    return {"workers": workers, "seconds": seconds, "central": central, "scheduling": central + of_workers}
+
+
+def page_text(campaign_scale: Any) -> str:
+    """The measurement as a Markdown table, for docs/cluster.md."""
+    dask, one, each = campaign_scale["dask"], campaign_scale["one_process"], campaign_scale["trajectory"]
+    starts = " s, ".join(f"{value:.1f}" for value in campaign_scale["start"].values())
+    fed = [each / seconds for seconds in (one["saving"], one["saving"] + dask["central"])]
+    scheduling = f"{1e6 * dask['scheduling']:.0f} µs, {100.0 * dask['scheduling'] / dask['seconds']:.1f} %"
+    rows = [
+        ["A trajectory, published data set", f"{1e3 * each:.1f} ms"],
+        ["Start: the command, then a worker", f"{starts} s"],
+        ["Saved by one process, for each trajectory", f"{1e6 * one['saving']:.0f} µs"],
+        ["Written to the data set file at the end, for each", f"{1e6 * one['writing']:.0f} µs"],
+        [f"Scheduled by Dask, {dask['workers']} workers", f"{scheduling} of {1e3 * dask['seconds']:g} ms"],
+        ["Stored for each trajectory", f"{one['bytes']:.0f} bytes"],
+        ["Cores that one process can save for", f"{fed[0]:.0f}, {fed[1]:.0f} with Dask"],
+    ]
+    return f"{markdown_table(['Quantity', 'Measured'], rows)}\n\nProcessor seconds of {campaign_scale['host']}."
+
+
+@measurement("campaign_scale")
+def main(
+    count: Annotated[int, typer.Option(min=0, help="Trajectories of a run; 0 for no runs.")] = 3000,
+    dataset: DatasetFile = DATASET,
+) -> dict[str, Any]:
+    """Measure what a campaign costs besides its trajectories."""
+    known = load_dataset(dataset)
+    runs = [run_seconds(count, workers) for workers in progress((1, 2), "runs")] if count else []
+    for run in runs:
+        print(f"{run['workers']} processes {run['wall']:8.2f} s wall {run['processor']:8.2f} s of processors")
+    with tempfile.TemporaryDirectory() as folder:
+        return {
+            "runs": runs,
+            "count": count,
+            "trajectory": float(known.scalars["solver_seconds"].mean()),
+            "start": start_seconds(),
+            "one_process": saved(known, Path(folder)),
+            "dask": under_dask(DASK_TRAJECTORIES, DASK_WORKERS, STUB_SECONDS),
+        }

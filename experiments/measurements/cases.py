@@ -1,0 +1,183 @@
+"""Cases of the measurements: one scene and protocol each, and the sets of them that questions are asked of.
+
+A set is given as columns: the protocol's `QUANTITIES`, `modulus_ratio`, and, where it is not always there, `adhesion`
+(0 or 1), each of shape (n,).
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+
+from bem import Elastic, HardContact, LennardJones, LoadingProtocol, Scene, StandardLinearSolid, Trajectory, simulate
+from bem.dataset.designs import PAPER_RANGES, QUANTITIES, Design
+from bem.dataset.measurement_steps import measurement_times
+from experiments import common
+from experiments.common import MODULUS_RATIO
+
+HIDDEN_SEED = 901
+"""Seed of the hidden protocols; the trainings use others."""
+ANY_SOLID = (0.01, 1.0)
+"""Modulus ratios of the solids that the pretrained models know."""
+BEYOND = {
+    "tabor": (0.02, 6.4),
+    "peak_indentation": (0.2, 1000.0),
+    "loading_rate": (1e-3, 1e5),
+    "dwell_time": (1e-6, 1e3),
+    "unloading_rate": (1e-3, 1e5),
+}
+DEEPEST = 200.0  # largest peak indentation times tabor^1.5, beyond the box: the nodes of the master grid are limited
+STIFF = {
+    "tabor": (0.01, 0.5),
+    "peak_indentation": (0.05, 30.0),
+    "loading_rate": (1e-3, 1e4),
+    "dwell_time": (1e-4, 1e5),
+    "unloading_rate": (1e-3, 1e4),
+}
+EDGES = {
+    "tabor": ("Tabor parameter", (0.2, 1.0, 2.0, 3.2)),
+    "unloading_rate": ("Unloading rate", (0.1, 10.0, 100.0, 1000.0)),
+    "peak_indentation": ("Peak indentation", (2.0, 20.0, 50.0, 100.0)),
+    "modulus_ratio": ("Modulus ratio", (0.01, 0.1, 1.0)),
+}
+"""Quantities that divide protocols into regions: their names, and the bounds of the regions."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """One scene and protocol."""
+
+    scene: Scene
+    protocol: LoadingProtocol
+
+    @classmethod
+    def of(cls, row: dict[str, float]) -> Case:
+        """The case of one row of columns; a modulus ratio of 1 is an elastic solid."""
+        ratio = row.get("modulus_ratio", MODULUS_RATIO)
+        material = StandardLinearSolid(ratio) if ratio < 1.0 else Elastic()
+        law = LennardJones() if row.get("adhesion", 1.0) else HardContact()
+        return cls(Scene(row["tabor"], material, law), LoadingProtocol(**{name: row[name] for name in QUANTITIES[1:]}))
+
+    def run(self, accuracy: str | float) -> Trajectory:
+        """Simulate the case."""
+        return simulate(self.scene, self.protocol, accuracy)
+
+    @property
+    def steps(self) -> np.ndarray:
+        """Instants of the 120 fixed measurement steps, of shape (120,)."""
+        return measurement_times(self.protocol, self.scene.tabor)
+
+    @property
+    def depths(self) -> np.ndarray:
+        """Indentation at the measurement steps, of shape (120,)."""
+        return self.protocol.history(self.scene.tabor).indentation_at(self.steps)
+
+    def force_history(self, trajectory: Trajectory) -> np.ndarray:
+        """Force at the measurement steps, of shape (120,)."""
+        return trajectory.at(np.minimum(self.steps, trajectory.time[-1]))
+
+
+def held_out(count: int, dataset: Path) -> list[Case]:
+    """The first protocols of the data set's test part."""
+    from surrogate.data.dataset import TrajectoryDataset
+
+    data = TrajectoryDataset.load(dataset)
+    columns = {name: values[data.split(0).test[:count]] for name, values in data.protocols.items()}
+    return [Case.of(row) for row in rows_of(columns)]
+
+
+def rows_of(columns: dict[str, np.ndarray]) -> list[dict[str, float]]:
+    """The protocols of columns as one dictionary each."""
+    return [dict(zip(columns, row, strict=True)) for row in np.column_stack(list(columns.values())).tolist()]
+
+
+def drawn(where: str, count: int, seed: int, design: str = "log-uniform") -> dict[str, np.ndarray]:
+    """Columns of random protocols: 'inside' the paper's box, 'beyond' it, 'elastic' (beyond), or 'stiff'.
+
+    Stiff contacts are nearly rigid or have a stiff glassy modulus; about half of them are without adhesion.
+    """
+    ranges = {"beyond": BEYOND, "elastic": BEYOND, "stiff": STIFF}.get(where, {})
+    columns = Design(design, ranges).protocols(count, seed)
+    columns["modulus_ratio"] = np.full(count, MODULUS_RATIO)
+    if where in ("beyond", "elastic"):
+        columns["modulus_ratio"] = 10.0 ** np.random.default_rng([seed, 1]).uniform(-3.0, 0.0, count)
+        columns["peak_indentation"] = np.minimum(columns["peak_indentation"], DEEPEST * columns["tabor"] ** -1.5)
+    if where == "elastic":
+        columns["modulus_ratio"] = np.ones(count)
+    if where == "stiff":
+        rng = np.random.default_rng([seed, 2])
+        columns["modulus_ratio"] = 10.0 ** rng.uniform(-3.0, np.log10(0.3), count)
+        columns["adhesion"] = rng.integers(0, 2, count).astype(float)
+    return columns
+
+
+@dataclass(frozen=True)
+class Hidden:
+    """Protocols off the paper's grid, which no training has seen.
+
+    Args:
+        quantities: The columns.
+    """
+
+    quantities: dict[str, np.ndarray]
+
+    @classmethod
+    def draw(cls, count: int, modulus_ratio: float | tuple[float, float]) -> Hidden:
+        """Draw protocols in the paper's ranges."""
+        found = Design("log-uniform", modulus_ratio=modulus_ratio).protocols(count, HIDDEN_SEED)
+        return cls(found if "modulus_ratio" in found else found | {"modulus_ratio": np.full(count, modulus_ratio)})
+
+    @classmethod
+    def corners(cls, modulus_ratio: float) -> Hidden:
+        """All corners of the paper's ranges, 32 protocols."""
+        columns = np.array(list(itertools.product(*PAPER_RANGES.values()))).T
+        quantities = dict(zip(PAPER_RANGES, columns, strict=True))
+        return cls(quantities | {"modulus_ratio": np.full(columns.shape[1], modulus_ratio)})
+
+    def __len__(self) -> int:
+        return len(self.quantities["tabor"])
+
+    def part(self, rows: slice) -> Hidden:
+        """Some of the protocols."""
+        return Hidden({name: values[rows] for name, values in self.quantities.items()})
+
+    def protocols(self) -> list[LoadingProtocol]:
+        """The protocols as a user writes them."""
+        rows = rows_of({name: self.quantities[name] for name in QUANTITIES[1:]})
+        return [LoadingProtocol(**row) for row in rows]
+
+    def simulated(self, accuracy: str | float = "standard") -> Iterator[Trajectory]:
+        """Simulate one after the other."""
+        for row in rows_of(self.quantities):
+            yield common.simulated(row, accuracy=accuracy, modulus_ratio=row["modulus_ratio"])
+
+
+def results_of(trajectories: Iterator[Trajectory] | list[Trajectory]) -> np.ndarray:
+    """Pull-off force and hysteresis, of shape (n, 2)."""
+    return np.array([(one.pull_off_force, one.hysteresis) for one in trajectories])
+
+
+def regions(quantities: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Divide protocols by each quantity in turn.
+
+    Args:
+        quantities: Columns of shape (n,). One that is missing, or the same for all, divides nothing.
+
+    Returns:
+        Which protocols belong to each region, of shape (n,), by its name, such as "Tabor parameter 0.2 to 1"; first
+        "all". Regions without any are left out.
+    """
+    found = {"all": np.ones(len(next(iter(quantities.values()))), dtype=bool)}
+    for name, (words, edges) in EDGES.items():
+        values = quantities.get(name)
+        if values is None or np.ptp(values) == 0.0:
+            continue
+        # Corners of the paper's design lie a little outside its stated range.
+        place = np.digitize(values, edges[1:-1])
+        found |= {f"{words} {low:g} to {high:g}": place == i for i, (low, high) in enumerate(pairwise(edges))}
+    return {words: rows for words, rows in found.items() if rows.any()}

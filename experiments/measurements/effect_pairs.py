@@ -1,0 +1,144 @@
+"""What an effect costs that a scene does not have: every pair of scenes that differ in one effect alone.
+
+Effects are adhesion, relaxation (none, one process, three), what moves the sphere (the stage itself, a spring, or a
+prescribed force), and further cycles (ten instead of one, of elastic contacts). All scenes are pressed as deep, in
+units of mu h0 (`experiments.measurements.effects`), at one speed; a prescribed force presses as hard as the stage
+does, and pulls where there is adhesion. Each run has a peak of its own, so that no result is found ready; what a
+process keeps between runs (the curve of elastic equilibria) is kept.
+"""
+
+from __future__ import annotations
+
+from itertools import combinations, product
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from bem import (
+    Elastic,
+    ForceProtocol,
+    HardContact,
+    LennardJones,
+    PiecewiseLinearProtocol,
+    Scene,
+    simulate,
+)
+from bem._support.wording import markdown_table
+from bem.materials import Material
+from bem.reference_solutions import hertz
+from experiments.measurements.effects import DEPTH, DWELL, RATE, SLS, START, THREE
+from experiments.measurements.harness import Repeats, measurement, progress, timed
+
+TABORS = (0.3, 1.0, 3.0, 5.0, 8.0)
+SPRING, PULL, CYCLES = 2.0, 0.5, 10
+MATERIALS: dict[int, Material] = {0: Elastic(), 1: SLS, 3: THREE}
+DEVICES = ("stage", "spring", "force")
+LARGEST = {"relaxation": 1.1, "adhesion": 0.5, "cycles": 2.0, "spring": 1.5, "force": 2.0}
+"""Aims: the largest ratio of seconds, without relaxation or adhesion to with it, with one of the others to without."""
+
+
+class Effects(NamedTuple):
+    """What one scene has."""
+
+    adhesion: bool
+    processes: int
+    device: str = "stage"
+    cycles: int = 1
+
+    @property
+    def name(self) -> str:
+        """In words, as in the table and the figure."""
+        words = ["adhesion" if self.adhesion else "Hertz"]
+        words += {0: [], 1: ["one relaxation"], 3: ["three relaxations"]}[self.processes]
+        words += [] if self.device == "stage" else [self.device]
+        return ", ".join(words + ([f"{self.cycles} cycles"] if self.cycles > 1 else []))
+
+
+EVERY = [Effects(*parts) for parts in product((False, True), MATERIALS, DEVICES)]
+EVERY += [Effects(adhesion, 0, "stage", CYCLES) for adhesion in (False, True)]
+
+
+def case(effects: Effects, tabor: float, peak: float) -> tuple[Scene, PiecewiseLinearProtocol | ForceProtocol]:
+    """The scene of some effects, and the path to a peak (times the common one)."""
+    law = LennardJones() if effects.adhesion else HardContact()
+    scene = Scene(tabor, MATERIALS[effects.processes], law, SPRING if effects.device == "spring" else None)
+    top, bottom = peak * DEPTH * tabor, START * tabor
+    ramp = (top - bottom) / (RATE * tabor)
+    times, depths = [0.0], [bottom]
+    for _ in range(effects.cycles):
+        times += [times[-1] + ramp, times[-1] + ramp + DWELL, times[-1] + 2.0 * ramp + DWELL]
+        depths += [top, top, bottom]
+    if effects.device == "force":
+        press = float(hertz.force_from_indentation(np.array(top), tabor))
+        return scene, ForceProtocol(times, [0.0, press, press, PULL if effects.adhesion else 0.0])
+    return scene, PiecewiseLinearProtocol(times, depths)
+
+
+def seconds(effects: Effects, tabor: float, repeats: int) -> float:
+    """Median processor seconds of `simulate`, the call included, over runs of one peak each.
+
+    Raises:
+        RuntimeError: a simulation does not complete.
+    """
+    spent = []
+    for peak in np.linspace(0.9, 1.1, repeats):
+        scene, protocol = case(effects, tabor, float(peak))
+        found = simulate(scene, protocol)
+        if not found.completed:
+            raise RuntimeError(f"expected a completed simulation of {effects.name}; received {found.status!r}")
+        other = case(effects, tabor, float(peak) * 1.001)
+        spent += timed(lambda other=other: simulate(*other), first=False)
+    return float(np.median(spent))
+
+
+def pairs() -> list[tuple[str, Effects, Effects]]:
+    """The effect, the scene that costs no more by the aim, and the one it is compared with."""
+    found = []
+    for one, two in combinations(EVERY, 2):
+        differ = [name for name in Effects._fields if getattr(one, name) != getattr(two, name)]
+        less, more = sorted((one, two), key=lambda e: (e.adhesion, e.processes, DEVICES.index(e.device), e.cycles))
+        if differ == ["adhesion"]:
+            found.append(("adhesion", less, more))
+        elif differ == ["processes"]:
+            found.append(("relaxation", less, more))
+        elif differ == ["cycles"]:
+            found.append(("cycles", more, less))
+        elif differ == ["device"] and less.device == "stage":
+            found.append((more.device, more, less))
+    return found
+
+
+def page_text(effect_pairs: Any) -> str:
+    """The pairs as a table, one row an effect, for docs/effects.md."""
+    table = []
+    words = {name: f"without {name} to with it" for name in ("relaxation", "adhesion")}
+    words |= {
+        "cycles": f"{CYCLES} elastic cycles to one",
+        "spring": "behind a spring to without",
+        "force": "by force to by indentation",
+    }
+    for effect, text in words.items():
+        rows = [row for row in effect_pairs["pairs"] if row["effect"] == effect]
+        ratios = np.array([row["ratios"] for row in rows])
+        over = int(np.sum(ratios > LARGEST[effect]))
+        numbers = (f"{np.median(ratios):.2f}", f"{ratios.max():.2f}", f"{LARGEST[effect]:g}", str(over))
+        table.append([text, str(ratios.size), *numbers])
+    header = ["Ratio of processor times", "Pairs", "Median", "Largest", "Aim", "Over the aim"]
+    source = f"Measured by `{effect_pairs['command']}` on {effect_pairs['host']}."
+    return f"{markdown_table(header, table, 'lrrrrr')}\n\n{source}"
+
+
+@measurement("effect_pairs")
+def main(repeats: Repeats = 21) -> dict[str, Any]:
+    """Measure every scene, and compare those that differ in one effect."""
+    spent = {effects: [seconds(effects, tabor, repeats) for tabor in TABORS] for effects in progress(EVERY, "scenes")}
+    rows = []
+    for effect, one, two in pairs():
+        ratios = [a / b for a, b in zip(spent[one], spent[two], strict=True)]
+        rows.append({"effect": effect, "scene": one.name, "to": two.name, "ratios": ratios, "aim": LARGEST[effect]})
+        missed = "  over" if max(ratios) > LARGEST[effect] else ""
+        print(f"{one.name:40} {two.name:40} {' '.join(f'{ratio:5.2f}' for ratio in ratios)}{missed}")
+    for effects, each in spent.items():
+        print(f"{effects.name:40} {' '.join(f'{1e3 * one:6.2f}' for one in each)} ms")
+    scenes = [{"name": effects.name, "seconds": each} for effects, each in spent.items()]
+    return {"tabor": TABORS, "scenes": scenes, "pairs": rows}

@@ -1,0 +1,254 @@
+"""The harness of all measurements: tools on cases, timed on one core, written in one format.
+
+A tool is a function from a case to an answer, an array. `run` calls it on every case and returns the answers and the
+processor seconds; each question (a module of this folder) lists its tools and cases and summarises them. A question is
+a function that returns the content of its result; `measurement` makes it a command, which writes the result together
+with its command and provenance.
+
+Times are processor seconds of whole calls on one thread. The first call, which loads compiled kernels, is not counted.
+If other programs compete for the core, processor seconds fall below wall seconds, and also exceed those of an idle
+machine. A measurement is therefore not published if its processor seconds are too small a share of the wall seconds.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import inspect
+import json
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Annotated, Any, Self, TypeVar
+
+import numpy as np
+import typer
+
+from bem._support.interruption import deaf_processes
+from bem._support.outputs import write_whole
+from bem._support.text_files import plain
+from experiments.progress import progress
+
+MEASUREMENTS = Path("published/measurements")
+"""Folder of measurements: results that take long or depend on the machine."""
+NOT_PUBLISHED = Path("results/measurements")
+"""Folder of measurements made on a busy machine."""
+LEAST_SHARE = 0.9
+"""Least ratio of processor seconds to wall seconds; below it, the machine counts as busy."""
+BUDGET = 240.0  # seconds in all runs of a tool, beyond which it is not run again
+Item = TypeVar("Item")
+Busy = Annotated[bool, typer.Option("--busy", help="Publish the measurement even if the machine was busy.")]
+Out = Annotated[Path, typer.Option(help="Result file to write.")]
+DatasetFile = Annotated[Path, typer.Option(help="Data set file.")]
+Models = Annotated[Path, typer.Option(help="Folder of trained models.")]
+Jobs = Annotated[int, typer.Option(help="Processes.")]
+Count = Annotated[int, typer.Option(help="Number of cases, of each kind where there are several.")]
+Repeats = Annotated[int, typer.Option(min=1, help="Runs of each tool, where its budget of time allows.")]
+Seed = Annotated[int, typer.Option(help="Seed of the draw.")]
+"""Options of several measurements."""
+UNSTATED = ("jobs", "workers")
+"""Options that do not change a result, and are left out of the command that it states, as paths are."""
+
+
+class Clock:
+    """Measures the code inside `with clock:`, in processor seconds, and their ratio to wall seconds over all runs.
+
+    Args:
+        processor: Function that returns the processor seconds of this process, on all cores.
+        wall: Function that returns the wall time in seconds.
+    """
+
+    def __init__(
+        self, processor: Callable[[], float] = time.process_time, wall: Callable[[], float] = time.perf_counter
+    ) -> None:
+        self.seconds = 0.0
+        """Processor seconds of the last run."""
+        self._clocks = (wall, processor)
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget all runs."""
+        self._wall = self._processor = 0.0
+
+    @property
+    def share(self) -> float | None:
+        """Ratio of processor to wall seconds over all runs, of which one counts as at most 1; `None` without a run."""
+        return self._processor / self._wall if self._wall > 0.0 else None
+
+    def __enter__(self) -> Self:
+        self._started = [clock() for clock in self._clocks]
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        wall, self.seconds = (clock() - begin for clock, begin in zip(self._clocks, self._started, strict=True))
+        self._wall, self._processor = self._wall + wall, self._processor + min(self.seconds, wall)
+
+
+CLOCK = Clock()
+"""The clock of this process."""
+
+
+def timed(function: Callable[[], Any], repeats: int = 1, *, first: bool = True) -> list[float]:
+    """Processor seconds of each of `repeats` calls; with `first`, after one call that is not counted."""
+    if first:
+        function()
+    seconds = []
+    for _ in range(repeats):
+        with CLOCK:
+            function()
+        seconds.append(CLOCK.seconds)
+    return seconds
+
+
+def run(
+    tool: Callable[[Item], np.ndarray], cases: Sequence[Item], repeats: int, label: str
+) -> tuple[np.ndarray, np.ndarray]:
+    """Run a tool on every case, after one call that is not counted, and again while `BUDGET` allows.
+
+    Returns:
+        Answers of the first run, of shape (cases, size), and processor seconds, of shape (runs, cases).
+    """
+    answers, runs, spent = [tool(cases[0])][:0], [], 0.0
+    while not runs or (len(runs) < repeats and spent + spent / len(runs) <= BUDGET):
+        seconds = []
+        for case in progress(cases, f"{label}, run {len(runs) + 1} of {repeats}"):
+            with CLOCK:
+                found = tool(case)
+            seconds.append(CLOCK.seconds)
+            if not runs:
+                answers.append(found)
+        runs.append(seconds)
+        spent += sum(seconds)
+    return np.array(answers), np.array(runs)
+
+
+def in_turn(calls: Mapping[str, Callable[[int], Any]], rounds: int, per_call: Mapping[str, int]) -> dict[str, float]:
+    """Median processor seconds of several calls that take turns, so that a slow moment hits all of them.
+
+    Args:
+        calls: Functions of the round's number, by name.
+        rounds: Number of rounds, after one that is not counted.
+        per_call: Cases in one call of each function; 1 if it is not named.
+    """
+    spent: dict[str, list[float]] = {name: [] for name in calls}
+    for turn in range(-1, rounds):
+        for name, call in calls.items():
+            with CLOCK:
+                call(max(turn, 0))
+            if turn >= 0:
+                spent[name].append(CLOCK.seconds / per_call.get(name, 1))
+    return {name: float(np.median(seconds)) for name, seconds in spent.items()}
+
+
+def in_fresh_process(source: str, *arguments: object, **environment: str) -> list[float]:
+    """Run Python source in a new process and return the numbers that it prints."""
+    command = [sys.executable, "-c", source, *map(str, arguments)]
+    answer = subprocess.run(command, env=os.environ | environment, capture_output=True, text=True, check=True)
+    return [float(word) for word in answer.stdout.split()]
+
+
+def in_parallel(
+    function: Callable[..., Item], arguments: Sequence[Sequence[Any]], *, jobs: int, label: str, ordered: bool = True
+) -> list[Item]:
+    """Results of a function for each tuple of arguments, computed in `jobs` processes; in order, or as they arrive."""
+    from joblib import Parallel, delayed
+
+    order = "generator" if ordered else "generator_unordered"
+    with deaf_processes():
+        results = Parallel(n_jobs=jobs, return_as=order)(delayed(function)(*some) for some in arguments)
+    return list(progress(results, label, len(arguments)))
+
+
+def kept(path: Path, compute: Callable[[], Any]) -> Any:
+    """The content of a JSON file, computed and written if the file does not exist, so that a long run continues."""
+    if not path.is_file():
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_whole(path, json.dumps(plain(compute())) + "\n")
+    return json.loads(path.read_text(encoding="utf-8"))
+
+
+def fingerprint(**parts: Any) -> str:
+    """Digest that identifies a kept result; pass every value on which the result depends."""
+    return hashlib.sha256(json.dumps(plain(parts), sort_keys=True).encode()).hexdigest()[:16]
+
+
+def measurement(result: str | Path) -> Callable[[Callable[..., Any]], Callable[..., None]]:
+    """Make a command of a function that returns the content of a result.
+
+    The command has the options of the function, `--out` and `--busy`, and publishes what the function returns; nothing
+    if it returns `None`. The result states the command: the name of the module, and all options but paths and
+    `UNSTATED`.
+
+    Args:
+        result: The result file, or its name in `MEASUREMENTS`.
+    """
+    default = MEASUREMENTS / f"{result}.json" if isinstance(result, str) else result
+
+    def command_of(function: Callable[..., Any]) -> Callable[..., None]:
+        signature, name = inspect.signature(function, eval_str=True), function.__module__.rpartition(".")[2]
+
+        def command(*values: Any, out: Path = default, busy: bool = False, **options: Any) -> None:
+            bound = signature.bind(*values, **options)
+            bound.apply_defaults()
+            CLOCK.restart()
+            content = function(*bound.args, **bound.kwargs)
+            if content is not None:
+                publish(out, " ".join([name, *stated(bound.arguments)]), content, busy=busy)
+
+        kind = inspect.Parameter.KEYWORD_ONLY
+        parameters = [
+            *signature.parameters.values(),
+            inspect.Parameter("out", kind, default=default, annotation=Out),
+            inspect.Parameter("busy", kind, default=False, annotation=Busy),
+        ]
+        command.__signature__ = signature.replace(parameters=parameters)  # type: ignore[attr-defined]
+        command.__annotations__ = {one.name: one.annotation for one in parameters}
+        command.__doc__ = function.__doc__
+        return command
+
+    return command_of
+
+
+def stated(options: Mapping[str, Any]) -> list[str]:
+    """Options as words of a command line, without paths, `UNSTATED` and what is not given."""
+    words = []
+    for name, value in options.items():
+        for one in value if isinstance(value, list) else [value]:
+            if name in UNSTATED or isinstance(one, Path) or one is None or one is False:
+                continue
+            words += [f"--{name.replace('_', '-')}", *([] if one is True else [f"{one}"])]
+    return words
+
+
+def publish(out: Path, study: str, content: Mapping[str, Any], *, busy: bool) -> None:
+    """Write a result; if it has times, with the ratio of processor seconds to wall seconds.
+
+    Args:
+        out: The result file.
+        study: The module and its options, as the file records its command.
+        content: The measurement.
+        busy: Publish the measurement even if the machine was busy.
+
+    Raises:
+        RuntimeError: The machine was too busy; the measurement is written to `NOT_PUBLISHED`.
+    """
+    from experiments.common import write_result  # imported here, because it loads the solver
+
+    share = CLOCK.share
+    believed = share is None or share >= LEAST_SHARE
+    place = out if busy or believed else NOT_PUBLISHED / out.name
+    write_result(place, study, plain({**content, **({} if share is None else {"processor_share": share})}))
+    if believed:
+        return
+    doubt = (
+        "the machine was too busy to believe these seconds: the processor's must be at least "
+        f"{100 * LEAST_SHARE:.0f} % of the wall's; received {100 * share:.0f} %"
+    )
+    if not busy:
+        raise RuntimeError(
+            f"{doubt}; they are kept in {str(place)!r} and not published; measure on an idle machine, or publish them "
+            "with --busy (BUSY=yes for make)"
+        )
+    print(f"{doubt}; published nevertheless, because of --busy", file=sys.stderr)

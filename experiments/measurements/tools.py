@@ -1,0 +1,166 @@
+"""Tools: ways to answer a case, by the solver, by the paper's method, and by each way of calling a surrogate.
+
+An answer is an array of pull-off force, hysteresis and the forces at the 120 measurement steps, of shape (122,); NaN
+where a tool does not complete. The timed work runs from the protocol to this answer. Closed forms are in
+`experiments.measurements.closed_forms`, other software in `experiments.measurements.other_software`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from bem import Trajectory, simulate_paper_method
+from bem.dataset.designs import QUANTITIES
+from bem.dataset.measurement_steps import FIRST_UNLOADING, FMS, PHYSICAL, measurement_grid
+from bem.dataset.physical_steps import physical_grid
+from bem.solver.version import SOLVER_VERSION
+from experiments.common import MODULUS_RATIO, dataset_digest, scenes, without_extrapolation_warnings
+from experiments.measurements.cases import Case, Hidden
+from experiments.measurements.harness import fingerprint, in_parallel, kept
+from experiments.paper.model_comparison import published as published_trainings
+from experiments.paper.model_comparison import trained_otherwise
+from surrogate.architectures.naming import names
+from surrogate.prediction.files import BANDED as NAMES
+from surrogate.prediction.files import weights_sha256
+from surrogate.training.model_directory import MODEL_FILES as FILES
+
+EXACT_TARGET = 7e-5
+"""Accuracy of solutions that count as exact: all discretisation errors lie several times below `reference`'s."""
+KEPT = Path("results/solver/refined")
+Tool = Callable[[Case], np.ndarray]
+Predict = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
+
+
+def answer_of(case: Case, trajectory: Trajectory) -> np.ndarray:
+    """The answer in a trajectory."""
+    if not trajectory.completed:
+        return np.full(122, np.nan)
+    return np.concatenate([[trajectory.pull_off_force, trajectory.hysteresis], case.force_history(trajectory)])
+
+
+def solver_at(accuracy: str | float) -> Tool:
+    """The solver at one accuracy."""
+    return lambda case: answer_of(case, case.run(accuracy))
+
+
+def paper_method_at(size: int) -> Tool:
+    """The paper's discretisation with `size` nodes and at least `size` steps in each segment."""
+    return lambda case: answer_of(case, simulate_paper_method(case.scene, case.protocol, nodes=size, steps=size))
+
+
+def refined(cases: Sequence[Case], jobs: int) -> np.ndarray:
+    """Answers of the solver at `EXACT_TARGET`, of shape (count, 122); computed once and kept."""
+    key = fingerprint(solver=SOLVER_VERSION, target=EXACT_TARGET, cases=list(map(repr, cases)))
+    tasks = [(case, EXACT_TARGET) for case in cases]
+    found = kept(KEPT / f"{key}.json", lambda: in_parallel(_solved, tasks, jobs=jobs, label="refined solutions"))
+    return np.array(found, dtype=float)
+
+
+def _solved(case: Case, accuracy: float) -> np.ndarray:
+    return solver_at(accuracy)(case)
+
+
+def from_steps(force: np.ndarray, indentations: np.ndarray) -> np.ndarray:
+    """Answers of shape (count, 122), from forces and indentations at the measurement steps, (count, 120)."""
+    pull_off = force[:, FIRST_UNLOADING:].max(axis=1)
+    loop = np.abs(np.trapezoid(force, indentations, axis=1))
+    return np.column_stack([pull_off, loop, force])
+
+
+def predictions(predict: Predict, cases: Sequence[Case]) -> np.ndarray:
+    """Answers of a surrogate to several cases in one batch, of shape (count, 122): the work that is timed."""
+    columns = {name: np.array([getattr(case.protocol, name) for case in cases]) for name in QUANTITIES[1:]}
+    tabor = np.array([case.scene.tabor for case in cases])
+    times, indentations = measurement_grid(tabor=tabor, **columns)
+    return from_steps(predict(times, indentations, tabor), indentations)
+
+
+def scaled_inputs(trained: Any, times: np.ndarray, indentations: np.ndarray, tabor: np.ndarray) -> list[np.ndarray]:
+    """Scaled inputs of a Keras model for trajectories of shape (count, 120)."""
+    from surrogate.data.features import channels, edge_from_counts
+
+    physical = channels(times, indentations, edge_from_counts(FMS, len(times)), trained.scaling.features)
+    return [trained.scaling.scale_channels(physical), trained.scaling.scale_tabor(tabor)]
+
+
+def ways_to_call(name: str, models: Path) -> tuple[dict[str, Predict], dict[str, Any]]:
+    """The plain call `model.predict` of Keras, as most scripts do it, and the predictor, by ONNX Runtime.
+
+    Returns:
+        The calls by name, and what identifies the model.
+    """
+    import surrogate
+
+    trained, light = surrogate.load(name, models, backend="keras"), surrogate.load(name, models)
+
+    def keras_call(*inputs: np.ndarray) -> np.ndarray:
+        scaled = trained.model.predict(scaled_inputs(trained, *inputs), verbose=0)
+        return trained.scaling.unscale_force(np.asarray(scaled)[..., 0])
+
+    def predictor(times: np.ndarray, indentations: np.ndarray, tabor: np.ndarray) -> np.ndarray:
+        return light.predict_history(times, indentations, scenes(tabor))
+
+    weights = {"parameters": trained.model.count_params(), "weights_sha256": weights_sha256(models / name)}
+    return {"Keras call": keras_call, "ONNX": predictor}, {"model": name, **weights}
+
+
+def predicted(model: Any, name: str, hidden: Hidden, **options: Any) -> list[Trajectory]:
+    """What a model predicts of some protocols; only one of any solid is told the modulus ratio, and the options."""
+    asked = scenes(hidden.quantities["tabor"], hidden.quantities["modulus_ratio"] if name in NAMES else MODULUS_RATIO)
+    with without_extrapolation_warnings():
+        return model.predict(asked, hidden.protocols(), **options)
+
+
+def streamed(model: Any, name: str, hidden: Hidden) -> Callable[[int], int]:
+    """What takes all steps of one protocol, on the measurement steps of the model's training, and counts them."""
+    protocols = {quantity: hidden.quantities[quantity] for quantity in QUANTITIES}
+    if name in NAMES:
+        times, indentations = physical_grid(**protocols, modulus_ratio=hidden.quantities["modulus_ratio"])
+        counts, ratio = PHYSICAL, hidden.quantities["modulus_ratio"]
+    else:
+        times, indentations = measurement_grid(**protocols)
+        counts, ratio = FMS, MODULUS_RATIO
+    edges = (counts[0] - 1, counts[0] + counts[1] - 1)
+    points = [list(zip(*pair, strict=True)) for pair in zip(times.tolist(), indentations.tolist(), strict=True)]
+    with without_extrapolation_warnings():
+        streams = [model.stream(scene) for scene in scenes(hidden.quantities["tabor"], ratio)]
+
+    def steps(row: int) -> int:
+        stream = streams[row]
+        stream.reset()
+        for step, (instant, indentation) in enumerate(points[row]):
+            stream.step(instant, indentation, step in edges)
+        return len(points[row])
+
+    return steps
+
+
+def published(models: Path) -> list[str]:
+    """Names of the complete model directories, in the order of the architectures."""
+    return [name for name in names() if all((models / name / file).is_file() for file in FILES)]
+
+
+def missing(models: Path) -> list[str]:
+    """Architectures that are not published completely."""
+    present = published(models)
+    return [name for name in names() if name not in present]
+
+
+def left_out(models: Path, dataset: Path) -> dict[str, list[str]]:
+    """Models that the comparison leaves out, with the differences that `model_comparison.trained_otherwise` finds.
+
+    Args:
+        models: Folder of trained models.
+        dataset: Data set file on which the models must have been trained.
+    """
+    return trained_otherwise(published_trainings(models), dataset_digest(dataset))
+
+
+def outdated(models: Path, dataset: Path) -> list[str]:
+    """Published models that the comparison leaves out, by name."""
+    otherwise = left_out(models, dataset)
+    return [name for name in published(models) if name in otherwise]

@@ -1,1 +1,0 @@
-"""The solver and other software on problems that both solve."""

@@ -1,0 +1,195 @@
+"""The solver of the working tree beside that of another git revision: the ratio of their cost, and the errors of both.
+
+Each solver runs in a process of its own. They take turns, so that the ratio of their processor seconds is valid on a
+machine of any speed and load. Protocols fill the paper's box, off the grid of the data set; there, errors are against
+one solution, refined beyond `reference` by the other revision. Samples beyond the box compare cost and completion. What
+the solver of the working tree costs by itself is measured by `experiments.measurements.accuracy_cost`.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import subprocess
+import sys
+import tarfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+
+from bem._support.command_line import parse_accuracy
+from bem._support.wording import markdown_table
+from bem.accuracy import resolve_accuracy
+from bem.dataset.designs import QUANTITIES
+from bem.trajectory import is_completed
+from experiments.common import write_result
+from experiments.measurements.cases import Case, drawn, rows_of
+from experiments.measurements.harness import Count, Out, Seed, plain, progress
+from experiments.measurements.statistics import answer_errors, spread
+from experiments.measurements.tools import EXACT_TARGET
+
+ROOT = Path(__file__).resolve().parents[2]
+KEPT = Path("results/solver/revisions")
+OUT = Path("results/solver/bench.json")
+ACCURACIES: tuple[str | float, ...] = ("draft", 1e-2, "standard", 2e-3, 1e-3, 3e-4, "reference")
+BEYOND = ("beyond", "stiff", "elastic")
+HEADS = ["Sample", "Accuracy", "Scenes", "Before / now (ms)", "Ratio of sums (95 %)", "Largest ratio", "Not completed"]
+HEADS += ["Pull-off error (%): median, 95th, largest; before / now", "Hysteresis error (%)", "Force error (%)"]
+
+
+class Solver:
+    """The solver of one source folder, in a process of its own.
+
+    Raises:
+        RuntimeError: The process ended, or imported another package.
+    """
+
+    def __init__(self, source: Path) -> None:
+        environment = {**os.environ, "PYTHONPATH": str(source), "OMP_NUM_THREADS": "1"}
+        command = [sys.executable, "-P", str(Path(__file__).with_name("solver_child.py"))]
+        pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
+        self._process = subprocess.Popen(command, text=True, cwd=source, env=environment, **pipes)
+        package = Path(self._said())
+        if not package.is_relative_to(source):
+            self.close()
+            raise RuntimeError(f"the solver must come from {str(source)!r}; received {str(package)!r}")
+
+    def __call__(self, request: dict[str, Any], accuracy: str | float) -> dict[str, Any]:
+        """Answer to a request, both as `solver_child` defines them."""
+        self._process.stdin.write(json.dumps({**request, "accuracy": accuracy}) + "\n")
+        self._process.stdin.flush()
+        return json.loads(self._said())
+
+    def close(self) -> None:
+        """End the process."""
+        self._process.communicate()
+
+    def _said(self) -> str:
+        line = self._process.stdout.readline()
+        if not line:
+            raise RuntimeError(f"a solver's process ended with status {self._process.wait()}")
+        return line.rstrip("\n")
+
+
+def source_of(revision: str) -> Path:
+    """Folder with the package `bem` of a git revision; it is kept, together with its compiled kernels.
+
+    Raises:
+        ValueError: There is no such revision.
+    """
+    command = ["git", "rev-parse", "--verify", "--quiet", "--end-of-options", f"{revision}^{{commit}}"]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
+    if done.returncode:
+        raise ValueError(f"baseline must be a git revision; received {revision!r}")
+    commit = done.stdout.strip()
+    folder = (KEPT / commit[:12]).resolve()
+    if not (folder / "bem" / "__init__.py").is_file():
+        archive = subprocess.run(["git", "archive", commit, "bem"], cwd=ROOT, capture_output=True, check=True).stdout
+        with tarfile.open(fileobj=io.BytesIO(archive)) as opened:
+            opened.extractall(folder, filter="data")
+    return folder
+
+
+def requests(where: str, count: int, seed: int) -> list[dict[str, Any]]:
+    """Requests to simulate protocols of a set of `cases.drawn`, inside the box with their measurement steps."""
+    return [
+        {name: value for name, value in row.items() if name not in QUANTITIES[1:]}
+        | {"protocol": {name: row[name] for name in QUANTITIES[1:]}}
+        | {"times": Case.of(row).steps.tolist() if where == "inside" else []}
+        for row in rows_of(drawn(where, count, seed))
+    ]
+
+
+def taking_turns(
+    solvers: Sequence[Any], asked: Sequence[dict[str, Any]], accuracy: str | float, repeats: int
+) -> tuple[np.ndarray, list[list[dict[str, Any]]]]:
+    """Least seconds (solvers, requests), and the answers of each solver; each is first every other time."""
+    seconds = np.full((len(solvers), len(asked)), np.inf)
+    answers: list[list[dict[str, Any]]] = [[{}] * len(asked) for _ in solvers]
+    for solver in solvers:
+        solver(asked[0], accuracy)  # kernels are compiled or loaded by the first call
+    for repeat in range(repeats):
+        for i, request in enumerate(progress(asked, f"accuracy {accuracy}, run {repeat + 1} of {repeats}")):
+            for place in range(len(solvers))[:: 1 if (i + repeat) % 2 else -1]:
+                answers[place][i] = answer = solvers[place](request, accuracy)
+                seconds[place, i] = min(seconds[place, i], answer["seconds"])
+    return seconds, answers
+
+
+def table_of(answers: Sequence[dict[str, Any]], size: int = 120) -> np.ndarray:
+    """Pull-off force, hysteresis and `size` forces of each answer; NaN where it did not complete."""
+    return np.array([one.get("results") or np.full(size + 2, np.nan) for one in answers], dtype=float)
+
+
+def ratio(new: np.ndarray, old: np.ndarray, draws: int = 2000) -> tuple[float, float, float]:
+    """Ratio of the sums of seconds, new over old, (n,), and its 95 % interval by resampling the protocols."""
+    chosen = np.random.default_rng(0).integers(len(new), size=(draws, len(new)))
+    low, high = np.percentile(new[chosen].sum(axis=1) / old[chosen].sum(axis=1), [2.5, 97.5])
+    return float(new.sum() / old.sum()), float(low), float(high)
+
+
+def compared(
+    solvers: Sequence[Any], sample: str, accuracy: str | float, asked: list[dict[str, Any]], exact: Any, repeats: int
+) -> dict[str, Any]:
+    """Two solvers, the other revision's first, on one sample: cost where both completed, and errors inside the box.
+
+    Args:
+        solvers: The solver of the other revision, then that of the working tree.
+        sample: A set of `cases.drawn`.
+        accuracy: Name or target error.
+        asked: The requests.
+        exact: Refined answers of shape (n, 122) inside the box, otherwise `None`.
+        repeats: Runs of each solver; the fastest counts for each protocol.
+    """
+    seconds, answers = taking_turns(solvers, asked, accuracy, repeats)
+    done = np.array([[is_completed(one["status"]) for one in each] for each in answers])
+    (before, now), both = seconds, done.all(axis=0)
+    found = {"sample": sample, "accuracy": str(accuracy), "scenes": asked, "seconds": seconds, "errors": []}
+    found |= {"ratio": ratio(now[both], before[both]), "largest_ratio": np.max(now[both] / before[both], initial=0.0)}
+    for each in answers if exact is not None else ():
+        errors = {name: spread(values) for name, values in answer_errors(table_of(each), exact).items()}
+        found["errors"].append(errors)
+    return found | {"not_completed": np.sum(~done, axis=1).tolist()}
+
+
+def row_of(one: dict[str, Any]) -> list[str]:
+    """A comparison as a row of the table; errors are median, 95th percentile and largest."""
+    cells = [one["sample"], one["accuracy"], str(len(one["scenes"]))]
+    cells += [" / ".join(f"{1e3 * np.mean(values):.3g}" for values in one["seconds"])]
+    cells += ["{:.3f} ({:.3f}-{:.3f})".format(*one["ratio"]), f"{one['largest_ratio']:.2f}"]
+    cells.append(" / ".join(map(str, one["not_completed"])))
+    for name in ("pull_off_force", "hysteresis", "force"):
+        errors = [[100.0 * found[name][key] for key in ("median", "p95", "largest")] for found in one["errors"]]
+        cells.append(" / ".join(", ".join(f"{value:.2g}" for value in each) for each in errors))
+    return cells
+
+
+def main(
+    count: Count = 300,
+    seed: Seed = 1,
+    baseline: Annotated[str, typer.Option(help="Git revision to compare with.")] = "HEAD",
+    accuracy: Annotated[list[str] | None, typer.Option(help="Accuracy; repeatable.")] = None,
+    repeats: Annotated[int, typer.Option(min=1, help="Runs of each solver; the fastest counts.")] = 3,
+    beyond: Annotated[int, typer.Option(min=0, help="Scenes of each sample beyond the box.")] = 100,
+    out: Out = OUT,
+) -> None:
+    """Compare, print the table and write the numbers."""
+    accuracies = tuple(map(parse_accuracy, accuracy or ())) or ACCURACIES
+    for one in accuracies:
+        resolve_accuracy(one)  # before anything runs
+    source = source_of(baseline)
+    solvers = [Solver(source), Solver(ROOT)]
+    inside = requests("inside", count, seed)
+    exact = table_of([solvers[0](one, EXACT_TARGET) for one in progress(inside, "refined solutions")])
+    comparisons = [compared(solvers, "inside", one, inside, exact, repeats) for one in accuracies]
+    for sample in BEYOND if beyond else ():
+        comparisons.append(compared(solvers, sample, "standard", requests(sample, beyond, seed), None, repeats))
+    for solver in solvers:
+        solver.close()
+    command = f"bench_solver --count {count} --seed {seed} --baseline {baseline} --repeats {repeats}"
+    write_result(out, command, plain({"baseline": source.name, "comparisons": comparisons}))
+    print(markdown_table(HEADS, [row_of(one) for one in comparisons]))

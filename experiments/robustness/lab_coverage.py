@@ -1,0 +1,218 @@
+"""How often the 95 % intervals of a fit contain the true value, and how long a map of 256 curves takes.
+
+Curves of closed forms that share no code with the models are those of `experiments.robustness.lab_curves`. The solver's
+own draw modulus, work of adhesion, retardation time, modulus ratio, contact point and force offset of a soft bead: a
+cycle of loading, dwell and unloading at a tighter accuracy than the fit's, sampled at 300 instants, with 1 % of its
+range as noise; half of them behind a cantilever, whose stage moves. The fit climbs the ladder from guesses that the
+curve alone gives. Cases are kept, so that an interrupted run continues with the same command; they are known by their
+number, the seed, the solver's version and the code of study and fit.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+
+import bem.lab
+from bem import StandardLinearSolid, simulate
+from bem._support.wording import markdown_table
+from bem.lab import ForceCurve, Setup, fit
+from bem.lab.fitting import FitError
+from bem.lab.guess import guess_setup
+from bem.lab.maps import fit_map
+from bem.solver.version import SOLVER_VERSION
+from experiments.measurements.harness import CLOCK, Jobs, Seed, fingerprint, in_parallel, kept, measurement
+from experiments.robustness import lab_curves
+from experiments.robustness.lab_curves import CLASSES, write_map
+
+KEPT = Path("results/lab_coverage")
+RADIUS = 50e-6
+NOISE = 0.01
+POINTS = 300
+TRUE_ACCURACY = 3e-4
+LOGARITHMIC = {
+    "relaxed_modulus": (0.5e6, 5e6),
+    "work_of_adhesion": (0.02, 0.1),
+    "retardation_time": (0.03, 0.3),
+    "modulus_ratio": (0.15, 0.6),
+}
+SPRING = (0.5, 5.0)  # stiffness of the cantilevers, in pi R dgamma over the adhesion length
+DEEPEST, FARTHEST = 4.0, 6.0  # in adhesion lengths
+PRESSED, STRETCHED = 6.0, 2.0  # forces of the spring, in pi R dgamma, by which the stage moves further
+RAMP, DWELL = 0.5, 0.5  # seconds
+INSTRUMENTS = {"sphere": "solver, sphere moved", "stage": "solver, stage moved"}
+QUANTITIES = ("relaxed_modulus", "work_of_adhesion", "retardation_time", "modulus_ratio", "contact_point")
+MAPPED = ("hertz", "jkr", "dmt", "ting")
+"""Classes that the curves of the map are of, in turn."""
+PIXELS = 256
+
+
+def drawn(rng: np.random.Generator, instrument: str = "sphere") -> dict[str, float]:
+    """The truth of one case, in SI; with a `stiffness` where the stage is moved."""
+    truth = {name: float(np.exp(rng.uniform(*np.log(bounds)))) for name, bounds in LOGARITHMIC.items()}
+    truth["contact_point"] = float(rng.uniform(-0.5, 0.5)) * setup_of(truth).adhesion_length
+    truth["force_offset"] = float(rng.uniform(-0.5, 0.5)) * setup_of(truth).force_scale
+    if instrument == "stage":
+        setup = setup_of(truth)
+        truth["stiffness"] = float(np.exp(rng.uniform(*np.log(SPRING)))) * setup.force_scale / setup.adhesion_length
+    return truth
+
+
+def setup_of(truth: dict[str, float]) -> Setup:
+    """Setup of the bead with the true parameters of a case."""
+    return Setup(
+        radius=RADIUS,
+        work_of_adhesion=truth["work_of_adhesion"],
+        relaxed_modulus=truth["relaxed_modulus"],
+        retardation_time=truth["retardation_time"],
+        material=StandardLinearSolid(modulus_ratio=truth["modulus_ratio"]),
+        stiffness=truth.get("stiffness"),
+    )
+
+
+def measured(truth: dict[str, float], rng: np.random.Generator) -> ForceCurve:
+    """A noisy curve of a case; behind a cantilever its indentation is that of stage and measured force.
+
+    Raises:
+        RuntimeError: The simulation did not complete.
+    """
+    setup = setup_of(truth)
+    length, stiffness = setup.adhesion_length, truth.get("stiffness", np.inf)
+    deepest = DEEPEST * length + PRESSED * setup.force_scale / stiffness
+    farthest = FARTHEST * length + STRETCHED * setup.force_scale / stiffness
+    speed = (deepest + farthest) / RAMP
+    protocol = setup.protocol(
+        peak_indentation=deepest,
+        loading_rate=speed,
+        dwell_time=DWELL,
+        unloading_rate=speed,
+        start_indentation=-farthest,
+    )
+    trajectory = simulate(setup.scene(), protocol, TRUE_ACCURACY)
+    if not trajectory.completed:
+        raise RuntimeError(f"a curve of the study could not be simulated: {trajectory.status}")
+    instants = np.linspace(0.0, trajectory.time[-1], POINTS)
+    force = setup.force_scale * trajectory.at(instants)
+    path = setup.indentation_scale * protocol.history(setup.tabor).indentation_at(instants) + truth["contact_point"]
+    force = force + truth["force_offset"] + NOISE * np.ptp(force) * rng.standard_normal(POINTS)
+    return ForceCurve(
+        time=setup.time_scale * instants,
+        indentation=path + force / stiffness,
+        force=force,
+        stage=None if np.isinf(stiffness) else path,
+    )
+
+
+def drawn_curve(kind: str, seed: int, number: int) -> tuple[ForceCurve, Setup, dict[str, float]]:
+    """A noisy curve of a class or an instrument, what is known of its setup, and the truth."""
+    if kind in CLASSES:
+        return CLASSES[kind](np.random.default_rng([number, 7 + seed]))
+    rng = np.random.default_rng([seed, list(INSTRUMENTS).index(kind), number])
+    truth = drawn(rng, kind)
+    curve = measured(truth, rng)
+    return curve, guess_setup(curve, radius=RADIUS), truth
+
+
+def one_case(kind: str, seed: int, number: int) -> dict[str, Any]:
+    """Truth, estimates and intervals of a case, and whether the right model was chosen, or any."""
+    curve, setup, truth = drawn_curve(kind, seed, number)
+    with CLOCK:
+        try:
+            result = fit(curve, setup)
+        except (FitError, ValueError) as error:
+            return {"truth": truth, "failure": str(error)}
+    names = [name for name in QUANTITIES if name in truth and name in result.values]
+    return {
+        "truth": truth,
+        "seconds": CLOCK.seconds,
+        "model": result.model,
+        "right": (kind if kind in CLASSES else "solver") in (result.model, *result.alike),
+        "misfit": result.misfit,
+        "values": {name: result.values[name] for name in names},
+        "inside": {name: result.intervals[name][0] <= truth[name] <= result.intervals[name][1] for name in names},
+    }
+
+
+def kept_case(path: Path, *case: Any) -> dict[str, Any]:
+    """The same, read where it is kept."""
+    return kept(path, lambda: one_case(*case))
+
+
+def counted(results: list[dict[str, Any]]) -> dict[str, Any]:
+    """How many cases were fitted with the right model, contain the truth and took how long."""
+    fitted = [result for result in results if "values" in result]
+    quantities = {}
+    for name in QUANTITIES:
+        found = [result for result in fitted if name in result["inside"]]
+        if found:
+            errors = [abs(result["values"][name] / result["truth"][name] - 1.0) for result in found]
+            inside = [result["inside"][name] for result in found]
+            quantities[name] = {"inside": float(np.mean(inside)), "median_error": float(np.median(errors))}
+    seconds = [result["seconds"] for result in fitted] or [np.nan]
+    return {
+        "cases": len(results),
+        "fitted": len(fitted),
+        "right": sum(result["right"] for result in fitted),
+        "quantities": quantities,
+        "median_seconds": float(np.median(seconds)),
+        "longest_seconds": float(np.max(seconds)),
+        "results": results,
+    }
+
+
+def mapped(folder: Path, seed: int) -> dict[str, Any]:
+    """Processor seconds of a map of closed forms, written and read as an instrument's file, in one process."""
+    path, out = folder / "map.h5", folder / "map.csv"
+    write_map(path, [CLASSES[MAPPED[i % len(MAPPED)]](np.random.default_rng([i, seed]))[0] for i in range(PIXELS)])
+    out.unlink(missing_ok=True)
+    with CLOCK:
+        rows = fit_map([path], out, radius="5 um")
+    return {"curves": len(rows), "seconds": CLOCK.seconds, "fitted": sum(not row["reason"] for row in rows)}
+
+
+def page_text(lab_coverage: Any) -> str:
+    """The table of docs/laboratory.md."""
+    rows = []
+    for kind in (*CLASSES, *INSTRUMENTS):
+        group, cells = lab_coverage[kind], []
+        for name in QUANTITIES:
+            found = group["quantities"].get(name)
+            error = "" if name == "contact_point" else f" ({100.0 * (found or {}).get('median_error', 0.0):.2f} %)"
+            cells.append(f"{100.0 * found['inside']:.1f} %{error}" if found else "")
+        seconds = f"{group['median_seconds']:.2g}, {group['longest_seconds']:.2g}"
+        rows.append([INSTRUMENTS.get(kind, kind), f"{group['right']} of {group['cases']}", *cells, seconds])
+    names = [name.replace("relaxed_", "").replace("_", " ") for name in QUANTITIES]
+    return markdown_table(
+        ["class", "right model", *names, "CPU s: median, longest"], rows, "lr" + "r" * len(names) + "r"
+    )
+
+
+def map_text(lab_coverage: Any) -> str:
+    """How long a map takes."""
+    found = lab_coverage["map"]
+    return f"{found['fitted']} of {found['curves']} curves in {found['seconds']:.0f} s of one core"
+
+
+@measurement("lab_coverage")
+def main(
+    curves: Annotated[int, typer.Option(help="Curves of each class of closed forms.")] = 200,
+    cases: Annotated[int, typer.Option(help="Curves of the solver's own, of either instrument.")] = 40,
+    seed: Seed = 0,
+    jobs: Jobs = 1,
+    folder: Annotated[Path, typer.Option(help="Where cases are kept.")] = KEPT,
+) -> dict[str, Any]:
+    """Draw, fit and count."""
+    code = [path.read_text(encoding="utf-8") for path in sorted(Path(bem.lab.__file__).parent.rglob("*.py"))]
+    code += [Path(module.__file__).read_text(encoding="utf-8") for module in (sys.modules[__name__], lab_curves)]
+    place = folder / fingerprint(seed=seed, solver=SOLVER_VERSION, code=code)
+    content: dict[str, Any] = {"noise": NOISE, "points": POINTS}
+    for kind, count in {**dict.fromkeys(CLASSES, curves), **dict.fromkeys(INSTRUMENTS, cases)}.items():
+        wanted = [(place / f"{kind}-{number}.json", kind, seed, number) for number in range(count)]
+        content[kind] = counted(in_parallel(kept_case, wanted, jobs=jobs, label=f"fits, {kind}"))
+    content["map"] = mapped(place, seed)
+    print(page_text(content), map_text(content), sep="\n\n")
+    return content

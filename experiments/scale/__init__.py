@@ -1,1 +1,0 @@
-"""What campaigns cost besides the trajectories, and how far they scale."""

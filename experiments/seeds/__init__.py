@@ -1,1 +1,0 @@
-"""Several trainings of one model: which belong together, which are missing, and what they show about the ranking."""

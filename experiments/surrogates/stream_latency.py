@@ -1,0 +1,91 @@
+"""The latency of the steps of a stream, a million of them, and the start of a process that predicts.
+
+Times are wall seconds of one thread; the slowest steps are due to other programs on the core. What a prediction costs
+is measured by `experiments.measurements.accuracy_cost`. `make docs-numbers` writes the numbers into the guide.
+"""
+
+from __future__ import annotations
+
+import time
+from importlib.metadata import version
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+
+from bem._support.provenance import versions
+from bem.dataset.designs import Design
+from bem.dataset.measurement_steps import FMS, measurement_grid
+from experiments.common import scenes
+from experiments.measurements.harness import CLOCK, in_fresh_process, measurement
+
+EDGES = (FMS[0] - 1, FMS[0] + FMS[1] - 1)
+"""Indices of the measurement steps at which the dwell starts and ends."""
+PERCENTILES = {"median": 50.0, "p99": 99.0, "p99_9": 99.9, "worst": 100.0}
+START = """
+import time; started = time.perf_counter()
+import sys, warnings, numpy, bem, surrogate
+warnings.simplefilter("ignore")
+model = surrogate.load(sys.argv[1], sys.argv[2] or None)
+times = numpy.linspace(0.0, 3.0, 120)[None]
+scene = bem.Scene(1.0, bem.StandardLinearSolid(0.1))
+model.predict_history(times, numpy.minimum(5.0 * times, 10.0), scene)
+print(time.perf_counter() - started)
+"""
+"""A new interpreter from its first line to its first prediction."""
+
+
+def step_microseconds(name: str, models: Path | None, steps: int) -> np.ndarray:
+    """Microseconds of the steps of a stream, each timed separately, along a trajectory of 120 steps; shape (steps,)."""
+    import surrogate
+
+    columns = Design("log-uniform").protocols(1, seed=1)
+    history = list(zip(*(values[0].tolist() for values in measurement_grid(**columns)), strict=True))
+    stream = surrogate.load(name, models).stream(scenes(columns["tabor"])[0])
+    spent = np.empty(steps, dtype=np.int64)
+    clock = time.perf_counter_ns
+    with CLOCK:
+        for index in range(steps):
+            at = index % len(history)
+            if at == 0:
+                stream.reset()
+            instant, depth = history[at]
+            started = clock()
+            stream.step(instant, depth, at in EDGES)
+            spent[index] = clock() - started
+    return spent / 1e3
+
+
+def page_text(stream_latency: Any) -> str:
+    """The measured times as sentences."""
+    values = stream_latency["microseconds"]
+    start, host = stream_latency.get("start_seconds"), stream_latency.get("host")
+    return (
+        f"{stream_latency['model']}, {stream_latency['steps']:,} steps: median {values['median']:.1f} µs, "
+        f"99th percentile {values['p99']:.1f} µs, 99.9th {values['p99_9']:.1f} µs, worst {values['worst']:.0f} µs; "
+        f"{100 * stream_latency['share_above_50_microseconds']:.2f} % took more than 50 µs."
+        + (f" Start to first prediction: {start:.2f} s." if start else "")
+        + (f"\n\nMeasured on one core of {host}." if host else "")
+    )
+
+
+@measurement("stream_latency")
+def main(
+    model: Annotated[str, typer.Option(help="A published model or a model directory.")] = "M1-concat",
+    models: Annotated[Path | None, typer.Option(help="Folder of published models.")] = None,
+    steps: Annotated[int, typer.Option(help="Steps of the stream.")] = 1_000_000,
+) -> dict[str, Any]:
+    """Measure the steps of a stream, and the start."""
+    spent = step_microseconds(model, models, steps)
+    starts = [in_fresh_process(START, model, models or "", PYTHONPATH=str(Path.cwd()))[0] for _ in range(5)]
+    content = {
+        "model": model,
+        "steps": steps,
+        "microseconds": {name: float(np.percentile(spent, percent)) for name, percent in PERCENTILES.items()},
+        "share_above_50_microseconds": float((spent > 50.0).mean()),
+        "start_seconds": min(starts),
+        "versions": versions() | {"onnxruntime": version("onnxruntime")},
+    }
+    print(page_text(content))
+    return content

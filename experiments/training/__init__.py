@@ -1,1 +1,0 @@
-"""Studies that train models, and what training costs."""

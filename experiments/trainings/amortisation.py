@@ -1,0 +1,96 @@
+"""When a surrogate pays for itself: core seconds of data set, training and queries against the number of queries.
+
+The study measures nothing. It reads the core seconds of the data set, the core seconds of the training of each
+published model (those of its batches on one machine, where `experiments.trainings.training_speed` measured them), and
+the seconds of one query from `experiments.measurements.accuracy_cost`. Each surrogate, in each way of calling it, is
+compared with the solver at its named accuracies. The paper's lines use the paper's own numbers. A model that was
+published or retrained after the measurement is listed by name; its seconds are not estimated.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from bem.dataset.file import load_dataset
+from experiments.common import DATASET, MODELS
+from experiments.measurements.harness import MEASUREMENTS, DatasetFile, Models, measurement
+from experiments.measurements.tools import missing, outdated, published
+from experiments.paper_numbers import paper_values
+from experiments.trainings import training_speed
+from experiments.trainings.training_cost import batch_seconds, training_seconds
+from surrogate.prediction.files import weights_sha256
+
+COST = MEASUREMENTS / "accuracy_cost.json"
+
+
+def line(name: str, kind: str, fixed: float, query: float, **more: Any) -> dict[str, Any]:
+    """One tool: its fixed cost and its cost per query, in core seconds."""
+    return {"name": name, "kind": kind, "fixed_seconds": fixed, "query_seconds": query, **more}
+
+
+def break_even(surrogate: dict[str, Any], solver: dict[str, Any]) -> float | None:
+    """Number of queries above which the surrogate costs less than the solver; `None` if it never does."""
+    saved = solver["query_seconds"] - surrogate["query_seconds"]
+    return (surrogate["fixed_seconds"] - solver["fixed_seconds"]) / saved if saved > 0.0 else None
+
+
+def paper_lines() -> list[dict[str, Any]]:
+    """The paper's solver and surrogate."""
+    dataset, cost = paper_values("dataset"), paper_values("cost")
+    total = 3600.0 * dataset["cpu_hours"]
+    return [
+        line("paper's solver", "paper", 0.0, total / dataset["trajectories"]),
+        line("paper's surrogate", "paper", total + 3600.0 * cost["training_hours"], cost["surrogate_seconds"]),
+    ]
+
+
+@measurement("amortisation")
+def main(
+    cost: Annotated[Path, typer.Option(help="Measurement of accuracy and cost.")] = COST,
+    dataset: DatasetFile = DATASET,
+    models: Models = MODELS,
+    speed: Annotated[Path, typer.Option(help="Measured seconds of a batch.")] = training_speed.OUT,
+) -> dict[str, Any]:
+    """Collect the costs and the break-even numbers of queries."""
+    if not cost.is_file():
+        raise FileNotFoundError(f"measurement {str(cost)!r} not found; `make measure-accuracy-cost` makes it")
+    tools = json.loads(cost.read_text(encoding="utf-8"))["tools"]
+    data = load_dataset(dataset)
+    data_seconds = float(data.scalars["solver_seconds"].sum())
+    solver = [
+        line(f"solver, {tool['setting']}", "solver", 0.0, tool["seconds"]["mean"], errors=tool["errors"])
+        for tool in tools
+        if tool["kind"] == "solver" and tool["setting"] in ("draft", "standard", "reference")
+    ]
+    batch = batch_seconds(speed)
+    surrogates: list[dict[str, Any]] = []
+    absent: dict[str, list[str]] = {"unmeasured": [], "retrained": []}
+    for name in published(models):
+        training = training_seconds(models / name, batch)
+        calls = [tool for tool in tools if tool.get("model") == name]
+        current = [tool for tool in calls if tool.get("weights_sha256") == weights_sha256(models / name)]
+        if not current:
+            absent["retrained" if calls else "unmeasured"].append(name)
+        for tool in current:
+            more = {"errors": tool["errors"], "training_seconds": training, "way": tool["way"]}
+            query = tool["seconds"]["mean"]
+            surrogates.append(line(tool["setting"], "surrogate", data_seconds + training, query, **more))
+    paper = paper_lines()
+    crossings = [
+        {"surrogate": one["name"], "solver": other["name"], "queries": break_even(one, other)}
+        for one, others in [*((s, solver) for s in surrogates), (paper[1], [paper[0], *solver])]
+        for other in others
+    ]
+    absent = {"missing": missing(models), **absent, "outdated": outdated(models, dataset)}
+    print("; ".join(f"{key}: {', '.join(names) or 'nothing'}" for key, names in absent.items()))
+    return {
+        "data_set_seconds": data_seconds,
+        "data_set_trajectories": len(data),
+        "lines": [*solver, *surrogates, *paper],
+        "break_even": crossings,
+        **absent,
+    }

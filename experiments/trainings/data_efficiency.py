@@ -1,0 +1,104 @@
+"""How the held-out error grows with fewer training trajectories, in five nested families of subsets.
+
+The scaling statistics come from each subset alone. Validation and test parts are those of the whole training part, the
+point at 100 %. The study trains up to 36 models in hours, continues after an interruption, and keeps the trainings that
+the result file already holds. That file is published; without it, all models are trained again. Source: the paper's
+section "Model-family selection" and its appendix on training-set size.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from experiments import common
+from experiments.measurements.harness import DatasetFile, Out
+from experiments.trainings.variants import WORK, AlsoModels, Config, Variant, Work, train_variants
+
+CONFIG = common.CONFIGS / "data_efficiency.toml"
+OUT = Path("published/data_efficiency.json")
+KEYS = ("architecture", "recipe", "whole_epochs", "percents", "epochs", "folds", "jobs")
+WHOLE = (100, 0)
+"""Percentage and fold of the whole training part."""
+
+
+def variants(config: dict[str, Any]) -> dict[tuple[float, int], Variant]:
+    """One training for each percentage and fold: the whole training part first, then fold by fold.
+
+    Raises:
+        ValueError: The configuration does not give one number of epochs for each percentage.
+    """
+    if len(config["percents"]) != len(config["epochs"]):
+        raise ValueError(f"epochs must be as many as percents; received {config['epochs']!r}")
+    asked = [(*WHOLE, config["whole_epochs"])]
+    for fold in range(config["folds"]):
+        asked += [(percent, fold, epochs) for percent, epochs in zip(config["percents"], config["epochs"], strict=True)]
+    return {
+        (percent, fold): Variant(
+            label="whole" if (percent, fold) == WHOLE else f"share-{percent:g}-fold-{fold}",
+            architecture=config["architecture"],
+            recipe=config["recipe"],
+            epochs=epochs,
+            fraction=percent / 100.0,
+            fold=fold,
+        )
+        for percent, fold, epochs in asked
+    }
+
+
+def share(percent: float, folds: list[dict[str, Any]]) -> dict[str, Any]:
+    """Mean and sample standard deviation of the held-out MSE over the folds of one percentage."""
+    mse = np.array([fold["mse"] for fold in folds])
+    return {
+        "percent": percent,
+        "trajectories": folds[0]["training_trajectories"],
+        "mse_mean": float(mse.mean()),
+        "mse_sd": float(mse.std(ddof=1)) if mse.size > 1 else 0.0,
+        "folds": folds,
+    }
+
+
+def result(config: dict[str, Any], trained: dict[tuple[float, int], dict[str, Any]]) -> dict[str, Any]:
+    """Content of the result file.
+
+    Args:
+        config: Configuration of the study.
+        trained: Trainings by percentage and fold; that of the whole training part must be among them.
+
+    Returns:
+        The content; the values of its summary are `None` while a training is missing.
+    """
+    shares = []
+    for percent in config["percents"]:
+        folds = [trained[percent, fold] for fold in range(config["folds"]) if (percent, fold) in trained]
+        if folds:
+            shares.append(share(percent, folds))
+    complete = len(trained) == 1 + len(config["percents"]) * config["folds"]
+    means = [trained[WHOLE]["mse"], *(one["mse_mean"] for one in shares)]
+    summary = {
+        "folds": config["folds"],
+        "grows_as_data_shrink": bool(np.all(np.diff(means) > 0.0)),
+    }
+    if not complete:
+        summary = dict.fromkeys(summary)
+    return {"config": config, "complete": complete, "summary": summary, "full": trained[WHOLE], "shares": shares}
+
+
+def main(
+    config: Config = CONFIG,
+    dataset: DatasetFile = common.DATASET,
+    models: AlsoModels = common.MODELS,
+    work: Work = WORK / "data_efficiency",
+    out: Out = OUT,
+) -> None:
+    """Train on the subsets, or continue; the result file is written after each training."""
+    settings = common.read_config(config, *KEYS)
+
+    def publish(trained: dict[tuple[float, int], dict[str, Any]]) -> None:
+        if WHOLE in trained and len(trained) > 1:
+            common.write_result(out, "data_efficiency", result(settings, trained))
+
+    folders = {"dataset": dataset, "models": models, "work": work, "out": out}
+    train_variants(variants(settings), **folders, jobs=settings["jobs"], publish=publish)

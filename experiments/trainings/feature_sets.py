@@ -1,0 +1,125 @@
+"""The input representations A to F on the reference architecture, and two kinds of measurement steps, all else equal.
+
+A to D are the paper's, E and F are those of the pretrained models (`surrogate.data.features`). Some sets are trained
+again on the same protocols at physical measurement steps, so that the gain from the steps alone and from the inputs
+alone can be told apart. Validation and held-out errors compare models of the same steps only. Across steps, models are
+compared on hidden protocols (`experiments.trainings.hidden_errors`), as long as their weights are kept.
+
+The study continues after an interruption, and keeps the trainings that the result file already holds. That file is
+published, so that the figure can be drawn at once; without it, all models are trained again. Source: the paper's
+appendix "Effects of training-set size and physics-guided input representation".
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+
+from experiments import common
+from experiments.measurements.harness import DatasetFile, Out
+from experiments.trainings.hidden_errors import hidden_errors
+from experiments.trainings.variants import WORK, AlsoModels, Config, Variant, Work, kept_folder, train_variants
+from surrogate.data.dataset import TrajectoryDataset
+
+CONFIG = common.CONFIGS / "feature_sets.toml"
+OUT = Path("published/feature_sets.json")
+PHYSICAL = Path("results/dataset/physical.h5")
+KEYS = ("architecture", "recipe", "epochs", "sets", "physical", "hidden", "jobs")
+PAPER = ("A", "B", "C", "D")
+"""The feature sets that the paper compares."""
+PARTS = {"sets": "uniform", "physical": "physical"}
+"""Keys of the configuration and of the result that hold trainings, and their measurement steps."""
+
+
+def variants(config: dict[str, Any], physical: Path = PHYSICAL) -> dict[tuple[str, str], Variant]:
+    """One training for each feature set and kind of measurement steps, by the keys of its place in the result."""
+    return {
+        (part, features): Variant(
+            label=f"features-{features}" + ("-physical" if part == "physical" else ""),
+            architecture=config["architecture"],
+            recipe=config["recipe"],
+            epochs=config["epochs"],
+            features=features,
+            dataset=physical if part == "physical" else None,
+        )
+        for part in PARTS
+        for features in config[part]
+    }
+
+
+def summary(sets: dict[str, dict[str, Any]]) -> dict[str, Any]:
+    """Order of the paper's feature sets by validation error, and the factor between A and D."""
+    errors = {name: sets[name]["validation_mse"] for name in PAPER if name in sets}
+    order = sorted(errors, key=errors.__getitem__)
+    found: dict[str, Any] = {"order": order, "best": order[0] if order else None}
+    if {"A", "B", "C", "D"} <= errors.keys():
+        found["all_improve_over_a"] = all(errors[name] < errors["A"] for name in "BCD")
+        found["d_better_than_c"] = errors["D"] < errors["C"]
+    if {"A", "D"} <= errors.keys():
+        found["factor_a_over_d"] = errors["A"] / errors["D"]
+    return found
+
+
+def check_physical(physical: Path, dataset: Path) -> None:
+    """Check that a data set file holds the trajectories of another one at physical steps.
+
+    Raises:
+        FileNotFoundError: It does not exist.
+        ValueError: It has other steps, other protocols or another material, or other trajectories failed.
+    """
+    if not physical.is_file():
+        raise FileNotFoundError(f"data set {str(physical)!r} not found; `make feature-sets` makes it")
+    found, wanted = (TrajectoryDataset.load(path) for path in (physical, dataset))
+    # Single precision, because the last digit of a power differs between processors.
+    one, other = (np.array(list(data.protocols.values()), dtype=np.float32) for data in (found, wanted))
+    alike = np.array_equal(one, other) and found.modulus_ratio == wanted.modulus_ratio
+    if found.steps != "physical" or not alike or not np.array_equal(found.completed, wanted.completed):
+        raise ValueError(
+            f"data set {str(physical)!r} must hold the protocols of {str(dataset)!r} at physical steps; received "
+            f"{len(found)} trajectories at {found.steps} steps: remove it, and `make feature-sets` makes it again"
+        )
+
+
+def main(
+    config: Config = CONFIG,
+    dataset: DatasetFile = common.DATASET,
+    models: AlsoModels = common.MODELS,
+    work: Work = WORK / "feature_sets",
+    out: Out = OUT,
+    physical: Annotated[Path, typer.Option(help="The same protocols at physical measurement steps.")] = PHYSICAL,
+) -> None:
+    """Train on each feature set, or continue; the result file is written after each training."""
+    settings = common.read_config(config, *KEYS)
+    wanted = variants(settings, physical)
+    if settings["physical"] and dataset.is_file():
+        check_physical(physical, dataset)
+    floor = json.loads(out.read_text(encoding="utf-8")).get("floor", {}) if out.is_file() else {}
+
+    def publish(trained: dict[tuple[str, str], dict[str, Any]]) -> None:
+        if not trained:
+            return
+        found = {
+            part: {name: trained[part, name] for of, name in wanted if of == part and (part, name) in trained}
+            for part in PARTS
+        }
+        compared = found["sets"].keys() >= set(PAPER) & set(settings["sets"])
+        content = {"config": settings, "complete": len(trained) == len(wanted)}
+        content |= {"summary": summary(found["sets"]) if compared else {}, **found, "floor": floor}
+        common.write_result(out, "feature_sets", content)
+
+    folders = {"dataset": dataset, "models": models, "work": work}
+    trained = train_variants(wanted, **folders, out=out, jobs=settings["jobs"], publish=publish)
+    kept = {}
+    for place, variant in wanted.items():
+        if trained[place].get("hidden", {}).get("count") != settings["hidden"]:
+            data = TrajectoryDataset.load(variant.dataset or dataset)
+            if folder := kept_folder(variant, data, work=work, models=models):
+                kept[variant.label] = (folder, PARTS[place[0]])
+    if kept:
+        errors, floor = hidden_errors(kept, settings["hidden"])
+        scored = {place: {"hidden": errors[one.label]} for place, one in wanted.items() if one.label in errors}
+        publish({place: one | scored.get(place, {}) for place, one in trained.items()})

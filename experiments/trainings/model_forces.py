@@ -1,0 +1,68 @@
+"""Which published models were trained on the forces of the shipped data set file, up to the solver's accuracy.
+
+The digest that all trainings record (`dataset_sha256`) covers the protocols, not the simulated forces, which another
+version of the solver changes within its accuracy. A model belongs to the shipped file if two conditions hold: the
+statistics of the training forces in its `scaling.json` are those of the file, and the mean error of its weights on the
+test part of the file is the mean of its `test_errors.csv`. The statistics cannot be computed again if a second data set
+joined the training; the errors alone then decide.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from experiments import common
+from experiments.paper.error_statistics import read_errors
+from surrogate.data.dataset import Split, TrajectoryDataset
+from surrogate.data.scaling import Scaling, symlog
+
+SAME = 1e-3
+"""Largest relative difference of two means of the same forces: half the accuracy at which the file is computed."""
+SAME_ERROR = 0.05
+"""Largest relative difference of the mean test MSE. `make model-forces` prints those of all models."""
+
+
+def forces_agree(folder: Path, data: TrajectoryDataset, train: np.ndarray) -> bool:
+    """Whether the scaling of a model was computed from the forces of the trajectories `train`."""
+    values = symlog(data.force[train])
+    mean, deviation = Scaling.load(folder / "scaling.json").force
+    return math.isclose(mean, values.mean(), rel_tol=SAME) and math.isclose(deviation, values.std(), rel_tol=SAME)
+
+
+def error_difference(folder: Path, data: TrajectoryDataset) -> float:
+    """Relative difference between the recorded mean test MSE and that of the model's weights on a data set."""
+    errors = read_errors(folder / "test_errors.csv")
+    indices = errors["trajectory"].astype(int)
+    trained = common.load_surrogate(folder.name, folder.parent)
+    times, indentations = data.grid(indices)
+    with common.without_extrapolation_warnings():
+        force = trained.predict_history(times, indentations, common.scenes(data.protocols["tabor"][indices]))
+    scale = trained.scaling.scale_force
+    found = np.mean((scale(force) - scale(data.force[indices])) ** 2, axis=1)
+    return float(abs(found.mean() / errors["mse"].mean() - 1.0))
+
+
+def standing(folder: Path, data: TrajectoryDataset) -> dict[str, Any]:
+    """Whether one model belongs to a data set, with the evidence."""
+    run = json.loads((folder / "run.json").read_text(encoding="utf-8"))
+    train = Split.load(folder / "split.json").train
+    agree = None if run.get("extra_dataset_sha256") else forces_agree(folder, data, train)
+    difference = error_difference(folder, data)
+    return {"belongs": agree is not False and difference <= SAME_ERROR, "error_difference": difference}
+
+
+def study(dataset: Path, models: Path) -> dict[str, Any]:
+    """Compare every published model with the shipped file."""
+    data = TrajectoryDataset.load(dataset)
+    found = {}
+    for path in sorted(models.glob("[!.]*/run.json")):
+        found[path.parent.name] = one = standing(path.parent, data)
+        words, difference = "the shipped" if one["belongs"] else "other", one["error_difference"]
+        print(f"{path.parent.name}: {words} forces, its mean error differs by {100.0 * difference:.2g} %", flush=True)
+    others = [name for name, one in found.items() if not one["belongs"]]
+    return {"forces_sha256": data.forces_sha256, "models": found, "others": others}

@@ -1,0 +1,209 @@
+"""Which of the paper's rankings hold: every published seed of every model, spreads, and the probability of each order.
+
+The study reads `published/seeds/MODEL/seed-S/`; it trains and predicts nothing. Seeds are compared if they were trained
+on the shipped data set with the same recipe and the same test part. Another backend counts as another seed: it computes
+the same up to rounding errors, and draws other initial weights. The rankings, and the model that the paper ranks first,
+are the claims in `paper_values/claims.toml` that have a `ranking`. Each order is decided by the held-out MSE, as in the
+paper. Percentages are medians over the test set, as in the table of the models; the other errors are means.
+Source: the paper's section "Model-family selection" and its appendix on conditioning.
+"""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from experiments.paper.error_statistics import read_errors
+from experiments.paper.model_comparison import REFERENCE, read_history
+from experiments.paper_numbers import paper_values
+from experiments.trainings import ranking_statistics as statistics
+from surrogate.architectures.naming import CONDITIONINGS, PAPER_FAMILIES, paper_names
+from surrogate.data.dataset import TrajectoryDataset
+
+COLUMNS = {
+    "test_mse": "mse",
+    "test_mae": "mae",
+    "test_dtw_rmse": "dtw_rmse",
+    "pull_off_percent": "pull_off_force_percent",
+    "hysteresis_percent": "hysteresis_percent",
+}
+"""Names of the metrics in `metrics.json` and `test_errors.csv`."""
+EXPECTED = 3
+"""Number of seeds of each model; they are numbered from zero."""
+RESAMPLES = 4000
+INPUTS = {features: [f"features-{features}"] for features in "ABCD"}
+"""Labels of the seeds of the study of input representations."""
+
+
+def contenders(claim: dict[str, Any]) -> tuple[str, dict[str, list[str]]]:
+    """The contender that the paper ranks first, and all contenders, by label, with the models of each.
+
+    Raises:
+        ValueError: The ranking of the claim is unknown.
+    """
+    kind, _, family = claim["ranking"].partition("/")
+    by_family = {one: [f"{one}-{how}" for how in CONDITIONINGS] for one in PAPER_FAMILIES}
+    known = {
+        "best_model": {name: [name] for name in paper_names()},
+        "best_conditioning": {how: [f"{family}-{how}"] for how in CONDITIONINGS},
+        "second_family": {one: names for one, names in by_family.items() if one != REFERENCE.split("-")[0]},
+        "concatenation_suffices": {how: [f"{one}-{how}" for one in PAPER_FAMILIES] for how in CONDITIONINGS},
+        "best_input": INPUTS,
+        "d_better_than_c": {features: INPUTS[features] for features in "CD"},
+    }
+    if kind not in known:
+        raise ValueError(f"a ranking must be one of {', '.join(known)}; received {claim['ranking']!r}")
+    first = {"concatenation_suffices": "concat", "d_better_than_c": "D"}.get(kind, claim["value"])
+    return first, known[kind]
+
+
+def read_seed(folder: Path) -> dict[str, Any]:
+    """Errors of one training on the test set, and its settings.
+
+    Raises:
+        ValueError: A file is missing or damaged.
+    """
+    try:
+        run, metrics = (
+            json.loads((folder / f"{name}.json").read_text(encoding="utf-8")) for name in ("run", "metrics")
+        )
+        errors = read_errors(folder / "test_errors.csv")
+        test, curve = metrics["test"], read_history(folder / "history.csv")["validation_mse"]
+        how = {name: "median" if "percent" in name else "mean" for name in COLUMNS}
+        return {
+            "seed": int(run["seed"]),
+            "data set": run["dataset_sha256"],
+            "recipe": tomllib.loads((folder / "recipe.toml").read_text(encoding="utf-8")) | {"seed": None},
+            "inputs": run["features"],
+            "architecture": run["architecture"],
+            "test part": errors["trajectory"].astype(int).tolist(),
+            "errors": {name: errors[column] for name, column in COLUMNS.items()},
+            "row": {
+                "seed": int(run["seed"]),
+                "backend": run["backend"],
+                **{name: float(test[column][how[name]]) for name, column in COLUMNS.items()},
+                "validation_mse": min(curve),
+            },
+            "curve": curve,
+        }
+    except (OSError, ValueError, LookupError, TypeError) as error:
+        raise ValueError(
+            f"expected a complete training of one seed; received {str(folder)!r} ({error!r:.100})"
+        ) from error
+
+
+def found_seeds(seeds: Path, digest: str) -> tuple[dict[str, list[dict[str, Any]]], dict[str, str]]:
+    """Seeds that can be compared, by model and in order, and a sentence for each seed that is left out.
+
+    Args:
+        seeds: Folder of the seeds.
+        digest: Digest of the data set.
+    """
+    folders = {path.parent: read_seed(path.parent) for path in sorted(seeds.glob("*/seed-*/run.json"))}
+    ours = {folder: one for folder, one in folders.items() if one["data set"] == digest}
+    found: dict[str, list[dict[str, Any]]] = {name: [] for name in (*paper_names(), *(n for (n,) in INPUTS.values()))}
+    left_out = {}
+    for folder, one in folders.items():
+        name = folder.parent.name
+        architecture = REFERENCE if name.startswith("features-") else name
+        inputs = name.removeprefix("features-") if name.startswith("features-") else "D"
+        # The study of input representations has its own recipe.
+        alike = [two for other, two in ours.items() if (other.parent.name in paper_names()) == (name in paper_names())]
+        words = [] if folder in ours else ["data set"]
+        words += [word for word in ("recipe", "test part") if not words and one[word] != _usual(alike, word)]
+        if name not in found or (one["architecture"], one["inputs"]) != (architecture, inputs):
+            words.append("model")
+        if f"seed-{one['seed']}" != folder.name:
+            words.append("seed")
+        if words:
+            left_out[f"{name}/{folder.name}"] = f"left out, because its {' and '.join(words)} differs"
+        else:
+            found[name].append(one)
+    return {name: sorted(rows, key=lambda one: one["seed"]) for name, rows in found.items() if rows}, left_out
+
+
+def _usual(trainings: list[dict[str, Any]], word: str) -> Any:
+    """The most frequent value of a setting."""
+    frequency = Counter(json.dumps(one[word], sort_keys=True) for one in trainings)
+    return json.loads(frequency.most_common(1)[0][0])
+
+
+def ranked() -> list[dict[str, Any]]:
+    """The paper's claims that rank models."""
+    return [claim for claim in paper_values("claims")["claim"] if "ranking" in claim]
+
+
+def rankings(errors: dict[str, dict[str, np.ndarray]], rows: dict[str, list[dict[str, Any]]]) -> dict[str, Any]:
+    """Spreads and intervals of all models, and the decision on each of the paper's rankings.
+
+    Args:
+        errors: Arrays of shape (seeds, trajectories), by model and metric.
+        rows: One row for each seed, by model.
+    """
+    spread: dict[str, dict[str, Any]] = {name: {} for name in errors}
+    drawn: dict[str, dict[str, np.ndarray]] = {metric: {} for metric in COLUMNS}
+    for name, by_metric in errors.items():
+        indices = statistics.resampled(by_metric["test_mse"].shape[1], RESAMPLES)
+        for metric in COLUMNS:
+            replicates = statistics.replicates(by_metric[metric], indices, metric)
+            values = [row[metric] for row in rows[name]]
+            spread[name][metric] = dict(zip(("low", "high"), statistics.interval(replicates), strict=True)) | {
+                "min": min(values),
+                "median": float(np.median(values)),
+                "max": max(values),
+            }
+            drawn[metric][name] = statistics.hierarchical(replicates, name)
+        values = [row["validation_mse"] for row in rows[name]]
+        spread[name]["validation_mse"] = {"min": min(values), "median": float(np.median(values)), "max": max(values)}
+    seeds = {name: len(found) for name, found in rows.items()}
+    pairs, claims = [], {}
+    for claim in ranked():
+        champion, known = contenders(claim)
+        found = statistics.duels(champion, known, drawn, seeds)
+        pairs += [{"claim": claim["ranking"], **pair} for pair in found]
+        medians = {
+            label: min((spread[name]["test_mse"]["median"] for name in names if name in spread), default=np.inf)
+            for label, names in known.items()
+        }
+        claims[claim["ranking"]] = {
+            "paper": champion,
+            "first": min(medians, key=medians.__getitem__) if np.isfinite(min(medians.values())) else None,
+            "level": [champion, *(pair["worse"] for pair in found if pair["decision"] == statistics.TIE)],
+            "decision": statistics.verdict([pair["decision"] for pair in found]),
+        }
+    return {"spread": spread, "pairs": pairs, "claims": claims}
+
+
+def study(dataset: Path, seeds: Path) -> dict[str, Any]:
+    """Rank the published seeds; `curves` holds the validation errors by model, seed and epoch."""
+    data = TrajectoryDataset.load(dataset)
+    digest = data.sha256
+    found, left_out = found_seeds(seeds, digest)
+    errors = {
+        name: {metric: np.array([one["errors"][metric] for one in trainings]) for metric in COLUMNS}
+        for name, trainings in found.items()
+    }
+    rows = {name: [one["row"] for one in trainings] for name, trainings in found.items()}
+    present = {name: {row["seed"] for row in found} for name, found in rows.items()}
+    missing = {name: [s for s in range(EXPECTED) if s not in present.get(name, set())] for name in paper_names()}
+    missing = {name: absent for name, absent in missing.items() if absent}
+    count = sum(map(len, rows.values()))
+    print(f"{count} seeds of {len(rows)} models; {len(missing)} of {len(paper_names())} models lack some")
+    for label, sentence in left_out.items():
+        print(f"{label} is {sentence}")
+    return {
+        "dataset_sha256": digest,
+        "confidence": statistics.CONFIDENCE,
+        "resamples": RESAMPLES,
+        "seeds_expected": EXPECTED,
+        "models": rows,
+        "curves": {name: [one["curve"] for one in trainings] for name, trainings in found.items()},
+        "missing": missing,
+        "left_out": left_out,
+        **rankings(errors, rows),
+    }

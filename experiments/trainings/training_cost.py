@@ -1,0 +1,116 @@
+"""What training achieves: error against core minutes of training.
+
+The record of a training holds validation errors only; the held-out error is measured once, at its end. The learning
+curve of a training therefore shows its validation error. The test error over core minutes is one point for each
+training of the reference architecture: the published model, and those trained for shorter and longer, by the paper's
+recipe, or on more data. The study reads `history.csv`, `metrics.json` and `run.json` of every published model.
+
+The models were trained on processors of different speed. Where `experiments.trainings.training_speed` measured the cost
+of a batch for a recipe and an architecture, the minutes are those of the batches on that one machine, without
+validation. Otherwise they are those that the training took.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+
+from experiments.common import DATASET, MODELS, dataset_digest
+from experiments.measurements.harness import DatasetFile, Models, measurement
+from experiments.paper.model_comparison import REFERENCE, minutes_to, outdated, paper_mse, published, read_model
+from experiments.trainings import training_speed
+from surrogate.architectures.naming import names
+from surrogate.training.identity import read_identity
+
+BUDGETS = (
+    *(f"M1-concat-{epochs}-epochs" for epochs in (8, 15, 60)),
+    *("M1-concat-paper", "M1-concat-inputs-C", "M1-concat-large"),
+)
+"""Further trainings of the reference architecture, which `make more-models` publishes."""
+
+
+def learning(history: dict[str, list[float]]) -> dict[str, list[float]]:
+    """Core minutes, and the least validation error so far, after each epoch."""
+    return {
+        "core_minutes": [seconds / 60.0 for seconds in history["cpu_seconds"]],
+        "best_mse": np.minimum.accumulate(history["validation_mse"]).tolist(),
+    }
+
+
+def batch_seconds(speed: Path) -> dict[tuple[str, str], float]:
+    """Seconds of a batch by recipe and architecture, measured on one machine; empty if there is no measurement."""
+    if not speed.is_file():
+        return {}
+    content = json.loads(speed.read_text(encoding="utf-8"))
+    models = content["models"].items()
+    return {(content["recipe"], name): one["seconds_per_batch"]["median"] for name, one in models}
+
+
+def epoch_seconds(trajectories: int, recipe: dict[str, Any], each: float) -> float:
+    """Core seconds of the batches of an epoch, from the seconds of each batch."""
+    return -(-trajectories // recipe["batch_size"]) * each
+
+
+def training_seconds(folder: Path, batch: dict[tuple[str, str], float]) -> float:
+    """Core seconds of a published model's training: of its batches if measured, otherwise as its record states."""
+    run, recipe = json.loads((folder / "run.json").read_text(encoding="utf-8")), read_identity(folder).recipe
+    each = batch.get((recipe["name"], run["architecture"]))
+    if each is None:
+        return float(run["cpu_seconds"])
+    return run["epochs"] * epoch_seconds(run["training_trajectories"], recipe, each)
+
+
+def on_one_machine(found: dict[str, Any], seconds: float) -> dict[str, Any]:
+    """The record of a model, with its core seconds replaced by those of its batches; `seconds` is that of a batch."""
+    each = epoch_seconds(found["training_trajectories"], found["recipe"], seconds)
+    spent = [epoch * each for epoch in found["history"]["epoch"]]
+    return found | {"core_seconds": spent[-1], "history": found["history"] | {"cpu_seconds": spent}}
+
+
+def trained(folder: Path, batch: float | None = None) -> dict[str, Any]:
+    """One published model: its learning curve, and its held-out error at the end."""
+    found = read_model(folder)
+    if batch is not None:
+        found = on_one_machine(found, batch)
+    return {
+        "name": folder.name,
+        "recipe": found["recipe"]["name"],
+        "epochs": found["epochs"],
+        "training_trajectories": found["training_trajectories"],
+        "core_minutes": found["core_seconds"] / 60.0,
+        "test_mse": found["mse"],
+        "minutes_to_paper_mse": minutes_to(found["history"], paper_mse()),
+        "history": learning(found["history"]),
+    }
+
+
+@measurement("training_cost")
+def main(
+    models: Models = MODELS,
+    dataset: DatasetFile = DATASET,
+    speed: Annotated[Path, typer.Option(help="Measured seconds of a batch.")] = training_speed.OUT,
+) -> dict[str, Any]:
+    """Collect the published trainings, and list the missing ones."""
+    lineages = published(models)
+    old = outdated(lineages, dataset_digest(dataset), models)
+    batch = batch_seconds(speed)
+    runs = {
+        name: trained(models / name, batch.get((one.recipe["name"], one.architecture)))
+        for name, one in lineages.items()
+        if name not in old
+    }
+    absent = [name for name in (*names(), *BUDGETS) if name not in runs]
+    print(f"missing: {', '.join(absent) or 'nothing'}", *old.values(), sep="\n")
+    return {
+        "paper_mse": paper_mse(),
+        "core_minutes": {name: run["core_minutes"] for name, run in runs.items()},
+        "minutes_to_paper_mse": runs[REFERENCE]["minutes_to_paper_mse"] if REFERENCE in runs else None,
+        "models": [run for name, run in runs.items() if name in names()],
+        "beside": [runs[name] for name in BUDGETS if name in runs],
+        "missing": absent,
+        "outdated": old,
+    }

@@ -1,0 +1,209 @@
+"""Code shared by the studies that train: a queue of variants of one model that can be resumed, and their results.
+
+A variant is trained by `surrogate train` in a separate process, under a label. It is done if a training of the same
+data set, split, recipe, features and architecture is in the published result file of the study, in its own model
+directory, or in that of a published model. A study therefore continues where it was interrupted, also in another clone
+of the published files. Result files keep learning curves and held-out errors, not the weights.
+"""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from datetime import timedelta
+from pathlib import Path
+from typing import Annotated, Any, TypeVar
+
+import typer
+
+from experiments.paper.model_comparison import read_model
+from surrogate.data.dataset import TrajectoryDataset
+from surrogate.training.identity import TrainingIdentity, differences, read_identity
+from surrogate.training.model_directory import model_name
+from surrogate.training.queue import STOPPED, run_queue
+from surrogate.training.recipe import Recipe
+
+WORK = Path("results/training_studies")
+Key = TypeVar("Key")
+Config = Annotated[Path, typer.Option(help="TOML file.")]
+AlsoModels = Annotated[Path, typer.Option(help="Published models, used if trained in the same way.")]
+Work = Annotated[Path, typer.Option(help="Folder in which the trainings are kept.")]
+"""Options of the studies that train."""
+
+
+@dataclass(frozen=True)
+class Variant:
+    """One training.
+
+    Args:
+        label: Name of its directory, one plain name.
+        architecture: One of the 18 paper models' names.
+        recipe: Name or file of the recipe.
+        epochs: Number of epochs; 0 for that of the recipe.
+        features: Feature set.
+        fraction: Share of the training part.
+        fold: Index of the nested family of shares.
+        dataset: Data set file, if it is not that of the study.
+
+    Raises:
+        ValueError: The label is not a plain name.
+    """
+
+    label: str
+    architecture: str
+    recipe: str
+    epochs: int = 0
+    features: str = "D"
+    fraction: float = 1.0
+    fold: int = 0
+    dataset: Path | None = None
+
+    def __post_init__(self) -> None:
+        model_name(self.label, "a training's label")
+
+    def command(self, *, dataset: Path, work: Path) -> list[str]:
+        """Arguments of `python -m surrogate` that train the variant."""
+        options = {
+            "label": self.label,
+            "recipe": self.recipe,
+            "features": self.features,
+            "fraction": self.fraction,
+            "fold": self.fold,
+            "dataset": self.dataset or dataset,
+            "threads": 1,
+            "runs": work / "runs",
+            "models": work / "models",
+        }
+        if self.epochs:
+            options["epochs"] = self.epochs
+        flags = [word for name, value in options.items() for word in (f"--{name}", str(value))]
+        return ["train", self.architecture, *flags]
+
+    def identity(self, data: TrajectoryDataset) -> TrainingIdentity:
+        """Identity of the training, the backend excepted."""
+        recipe = Recipe.load(self.recipe).with_overrides(epochs=self.epochs or None)
+        split = data.split().with_fraction(self.fraction, self.fold)
+        return TrainingIdentity.of(self.architecture, data, split, recipe, features=self.features)
+
+
+def train_variants(
+    variants: Mapping[Key, Variant],
+    *,
+    dataset: Path,
+    work: Path,
+    models: Path,
+    out: Path,
+    jobs: int,
+    publish: Callable[[dict[Key, dict[str, Any]]], None],
+) -> dict[Key, dict[str, Any]]:
+    """Train the variants that are not trained yet.
+
+    Args:
+        variants: The variants by their places in the result, in the order of training.
+        dataset: Data set file of the variants that have none of their own.
+        work: Folder in which the trainings of this study are kept.
+        models: Folder of published models; one that was trained in the same way stands for a variant.
+        out: Result file of the study, whose trainings are kept.
+        jobs: Trainings at a time.
+        publish: Called with the results of `collect` by place, once at the start and after each training.
+
+    Returns:
+        The results of `collect` by place.
+
+    Raises:
+        typer.Exit: The queue was stopped before all variants were trained; the same call resumes.
+        FileNotFoundError: A data set file does not exist.
+        ValueError: A training in `work` has another data set, split or recipe.
+        RuntimeError: A training failed.
+    """
+    if not dataset.is_file():
+        raise FileNotFoundError(f"data set {str(dataset)!r} not found; `make dataset` makes it")
+    files = {path: TrajectoryDataset.load(path) for path in {one.dataset or dataset for one in variants.values()}}
+    data = {place: files[variant.dataset or dataset] for place, variant in variants.items()}
+    earlier = {one["training"]: one for one in earlier_trainings(out)}
+    done: dict[Key, dict[str, Any]] = {}
+    for place, variant in variants.items():
+        if (identity := variant.identity(data[place]).digest) in earlier:
+            done[place] = earlier[identity]
+        elif folder := kept_folder(variant, data[place], work=work, models=models):
+            taken = {"taken_from": folder.name} if folder.parent == models else {}
+            done[place] = collect(variant, data[place], folder) | taken
+    waiting = {variant.label: place for place, variant in variants.items() if place not in done}
+    publish(done)
+    started = time.monotonic()
+
+    def log(line: str) -> None:
+        print(line, flush=True)
+        if not line.endswith(": done"):
+            return
+        place = waiting[line.removesuffix(": done")]
+        done[place] = collect(variants[place], data[place], work / "models" / variants[place].label)
+        publish(done)
+        missing = len(variants) - len(done)
+        left = (time.monotonic() - started) / (len(waiting) - missing) * missing
+        trained = f"{len(waiting) - missing} of {len(waiting)} trained"
+        print(f"{trained}, about {timedelta(seconds=round(left))} left", flush=True)
+
+    print(f"{len(waiting)} of {len(variants)} trainings to do, {jobs} at a time", flush=True)
+    ended = run_queue(
+        list(waiting),
+        lambda label: variants[waiting[label]].command(dataset=dataset, work=work),
+        folder=work / "runs",
+        jobs=jobs,
+        log=log,
+    )
+    if any(status not in (0, STOPPED) for status in ended.values()):
+        raise RuntimeError(f"a training failed; its log is in {str(work / 'runs')!r}")
+    if len(done) < len(variants):
+        print("stopped; the same command resumes")
+        raise typer.Exit(STOPPED)
+    return done
+
+
+def collect(variant: Variant, data: TrajectoryDataset, folder: Path) -> dict[str, Any]:
+    """Learning curve, held-out errors, cost and identity of a trained variant.
+
+    If a published model stands for the variant, `train_variants` adds its name as `taken_from`.
+    """
+    found = read_model(folder)
+    kept = ("mse", "mae", "dtw_rmse", "validation_mse", "epochs", "best_epoch", "hours", "training_trajectories")
+    curve = {name: found["history"][name] for name in ("epoch", "validation_mse")}
+    return {**{name: found[name] for name in kept}, "training": variant.identity(data).digest, "history": curve}
+
+
+def kept_folder(variant: Variant, data: TrajectoryDataset, *, work: Path, models: Path) -> Path | None:
+    """Model directory with the weights of a variant, on any backend: its own, or a published one that is trained alike.
+
+    Raises:
+        ValueError: Its own directory holds another training.
+    """
+
+    def others(folder: Path) -> list[str]:
+        return differences(read_identity(folder), variant.identity(data), but=("backend",))
+
+    own = work / "models" / variant.label
+    if not (own / "run.json").is_file():
+        candidates = sorted(path.parent for path in models.glob(f"{variant.architecture}*/run.json"))
+        return next((folder for folder in candidates if not others(folder)), None)
+    if other := others(own):
+        raise ValueError(
+            f"training {variant.label!r} must come from {variant.architecture}, recipe {variant.recipe!r} and the data "
+            f"set of digest {data.sha256[:12]}; received one of another {', '.join(other)}: remove {str(own)!r} to "
+            "train it again"
+        )
+    return own
+
+
+def earlier_trainings(out: Path) -> list[dict[str, Any]]:
+    """Earlier results of `collect`, anywhere in the result file of a study; empty if there is no such file."""
+
+    def within(content: Any) -> Iterator[dict[str, Any]]:
+        if isinstance(content, dict) and "training" in content:
+            yield content
+        elif isinstance(content, dict | list):
+            for part in content.values() if isinstance(content, dict) else content:
+                yield from within(part)
+
+    return list(within(json.loads(out.read_text(encoding="utf-8")))) if out.is_file() else []

@@ -1,0 +1,97 @@
+"""Table: the solver over the paper's box, far beyond it, at named extremes, and in the soak.
+
+The table reads the measurement of `experiments.robustness.hard_case_map`, and that of `experiments.robustness.soak` if
+there is one.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+from paper_figures.style.writing import Table, number, percent
+
+
+def is_completed(status: str) -> bool:
+    """Whether a stored status is that of a completed trajectory, at whatever accuracy."""
+    return status.startswith("completed")
+
+
+def _extreme(rows: list[dict[str, Any]], key: str, worst: Callable[[list[float]], float] = max) -> float:
+    values = [row[key] for row in rows if row[key] is not None]
+    return float(worst(values)) if values else float("nan")
+
+
+def _counted(rows: list[dict[str, Any]], key: str) -> str:
+    if len(rows) == 1:
+        return rows[0][key]
+    return f"{sum(is_completed(row[key]) for row in rows)} of {len(rows)} completed"
+
+
+def _coarse(rows: list[dict[str, Any]], accuracy: str) -> str:
+    if len(rows) > 1 or "coarse" not in rows[0]:
+        return "-"
+    found = rows[0]["coarse"][accuracy]
+    return percent(found["change"]) if is_completed(found["status"]) else found["status"]
+
+
+COLUMNS: dict[str, Callable[[list[dict[str, Any]]], str]] = {
+    "Status": lambda rows: _counted(rows, "status"),
+    "Status, refined": lambda rows: _counted(rows, "refined_status"),
+    "Jumps": lambda rows: number(_extreme(rows, "jumps")),
+    "Change of pull-off force (%)": lambda rows: percent(_extreme(rows, "change")),
+    "Change, draft (%)": lambda rows: _coarse(rows, "draft"),
+    "Change, 0.05 (%)": lambda rows: _coarse(rows, "0.05"),
+    "Change of work (%)": lambda rows: percent(_extreme(rows, "work_change")),
+    "Work over turnover": lambda rows: number(_extreme(rows, "energy", min), 2),
+    "End over pull-off force": lambda rows: number(_extreme(rows, "end_over_pull_off"), 2),
+    "Steps": lambda rows: number(_extreme(rows, "steps"), 5),
+    "Time (s)": lambda rows: number(_extreme(rows, "seconds"), 2),
+}
+"""Column heads, and functions that write the cell of one case, or of the worst of several."""
+HEADER = ["Case", *COLUMNS]
+
+
+def row_of(name: str, rows: list[dict[str, Any]]) -> list[str]:
+    """One row of the table."""
+    return [name, *(cell(rows) for cell in COLUMNS.values())]
+
+
+def soak_rows(soak: dict[str, Any]) -> list[list[str]]:
+    """Rows of the soak; the columns of a refinement stay empty."""
+    rows = []
+    for where, words in (("inside", "inside the box"), ("beyond", "beyond the box"), ("stiff", "of stiff contacts")):
+        if where not in soak:
+            continue
+        found = soak[where]
+        growth = found["memory_growth"]
+        memory = "not measured" if growth is None else f"{percent(growth)} %"
+        spikes = f"{found['spikes']} with a lone spike"
+        if found["spikes"]:
+            spikes += f" ({number(found['largest_spike_share'], 1)} of the range of the force at most)"
+        name = (
+            f"soak {words}: {found['raised']} exceptions, {found['silent']} silent non-finite, "
+            f"{spikes}, memory growth {memory}"
+        )
+        completed = sum(times for status, times in found["statuses"].items() if is_completed(status))
+        status = f"{completed} of {found['protocols']} completed"
+        rows.append([name, status, *["-"] * (len(HEADER) - 3), number(found["slowest_seconds"], 2)])
+    return rows
+
+
+def compose(hard_case_map: Any, soak: Any = None) -> Table:
+    """Write the worst of the random protocols, the extremes, and the soak."""
+    content = hard_case_map
+    groups = {where: [row for row in content["map"] if row["where"] == where] for where in ("inside", "beyond")}
+    rows = [row_of(f"{where} the box, worst of {len(group)}", group) for where, group in groups.items() if group]
+    rows += [row_of(row["name"], [row]) for row in content["extremes"]]
+    soaked = " `make measure-soak` has not been run."
+    if soak is not None:
+        rows += soak_rows(soak)
+        soaked = f" The soak ran at {soak['accuracy']} accuracy on {soak['host']}; its time is that of the slowest."
+    return Table(
+        HEADER,
+        rows,
+        f"The solver at {content['accuracy']} accuracy in difficult cases, and refined by dividing the target by "
+        f"{content['refinement']:g}. A negative work over turnover would mean that energy is created. Rows of several "
+        "cases show the worst of each column. Change, draft and 0.05: change of the pull-off force at those accuracies "
+        f"from the refined one. Measured on {content['host']}.{soaked}",
+    )

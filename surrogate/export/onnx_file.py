@@ -1,0 +1,152 @@
+"""Format of the package's ONNX files: versions, name, metadata, inputs, output, and checksums.
+
+The last entry of the metadata, `content_sha256`, is the SHA-256 sum of all bytes before it. Other entries, those of
+`BESIDE`, are the sums of the files in the same folder. They detect damage and changes by other programs, not forgery.
+An ONNX file is a protocol buffer, to which entries may be appended; other programs read the checksum as one more entry
+of the metadata.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from bem._support.outputs import write_whole
+
+if TYPE_CHECKING:
+    import onnx
+    import onnxruntime
+
+OPSET, IR_VERSION = 17, 8
+"""Versions of ONNX that the ONNX Runtimes for browsers support."""
+
+ONNX_FORMAT = "viscoelastic-contact-surrogate-onnx"
+ONNX_FORMAT_VERSION = 1
+ONNX_NAME = "model.onnx"
+PRETRAINED_FORMAT = "viscoelastic-contact-pretrained-onnx"
+"""Format of the files of `surrogate.export.onnx.banded_file`, which other programs run."""
+
+ONNX_METADATA = ("name", "architecture", "features", "ranges", "scaling", "dataset_sha256", "weights_sha256")
+ONNX_INTERFACE = [
+    ("times", "tensor(double)", 2),
+    ("indentations", "tensor(double)", 2),
+    ("tabor", "tensor(double)", 1),
+    ("edge", "tensor(double)", 2),
+    ("force", "tensor(double)", 2),
+]
+"""Name, type and number of dimensions of the inputs and of the output."""
+
+BESIDE = {
+    "weights_sha256": "model.weights.h5",
+    "scaling_sha256": "scaling.json",
+    "bands_sha256": "bands.npz",
+    "run_sha256": "run.json",
+    "history_sha256": "history.csv",
+    "card_sha256": "README.md",
+}
+"""Entry of the metadata for the SHA-256 sum of a file beside the ONNX file, and the name of that file."""
+
+KEY = b"content_sha256"
+_METADATA_ENTRY, _KEY, _VALUE = b"\x72", b"\x0a", b"\x12"
+"""Tags of the fields in `onnx.proto`: `ModelProto.metadata_props`, key and value of `StringStringEntryProto`."""
+
+
+def checked_model(graph: onnx.GraphProto, metadata: dict[str, str] | None = None) -> onnx.ModelProto:
+    """Return an ONNX model of a graph, after ONNX's own check."""
+    import onnx
+
+    opset = onnx.helper.make_opsetid("", OPSET)
+    model = onnx.helper.make_model(graph, opset_imports=[opset], producer_name="contact-trajectories")
+    model.ir_version = IR_VERSION
+    if metadata:
+        onnx.helper.set_model_props(model, metadata)
+    onnx.checker.check_model(model, full_check=True)
+    return model
+
+
+def session_of(content: bytes, threads: int = 1) -> onnxruntime.InferenceSession:
+    """Return a session of ONNX Runtime, on one thread unless more are asked for."""
+    import onnxruntime
+
+    options = onnxruntime.SessionOptions()
+    options.intra_op_num_threads, options.inter_op_num_threads = threads, 1
+    options.log_severity_level = 4
+    return onnxruntime.InferenceSession(content, options, providers=["CPUExecutionProvider"])
+
+
+def read_sealed(
+    path: Path, threads: int, *, expected: str, remedy: str
+) -> tuple[bytes, onnxruntime.InferenceSession, dict[str, str]]:
+    """Return the content of a file with a checksum, its session and its metadata.
+
+    Args:
+        path: The file.
+        threads: Threads of ONNX Runtime.
+        expected: What the file should be, for the message.
+        remedy: What to do about a damaged one, for the message.
+
+    Raises:
+        FileNotFoundError: the file does not exist.
+        ValueError: it is damaged, or ONNX Runtime cannot read it.
+    """
+    if not path.is_file():
+        where = "is a directory" if path.is_dir() else "does not exist"
+        raise FileNotFoundError(f"Expected {expected}. Received: {path}, which {where}")
+    content = path.read_bytes()
+    if not is_intact(content):
+        words = f"which is not one, is damaged, or is of an earlier version; {remedy}"
+        raise ValueError(f"Expected {expected}. Received: {path}, {words}")
+    try:
+        session = session_of(content, threads)
+        return content, session, dict(session.get_modelmeta().custom_metadata_map)
+    # ONNX Runtime's exceptions share no base class of their own.
+    except Exception as error:
+        raise ValueError(f"Expected {expected}. Received: {path}, which ONNX Runtime cannot read") from error
+
+
+def require_beside(path: Path, metadata: Mapping[str, str], remedy: str) -> None:
+    """Check the files beside an ONNX file against the sums in its metadata; a file that is missing is not checked.
+
+    Raises:
+        ValueError: a file is not the one that the sum is of.
+    """
+    for key, beside in ((key, path.with_name(name)) for key, name in BESIDE.items() if key in metadata):
+        if beside.is_file() and sha256(beside) != metadata[key]:
+            raise ValueError(
+                f"Expected the {beside.name} that {path} was written with; restore it, or {remedy}. "
+                f"Received: {beside}, which is damaged or another file"
+            )
+
+
+def seal_folder(folder: Path) -> None:
+    """Record the sums of the files in a folder in the metadata of its ONNX file, in place of what was there."""
+    import onnx
+
+    model = onnx.load(folder / ONNX_NAME)
+    sums = {key: sha256(folder / name) for key, name in BESIDE.items() if (folder / name).is_file()}
+    onnx.helper.set_model_props(model, sums)
+    write_whole(folder / ONNX_NAME, sealed(model.SerializeToString(deterministic=True)))
+
+
+def sha256(path: Path) -> str:
+    """Return the SHA-256 sum of a file."""
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def sealed(content: bytes) -> bytes:
+    """Return a serialised ONNX model with its checksum appended."""
+    return content + _entry(content)
+
+
+def is_intact(content: bytes) -> bool:
+    """Return whether the last bytes of a file are the checksum of all others."""
+    end = len(content) - len(_entry(b""))
+    return end > 0 and content[end:] == _entry(content[:end])
+
+
+def _entry(content: bytes) -> bytes:
+    value = hashlib.sha256(content).hexdigest().encode()
+    pair = b"".join(tag + bytes([len(text)]) + text for tag, text in ((_KEY, KEY), (_VALUE, value)))
+    return _METADATA_ENTRY + bytes([len(pair)]) + pair

@@ -1,1 +1,0 @@
-"""Prediction with trained models: backends, predictor, range of validity, measured histories, streaming."""

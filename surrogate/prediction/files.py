@@ -1,0 +1,123 @@
+"""Folders of trained models: where they are found, and what they must hold.
+
+A name is searched for in `published/models` of the repository, then in `published/models` of the working directory,
+then among the models packaged with an installation; `fast` and `accurate` in `published/pretrained` instead.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from bem._support.text_files import read_json
+from bem._support.wording import shown
+from surrogate.architectures.naming import names
+from surrogate.data.scaling import Scaling
+from surrogate.export.onnx_file import ONNX_NAME, sha256
+
+BANDED = ("fast", "accurate")
+"""Names of the models that know any standard linear solid, and have bands."""
+BANDED_FILES = (ONNX_NAME, "scaling.json", "bands.npz", "run.json")
+"""What a folder of such a model must hold."""
+
+PUBLISHED = Path(__file__).resolve().parents[2] / "published" / "models"
+PUBLISHED_BANDED = PUBLISHED.with_name("pretrained")
+PACKAGED = Path(__file__).resolve().parents[1] / "models"
+
+
+def find_model(name: str | Path, root: str | Path | None = None) -> Path:
+    """Return the path of the model directory or ONNX file that a name or a path stands for.
+
+    Args:
+        name: Name of a published model, or path of a model directory or of an ONNX file of `surrogate export`.
+        root: Directory to search for names, instead of those of `model_roots`.
+
+    Raises:
+        FileNotFoundError: there is no such model directory or ONNX file.
+        ValueError: the name is not that of a model.
+    """
+    path = Path(name)
+    named = str(name) == path.name and path.name not in ("", "..")
+    try:
+        is_directory = (path / "run.json").is_file()
+    except OSError as error:
+        raise ValueError(f"Expected a model's name or path. Received: {shown(str(name))} ({error.strerror})") from error
+    if is_directory:
+        return path
+    if path.suffix == ".onnx":
+        if not path.is_file():
+            where = "is a directory without run.json" if path.is_dir() else "does not exist"
+            raise FileNotFoundError(f"Expected an ONNX file. Received: {path}, which {where}")
+        return path
+    roots = model_roots(root, banded=name in BANDED)
+    for place in roots if named else ():
+        if (place / path).is_dir():
+            return place / path
+    trained = sorted({found.parent.name for place in roots for found in place.glob("*/run.json")})
+    if isinstance(name, Path) or not named:
+        raise FileNotFoundError(
+            f"Expected a model's name, a directory with run.json, or an .onnx file. Received: {str(name)!r}"
+        )
+    if name in BANDED:
+        raise FileNotFoundError(
+            f"Expected the pretrained model {name} in {' or '.join(map(str, roots))}; `make pretrained` trains it. "
+            "Received: a name without a model"
+        )
+    if name not in names():
+        known = sorted({*names(), *trained, *BANDED})
+        raise ValueError(f"Unknown model name. Expected one of {', '.join(known)}. Received: name={shown(name)}")
+    raise FileNotFoundError(
+        f"Expected a trained {name} in {' or '.join(map(str, roots))}; train it with `surrogate train {name}`. "
+        f"Received: a name without a model. Trained there: {', '.join(trained) or 'none'}"
+    )
+
+
+def model_roots(root: str | Path | None = None, *, banded: bool = False) -> list[Path]:
+    """Return the directories that are searched for the name of a model, of one with bands or not, in this order."""
+    if root is not None:
+        return [Path(root)]
+    published = PUBLISHED_BANDED if banded else PUBLISHED
+    # An installed package trains models into the working directory.
+    return list(dict.fromkeys([published, Path("published", published.name).absolute(), PACKAGED]))
+
+
+def existing(path: Path) -> Path:
+    """Return the path of a file of a model directory after checking that it exists.
+
+    Raises:
+        FileNotFoundError: the file is missing.
+    """
+    if not path.is_file():
+        raise FileNotFoundError(f"Expected a complete model directory. Received: one without {path}")
+    return path
+
+
+def weights_sha256(folder: Path) -> str:
+    """Return the SHA-256 sum of the weights in a model directory, which identifies one training."""
+    return sha256(folder / "model.weights.h5")
+
+
+def read_run(folder: Path) -> tuple[dict[str, Any], Scaling]:
+    """Return the content of `run.json` of a model directory, and its scaling.
+
+    Raises:
+        FileNotFoundError: a file is missing.
+        ValueError: a file is damaged, or the scaling is of another data set or feature set than `run.json`.
+    """
+    run_path = existing(folder / "run.json")
+    scaling = Scaling.load(existing(folder / "scaling.json"))
+    try:
+        run = read_json(run_path)
+        texts = [run[name] for name in ("dataset_sha256", "features", "name", "architecture")]
+        if not all(isinstance(value, str) for value in texts):
+            raise TypeError("expected texts")
+    except (ValueError, KeyError, TypeError) as error:
+        raise ValueError(f"Expected a run.json that `surrogate train` wrote. Received: {run_path}") from error
+    dataset, features, *_ = texts
+    if scaling.dataset_sha256 != dataset or scaling.features != features:
+        raise ValueError(
+            f"Expected the scaling of data set {dataset[:12]} with features {shown(features)}. "
+            f"Received: {folder / 'scaling.json'} of data set {scaling.dataset_sha256[:12]} "
+            f"with features {scaling.features}"
+        )
+    return run, scaling

@@ -1,0 +1,140 @@
+"""From the name or the path of a trained model to the predictor, by way of the checks of its files.
+
+Every ONNX file has a checksum and those of files beside it (`surrogate.export.onnx_file`), which are checked first.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from bem._support.text_files import read_json
+from bem._support.wording import shortened, shown
+from surrogate.data.scaling import Scaling
+from surrogate.export.onnx_file import (
+    BESIDE,
+    ONNX_FORMAT,
+    ONNX_FORMAT_VERSION,
+    ONNX_INTERFACE,
+    ONNX_METADATA,
+    ONNX_NAME,
+    PRETRAINED_FORMAT,
+    read_sealed,
+    require_beside,
+)
+from surrogate.prediction.bands import Bands
+from surrogate.prediction.files import BANDED, BANDED_FILES, existing, find_model, read_run
+from surrogate.prediction.networks import Network, NetworkFile, OnnxFile, keras_network
+from surrogate.prediction.predictor import Surrogate
+
+BACKENDS = ("onnx", "keras")
+EXPORTED = "an ONNX file of `surrogate export`"
+
+
+def load(name: str | Path, root: str | Path | None = None, *, backend: str = "onnx", threads: int = 1) -> Surrogate:
+    """Load a trained model; see `surrogate.load`."""
+    if backend not in BACKENDS:
+        raise ValueError(f"Expected a backend of {', '.join(BACKENDS)}. Received: backend={shown(backend)}")
+    if threads < 1:
+        raise ValueError(f"Expected at least one thread. Received: threads={threads}")
+    place = find_model(name, root)
+    if name in BANDED or (place / "bands.npz").is_file():
+        if backend != "onnx":
+            raise ValueError(f"Expected the backend 'onnx' for {place.name}. Received: backend={backend!r}")
+        return load_banded(place, threads)
+    return Surrogate(_network(place, backend, threads))
+
+
+def load_banded(folder: Path, threads: int = 1) -> Surrogate:
+    """Load the folder of a model with bands, `fast` or `accurate`.
+
+    Raises:
+        FileNotFoundError: a file is missing.
+        ValueError: a file is damaged.
+    """
+    for name in BANDED_FILES:
+        existing(folder / name)
+    path = folder / ONNX_NAME
+    remedy = f"get {folder} again (`git restore`, or another installation), or train it by `make pretrained`"
+    content, session, sums = read_sealed(path, threads, expected="a network of `make pretrained`", remedy=remedy)
+    require_beside(path, sums, remedy)
+    try:
+        if missing := [name for key, name in BESIDE.items() if name in BANDED_FILES and key not in sums]:
+            raise ValueError(f"no sum of {', '.join(missing)}")
+        scaling, run = Scaling.load(folder / "scaling.json"), read_json(folder / "run.json")
+        network = NetworkFile(content, session, scaling, folder.name, threads)
+        if session.get_inputs()[0].shape[2] != len(scaling.channel_mean) + 1:
+            raise ValueError(f"a network of the inputs {session.get_inputs()[0].shape}")
+        loading, dwell, unloading = map(int, run["counts"])
+        with np.load(folder / "bands.npz") as arrays:
+            bands = Bands(**{name: arrays[name].astype(np.float64) for name in arrays.files})
+    except Exception as error:  # of a sealed folder that another program wrote; the libraries raise many kinds
+        raise ValueError(
+            f"Expected a folder of `make pretrained`; {remedy}. Received: {path}, whose folder has "
+            f"other files ({shortened(str(error))})"
+        ) from error
+    return Surrogate(network, steps="physical", counts=(loading, dwell, unloading), bands=bands)
+
+
+def _network(place: Path, backend: str, threads: int) -> Network:
+    """Return the network of a model directory or an ONNX file."""
+    if place.is_file():
+        if backend != "onnx":
+            raise ValueError(f"Expected a model directory for the {backend} backend. Received: {place}")
+        return _exported(place, threads)
+    run, scaling = read_run(place)
+    path, found = place / ONNX_NAME, None
+    try:
+        found = _exported(path, threads) if path.is_file() else None
+    except ValueError:
+        # A damaged or outdated file says nothing about the other files.
+        if backend == "onnx":
+            raise
+    if found is not None:
+        again = f"export it again with `surrogate export {shortened(found.name)}`"
+        require_beside(path, found.metadata, again)
+        if found.scaling != scaling:
+            raise ValueError(
+                f"Expected the scaling that {path} was exported with; {again}, or restore scaling.json. "
+                "Received: another scaling in scaling.json"
+            )
+    if backend == "keras":
+        return keras_network(place, run, scaling)
+    if found is None:
+        existing(place / "model.weights.h5")
+        raise FileNotFoundError(
+            f"Expected {ONNX_NAME} in {place}; write it with `surrogate export {place}`, or load with backend='keras'. "
+            f"Received: no such file"
+        )
+    return found
+
+
+def _exported(path: Path, threads: int) -> OnnxFile:
+    """Return an ONNX file of `surrogate export`.
+
+    Raises:
+        ValueError: the file is not of `surrogate export`, is of another version of it, or was altered since.
+    """
+    content, session, metadata = read_sealed(path, threads, expected=EXPORTED, remedy="export it again")
+    found, version = metadata.get("format"), metadata.get("format_version")
+    interface = [(item.name, item.type, len(item.shape)) for item in (*session.get_inputs(), *session.get_outputs())]
+    words, cause = "", None
+    if found == PRETRAINED_FORMAT:
+        name = shortened(metadata.get("name", ""))
+        words = f"which holds the pretrained model {name} for other programs; load it by its name"
+    elif found != ONNX_FORMAT:
+        words = "which is not one"
+    elif version != str(ONNX_FORMAT_VERSION):
+        words = f"which is of version {shortened(str(version))}, not {ONNX_FORMAT_VERSION}"
+    elif missing := [key for key in ONNX_METADATA if key not in metadata]:
+        words = f"whose metadata lack {', '.join(missing)}"
+    elif sorted(interface) != sorted(ONNX_INTERFACE):
+        given = shortened(", ".join(name for name, _, _ in interface))
+        words = f"whose inputs and outputs ({given}) are not those of `surrogate export`"
+    else:
+        try:
+            return OnnxFile(content, session, Scaling.from_json(metadata["scaling"], source=path), metadata, threads)
+        except ValueError as error:
+            words, cause = "whose scaling is damaged", error
+    raise ValueError(f"Expected {EXPORTED}. Received: {path}, {words}") from cause

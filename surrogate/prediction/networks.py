@@ -1,0 +1,219 @@
+"""The networks behind a predictor: a complete ONNX file, a Keras model, and an ONNX file of the network alone.
+
+All map times, indentations and edge marks of shape `(batch, steps)`, Tabor parameters and modulus ratios of shape
+`(batch,)` to forces of shape `(batch, steps)`. All are physical (not scaled) and float64. A complete file computes
+features and scaling itself; the others share those of `surrogate.data`.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from bem._support.wording import shortened
+from surrogate.architectures import build
+from surrogate.architectures.registry import require_source
+from surrogate.backend import import_keras
+from surrogate.data.features import channels
+from surrogate.data.scaling import Scaling
+from surrogate.export.onnx_file import session_of
+from surrogate.prediction.files import existing
+
+if TYPE_CHECKING:
+    import keras
+    import onnxruntime
+
+FILE_BATCH, KERAS_BATCH, NETWORK_BATCH = 256, 512, 128
+"""Trajectories in a batch. Larger ones do not fit into the caches and are not faster."""
+
+TRAINING_EXTRA = "Keras is not installed; install it with `pip install 'contact-trajectories[train]'`"
+
+
+class Network:
+    """What a `surrogate.Surrogate` asks for forces.
+
+    Args:
+        scaling: The scaling of the training set.
+        name: Name of the model in messages.
+    """
+
+    batch: int
+
+    def __init__(self, scaling: Scaling, name: str) -> None:
+        self.scaling, self.name = scaling, name
+
+    def force(
+        self, times: np.ndarray, indentations: np.ndarray, tabor: np.ndarray, ratio: np.ndarray | None, edge: np.ndarray
+    ) -> np.ndarray:
+        """Return the physical forces of shape `(batch, steps)`; the modulus ratios may be missing where none is needed.
+
+        Raises:
+            ValueError: the backend cannot compute them, for example because attention over a long history exceeds the
+                memory.
+        """
+        given = [times, indentations, tabor, ratio, edge]
+        parts = [
+            self._force(*(None if one is None else one[at : at + self.batch] for one in given))
+            for at in range(0, len(times), self.batch)
+        ]
+        return parts[0] if len(parts) == 1 else np.concatenate(parts)
+
+    def _force(self, times: Any, indentations: Any, tabor: Any, ratio: Any, edge: Any) -> np.ndarray:
+        """Return the forces of one batch."""
+        if ratio is None:
+            ratio = self.scaling.modulus_ratio
+        found = channels(times, indentations, edge, self.scaling.features, tabor=tabor, modulus_ratio=ratio)
+        scaled = self.scaled(self.scaling.scale_channels(found), self.scaling.scale_tabor(tabor))
+        return self.scaling.unscale_force(scaled)
+
+    def scaled(self, sequence: np.ndarray, tabor: np.ndarray) -> np.ndarray:
+        """Return the scaled force of shape `(batch, steps)`.
+
+        Args:
+            sequence: Scaled channels of shape `(batch, steps, channels)`.
+            tabor: Scaled Tabor parameters of shape `(batch, 1)`.
+        """
+        raise NotImplementedError
+
+    def content(self) -> bytes:
+        """Return an ONNX file with the network, for `surrogate.export.step`."""
+        raise NotImplementedError
+
+
+class OnnxNetwork(Network):
+    """An ONNX file and its session; a pickled one carries the file, which another process may lack."""
+
+    def __init__(
+        self, content: bytes, session: onnxruntime.InferenceSession, scaling: Scaling, name: str, threads: int
+    ) -> None:
+        super().__init__(scaling, name)
+        self._content, self.session, self.threads = content, session, threads
+
+    def __getstate__(self) -> dict[str, Any]:
+        return vars(self) | {"session": None}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        vars(self).update(state, session=session_of(state["_content"], state["threads"]))
+
+    def content(self) -> bytes:
+        """Return the file."""
+        return self._content
+
+    def run(self, inputs: dict[str, np.ndarray]) -> np.ndarray:
+        """Return the only output of the file."""
+        try:
+            found: np.ndarray = self.session.run(None, inputs)[0]
+        except Exception as error:
+            shape = max((np.shape(values) for values in inputs.values()), key=len)
+            raise ValueError(
+                f"Expected histories that {self.name} can compute. Received: shape {shape} ({shortened(str(error))})"
+            ) from error
+        return found
+
+
+class OnnxFile(OnnxNetwork):
+    """An ONNX file of `surrogate export`, with features and scaling in it."""
+
+    batch = FILE_BATCH
+
+    def __init__(self, content: bytes, session: Any, scaling: Scaling, metadata: dict[str, str], threads: int) -> None:
+        super().__init__(content, session, scaling, metadata["name"], threads)
+        self.metadata = metadata
+
+    def _force(self, times: Any, indentations: Any, tabor: Any, ratio: Any, edge: Any) -> np.ndarray:  # noqa: ARG002
+        inputs = {"times": times, "indentations": indentations, "tabor": tabor, "edge": edge}
+        return self.run({name: np.ascontiguousarray(values, dtype=np.float64) for name, values in inputs.items()})
+
+
+class NetworkFile(OnnxNetwork):
+    """An ONNX file of `surrogate.export.onnx.network_content`."""
+
+    batch = NETWORK_BATCH
+
+    def scaled(self, sequence: np.ndarray, tabor: np.ndarray) -> np.ndarray:
+        """Return the scaled force of shape `(batch, steps)`; the arguments are those of `Network.scaled`."""
+        told = np.broadcast_to(tabor[:, np.newaxis], (*sequence.shape[:2], 1))
+        inputs = np.concatenate([sequence, told], axis=2).transpose(1, 0, 2)
+        return self.run({"inputs": np.ascontiguousarray(inputs)}).T
+
+
+class KerasNetwork(Network):
+    """A Keras model of `surrogate.build`, which can be differentiated and trained further."""
+
+    batch = KERAS_BATCH
+
+    def __init__(self, model: keras.Model, scaling: Scaling, name: str = "surrogate") -> None:
+        super().__init__(scaling, name)
+        self.model = model
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _unpickled, (self.model.get_config(), self.model.get_weights(), self.scaling, self.name)
+
+    def scaled(self, sequence: np.ndarray, tabor: np.ndarray) -> np.ndarray:
+        """Return the scaled force of shape `(batch, steps)`; the arguments are those of `Network.scaled`."""
+        return np.asarray(self.model.predict_on_batch([sequence, tabor]))[..., 0]
+
+    def content(self) -> bytes:
+        """Return the model as an ONNX file.
+
+        Raises:
+            NotExportableError: it has a layer that cannot be exported.
+        """
+        from surrogate.export.onnx import file_content
+
+        return file_content(self.model, self.scaling, name=self.name, architecture=self.name)
+
+
+def _unpickled(config: dict[str, Any], weights: list[np.ndarray], scaling: Scaling, name: str) -> KerasNetwork:
+    import_keras()
+    import keras
+
+    model = keras.Model.from_config(config)
+    model.set_weights(weights)
+    return KerasNetwork(model, scaling, name)
+
+
+def keras_network(folder: Path, run: dict[str, Any], scaling: Scaling) -> KerasNetwork:
+    """Return the Keras model of a model directory, with its weights, from the content of `run.json` and `scaling.json`.
+
+    Raises:
+        FileNotFoundError: the weights file is missing.
+        ModuleNotFoundError: Keras is not installed.
+        ValueError: the weights do not fit, or the architecture is not the registered one of the training.
+    """
+    if importlib.util.find_spec("keras") is None:
+        raise ModuleNotFoundError(f"{TRAINING_EXTRA}, or load with backend='onnx'", name="keras")
+    require_source(run)
+    model = build(run["architecture"], features=run["features"])
+    load_weights(model, existing(folder / "model.weights.h5"))
+    return KerasNetwork(model, scaling, run["name"])
+
+
+def load_weights(model: keras.Model, path: Path) -> None:
+    """Set the weights of a model from a `.weights.h5` file.
+
+    Raises:
+        ValueError: the file is damaged, its weights do not fit the model, or a weight is not finite.
+    """
+    # Predictions by ONNX Runtime do not need them.
+    import h5py
+
+    from bem.dataset.sealed_file import arrays
+
+    expected = f"Expected weights of {model.name} with {model.count_params()} parameters"
+    try:
+        # Keras ignores weights of layers that the model does not have.
+        with h5py.File(path, "r") as file:
+            size = sum(item.size for _, item in arrays(file))
+        if size != model.count_params():
+            raise ValueError(f"{size} parameters")
+        model.load_weights(path)
+    except Exception as error:  # for a damaged file, the libraries raise errors of many kinds
+        reason = shortened(str(error)) or type(error).__name__
+        raise ValueError(f"{expected}. Received: {path} ({reason})") from error
+    for weight in model.weights:
+        if not np.isfinite(np.asarray(weight)).all():
+            raise ValueError(f"{expected}, all finite. Received: {path} (NaN or infinity in {weight.path})")

@@ -1,0 +1,348 @@
+"""Trained models: scenes and protocols in, trajectories out, in the words of `bem.simulate`; all dimensionless.
+
+Examples:
+    >>> import surrogate
+    >>> from bem import LoadingProtocol, Scene, StandardLinearSolid
+    >>> model = surrogate.load("accurate")  # doctest: +SKIP
+    >>> protocol = LoadingProtocol(peak_indentation=20.0, loading_rate=10.0, dwell_time=1.0, unloading_rate=10.0)
+    >>> found = model.predict(Scene(1.0, StandardLinearSolid(0.3)), protocol)  # doctest: +SKIP
+    >>> found.pull_off_force, found.pull_off_interval  # doctest: +SKIP
+"""
+
+from __future__ import annotations
+
+import time
+import warnings
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Any, overload
+
+import numpy as np
+
+from bem._support.validation import finite_number, real_array
+from bem._support.wording import shown
+from bem.dataset.designs import QUANTITIES
+from bem.dataset.measurement_steps import FMS
+from bem.dataset.records import grid_of
+from bem.protocol import LoadingProtocol
+from bem.scene import Scene
+from surrogate.data.features import NEEDS_MATERIAL, edge_from_counts, edge_from_indentations
+from surrogate.data.scaling import Scaling
+from surrogate.prediction.checks import check_history, checked_edge, contacts
+from surrogate.prediction.networks import KerasNetwork, Network
+from surrogate.prediction.predicted import PredictedTrajectory, predicted_trajectory
+from surrogate.prediction.validity import (
+    POINTS,
+    RANGE_TOLERANCE,
+    Excess,
+    ExtrapolationWarning,
+    advice,
+    excesses,
+    history_quantities,
+    of_history,
+    warn_of_extrapolation,
+    worst,
+)
+
+if TYPE_CHECKING:
+    import keras
+    from numpy.typing import ArrayLike
+
+    from surrogate.prediction.bands import Bands
+    from surrogate.prediction.stream import Stream
+
+__all__ = ["ExtrapolationWarning", "Surrogate"]
+
+
+class Surrogate:
+    """A trained model; `surrogate.load` returns one.
+
+    Args:
+        network: What computes the forces.
+        steps: How the measurement steps of a protocol are placed, `"uniform"` or `"physical"`.
+        counts: Points of loading, dwell and unloading.
+        bands: The bands of a model that has some.
+    """
+
+    def __init__(
+        self,
+        network: Network,
+        *,
+        steps: str = "uniform",
+        counts: tuple[int, int, int] = FMS,
+        bands: Bands | None = None,
+    ) -> None:
+        self.network, self.steps, self.counts, self.bands = network, steps, counts, bands
+
+    @property
+    def name(self) -> str:
+        """Name of the model."""
+        return self.network.name
+
+    @property
+    def scaling(self) -> Scaling:
+        """The scaling of the training set, and its ranges."""
+        return self.network.scaling
+
+    @property
+    def modulus_ratio(self) -> float | None:
+        """Modulus ratio of the training set, the only one the model is valid for; `None` if unknown or not one."""
+        return self.scaling.modulus_ratio
+
+    @property
+    def model(self) -> keras.Model:
+        """The Keras model, for gradients or further training.
+
+        Raises:
+            ValueError: the model was loaded with another backend than `"keras"`.
+        """
+        if not isinstance(self.network, KerasNetwork):
+            raise ValueError(
+                f"Expected a model loaded with backend='keras', the only one with scaled channels and gradients. "
+                f"Received: {self.name} with {type(self.network).__name__}"
+            )
+        return self.network.model
+
+    @property
+    def _ranges(self) -> dict[str, tuple[float, float]]:
+        """Ranges of the training, and those of the points, if they are placed by the physics."""
+        if self.steps == "uniform":
+            return self.scaling.ranges
+        points = {name: (float(count), float(count)) for name, count in zip(POINTS, self.counts, strict=True)}
+        return {**self.scaling.ranges, **points, "step_ratio": (1.0, np.inf)}
+
+    @overload
+    def predict(self, scene: Scene, protocol: LoadingProtocol, *, coverage: float = 0.9) -> PredictedTrajectory: ...
+    @overload
+    def predict(
+        self, scene: Scene | Sequence[Scene], protocol: Sequence[LoadingProtocol], *, coverage: float = 0.9
+    ) -> list[PredictedTrajectory]: ...
+    @overload
+    def predict(
+        self, scene: Sequence[Scene], protocol: LoadingProtocol, *, coverage: float = 0.9
+    ) -> list[PredictedTrajectory]: ...
+    def predict(
+        self,
+        scene: Scene | Sequence[Scene],
+        protocol: LoadingProtocol | Sequence[LoadingProtocol],
+        *,
+        coverage: float = 0.9,
+    ) -> PredictedTrajectory | list[PredictedTrajectory]:
+        """Predict what `bem.simulate` would compute, for one scene and protocol or for many.
+
+        Args:
+            scene: One scene, or one for each protocol: Lennard-Jones adhesion, a standard linear solid, no spring.
+            protocol: One protocol, or one for each scene. A model with bands computes one without a dwell with the
+                shortest dwell of its training.
+            coverage: Share of true values that the bands are to contain, up to 0.99; of a model without bands, unused.
+
+        Returns:
+            One trajectory, or a list of them in order if either argument is a list, with the interface of
+            `bem.Trajectory`. Its `extrapolated` lists the quantities outside the ranges of the training set.
+
+        Raises:
+            ValueError: an argument is something else, numbers do not fit or are out of bounds, or a scene has another
+                modulus ratio than the one the model knows.
+
+        Warns:
+            ExtrapolationWarning: once, where protocols leave the ranges of the training set.
+        """
+        clock = time.perf_counter()
+        single = isinstance(scene, Scene) and not isinstance(protocol, Iterable)
+        protocols = list(protocol) if isinstance(protocol, Iterable) else [protocol]
+        for one in protocols:
+            if not isinstance(one, LoadingProtocol):
+                raise ValueError(
+                    f"Expected LoadingProtocols; `predict_history` takes other histories. Received: {shown(one)}"
+                )
+        if len(protocols) == 1 and isinstance(scene, Iterable):
+            scene = list(scene)
+            protocols *= len(scene)
+        if self.bands is not None:
+            coverage = finite_number("coverage", coverage, above=0.0, high=self.bands.largest_coverage)
+        tabor, ratio = self._contacts(scene, len(protocols))
+        if not protocols:
+            return []
+        paths = [(one.peak_indentation, one.loading_rate, one.dwell_time, one.unloading_rate) for one in protocols]
+        quantities = dict(zip(QUANTITIES, [tabor, *np.array(paths, dtype=np.float64).T], strict=True))
+        start = np.array([one.start(mu) for one, mu in zip(protocols, tabor.tolist(), strict=True)])
+        quantities |= {"modulus_ratio": ratio, "start_indentation": start}
+        outside = excesses(quantities, self.scaling.ranges)
+        if self.bands is not None:
+            shortest = self.scaling.ranges["dwell_time"][0]
+            quantities["dwell_time"] = np.maximum(quantities["dwell_time"], shortest)
+        found: dict[int, PredictedTrajectory] = {}
+        # Without a dwell there are no points of it.
+        for still in (True, False):
+            rows = np.flatnonzero((quantities["dwell_time"] > 0.0) == still)
+            if rows.size:
+                counts = self.counts if still else (self.counts[0], 0, self.counts[2])
+                part = {name: values[rows] for name, values in quantities.items()}
+                words = [of_history(outside, row) for row in rows]
+                found |= zip(rows.tolist(), self._trajectories(part, counts, words, coverage, clock), strict=True)
+        self._warn(outside, len(protocols))
+        return found[0] if single else [found[index] for index in range(len(protocols))]
+
+    def predict_history(
+        self,
+        times: ArrayLike,
+        indentations: ArrayLike,
+        scene: Scene | Sequence[Scene],
+        edge: ArrayLike | None = None,
+    ) -> np.ndarray:
+        """Predict the force along indentation histories of one's own, at their own points.
+
+        Args:
+            times: Times of shape `(steps,)` or `(batch, steps)`, strictly increasing along the steps, the first one
+                arbitrary. The models were trained on measurement steps (`bem.dataset.measurement_steps`), to which
+                `surrogate.prediction.measured.predict_measured` brings a measured history.
+            indentations: Indentations of the same shape.
+            scene: One scene, or one for each history; see `predict`.
+            edge: Marks of the same shape, one at the first and the last point of the dwell and zero elsewhere. By
+                default, the dwell is the longest run of constant indentation; a history without one has no marks.
+
+        Returns:
+            Forces P / (pi R dgamma), tension positive, of the shape of `times`, float64.
+
+        Raises:
+            ValueError: the shapes do not match; a value is NaN, infinite or outside the bounds of `bem.protocol`; times
+                do not increase strictly; a mark is neither zero nor one; or as for `predict`.
+
+        Warns:
+            ExtrapolationWarning: a quantity is outside the range of the training set (`surrogate.prediction.validity`).
+                One warning names all such quantities, with the value farthest outside and the range.
+        """
+        shape, given = self._checked(times, indentations, scene, edge)
+        warn_of_extrapolation(self.name, self._excesses(*given))
+        return self.network.force(*given).reshape(shape)
+
+    def extrapolated(
+        self,
+        times: ArrayLike,
+        indentations: ArrayLike,
+        scene: Scene | Sequence[Scene],
+        edge: ArrayLike | None = None,
+    ) -> list[tuple[str, ...]]:
+        """Return the quantities of each history outside the ranges of the training set, as text.
+
+        Arguments and errors are those of `predict_history`.
+
+        Returns:
+            One tuple of texts per history, empty if all quantities are inside.
+        """
+        _, given = self._checked(times, indentations, scene, edge)
+        found = self._excesses(*given)
+        return [of_history(found, index) for index in range(len(given[0]))]
+
+    def stream(self, scene: Scene) -> Stream:
+        """Start the step-by-step prediction of one history, for control loops.
+
+        Args:
+            scene: The scene; see `predict`.
+
+        Returns:
+            A `surrogate.prediction.stream.Stream`, whose `step(time, indentation, edge=False)` returns the force.
+
+        Raises:
+            ValueError: as for `predict`, or the model is not causal (M5).
+
+        Warns:
+            ExtrapolationWarning: the scene is outside the range of the training set.
+        """
+        from surrogate.prediction.stream import Stream
+
+        tabor, ratio = self._contacts(scene, 1)
+        warn_of_extrapolation(self.name, excesses({"tabor": tabor, "modulus_ratio": ratio}, self.scaling.ranges))
+        known = self.scaling.features in NEEDS_MATERIAL
+        points: dict[str, tuple[float, float]] = {}
+        if self.steps == "physical":
+            # Compiled, so imported by the first such stream.
+            from bem.dataset.physical_steps import BEFORE_CROSSING
+
+            before = BEFORE_CROSSING * self.counts[2]
+            points = {"compression_points": (before - 1.5, before + 1.5)}
+        return Stream(
+            self.network.content(),
+            self.scaling,
+            tabor=float(tabor[0]),
+            modulus_ratio=float(ratio[0]) if known else None,
+            name=self.name,
+            ranges=self._ranges | points,
+        )
+
+    def _contacts(self, scene: Scene | Sequence[Scene], count: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return Tabor parameters and modulus ratios of shape `(count,)`, those that the model knows."""
+        tabor, ratio = contacts(scene, count)
+        own = self.modulus_ratio
+        if own is not None and (other := np.flatnonzero(np.abs(ratio - own) > RANGE_TOLERANCE * own)).size:
+            raise ValueError(
+                f"Expected the modulus ratio {own:g}, the only one that {self.name} was trained on; fast and accurate "
+                f"know any standard linear solid. Received: modulus_ratio={float(ratio[other[0]])!r}"
+            )
+        return tabor, ratio
+
+    def _warn(self, outside: list[Excess], count: int) -> None:
+        """Warn at the caller of `predict`."""
+        if not outside:
+            return
+        rows, words = int(np.any([excess.beyond > 0.0 for excess in outside], axis=0).sum()), worst(outside)
+        infinite = "" if self.bands is None else ", and their bands are infinite"
+        warnings.warn(
+            f"{rows} of {count} protocols lie outside the training of {self.name}{infinite}: {'; '.join(words)}. "
+            f"Advice: {advice(words)}",
+            ExtrapolationWarning,
+            stacklevel=3,
+        )
+
+    def _trajectories(
+        self,
+        quantities: dict[str, np.ndarray],
+        counts: tuple[int, int, int],
+        outside: list[tuple[str, ...]],
+        coverage: float,
+        clock: float,
+    ) -> list[PredictedTrajectory]:
+        """Return the trajectories of protocols that have the same number of points."""
+        grid = {name: values for name, values in quantities.items() if name != "modulus_ratio"}
+        ratio = quantities["modulus_ratio"]
+        times, indentations = grid_of(self.steps, grid, ratio, counts)
+        check_history(times, indentations)
+        force = self.network.force(
+            times, indentations, quantities["tabor"], ratio, edge_from_counts(counts, len(ratio))
+        )
+        bands: dict[str, Sequence[Any]] = {}
+        if self.bands is not None:
+            bands = self.bands.around(times, indentations, force, self.scaling, quantities, counts, coverage, outside)
+        seconds = (time.perf_counter() - clock) / len(ratio)
+        return [
+            predicted_trajectory(
+                times[row],
+                indentations[row],
+                force[row],
+                unloading_from=sum(counts[:2]) - 1,
+                extrapolated=words,
+                model=self.name,
+                seconds=seconds,
+                **{name: values[row] for name, values in bands.items()},
+            )
+            for row, words in enumerate(outside)
+        ]
+
+    def _excesses(
+        self, times: np.ndarray, indentations: np.ndarray, tabor: np.ndarray, ratio: np.ndarray, edge: np.ndarray
+    ) -> list[Excess]:
+        quantities = {"tabor": tabor, "modulus_ratio": ratio, **history_quantities(times, indentations, edge)}
+        return excesses(quantities, self._ranges)
+
+    def _checked(
+        self, times: ArrayLike, indentations: ArrayLike, scene: Scene | Sequence[Scene], edge: ArrayLike | None
+    ) -> tuple[tuple[int, ...], tuple[np.ndarray, ...]]:
+        """Return the shape of the histories, and the arguments of `Network.force`."""
+        times, indentations = real_array("times", times), real_array("indentations", indentations)
+        shape = times.shape
+        if times.ndim == 1 and indentations.shape == shape:
+            times, indentations = times[np.newaxis], indentations[np.newaxis]
+        check_history(times, indentations)
+        # The time channel of the models starts at zero.
+        times = times - times[:, :1]
+        marks = edge_from_indentations(indentations) if edge is None else checked_edge(edge, shape).reshape(times.shape)
+        return shape, (times, indentations, *self._contacts(scene, len(times)), marks)

@@ -1,0 +1,224 @@
+"""Fit of a load-dwell-unload protocol to a measured, noisy indentation history.
+
+The path is straight from the first point to the peak, constant over the dwell, and straight to the last point. It is
+fitted by least squares. The path is linear in the indentations of start, peak and end, so only the two times at which
+the dwell begins and ends are searched for: first among the points of the history, then between them. Two assumptions
+hold unless the points contradict them: the dwell begins and ends where the sampling interval changes, and the path
+starts and ends at the expected indentation. Units as in `bem.protocol`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from surrogate.prediction.fitted_protocol import FittedProtocol
+
+EXACT = 1e-6
+"""Largest residual in an exact history, as a fraction of the range of the indentations; it allows for rounding."""
+LARGEST_BEND = 0.02
+"""Largest mean residual over a block of neighbouring points, as a fraction of the travel."""
+LARGEST_NOISE = 0.05
+"""Largest standard deviation of the noise, as a fraction of the travel."""
+SAMPLING_TOLERANCE = 1e-3
+"""Largest relative difference between two time steps of the same sampling interval."""
+SMALLEST_RETURN = 0.1
+"""Smallest change of indentation in each ramp, as a fraction of the travel."""
+FEWEST_POINTS = 4
+"""Smallest number of points in a ramp, to determine its rate."""
+CANDIDATES, DECIMATED, BLOCKS = 32, 1000, 24
+"""Points in the first grid of the search, largest number of points it evaluates, and blocks for `LARGEST_BEND`."""
+
+
+class NotOneCycleError(ValueError):
+    """The history is not one load-dwell-unload cycle."""
+
+
+def fit_protocol(
+    times: np.ndarray, indentations: np.ndarray, *, edge: np.ndarray | None = None, ends: float | None = None
+) -> FittedProtocol:
+    """Fit a load-dwell-unload path to a measured indentation history.
+
+    Args:
+        times: Times of shape `(steps,)`, strictly increasing.
+        indentations: Indentations of the same shape.
+        edge: Marks of the same shape, one at the first and the last point of the dwell and zero elsewhere, if known.
+            The dwell then begins and ends at these points.
+        ends: Expected indentation at start and end; it is used if the points do not contradict it.
+
+    Returns:
+        The fitted path.
+
+    Raises:
+        NotOneCycleError: the history is not one cycle, or its noise is too large.
+        ValueError: a ramp has too few points to determine its rate.
+    """
+    if len(times) < 3:
+        raise NotOneCycleError(f"Expected a history of at least three points. Received: {len(times)}")
+    marks = np.flatnonzero(edge) if edge is not None else np.empty(0, dtype=int)
+    if marks.size > 2 or (marks.size and not 0 < marks[0] <= marks[-1] < len(times) - 1):
+        raise NotOneCycleError(
+            f"Expected marks of one dwell inside the history. Received: marks at {marks[:5].tolist()}"
+        )
+    # A corner is a real-valued index into the points, because all phases have points even if their durations differ.
+    if marks.size:
+        found, fixed = _path(times, indentations, marks[[0, -1]]), True
+    else:
+        found, fixed = _searched(times, indentations), False
+        sampled = _where_sampling_changes(times)
+        if sampled is not None and not found.exact:
+            other = _path(times, indentations, sampled)
+            found, fixed = (other, True) if _as_good(other, found, len(times)) else (found, False)
+    _require_cycle(times, indentations, found)
+    if found.exact:
+        return found
+    if not fixed:
+        _require_points(times, found)
+    if ends is not None:
+        place = np.interp(found.corners[1:3], times, np.arange(len(times)))
+        place = place if fixed else _between_points(times, indentations, place, ends)
+        other = _path(times, indentations, place, ends)
+        found = other if _as_good(other, found, len(times)) else found
+    return found
+
+
+def _as_good(other: FittedProtocol, found: FittedProtocol, count: int) -> bool:
+    """Return whether `other`, with two parameters fixed, fits as well: a likelihood-ratio test at three sigma."""
+    return other.residual**2 <= (1.0 + 9.0 / max(count - 5, 1)) * found.residual**2
+
+
+def _searched(times: np.ndarray, indentations: np.ndarray) -> FittedProtocol:
+    """Return the least-squares path, with corners at points if it is then exact, otherwise anywhere between points."""
+    place = _nearest_points(times, indentations)
+    if len(times) > DECIMATED:
+        place = np.round(_between_points(times, indentations, place))
+    found = _path(times, indentations, place)
+    return found if found.exact else _path(times, indentations, _between_points(times, indentations, place))
+
+
+def _where_sampling_changes(times: np.ndarray) -> np.ndarray | None:
+    """Return the first and the last point at which the sampling interval changes; `None` without one or two changes.
+
+    Some instruments record each phase with its own sampling interval.
+    """
+    steps = np.diff(times)
+    changes = 1 + np.flatnonzero(np.abs(np.diff(steps)) > SAMPLING_TOLERANCE * np.minimum(steps[1:], steps[:-1]))
+    return changes[[0, -1]].astype(np.float64) if 1 <= changes.size <= 2 else None
+
+
+def _hats(times: np.ndarray, first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the weights of start and end at all times, each `(pairs, steps)`, for corners of shape `(pairs, 1)`."""
+    start = np.clip((first - times) / (first - times[0]), 0.0, 1.0)
+    end = np.clip((times - second) / (times[-1] - second), 0.0, 1.0)
+    return start, end
+
+
+def _levels(
+    start: np.ndarray, end: np.ndarray, indentations: np.ndarray, ends: float | None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return least-squares levels of start, peak and end, `(pairs, 3)`, and residuals of points, `(pairs, steps)`."""
+    peak = 1.0 - start - end
+    if ends is not None:
+        rest = indentations - ends * (start + end)
+        height = (peak * rest).sum(axis=-1) / (peak * peak).sum(axis=-1)
+        levels = np.stack([np.full_like(height, ends), height, np.full_like(height, ends)], axis=-1)
+    else:
+        basis = np.stack([start, peak, end], axis=-1)
+        moments = np.swapaxes(basis, -1, -2) @ basis
+        levels = np.linalg.solve(moments, np.swapaxes(basis, -1, -2) @ indentations[:, np.newaxis])[..., 0]
+    path = start * levels[:, :1] + peak * levels[:, 1:2] + end * levels[:, 2:]
+    return levels, indentations - path
+
+
+def _residuals(
+    times: np.ndarray, indentations: np.ndarray, places: np.ndarray, ends: float | None = None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the times of corners at real-valued indices, both `(pairs, 2)`, and the result of `_levels`."""
+    corners = np.interp(places, np.arange(len(times)), times)
+    return corners, *_levels(*_hats(times, corners[:, :1], corners[:, 1:]), indentations, ends)
+
+
+def _nearest_points(times: np.ndarray, indentations: np.ndarray) -> np.ndarray:
+    """Return the pair of points with the smallest residuals, by a search over successively finer grids."""
+    count = len(times)
+    kept = np.unique(np.linspace(0, count - 1, min(count, DECIMATED)).round().astype(int))
+    # A long history is decimated for the residuals; the corners may be at any of its points.
+    at, depth = np.searchsorted(kept, np.arange(count)), indentations[kept]
+    step = max(1, count // CANDIDATES)
+    around = np.append(np.arange(1, count - 1, step), count - 2)
+    firsts = seconds = around
+    while True:
+        pairs = np.array([(one, two) for one in np.unique(firsts) for two in np.unique(seconds) if one <= two])
+        inside = np.clip(at[pairs], 1, len(kept) - 2).astype(np.float64)
+        _, _, residuals = _residuals(times[kept], depth, inside)
+        best = pairs[int(np.argmin((residuals**2).sum(axis=-1)))]
+        if step == 1:
+            return best.astype(np.float64)
+        step = max(1, step // 4)
+        near = np.arange(-5, 6) * step
+        firsts, seconds = (np.clip(one + near, 1, count - 2) for one in best)
+
+
+def _between_points(
+    times: np.ndarray, indentations: np.ndarray, place: np.ndarray, ends: float | None = None
+) -> np.ndarray:
+    """Return real-valued indices of the corners with the least sum of squares, starting from `place`."""
+    from scipy.optimize import least_squares
+
+    def residuals(found: np.ndarray) -> np.ndarray:
+        places = np.array([[found[0], min(found[0] + found[1], len(times) - 2.0)]])
+        return _residuals(times, indentations, places, ends)[2][0]
+
+    last = len(times) - 2.0
+    begin = np.clip([place[0], place[1] - place[0]], [1.0, 0.0], [last, last])
+    found = least_squares(residuals, begin, bounds=([1.0 - 1e-9, -1e-9], [last + 1e-9, last + 1e-9]), diff_step=1e-3).x
+    first = float(np.clip(found[0], 1.0, last))
+    return np.array([first, np.clip(first + max(found[1], 0.0), first, last)])
+
+
+def _path(times: np.ndarray, indentations: np.ndarray, place: np.ndarray, ends: float | None = None) -> FittedProtocol:
+    corners, levels, residuals = _residuals(times, indentations, place[np.newaxis], ends)
+    start, peak, end = levels[0].tolist()
+    return FittedProtocol(
+        corners=np.array([times[0], *corners[0], times[-1]]),
+        start_indentation=start,
+        peak_indentation=peak,
+        end_indentation=end,
+        residual=float(np.sqrt(np.mean(residuals[0] ** 2))),
+        exact=bool(np.abs(residuals[0]).max() <= EXACT * np.ptp(indentations)),
+    )
+
+
+def _require_cycle(times: np.ndarray, indentations: np.ndarray, found: FittedProtocol) -> None:
+    """Check that the residuals are noise, whose mean over a block of points is small, and that both ramps return.
+
+    Raises:
+        NotOneCycleError: they are not, or one does not.
+    """
+    residual = indentations - np.interp(times, found.corners, found.levels())
+    block = max(len(times) // BLOCKS, 1)
+    means = np.convolve(residual, np.full(block, 1.0 / block), mode="valid")
+    scatter = float(np.std(np.diff(residual)) / np.sqrt(2.0))
+    bend = float(np.abs(means).max()) - 4.0 * scatter / np.sqrt(block)
+    away = found.peak_indentation - max(found.start_indentation, found.end_indentation)
+    returns = away > SMALLEST_RETURN * found.travel
+    if not (returns and bend <= LARGEST_BEND * found.travel and scatter <= LARGEST_NOISE * found.travel):
+        raise NotOneCycleError(
+            f"Expected one cycle of a straight approach, a dwell and a straight withdrawal. Received: points "
+            f"{100.0 * found.residual / np.ptp(indentations):.2g} % of their range (rms) from the nearest such path"
+            if np.ptp(indentations)
+            else "Expected one cycle of approach, dwell and withdrawal. Received: a constant indentation"
+        )
+
+
+def _require_points(times: np.ndarray, found: FittedProtocol) -> None:
+    counts = {
+        "loading": int(np.count_nonzero(times <= found.corners[1])),
+        "unloading": int(np.count_nonzero(times >= found.corners[2])),
+    }
+    few = [f"{count} in {phase}" for phase, count in counts.items() if count < FEWEST_POINTS]
+    if few:
+        raise ValueError(
+            f"Expected at least {FEWEST_POINTS} points in loading and in unloading, to determine their rates; record "
+            "more of them, mark both ends of the dwell in a column edge, or give the protocol instead of a history. "
+            f"Received: {len(times)} points, {' and '.join(few)}"
+        )

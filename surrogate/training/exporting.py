@@ -1,0 +1,85 @@
+"""The ONNX file of a model directory, from its weights and scaling, and that of a model with bands."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from bem._support.outputs import whole_file
+from bem.dataset.designs import QUANTITIES
+from bem.dataset.measurement_steps import FMS, measurement_grid
+from surrogate.architectures.naming import split_name
+from surrogate.architectures.registry import REGISTERED
+from surrogate.data.features import edge_from_counts
+from surrogate.export.keras_layers import NotExportableError
+from surrogate.export.onnx import banded_file, file_content
+from surrogate.export.onnx_file import ONNX_NAME, session_of
+from surrogate.prediction.bands import LEVELS
+from surrogate.prediction.files import read_run, weights_sha256
+from surrogate.prediction.networks import KerasNetwork, keras_network
+from surrogate.prediction.predictor import Surrogate
+
+AGREEMENT = 1e-3
+"""Largest difference between ONNX and Keras for a registered architecture, as a fraction of a history's force range."""
+
+
+def export_folder(folder: Path) -> Path:
+    """Write `model.onnx` into a model directory; errors are those of `folder_content`.
+
+    Returns:
+        Path of the file.
+    """
+    target = folder / ONNX_NAME
+    with whole_file(target) as part:
+        part.write_bytes(folder_content(folder))
+    return target
+
+
+def folder_content(folder: Path) -> bytes:
+    """Return the bytes of the ONNX file of a model directory.
+
+    Raises:
+        FileNotFoundError: the directory is not complete.
+        NotExportableError: a registered architecture has a layer that cannot be exported.
+        ValueError: the weights do not fit the architecture.
+    """
+    run, scaling = read_run(folder)
+    network = keras_network(folder, run, scaling)
+    content = file_content(
+        network.model,
+        scaling,
+        name=run["name"],
+        architecture=run["architecture"],
+        weights_sha256=weights_sha256(folder),
+    )
+    if split_name(run["architecture"])[0] in REGISTERED:
+        _require_agreement(content, network)
+    return content
+
+
+def banded_content(model: Surrogate) -> bytes:
+    """Return the bytes of one ONNX file of a model with bands, with features and scaling; this needs no Keras."""
+    bands = {"levels": LEVELS} | model.bands.as_arrays()
+    network = model.network.content()
+    return banded_file(network, model.scaling, name=model.name, counts=model.counts, bands=bands)
+
+
+def _require_agreement(content: bytes, network: KerasNetwork) -> None:
+    """Compare an ONNX file with Keras on protocols inside the ranges. Tests do so for the 18 paper models.
+
+    Raises:
+        NotExportableError: they differ by more than `AGREEMENT`.
+    """
+    protocols = {name: np.linspace(*network.scaling.ranges[name], 4)[1:] for name in QUANTITIES}
+    times, indentations = measurement_grid(**protocols)
+    given = {"times": times, "indentations": indentations, "tabor": protocols["tabor"]}
+    given["edge"] = edge_from_counts(FMS, len(times))
+    expected = network.force(times, indentations, given["tabor"], None, given["edge"])
+    (found,) = session_of(content).run(["force"], given)
+    differences = np.abs(found - expected).max(axis=1) / np.ptp(expected, axis=1)
+    if not differences.max() <= AGREEMENT:
+        raise NotExportableError(
+            f"Expected an ONNX file that agrees with Keras to {AGREEMENT:g} of the force's range. Received: one that "
+            f"differs by {differences.max():.1e}, because a layer computes something else than its class says"
+        )

@@ -1,0 +1,119 @@
+"""Model directories: their files, and their publication under one plain name.
+
+A model directory holds:
+
+    model.weights.h5    the weights, readable under every backend
+    model.onnx          features, scaling and network in one graph (see `surrogate.export`); absent if a registered
+                        architecture has a layer that `surrogate.export.keras_layers` cannot express
+    scaling.json        statistics and ranges of the training set
+    split.json          seed, and trajectory indices of training, validation and test set
+    history.csv         one row per epoch; the seconds accumulate
+    metrics.json        summary of the errors on validation and test set
+    test_errors.csv     errors of each trajectory of the test set
+    recipe.toml         the recipe
+    run.json            versions, seconds, processor, backend, seed, command, digest of the data set
+
+A publication replaces a model directory only, never another file or folder. The checks run before a training starts
+and need no Keras.
+"""
+
+from __future__ import annotations
+
+import os
+import reprlib
+import shutil
+import tempfile
+from pathlib import Path
+
+from bem._support.interruption import whole
+from bem._support.outputs import plain_name
+from surrogate.training.queue import STOP_FILE
+
+MODEL_FILES = (
+    "model.weights.h5",
+    "model.onnx",
+    "scaling.json",
+    "split.json",
+    "history.csv",
+    "metrics.json",
+    "test_errors.csv",
+    "recipe.toml",
+    "run.json",
+)
+"""Files of a model directory."""
+CARD = "README.md"
+CARD_MARK = "`make cards` writes this file"
+"""What a published model directory may also hold: a card, which does not describe the model that replaces it."""
+
+
+def model_name(name: str, what: str = "a name to publish under") -> str:
+    """Return the name of a run and of its published model; `what` says in messages what the name is.
+
+    Raises:
+        ValueError: the name is not plain, is that of the file that stops trainings, or ends in `.onnx`.
+    """
+    if plain_name(name, what).upper() == STOP_FILE or name.lower().endswith(".onnx"):
+        raise ValueError(f"Expected {what} other than {STOP_FILE} and *.onnx; received {reprlib.repr(name)}")
+    return name
+
+
+def require_place(destination: Path) -> None:
+    """Check that a path can be written, and does not exist or is a model directory; nothing else is ever replaced.
+
+    Raises:
+        ValueError: the path is a file, or a folder that is not a model directory or holds other files, or lies where
+            nothing can be written.
+    """
+    place = Path(os.path.realpath(destination)).parent
+    while not place.exists():
+        place = place.parent
+    if not os.access(place, os.W_OK | os.X_OK):
+        raise ValueError(f"Expected a place for the model that can be written. Received: {destination}, in {place}")
+    if not os.path.lexists(destination):
+        return
+    if not destination.is_dir():
+        raise ValueError(f"Expected a new path for the model, or a model directory. Received: {destination}, a file")
+    others = sorted(path.name for path in destination.iterdir() if not _belongs(path))
+    if others or not (destination / "run.json").is_file():
+        holds = f"which holds {reprlib.repr(others[0])}" if others else "which has no run.json"
+        raise ValueError(
+            f"Expected a new path for the model, or a model directory; move the folder away, or choose another name "
+            f"with --label. Received: {destination}, {holds}"
+        )
+
+
+def publish(folder: Path, destination: Path, *, replace: bool = False) -> None:
+    """Copy the model directory of a finished run to where `surrogate.load` finds it, completely or not at all.
+
+    Args:
+        folder: Directory of the run.
+        destination: Path of the published model directory. If it is a symbolic link, its target is written.
+        replace: Whether to replace a model that is published there.
+
+    Raises:
+        ValueError: a model is published there and `replace` is false, or the path holds something else.
+    """
+    require_place(destination)
+    if destination.exists() and not replace:
+        raise ValueError(f"Expected --replace, because {destination} is already published. Received: no --replace")
+    target = Path(os.path.realpath(destination))
+    target.parent.mkdir(parents=True, exist_ok=True)
+    # A hidden name, which `surrogate list` ignores.
+    with whole, tempfile.TemporaryDirectory(prefix=".publishing-", dir=target.parent) as name:
+        arriving, former = Path(name) / "arriving", Path(name) / "former"
+        shutil.copytree(folder / "model", arriving)
+        if target.exists():
+            target.rename(former)
+        try:
+            arriving.rename(target)
+        except OSError:
+            if former.exists():
+                former.rename(target)
+            raise
+
+
+def _belongs(path: Path) -> bool:
+    """Whether a path in a model directory is one of the model's files, or its card; notes of a user are not."""
+    if not path.is_file():
+        return False
+    return path.name in MODEL_FILES or (path.name == CARD and CARD_MARK.encode() in path.read_bytes())

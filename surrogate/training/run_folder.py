@@ -1,0 +1,164 @@
+"""What the folder of a run holds: which training, how far it is, and files that another process or damage changed.
+
+The folder holds `history.csv` with one row per epoch, Keras's `backup/` of the last epoch and `best/` weights, and
+`progress.json` with the learning curve, the facts that decide the result (`surrogate.training.identity`), and the
+SHA-256 sums of the files in both folders and of itself. It is written last, once an epoch.
+"""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import json
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from filelock import FileLock, Timeout
+
+from bem._support.outputs import write_whole
+from surrogate.training.identity import TrainingIdentity, facts_that_differ
+
+HISTORY_COLUMNS = ("epoch", "learning_rate", "train_mse", "validation_mse", "validation_mae", "seconds", "cpu_seconds")
+"""Columns of `history.csv`: the epoch, from 1; the learning rate; errors of the scaled force; accumulated seconds."""
+
+PROGRESS = "progress.json"
+
+
+@dataclass
+class Progress:
+    """Progress of a run.
+
+    Args:
+        history: One row per epoch, with the columns `HISTORY_COLUMNS`; the seconds accumulate.
+        finished: Whether the training has ended by its recipe.
+    """
+
+    history: list[dict[str, float]] = field(default_factory=list)
+    finished: bool = False
+
+    @property
+    def epoch(self) -> int:
+        """Number of completed epochs."""
+        return len(self.history)
+
+    @property
+    def best_epoch(self) -> int:
+        """The first epoch with the smallest validation error; zero before the first one."""
+        errors = [row["validation_mse"] for row in self.history]
+        return errors.index(min(errors)) + 1 if errors else 0
+
+    @property
+    def best_mse(self) -> float:
+        """The smallest validation error."""
+        return min((row["validation_mse"] for row in self.history), default=float("inf"))
+
+    @property
+    def seconds(self) -> float:
+        """Wall-clock seconds of all epochs so far."""
+        return self.history[-1]["seconds"] if self.history else 0.0
+
+    @property
+    def cpu_seconds(self) -> float:
+        """Processor seconds of all epochs so far."""
+        return self.history[-1]["cpu_seconds"] if self.history else 0.0
+
+
+@contextmanager
+def locked(folder: Path) -> Iterator[None]:
+    """Make the directory of a run, unless it exists, and hold its lock inside the context.
+
+    Raises:
+        ValueError: another process is training there.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    lock = FileLock(folder / "lock", timeout=0)
+    try:
+        lock.acquire()
+    except Timeout:
+        raise ValueError(
+            f"Expected a training folder that nobody uses; wait for the other training or end it, or choose another "
+            f"folder with --runs. Received: {folder}, where another process is training"
+        ) from None
+    try:
+        yield
+    finally:
+        lock.release()
+
+
+def save_progress(folder: Path, progress: Progress, facts: Mapping[str, Any], files: list[Path]) -> None:
+    """Write `history.csv` and, atomically, `progress.json`, with the sums of the files that a resumption will read."""
+    with (folder / "history.csv").open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, HISTORY_COLUMNS, lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(progress.history)
+    content = json.dumps({"facts": facts, "history": progress.history, "sums": sums_of(files)})
+    write_whole(folder / PROGRESS, f"{content}\n{_sum(content.encode())}\n")
+
+
+def read_progress(folder: Path) -> tuple[Progress, dict[str, Any], list[str]] | None:
+    """Return progress, facts and sums of files that `save_progress` wrote; `None` if there is nothing.
+
+    Raises:
+        ValueError: the file is damaged.
+    """
+    path = folder / PROGRESS
+    if not path.is_file():
+        return None
+    content, _, rest = path.read_bytes().partition(b"\n")
+    if rest != f"{_sum(content)}\n".encode():
+        raise damage(path, folder)
+    found = json.loads(content)
+    return Progress(found["history"]), found["facts"], found["sums"]
+
+
+def sums_of(files: list[Path]) -> list[str]:
+    """Return the SHA-256 sums of files; an empty text for one that is missing."""
+    return [_sum(path.read_bytes()) if path.is_file() else "" for path in files]
+
+
+def damage(path: Path, folder: Path) -> ValueError:
+    """Return the error about a damaged file in the directory of a run."""
+    return ValueError(
+        f"Expected what the training saved; restore the file, or remove {folder} to train from the start. "
+        f"Received: {path}, which is damaged"
+    )
+
+
+def require_same_run(folder: Path, facts: Mapping[str, Any]) -> None:
+    """Check that the directory of a run holds no progress of another training.
+
+    Raises:
+        ValueError: it does; the message names the differences.
+    """
+    found = read_progress(folder)
+    if found is not None and (other := facts_that_differ(found[1], facts)):
+        raise ValueError(
+            f"Expected a checkpoint of the same training in {folder}; remove it to start again, or give the training "
+            f"another name. Received: a checkpoint of another {', '.join(other)}"
+        )
+
+
+def set_aside(folder: Path, wanted: TrainingIdentity) -> Path | None:
+    """Rename the directory of a run whose progress is of another training, whatever its backend.
+
+    Returns:
+        The new path, or `None` if there is no progress of another training.
+
+    Raises:
+        ValueError: the progress is damaged, or another process is training there.
+    """
+    found = read_progress(folder)
+    if found is None or not facts_that_differ(found[1], wanted.fingerprint, but=("backend",)):
+        return None
+    number = 1
+    while (aside := folder.with_name(f"{folder.name}.outdated-{number}")).exists():
+        number += 1
+    with locked(folder):
+        return folder.rename(aside)
+
+
+def _sum(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()

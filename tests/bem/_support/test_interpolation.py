@@ -1,0 +1,131 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.interpolate import PchipInterpolator
+
+from bem import LoadingProtocol, Scene, StandardLinearSolid, simulate
+from bem._support.interpolation import ForceInterpolant
+
+
+def test_a_corner_is_kept_where_a_smooth_curve_would_round_it():
+    times = np.array([0.0, 0.5, 1.0, 1.5, 2.0])
+    force = np.where(times < 1.0, times**2, 1.0 - 3.0 * (times - 1.0) ** 2 - (times - 1.0))
+    wanted = np.linspace(0.0, 2.0, 41)
+    exact = np.where(wanted < 1.0, wanted**2, 1.0 - 3.0 * (wanted - 1.0) ** 2 - (wanted - 1.0))
+    kept = np.abs(ForceInterpolant(times, force, [], [1.0]).at(wanted) - exact).max()
+    rounded = np.abs(ForceInterpolant(times, force, []).at(wanted) - exact).max()
+    assert kept < 0.4 * rounded
+
+
+def test_integrals_are_those_of_the_curves_between():
+    times = np.array([0.0, 1.0, 2.0, 2.0, 3.0, 4.0])
+    history = ForceInterpolant(times, np.array([0.0, 1.0, 2.0, 5.0, 5.0, 4.0]), [2.0], [3.0])
+    assert history.ranges == [(0, 3), (3, 5), (4, 6)]
+    np.testing.assert_allclose(history.integrals(), [2.0, 5.0, 4.5], rtol=1e-14)
+    np.testing.assert_array_equal(history.at([1.0, 2.0, 3.0, 3.5]), [1.0, 5.0, 5.0, 4.5])
+
+
+def test_a_jump_at_a_corner_is_a_jump():
+    history = ForceInterpolant([0.0, 1.0, 1.0, 2.0], [0.0, 1.0, 3.0, 3.0], [1.0], [1.0])
+    assert history.ranges == [(0, 2), (2, 4)]
+    assert history.at(1.0) == 3.0
+
+
+def test_a_corner_that_is_no_instant_is_refused():
+    with pytest.raises(ValueError, match="corner_times must be instants"):
+        ForceInterpolant([0.0, 1.0, 2.0], [0.0, 1.0, 0.0], [], [1.5])
+
+
+def test_the_history_bends_where_the_protocol_does():
+    protocol = LoadingProtocol(peak_indentation=3.0, loading_rate=10.0, dwell_time=0.2, unloading_rate=10.0)
+    scene = Scene(tabor=1.0, material=StandardLinearSolid(0.1))
+    found, exact = simulate(scene, protocol), simulate(scene, protocol, 3e-4)
+    corner = protocol.phase_times(1.0)[1]
+    times = corner + np.linspace(-0.02, 0.02, 401)
+    error = np.abs(found.at(times) - exact.at(times)).max() / np.ptp(exact.force)
+    assert error < 0.1 * found.accuracy
+
+
+@given(
+    st.lists(st.tuples(st.floats(1e-3, 1e3), st.floats(-1e3, 1e3, allow_subnormal=False)), min_size=2, max_size=12),
+    st.lists(st.floats(0.0, 1.0), min_size=1, max_size=6),
+)
+def test_the_cubics_are_those_of_scipy(points, places):
+    times = np.cumsum([step for step, _ in points])
+    force = np.array([value for _, value in points])
+    wanted = times[0] + np.array(places) * (times[-1] - times[0])
+    wanted = np.clip(wanted, times[0], times[-1])
+    ours, theirs = ForceInterpolant(times, force, []), PchipInterpolator(times, force)
+    scale = np.abs(force).max()
+    np.testing.assert_allclose(ours.at(wanted), theirs(wanted), rtol=0, atol=1e-9 * scale)
+    area = theirs.integrate(times[0], times[-1])
+    np.testing.assert_allclose(ours.integrals()[0], area, rtol=0, atol=1e-12 * scale * (times[-1] - times[0]))
+
+
+def test_resampling_returns_the_native_points():
+    times = np.sort(np.random.default_rng(1).uniform(0.0, 5.0, 40))
+    force = np.sin(times)
+    np.testing.assert_allclose(ForceInterpolant(times, force, []).at(times), force, rtol=0, atol=1e-15)
+
+
+def test_resampling_converges_on_a_smooth_history():
+    native = np.linspace(0.0, 3.0, 2001)
+    wanted = np.linspace(0.0, 3.0, 77)
+    np.testing.assert_allclose(ForceInterpolant(native, np.sin(native), []).at(wanted), np.sin(wanted), atol=1e-6)
+
+
+@given(st.lists(st.floats(0.05, 1.0), min_size=6, max_size=20), st.data())
+def test_resampling_never_overshoots_even_across_jumps(steps, data):
+    times = np.cumsum(steps)
+    jump = data.draw(st.integers(0, len(times) - 1))
+    times = np.insert(times, jump, times[jump])
+    force = np.array(data.draw(st.lists(st.floats(-5, 5), min_size=len(times), max_size=len(times))))
+    wanted = np.linspace(times[0], times[-1], 333)
+    found = ForceInterpolant(times, force, [times[jump]]).at(wanted)
+    left = np.clip(np.searchsorted(times, wanted, side="right") - 1, 0, len(times) - 2)
+    lower, upper = np.minimum(force[left], force[left + 1]), np.maximum(force[left], force[left + 1])
+    assert np.all(found >= lower - 1e-12)
+    assert np.all(found <= upper + 1e-12)
+
+
+def test_a_jump_is_kept_sharp():
+    times = [0.0, 1.0, 1.0, 2.0]
+    force = [0.0, 1.0, -1.0, -2.0]
+    found = ForceInterpolant(times, force, [1.0]).at([0.5, 1.0 - 1e-9, 1.0, 1.5])
+    np.testing.assert_allclose(found, [0.5, 1.0, -1.0, -1.5], atol=1e-8)
+
+
+def test_jumps_at_the_ends_and_twice_in_one_place():
+    assert ForceInterpolant([0.0, 0.0, 1.0], [5.0, 1.0, 1.0], [0.0]).at(0.0) == 1.0
+    assert ForceInterpolant([0.0, 1.0, 1.0], [5.0, 5.0, 2.0], [1.0]).at(1.0) == 2.0
+    assert ForceInterpolant([0.0, 1.0, 1.0, 1.0, 2.0], [5.0, 5.0, 2.0, 0.0, 0.0], [1.0, 1.0]).at(1.0) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("times", "jumps", "wanted", "message"),
+    [
+        ([0.0, 2.0, 1.0], [], [0.5], "non-decreasing"),
+        ([0.0, 1.0, 2.0], [], [2.5], r"times must lie between 0\.0 and 2\.0; received 2\.5"),
+        ([0.0, 1.0, 2.0], [], [np.nan], "times must lie between"),
+        ([0.0, 1.0, 2.0], [1.0], [0.5], "jump_times must each be listed before and after"),
+    ],
+)
+def test_bad_resampling(times, jumps, wanted, message):
+    with pytest.raises(ValueError, match=message):
+        ForceInterpolant(times, [0.0, 1.0, 2.0], jumps).at(wanted)
+
+
+@pytest.mark.parametrize("start", [0.0, -1e6])
+def test_a_time_a_rounding_outside_is_the_end(start):
+    history = ForceInterpolant([start, start + 1.0, 12.3], [1.0, 2.0, 3.0], [])
+    outside = [np.nextafter(start, -np.inf), np.nextafter(12.3, np.inf)]
+    np.testing.assert_array_equal(history.at(outside), [1.0, 3.0])
+    with pytest.raises(ValueError, match="times must lie between"):
+        history.at(12.3 + 1e-6 * (1.0 - start))
+
+
+@pytest.mark.parametrize("wanted", [1j, [0.5, "a"], [[0.1], [0.2, 0.3]], {}])
+def test_times_are_real_numbers(wanted):
+    with pytest.raises(ValueError, match="times must be real numbers; received"):
+        ForceInterpolant([0.0, 1.0, 2.0], [0.0, 1.0, 2.0], []).at(wanted)

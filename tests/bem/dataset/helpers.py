@@ -1,0 +1,149 @@
+"""Campaigns of the stand-in solver: started in processes of their own, watched, and compared."""
+
+import functools
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+import typer
+from typer.testing import CliRunner
+
+from bem.cli.campaign import register
+from bem.dataset.checkpoints import CampaignError
+from bem.dataset.run import run_campaign
+from bem.dataset.sealed_file import arrays, open_dataset
+from tests.bem.dataset import stand_in
+from tests.data_files import editing
+
+ROOT = Path(__file__).parents[3]
+TIMINGS = ("scalars/solver_seconds",)
+HANG = 600.0  # seconds after which a process that should end is taken to hang, however busy the machine is
+app = typer.Typer()
+register(app)
+
+
+def run_here(*arguments, **options):
+    """Compute a campaign in this process, which starts no workers."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("bem.dataset.run.LocalExecutor", Here)
+        return run_campaign(*arguments, **options)
+
+
+def command(*arguments, solver=None):
+    """Run `bem` in this process, and its campaigns too where a stand-in for the solver is given."""
+    former = signal.getsignal(signal.SIGTERM)
+    try:
+        with pytest.MonkeyPatch.context() as patch:
+            if solver is not None:
+                run = functools.partial(run_here, solver=solver)
+                patch.setattr("bem.dataset.run.run_campaign", run)
+            return CliRunner().invoke(app, [str(argument) for argument in arguments])
+    finally:
+        signal.signal(signal.SIGTERM, former)  # a campaign takes it for itself
+
+
+def numbers(path):
+    with open_dataset(path) as file:
+        return {name: item[...] for name, item in arrays(file) if name not in TIMINGS}
+
+
+def assert_same_numbers(path, other):
+    found, expected = numbers(path), numbers(other)
+    assert found.keys() == expected.keys()
+    for name, values in expected.items():
+        np.testing.assert_array_equal(found[name], values, err_msg=name)
+
+
+def children(parent):
+    found = []
+    for path in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            # The name of the program, in parentheses, may hold spaces.
+            fields = path.read_text(encoding="utf-8", errors="replace").rpartition(")")[2].split()
+        except OSError:
+            continue
+        if int(fields[1]) == parent:
+            found.append(int(path.parent.name))
+    return found
+
+
+def parts(out):
+    return list(out.with_name(out.name + ".parts").glob("campaign-*/part-*.npz"))
+
+
+def await_parts(out, process, at_least):
+    limit = time.monotonic() + HANG
+    while len(parts(out)) < at_least and process.poll() is None:
+        assert time.monotonic() < limit
+        time.sleep(0.005)
+
+
+def start_command(*arguments, solver="slow", before="", **options):
+    code = (
+        "import signal, sys\n"
+        # Tests that run in the background inherit an ignored SIGINT.
+        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+        "import bem._support.interruption\n"
+        "bem._support.interruption.end_on_interrupt('bem')\n"
+        "import bem.dataset.run, functools, typer, bem.cli.campaign\n"
+        "from tests.bem.dataset import stand_in\n"
+        f"solver = stand_in.{solver}\n"
+        "run = bem.dataset.run\n"
+        "run.run_campaign = functools.partial(run.run_campaign, solver=solver)\n"
+        "app = typer.Typer()\n"
+        "bem.cli.campaign.register(app)\n"
+        f"sys.argv = {['bem', *map(str, arguments)]!r}\n"
+        f"{before}\n"
+        "app()\n"
+    )
+    streams = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    return subprocess.Popen([sys.executable, "-c", code], cwd=ROOT, **streams, **options)
+
+
+def altered(undisturbed, tmp_path, change):
+    path = tmp_path / "altered.h5"
+    path.write_bytes(undisturbed.read_bytes())
+    with editing(path) as file:
+        change(file)
+    return path
+
+
+def put(name, value, rows=...):
+    def change(file):
+        content = file[name][...]
+        content[rows] = value
+        file[name][...] = content
+
+    return change
+
+
+def begun(plan, out, monkeypatch, solver=stand_in.solve):
+    """A campaign all of whose parts are there, but not the file."""
+    with monkeypatch.context() as patch:
+        patch.setattr("bem.dataset.run.write_file", lambda *_, **__: (_ for _ in ()).throw(OSError("unplugged")))
+        with pytest.raises(CampaignError, match="unplugged"):
+            run_campaign(plan, out, solver=solver, replace=True)
+    assert not out.exists()
+    return out.with_name(out.name + ".parts")
+
+
+class Here:
+    """A pool that works in this process."""
+
+    workers = 1
+
+    def __init__(self, *_):
+        pass
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        pass
+
+    def run(self, batches, task):
+        return ((batch, task(batch)) for batch in batches)

@@ -1,0 +1,140 @@
+"""Campaigns on disks that are full, and whose parts or folders are damaged or deleted."""
+
+import errno
+import os
+import shutil
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bem.dataset.campaign import Campaign
+from bem.dataset.checkpoints import CampaignError
+from bem.dataset.file import load_dataset
+from bem.dataset.run import run_campaign
+from tests.bem.dataset import stand_in
+from tests.bem.dataset.helpers import (
+    HANG,
+    assert_same_numbers,
+    begun,
+    parts,
+    run_here,
+    start_command,
+)
+
+
+def test_failed_trajectories_are_computed_again_when_asked(mending):
+    out, mend = mending
+    plan = Campaign(count=200, seed=1)
+    deep = int(np.sum(plan.protocols["tabor"] > 3.0))
+
+    def run(**options):
+        return run_campaign(plan, out, solver=stand_in.fails_until_mended, **options)
+
+    assert sum(run().failures.values()) == deep
+    assert run().computed == 0
+    again = run(retry_failed=True)
+    assert (again.computed, sum(again.failures.values())) == (deep, deep)
+    mend()
+    before = load_dataset(out)
+
+    def stop(done, _):
+        if done > 200 - deep:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        run(retry_failed=True, progress=stop)
+    assert run().computed == 0  # and leaves what the retry saved
+    # A target deleted while running is written all the same.
+    found = run(retry_failed=True, progress=lambda *_: out.unlink(missing_ok=True))
+    assert 0 < found.computed < deep
+    assert (found.count, found.failures) == (200, Counter())
+    after = load_dataset(out)
+    np.testing.assert_array_equal(after.force[before.completed], before.force[before.completed])
+    assert after.attributes["core_seconds"] > before.attributes["core_seconds"]
+    assert run(retry_failed=True).computed == 0
+    assert sorted(path.name for path in out.parent.iterdir()) == ["data.h5", "mended"]
+
+
+@pytest.mark.parametrize(("solver", "run"), [("solve", run_campaign), ("slow", run_here)])
+def test_a_folder_deleted_while_running_ends_in_one_sentence(solver, run, undisturbed, plan, tmp_path):
+    out = tmp_path / "there" / "data.h5"
+
+    def delete(done, _):
+        if done > 60:
+            shutil.rmtree(out.parent)
+
+    with pytest.raises(CampaignError, match=r"cannot write '.*'.*somebody removed what was saved") as found:
+        run(plan, out, solver=getattr(stand_in, solver), progress=delete)
+    assert "\n" not in str(found.value)
+    assert list(tmp_path.iterdir()) == []
+    if solver == "solve":
+        assert run_campaign(plan, out, solver=stand_in.solve).computed == 120
+        assert_same_numbers(out, undisturbed)
+
+
+@pytest.mark.parametrize("limit", [10_000, 150_000])
+def test_real_write_errors_end_in_one_sentence(limit, tmp_path):
+    # The least part is larger than the first limit, the file than the second.
+    before = f"import resource; resource.setrlimit(resource.RLIMIT_FSIZE, ({limit}, {limit}))"
+    out = tmp_path / "data.h5"
+    options = ("--count", 600, "--native", "--workers", 1)
+    process = start_command("campaign", *options, "--out", out, solver="solve", before=before)
+    _, errors = process.communicate(timeout=HANG)
+    assert (process.returncode, errors.count("\n")) == (1, 1), errors
+    assert "File too large" in errors
+    assert "the same command continues" in errors
+    assert not out.exists()
+    assert bool(parts(out)) == (limit > 50_000)
+    assert not list(tmp_path.rglob("*.writing"))
+
+
+@pytest.mark.usefixtures("in_this_process")
+@pytest.mark.parametrize("room", [4, None])
+def test_a_full_disk_ends_in_one_sentence_and_loses_nothing(room, plan, undisturbed, tmp_path, monkeypatch):
+    """After campaign.json and three parts, or at the very end."""
+    out, settled, settle = tmp_path / "data.h5", [], Path.replace
+
+    def until_full(temporary, path):
+        if len(settled) == room or path == out:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
+        settled.append(path)
+        return settle(temporary, path)
+
+    with monkeypatch.context() as full:
+        full.setattr(Path, "replace", until_full)
+        with pytest.raises(CampaignError, match=r"No space left on device.*the same command continues"):
+            run_campaign(plan, out, solver=stand_in.solve)
+    assert len(parts(out)) == len(settled) - 1
+    assert not out.exists()
+    assert not list(tmp_path.rglob("*.writing"))
+    assert (run_campaign(plan, out, solver=stand_in.solve).computed > 0) == (room is not None)
+    assert_same_numbers(out, undisturbed)
+
+
+@pytest.mark.usefixtures("in_this_process")
+@pytest.mark.parametrize("harm", ["truncate", "flip", "empty"])
+def test_a_damaged_part_is_computed_again(harm, plan, undisturbed, tmp_path, monkeypatch):
+    out = tmp_path / "data.h5"
+    begun(plan, out, monkeypatch)
+    path = parts(out)[0]
+    content = bytearray(path.read_bytes())
+    with np.load(path) as file:
+        size = len(file["index"])
+    content[len(content) // 2] ^= 1
+    path.write_bytes({"truncate": content[: len(content) // 2], "flip": content, "empty": b""}[harm])
+    summary = run_campaign(plan, out, solver=stand_in.solve)
+    assert (summary.damaged, summary.computed) == (1, size)
+    assert_same_numbers(out, undisturbed)
+
+
+@pytest.mark.usefixtures("in_this_process")
+def test_a_damaged_description_is_written_again(plan, undisturbed, tmp_path, monkeypatch):
+    out = tmp_path / "data.h5"
+    (path,) = begun(plan, out, monkeypatch).glob("campaign-*/campaign.json")
+    path.write_text('{"design": ', encoding="utf-8")
+    with pytest.raises(ValueError, match=r"its description '.*campaign.json' is missing or damaged"):
+        run_campaign(Campaign(count=7), out, solver=stand_in.solve)
+    assert run_campaign(plan, out, solver=stand_in.solve).computed == 0
+    assert_same_numbers(out, undisturbed)

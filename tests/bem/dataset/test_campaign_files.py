@@ -1,0 +1,164 @@
+import subprocess
+import sys
+from collections import Counter
+
+import numpy as np
+import pytest
+
+from bem.dataset.campaign import Campaign
+from bem.dataset.checkpoints import CampaignError
+from bem.dataset.file import load_dataset
+from bem.dataset.run import merge, run_campaign
+from bem.dataset.sealed_file import DamagedFileError
+from bem.dataset.verification import verify
+from surrogate.data.dataset import TrajectoryDataset
+from tests.bem.dataset import stand_in
+from tests.bem.dataset.helpers import altered, assert_same_numbers, put
+from tests.data_files import editing
+
+
+@pytest.mark.usefixtures("in_this_process")
+def test_shards_merge_into_the_undisturbed_file(undisturbed, tmp_path):
+    out = tmp_path / "data.h5"
+    paths = []
+    for number in (2, 3, 1):
+        plan = Campaign(count=120, seed=4, native=True, shard=(number, 3))
+        paths.append(run_campaign(plan, out, solver=stand_in.solve).path)
+    assert paths[0].name == "data.shard-2-of-3.h5"
+    second = load_dataset(paths[0])
+    assert second.columns["index"].tolist() == list(range(1, 120, 3))
+    np.testing.assert_array_equal(second.protocols["tabor"], load_dataset(undisturbed).protocols["tabor"][1::3])
+    with pytest.raises(ValueError, match="without 40 of them, the first being trajectory 0"):
+        merge(paths[:2], out)
+    with pytest.raises(ValueError, match="must not overlap"):
+        merge([*paths, paths[0]], out)
+    assert not out.exists()
+    assert merge(paths, out).count == 120
+    assert_same_numbers(out, undisturbed)
+    with pytest.raises(ValueError, match="must not overlap"):
+        merge([paths[0], undisturbed], tmp_path / "other.h5")
+
+
+def test_shards_completed_later_are_merged_again(mending):
+    out, mend = mending
+    plans = [Campaign(count=200, seed=1, shard=(number, 2)) for number in (1, 2)]
+    paths = [run_campaign(plan, out, solver=stand_in.fails_until_mended).path for plan in plans]
+    assert sum(merge(paths, out).failures.values()) > 0
+    mend()
+    for plan in plans:
+        run_campaign(plan, out, solver=stand_in.fails_until_mended, retry_failed=True)
+    assert merge(paths, out).failures == Counter()
+
+
+def drop(name):
+    return lambda file: file.__delitem__(name)
+
+
+def attribute(name, *value):
+    return lambda file: file.attrs.__setitem__(name, *value) if value else file.attrs.__delitem__(name)
+
+
+def replace(name, content):
+    def change(file):
+        former = file[name][...]
+        del file[name]
+        file[name] = content(former)
+
+    return change
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (drop("scalars/steps"), "without /scalars/steps"),
+        (drop("jumps/time"), "without /jumps/time"),
+        (drop("protocols/tabor"), "without /protocols/tabor"),
+        (drop("native/force"), "without /native/force"),
+        (drop("fms"), "cannot be read"),
+        (drop("reason"), "without /reason"),
+        (replace("scalars/hysteresis", lambda rows: rows[:-1]), r"/scalars/hysteresis is float64 of shape \(119,\)"),
+        (replace("fms/force", lambda rows: rows[:, :-1]), r"whose /fms/force is float32 of shape \(120, 119\)"),
+        (replace("jumps/force_before", lambda rows: rows[1:]), "whose /jumps/force_before is"),
+        (replace("native/offsets", lambda rows: rows[1:]), "whose /native/offsets is"),
+        (replace("index", lambda rows: rows[::-1]), "whose /index does not increase"),
+        (put("index", 3), "whose /index does not increase"),
+        (put("index", [2, 1], [1, 2]), "whose /index does not increase from 0 to less than 120"),
+        (put("jumps/trajectory", [2, 1], [1, 2]), "whose /jumps/trajectory is not in the order of /index"),
+        (put("native/offsets", [2, 1], [1, 2]), "whose /native/offsets do not increase from 0"),
+        (put("status", 7), "whose /status is neither"),
+        (put("jumps/trajectory", 4000), "whose /jumps/trajectory is not in the order"),
+        (attribute("campaign"), "without the attribute 'campaign'"),
+        (attribute("wall_seconds"), "without the attribute 'wall_seconds'"),
+        (attribute("host"), "without the attribute 'host'"),
+        (attribute("campaign", "{"), "cannot be read"),
+        (attribute("campaign", '{"count": 3}'), "lacks 'design'"),
+        (attribute("campaign", "none"), "whose attribute 'campaign' is 'none'"),
+        (attribute("wall_seconds", "long"), "whose attribute 'wall_seconds' is 'long'"),
+        (attribute("accuracy", "draft"), "whose attribute 'accuracy' is 'draft', and 'standard' in 'campaign'"),
+        (attribute("host", '{"a": "' + 10**4 * "x" + '"}'), "whose attribute 'host' is"),
+        (attribute("campaign", 10**5 * "["), "cannot be read"),
+        (put("protocols/tabor", 0.0, 3), "whose /protocols/tabor is not above zero"),
+        (put("protocols/tabor", -1.0), "whose /protocols/tabor is not above zero"),
+        (put("protocols/dwell_time", -1.0, 3), "whose /protocols/dwell_time is below zero"),
+        (put("protocols/peak_indentation", np.nan, 3), "whose /protocols/peak_indentation is not finite"),
+        (put("fms/force", np.nan, 3), "whose /fms/force is not finite in every completed trajectory"),
+        (put("scalars/nodes", np.inf, 3), "whose /scalars/nodes is not finite in every completed trajectory"),
+        (put("jumps/time", np.nan), "whose /jumps/time is not finite"),
+        (put("native/contact_radius", np.nan), "whose /native/contact_radius is not finite"),
+        (replace("scalars/steps", lambda rows: rows.astype(complex)), "/scalars/steps holds neither numbers nor text"),
+        (lambda file: file["fms"].attrs.__setitem__("counts", [50, 20, 49]), "whose measurement points are"),
+        (lambda file: file["fms"].attrs.__delitem__("counts"), "cannot be read"),
+    ],
+)
+def test_incomplete_files_are_refused_in_one_sentence(change, message, undisturbed, tmp_path):
+    path = altered(undisturbed, tmp_path, change)
+    expected = rf"expected a complete data set; received '.*altered.h5', .*{message}"
+    with pytest.raises(DamagedFileError, match=expected) as found:
+        load_dataset(path, native=True)
+    assert "\n" not in str(found.value)
+    assert len(str(found.value)) < 1000
+    if "native" not in message:
+        with pytest.raises(ValueError, match=expected):
+            TrajectoryDataset.load(path)
+    with pytest.raises(ValueError, match=expected):
+        verify(path, solver=stand_in.solve)
+    out = tmp_path / "merged.h5"
+    with pytest.raises(ValueError, match=expected):
+        merge([path], out)
+    assert not out.exists()
+
+
+def test_a_file_another_program_is_writing_is_not_called_damaged(undisturbed, tmp_path):
+    path = tmp_path / "busy.h5"
+    path.write_bytes(undisturbed.read_bytes())
+    code = f"import h5py, sys; f = h5py.File({str(path)!r}, 'r+'); print('open', flush=True); sys.stdin.read()"
+    process = subprocess.Popen([sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    try:
+        assert process.stdout.readline() == "open\n"
+        with pytest.raises(ValueError, match="which another program is writing"):
+            load_dataset(path)
+    finally:
+        process.communicate()
+
+
+@pytest.mark.usefixtures("in_this_process")
+def test_merging_keeps_where_the_shards_come_from(tmp_path):
+    paths, hosts = [], ["Linux x86_64, 4 cores of A", "Linux x86_64, 8 cores of B"]
+    for number, host in enumerate(hosts, 1):
+        plan = Campaign(count=20, seed=4, shard=(number, 2))
+        paths.append(run_campaign(plan, tmp_path / "data.h5", solver=stand_in.solve).path)
+        with editing(paths[-1]) as file:
+            file.attrs["host"] = host
+    shards = [load_dataset(path).attributes for path in paths]
+    merge(paths, tmp_path / "data.h5", command="bem merge")
+    found = load_dataset(tmp_path / "data.h5").attributes
+    assert (found["host"], found["versions"]) == (hosts, shards[0]["versions"])
+    assert (found["workers"], found["command"]) == (2, "bem merge")
+    assert found["core_seconds"] == sum(shard["core_seconds"] for shard in shards)
+
+
+def test_merging_into_a_folder_that_is_not_there_promises_nothing(undisturbed, tmp_path):
+    with pytest.raises(CampaignError) as found:
+        merge([undisturbed], tmp_path / "absent" / "data.h5")
+    assert "No such file or directory" in str(found.value)
+    assert "continues" not in str(found.value)

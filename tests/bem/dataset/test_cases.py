@@ -1,0 +1,226 @@
+"""Campaigns of any scenes and protocols: what is computed, kept, resumed and read again."""
+
+import json
+import re
+from dataclasses import asdict, replace
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+import bem
+from bem import (
+    Cases,
+    Elastic,
+    ForceProtocol,
+    HardContact,
+    LoadingProtocol,
+    PiecewiseLinearProtocol,
+    PronySeries,
+    Scene,
+    StandardLinearSolid,
+    load_cases,
+    run_campaign,
+)
+from bem.dataset.cases import described, restored, with_nan
+from bem.dataset.file import load_dataset
+from bem.dataset.sealed_file import DamagedFileError, arrays
+from bem.trajectory import Statistics
+from tests.bem.dataset import stand_in
+from tests.bem.dataset.helpers import run_here
+from tests.data_files import editing
+
+RAMP = LoadingProtocol(peak_indentation=2.0, loading_rate=1.0, dwell_time=0.5, unloading_rate=3.0)
+CYCLES = PiecewiseLinearProtocol([0.0, 1.0, 1.5, 2.25, 3.0], [-1.0, 2.0, 0.1, 2.0, -1.0])
+MATERIALS = (Elastic(), StandardLinearSolid(0.3), PronySeries([0.3, 0.1], [1.0, 1e-3 / 3.0]))
+PAIRS = [
+    (Scene(0.1 + mu / 3.0, material, adhesion), protocol)
+    for mu in range(5)
+    for material in MATERIALS
+    for adhesion in (bem.LennardJones(), HardContact())
+    for protocol in (RAMP, CYCLES)
+]
+
+
+def same(one, other):
+    """Whether two trajectories are the same to the last bit, NaN included."""
+    assert type(one) is type(other)
+    if one is None:
+        return
+    for name in ("time", "indentation", "force", "contact_radius", "unloading"):
+        found, expected = getattr(one, name), getattr(other, name)
+        assert found.dtype == expected.dtype
+        np.testing.assert_array_equal(found, expected, err_msg=name)
+    np.testing.assert_equal(
+        [one.status, one.accuracy, one.energy_balance, asdict(one.stats), list(map(asdict, one.jumps))],
+        [other.status, other.accuracy, other.energy_balance, asdict(other.stats), list(map(asdict, other.jumps))],
+    )
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    path = tmp_path_factory.mktemp("cases") / "cases.h5"
+    summary = run_campaign(Cases(PAIRS), path, solver=stand_in.follow, command="made by hand")
+    assert (summary.count, summary.computed, sum(summary.failures.values())) == (60, 60, 0)
+    assert list(path.parent.iterdir()) == [path]
+    return path
+
+
+def test_what_is_read_is_what_the_solver_returned(whole):
+    cases = load_cases(whole)
+    assert [(case.scene, case.protocol) for case in cases] == PAIRS
+    for case in cases:
+        same(case.trajectory, stand_in.follow(case.scene, case.protocol))
+        assert case.reason == ""
+    assert any(np.isnan(jump.energy_lost) for case in cases for jump in case.trajectory.jumps)
+
+
+def test_scalars_and_histories_are_read_by_any_hdf5_program(whole):
+    cases = load_cases(whole)
+    with h5py.File(whole) as file:
+        offsets = file["native/offsets"][:]
+        for row in (0, 59):
+            piece = slice(offsets[row], offsets[row + 1])
+            np.testing.assert_array_equal(file["native/force"][piece], cases[row].trajectory.force)
+            assert file["scalars/hysteresis"][row] == cases[row].trajectory.hysteresis
+            assert json.loads(file["scene"].asstr()[row])["tabor"] == cases[row].scene.tabor
+            assert "NaN" not in file["outcome"].asstr()[row]
+        assert file.attrs["command"] == "made by hand"
+
+
+def test_the_documented_tree_is_the_files(whole):
+    text = (Path(__file__).parents[3] / "docs" / "cluster.md").read_text(encoding="utf-8")
+    documented = re.findall(r"^\| `/([a-z_/]+)` \| (\w+) \| (\([^|]*\)) \|", text, re.MULTILINE)
+    sizes = {"n": 60, "n + 1": 61}
+    with h5py.File(whole) as file:
+        sizes["m"] = int(file["native/offsets"][-1])
+        found = {
+            (path, "string" if h5py.check_string_dtype(item.dtype) else item.dtype.name, item.shape)
+            for path, item in arrays(file)
+        }
+        attributes = text[text.index("Attributes of the root") :].split("\n\n")[0]
+        assert set(re.findall(r"`([a-z_]+)`", attributes)) == set(file.attrs)
+    assert {(path, kind, (sizes[shape.strip("(),")],)) for path, kind, shape in documented} == found
+
+
+def test_an_interrupted_one_continues(whole, tmp_path):
+    out = tmp_path / "cases.h5"
+
+    def stop(done, _):
+        if done > 20:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        run_campaign(Cases(PAIRS), out, solver=stand_in.follow, workers=2, progress=stop)
+    with pytest.raises(ValueError, match=r"cases '[0-9a-f]{64}' there and '[0-9a-f]{64}' here"):
+        run_campaign(Cases(PAIRS[::-1]), out, solver=stand_in.follow)
+    assert 0 < run_here(Cases(PAIRS), out, solver=stand_in.follow).computed < 60
+    for one, other in zip(load_cases(out), load_cases(whole), strict=True):
+        same(one.trajectory, other.trajectory)
+    assert list(tmp_path.iterdir()) == [out]
+
+
+def test_failures_are_kept_and_computed_again_when_asked(mending):
+    out, mend = mending
+
+    def run(**options):
+        return run_campaign(Cases(PAIRS), out, solver=stand_in.stops_early_until_mended, **options)
+
+    assert dict(run().failures) == {"ArithmeticError: too elastic": 20, "stopped": 20}
+    for case in load_cases(out):
+        assert (case.trajectory is None) == isinstance(case.scene.material, Elastic)
+        if isinstance(case.scene.material, PronySeries):
+            assert (case.reason, case.trajectory.completed, len(case.trajectory.time)) == ("stopped", False, 10)
+    mend()
+    again = run(retry_failed=True)
+    assert (again.computed, dict(again.failures)) == (40, {})
+
+
+def test_neither_file_is_taken_for_the_other(whole, undisturbed):
+    with pytest.raises(ValueError, match="an HDF5 file of another kind"):
+        load_dataset(whole)
+    with pytest.raises(ValueError, match="an HDF5 file of another kind"):
+        load_cases(undisturbed)
+    content = undisturbed.read_bytes()
+    with pytest.raises(ValueError, match="an HDF5 file of another kind"):
+        run_campaign(Cases(PAIRS), undisturbed, replace=True)
+    assert undisturbed.read_bytes() == content
+
+
+@pytest.mark.parametrize(
+    "harm",
+    [
+        lambda file: file.__delitem__("outcome"),
+        lambda file: file["outcome"].__setitem__(0, "{"),
+        lambda file: file["outcome"].__setitem__(0, '{"status": "completed"}'),
+        lambda file: file["scene"].__setitem__(0, '{"type": "Path"}'),
+        lambda file: file["protocol"].__setitem__(0, '{"type": "__name__"}'),
+        lambda file: file["scene"].__setitem__(0, "[" * 10**5),
+        lambda file: file.attrs.__delitem__("campaign"),
+        lambda file: file.attrs.__setitem__("wall_seconds", "long"),
+    ],
+)
+def test_files_that_do_not_fit_together_are_refused_in_one_sentence(harm, whole, tmp_path):
+    path = tmp_path / "cases.h5"
+    path.write_bytes(whole.read_bytes()[:-1])
+    with pytest.raises(DamagedFileError, match="truncated or damaged"):
+        load_cases(path)
+    path.write_bytes(whole.read_bytes())
+    with editing(path) as file:
+        harm(file)
+    with pytest.raises(DamagedFileError, match="expected a complete file of cases") as found:
+        load_cases(path)
+    assert "\n" not in str(found.value)
+    assert len(str(found.value)) < 1000
+
+
+class Own(Elastic):
+    """A material that a file could not name."""
+
+
+@pytest.mark.parametrize(
+    ("pairs", "message"),
+    [
+        ([], "cases must hold at least one pair"),
+        ([3], "case 0 must be a Scene and a protocol; received 3"),
+        ([PAIRS[0], (RAMP, PAIRS[0][0])], "case 1 must be a Scene and a protocol"),
+        ([(Scene(1.0), LoadingProtocol(peak_indentation=-5.0, loading_rate=1.0, dwell_time=0.0, unloading_rate=1.0))],
+         "case 0: peak_indentation must lie above the start"),
+        ([(Scene(1.0, Own()), RAMP)], "must be made of the public classes of bem; received 'Own'"),
+    ],
+)  # fmt: skip
+def test_cases_that_cannot_be_simulated_are_refused(pairs, message):
+    with pytest.raises(ValueError, match=message):
+        Cases(pairs)
+    with pytest.raises(ValueError, match="accuracy must be"):
+        Cases(PAIRS, "superb")
+
+
+def test_springs_and_forces_are_kept(tmp_path):
+    pairs = [(Scene(1.0, spring=2.0), RAMP), (Scene(1.0), ForceProtocol([0.0, 1.0, 2.0], [0.0, -2.0, 3.0]))]
+    run_campaign(Cases(pairs, "draft"), tmp_path / "cases.h5")
+    behind, pushed = load_cases(tmp_path / "cases.h5")
+    assert [(case.scene, case.protocol) for case in (behind, pushed)] == pairs
+    for case in (behind, pushed):
+        again = bem.simulate(case.scene, case.protocol, "draft")
+        same(case.trajectory, replace(again, stats=case.trajectory.stats))
+    assert behind.trajectory.spring == 2.0
+    np.testing.assert_allclose(behind.trajectory.stage, RAMP.history(1.0).indentation_at(behind.trajectory.time))
+    assert pushed.trajectory.by_force
+    assert pushed.trajectory.detached
+
+
+def test_descriptions_name_the_law_and_the_spring_only_where_there_is_one():
+    laws = (bem.LennardJones(), bem.ConstantStress(), bem.ConstantStress(width=0.2), bem.Exponential())
+    scenes = [Scene(1.0, adhesion=law) for law in laws] + [Scene(1.0, spring=2.0)]
+    assert described(scenes[0])["adhesion"] == {"type": "LennardJones"}  # as before there were others
+    assert "spring" not in described(scenes[0])  # as before there were springs
+    assert [restored(described(scene)) for scene in scenes] == scenes
+    assert len({Cases([(scene, RAMP)]).identity()["cases"] for scene in scenes}) == len(scenes)
+
+
+def test_counts_that_an_older_file_lacks_are_those_of_one_attempt():
+    stats = Statistics(**with_nan(Statistics, {"steps": 3}))
+    assert (stats.steps, stats.attempts, stats.failed_attempts) == (3, 1, 0)
+    assert np.isnan(stats.nodes)

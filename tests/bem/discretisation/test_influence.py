@@ -1,0 +1,87 @@
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+from bem.discretisation.influence import (
+    force_weights,
+    influence_matrix,
+    require_mesh,
+    unit_influence,
+)
+from bem.reference_solutions import displacements
+from tests.bem.discretisation.test_ring_moments import kernel_at_one
+
+
+@pytest.mark.parametrize("radii", [np.linspace(0.0, 1.0, 50), np.concatenate([[0.0], np.geomspace(1e-3, 1.0, 60)])])
+def test_a_uniform_disc_and_a_cone_are_met_to_rounding(radii):
+    matrix = influence_matrix(radii)
+    uniform = matrix @ np.ones(radii.size)
+    cone = matrix @ (1.0 - radii)
+    np.testing.assert_allclose(uniform, displacements.uniform_disc(radii), rtol=1e-12)
+    np.testing.assert_allclose(cone, displacements.cone_pressure(radii), rtol=1e-10)
+    assert uniform[[0, -1]] == pytest.approx([2.0, 4.0 / np.pi], rel=1e-13)
+    assert cone[[0, -1]] == pytest.approx([1.0, 0.37180785], abs=1e-8)
+
+
+def test_a_hertz_pressure_is_met_at_second_order_of_the_spacing():
+    errors = []
+    for count in (20, 40, 80):
+        inside = np.sin(0.5 * np.pi * np.linspace(0.0, 1.0, count))  # the pressure is smooth in this angle
+        radii = np.append(inside, np.linspace(1.0, 3.0, 9)[1:])
+        pressure = np.sqrt(np.maximum(1.0 - radii**2, 0.0))
+        error = influence_matrix(radii) @ pressure - displacements.hertz_pressure(radii)
+        errors.append(np.max(np.abs(error)))
+    assert errors[2] < 2e-4
+    assert all(3.2 < coarse / fine < 5.0 for coarse, fine in pairwise(errors))
+
+
+def test_the_kernel_is_homogeneous():
+    radii = np.append(0.0, np.geomspace(0.01, 4.0, 30))
+    np.testing.assert_allclose(influence_matrix(37.0 * radii), 37.0 * influence_matrix(radii), rtol=1e-12)
+
+
+@pytest.mark.parametrize("radii", [np.linspace(0.0, 2.0, 80), np.append(0.0, np.geomspace(0.05, 2.0, 40))])
+def test_every_traction_stores_energy(radii):
+    energy = force_weights(radii)[:, None] * influence_matrix(radii)
+    assert np.min(np.linalg.eigvals(influence_matrix(radii)).real) > 0.0
+    assert np.min(np.linalg.eigvalsh(energy + energy.T)) > 0.0
+
+
+def test_a_far_observer_sees_a_point_force():
+    radii = np.array([0.0, 0.5, 1.0, 500.0, 1000.0])
+    traction = np.array([1.0, 0.5, 0.0, 0.0, 0.0])
+    displacement = influence_matrix(radii)[3] @ traction
+    # G(r, s) -> 2 / r far away, and P = 2 int sigma r dr
+    assert displacement == pytest.approx(force_weights(radii) @ traction / 500.0, rel=1e-5)
+
+
+def test_force_weights_integrate_piecewise_linear_tractions_exactly():
+    radii = np.array([0.0, 0.3, 0.35, 1.0, 2.5])
+    weights = force_weights(radii)
+    assert weights @ np.ones(5) == pytest.approx(2.5**2)
+    assert weights @ radii == pytest.approx(2.0 / 3.0 * 2.5**3)
+
+
+@pytest.mark.parametrize(
+    "radii", [[0.0, 1.0], [0.1, 1.0, 2.0], [0.0, 1.0, 1.0], [0.0, np.nan, 2.0], [[0.0, 1.0, 2.0]], [0.0, 2.0, 1.0]]
+)
+def test_what_is_not_a_mesh_is_refused(radii):
+    with pytest.raises(ValueError, match=r"^mesh must .*; received"):
+        require_mesh(np.array(radii))
+
+
+def test_the_influence_at_unit_spacing_is_that_of_the_radii():
+    size = 150
+    direct = influence_matrix(np.arange(size + 1.0)).T[:size, :size]
+    np.testing.assert_allclose(unit_influence(size), direct, rtol=3e-10)
+
+
+@pytest.mark.parametrize(("hat", "observer"), [(600, 3), (40, 599), (300, 285), (14, 0), (13, 2)])
+def test_hats_away_from_the_diagonal_agree_with_quadrature(hat, observer):
+    def integrand(s):
+        return (1.0 - abs(s - hat)) * (2.0 if observer == 0 else kernel_at_one(s / observer) / observer * s)
+
+    expected = sum(quad(integrand, hat + a, hat + a + 1.0, epsabs=0.0, epsrel=1e-13)[0] for a in (-1.0, 0.0))
+    assert unit_influence(601)[hat, observer] == pytest.approx(expected, rel=3e-11)

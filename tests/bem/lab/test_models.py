@@ -1,0 +1,134 @@
+"""Every model of the ladder declares what it is, and agrees with the reference solutions."""
+
+import numpy as np
+import pytest
+
+from bem import Elastic, StandardLinearSolid
+from bem.lab import Setup
+from bem.lab.models import CONTACT_POINT, LADDER, Path
+from bem.lab.models.path import straight_lines
+from bem.lab.models.ting import pressed
+from bem.reference_solutions import maugis_dugdale
+from tests.bem.lab.measurement import BEAD, TRUTH, measured
+
+UNITS = {"Pa", "J/m^2", "m", "s", ""}
+SETUP = Setup(radius=1e-5, work_of_adhesion=0.05, relaxed_modulus=1e6, half_angle=30.0)
+VALUES = {
+    "relaxed_modulus": 1e6,
+    "work_of_adhesion": 0.05,
+    "tabor": 1.0,
+    "modulus_ratio": 0.3,
+    "retardation_time": 0.2,
+    "modulus_at_1s": 1e6,
+    "exponent": 0.2,
+    "contact_point": 0.0,
+}
+
+
+@pytest.mark.parametrize("name", LADDER)
+def test_a_model_declares_names_units_bounds_and_assumptions(name):
+    model = LADDER[name]
+    assert model.name == name
+    assert model.title
+    assert model.source[-1].isdigit() or model.source.startswith("paper")
+    assert all(text[0].isupper() and text.endswith(".") for text in model.assumptions)
+    assert len(model.assumptions) >= 2
+    for parameter in (*model.parameters, CONTACT_POINT):
+        assert parameter.unit in UNITS
+        assert parameter.low < parameter.high
+        assert parameter.advice
+        assert parameter.outer(parameter.inner(0.3)) == pytest.approx(0.3)
+        assert parameter.outer(1e9) > 0.9
+        assert np.isfinite(parameter.inner(parameter.outer(100.0)))
+        assert set(parameter.name) <= set("abcdefghijklmnopqrstuvwxyz_0123456789")
+    assert model.adhesive <= any(parameter.name == "work_of_adhesion" for parameter in model.parameters)
+    assert model.relaxes == any(parameter.scale == "logit" for parameter in model.parameters)
+
+
+@pytest.mark.parametrize("name", [name for name in LADDER if name != "solver"])
+@pytest.mark.parametrize("stiffness", [None, 30.0])
+def test_a_spring_moves_the_contact_along_the_same_branch(name, stiffness):
+    """Behind a spring, the tension at a stage is that of the sphere at stage plus stretch."""
+    time = np.linspace(0.0, 1.0, 1500)
+    stage = np.linspace(-1e-6, 2e-6, 1500)
+    setup = SETUP if stiffness is None else SETUP.replaced(stiffness=stiffness)
+    tension = LADDER[name].tension(VALUES, Path(time, stage, setup))
+    depth = stage + (0.0 if stiffness is None else tension / stiffness)
+    alone = LADDER[name].tension(VALUES, Path(time, depth, SETUP))
+    away = stage > 0.1e-6
+    np.testing.assert_allclose(tension[away], alone[away], rtol=2e-3, atol=2e-3 * np.abs(alone).max())
+
+
+@pytest.mark.parametrize(("name", "tabor"), [("dmt", 5e-4), ("jkr", 20.0)])
+def test_dmt_and_jkr_are_the_ends_of_maugis(name, tabor):
+    path = Path(np.arange(200.0), np.linspace(1e-8, 1e-6, 200), SETUP)
+    one = LADDER[name].tension(VALUES, path)
+    other = LADDER["maugis"].tension(VALUES | {"tabor": tabor}, path)
+    np.testing.assert_allclose(one, other, atol=0.03 * np.ptp(one))
+
+
+def test_maugis_is_the_reference_solution():
+    path = Path(np.arange(50.0), np.linspace(0.0, 1e-6, 50), SETUP)
+    length = np.cbrt(1e-5 * (0.05 * 0.75 / 1e6) ** 2)
+    exact = maugis_dugdale.force_from_indentation(path.place / length, 1.0) * np.pi * 1e-5 * 0.05
+    np.testing.assert_allclose(LADDER["maugis"].tension(VALUES, path), exact, atol=1e-4 * np.ptp(exact))
+
+
+def test_ting_is_hertz_where_nothing_relaxes_and_lags_where_it_does():
+    time = np.linspace(0.0, 2.0, 1201)
+    path = Path(time, np.minimum(np.minimum(2e-6 * time, 1e-6), 1e-6 * (4.0 - 2.0 * time)) - 0.2e-6, SETUP)
+    hertz = LADDER["hertz"].tension(VALUES, path)
+    still = LADDER["ting"].tension(VALUES | {"modulus_ratio": 0.999999}, path)
+    np.testing.assert_allclose(still, hertz, atol=2e-4 * np.ptp(hertz))
+    # It presses harder on the way in, and lets go before the sphere is back.
+    relaxing = -LADDER["ting"].tension(VALUES, path)
+    assert relaxing.max() > 1.4 * np.abs(hertz).max()
+    assert np.flatnonzero(relaxing)[-1] < np.flatnonzero(hertz)[-1]
+
+
+def test_the_power_law_presses_as_its_integral_does():
+    """Under a ramp of depth^(3/2) the force is E1 t^(1 - exponent) / (1 - exponent)."""
+    time = np.linspace(0.0, 1.0, 2001)
+    path = Path(time, 1e-6 * np.cbrt(time) ** 2, SETUP)
+    force = -LADDER["ting_power_law"].tension(VALUES, path)
+    slope = 4.0 / 3.0 * 1e6 / 0.75 * np.sqrt(1e-5) * 1e-9
+    np.testing.assert_allclose(force[200:], slope * time[200:] ** 0.8 / 0.8, rtol=0.01)
+
+
+def test_a_row_of_elements_lets_go_and_is_pressed_again():
+    time = np.concatenate([np.linspace(0.0, 1.1, 500), np.linspace(1.2, 30.0, 500), np.linspace(30.01, 31.1, 500)])
+    apart = 1e-6 * np.interp(time, [0.0, 1.0, 1.1, 30.0, 31.0, 31.1], [-1.0, 1.0, -1.0, -1.0, 1.0, -1.0])
+    profile = ((np.arange(50) + 0.5) / 50) ** 2 * 1e-6
+    force = pressed(time, apart, profile, 1e-7, 1e5, np.array([1e5]), np.array([1.0]), 0.0)
+    assert np.all(force[(time > 1.1) & (time < 30.0)] == 0.0)
+    assert force[time > 30.0].max() == pytest.approx(force[time < 1.1].max(), rel=0.01)
+
+
+def test_a_measured_path_becomes_few_straight_lines():
+    curve = measured()
+    times, depths = straight_lines(curve.time, curve.indentation)
+    assert times.size < 8
+    assert np.max(np.abs(np.interp(curve.time, times, depths) - curve.indentation)) < 1.1e-3 * np.ptp(curve.indentation)
+
+
+def test_a_corner_between_two_samples_is_where_the_lines_meet():
+    time = np.linspace(0.0, 1.0, 101)
+    path = np.minimum(2.0 * time, 1.0) - 3.0 * np.maximum(time - 0.7043, 0.0)
+    times, places = straight_lines(time, path)
+    np.testing.assert_allclose(times, [0.0, 0.5, 0.7043, 1.0], atol=1e-9)
+    np.testing.assert_allclose(places, [0.0, 1.0, 1.0, path[-1]], atol=1e-9)
+
+
+def test_the_solver_is_the_simulation_that_made_the_curve():
+    clean = measured(noise=0.0)
+    path = Path(clean.time, clean.indentation, BEAD)
+    tension = LADDER["solver"].tension(TRUTH, path, "standard")
+    inside = np.abs(tension + TRUTH["force_offset"] - clean.force) < 0.02 * np.ptp(clean.force)
+    assert np.mean(inside) > 0.99
+
+
+def test_a_setup_gets_the_solid_that_was_fitted():
+    elastic = BEAD.replaced(material=Elastic(), retardation_time=None)
+    found = LADDER["solver"].setup_of(VALUES, elastic)
+    assert found.material == StandardLinearSolid(0.3)
+    assert LADDER["hertz"].setup_of({"relaxed_modulus": 1e3}, elastic).relaxed_modulus == 1e3

@@ -1,0 +1,136 @@
+"""Elastic contacts that are read off the curve of equilibria, beside time steps of the boundary-element solver."""
+
+import numpy as np
+import pytest
+
+from bem import (
+    ConstantStress,
+    Elastic,
+    Exponential,
+    ForceProtocol,
+    HardContact,
+    PiecewiseLinearProtocol,
+    Scene,
+    StandardLinearSolid,
+    simulate,
+)
+from bem.discretisation.mesh import uniform_mesh
+from bem.solver import elastic_branch, simulation
+
+CYCLES = PiecewiseLinearProtocol([0.0, 1.0, 1.5, 2.0, 3.0], [-6.0, 2.0, -1.0, 3.0, -9.0])
+PULLED = ForceProtocol([0.0, 1.0, 2.0, 3.0], [0.0, -8.0, 1.0, 1.7])
+
+
+@pytest.mark.parametrize(
+    ("scene", "protocol"),
+    [
+        (Scene(0.3), CYCLES),
+        (Scene(1.0), CYCLES),
+        (Scene(3.0), CYCLES),
+        (Scene(1.0, spring=0.4), CYCLES),
+        (Scene(2.0, spring=5.0), CYCLES),
+        (Scene(0.3), PULLED),
+        (Scene(2.0), PULLED),
+        (Scene(1.5, adhesion=Exponential()), CYCLES),
+        (Scene(1.0, adhesion=ConstantStress()), CYCLES),
+    ],
+)
+def test_the_curve_and_time_steps_agree(scene, protocol, monkeypatch):
+    found = simulate(scene, protocol)
+    monkeypatch.setattr(simulation, "_on_branch", lambda *_: None)
+    stepped = simulate(scene, protocol, 1e-3)
+    assert (found.stats.rung, stepped.stats.rung) == ("elastic branch", "boundary elements")
+    assert found.status.split()[0] == stepped.status.split()[0]
+    assert found.pull_off_force == pytest.approx(stepped.pull_off_force, rel=2e-3)
+    assert found.max_compression == pytest.approx(stepped.max_compression, rel=2e-3, abs=1e-3)
+    assert len(found.jumps) == len(stepped.jumps)
+    rigid = scene.spring is None and protocol is CYCLES  # else the sphere moves fast where it is about to jump
+    for one, other in zip(found.jumps, stepped.jumps, strict=True):
+        assert one.indentation == pytest.approx(other.indentation, abs=0.01 if rigid else 0.03)
+        assert one.indentation_after == pytest.approx(other.indentation_after, abs=0.02, nan_ok=True)
+        assert one.force_after == pytest.approx(other.force_after, abs=0.02)
+        assert one.energy_lost == pytest.approx(other.energy_lost, abs=4e-3, rel=4e-3, nan_ok=True)
+    instants = np.linspace(0.0, min(found.time[-1], stepped.time[-1]), 300)
+    if protocol is PULLED:
+        depths = [np.interp(instants, one.time, one.indentation) for one in (found, stepped)]
+        assert np.median(np.abs(depths[0] - depths[1])) < 4e-3 * scene.tabor
+    else:
+        assert np.median(np.abs(found.at(instants) - stepped.at(instants))) < 2e-3
+
+
+def test_equal_cycles_repeat_to_the_last_bit():
+    once = simulate(Scene(3.0), PiecewiseLinearProtocol([0, 1, 2], [-7.0, 2.0, -7.0]))
+    often = simulate(Scene(3.0), PiecewiseLinearProtocol(range(9), [-7.0, 2.0] * 4 + [-7.0]))
+    assert len(often.jumps) == 4 * len(once.jumps) == 8
+    assert often.hysteresis == pytest.approx(4.0 * once.hysteresis, rel=1e-9)
+    first = often.time <= 2.0
+    np.testing.assert_array_equal(often.force[first], once.force)
+
+
+@pytest.mark.parametrize("spring", [None, 0.4, 5.0])
+def test_the_area_of_the_loop_is_what_its_jumps_lose(spring):
+    found = simulate(Scene(2.0, spring=spring), PiecewiseLinearProtocol([0, 1, 2], [-15.0, 3.0, -15.0]))
+    loop = np.trapezoid(found.force, found.stage)
+    assert abs(loop) == pytest.approx(sum(jump.energy_lost for jump in found.jumps), abs=4e-3, rel=2e-3)
+    assert found.energy_balance == pytest.approx(abs(loop), abs=4e-3, rel=2e-3)
+
+
+@pytest.mark.parametrize("depths", [[-2.5, 1.0], [-3.0, 1.0], [0.5, -1.0]])
+def test_a_path_starts_where_the_surfaces_have_come_together(depths):
+    """Mu 2 snaps in at -2.55 and off at -3.38."""
+    found = simulate(Scene(2.0), PiecewiseLinearProtocol([0.0, 1.0], depths))
+    assert (found.contact_radius[0] > 0.0) == (depths[0] > -2.55)
+    assert found.indentation[[0, -1]] == pytest.approx(depths)
+    assert len(found.jumps) == (depths[0] < -2.55)
+
+
+def test_no_contact_bears_more_than_the_largest_tension():
+    gone = simulate(Scene(1.0), ForceProtocol([0.0, 1.0], [1.7, 1.8]))
+    assert gone.status.startswith("not started: no contact bears")
+    found = simulate(Scene(1.0), ForceProtocol([0.0, 1.0], [1.6, 1.8]))
+    assert found.status.startswith("detached: no contact bears the prescribed force (at time 0.35")
+    assert found.jumps[0].force_before == pytest.approx(1.6707, rel=1e-3)
+    assert np.isnan(found.jumps[0].indentation_after)
+
+
+def test_only_the_budget_of_the_whole_curve_gives_a_trajectory():
+    whole = simulate(Scene(5.0), CYCLES)
+    for share, wanted in ((0.7, "not started: stopped at the budget"), (1.01, "completed")):
+        found = simulate(Scene(5.0), CYCLES, most_work=share * whole.stats.multiply_adds)
+        assert found.status.startswith(wanted)
+
+
+@pytest.mark.parametrize(
+    ("scene", "options", "rung"),
+    [
+        (Scene(1.0, Elastic()), {}, "elastic branch"),
+        (Scene(1.0, Elastic(), spring=3.0), {}, "elastic branch"),
+        (Scene(1.0, StandardLinearSolid(0.1)), {}, "boundary elements"),
+        (Scene(1.0, Elastic()), {"mesh": uniform_mesh(6.0, 60)}, "boundary elements"),
+    ],
+)
+def test_the_statistics_say_what_answered(scene, options, rung):
+    assert simulate(scene, CYCLES, "draft", **options).stats.rung == rung
+    assert simulate(Scene(1.0, adhesion=HardContact()), CYCLES, "draft").stats.rung != "elastic branch"
+
+
+def test_where_the_curve_breaks_off_boundary_elements_answer(monkeypatch):
+    follow = elastic_branch.follow
+
+    def broken(*arguments):
+        return follow(*arguments)[0] - 20, False
+
+    monkeypatch.setattr(elastic_branch, "follow", broken)
+    found = simulate(Scene(1.37), CYCLES, "draft")
+    assert found.completed
+    assert found.stats.rung == "boundary elements"
+    assert len(found.jumps) == 2
+
+
+def test_a_curve_that_is_hard_to_follow_gives_no_wrong_answer():
+    path = PiecewiseLinearProtocol([0.0, 1.0, 2.0], [-26.0, 24.0, -26.0])
+    found = simulate(Scene(12.0, adhesion=ConstantStress()), path, most_work=1e9)
+    # Boundary elements take more than this budget where the curve breaks off.
+    assert found.stats.rung == "elastic branch" or found.status.startswith("stopped at the budget")
+    if found.completed:
+        assert found.pull_off_force == pytest.approx(1.5, rel=4e-3)

@@ -1,0 +1,41 @@
+"""A scene in the terms of the kernels."""
+
+import numpy as np
+import pytest
+
+from bem import ForceProtocol, HardContact, LennardJones, PiecewiseLinearProtocol, Scene, StandardLinearSolid
+from bem.accuracy import resolve_accuracy
+from bem.solver.problem import deepest_indentation, problem_of
+
+PATH = PiecewiseLinearProtocol([0.0, 1.0], [-5.0, 10.0])
+
+
+@pytest.mark.parametrize(("adhesion", "tension"), [(LennardJones(), 2.0), (HardContact(), 0.0)])
+def test_the_sphere_reaches_no_deeper_than_the_bound(adhesion, tension):
+    def deepest(path=PATH, spring=None):
+        return deepest_indentation(Scene(2.0, adhesion=adhesion, spring=spring), path)
+
+    assert deepest() == 10.0
+    stiff, depth, soft = (deepest(spring=spring) for spring in (1e12, 1.0, 0.1))
+    assert stiff == pytest.approx(10.0, rel=1e-9)
+    assert stiff > depth > soft
+    assert depth == pytest.approx(10.0 + tension - 4.0 / (3.0 * np.pi) * (depth / 2.0) ** 1.5)
+    pressed = deepest(ForceProtocol([0.0, 1.0], [0.0, -5.0]))
+    assert pressed == pytest.approx(2.0 * (0.75 * np.pi * (5.0 + tension)) ** (2.0 / 3.0))
+
+
+@pytest.mark.parametrize(
+    ("scene", "moves"), [(Scene(1.0), False), (Scene(40.0), True), (Scene(40.0, StandardLinearSolid(0.1)), True)]
+)
+def test_a_grid_that_moves_is_made_for_lines(scene, moves):
+    accuracy = resolve_accuracy("draft")
+    problem = problem_of(scene, PATH, accuracy)
+    assert (problem.scheme.series.size > 0) is moves
+    assert (problem.controls == accuracy.line_controls()) is moves
+    assert problem.scheme.grid.smooth is not moves
+
+
+def test_a_scene_without_a_spring_has_no_compliance():
+    accuracy = resolve_accuracy("draft")
+    assert problem_of(Scene(1.0), PATH, accuracy).device.compliance == 0.0
+    assert problem_of(Scene(1.0, spring=4.0), PATH, accuracy).device.compliance == 0.25

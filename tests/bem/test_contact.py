@@ -1,0 +1,106 @@
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+import bem
+from bem import Contact, Elastic, HardContact, LoadingProtocol, PronySeries, Scene, StandardLinearSolid
+
+SLS = StandardLinearSolid(0.1)
+CYCLE = LoadingProtocol(peak_indentation=5.0, loading_rate=10.0, dwell_time=0.5, unloading_rate=10.0)
+
+
+def corners_and_between(history, step):
+    """Instants of a history, spaced by about `step`, its corners among them."""
+    parts = [np.linspace(a, b, max(int((b - a) / step), 1) + 1) for a, b in pairwise(history.times)]
+    return np.unique(np.concatenate(parts))
+
+
+def forces_of(contact, history, instants):
+    return [
+        contact.advance(end - begin, indentation=float(history.indentation_at(end)))
+        for begin, end in pairwise(instants)
+    ]
+
+
+@pytest.mark.parametrize(
+    "scene",
+    [
+        Scene(1.0, SLS),
+        Scene(3.2, SLS),
+        Scene(1.0, Elastic()),
+        Scene(1.0, PronySeries([0.3, 0.4], [0.1, 3.0])),
+        Scene(1.0, SLS, HardContact()),
+        Scene(1.0, SLS, spring=2.0),
+    ],
+    ids=str,
+)
+def test_the_steps_add_up_to_the_trajectory(scene):
+    history = CYCLE.history(scene.tabor)
+    instants = corners_and_between(history, 0.02)
+    forces = forces_of(Contact(scene), history, instants)
+    expected = bem.simulate(scene, CYCLE, 1e-3).at(instants[1:])
+    np.testing.assert_allclose(forces, expected, atol=4e-3 * np.ptp(expected))
+
+
+def test_a_prescribed_force_is_that_of_a_force_protocol():
+    protocol = bem.ForceProtocol([0.0, 1.0, 3.0, 4.0], [0.0, -4.0, -4.0, 1.0])
+    contact = Contact(Scene(1.0, SLS))
+    contact.advance(1.0, force=0.0)
+    contact.advance(1e5, force=0.0)  # a force protocol begins relaxed
+    found = [contact.advance(duration, force=force) for duration, force in ((1.0, -4.0), (2.0, -4.0), (1.0, 1.0))]
+    trajectory = bem.simulate(Scene(1.0, SLS), protocol)
+    expected = np.interp([1.0, 3.0, 4.0], trajectory.time, trajectory.indentation)
+    np.testing.assert_allclose(found, expected, atol=0.05)
+
+
+def test_a_copy_looks_ahead_and_leaves_the_contact_as_it_was():
+    contact = Contact(Scene(1.0, SLS))
+    contact.advance(1.0, indentation=5.0)
+    before = (contact.time, contact.force, contact.indentation, contact.contact_radius)
+    ahead = contact.copy()
+    pulled = ahead.advance(0.2, indentation=3.0)
+    assert (contact.time, contact.force, contact.indentation, contact.contact_radius) == before
+    assert contact.advance(0.2, indentation=3.0) == pulled
+
+
+def test_a_deeper_indentation_finds_room():
+    contact = Contact(Scene(1.0, SLS))
+    for depth in (1.0, 10.0, 30.0):
+        force = contact.advance(1.0, indentation=depth)
+    path = bem.PiecewiseLinearProtocol([0.0, 1.0, 2.0, 3.0], [-(np.pi ** (2 / 3)), 1.0, 10.0, 30.0])
+    assert force == pytest.approx(bem.simulate(Scene(1.0, SLS), path).force[-1], rel=4e-3)
+
+
+def test_a_step_that_cannot_be_taken_leaves_a_status_and_the_state():
+    contact = Contact(Scene(1.0, Elastic()))
+    contact.advance(1.0, indentation=1.0)
+    before = (contact.time, contact.indentation)
+    assert np.isnan(contact.advance(1.0, force=50.0))
+    assert contact.status.startswith("detached")
+    assert (contact.time, contact.indentation) == before
+    assert np.isfinite(contact.advance(1.0, indentation=0.0))
+    assert contact.status == "completed"
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({}, "an indentation or a force, not both; received indentation=None, force=None"),
+        ({"indentation": 1.0, "force": 1.0}, "an indentation or a force, not both; received indentation=1.0"),
+        ({"indentation": np.nan}, "indentation must be a finite number"),
+        ({"force": 1e12}, "force must be a finite number"),
+    ],
+)
+def test_other_steps_are_refused(given, message):
+    with pytest.raises(ValueError, match=message):
+        Contact(Scene(1.0, SLS)).advance(1.0, **given)
+
+
+def test_other_durations_and_starts_are_refused():
+    with pytest.raises(ValueError, match="duration must be a finite number greater than 0; received 0"):
+        Contact(Scene(1.0, SLS)).advance(0.0, force=0.0)
+    with pytest.raises(ValueError, match="initial_state must be 'relaxed' or 'glassy'; received 'soft'"):
+        Contact(Scene(1.0, SLS), initial_state="soft")
+    with pytest.raises(ValueError, match="scene must be"):
+        Contact("a scene")

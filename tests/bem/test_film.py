@@ -1,0 +1,113 @@
+import numpy as np
+import pytest
+from PIL import Image
+
+import bem
+from bem import Elastic, HardContact, LoadingProtocol, Scene, StandardLinearSolid
+from bem.discretisation.influence import influence_matrix
+from bem.film import draw_filmstrip
+from bem.profiles import moments
+from bem.tractions import traction
+
+SCENE = Scene(1.0, StandardLinearSolid(0.1))
+PROTOCOL = LoadingProtocol(peak_indentation=5.0, loading_rate=10.0, dwell_time=0.5, unloading_rate=10.0)
+
+
+@pytest.fixture(scope="module")
+def trajectory():
+    return bem.simulate(SCENE, PROTOCOL, profiles=30)
+
+
+def test_profiles_change_the_trajectory_within_its_accuracy(trajectory):
+    without = bem.simulate(SCENE, PROTOCOL)
+    assert without.profiles is None
+    assert trajectory.pull_off_force == pytest.approx(without.pull_off_force, rel=1e-3)
+    assert trajectory.hysteresis == pytest.approx(without.hysteresis, rel=1e-3)
+
+
+def test_the_force_is_the_integral_of_the_traction(trajectory):
+    profiles = trajectory.profiles
+    np.testing.assert_allclose(profiles.force, trajectory.at(profiles.time), rtol=1e-9)
+    radius, stress = profiles.radius, profiles.tabor * profiles.traction
+    inner, outer = radius[:, :-1], radius[:, 1:]
+    rings = (outer - inner) * ((2 * inner + outer) * stress[:, :-1] + (inner + 2 * outer) * stress[:, 1:]) / 3.0
+    # What is missing is the far field beyond the last node, and the curvature of the traction between nodes.
+    np.testing.assert_allclose(np.nansum(rings, axis=1), profiles.force, atol=0.02)
+
+
+def test_gap_and_traction_obey_the_law_and_the_geometry(trajectory):
+    profiles = trajectory.profiles
+    pulling = profiles.traction > 1e-3
+    np.testing.assert_allclose(profiles.traction[pulling], traction(profiles.gap[pulling]), rtol=1e-9)
+    last = -1 if np.isfinite(profiles.radius[0, -1]) else np.argmax(np.isnan(profiles.radius[0])) - 1
+    assert abs(profiles.displacement[0, last]) < 0.2
+    np.testing.assert_allclose(profiles.sphere + profiles.displacement, profiles.gap, rtol=1e-12)
+
+
+def test_the_displacement_of_an_elastic_contact_is_that_of_its_traction():
+    protocol = LoadingProtocol(peak_indentation=2.0, loading_rate=1.0, dwell_time=0.0, unloading_rate=1.0)
+    profiles = bem.simulate(Scene(1.0, Elastic()), protocol, profiles=[2.5]).profiles
+    known = np.isfinite(profiles.radius[0])
+    radius, stress = profiles.radius[0, known], profiles.traction[0, known]
+    found = -influence_matrix(radius) @ stress
+    near = radius < 0.5 * radius[-1]
+    np.testing.assert_allclose(found[near], profiles.displacement[0, known][near], atol=0.02)
+
+
+def test_the_moments_of_a_contact_are_among_its_profiles(trajectory):
+    named = moments(trajectory)
+    assert list(named) == ["apart", "first contact", "pressed", "relaxed", "pull-off", "released"]
+    # The pull-off time is that of the simulation before.
+    assert all(np.abs(trajectory.profiles.time - time).min() < 1e-3 for time in named.values())
+
+
+@pytest.mark.parametrize(
+    ("asked", "message"),
+    [
+        (1, "profiles must be .* 2 .*10000; received 1"),
+        ([0.5, 0.5], "profiles must be 1 to 10000 increasing instants, or their number; received"),
+        ([0.5, 99.0], "profiles must lie within the protocol, from 0 to .*; received instants from 0.5 to 99"),
+        ("all", "profiles"),
+    ],
+)
+def test_other_instants_are_refused(asked, message):
+    with pytest.raises(ValueError, match=message):
+        bem.simulate(SCENE, PROTOCOL, profiles=asked)
+
+
+def test_profiles_become_tables(trajectory, tmp_path):
+    table = trajectory.profiles.to_xarray()
+    assert table["gap"].dims == ("profile", "node")
+    assert table["displacement"].attrs["units"] == "h0"
+    trajectory.profiles.to_hdf5(tmp_path / "profiles.h5")
+    import h5py
+
+    with h5py.File(tmp_path / "profiles.h5") as file:
+        np.testing.assert_array_equal(file["traction"][:], trajectory.profiles.traction)
+        assert file["radius"].attrs["units"] == "beta"
+
+
+def test_the_film_has_a_frame_for_each_profile(tmp_path):
+    trajectory = bem.simulate(
+        Scene(1.0, StandardLinearSolid(0.1), HardContact()), PROTOCOL, "draft", profiles=[0.1, 0.8]
+    )
+    trajectory.animate(tmp_path / "contact.gif")
+    with Image.open(tmp_path / "contact.gif") as film:
+        assert film.n_frames == 2
+
+
+def test_the_filmstrip_marks_its_pictures_on_the_force_history(trajectory):
+    figure = draw_filmstrip(trajectory)
+    titles = [axes.get_title() for axes in figure.axes if axes.get_title()]
+    assert [title.split("  ")[1] for title in titles] == list(moments(trajectory))
+
+
+def test_without_profiles_there_is_no_picture_of_the_contact(tmp_path):
+    trajectory = bem.simulate(SCENE, PROTOCOL, "draft")
+    with pytest.raises(ValueError, match="needs profiles: pass profiles=80"):
+        trajectory.animate(tmp_path / "contact.gif")
+
+
+def test_a_film_of_another_format_is_refused(trajectory, tmp_path):
+    with pytest.raises(ValueError, match=r"must end in .gif or .mp4; received"):
+        trajectory.animate(tmp_path / "contact.avi")

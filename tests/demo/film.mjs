@@ -1,0 +1,62 @@
+/** The moving contact beside the curve, on a desk and on a phone, and what axe-core says of the page. */
+
+import { readFileSync } from "node:fs";
+import { createRequire } from "node:module";
+import { dirname, join } from "node:path";
+import { fileURLToPath } from "node:url";
+
+const here = dirname(fileURLToPath(import.meta.url));
+const axe = readFileSync(createRequire(join(here, "../../demo/package.json")).resolve("axe-core/axe.min.js"), "utf8");
+
+const CANONICAL = "#tabor=3.2&peak_indentation=5&loading_rate=10&dwell_time=1&unloading_rate=1000";
+
+const look = (page) =>
+  page.evaluate(() => {
+    const film = document.getElementById("film");
+    const canvas = film.querySelector("canvas");
+    const colours = new Set(new Uint32Array(canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data.buffer));
+    return {
+      hidden: film.hidden,
+      words: film.querySelector("output").textContent,
+      instant: film.querySelector("input").valueAsNumber,
+      last: Number(film.querySelector("input").max),
+      button: film.querySelector("button").getAttribute("aria-label"),
+      colours: colours.size,
+    };
+  });
+
+/** The serious findings of axe-core, by rule and place. */
+const findings = async (page) => {
+  await page.evaluate(axe);
+  const { violations } = await page.evaluate(() => window.axe.run());
+  const serious = violations.filter(({ impact }) => impact === "serious" || impact === "critical");
+  return serious.flatMap(({ id, nodes }) => nodes.map(({ target }) => `${id}: ${target.join(" ")}`));
+};
+
+export async function film({ open, phone, out }) {
+  const seen = {};
+  for (const [name, options] of Object.entries({ desk: {}, phone, dark: { colorScheme: "dark" } })) {
+    const page = await open(CANONICAL, options);
+    await page.waitForSelector("#film:not([hidden])");
+    seen[name] = { start: await look(page) };
+    await page.locator("#instant").focus();
+    await page.keyboard.press("Home");
+    seen[name].apart = await look(page);
+    await page.click("#film button");
+    await page.waitForFunction(() => document.getElementById("instant").valueAsNumber > 4);
+    seen[name].playing = await look(page);
+    await page.click("#film button");
+    seen[name].paused = await look(page);
+    await page.keyboard.press("Tab");
+    await page.locator("#instant").focus();
+    await page.keyboard.press("End");
+    seen[name].end = await look(page);
+    seen[name].findings = await findings(page);
+    await page.locator("#film").scrollIntoViewIfNeeded();
+    await page.screenshot({ path: join(out, `film-${name}.png`) });
+    await page.fill("#tabor", "2.9");
+    await page.waitForSelector("#film", { state: "hidden" });
+    await page.context().close();
+  }
+  return seen;
+}

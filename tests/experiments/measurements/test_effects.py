@@ -1,0 +1,55 @@
+"""What each effect costs, and where a simpler scene stands in for it."""
+
+import types
+
+import numpy as np
+import pytest
+
+from bem import Elastic, HardContact, Scene, StandardLinearSolid
+from experiments.measurements import effects
+
+KINDS = [f"{name}, {kind}" for name in ("DMT-like", "JKR-like") for kind in ("elastic", "one relaxation")]
+
+
+SCENES = {
+    "Hertz": Scene(1.0, Elastic(), HardContact()),
+    "adhesion": Scene(1.0),
+    "full": Scene(1.0, StandardLinearSolid(0.1)),
+}
+
+
+def test_an_absent_effect_costs_no_vector():
+    rows = {name: effects.row(name, scene, 1) for name, scene in SCENES.items()}
+    assert [row["memory_vectors"] for row in rows.values()] == [0, 0, 1]
+    assert rows["Hertz"]["error"] < 1e-4
+    relaxing = effects.row("Hertz, one relaxation", Scene(1.0, StandardLinearSolid(0.1), HardContact()), 1)
+    assert relaxing["closed_form"] == "Lee and Radok"
+    assert relaxing["error"] < 1e-3
+
+
+def test_curves_are_over_depth_in_units_of_all_scenes(monkeypatch):
+    numbers = {"indentation": np.array([0.4]), "force": None, "time": None, "pull_off_force": 1.5}
+    monkeypatch.setattr(effects, "simulate", lambda *_: types.SimpleNamespace(**numbers))
+    assert effects.curve("any", Scene(0.2))["depth"] == pytest.approx([2.0])
+
+
+def test_limits_of_stand_ins_are_the_outermost_that_are_safe():
+    points = [{"tabor": mu, **dict.fromkeys(KINDS, error)} for mu, error in ((0.1, 0.2), (1.0, 0.01), (5.0, 0.04))]
+    bands = [{"decades": d, "rate": rate, "error": 0.04 * d} for d in (1.0, 2.0) for rate in effects.SLOW_AND_FAST]
+    found = {(row["stand_in"], row["instead_of"]): (row["low"], row["high"]) for row in effects.safe(points, bands)}
+    assert found["JKR-like, mu = 3.2", "another range, elastic"] == (1.0, 5.0)
+    assert found["DMT-like, mu = 0.2", "another range, elastic"] == (0.2, 5.0)
+    assert found["one relaxation", "ten relaxations, rate 20"] == (0.0, 1.0)
+
+
+def test_another_range_is_no_other_range_at_its_own_tabor_parameter():
+    found = effects.of_another_range(effects.DMT_TABOR)
+    assert found["DMT-like, elastic"] == 0.0
+    assert found["JKR-like, elastic"] > 0.1
+    assert effects.of_one_process(0.25, 20.0)["error"] < 0.01
+
+
+def test_stand_ins_name_every_simpler_scene():
+    found = effects.stand_ins(1e-2)
+    assert set(found["errors"]) == {"Hertz", "rubbery", "glassy", "no adhesion"}
+    assert found["recommended"] == "elastic rubbery, adhesive"

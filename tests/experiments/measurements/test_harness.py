@@ -1,0 +1,138 @@
+"""The harness: numbers for JSON, spreads, errors, progress, the clock, what is run how often, and what is published."""
+
+import json
+
+import numpy as np
+import pytest
+
+from experiments import progress
+from experiments.measurements import harness
+from experiments.measurements.harness import Clock, measurement, plain
+from experiments.measurements.statistics import exponent, force_error, spread
+
+
+def test_plain_holds_nothing_json_cannot():
+    content = {"a": np.array([1.0, np.nan]), "b": (np.int64(3), np.inf), "c": np.bool_(True)}
+    assert json.dumps(plain(content), allow_nan=False) == '{"a": [1.0, null], "b": [3, null], "c": true}'
+
+
+def test_spread_and_exponent():
+    assert spread([1.0, 2.0, 3.0, np.nan])["median"] == 2.0
+    assert spread([])["count"] == 0
+    found = spread(range(101))
+    assert [found[name] for name in ("low", "high", "p95", "largest")] == [25.0, 75.0, 95.0, 100.0]
+    # A straight line through 0, 1, 0 at -1, 0, 1: slope 0, sum of squares 2/3 with one degree of freedom, over 2.
+    assert exponent(np.exp([-1.0, 0.0, 1.0]), np.exp([0.0, 1.0, 0.0])) == pytest.approx((0.0, 3.0**-0.5))
+    slope, error = exponent([1.0, 2.0, 4.0], [3.0, 12.0, 48.0])
+    assert (slope, error) == (pytest.approx(2.0), pytest.approx(0.0, abs=1e-12))
+
+
+def test_force_error_counts_what_is_said():
+    exact = np.array([[0.0, 1.0, 2.0], [0.0, 1.0, 2.0]])
+    found = np.array([[0.5, 1.0, np.nan], [np.nan, np.nan, np.nan]])
+    np.testing.assert_allclose(force_error(found, exact), [0.125, np.nan])
+
+
+def test_progress_says_what_is_left(monkeypatch, capsys):
+    monkeypatch.setattr(progress, "SAID_EVERY", -1.0)
+    assert list(progress.progress(iter("abc"), "letters", 3)) == ["a", "b", "c"]
+    lines = capsys.readouterr().err.splitlines()
+    assert [line.split(",")[0] for line in lines] == ["letters: 1 of 3", "letters: 2 of 3", "letters: 3 of 3"]
+    assert all(line.endswith(" left") for line in lines[1:])
+
+
+def test_a_compilation_during_the_first_item_is_not_expected_of_the_others(monkeypatch, capsys):
+    now = iter([0.0, 40.0, 41.0, *range(42, 141)])
+    monkeypatch.setattr(progress, "SAID_EVERY", -1.0)
+    monkeypatch.setattr(progress.time, "perf_counter", lambda: float(next(now)))
+    assert list(progress.progress(range(100), "numbers")) == list(range(100))
+    first, second, third, *_, last = capsys.readouterr().err.splitlines()
+    assert (first, second) == ("numbers: 1 of 100", "numbers: 2 of 100, 0:01:38 left")
+    assert (third, last) == ("numbers: 3 of 100, 0:01:37 left", "numbers: 100 of 100, 0:00:00 left")
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    """A clock whose two hands the test moves."""
+    hands = {"processor": 0.0, "wall": 0.0}
+    clock = Clock(processor=lambda: hands["processor"], wall=lambda: hands["wall"])
+    clock.hands = hands
+    monkeypatch.setattr(harness, "CLOCK", clock)
+    return clock
+
+
+def work(clock, processor, wall):
+    clock.hands["processor"] += processor
+    clock.hands["wall"] += wall
+
+
+def test_seconds_are_the_processors_and_do_not_grow_when_others_compete(clock):
+    assert harness.timed(lambda: work(clock, 2.0, 2.0), 2) == [2.0, 2.0]
+    assert clock.share == 1.0
+    assert harness.timed(lambda: work(clock, 2.0, 8.0), 2) == [2.0, 2.0]
+    assert clock.share == 8.0 / 20.0
+
+
+def test_a_second_core_hides_nothing(clock):
+    with clock:
+        work(clock, 8.0, 4.0)
+    with clock:
+        work(clock, 0.5, 1.0)
+    assert (clock.seconds, clock.share) == (0.5, 4.5 / 5.0)
+
+
+def test_what_a_busy_machine_measured_is_kept_and_not_published(clock, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(harness, "NOT_PUBLISHED", tmp_path / "kept")
+    out = tmp_path / "times.json"
+    harness.timed(lambda: work(clock, 1.0, 1.05), 3)
+    harness.publish(out, "times", {"seconds": np.float64(1.0)}, busy=False)
+    quiet = out.read_bytes()
+    found = json.loads(quiet)
+    assert (found["seconds"], found["command"]) == (1.0, "python -m experiments times")
+    assert found["processor_share"] == pytest.approx(1.0 / 1.05)
+    harness.timed(lambda: work(clock, 1.0, 2.0), 5)
+    with pytest.raises(RuntimeError, match=r"too busy .* at least 90 % of the wall's; received 61 %; they are kept in"):
+        harness.publish(out, "times", {"seconds": 2.0}, busy=False)
+    assert out.read_bytes() == quiet
+    assert capsys.readouterr().err == ""
+    assert json.loads((tmp_path / "kept" / "times.json").read_text(encoding="utf-8"))["seconds"] == 2.0
+    harness.publish(out, "times", {"seconds": 3.0}, busy=True)
+    assert "too busy" in capsys.readouterr().err
+    assert json.loads(out.read_text(encoding="utf-8"))["processor_share"] == pytest.approx(8.0 / 13.15)
+
+
+@pytest.mark.parametrize(("share", "runs"), [(0.6, 1), (0.4, 2)])
+def test_a_dear_tool_is_repeated_within_its_budget_only(share, runs, clock):
+    calls, each = [], share * harness.BUDGET
+    answers, seconds = harness.run(lambda case: calls.append(case) or work(clock, each, each) or [case], [7], 5, "dear")
+    assert (len(seconds), len(calls)) == (runs, runs + 1)
+    assert (answers.tolist(), seconds.tolist()) == ([[7]], [[each]] * runs)
+
+
+def test_calls_in_turn_are_medians_of_their_rounds_over_their_cases(clock):
+    order = []
+    calls = {name: lambda turn, name=name: order.append((name, turn)) or work(clock, turn, turn) for name in "ab"}
+    assert harness.in_turn(calls, 3, {"b": 2}) == {"a": 1.0, "b": 0.5}
+    assert order[:4] == [("a", 0), ("b", 0), ("a", 0), ("b", 0)]  # the first round is not counted
+
+
+def test_a_measurement_states_its_options_and_publishes_what_it_returns(tmp_path):
+    @measurement("twice")
+    def main(count: int = 3, name: list[str] | None = None, jobs: int = 2, fast: bool = False) -> dict | None:
+        """Count."""
+        return {"count": 2 * count} if count else None
+
+    main(5, ["a", "b"], fast=True, out=tmp_path / "twice.json")
+    found = json.loads((tmp_path / "twice.json").read_text(encoding="utf-8"))
+    assert found["count"] == 10
+    assert found["command"] == "python -m experiments test_harness --count 5 --name a --name b --fast"
+    assert "processor_share" not in found
+    main(0, out=tmp_path / "nothing.json")
+    assert not (tmp_path / "nothing.json").exists()
+    assert main.__doc__ == "Count."
+
+
+def test_what_is_kept_is_not_computed_again(tmp_path):
+    path = tmp_path / "folder" / "one.json"
+    assert harness.kept(path, lambda: {"a": np.float64(1.0)}) == {"a": 1.0}
+    assert harness.kept(path, None) == {"a": 1.0}

@@ -1,0 +1,146 @@
+"""Which surrogates are measured, which are outdated, and whose seconds count, from small model directories."""
+
+import json
+import shutil
+
+import numpy as np
+import pytest
+
+from bem.dataset.file import load_dataset
+from experiments.common import dataset_digest
+from experiments.measurements import accuracy_cost, tools
+from experiments.trainings import amortisation
+from surrogate.prediction.files import weights_sha256
+
+
+def write_model(folder, dataset, *, recipe="swift", **run):
+    folder.mkdir(parents=True)
+    for name in tools.FILES:
+        (folder / name).write_text(folder.name, encoding="utf-8")
+    split = {"seed": 0, "train": [0], "validation": [1], "test": [2]}
+    (folder / "split.json").write_text(json.dumps(split), encoding="utf-8")
+    (folder / "recipe.toml").write_text(f'name = "{recipe}"\n', encoding="utf-8")
+    content = {"architecture": "M1-concat", "features": "D", "backend": "tensorflow", "cpu_seconds": 120.0}
+    content |= {"dataset_sha256": dataset_digest(dataset)}
+    (folder / "run.json").write_text(json.dumps(content | run), encoding="utf-8")
+
+
+def test_models_of_any_name_are_outdated_by_the_comparisons_rule(dataset, tmp_path):
+    write_model(tmp_path / "M1-concat", dataset)
+    write_model(tmp_path / "M1-FiLM", dataset, recipe="other")
+    write_model(tmp_path / "M1-gated", dataset, features="A")
+    write_model(tmp_path / "M1-concat-large", dataset, dataset_sha256="0")
+    write_model(tmp_path / "M1-concat-paper", dataset, recipe="paper")
+    assert tools.left_out(tmp_path, dataset) == {
+        "M1-FiLM": ["recipe"],
+        "M1-concat-large": ["data set"],
+        "M1-gated": ["feature set"],
+    }
+    assert tools.outdated(tmp_path, dataset) == ["M1-FiLM", "M1-gated"]
+
+
+def test_seconds_of_a_model_that_was_trained_anew_do_not_count(dataset, tmp_path):
+    models = tmp_path / "models"
+    for name in ("M1-concat", "M1-FiLM", "M1-gated", "M2-concat"):
+        write_model(models / name, dataset)
+    digests = {name: weights_sha256(models / name) for name in ("M1-concat", "M1-FiLM")}
+    (models / "M1-FiLM" / "model.weights.h5").write_text("trained anew", encoding="utf-8")
+    common = {"kind": "surrogate", "way": "ONNX single", "errors": {}, "seconds": {"mean": 1e-3}}
+    measured = [{"model": name, "setting": name, "weights_sha256": digest} | common for name, digest in digests.items()]
+    measured.append({"model": "M1-gated", "setting": "M1-gated"} | common)
+    cost = tmp_path / "cost.json"
+    cost.write_text(json.dumps({"tools": measured}), encoding="utf-8")
+    amortisation.main(cost, dataset, models, tmp_path / "no speed", out=tmp_path / "out.json")
+    content = json.loads((tmp_path / "out.json").read_text(encoding="utf-8"))
+    assert [line["name"] for line in content["lines"] if line["kind"] == "surrogate"] == ["M1-concat"]
+    (line,) = (line for line in content["lines"] if line["kind"] == "surrogate")
+    assert line["fixed_seconds"] == load_dataset(dataset).scalars["solver_seconds"].sum() + 120.0
+    assert content["retrained"] == ["M1-FiLM", "M1-gated"]
+    assert content["unmeasured"] == ["M2-concat"]
+
+
+def test_a_loop_has_an_area_whichever_way_it_turns():
+    depth, force = np.r_[np.linspace(0.0, 1.0, 60), np.linspace(1.0, 0.0, 60)], np.repeat([2.0, 0.0], 60)
+    answers = tools.from_steps(np.array([force, force[::-1]]), np.array([depth, depth]))
+    assert answers[:, 1] == pytest.approx(2.0)
+
+
+def test_a_batch_is_shared_out(monkeypatch):
+    monkeypatch.setattr(accuracy_cost, "timed", lambda _, repeats: [8.0] * repeats)
+    monkeypatch.setattr(accuracy_cost, "BATCH", 4)
+    monkeypatch.setattr(tools, "predictions", lambda _, cases: np.ones((len(cases), 122)))
+    _, seconds = accuracy_cost.timed_ways({"ONNX": None}, [1, 2, 3], 1, "any")["ONNX batch"]
+    assert seconds.tolist() == [[2.0] * 3] * accuracy_cost.BATCH_REPEATS
+
+
+@pytest.fixture(scope="module")
+def models(dataset, tmp_path_factory):
+    """A tiny trained model, one without weights, one whose files are not of one piece, one of another data set."""
+    import keras
+
+    from surrogate.architectures import common
+    from surrogate.architectures.layers import AppendTabor
+
+    def build(name, features="D"):
+        sequence, tabor = common.inputs(features)
+        hidden = AppendTabor(name="append")(sequence, tabor)
+        return keras.Model([sequence, tabor], keras.layers.Dense(1, name="force")(hidden), name=name)
+
+    folder = tmp_path_factory.mktemp("models")
+    with pytest.MonkeyPatch.context() as patch:
+        for module in ("surrogate.training.runs", "surrogate.prediction.networks"):
+            patch.setattr(f"{module}.build", build)
+        from surrogate.data.dataset import TrajectoryDataset
+        from surrogate.training.recipe import Recipe
+        from surrogate.training.runs import Run, execute, publish
+
+        recipe = folder / "recipe.toml"
+        recipe.write_text(
+            'name = "test"\nseed = 3\nbatch_size = 20\nepochs = 1\nlearning_rate = 1e-3\noptimizer = "soap"\n'
+            "weight_average = 0.5\ngradient_norm = 1.0\n[cosine]\nwarmup_epochs = 1\n",
+            encoding="utf-8",
+        )
+        data = TrajectoryDataset.load(dataset)
+        execute(Run("M1-concat", data, data.split(), Recipe.load(recipe)), folder / "run")
+        publish(folder / "run", folder / "models" / "M1-concat")
+        good = folder / "models" / "M1-concat"
+        for name in ("M1-FiLM", "M1-gated", "M2-concat"):
+            shutil.copytree(good, good.with_name(name))
+        (good.with_name("M1-FiLM") / "model.weights.h5").unlink()
+        (good.with_name("M1-gated") / "model.onnx").write_bytes(b"no model")
+        run = json.loads((good / "run.json").read_text(encoding="utf-8"))
+        for file in ("run.json", "scaling.json"):
+            path = good.with_name("M2-concat") / file
+            path.write_text(path.read_text(encoding="utf-8").replace(run["dataset_sha256"], "f" * 64), encoding="utf-8")
+        assert tools.published(folder / "models") == ["M1-concat", "M1-gated", "M2-concat"]
+        yield folder / "models"
+
+
+def test_surrogates_are_measured_and_what_does_not_work_is_named(models, dataset, tmp_path, monkeypatch):
+    assert tools.missing(models)[:1] == ["M1-FiLM"]
+    assert tools.outdated(models, dataset) == ["M2-concat"]
+    monkeypatch.setattr(accuracy_cost, "TARGETS", (1.7e-2,))
+    monkeypatch.setattr(tools, "EXACT_TARGET", 5e-2)
+    monkeypatch.setattr(accuracy_cost, "BASELINE", {})
+    monkeypatch.setattr(accuracy_cost, "FORMS", ())
+    monkeypatch.setattr(tools, "KEPT", tmp_path)
+    monkeypatch.setattr(accuracy_cost, "SINGLE_CALLS", 2)
+    out = tmp_path / "cost.json"
+    accuracy_cost.main(3, 2, 0, 1, dataset, models, out=out, busy=True)
+    content = json.loads(out.read_text(encoding="utf-8"))
+    surrogates = [tool for tool in content["tools"] if tool["kind"] == "surrogate"]
+    ways = [tool["way"] for tool in surrogates if tool["model"] == "M1-concat"]
+    assert ways == ["Keras call", "ONNX single", "ONNX batch"]
+    assert all(tool["protocols"] == 3 and tool["seconds"]["median"] > 0.0 for tool in surrogates)
+    assert surrogates[0]["seconds"]["count"] == 2  # of three protocols, the two that are timed
+    assert {tool["model"] for tool in surrogates if tool["outdated"]} <= {"M2-concat"}
+    assert content["outdated"] == ["M2-concat"]
+    broken = [text for text in content["missing"] if text.startswith("M1-gated")]
+    assert len(broken) == 1
+    assert not any(tool["model"] == "M1-gated" for tool in surrogates)
+    result = tmp_path / "amortisation.json"
+    amortisation.main(out, dataset, models, tmp_path / "no speed", out=result)
+    later = json.loads(result.read_text(encoding="utf-8"))
+    assert "M1-gated" in later["unmeasured"]
+    assert later["outdated"] == ["M2-concat"]
+    assert any(one["surrogate"] == "M1-concat, ONNX batch" for one in later["break_even"])

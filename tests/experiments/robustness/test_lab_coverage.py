@@ -1,0 +1,68 @@
+"""The study of intervals draws contacts, fits them and counts."""
+
+import json
+import types
+
+import numpy as np
+import pytest
+
+from experiments.robustness import lab_coverage
+
+
+def test_cases_are_drawn_from_their_ranges_and_again_the_same():
+    truths = [lab_coverage.drawn(np.random.default_rng([0, number])) for number in range(20)]
+    for name, (low, high) in lab_coverage.LOGARITHMIC.items():
+        assert all(low <= truth[name] <= high for truth in truths)
+        assert len({truth[name] for truth in truths}) == 20
+    assert truths[3] == lab_coverage.drawn(np.random.default_rng([0, 3]))
+
+
+def test_noise_is_a_share_of_the_range_of_the_force(monkeypatch):
+    truth = lab_coverage.drawn(np.random.default_rng(0))
+    ramp = types.SimpleNamespace(completed=True, time=np.array([0.0, 0.1]), at=lambda instants: 10.0 * instants)
+    monkeypatch.setattr(lab_coverage, "simulate", lambda *_: ramp)
+    draws = [types.SimpleNamespace(standard_normal=np.zeros), types.SimpleNamespace(standard_normal=np.ones)]
+    clean, noisy = (lab_coverage.measured(truth, rng) for rng in draws)
+    np.testing.assert_allclose(noisy.force - clean.force, lab_coverage.NOISE * np.ptp(clean.force))
+
+
+def test_behind_a_cantilever_the_indentation_is_that_of_stage_and_measured_force():
+    truth = lab_coverage.drawn(np.random.default_rng(0), "stage")
+    curve = lab_coverage.measured(truth, np.random.default_rng(1))
+    assert curve.stiffness == pytest.approx(truth["stiffness"])
+    np.testing.assert_allclose(curve.stage, curve.indentation - curve.force / truth["stiffness"])
+    assert lab_coverage.drawn(np.random.default_rng(0)).items() <= truth.items()
+
+
+def test_a_fit_that_fails_counts_as_a_miss(tmp_path, monkeypatch, capsys):
+    def fails(*_):
+        raise lab_coverage.FitError("the fit did not converge")
+
+    monkeypatch.setattr(lab_coverage, "fit", fails)
+    monkeypatch.setattr(lab_coverage, "PIXELS", 4)
+    lab_coverage.main(curves=1, cases=1, seed=0, jobs=1, folder=tmp_path, out=tmp_path / "a.json", busy=True)
+    found = json.loads((tmp_path / "a.json").read_text())
+    for kind in (*lab_coverage.CLASSES, *lab_coverage.INSTRUMENTS):
+        assert (found[kind]["cases"], found[kind]["fitted"], found[kind]["right"]) == (1, 0, 0)
+        assert found[kind]["results"][0]["failure"] == "the fit did not converge"
+    assert "| hertz | 0 of 1 |" in capsys.readouterr().out
+    assert found["map"]["fitted"] == found["map"]["curves"] == 4
+
+
+def test_a_case_says_which_intervals_hold_the_truth_and_is_kept(tmp_path, monkeypatch):
+    monkeypatch.setattr(lab_coverage, "PIXELS", 1)
+    settings = {"curves": 1, "cases": 1, "jobs": 1, "folder": tmp_path / "kept", "busy": True}
+    lab_coverage.main(**settings, seed=0, out=tmp_path / "a.json")
+    first = json.loads((tmp_path / "a.json").read_text())
+    for kind in (*lab_coverage.CLASSES, *lab_coverage.INSTRUMENTS):
+        assert first[kind]["fitted"] == first[kind]["right"] == 1
+        inside = first[kind]["results"][0]["inside"].values()
+        assert sum(inside) >= len(inside) - 1
+    assert lab_coverage.page_text(first).count("|") > 40
+    assert lab_coverage.map_text(first).startswith("1 of 1 curves in ")
+    # The same command reads what it has; another seed computes.
+    monkeypatch.setattr(lab_coverage, "drawn_curve", None)
+    lab_coverage.main(**settings, seed=0, out=tmp_path / "b.json")
+    assert json.loads((tmp_path / "b.json").read_text())["stage"] == first["stage"]
+    with pytest.raises(TypeError):
+        lab_coverage.main(**settings, seed=1, out=tmp_path / "b.json")

@@ -1,0 +1,30 @@
+"""Random scenes of large Tabor parameters."""
+
+from bem import ForceProtocol
+from experiments.robustness import large_tabor
+
+
+def test_scenes_lie_in_their_classes_and_every_device_moves_some():
+    rows = large_tabor.drawn(30, seed=1)
+    for name, bounds in (("tabor", large_tabor.TABORS), ("rate", large_tabor.RATES)):
+        assert all(bounds[0] <= row[name] <= bounds[-1] for row in rows)
+    assert {row["device"] for row in rows} == set(large_tabor.DEVICES)
+    by_force = next(row for row in rows if row["device"] == "force")
+    assert isinstance(large_tabor.case(by_force)[1], ForceProtocol)
+
+
+def test_a_simple_scene_completes_and_hardly_changes_under_refinement():
+    row = {"device": "stage", "tabor": 10.0, "rate": 0.1, "depth": 0.5, "spring": 1.0, "modulus_ratio": 1.0}
+    found = large_tabor.solved(row, refine=True)
+    assert found["status"].startswith("completed")
+    assert found["change"] < 0.02
+
+
+def test_the_table_counts_what_completes_in_each_class():
+    one = {"rate": 0.05, "tabor": 15.0, "seconds": 1.25, "status": "completed", "change": 0.03}
+    two = one | {"status": "out of work", "seconds": 5.0}
+    del two["change"]
+    text = large_tabor.page_text({"scenes": [one, two], "target": 0.017, "command": "c", "host": "h"})
+    assert "| 0.01 to 0.1 | 1 of 2 | 0 of 0 |" in text
+    assert "2 random ones, 5.0 s of processor time at most. 1 were simulated again" in text
+    assert "change by 3.0 % at most, in 1 scenes by more than the target" in text

@@ -1,0 +1,179 @@
+import json
+
+import numpy as np
+import pytest
+
+from bem import simulate
+from bem.dataset.designs import PAPER_RANGES
+from experiments import common
+from experiments.measurements.cases import EDGES, Hidden, regions
+from experiments.measurements.statistics import quantiles
+from experiments.surrogates import gradients, inverse_problem, measurement_floor, pretrained_errors
+from tests.experiments.shallow import DRAW, shallow
+
+CORNERS = Hidden.corners
+
+
+@pytest.fixture(autouse=True)
+def draft(monkeypatch):
+    """The solver at its quickest, of shallow protocols; of the corners, one."""
+
+    monkeypatch.setattr(Hidden, "draw", shallow)
+    monkeypatch.setattr(Hidden, "corners", lambda ratio: CORNERS(ratio).part(slice(0, 1)))
+
+    def simulated(row, *, accuracy, modulus_ratio=0.1):
+        assert accuracy in ("standard", gradients.FINE)
+        return simulate(*common.problem(row, modulus_ratio), "draft")
+
+    monkeypatch.setattr(common, "simulated", simulated)
+
+
+def test_hidden_protocols_are_in_the_papers_ranges_and_of_the_asked_solids():
+    one, several = Hidden.draw(3, 0.1), Hidden.draw(3, (0.01, 1.0))
+    assert set(one.quantities["modulus_ratio"]) == {0.1}
+    assert len(set(several.quantities["modulus_ratio"])) == 3
+    assert quantiles(np.array([0.0, 0.01, 0.02]))["p50"] == pytest.approx(1.0)
+
+
+def test_corners_are_all_and_within_the_ranges():
+    corners = CORNERS(0.1).quantities
+    assert len({*zip(*corners.values(), strict=True)}) == 32
+    assert {
+        name: (values.min(), values.max()) for name, values in corners.items() if name in PAPER_RANGES
+    } == PAPER_RANGES
+
+
+def test_the_floor_of_both_kinds_of_steps(tmp_path):
+    out = tmp_path / "floor.json"
+    measurement_floor.main(6, out=out)
+    content = json.loads(out.read_text())
+    floors = [content["kinds"][kind]["pull_off"]["p90"] for kind in ("uniform", "physical")]
+    assert all(floor >= 0.0 for floor in floors)
+    assert len(content["kinds"]["physical"]["pull_off_errors"]) == 6
+    steps = content["example"]["steps"]
+    peak = max(content["example"]["force"])
+    assert max(steps["uniform"]["force"]) < 0.8 * peak < 0.95 * peak < max(steps["physical"]["force"])
+
+
+class Oracle:
+    """A model that says what the solver says, off by one percent."""
+
+    def predict(self, scenes, protocols, coverage=pretrained_errors.COVERAGE):
+        assert coverage == pretrained_errors.COVERAGE
+        return [Answer(*pair) for pair in zip(scenes, protocols, strict=True)]
+
+    def stream(self, _):
+        return Steps()
+
+
+class Steps:
+    """A stream that counts."""
+
+    taken, marked = 0, 0
+
+    def reset(self):
+        type(self).taken = type(self).marked = 0
+
+    def step(self, time, indentation, edge):
+        assert np.isfinite(time + indentation)
+        type(self).taken += 1
+        type(self).marked += edge
+
+
+class Answer:
+    def __init__(self, scene, protocol):
+        true = simulate(scene, protocol, "draft")
+        self.pull_off_force, self.hysteresis = 1.01 * true.pull_off_force, true.hysteresis
+        self.pull_off_interval = (0.995 * true.pull_off_force, 1.5 * true.pull_off_force)
+
+
+def test_errors_coverage_and_cost_of_a_model_that_errs_by_one_percent(tmp_path, monkeypatch):
+    monkeypatch.setattr(pretrained_errors.surrogate, "load", {"fast": Oracle(), "M1-concat": Oracle()}.get)
+    out = tmp_path / "errors.json"
+    pretrained_errors.main(5, ["fast", "M1-concat"], out=out, busy=True)
+    content = json.loads(out.read_text())
+    for kind in ("paper", "any"):
+        found = content["models"]["fast"][kind]
+        assert found["pull_off"]["p50"] == pytest.approx(1.0)
+        assert found["hysteresis"]["p90"] == pytest.approx(0.0, abs=1e-9)
+        assert found["covered"] == 1.0
+        assert found["regions"]["all"]["count"] == 5
+        assert found["regions"]["all"]["pull_off"] == found["pull_off"]
+        assert ("Modulus ratio 0.1 to 1" in found["regions"]) == (kind == "any")
+    assert list(content["models"]["M1-concat"]) == ["paper", "corners"]
+    assert all(seconds > 0.0 for row in content["seconds"].values() for seconds in row.values())
+    assert {*content["seconds"]["fast"]} == {*content["seconds"]["solver"]} == {"batch", "single", "gradient", "step"}
+    # As many steps as the paper's kind of model has, which was the last one called.
+    assert (Steps.taken, Steps.marked) == (120, 2)
+    slopes = content["gradients"]["tools"]
+    assert slopes["M1-concat"]["modulus_ratio"] is None
+    # A constant factor does not change the gradient of a logarithm; here the solver is one of another accuracy.
+    assert slopes["fast"]["common"]["p50"] == pytest.approx(slopes["solver"]["common"]["p50"])
+
+
+def test_gradients_of_a_power_law_are_its_exponents():
+    hidden = DRAW(3, (0.01, 1.0))
+    exponents = np.array([0.3, -0.2, 0.1, 0.05, 0.4, -0.6])
+
+    def power_law(moved):
+        logs = [np.log(moved.quantities[name]) for name in gradients.QUANTITIES]
+        return np.exp(exponents @ np.array(logs))
+
+    found = gradients.gradient(power_law, hidden)
+    np.testing.assert_allclose(found, np.tile(exponents, (3, 1)), atol=1e-9)
+    np.testing.assert_allclose(gradients.gradient(power_law, hidden, 5), found[:, :5], atol=1e-9)
+    wrong = found * [1.1, 1.1, 1.1, 1.1, 1.1, 1.0] + [0.0, 0.0, 0.0, 0.0, 0.0, 0.02]
+    errors = gradients.errors(wrong, found)
+    assert errors["common"]["p50"] == pytest.approx(10.0)
+    assert errors["modulus_ratio"]["p90"] == pytest.approx(2.0)
+    assert gradients.errors(wrong[:, :5], found)["modulus_ratio"] is None
+
+
+def test_the_inverse_problem_is_described_and_published(tmp_path, monkeypatch):
+    """A posterior that was found, and stand-ins for both tools."""
+    example = inverse_problem.example
+    monkeypatch.setattr(inverse_problem.surrogate, "load", lambda name: name)
+    few = np.log([example.TRUE]) + 0.01 * np.random.default_rng(0).standard_normal((300, 3))
+    sample = inverse_problem.Sample(few, np.zeros(300))
+    found = example.Inference(
+        dict.fromkeys((example.SURROGATE, example.IGNORED, example.SOLVER), sample),
+        {example.SURROGATE: 1e-4, example.SOLVER: 1e-2},
+        1.0,
+    )
+    monkeypatch.setattr(example, "infer", lambda *_, **__: found)
+    monkeypatch.setattr(example, "predicted", lambda _, points: np.zeros((len(points), 200)))
+    monkeypatch.setattr(
+        example, "simulated", lambda points, *_, **__: np.tile(np.linspace(0, 1, 200), (len(points), 1))
+    )
+    out = tmp_path / "inverse.json"
+    inverse_problem.main(300, 300, 0, out=out, busy=True)
+    content = json.loads(out.read_text())
+    solver, surrogates = (content["posteriors"][name] for name in (example.SOLVER, example.SURROGATE))
+    assert surrogates["effective"] == pytest.approx(300.0)
+    for one, bins in ((solver, 24), (surrogates, 80)):
+        for histogram in one["densities"]:
+            assert len(histogram["density"]) == bins
+            area = np.sum(np.array(histogram["density"]) * np.diff(histogram["edges"]))
+            assert area == pytest.approx(1.0, abs=0.03)
+    assert [pair["parameters"] for pair in surrogates["pairs"]] == [[0, 1], [1, 2]]
+    assert np.shape(content["solver_shown"]) == (inverse_problem.SHOWN, 3)
+    assert 0.0 < content["seconds"]["surrogate"] < 1.0
+
+
+def test_each_quantity_divides_all_protocols_once():
+    drawn = {name: np.geomspace(edges[0], edges[-1], 50) for name, (_, edges) in EDGES.items()}
+    found = regions(drawn)
+    assert found["all"].all()
+    for words, edges in EDGES.values():
+        parts = [rows for region, rows in found.items() if region.startswith(words)]
+        assert len(parts) == len(edges) - 1
+        np.testing.assert_array_equal(np.sum(parts, axis=0), 1)
+
+
+def test_a_bound_belongs_to_the_region_above_and_what_all_share_divides_nothing():
+    found = regions({"tabor": np.array([0.19, 1.0, 3.25]), "modulus_ratio": np.full(3, 0.1)})
+    assert {name: rows.tolist() for name, rows in found.items() if name != "all"} == {
+        "Tabor parameter 0.2 to 1": [True, False, False],
+        "Tabor parameter 1 to 2": [False, True, False],
+        "Tabor parameter 2 to 3.2": [False, False, True],
+    }

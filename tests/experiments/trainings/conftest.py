@@ -1,0 +1,40 @@
+import pytest
+
+from experiments.trainings import variants as trainings
+from experiments.trainings.variants import Variant
+from surrogate.data.dataset import TrajectoryDataset
+from tests.experiments.trainings.helpers import write_errors, write_training
+
+
+@pytest.fixture
+def data(dataset):
+    return TrajectoryDataset.load(dataset)
+
+
+@pytest.fixture
+def queue(monkeypatch, tmp_path):
+    """Stands in for training: each variant of the queue appears with an error of 0.5, but for the labels refused."""
+    refused, started = set(), []
+
+    def run(waiting, command, *, folder, jobs, log):
+        for label in waiting:
+            options = dict(zip(command(label)[2::2], command(label)[3::2], strict=True))
+            variant = Variant(
+                label,
+                command(label)[1],
+                options["--recipe"],
+                int(options["--epochs"]),
+                options["--features"],
+                float(options["--fraction"]),
+                int(options["--fold"]),
+            )
+            started.append(label)
+            if label in refused:
+                return {label: trainings.STOPPED}
+            write_training(tmp_path / "models" / label, variant, TrajectoryDataset.load(options["--dataset"]))
+            write_errors(tmp_path / "models" / label, 0.5)
+            log(f"{label}: done")
+        return dict.fromkeys(waiting, 0)
+
+    monkeypatch.setattr(trainings, "run_queue", run)
+    return refused, started

@@ -1,0 +1,229 @@
+"""Statistics of a ranking against cases made by hand, and the study on a small tree of published seeds."""
+
+import csv
+import json
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from experiments.trainings import ranking
+from experiments.trainings import ranking_statistics as statistics
+from surrogate.architectures.naming import paper_names
+
+TRAJECTORIES = 200
+RNG = np.random.default_rng(5)
+HARDNESS = RNG.lognormal(0.0, 1.0, TRAJECTORIES)
+
+
+def drawn_of(factors):
+    """Hierarchical replicates of models whose seeds err by these factors, all on the same hard trajectories."""
+    indices = statistics.resampled(TRAJECTORIES, 500)
+    found = {}
+    for name, seeds in factors.items():
+        noise = np.random.default_rng([*name.encode()]).lognormal(0.0, 0.05, (len(seeds), TRAJECTORIES))
+        errors = np.array(seeds)[:, np.newaxis] * HARDNESS * noise
+        found[name] = {metric: statistics.replicates(errors, indices, metric) for metric in statistics.STATISTICS}
+    return {
+        metric: {name: statistics.hierarchical(one[metric], name) for name, one in found.items()}
+        for metric in statistics.STATISTICS
+    }
+
+
+def order_of(factors):
+    contenders = {name: [name] for name in factors}
+    known = {name: seeds for name, seeds in factors.items() if seeds}
+    (pair,) = statistics.duels("a", contenders, drawn_of(known), {name: len(seeds) for name, seeds in known.items()})
+    return pair
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "decision"),
+    [
+        ([1.0, 1.0, 1.0], [2.0, 2.1, 2.2], "holds"),
+        ([2.0, 2.1, 2.2], [1.0, 1.0, 1.0], "fails"),
+        ([1.0, 1.3, 1.1], [1.1, 1.2, 1.0], "tie"),
+        # Better on every trajectory by one seed, worse by the other: the test set alone would decide it.
+        ([1.0, 1.6], [1.3, 1.3], "tie"),
+        ([1.0], [2.0, 2.0], "not decided"),
+        ([1.0, 1.0], [], "not decided"),
+    ],
+)
+def test_an_order_is_decided_by_trajectories_and_seeds(first, second, decision):
+    pair = order_of({"a": first, "b": second})
+    assert pair["decision"] == decision
+    assert pair["seeds"] == [len(first), len(second)]
+    assert (pair["probability"]["test_mse"] is None) == (decision == "not decided")
+
+
+def test_a_small_difference_on_the_same_trajectories_is_seen():
+    """Three percent, where the interval over the test set is wider than a tenth: only paired resamples tell."""
+    drawn = drawn_of({"a": [1.0, 1.0], "b": [1.03, 1.03]})["test_mse"]
+    assert np.ptp(np.quantile(drawn["a"], [0.025, 0.975])) > 0.1 * np.mean(drawn["a"])
+    assert statistics.probability([drawn["a"]], [drawn["b"]]) > 0.95
+
+
+def test_equal_models_are_a_tie_of_one_half():
+    replicates = np.ones((2, 10))
+    assert statistics.probability([replicates[0]], [replicates[1]]) == 0.5
+    assert statistics.decision(0.5) == statistics.TIE
+    assert statistics.decision(None) == statistics.NOT_DECIDED
+
+
+def test_of_several_models_the_best_counts():
+    drawn = {metric: {"a": np.full(9, 2.0), "b": np.full(9, 3.0), "c": np.full(9, 1.0)} for metric in ranking.COLUMNS}
+    (pair,) = statistics.duels("A", {"A": ["a"], "B": ["b", "c"]}, drawn, dict.fromkeys("abc", 3))
+    assert pair["probability"]["test_mse"] == 0.0
+    (pair,) = statistics.duels("A", {"A": ["a"], "B": ["b", "c"]}, drawn, {"a": 3, "b": 3, "c": 1})
+    assert pair["decision"] == "not decided"
+
+
+@pytest.mark.parametrize(
+    ("decisions", "whole"),
+    [
+        (["holds", "holds"], "holds"),
+        (["holds", "tie"], "tie"),
+        (["holds", "tie", "not decided"], "not decided"),
+        (["holds", "fails", "not decided"], "fails"),
+    ],
+)
+def test_a_ranking_holds_with_all_its_orders_and_fails_with_one(decisions, whole):
+    assert statistics.verdict(decisions) == whole
+
+
+def test_the_interval_of_a_mean_is_that_of_its_standard_error():
+    errors = np.random.default_rng(1).normal(10.0, 2.0, (1, 1000))
+    low, high = statistics.interval(statistics.replicates(errors, statistics.resampled(1000, 2000), "test_mse"))
+    assert high - low == pytest.approx(2 * 1.96 * errors.std() / np.sqrt(1000), rel=0.1)
+    low, high = statistics.interval(
+        statistics.replicates(errors, statistics.resampled(1000, 2000), "hysteresis_percent")
+    )
+    assert low < np.median(errors) < high
+
+
+def publish(root, model, seed, mse, digest="d" * 64, **given):
+    """A directory of one seed whose errors are all this one, on trajectories of different hardness."""
+    folder = root / model / f"seed-{seed}"
+    folder.mkdir(parents=True)
+    run = {"seed": seed, "dataset_sha256": digest, "backend": "torch", "features": "D", "architecture": model} | given
+    values = mse * HARDNESS
+    spread = {"mean": values.mean(), "median": float(np.median(values))}
+    (folder / "run.json").write_text(json.dumps(run), encoding="utf-8")
+    metrics = {"test": dict.fromkeys(ranking.COLUMNS.values(), spread)}
+    (folder / "metrics.json").write_text(json.dumps(metrics), encoding="utf-8")
+    (folder / "recipe.toml").write_text(f"name = 'swift'\nseed = {seed}\n", encoding="utf-8")
+    history = f"epoch,train_mse,validation_mse,cpu_seconds\n1,1,{3 * mse},1\n2,1,{2 * mse},2\n"
+    (folder / "history.csv").write_text(history, encoding="utf-8")
+    with (folder / "test_errors.csv").open("w", encoding="utf-8", newline="") as file:
+        rows = csv.writer(file)
+        rows.writerow(["trajectory", *ranking.COLUMNS.values()])
+        rows.writerows([k, *[value] * len(ranking.COLUMNS)] for k, value in enumerate(values))
+    return folder
+
+
+@pytest.fixture
+def studied(tmp_path, monkeypatch):
+    """The study, of a data set that has nothing but its digest."""
+    data = SimpleNamespace(sha256="d" * 64)
+    monkeypatch.setattr(ranking, "TrajectoryDataset", SimpleNamespace(load=lambda _: data))
+    monkeypatch.setattr(ranking, "RESAMPLES", 100)
+    return lambda: ranking.study(tmp_path / "dataset.h5", tmp_path)
+
+
+def test_the_study_ranks_what_is_published(tmp_path, studied):
+    for name in paper_names():
+        for seed in range(3):
+            publish(tmp_path, name, seed, 1.0 + 0.01 * seed if name == "M1-concat" else 2.0 + 0.01 * seed)
+    content = studied()
+    json.dumps(content, allow_nan=False)
+    rows = content["models"]["M1-concat"]
+    assert [row["seed"] for row in rows] == [0, 1, 2]
+    assert rows[1]["test_mse"] == pytest.approx(1.01 * HARDNESS.mean())
+    assert rows[1]["pull_off_percent"] == pytest.approx(1.01 * np.median(HARDNESS))
+    assert rows[1]["validation_mse"] == pytest.approx(2.02)
+    assert content["curves"]["M1-concat"][1] == pytest.approx([3.03, 2.02])
+    spread = content["spread"]["M1-concat"]["test_mse"]
+    assert spread["low"] < spread["min"] < spread["median"] < spread["max"] < spread["high"]
+    decisions = {name: claim["decision"] for name, claim in content["claims"].items()}
+    assert (
+        decisions["best_model"] == decisions["concatenation_suffices"] == decisions["best_conditioning/M1"] == "holds"
+    )
+    assert decisions["best_conditioning/M2"] == decisions["second_family"] == "tie"
+    assert decisions["d_better_than_c"] == "not decided"
+    assert content["claims"]["best_conditioning/M3"]["level"] == ["FiLM", "concat", "gated"]
+    assert content["missing"] == {}
+    assert sum(pair["claim"] == "best_model" for pair in content["pairs"]) == 17
+
+
+def test_another_model_moves_no_number(tmp_path, studied):
+    def numbers():
+        content = studied()
+        chances = [pair["probability"] for pair in content["pairs"] if pair["worse"] == "M1-FiLM"]
+        return content["spread"]["M1-concat"], chances
+
+    for seed in range(2):
+        publish(tmp_path, "M1-concat", seed, 1.0 + seed)
+        publish(tmp_path, "M1-FiLM", seed, 1.3 + 0.1 * seed)
+    before = numbers()
+    assert 0.1 < before[1][0]["test_mse"] < 0.9
+    publish(tmp_path, "M1-gated", 0, 1.0)
+    assert numbers() == before
+
+
+def test_few_seeds_are_said_and_none_is_no_error(tmp_path, studied, capsys):
+    assert studied()["models"] == {}
+    publish(tmp_path, "M1-concat", 1, 1.0)
+    content = studied()
+    assert "1 seeds of 1 models; 18 of 18 models lack some" in capsys.readouterr().out
+    assert content["missing"]["M1-concat"] == [0, 2]
+    assert content["missing"]["M6-gated"] == [0, 1, 2]
+    assert {pair["decision"] for pair in content["pairs"]} == {"not decided"}
+
+
+def test_what_was_trained_otherwise_is_left_out(tmp_path, studied):
+    for seed in range(2):
+        publish(tmp_path, "M1-concat", seed, 1.0)
+    publish(tmp_path, "M1-FiLM", 0, 1.0, digest="e" * 64)
+    publish(tmp_path, "M2-concat", 0, 1.0, architecture="M3-concat")
+    publish(tmp_path, "M2-FiLM", 4, 1.0).rename(tmp_path / "M2-FiLM" / "seed-0")
+    other = publish(tmp_path, "M2-gated", 0, 1.0)
+    (other / "recipe.toml").write_text("name = 'paper'\nseed = 0\n", encoding="utf-8")
+    publish(tmp_path, "M1-concat", 2, 1.0, backend="tensorflow")
+    content = studied()
+    assert list(content["models"]) == ["M1-concat"]
+    assert [row["backend"] for row in content["models"]["M1-concat"]] == ["torch", "torch", "tensorflow"]
+    reasons = {label: sentence.split("its ")[1] for label, sentence in content["left_out"].items()}
+    words = ("data set", "model", "seed", "recipe")
+    names = ("M1-FiLM", "M2-concat", "M2-FiLM", "M2-gated")
+    assert reasons == {f"{name}/seed-0": f"{word} differs" for name, word in zip(names, words, strict=True)}
+
+
+@pytest.mark.parametrize("damage", [Path.unlink, lambda path: path.write_text("trajectory,mse\n")])
+def test_an_incomplete_seed_is_one_sentence(tmp_path, studied, damage):
+    damage(publish(tmp_path, "M1-concat", 0, 1.0) / "test_errors.csv")
+    with pytest.raises(ValueError, match="expected a complete training of one seed; received"):
+        studied()
+
+
+def test_inputs_have_seeds_and_an_equal_budget_of_their_own(tmp_path, studied):
+    for features, mse in (("C", 1.0), ("D", 2.0)):
+        for seed in range(2):
+            folder = publish(tmp_path, f"features-{features}", seed, mse, architecture="M1-concat", features=features)
+            (folder / "recipe.toml").write_text("name = 'swift'\nepochs = 15\n", encoding="utf-8")
+    for seed in range(3):
+        publish(tmp_path, "M1-concat", seed, 1.0)
+    content = studied()
+    assert content["left_out"] == {}
+    assert content["claims"]["d_better_than_c"]["decision"] == "fails"
+    assert content["claims"]["best_input"] == {
+        "paper": "D",
+        "first": "C",
+        "level": ["D"],
+        "decision": "fails",
+    }
+
+
+def test_a_ranking_that_is_not_known_is_refused():
+    with pytest.raises(ValueError, match="received 'luckiest'"):
+        ranking.contenders({"ranking": "luckiest", "value": "M1"})

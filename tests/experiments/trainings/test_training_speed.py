@@ -1,0 +1,36 @@
+"""What a batch of training costs each architecture."""
+
+import json
+
+import pytest
+
+from experiments.trainings import training_speed
+from surrogate.architectures import naming
+from tests.surrogate.conftest import build_tiny
+
+
+def test_every_architecture_takes_the_same_batches(dataset, tmp_path, monkeypatch):
+    # The refinements of SOAP decide how long a block is: ten batches, too many for a network of full size.
+    monkeypatch.setattr("surrogate.build", build_tiny)
+    monkeypatch.setattr(naming, "names", lambda: ["M3-concat", "M4-gated"])
+    monkeypatch.setattr(training_speed, "limit_threads", lambda _: None)
+    out = tmp_path / "speed.json"
+    training_speed.main("swift", None, 2, dataset, out=out, busy=True)
+    found = json.loads(out.read_text(encoding="utf-8"))
+    assert list(found["models"]) == ["M3-concat", "M4-gated"]
+    for one in found["models"].values():
+        assert one["seconds_per_batch"]["count"] == 2
+        epoch_seconds = one["seconds_per_batch"]["median"] * found["batches"]
+        assert one["hours"] == pytest.approx(epoch_seconds * found["epochs"] / 3600.0)
+    longest = found["longest_training"]
+    assert found["longest_training_hours"] == max(one["hours"] for one in found["models"].values())
+    assert found["models"][longest]["hours"] == found["longest_training_hours"]
+
+
+def test_a_chosen_model_is_only_timed(dataset, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(training_speed, "limit_threads", lambda _: None)
+    monkeypatch.setattr(training_speed, "BLOCK", 4)
+    monkeypatch.setattr(training_speed, "timed", lambda _, repeats: [10.0] * repeats)
+    training_speed.main("paper", ["M4-gated"], 1, dataset, out=tmp_path / "speed.json")
+    assert capsys.readouterr().out.split()[:3] == ["M4-gated", "2500", "ms"]  # ten seconds for four batches
+    assert not list(tmp_path.iterdir())

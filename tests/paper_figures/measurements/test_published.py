@@ -1,0 +1,98 @@
+"""What is published is drawn: every figure and table of the measurements, and cells and curves of some of them."""
+
+import json
+from importlib import import_module
+
+import numpy as np
+import pytest
+
+from experiments.places import Places
+from paper_figures.__main__ import modules
+from paper_figures.measurements import figure_broad_band, figure_cost_growth, figure_effects
+from paper_figures.style import drawing
+from paper_figures.style.writing import Table
+from paper_figures.tables import table_effects, table_recommendations
+from tests.paper_figures.results import SPREAD, UNKNOWN
+
+PARTS = (".measurements.", "table_accuracy_cost", "effects", "recommendations", "peers", "hard_cases", "surrogates")
+SHOWN = [name for name, module in modules().items() if any(part in module for part in PARTS)]
+SEVERAL = {
+    "table-effects": {"effects", "stand-ins"},
+    "table-accuracy-cost": {"accuracy-cost", "fastest-tool"},
+    "figure-cost-growth": {"figure-cost-growth", "cost-growth"},
+    "figure-amortisation": {"figure-amortisation", "amortisation"},
+    "figure-surrogate-map": {"figure-surrogate-map", "figure-surrogate-worst", "surrogate-map"},
+}
+"""Names of what is drawn, where it is more than one thing."""
+
+
+def published(name):
+    path = Places().path(name)
+    if not path.is_file():
+        pytest.skip("the measurement is not published here")
+    return json.loads(path.read_text(encoding="utf-8"))
+
+
+@pytest.mark.parametrize("name", SHOWN)
+def test_what_is_published_is_drawn(name, tmp_path, kept):
+    compose = import_module(modules()[name]).compose
+    products = compose(**Places().arguments(compose, name))
+    products = products if isinstance(products, dict) else {name: products}
+    assert products.keys() == SEVERAL.get(name, {name})
+    for stem, product in products.items():
+        if isinstance(product, Table):
+            assert not stem.startswith("figure-")
+            assert {len(row) for row in product.rows} == {len(product.header)}
+            product.save(stem, tmp_path)
+            # A contact without adhesion has no pull-off force, by which the table of hard cases divides.
+            missing = "nan" in (tmp_path / f"{stem}.md").read_text(encoding="utf-8").lower()
+            assert missing == (stem == "table-hard-cases")
+        else:
+            assert stem.startswith("figure-")
+            assert all(axes.has_data() or not axes.axison for axes in product.axes)
+
+
+def test_a_row_of_the_effects_has_microseconds():
+    (row, *_) = published("effects")["rows"]
+    cells = {
+        name: cell(row | {"seconds_per_step": 2e-5, "error": None}) for name, cell in table_effects.COLUMNS.items()
+    }
+    assert (cells["Time a step (µs)"], cells["Difference (%)"]) == ("20", "-")
+
+
+def test_the_tolerance_of_stand_ins_is_drawn_in_percent():
+    axes = drawing.figure(height=2.0).subplots()
+    figure_effects.draw_stand_ins(axes, published("effects") | {"tolerance": 0.07})
+    assert any(list(line.get_ydata()) == pytest.approx([7.0, 7.0]) for line in axes.lines)
+
+
+def test_recommendations_are_counted_of_those_simplified():
+    numbers = {"kept": 4, "cases": 20, "worst_error": 0.2, "simplified": 5, "by_estimate": 1, "slower": 1}
+    row = {"sample": "paper", "quantity": "pull_off_force", "tolerance": 0.1, **numbers}
+    row |= dict.fromkeys(("full_seconds", "ratio", "seconds"), SPREAD)
+    none = row | dict.fromkeys(("kept", "simplified", "slower"), 0) | {"worst_error": None}
+    none |= {"full_seconds": UNKNOWN, "ratio": UNKNOWN}
+    some, nothing = ([cell(one) for cell in table_recommendations.COLUMNS.values()] for one in (row, none))
+    assert {"4 of 5", "0.02 (0.06)"} <= set(some)
+    assert {"0 of 0", "-"} <= set(nothing)
+
+
+def test_shallower_preloads_are_dotted():
+    axes, content = drawing.figure(height=2.0).subplots(), published("broad_band")
+    names = list(dict.fromkeys(curve["name"] for curve in content["curves"]))
+    figure_broad_band.draw_amplification(axes, content["curves"], names, 0.1, "amplification")
+    deepest = max(curve["preload"] for curve in content["curves"])
+    lines = [line.get_linestyle() for line, _ in zip(axes.lines, content["curves"], strict=False)]
+    assert lines == ["-" if curve["preload"] == deepest else ":" for curve in content["curves"]]
+
+
+def test_bars_of_the_growth_end_at_the_quartiles():
+    points = [
+        {"nodes": float(x), "seconds": SPREAD | {"median": 1e-3 * x, "low": 0.9e-3 * x, "high": 1.2e-3 * x}}
+        for x in (1, 2, 4)
+    ]
+    axes = drawing.figure(height=2.0).subplots()
+    figure_cost_growth.draw(axes, {"points": points, "exponent": 1.0}, "nodes", "solver")
+    ends = [segment[:, 1] for segment in axes.collections[0].get_segments()]
+    np.testing.assert_allclose(ends, [[0.9e-3 * x, 1.2e-3 * x] for x in (1, 2, 4)])
+    assert figure_cost_growth._power(0.25, 0.01) == "0.25 ± 0.01"

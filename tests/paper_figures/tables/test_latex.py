@@ -1,0 +1,40 @@
+"""The tables compile, and none is wider than the text."""
+
+import shutil
+import subprocess
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+from experiments.places import Places
+from paper_figures.__main__ import modules, save
+
+ROOT = Path(__file__).resolve().parents[3]
+PACKAGES = r"\usepackage[textwidth=180mm]{geometry}\usepackage{booktabs,tabularx}"
+HEAD = rf"\documentclass[a4paper]{{article}}{PACKAGES}\begin{{document}}"
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(shutil.which("pdflatex") is None, reason="LaTeX is not installed")
+def test_the_tables_compile_within_the_width_of_the_text(tmp_path, monkeypatch):
+    monkeypatch.setattr("paper_figures.style.drawing.save", lambda *_: None)
+    for name, module in modules().items():
+        try:
+            composed = import_module(module).compose
+            results = Places(ROOT / "results", ROOT / "published").arguments(composed, name)
+        except FileNotFoundError:
+            continue
+        if name != "figure-own-architecture" and (
+            "tables" in module or "dict" in str(composed.__annotations__["return"])
+        ):
+            save(composed(**results), name, tmp_path, tmp_path)
+    names = sorted(path.stem for path in tmp_path.glob("*.tex"))
+    assert len(names) > 10
+    body = "\n".join(rf"\input{{{name}}}\clearpage" for name in names)
+    (tmp_path / "all.tex").write_text(f"{HEAD}\n{body}\n\\end{{document}}\n", encoding="utf-8")
+    command = ["pdflatex", "-interaction=nonstopmode", "-halt-on-error", "all.tex"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, errors="replace", check=False)
+    assert done.returncode == 0, done.stdout[-2000:]
+    wide = [line for line in done.stdout.splitlines() if line.startswith(r"Overfull \hbox")]
+    assert wide == []

@@ -1,0 +1,58 @@
+"""Every figure is fit for print: its width, the size of its texts, no two of them on each other, and its colours."""
+
+from importlib import import_module
+from itertools import combinations
+from pathlib import Path
+
+import pytest
+from matplotlib import pyplot as plt
+
+from bem.plots import COLOURS
+from experiments.places import Places
+from paper_figures.__main__ import modules
+from tests.paper_figures import printed
+
+ROOT = Path(__file__).resolve().parents[2]
+FIGURES = [name for name, module in modules().items() if ".tables." not in module and name != "figure-own-architecture"]
+LEAST = 6.5  # points
+APART = 10.0  # in CIELAB; two patches side by side differ from about 2
+
+
+@pytest.fixture(scope="module", params=FIGURES)
+def drawn(request):
+    """The figures of a module by name, from the results of this repository, as far as these are there."""
+    module = import_module(modules()[request.param])
+    try:
+        results = Places(ROOT / "results", ROOT / "published").arguments(module.compose, request.param)
+    except FileNotFoundError as missing:
+        pytest.skip(str(missing))
+    made = module.compose(**results)
+    made = made if isinstance(made, dict) else {request.param: made}
+    yield {name: figure for name, figure in made.items() if isinstance(figure, plt.Figure)}
+    plt.close("all")
+
+
+def test_a_figure_is_as_wide_as_a_column_or_two_and_readable(drawn):
+    for name, figure in drawn.items():
+        assert round(figure.get_figwidth() * printed.MILLIMETRES) in (88, 180), name
+        assert {text.get_text(): text.get_fontsize() for text in printed.texts(figure, below=LEAST)} == {}, name
+
+
+def test_no_text_lies_on_another_or_leaves_the_figure(drawn):
+    for name, figure in drawn.items():
+        assert printed.overlaps(figure) == [], name
+
+
+def test_colours_that_a_legend_tells_apart_differ_for_every_eye(drawn):
+    for name, figure in drawn.items():
+        alike = {
+            (first, second)
+            for named in printed.colors(figure)
+            for first, second in combinations(named, 2)
+            if named[first] != named[second] and printed.distance(named[first], named[second]) < APART
+        }
+        assert alike == set(), name
+
+
+def test_every_tool_has_a_colour_of_its_own():
+    assert len(set(COLOURS.values())) == len(COLOURS)

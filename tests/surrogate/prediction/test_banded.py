@@ -1,0 +1,176 @@
+"""Models with bands: any standard linear solid on physical steps, one warning outside, folders that fit together."""
+
+import random
+import shutil
+import warnings
+
+import numpy as np
+import pytest
+
+import surrogate
+from bem import HardContact, LoadingProtocol, PronySeries, Scene, StandardLinearSolid, simulate
+from bem.dataset.physical_steps import physical_grid
+from surrogate import ExtrapolationWarning
+from surrogate.data.features import channels, edge_from_counts
+from surrogate.export.onnx_file import seal_folder
+from surrogate.prediction.bands import results
+from surrogate.prediction.files import BANDED_FILES, PUBLISHED_BANDED
+from surrogate.prediction.loading import load_banded
+from tests.data_files import damaged
+from tests.surrogate.conftest import scenes
+from tests.surrogate.prediction.predicting import PROTOCOL, SCENE
+
+COUNTS = (22, 8, 72)
+LOADING = LoadingProtocol(**PROTOCOL)
+
+
+def protocol(**changes):
+    return LoadingProtocol(**PROTOCOL | changes)
+
+
+def test_a_trajectory_has_the_force_of_the_network_on_physical_steps(banded):
+    found = banded.predict(SCENE, LOADING)
+    times, indentations = physical_grid(tabor=1.0, **PROTOCOL, modulus_ratio=0.1)
+    np.testing.assert_array_equal([found.time, found.indentation], [times[0], indentations[0]])
+    sequence = channels(times, indentations, edge_from_counts(COUNTS, 1), "F", tabor=np.ones(1), modulus_ratio=0.1)
+    told = banded.scaling.scale_tabor(np.ones(1))
+    expected = banded.scaling.unscale_force(banded.network.scaled(banded.scaling.scale_channels(sequence), told))
+    np.testing.assert_array_equal(found.force, expected[0])
+    assert found.pull_off_force >= found.force[29:].max()
+    assert found.hysteresis == abs(found.work())
+    assert (found.unloading.sum(), found.model, found.modulus_ratio) == (73, "fast", 0.1)
+    np.testing.assert_array_equal(banded.predict_history(found.time, found.indentation, SCENE), found.force)
+
+
+def test_bands_contain_the_prediction_and_widen_with_coverage(banded):
+    narrow, wide = (banded.predict(SCENE, LOADING, coverage=coverage) for coverage in (0.5, 0.95))
+    for found in (narrow, wide):
+        low, high = found.pull_off_interval
+        assert low < found.pull_off_force < high
+        assert np.all((found.force_lower < found.force) & (found.force < found.force_upper))
+    assert wide.pull_off_interval[0] < narrow.pull_off_interval[0]
+    assert np.all(wide.force_upper >= narrow.force_upper)
+    assert narrow.summary()["pull_off_interval"] == list(narrow.pull_off_interval)
+
+
+def test_a_batch_is_what_its_members_are(banded):
+    protocols = [protocol(unloading_rate=float(rate)) for rate in np.geomspace(0.2, 900, 300)]
+    solids = scenes(np.linspace(0.3, 3.0, 300), np.geomspace(0.02, 0.9, 300))
+    batch = banded.predict(solids, protocols)
+    for row in (0, 127, 128, 299):
+        alone = banded.predict(solids[row], protocols[row])
+        assert batch[row].pull_off_force == pytest.approx(alone.pull_off_force, rel=1e-5)
+        assert batch[row].modulus_ratio == solids[row].material.modulus_ratio
+        np.testing.assert_array_equal(batch[row].time, alone.time)
+
+
+@pytest.mark.parametrize(
+    ("changes", "tabor", "ratio", "name"),
+    [
+        ({"unloading_rate": 1e4}, 1.0, 0.1, "unloading_rate"),
+        ({"dwell_time": 0.0}, 1.0, 0.1, "dwell_time"),
+        ({}, 5.0, 0.1, "tabor"),
+        ({}, 1.0, 0.001, "modulus_ratio"),
+        ({"start_indentation": -9.0}, 1.0, 0.1, "start_indentation"),
+    ],
+)
+def test_outside_the_training_bands_are_infinite_and_one_warning_says_so(banded, changes, tabor, ratio, name):
+    both = scenes([1.0, tabor], [0.1, ratio]), [LOADING, protocol(**changes)]
+    with pytest.warns(ExtrapolationWarning, match=rf"1 of 2 protocols lie outside .* of fast.*{name}") as told:
+        inside, outside = banded.predict(*both)
+    assert (len(told), inside.extrapolated) == (1, ())
+    assert told[0].filename == __file__
+    assert np.isfinite(inside.pull_off_interval).all()
+    assert name in outside.extrapolated[0]
+    assert outside.pull_off_interval == (-np.inf, np.inf)
+    assert np.all(outside.force_upper == np.inf)
+    assert np.all(outside.force_lower == -np.inf)
+    assert np.isfinite(outside.pull_off_force)
+    assert "pull_off_interval" not in outside.summary()
+
+
+def test_inside_nothing_is_said_and_an_elastic_solid_has_the_ratio_one(banded):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert banded.predict(SCENE, []) == []
+        elastic, solid = banded.predict([Scene(1.0), Scene(1.0, StandardLinearSolid(1.0))], LOADING)
+    assert elastic.modulus_ratio == 1.0
+    np.testing.assert_array_equal(elastic.force, solid.force)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"scene": [SCENE] * 3}, "Expected one scene, or one for each of 2 histories. Received: 3"),
+        ({"scene": 1.0}, r"Expected a bem\.Scene. Received: 1\.0"),
+        ({"scene": [SCENE, None]}, "Received: None as scene 1"),
+        ({"scene": Scene(1.0, SCENE.material, HardContact())}, "a paraboloid and no spring.*HardContact"),
+        ({"scene": Scene(1.0, SCENE.material, spring=1.0)}, "Received: a spring; the solver knows it"),
+        ({"scene": Scene(1.0, PronySeries([0.5], times=[1.0]))}, "Expected a standard linear solid"),
+        ({"coverage": 1.0}, "coverage must be"),
+        ({"protocol": [3, LOADING]}, "Expected LoadingProtocols; `predict_history` takes other histories. Received: 3"),
+        ({"protocol": None}, "Expected LoadingProtocols"),
+        ({"protocol": [protocol(peak_indentation=-0.5)]}, "must lie above 0"),
+    ],
+)
+def test_bad_input_gets_one_sentence(banded, changes, message):
+    with pytest.raises(ValueError, match=message):
+        banded.predict(**{"scene": SCENE, "protocol": [LOADING] * 2} | changes)
+
+
+def test_load_finds_it_by_name_and_by_its_folder(untrained):
+    assert surrogate.load("fast", untrained.parent).bands is not None
+    assert surrogate.load(untrained).name == "fast"
+    with pytest.raises(FileNotFoundError, match=r"pretrained model accurate in .*`make pretrained` trains it"):
+        surrogate.load("accurate", untrained.parent)
+    with pytest.raises(ValueError, match=r"Expected the backend 'onnx' for fast. Received: backend='keras'"):
+        surrogate.load("fast", untrained.parent, backend="keras")
+
+
+@pytest.mark.parametrize("name", BANDED_FILES)
+def test_a_folder_of_other_files_is_refused(untrained, name):
+    (untrained / name).write_text("{")
+    with pytest.raises(ValueError, match=rf"Received: .*{name}, which is .*damaged"):
+        load_banded(untrained)
+    if name != BANDED_FILES[0]:
+        seal_folder(untrained)
+        with pytest.raises(ValueError, match=r"Expected a folder of `make pretrained`"):
+            load_banded(untrained)
+    (untrained / name).unlink()
+    with pytest.raises(FileNotFoundError, match=name):
+        load_banded(untrained)
+
+
+@pytest.mark.parametrize("count", [16, pytest.param(1000, marks=pytest.mark.slow)])
+def test_flips_and_cuts_are_refused_in_one_sentence_that_names_file_and_remedy(count, tmp_path):
+    shutil.copytree(PUBLISHED_BANDED, tmp_path, dirs_exist_ok=True)
+    files, rng = sorted(path for path in tmp_path.glob("*/*") if path.is_file()), random.Random(count)
+    for number in range(count):
+        path = files[number % len(files)]
+        content = path.read_bytes()
+        path.write_bytes(damaged(content, rng, kinds=("flip", "cut")))
+        with pytest.raises(ValueError, match=rf"{path.name}, which is .*damaged") as caught:
+            surrogate.load(path.parent.name, tmp_path)
+        assert "`make pretrained`" in str(caught.value)
+        assert "\n" not in str(caught.value)
+        path.write_bytes(content)
+
+
+@pytest.mark.parametrize(
+    ("changes", "ratio"),
+    [
+        ({"unloading_rate": 1.0}, 0.1),
+        ({"peak_indentation": 69.0, "loading_rate": 1.2, "dwell_time": 0.003, "unloading_rate": 900.0}, 0.04),
+        ({"peak_indentation": 3.0, "loading_rate": 300.0, "dwell_time": 0.1, "unloading_rate": 20.0}, 0.5),
+    ],
+)
+def test_readings_of_the_solvers_own_forces_are_the_solvers_results(changes, ratio):
+    true = simulate(Scene(1.0, StandardLinearSolid(ratio)), protocol(**changes))
+    times, indentations = physical_grid(tabor=1.0, **PROTOCOL | changes, modulus_ratio=ratio)
+    force = true.at(np.minimum(times[0], true.time[-1]))[np.newaxis]
+    (pull_off,), (instant,), (sharpness,), (work,) = results(times, indentations, force, np.array(COUNTS))
+    assert pull_off == pytest.approx(true.pull_off_force, rel=0.02)
+    assert pull_off >= force.max()
+    assert instant == pytest.approx(true.pull_off_time, rel=0.01)
+    assert work == pytest.approx(true.hysteresis, rel=0.05)
+    assert 0.0 <= sharpness < 0.5

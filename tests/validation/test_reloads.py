@@ -1,0 +1,40 @@
+"""Pulled slowly until the contact is lost, then pressed again fast: the stiff glass feels what is left of the dent."""
+
+import numpy as np
+import pytest
+
+from bem import PiecewiseLinearProtocol, Scene, StandardLinearSolid
+from tests.validation.cases import completed
+
+HISTORIES = [  # found by a sweep, where the dent once faded by the steps' own rule
+    (
+        Scene(5.153, StandardLinearSolid(0.01352)),
+        [0.0, 1.28525, 8212.62844, 8215.71577, 8216.07323494, 8216.07323629],
+        [-0.95147, 34.8174, -7.91855, -26.20764, -36.96037, 3.30679],
+    ),
+    (
+        Scene(3.8234, StandardLinearSolid(0.03829)),
+        [0.0, 5.0216, 5.03491, 24.77728, 25.1732, 25.17372],
+        [-11.47022, 8.07608, 8.07608, -20.47344, -20.48344, 10.57124],
+    ),
+    (
+        Scene(1.25267, StandardLinearSolid(0.019035)),
+        [0.0, 0.74094, 0.76516, 2.95548, 2.96643, 2.966477],
+        [-3.75802, 9.05065, 9.05065, -8.25179, -8.26179, 0.7463],
+    ),
+    (
+        Scene(1.65477, StandardLinearSolid(0.07699)),
+        [0.0, 10.3446, 16.77562, 45.06851, 46.38142, 46.38272],
+        [-4.96431, 6.11606, 6.11606, -9.17545, -9.18545, 1.92352],
+    ),
+]
+
+
+@pytest.mark.parametrize(("scene", "times", "depths"), HISTORIES)
+def test_the_largest_compression_of_a_fast_reload_meets_its_target(scene, times, depths):
+    found, fine = (
+        completed(scene, PiecewiseLinearProtocol(times, depths), accuracy) for accuracy in ("standard", 4e-4)
+    )
+    peaks = [np.min(one.force[one.time >= times[-2]]) for one in (found, fine)]
+    assert peaks[0] == pytest.approx(peaks[1], rel=found.accuracy)
+    assert found.contact_radius[found.time == times[-2]].max() == 0.0
