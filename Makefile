@@ -167,7 +167,10 @@ $(OUT)/dataset/%.h5: $(SOLVER) | $(INSTALLED)
 	@touch $@
 $(OUT)/dataset/extra.h5: CAMPAIGN = $(VENV)/bin/bem campaign --design paper --seed 1 --count $(EXTRA) --accuracy standard
 $(OUT)/dataset/physical.h5: CAMPAIGN += --steps physical
-$(OUT)/dataset/any_solid.h5: CAMPAIGN = $(VENV)/bin/bem campaign --design sobol --count 65536 --modulus-ratio 0.01:1 --steps physical
+ANY_SOLID = $(VENV)/bin/bem campaign --modulus-ratio 0.01:1 --steps physical
+$(OUT)/dataset/any_solid.h5: CAMPAIGN = $(ANY_SOLID) --design sobol --count 236016
+$(OUT)/dataset/any_solid_edges.h5: CAMPAIGN = $(ANY_SOLID) --design edges --count 150000 --seed 1
+$(OUT)/dataset/any_solid_corners.h5: CAMPAIGN = $(ANY_SOLID) --design corners --count 32000 --seed 2
 
 accuracy-price: setup  ## Measure what draft, standard and reference cost over the paper's design (long) and publish it
 	$(PY) -m experiments accuracy_price --folder $(OUT)/accuracy_price --out $(PUBLISHED)/accuracy_price.json
@@ -206,9 +209,11 @@ MORE_MODELS ?= model-paper-recipe model-budgets model-inputs-c model-large
 more-models: $(MORE_MODELS)  ## The four targets above: another recipe, fewer and more epochs, other inputs, more data
 
 PRETRAINED ?= fast accurate
-pretrained: setup $(OUT)/dataset/any_solid.h5  ## Train and publish `fast` and `accurate`, for any standard linear solid (simulates 65,536 trajectories first)
-	$(PY) -m surrogate.training.pretrained $(PRETRAINED) --dataset $(OUT)/dataset/any_solid.h5 --runs $(OUT)/pretrained \
-		--publish $(PUBLISHED)/pretrained $(addprefix --epochs ,$(EPOCHS))
+START ?= $(PUBLISHED)/pretrained
+pretrained: setup $(addprefix $(OUT)/dataset/any_solid,.h5 _edges.h5 _corners.h5)  ## Train `fast` and `accurate` on from START and publish them (simulates 418,016 trajectories first)
+	$(PY) -m surrogate.training.pretrained $(PRETRAINED) --box $(OUT)/dataset/any_solid.h5 \
+		--edges $(OUT)/dataset/any_solid_edges.h5 --corners $(OUT)/dataset/any_solid_corners.h5 --runs $(OUT)/pretrained \
+		--publish $(PUBLISHED)/pretrained $(addprefix --start ,$(START)) $(addprefix --epochs ,$(EPOCHS))
 	$(SUMS) $(PUBLISHED)/pretrained
 
 feature-sets: $(OUT)/dataset/physical.h5  ## Train the input representations A to F, some of them also at physical steps, and publish their errors
@@ -260,8 +265,8 @@ measure-%: | $(INSTALLED)  ## Any measurement, with its usual options (BUSY=yes 
 	$(SUMS) $(MEASURED)/$(subst -,_,$*).*
 measure-canonical-times: WITH = --config $(CONFIGS)/canonical_times.toml --models $(MODELS)
 MEASUREMENTS := effects effect-pairs recommendations canonical-times accuracy-cost cost-growth campaign-scale training-speed training-cost \
-	amortisation hard-case-map measurement-floor pretrained-errors inverse-problem broad-band surrogate-map \
-	lab-coverage stream-latency
+	amortisation hard-case-map measurement-floor pull-off-place errors-by-place pretrained-errors inverse-problem broad-band \
+	surrogate-map lab-coverage stream-latency
 # Two simultaneous measurements would disturb each other.
 .NOTPARALLEL: measurements
 measurements: $(addprefix measure-,$(MEASUREMENTS))  ## All measurements except the soak and those of other software

@@ -17,7 +17,11 @@ def physical_dataset(count: int) -> TrajectoryDataset:
         protocols=protocols,
         force=force,
         points_per_phase=(22, 8, 72),
-        scalars={"pull_off_force": force[:, 29:].max(axis=1)},
+        scalars={
+            "pull_off_force": force[:, 29:].max(axis=1),
+            "pull_off_time": times[np.arange(count), 29 + force[:, 29:].argmax(axis=1)] + 1e-9,
+            "hysteresis": np.ones(count),
+        },
         status=np.zeros(count, dtype=np.uint8),
         sha256="0" * 64,
         forces_sha256="0" * 64,

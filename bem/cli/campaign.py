@@ -13,8 +13,8 @@ from bem._support.interruption import end, say_what_is_kept
 from bem._support.outputs import require_output
 from bem.cli.design_options import parse_ranges, parse_ratio, parse_shard, read_design_file
 
-DESIGN_HELP = "How protocols are drawn: paper (the default), log-uniform or sobol."
-RATIO_HELP = "Modulus ratio E0/Einf; 0.1 by default. LOW:HIGH draws it, by log-uniform or sobol."
+DESIGN_HELP = "How protocols are drawn: paper (the default), log-uniform, sobol, edges or corners."
+RATIO_HELP = "Modulus ratio E0/Einf; 0.1 by default. LOW:HIGH draws it, by any design but paper."
 STEPS_HELP = "Where forces are stored: uniform steps as in the paper (the default), or physical ones."
 RANGE_HELP = "NAME=LOW:HIGH or NAME=VALUE for a quantity of the design; may be repeated."
 CLUSTER_HELP = "Use the workers of this Dask scheduler, e.g. tcp://127.0.0.1:8786, instead of this machine's cores."

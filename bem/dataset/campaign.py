@@ -13,7 +13,7 @@ from bem.accuracy import resolve_accuracy
 from bem.dataset.designs import QUANTITIES, Design
 from bem.dataset.file import load_dataset
 from bem.dataset.jobs import Job, Solver, solver_name
-from bem.dataset.measurement_steps import FMS, checked_counts
+from bem.dataset.measurement_steps import FMS, STEPS_VERSION, checked_counts
 from bem.dataset.records import (
     JUMP_QUANTITIES,
     NATIVE_QUANTITIES,
@@ -126,7 +126,7 @@ class Campaign(Job):
             "shard": "/".join(map(str, self.shard)),
             "solver": solver_name(solver),
             # As before there were other steps.
-            **({"steps": self.steps} if self.steps != "uniform" else {}),
+            **({"steps": self.steps, "steps_version": STEPS_VERSION} if self.steps != "uniform" else {}),
         }
 
     def shard_path(self, out: Path) -> Path:

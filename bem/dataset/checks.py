@@ -10,6 +10,7 @@ import numpy as np
 
 from bem._support.wording import shown
 from bem.dataset.designs import QUANTITIES
+from bem.dataset.measurement_steps import STEPS_VERSION
 from bem.dataset.records import COMPLETED, FAILED, SCALARS, Columns, Layout, layout_of, measured_layout
 
 ATTRIBUTES = {
@@ -83,6 +84,11 @@ def check_dataset(columns: Columns, identity: Mapping[str, Any], counts: tuple[i
         )
     if identity.get("steps", "uniform") not in ("uniform", "physical"):
         raise InconsistentError(f"whose measurement steps are {shown(identity['steps'])}")
+    if "steps" in identity and identity.get("steps_version", 1) != STEPS_VERSION:
+        version = shown(identity.get("steps_version", 1))
+        raise InconsistentError(
+            f"whose physical steps are of version {version} instead of {STEPS_VERSION}; simulate it again"
+        )
     drawn = [*QUANTITIES, *(["modulus_ratio"] if isinstance(identity["modulus_ratio"], list) else [])]
     layout = measured_layout(sum(counts), native=any(name.startswith("native/") for name in columns))
     protocols = layout_of({f"protocols/{name}": np.float64 for name in drawn})

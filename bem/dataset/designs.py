@@ -18,7 +18,14 @@ from bem.dataset.measurement_steps import FMS, measurement_grid
 from bem.protocol import LARGEST_INDENTATION, LARGEST_RATE, LONGEST_DWELL, SMALLEST_RATE
 from bem.scene import LARGEST_TABOR, SMALLEST_TABOR
 
-DESIGNS = ("paper", "log-uniform", "sobol")
+OUTERMOST = 0.2
+"""Share of a range, in its logarithm, at each of its ends that belongs to an edge; all edges together are a corner."""
+_DENSITIES = {
+    "sobol": lambda unit: unit,
+    "edges": lambda unit: np.sin(0.5 * np.pi * unit) ** 2,
+    "corners": lambda unit: 2.0 * OUTERMOST * unit + (1.0 - 2.0 * OUTERMOST) * (unit >= 0.5),
+}
+DESIGNS = ("paper", "log-uniform", *_DENSITIES)
 
 PAPER_RANGES = {
     "tabor": (0.2, 3.2),
@@ -50,11 +57,11 @@ class Design:
     """A way to draw protocols.
 
     Args:
-        name: 'paper', 'log-uniform' or 'sobol'.
+        name: one of `DESIGNS`.
         ranges: (low, high) of any of `QUANTITIES`, both positive; the paper's for those left out. Equal bounds fix a
             quantity. The paper's grid keeps its number of points in a changed range.
         modulus_ratio: relaxed over instantaneous modulus of every scene, in (0, 1]; or (low, high) of ratios drawn like
-            the other quantities, by 'log-uniform' or 'sobol'.
+            the other quantities, by any design but 'paper'.
 
     Raises:
         ValueError: naming the quantity, the allowed range and the value received.
@@ -123,12 +130,12 @@ class Design:
 
     def _spread(self, count: int, seed: int) -> dict[str, FloatArray]:
         drawn = self.drawn
-        if self.name == "sobol":
+        if self.name in _DENSITIES:
             # Imported here because scipy.stats takes half a second.
             from scipy.stats.qmc import Sobol
 
             sequence = Sobol(d=len(drawn), scramble=True, bits=30, rng=np.random.default_rng(seed))
-            unit = sequence.random_base2(int(count - 1).bit_length())[:count]
+            unit = _DENSITIES[self.name](sequence.random_base2(int(count - 1).bit_length())[:count])
         else:
             unit = np.random.default_rng(seed).random((count, len(drawn)))
         low, high = np.log(np.array(list(drawn.values()))).T
@@ -155,7 +162,7 @@ def _checked_ratio(ratio: Any, design: str) -> float | tuple[float, float]:
         raise ValueError(f"modulus_ratio must be a number, or two, low and high; received {shown(ratio)}")
     low, high = _ordered("modulus_ratio", *(finite_number("modulus_ratio", one, above=0.0, high=1.0) for one in ratio))
     if design == "paper" and low < high:
-        raise ValueError("a range of modulus_ratio needs the design log-uniform or sobol; received 'paper'")
+        raise ValueError(f"a range of modulus_ratio needs the design {' or '.join(DESIGNS[1:])}; received 'paper'")
     return (low, high) if low < high else low
 
 

@@ -8,16 +8,21 @@ before the pull-off. With offsets s of the indentation below that crossing,
 - loading points are equally spaced;
 - dwell points, and a quarter of the unloading points before the crossing, are spaced half by time, half by the change
   of that force;
-- the other unloading points are spaced evenly in log s within three ranges: two thirds of them where the pull-off is to
-  be expected, the others below and above that.
+- the other unloading points are spaced evenly in log s within ranges around the place where the pull-off is to be
+  expected, most of them close to it.
 
-The pull-off is expected at s = 0.65 r (d / delta_l)^(1/2) (mu / delta_l)^(1/10), a fit to simulations in the paper's
-ranges, where r is the travel left after the crossing and d the travel before it. Units as in `bem.protocol`; forces of
-Lee and Radok are in units of the relaxed Hertz force at indentation 1. Source: Lee and Radok, J. Appl. Mech. 27 (1960)
-438; Johnson, Contact Mechanics (1985), section 6.5.
+The expected log s is a polynomial of fourth degree in six logarithms: Tabor parameter, unloading rate, modulus ratio,
+the travel left after the crossing, the slope of that force at the crossing, and the share of the peak travelled before
+it. `make measure-pull-off-place` fits its coefficients to simulations in the paper's ranges and their
+corners, and writes them with what is left to `pull_off_place.json` beside this module. Units as in `bem.protocol`;
+forces of Lee and Radok are in units of the relaxed Hertz force at indentation 1. Source: Lee and Radok, J. Appl. Mech.
+27 (1960) 438; Johnson, Contact Mechanics (1985), section 6.5.
 """
 
+import json
 from collections.abc import Sequence
+from importlib import resources
+from itertools import chain, combinations_with_replacement
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -30,13 +35,21 @@ from bem.protocol import default_start_indentation
 
 _FIRST = 0.05  # smallest offset after the crossing, in h0
 BEFORE_CROSSING = 0.22  # share of the unloading points before the crossing
-_RANGES = (0.2, 0.55, 2.0)  # bounds of ranges after it, over the expected offset of the pull-off
-_SHARES = (0.0, 0.08, 0.31, 0.85, 1.0)  # of the other points up to each bound, both ends included
+_RANGES = (-1.2, -0.4, -0.12, 0.12, 0.4)  # bounds of ranges after it, less the expected log s
+_SHARES = (0.0, 0.08, 0.2, 0.32, 0.68, 0.8, 1.0)  # of the other points up to each bound, both ends included
+_LEAST_SLOPE = 0.3  # added to the slope at the crossing before its logarithm is taken
 # Where the force is computed, as shares of a phase: even in the logarithm, because the fastest relaxation may be far
 # faster than the dwell; in the unloading, from fine steps to even ones.
 _LOADING = np.linspace(0.0, 1.0, 41)
 _DWELL = np.append(0.0, np.exp(np.linspace(-12.0, 0.0, 40)))
 _UNLOADING = np.sinh(np.linspace(0.0, 6.0, 81)) / np.sinh(6.0)
+_FEATURES, _DEGREE = 6, 4
+_TERMS = chain.from_iterable(combinations_with_replacement(range(_FEATURES), size) for size in range(_DEGREE + 1))
+FACTORS = np.array([one + (_FEATURES,) * (_DEGREE - len(one)) for one in _TERMS])
+"""Features that each term of the polynomial multiplies, shape (210, 4); the number 6 stands for a factor of 1."""
+_PLACE = np.array(
+    json.loads(resources.files("bem.dataset").joinpath("pull_off_place.json").read_text())["coefficients"]
+)
 
 
 def physical_grid(
@@ -101,7 +114,7 @@ def checked_steps(
             f"{row} with {float(protocols[1, row])!r} and a start of {float(protocols[5, row])!r}"
         )
     require_dwell(int(counts[1]), protocols[3])
-    times, indentations, _ = on_steps(protocols, strengths, rates, counts)
+    times, indentations, *_ = on_steps(protocols, strengths, rates, counts, _PLACE)
     require_increasing(times, protocols[:5].T, "the quantities")
     return times, indentations
 
@@ -172,15 +185,21 @@ def _spread(positions: np.ndarray, force: np.ndarray, count: int) -> np.ndarray:
 
 
 @kernel
-def _after(crossing: float, start: float, peak: float, tabor: float, count: int) -> np.ndarray:
+def _after(room: float, features: np.ndarray, place: np.ndarray, count: int) -> np.ndarray:
     """Offsets (count,) below the crossing, the last one down to the start."""
-    room = crossing - start
-    expected = 0.65 * room * np.sqrt((peak - crossing) / peak) * (tabor / peak) ** 0.1
-    knots = np.empty(5)
-    knots[4] = np.log(room)
-    knots[0] = min(np.log(_FIRST), knots[4] - 3.0)
-    for i in range(3):
-        knots[i + 1] = min(max(np.log(expected * _RANGES[i]), knots[i] + 0.1), knots[4] - 0.2 * (3 - i))
+    expected = 0.0
+    for term in range(place.size):
+        product = place[term]
+        for factor in FACTORS[term]:
+            product *= features[factor]
+        expected += product
+    last = len(_RANGES) + 1
+    knots = np.empty(last + 1)
+    knots[last] = np.log(room)
+    knots[0] = min(np.log(_FIRST), knots[last] - 3.0)
+    for i in range(1, last):
+        bound = min(expected, knots[last]) + _RANGES[i - 1]
+        knots[i] = min(max(bound, knots[i - 1] + 0.05), knots[last] - 0.05 * (last - i))
     offsets = np.exp(np.interp(np.arange(count) / (count - 1), np.array(_SHARES), knots))
     offsets[count - 1] = room
     return offsets
@@ -188,14 +207,18 @@ def _after(crossing: float, start: float, peak: float, tabor: float, count: int)
 
 @kernel
 def on_steps(
-    protocols: np.ndarray, strengths: np.ndarray, rates: np.ndarray, counts: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Instants and indentations (B, N), and the crossings (B,), of protocols (6, B): the quantities, and the start."""
+    protocols: np.ndarray, strengths: np.ndarray, rates: np.ndarray, counts: np.ndarray, place: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Steps of protocols (6, B), the quantities and the start, where the pull-off is expected by coefficients `place`.
+
+    Returns:
+        instants and indentations (B, N), the crossings (B,), and the features of the polynomial with 1, (B, 7).
+    """
     batch, terms = strengths.shape
     loading, dwell, unloading = counts
     times = np.empty((batch, loading + dwell + unloading))
     indentations = np.empty_like(times)
-    crossings = np.zeros(batch)
+    crossings, features = np.zeros(batch), np.ones((batch, _FEATURES + 1))
     memory = np.empty(terms)
     where, force = np.empty(_UNLOADING.size), np.empty(_UNLOADING.size)
     for row in range(batch):
@@ -220,17 +243,20 @@ def on_steps(
                 spread = _spread(where[: _DWELL.size], force[: _DWELL.size], dwell)
                 times[row, loading : loading + dwell] = onset + spread
             indentations[row, loading : loading + dwell] = peak
-        crossing, last = _crossing(peak, down, strengths[row], rates[row], memory, where, force)
+        crossing, slope, last = _crossing(peak, down, strengths[row], rates[row], memory, where, force)
+        room, glassy = crossing - start, 1.0 + strengths[row].sum()
+        steep = max(slope, 0.0) + _LEAST_SLOPE
+        features[row, :_FEATURES] = np.log(np.array([tabor, down, 1.0 / glassy, room, steep, (peak - crossing) / peak]))
         before = max(int(BEFORE_CROSSING * unloading + 0.5), 1)
         travel = np.empty(unloading)
         travel[:before] = _spread(where[: last + 1], force[: last + 1], before)
-        travel[before:] = (peak - crossing) + _after(crossing, start, peak, tabor, unloading - before)
+        travel[before:] = (peak - crossing) + _after(room, features[row], place, unloading - before)
         travel[unloading - 1] = peak - start
         times[row, loading + dwell :] = turn + travel / down
         indentations[row, loading + dwell :] = peak - travel
         indentations[row, loading + dwell + unloading - 1] = start
         crossings[row] = crossing
-    return times, indentations, crossings
+    return times, indentations, crossings, features
 
 
 @kernel
@@ -242,18 +268,22 @@ def _crossing(
     memory: np.ndarray,
     where: np.ndarray,
     force: np.ndarray,
-) -> tuple[float, int]:
-    """Indentation at which the force vanishes; leaves travels in `where` and forces in `force` up to the last place."""
+) -> tuple[float, float, int]:
+    """Indentation at which the force vanishes, and the slope there; leaves travels in `where`, forces in `force`."""
+    glassy = 1.0 + strengths.sum()
     where[0], force[0] = 0.0, _hertz(peak) + (strengths * memory).sum()
+    slope = 1.5 * np.sqrt(peak) * glassy + (strengths * rates * memory).sum() / down
     for i in range(_UNLOADING.size - 1):
         where[i + 1] = peak * _UNLOADING[i + 1]
-        left = peak - where[i + 1]
+        left = max(peak - where[i + 1], 0.0)
         change = _hertz(left) - _hertz(peak - where[i])
         carry(memory, rates, (where[i + 1] - where[i]) / down, change)
         force[i + 1] = _hertz(left) + (strengths * memory).sum()
+        before = slope
+        slope = 1.5 * np.sqrt(left) * glassy + (strengths * rates * memory).sum() / down
         if force[i + 1] <= 0.0:
             part = force[i] / (force[i] - force[i + 1])
             where[i + 1] = where[i] + part * (where[i + 1] - where[i])
             force[i + 1] = 0.0
-            return peak - where[i + 1], i + 1
-    return 0.0, _UNLOADING.size - 1
+            return peak - where[i + 1], before + part * (slope - before), i + 1
+    return 0.0, slope, _UNLOADING.size - 1

@@ -1,20 +1,25 @@
-/** Calibrated bands of the pretrained models. Mirrors `surrogate/pretrained/bands.py`. */
+/** Calibrated bands of the pretrained models. Mirrors `surrogate/prediction/bands.py`. */
 
 import { QUANTITIES, type Protocol } from "./protocol";
 
 /** As `surrogate export` writes them into the file of a model. */
 export interface Bands {
   levels: number[];
-  coefficients: number[];
-  edges: number[];
-  /** By group of difficulty and level. */
-  pull_off: number[][];
-  /** By group of difficulty, level and step. */
-  force: number[][][];
+  /** Low and high of each quantity. */
+  ranges: number[][];
+  /** Of the logarithm of the expected errors: pull-off, its time, hysteresis, force, curve. */
+  coefficients: number[][];
+  /** That divide the groups of expected errors. */
+  edges: number[][];
+  /** Of the force by group and step. */
+  shape: number[][];
+  /** By interval or band, cell and level. */
+  quantiles: number[][][];
 }
 
-const HARDEST = 3;
+const OUTERMOST = 0.2;
 const SMALLEST = 1e-4;
+const FORCE = 3;
 
 /** Read the bands of a file; undefined where there are none for so many steps. */
 export function parseBands(text: string | undefined, steps: number): Bands | undefined {
@@ -25,13 +30,14 @@ export function parseBands(text: string | undefined, steps: number): Bands | und
   };
   try {
     const bands = JSON.parse(text ?? "null") as Bands;
-    const [levels, groups] = [bands.levels.length, bands.edges.length + 1];
+    const [levels, groups, known] = [bands.levels.length, bands.shape.length, QUANTITIES.length];
     const complete =
       rows(bands.levels, levels) &&
-      rows(bands.edges, groups - 1) &&
-      rows(bands.coefficients, 1 + 2 * (QUANTITIES.length + 1)) &&
-      rows(bands.pull_off, groups, levels) &&
-      rows(bands.force, groups, levels, steps);
+      rows(bands.ranges, known, 2) &&
+      rows(bands.coefficients, FORCE + 2, ((known + 2) * (known + 3) * (known + 4)) / 6) &&
+      rows(bands.edges, FORCE + 2, groups - 1) &&
+      rows(bands.shape, groups, steps) &&
+      rows(bands.quantiles, FORCE + 2, 2 ** known + groups, levels);
     return complete ? bands : undefined;
   } catch {
     return undefined;
@@ -50,21 +56,27 @@ export function halfWidths(
   sharpness: number,
   coverage: number,
 ): { pullOff: number; force: number[] } {
-  const values = [...QUANTITIES.map((name) => protocol[name]), sharpness];
-  const logs = values.map((value) => Math.log(Math.max(value, SMALLEST)));
-  const terms = [1, ...logs, ...logs.map((log) => log * log)];
-  const sum = terms.reduce((total, term, i) => total + term * bands.coefficients[i]!, 0);
-  const difficulty = Math.min(sum, HARDEST);
-  const group = below(bands.edges, difficulty);
+  const places = QUANTITIES.map((name, i) => {
+    const [low, high] = bands.ranges[i]!.map(Math.log) as [number, number];
+    return Math.min(Math.max((2 * Math.log(Math.max(protocol[name], SMALLEST)) - low - high) / (high - low), -1), 1);
+  });
+  const outermost = places.every((place) => Math.abs(place) >= 1 - 2 * OUTERMOST - 1e-9);
+  const corner = places.reduce((sum, place, i) => sum + (place > 0 ? 2 ** i : 0), 0);
+  const all = [1, ...places, 1 + Math.log(Math.max(sharpness, SMALLEST)) / 4];
+  const terms = all.flatMap((one, i) =>
+    all.slice(i).flatMap((other, j) => all.slice(i + j).map((third) => one * other * third)),
+  );
   const { levels } = bands;
   const right = Math.min(Math.max(below(levels, coverage), 1), levels.length - 1);
   const part = (coverage - levels[right - 1]!) / (levels[right]! - levels[right - 1]!);
-  const between = (low: number, high: number) => (1 - part) * low + part * high;
-  const [low, high] = [bands.force[group]![right - 1]!, bands.force[group]![right]!];
-  return {
-    pullOff: between(bands.pull_off[group]![right - 1]!, bands.pull_off[group]![right]!) * Math.exp(difficulty),
-    force: low.map((value, step) => between(value, high[step]!)),
+  const width = (row: number) => {
+    const size = terms.reduce((total, term, i) => total + term * bands.coefficients[row]![i]!, 0);
+    const group = below(bands.edges[row]!, size);
+    const cell = bands.quantiles[row]![outermost ? corner : 2 ** places.length + group]!;
+    return { group, half: Math.exp(size) * ((1 - part) * cell[right - 1]! + part * cell[right]!) };
   };
+  const { group, half } = width(FORCE);
+  return { pullOff: width(0).half, force: bands.shape[group]!.map((value) => half * value) };
 }
 
 /** How many of increasing values lie below one. */

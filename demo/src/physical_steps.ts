@@ -3,13 +3,16 @@
  * models. Mirrors `bem/dataset/physical_steps.py` for one standard linear solid, whose docstring states the rule.
  */
 
+import { coefficients as PLACE } from "../../bem/dataset/pull_off_place.json";
 import { linearly, phases, startIndentation, type Counts, type Grid, type Protocol } from "./protocol";
 import { Trouble } from "./trouble";
 
 const FIRST = 0.05;
 const BEFORE = 0.22;
-const RANGES = [0.2, 0.55, 2.0];
-const SHARES = [0.0, 0.08, 0.31, 0.85, 1.0];
+const RANGES = [-1.2, -0.4, -0.12, 0.12, 0.4];
+const SHARES = [0.0, 0.08, 0.2, 0.32, 0.68, 0.8, 1.0];
+const LEAST_SLOPE = 0.3;
+const DEGREE = 4;
 const even = (last: number, count: number) => Float64Array.from({ length: count }, (_, i) => (last * i) / (count - 1));
 const LOADING = even(1, 41);
 const DWELL = Float64Array.from([0, ...even(12, 40).map((power) => Math.exp(power - 12))]);
@@ -50,11 +53,13 @@ export function physicalGrid(protocol: Protocol, counts: Counts): Grid {
     times[loading + i] = onset + after;
     indentations[loading + i] = peak;
   });
-  const { path, crossing } = leaving(solid, peak, down);
+  const { path, crossing, slope } = leaving(solid, peak, down);
   const before = Math.max(Math.floor(BEFORE * unloading + 0.5), 1);
   const travel = new Float64Array(unloading);
   travel.set(spread(path, before));
-  offsets(crossing, start, peak, tabor, unloading - before).forEach((offset, i) => {
+  const steep = Math.max(slope, 0) + LEAST_SLOPE;
+  const features = [tabor, down, protocol.modulus_ratio, crossing - start, steep, (peak - crossing) / peak];
+  offsets(crossing - start, expected(features.map(Math.log)), unloading - before).forEach((offset, i) => {
     travel[before + i] = peak - crossing + offset;
   });
   travel[unloading - 1] = peak - start;
@@ -89,6 +94,11 @@ class Solid {
   force(indentation: number): number {
     return hertz(indentation) + this.strength * this.memory;
   }
+
+  /** Slope of the force over the indentation while this falls at a speed. */
+  slope(indentation: number, speed: number): number {
+    return 1.5 * Math.sqrt(indentation) * (1 + this.strength) + (this.strength * this.rate * this.memory) / speed;
+  }
 }
 
 function hertz(indentation: number): number {
@@ -104,26 +114,30 @@ function holding(solid: Solid, peak: number, dwelt: number): Path {
   return { where, force };
 }
 
-/** Travels of the unloading up to where the force vanishes, and that indentation. */
-function leaving(solid: Solid, peak: number, down: number): { path: Path; crossing: number } {
+/** Travels of the unloading up to where the force vanishes, that indentation, and the slope of the force there. */
+function leaving(solid: Solid, peak: number, down: number): { path: Path; crossing: number; slope: number } {
   const where = [0];
   const force = [solid.force(peak)];
+  let slope = solid.slope(peak, down);
   const path = () => ({ where: Float64Array.from(where), force: Float64Array.from(force) });
   for (let i = 1; i < UNLOADING.length; i++) {
     const travel = peak * UNLOADING[i]!;
-    const left = peak - travel;
+    const left = Math.max(peak - travel, 0);
     solid.carry((travel - where[i - 1]!) / down, hertz(left) - hertz(peak - where[i - 1]!));
     const here = solid.force(left);
+    const before = slope;
+    slope = solid.slope(left, down);
     if (here <= 0) {
       const last = where[i - 1]!;
-      where.push(last + (force[i - 1]! / (force[i - 1]! - here)) * (travel - last));
+      const part = force[i - 1]! / (force[i - 1]! - here);
+      where.push(last + part * (travel - last));
       force.push(0);
-      return { path: path(), crossing: peak - where[i]! };
+      return { path: path(), crossing: peak - where[i]!, slope: before + part * (slope - before) };
     }
     where.push(travel);
     force.push(here);
   }
-  return { path: path(), crossing: 0 };
+  return { path: path(), crossing: 0, slope };
 }
 
 /** `count` of increasing positions, the last included, spaced half by them, half by the change of the force. */
@@ -145,14 +159,28 @@ function spread({ where, force }: Path, count: number): Float64Array {
   return found;
 }
 
+/** The expected logarithm of the pull-off's offset: a polynomial, its terms in the order of Python's combinations. */
+function expected(features: number[]): number {
+  let total = 0;
+  let term = 0;
+  const add = (first: number, product: number, size: number) => {
+    if (size === 0) {
+      total += PLACE[term++]! * product;
+      return;
+    }
+    for (let i = first; i < features.length; i++) add(i, product * features[i]!, size - 1);
+  };
+  for (let size = 0; size <= DEGREE; size++) add(0, 1, size);
+  return total;
+}
+
 /** Offsets below the crossing, the last one down to the start. */
-function offsets(crossing: number, start: number, peak: number, tabor: number, count: number): Float64Array {
-  const room = crossing - start;
-  const expected = 0.65 * room * Math.sqrt((peak - crossing) / peak) * Math.pow(tabor / peak, 0.1);
+function offsets(room: number, place: number, count: number): Float64Array {
   const last = Math.log(room);
   const knots = [Math.min(Math.log(FIRST), last - 3)];
   RANGES.forEach((range, i) => {
-    knots.push(Math.min(Math.max(Math.log(expected * range), knots[i]! + 0.1), last - 0.2 * (3 - i)));
+    const bound = Math.min(place, last) + range;
+    knots.push(Math.min(Math.max(bound, knots[i]! + 0.05), last - 0.05 * (RANGES.length - i)));
   });
   knots.push(last);
   const found = Float64Array.from({ length: count }, (_, i) => Math.exp(linearly(i / (count - 1), SHARES, knots)));

@@ -123,7 +123,7 @@ def main(
         written.append(run.parent / CARD)
         write_whole(written[-1], model_card(run.parent, dataset))
     for run in sorted((published / "pretrained").glob("*/run.json")):
-        measured = json.loads((published / "measurements" / "pretrained_errors.json").read_text(encoding="utf-8"))
+        measured = json.loads((published / "measurements" / "errors_by_place.json").read_text(encoding="utf-8"))
         written.append(run.parent / CARD)
         write_whole(written[-1], pretrained_card(run.parent, measured))
         seal_folder(run.parent)

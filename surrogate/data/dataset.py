@@ -19,6 +19,7 @@ import numpy as np
 from bem._support.text_files import read_json
 from bem.dataset.designs import QUANTITIES
 from bem.dataset.file import Dataset, load_dataset
+from bem.dataset.measurement_steps import STEPS_VERSION
 from bem.dataset.records import COMPLETED, RESULTS, grid_of
 
 PARTS = ("train", "validation", "test")
@@ -213,7 +214,7 @@ def _digest(content: Dataset) -> str:
     digest = hashlib.sha256(json.dumps(asked, sort_keys=True).encode())
     columns = list(content.protocols.values())
     if content.steps != "uniform":
-        digest.update(content.steps.encode())
+        digest.update(f"{content.steps} {STEPS_VERSION}".encode())
     if isinstance(content.attributes.get("modulus_ratio"), list):
         columns.append(content.modulus_ratios)
     for values in columns:

@@ -1,25 +1,26 @@
-"""Split-conformal bands: how far predictions were from the solver on trajectories that no training has seen.
+"""Split-conformal intervals and bands: how far predictions were from the solver on trajectories that no training saw.
 
-A prediction's difficulty is a fit of the logarithm of its pull-off error to protocol, material and the sharpness of the
-predicted peak, made on one part of the held-out trajectories. The other part is divided into groups of equal size by
-difficulty, which rises above all with the unloading rate. In each group the quantiles of the errors, with the
-correction for their finite number, give the half-widths of the bands, those of the pull-off force as multiples of the
-difficulty: so bands cover as they should in every group, not only on average, and are wide where the truth is hard.
-Source: V. Vovk, A. Gammerman and G. Shafer,
-Algorithmic Learning in a Random World (2005), chapter 4 (Mondrian conformal predictors).
+An error is judged in units of its expected size: the exponential of a polynomial in protocol, material and sharpness of
+the predicted peak, fitted to some trajectories. Other trajectories are divided into cells: each corner of the ranges
+(the outermost fifth of every one of them) is a cell, and the rest is divided into groups of equal size by that expected
+size. In each cell the quantiles of the judged errors give the half-widths. Their rank has the correction for finite
+numbers and one standard deviation more, so that intervals cover as they should at each place, not only on average.
+Source: V. Vovk, A. Gammerman and G. Shafer, Algorithmic Learning in a Random World (2005), chapter 4 (Mondrian
+conformal predictors).
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import combinations_with_replacement
 from typing import Any
 
 import numpy as np
 
 from bem._support.jit import kernel
 from bem._support.monotone import monotone_integral, monotone_slopes
-from bem.dataset.designs import QUANTITIES
+from bem.dataset.designs import OUTERMOST, QUANTITIES
 from surrogate.data.scaling import Scaling
 
 GROUPS = 8
@@ -28,74 +29,99 @@ LEVELS = np.array([0.0, 0.25, 0.5, 0.6, 0.7, 0.8, 0.85, 0.9, 0.925, 0.95, 0.975,
 
 KNOWN = (*QUANTITIES, "modulus_ratio")
 """Quantities of a protocol on a solid that tell how difficult it is."""
+CORNERS = 2 ** len(KNOWN)
+UNSEEN = 1e3
+"""Half-width in a cell in which nothing was judged, over the expected error."""
+RESULTS = ("pull_off", "pull_off_time", "hysteresis")
+BANDS = ("force", "curve")
+"""Intervals of results, and bands of the scaled force: at each step by itself, and of all steps at once."""
+_FACTORS = np.array(list(combinations_with_replacement(range(len(KNOWN) + 2), 3))).T
 
 
 @dataclass(frozen=True)
 class Bands:
-    """Half-widths of bands by group of difficulty.
+    """Half-widths of intervals and bands by place.
 
     Args:
-        coefficients: Of the fit of the difficulty, see `_terms`.
-        edges: Difficulties that divide the groups, shape `(GROUPS - 1,)`.
-        pull_off: Quantiles of |log(predicted / true pull-off force)| over the exponential of the difficulty, shape
-            `(GROUPS, len(LEVELS))`.
-        force: Quantiles of the error of the scaled force at each step, shape `(GROUPS, len(LEVELS), steps)`.
+        ranges: Of the quantities in `KNOWN`, shape `(6, 2)`.
+        coefficients: Of the logarithm of the expected errors of `RESULTS` and `BANDS`, shape `(5, 120)`.
+        edges: Expected errors that divide the groups outside the corners, shape `(5, GROUPS - 1)`.
+        shape: Errors of the force at each step over the expected one, by group, shape `(GROUPS, steps)`.
+        quantiles: Of the judged errors of `RESULTS` and `BANDS`, shape `(5, CORNERS + GROUPS, len(LEVELS))`.
     """
 
+    ranges: np.ndarray
     coefficients: np.ndarray
     edges: np.ndarray
-    pull_off: np.ndarray
-    force: np.ndarray
+    shape: np.ndarray
+    quantiles: np.ndarray
 
     @classmethod
     def calibrate(
-        cls, quantities: np.ndarray, pull_off_errors: np.ndarray, force_errors: np.ndarray, fitted: int
+        cls, ranges: Mapping[str, Any], known: np.ndarray, errors: np.ndarray, force_errors: np.ndarray, fitted: int
     ) -> Bands:
-        """Fit the difficulty to the first `fitted` trajectories, and take the quantiles of the others.
+        """Fit the expected errors to the first `fitted` trajectories, and take the quantiles of the others.
 
         Args:
-            quantities: Tabor parameter, peak indentation, loading rate, dwell time, unloading rate, modulus ratio and
-                sharpness of the predicted peak, shape `(batch, 7)`.
-            pull_off_errors: |log(predicted / true)|, shape `(batch,)`.
+            ranges: Low and high of each quantity in `KNOWN`, by name.
+            known: Those quantities and the sharpness of the predicted peak, shape `(batch, 7)`.
+            errors: Of `RESULTS`, as in `result_errors`, shape `(3, batch)`.
             force_errors: Absolute error of the scaled force, shape `(batch, steps)`.
-            fitted: How many trajectories the difficulty is fitted to.
+            fitted: How many trajectories the expected errors are fitted to.
 
         Returns:
             The bands.
         """
-        terms = _terms(quantities)
-        logs = np.log(pull_off_errors[:fitted] + 1e-4)
-        coefficients, *_ = np.linalg.lstsq(terms[:fitted], logs, rcond=None)
-        difficulty = terms[fitted:] @ coefficients
-        edges = np.quantile(difficulty, np.arange(1, GROUPS) / GROUPS)
-        group = np.searchsorted(edges, difficulty)
-        shares = [group == number for number in range(GROUPS)]
-        return cls(
-            coefficients,
-            edges,
-            np.stack([_quantiles((pull_off_errors[fitted:] / np.exp(difficulty))[share]) for share in shares]),
-            np.stack([_quantiles(force_errors[fitted:][share]) for share in shares]),
-        )
+        bounds = np.array([ranges[name] for name in KNOWN], dtype=np.float64)
+        places = _places(known, bounds)
+        terms, corner = _terms(places), _corner(places)
+        outside = np.arange(len(known)) >= fitted
+        found: list[tuple[np.ndarray, ...]] = []
 
-    def widths(self, quantities: np.ndarray, coverage: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return half-widths of the bands.
+        def judge(error: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+            """Fit the expected size of one error, and return its logarithm and the group of each trajectory."""
+            coefficients = np.linalg.lstsq(terms[:fitted], np.log(error[:fitted] + 1e-5), rcond=None)[0]
+            size = terms @ coefficients
+            edges = np.quantile(size[outside & (corner < 0)], np.arange(1, GROUPS) / GROUPS)
+            found.append((coefficients, edges, size))
+            return size, np.searchsorted(edges, size)
+
+        for error in errors:
+            judge(error)
+        size, group = judge(np.sqrt(np.mean(force_errors**2, axis=1)))
+        judged = (force_errors / np.exp(size)[:, np.newaxis])[:fitted]
+        shape = np.stack([np.quantile(judged[group[:fitted] == row], 0.9, axis=0) for row in range(GROUPS)])
+        judged = force_errors / (shape := np.maximum(shape, 1e-6))[group]
+        judge(largest := judged.max(axis=1))
+        quantiles = np.empty((len(found), CORNERS + GROUPS, len(LEVELS)))
+        for row, error in enumerate([*errors, judged, largest]):
+            _, edges, size = found[row]
+            cell, ratio = _cells(corner, size, edges), (error.T / np.exp(size)).T
+            quantiles[row] = [_quantiles(ratio[outside & (cell == one)]) for one in range(CORNERS + GROUPS)]
+        coefficients, edges, _ = map(np.stack, zip(*found, strict=True))
+        return cls(bounds, coefficients, edges, shape, quantiles)
+
+    def widths(self, known: np.ndarray, coverage: float) -> dict[str, np.ndarray]:
+        """Return half-widths by name.
 
         Args:
-            quantities: As in `calibrate`.
-            coverage: The share of true values that the bands are to contain.
+            known: As in `calibrate`.
+            coverage: The share of true values that intervals and bands are to contain.
 
         Returns:
-            Those of the pull-off force's logarithm, shape `(batch,)`, and of the scaled force, `(batch, steps)`.
+            Those of `RESULTS`, in the units of `result_errors`, shape `(batch,)`, and of `BANDS`, `(batch, steps)`.
         """
-        # Far outside the training, where no band is used, exponentials may overflow.
-        difficulty = np.minimum(_terms(quantities) @ self.coefficients, 3.0)
-        group = np.searchsorted(self.edges, difficulty)
+        places = _places(known, self.ranges)
+        corner, sizes = _corner(places), self.coefficients @ _terms(places).T
         right = min(max(int(np.searchsorted(LEVELS, coverage)), 1), len(LEVELS) - 1)
         part = (coverage - LEVELS[right - 1]) / (LEVELS[right] - LEVELS[right - 1])
-        pull_off, force = (
-            (1.0 - part) * table[group, right - 1] + part * table[group, right] for table in (self.pull_off, self.force)
-        )
-        return pull_off * np.exp(difficulty), force
+        table = (1.0 - part) * self.quantiles[..., right - 1] + part * self.quantiles[..., right]
+        found = {}
+        for row, name in enumerate((*RESULTS, *BANDS)):
+            found[name] = np.exp(sizes[row]) * table[row, _cells(corner, sizes[row], self.edges[row])]
+        force = len(RESULTS)
+        shape = self.shape[np.searchsorted(self.edges[force], sizes[force])]
+        return found | {name: found[name][:, np.newaxis] * shape for name in BANDS}
 
     @property
     def largest_coverage(self) -> float:
@@ -126,38 +152,68 @@ class Bands:
         Returns:
             The fields of `surrogate.prediction.predicted.PredictedTrajectory`, a value of each per history.
         """
-        pull_off, instant, sharpness, work = results(times, indentations, force, np.array(counts))
-        known = np.column_stack([*(quantities[name] for name in KNOWN), sharpness])
-        log_width, width = self.widths(known, coverage)
+        found = results(times, indentations, force, np.array(counts))
+        pull_off, instant, sharpness, work, pressing = found
+        widths = self.widths(np.column_stack([*(quantities[name] for name in KNOWN), sharpness]), coverage)
         far = np.array([bool(words) for words in outside])
-        log_width[far], width[far] = np.inf, np.inf
-        interval = pull_off[:, np.newaxis] * np.exp(log_width[:, np.newaxis] * [-1.0, 1.0])
-        interval[far] = [-np.inf, np.inf]
+        for name in BANDS:
+            widths[name][far] = np.inf
+        begin, signs = times[:, sum(counts[:2]) - 1], np.array([[-1.0], [1.0]])
+        unit = _loop_unit(work, pressing)
+        ends = {
+            "pull_off": pull_off * np.exp(signs * widths["pull_off"]),
+            "pull_off_time": begin + (instant - begin) * np.exp(signs * widths["pull_off_time"]),
+            "hysteresis": np.maximum(np.abs(work) + signs * widths["hysteresis"] * unit, 0.0),
+        }
         scaled = scaling.scale_force(force)
-        lower, upper = scaling.unscale_force(scaled - width), scaling.unscale_force(scaled + width)
-        return {
+        fields: dict[str, Any] = {
             "modulus_ratio": quantities["modulus_ratio"].tolist(),
             "coverage": [coverage] * len(force),
-            "pull_off_interval": [(low, high) for low, high in interval.tolist()],
-            "force_lower": lower,
-            "force_upper": upper,
             "readings": list(zip(pull_off.tolist(), instant.tolist(), work.tolist(), strict=True)),
         }
+        for name, both in ends.items():
+            both[:, far] = [[-np.inf], [np.inf]]
+            fields[f"{name}_interval"] = list(map(tuple, both.T.tolist()))
+        for name in BANDS:
+            fields[f"{name}_lower"] = scaling.unscale_force(scaled - widths[name])
+            fields[f"{name}_upper"] = scaling.unscale_force(scaled + widths[name])
+        return fields
 
     def as_arrays(self) -> dict[str, np.ndarray]:
         """Return what to store; `Bands(**arrays)` is the inverse."""
         return {name: np.asarray(values, dtype=np.float32) for name, values in vars(self).items()}
 
 
+def result_errors(found: np.ndarray, true: np.ndarray, begin: np.ndarray) -> np.ndarray:
+    """Errors of `RESULTS`, shape (3, batch), of what `results` found against the true values, in its order.
+
+    Those of the pull-off force and of the time since `begin`, the end of the dwell, are absolute differences of
+    logarithms; that of the hysteresis is in units of the predicted loop area, or of a hundredth of the work of loading
+    if this is more.
+    """
+    instants = [np.maximum(one - begin, 1e-300) for one in (found[1], true[1])]
+    return np.stack(
+        [
+            np.abs(np.log(np.maximum(found[0], 1e-6) / true[0])),
+            np.abs(np.log(instants[0] / instants[1])),
+            np.abs(np.abs(found[3]) - true[2]) / _loop_unit(found[3], found[4]),
+        ]
+    )
+
+
+def _loop_unit(work: np.ndarray, pressing: np.ndarray) -> np.ndarray:
+    return np.maximum(np.maximum(np.abs(work), 0.01 * np.abs(pressing)), 1e-300)
+
+
 @kernel
 def results(times: np.ndarray, indentations: np.ndarray, force: np.ndarray, counts: np.ndarray) -> np.ndarray:
-    """Results of histories (batch, steps): rows pull-off force, its time, its sharpness and the work, each (batch,).
+    """Pull-off force, its time and sharpness, work, and that of the loading, of histories (batch, steps): (5, batch).
 
     The pull-off force is the top of the parabola through the highest step of the unloading and its neighbours; the
     sharpness is by how much the higher one of these is less, as a share. The work is the integral of -P d(indentation)
     of monotone cubics, phase by phase.
     """
-    found = np.empty((4, len(times)))
+    found = np.empty((5, len(times)))
     loading, turn = counts[0], counts[0] + counts[1] - 1
     for row in range(len(times)):
         time, values = times[row], force[row]
@@ -180,17 +236,45 @@ def results(times: np.ndarray, indentations: np.ndarray, force: np.ndarray, coun
             part, here = time[first:last], values[first:last]
             area = monotone_integral(part, here, monotone_slopes(part, here))
             found[3, row] -= area * span / (part[-1] - part[0])
+            if first == 0:
+                found[4, row] = found[3, row]
     return found
 
 
-def _terms(quantities: np.ndarray) -> np.ndarray:
-    """Constant, logarithms and their squares, shape `(batch, 15)`."""
-    logs = np.log(np.maximum(quantities, 1e-4))
-    return np.concatenate([np.ones((len(logs), 1)), logs, logs**2], axis=1)
+def _places(known: np.ndarray, bounds: np.ndarray) -> np.ndarray:
+    """Where the quantities lie in the logarithms of their ranges, from -1 to 1, and the sharpness; shape (batch, 7)."""
+    low, high = np.log(bounds).T
+    logs = np.log(np.maximum(known, 1e-4))
+    places = np.empty_like(logs)
+    places[:, :-1] = np.clip((2.0 * logs[:, :-1] - low - high) / (high - low), -1.0, 1.0)
+    places[:, -1] = 1.0 + logs[:, -1] / 4.0
+    return places
+
+
+def _corner(places: np.ndarray) -> np.ndarray:
+    """Number of the corner in which a protocol lies, shape (batch,); -1 outside all of them."""
+    inner, bound = places[:, :-1], 1.0 - 2.0 * OUTERMOST
+    number = (inner > 0.0) @ (1 << np.arange(inner.shape[1]))
+    return np.where((np.abs(inner) >= bound - 1e-9).all(axis=1), number, -1)
+
+
+def _cells(corner: np.ndarray, size: np.ndarray, edges: np.ndarray) -> np.ndarray:
+    return np.where(corner >= 0, corner, CORNERS + np.searchsorted(edges, size))
+
+
+def _terms(places: np.ndarray) -> np.ndarray:
+    """Constant, places and their products of two and three, shape `(batch, 120)`."""
+    extended = np.concatenate([np.ones((len(places), 1)), places], axis=1)
+    first, second, third = (extended[:, one] for one in _FACTORS)
+    return first * second * third
 
 
 def _quantiles(errors: np.ndarray) -> np.ndarray:
-    """Conformal quantiles at `LEVELS` of errors along the first axis: the ceil(level (n + 1))-th smallest."""
-    ordered = np.sort(errors, axis=0)
-    ranks = np.ceil(LEVELS * (len(ordered) + 1)).astype(int)
-    return ordered[np.clip(ranks, 1, len(ordered)) - 1]
+    """Quantiles at `LEVELS` of errors of any shape, by the rank level (n + 1) and one standard deviation of it more."""
+    ordered = np.sort(errors, axis=None)
+    if not ordered.size:
+        return np.full(len(LEVELS), UNSEEN)
+    count = len(errors)
+    share = (LEVELS * (count + 1) + np.sqrt(count * LEVELS * (1.0 - LEVELS))) / count
+    ranks = np.ceil(share * ordered.size).astype(int)
+    return ordered[np.clip(ranks, 1, ordered.size) - 1]

@@ -12,6 +12,8 @@ from bem.trajectory import Statistics, Trajectory, far_field
 
 FORCE_DOUBT = 0.05
 """Error of a predicted force at the end of a protocol, in pi R dgamma; it is smaller for 90 % of the test set."""
+INTERVALS = ("pull_off_interval", "pull_off_time_interval", "hysteresis_interval")
+"""Fields of a prediction with bands."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -38,10 +40,15 @@ class PredictedTrajectory(Trajectory):
     coverage: float | None = None
     """Share of true values that the bands are made to contain."""
     pull_off_interval: tuple[float, float] | None = None
-    """Band of the pull-off force: low, high."""
+    """Low and high of the pull-off force; the next two are those of its time and of the hysteresis."""
+    pull_off_time_interval: tuple[float, float] | None = None
+    hysteresis_interval: tuple[float, float] | None = None
     force_lower: np.ndarray | None = None
     force_upper: np.ndarray | None = None
     """Band of the force at each step by itself, shape (steps,)."""
+    curve_lower: np.ndarray | None = None
+    curve_upper: np.ndarray | None = None
+    """Band that holds the force at all steps at once, likewise."""
     readings: tuple[float, float, float] | None = None
     """Pull-off force, its time, and the work, where they are not those of the steps alone."""
 
@@ -81,13 +88,14 @@ class PredictedTrajectory(Trajectory):
         return {"model": self.model} | super().facts() | outside
 
     def summary(self) -> dict[str, Any]:
-        """Return the scalars by name, ready for JSON; the interval of a model with bands only where it is finite."""
+        """Return the scalars by name, ready for JSON; intervals of a model with bands only where finite."""
         names = ("pull_off_force", "pull_off_time", "max_compression", "hysteresis", "end_force", "detached")
         scalars = {name: getattr(self, name) for name in names} | {"work": self.work()}
         found = {"model": self.model, "status": self.status, **scalars, "extrapolated": list(self.extrapolated)}
         if self.pull_off_interval is None:
             return found
-        within = {} if self.extrapolated else {"pull_off_interval": list(self.pull_off_interval)}
+        intervals = {name: list(getattr(self, name)) for name in INTERVALS}
+        within = {} if self.extrapolated else intervals
         return found | {"modulus_ratio": self.modulus_ratio, "coverage": self.coverage} | within
 
 

@@ -1,15 +1,17 @@
 """Train and publish `fast` and `accurate`, the models that know any standard linear solid and have bands.
 
-    bem campaign --design sobol --count 65536 --modulus-ratio 0.01:1 --steps physical --out results/any_solid.h5
-    python -m surrogate.training.pretrained fast accurate --dataset results/any_solid.h5
+    python -m surrogate.training.pretrained fast accurate --box box.h5 --edges edges.h5 --corners corners.h5
 
-`make pretrained` runs both. An interrupted training is resumed by the same command. Of the trajectories, nine tenths
-are for training, a twentieth chooses the epoch and fits the difficulty of the bands, and the rest calibrates them.
+`make pretrained` simulates these data sets by `bem campaign`, with the designs `sobol`, `edges` and `corners`, modulus
+ratios from 0.01 to 1 and physical steps, and then trains. An interrupted training is resumed by the same command. The
+protocols at the edges and most of those in the box are for training. Of the last ones in the box, some choose the
+epoch, and others calibrate the bands, together with those in the corners.
 """
 
 from __future__ import annotations
 
 import argparse
+import hashlib
 import json
 import shutil
 from dataclasses import dataclass, replace
@@ -17,19 +19,21 @@ from pathlib import Path
 
 import keras
 import numpy as np
+import onnx
 from keras import layers
+from onnx import numpy_helper
 
 from bem._support.outputs import whole_file
 from bem.dataset.designs import PAPER_RANGES
 from surrogate.architectures.common import inputs, readout
 from surrogate.architectures.layers import AppendTabor
 from surrogate.backend import versions
-from surrogate.data.dataset import Split, TrajectoryDataset
-from surrogate.data.examples import physical_channels, scaled_examples
+from surrogate.data.dataset import TrajectoryDataset
+from surrogate.data.examples import Examples, physical_channels, scaled_examples
 from surrogate.data.scaling import Scaling
 from surrogate.export.onnx import network_content
-from surrogate.export.onnx_file import ONNX_NAME, seal_folder, session_of
-from surrogate.prediction.bands import KNOWN, Bands, results
+from surrogate.export.onnx_file import ONNX_NAME, seal_folder, session_of, sha256
+from surrogate.prediction.bands import KNOWN, Bands, result_errors, results
 from surrogate.prediction.files import PUBLISHED_BANDED
 from surrogate.prediction.networks import NetworkFile
 from surrogate.training.fitting import Report, TrainingTask, fit, started, with_weights
@@ -41,8 +45,12 @@ FEATURES = "F"
 RUN_FORMAT = "viscoelastic-contact-pretrained"
 RANGES = PAPER_RANGES | {"modulus_ratio": (0.01, 1.0)}
 """Of the design, which its trajectories fill."""
-HELD_OUT = (0.05, 0.05)
-"""Shares of the trajectories that choose the epoch, and that calibrate the bands."""
+FITTED = 8_000
+"""Trajectories at the edges to which the expected errors of the bands are fitted."""
+SCALED = 60_000
+"""Trajectories in the box from which the scaling of a new model is computed."""
+AT_ONCE = 10_000
+"""Trajectories whose channels are in memory at a time."""
 
 
 @dataclass(frozen=True)
@@ -51,30 +59,76 @@ class Definition:
 
     Args:
         units: Of each LSTM.
-        trajectories: How many of the data set it uses, the first ones.
         recipe: How it is trained.
+        held_out: How many of the last trajectories in the box choose the epoch, and how many calibrate the bands.
     """
 
     units: tuple[int, ...]
-    trajectories: int
     recipe: Recipe
+    held_out: tuple[int, int] = (8_000, 14_016)
 
 
 _RECIPE = Recipe(
     name="pretrained",
     seed=0,
-    batch_size=64,
-    epochs=40,
-    learning_rate=5e-3,
+    batch_size=128,
+    epochs=12,
+    learning_rate=3e-3,
     optimizer="soap",
     gradient_norm=1.0,
     weight_average=0.03,
-    cosine=Cosine(warmup_epochs=0.5),
+    cosine=Cosine(warmup_epochs=0.1),
 )
 DEFINITIONS = {
-    "fast": Definition((64,), 65_536, _RECIPE),
-    "accurate": Definition((128, 64), 65_536, replace(_RECIPE, epochs=48, learning_rate=4e-3)),
+    "fast": Definition((64,), replace(_RECIPE, learning_rate=4e-3)),
+    "accurate": Definition((128, 64), _RECIPE),
 }
+
+
+@dataclass(frozen=True)
+class Data:
+    """Data sets of protocols in the box of the ranges, at its edges, and in its corners, on physical steps.
+
+    Raises:
+        ValueError: one of them has other steps, or no modulus ratios of its own.
+    """
+
+    box: TrajectoryDataset
+    edges: TrajectoryDataset
+    corners: TrajectoryDataset
+
+    def __post_init__(self) -> None:
+        for one in vars(self).values():
+            if one.steps != "physical" or "modulus_ratio" not in one.protocols:
+                raise ValueError(
+                    "Expected data sets of physical steps and a range of modulus ratios. Received: another one"
+                )
+
+    @property
+    def sha256(self) -> str:
+        """Digest of what all of them are of."""
+        return hashlib.sha256("".join(one.sha256 for one in vars(self).values()).encode()).hexdigest()
+
+    def divided(self, held_out: tuple[int, int]) -> tuple[list[Part], list[Part], list[Part]]:
+        """Return the parts for training, to choose the epoch and, by and by, to fit and to calibrate the bands.
+
+        Raises:
+            ValueError: the box holds no more than what is held out.
+        """
+        rows, (chosen, calibrated) = self.box.completed, held_out
+        if len(rows) <= chosen + calibrated:
+            raise ValueError(f"Expected a box of more than {chosen + calibrated} trajectories. Received: {len(rows)}")
+        train, choose, calibrate = np.split(rows, [-chosen - calibrated, -calibrated])
+        edges = self.edges.completed
+        return (
+            [(self.box, train), (self.edges, edges)],
+            [(self.box, choose)],
+            [(self.edges, edges[:FITTED]), (self.box, calibrate), (self.corners, self.corners.completed)],
+        )
+
+
+Part = tuple[TrajectoryDataset, np.ndarray]
+"""A data set and some of its trajectories."""
 
 
 def network(units: tuple[int, ...]) -> keras.Model:
@@ -86,48 +140,54 @@ def network(units: tuple[int, ...]) -> keras.Model:
     return keras.Model([sequence, tabor], readout(hidden))
 
 
-def first(dataset: TrajectoryDataset, count: int) -> Split:
-    """Divide the first trajectories of a data set.
+def _pieces(rows: np.ndarray) -> list[np.ndarray]:
+    return [rows[first : first + AT_ONCE] for first in range(0, len(rows), AT_ONCE)]
 
-    Raises:
-        ValueError: it holds fewer, or other than physical steps and modulus ratios of their own.
-    """
-    if dataset.steps != "physical" or "modulus_ratio" not in dataset.protocols:
-        raise ValueError("Expected a data set of physical steps and a range of modulus ratios. Received: another one")
-    if len(dataset) < count:
-        raise ValueError(f"Expected a data set of at least {count} trajectories. Received: {len(dataset)}")
-    whole = dataset.split(seed=0, fractions=HELD_OUT)
-    return Split(*(part[part < count] for part in (whole.train, whole.validation, whole.test)), seed=0)
+
+def examples(parts: list[Part], scaling: Scaling) -> Examples:
+    """Return the scaled trajectories of several parts, one after the other."""
+    found = [scaled_examples(dataset, some, scaling) for dataset, rows in parts for some in _pieces(rows)]
+    return Examples(*map(np.concatenate, zip(*(vars(one).values() for one in found), strict=True)))
 
 
 def train_model(
     name: str,
     definition: Definition,
-    dataset: TrajectoryDataset,
+    data: Data,
     folder: Path,
     *,
+    start: Path | None = None,
     command: str = "",
     report: Report = lambda *_: None,
 ) -> Path:
-    """Train one model in `folder`, resuming what is there; return the directory `folder/NAME` of the finished one."""
-    recipe, split = definition.recipe, first(dataset, definition.trajectories)
+    """Train one model in `folder`, resuming what is there; return the directory `folder/NAME` of the finished one.
+
+    With `start`, the folder of a published model, training goes on from its weights, with its scaling.
+    """
+    recipe, (training, choosing, calibrating) = definition.recipe, data.divided(definition.held_out)
     model = started(lambda: network(definition.units), recipe.seed)
-    scaling = Scaling.fit(
-        physical_channels(dataset, split.train, FEATURES),
-        tabor=dataset.protocols["tabor"][split.train],
-        force=dataset.force[split.train],
-        features=FEATURES,
-        protocols={name: np.array(bounds) for name, bounds in RANGES.items()},
-        dataset_sha256=dataset.sha256,
-    )
-    asked = {"units": definition.units, "dataset": dataset.sha256, "split": split.sha256, "recipe": recipe.as_dict()}
+    if start is None:
+        box, rows = data.box, training[0][1][:SCALED]
+        scaling = Scaling.fit(
+            physical_channels(box, rows, FEATURES),
+            tabor=box.protocols["tabor"][rows],
+            force=box.force[rows],
+            features=FEATURES,
+            protocols={name: np.array(bounds) for name, bounds in RANGES.items()},
+            dataset_sha256=data.sha256,
+        )
+    else:
+        model.set_weights(weights_of(start / ONNX_NAME))
+        scaling = replace(Scaling.load(start / "scaling.json"), dataset_sha256=data.sha256)
+    asked = {"units": definition.units, "dataset": data.sha256, "recipe": recipe.as_dict()}
+    asked |= {"start": sha256(start / ONNX_NAME)} if start else {}
     with locked(folder):
         require_same_run(folder, asked)
         progress = fit(
             TrainingTask(
                 model=model,
-                training=scaled_examples(dataset, split.train, scaling),
-                validation=scaled_examples(dataset, split.validation, scaling),
+                training=examples(training, scaling),
+                validation=examples(choosing, scaling),
                 recipe=recipe,
                 folder=folder,
                 facts=asked,
@@ -147,9 +207,9 @@ def train_model(
             "features": FEATURES,
             "units": list(definition.units),
             "parameters": model.count_params(),
-            "counts": list(dataset.points_per_phase),
-            "training_trajectories": len(split.train),
-            "calibration_trajectories": len(split.test),
+            "counts": list(data.box.points_per_phase),
+            "training_trajectories": sum(len(rows) for _, rows in training),
+            "calibration_trajectories": sum(len(rows) for _, rows in calibrating[1:]),
             "seed": recipe.seed,
             "recipe": recipe.as_dict(),
             "best_epoch": progress.best_epoch,
@@ -158,52 +218,69 @@ def train_model(
             "backend": keras.backend.backend(),
             "versions": versions(),
             "command": command,
-            "dataset_sha256": dataset.sha256,
+            "start_sha256": asked.get("start"),
+            "dataset_sha256": data.sha256,
         }
         (target / "run.json").write_text(json.dumps(run, indent=1) + "\n", encoding="utf-8")
-        calibrate(target, NetworkFile(content, session_of(content), scaling, name, 1), dataset, split)
+        calibrate(target, NetworkFile(content, session_of(content), scaling, name, 1), calibrating)
         seal_folder(target)
     return target
 
 
-def calibrate(folder: Path, trained: NetworkFile, dataset: TrajectoryDataset, split: Split) -> None:
-    """Write `bands.npz` of a trained network, from the trajectories that were held out of its training."""
-    scaling, chosen = trained.scaling, np.concatenate([split.validation, split.test])
-    examples = scaled_examples(dataset, chosen, scaling)
-    scaled = trained.scaled(examples.sequence, examples.tabor).astype(np.float64)
-    times, indentations = dataset.grid(chosen)
-    counts = np.array(dataset.points_per_phase)
-    pull_off, _, sharpness, _ = results(times, indentations, scaling.unscale_force(scaled), counts)
-    known = np.column_stack([*(dataset.protocols[name][chosen] for name in KNOWN), sharpness])
-    true = dataset.scalars["pull_off_force"][chosen]
-    bands = Bands.calibrate(
-        known,
-        np.abs(np.log(np.maximum(pull_off, 1e-6) / true)),
-        np.abs(scaled - examples.force[..., 0]),
-        len(split.validation),
-    )
+def calibrate(folder: Path, trained: NetworkFile, parts: list[Part]) -> None:
+    """Write `bands.npz` of a trained network: expected errors fitted to the first part, quantiles of the others."""
+    scaling, found = trained.scaling, []
+    for dataset, rows in ((dataset, some) for dataset, all_rows in parts for some in _pieces(all_rows)):
+        one = scaled_examples(dataset, rows, scaling)
+        scaled = trained.scaled(one.sequence, one.tabor).astype(np.float64)
+        times, indentations = dataset.grid(rows)
+        counts = np.array(dataset.points_per_phase)
+        predicted = results(times, indentations, scaling.unscale_force(scaled), counts)
+        true = np.stack([dataset.scalars[name][rows] for name in ("pull_off_force", "pull_off_time", "hysteresis")])
+        known = np.column_stack([*(dataset.protocols[name][rows] for name in KNOWN), predicted[2]])
+        errors = result_errors(predicted, true, times[:, counts[:2].sum() - 1])
+        found.append((known, errors.T, np.abs(scaled - one.force[..., 0])))
+    known, errors, force = map(np.concatenate, zip(*found, strict=True))
+    bands = Bands.calibrate(scaling.ranges, known, errors.T, force, len(parts[0][1]))
     with whole_file(folder / "bands.npz") as part, part.open("wb") as file:
-        np.savez(file, **bands.as_arrays())
+        np.savez_compressed(file, **bands.as_arrays())
+
+
+def weights_of(path: Path) -> list[np.ndarray]:
+    """Return the weights of a network file in Keras's order: those of each LSTM, then of the readout."""
+    weights = [numpy_helper.to_array(one) for one in onnx.load(path).graph.initializer]
+    weights, found = [one for one in weights if one.dtype == np.float32], []
+    while weights[0].ndim == 3:
+        (kernel,), (recurrent,), (bias,) = weights[:3]
+        units, weights = recurrent.shape[1], weights[3:]
+        order = np.concatenate([np.arange(units) + units * block for block in (0, 2, 3, 1)])  # of ONNX's i, o, f, c
+        found += [kernel.T[:, order], recurrent.T[:, order], (bias[: 4 * units] + bias[4 * units :])[order]]
+    return [*found, *weights]
 
 
 def main() -> None:
     """Train the models that the command line names, and publish them."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("names", nargs="+", choices=sorted(DEFINITIONS))
-    parser.add_argument("--dataset", type=Path, required=True, help="what `bem campaign` wrote, see above")
+    for one in Data.__annotations__:
+        parser.add_argument(f"--{one}", type=Path, required=True, help="what `bem campaign` wrote, see above")
+    parser.add_argument("--start", type=Path, help="folder of models, such as --publish, whose weights are trained on")
     parser.add_argument("--runs", type=Path, default=Path("results/pretrained"), help="where trainings are kept")
     parser.add_argument("--publish", type=Path, default=PUBLISHED_BANDED, help="where finished models go")
     parser.add_argument("--epochs", type=int, help="instead of those of the recipe; the rate falls to zero in these")
     chosen = parser.parse_args()
-    dataset = TrajectoryDataset.load(chosen.dataset)
+    data = Data(*(TrajectoryDataset.load(getattr(chosen, one)) for one in Data.__annotations__))
     for name in chosen.names:
         definition, more = DEFINITIONS[name], ""
         if chosen.epochs:
             definition = replace(definition, recipe=replace(definition.recipe, epochs=chosen.epochs))
             more = f" --epochs {chosen.epochs}"
-        command = f"python -m surrogate.training.pretrained {name} --dataset {chosen.dataset}{more}"
+        more += f" --start {chosen.start}" if chosen.start else ""
+        given = " ".join(f"--{one} {getattr(chosen, one)}" for one in Data.__annotations__)
+        command = f"python -m surrogate.training.pretrained {name} {given}{more}"
+        start = chosen.start and chosen.start / name
         with reporter(name) as report:
-            made = train_model(name, definition, dataset, chosen.runs / name, command=command, report=report)
+            made = train_model(name, definition, data, chosen.runs / name, start=start, command=command, report=report)
         target = chosen.publish / name
         target.mkdir(parents=True, exist_ok=True)
         for file in made.iterdir():

@@ -79,7 +79,7 @@ def test_steps_are_those_of_python(page, grid, model):
 
 
 def test_results_of_forces_are_those_of_python(page, grid, forces, model):
-    pull_off, instant, sharpness, work = results(*grid, forces, np.array(model.counts))
+    pull_off, instant, sharpness, work, _ = results(*grid, forces, np.array(model.counts))
     tops = [one["top"] for one in page["found"]]
     np.testing.assert_allclose([top["force"] for top in tops], pull_off, rtol=1e-9)
     np.testing.assert_allclose([top["time"] for top in tops], instant, rtol=1e-9)
@@ -92,12 +92,12 @@ def test_results_of_forces_are_those_of_python(page, grid, forces, model):
 def test_half_widths_are_those_of_python(page, solids, grid, forces, model):
     sharpness = results(*grid, forces, np.array(model.counts))[2]
     known = np.column_stack([*solids.values(), sharpness])
-    pull_off, force = model.bands.widths(known, COVERAGE)
+    expected = model.bands.widths(known, COVERAGE)
     widths = [one["widths"] for one in page["found"]]
-    np.testing.assert_allclose([one["pullOff"] for one in widths], pull_off, rtol=1e-8)
-    np.testing.assert_allclose([one["force"] for one in widths], force, rtol=1e-8)
+    np.testing.assert_allclose([one["pullOff"] for one in widths], expected["pull_off"], rtol=1e-8)
+    np.testing.assert_allclose([one["force"] for one in widths], expected["force"], rtol=1e-8)
     # The cases are of several groups of difficulty.
-    assert len({tuple(row) for row in force}) > 4
+    assert len({tuple(row) for row in expected["force"]}) > 4
 
 
 def test_damaged_bands_are_none(page):

@@ -30,5 +30,5 @@ const found = protocols.map((protocol, row) => {
   const widths = page.halfWidths(read, protocol, top.sharpness, coverage);
   return { times: [...grid.times], indentations: [...grid.indentations], edge: [...grid.edge], top, hysteresis, widths };
 });
-const damaged = { ...bands, force: bands.force.slice(1) };
+const damaged = { ...bands, shape: bands.shape.slice(1) };
 console.log(JSON.stringify({ found, damaged: page.parseBands(JSON.stringify(damaged), steps) ?? null }));

@@ -60,7 +60,7 @@ def test_sobol_covers_each_octant_evenly():
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"name": "latin"}, "design must be one of paper, log-uniform, sobol; received 'latin'"),
+        ({"name": "latin"}, "design must be one of paper, log-uniform, sobol, edges, corners; received 'latin'"),
         ({"ranges": {"tabor": (3.0, 1.0)}}, "range of tabor must have its lower bound first"),
         ({"ranges": {"tabor": (0.0, 1.0)}}, "lower bound of tabor must be a finite number at least 1e-06"),
         ({"ranges": {"tabor": (1.0, float("nan"))}}, "upper bound of tabor must be a finite number"),
@@ -70,7 +70,10 @@ def test_sobol_covers_each_octant_evenly():
         ({"modulus_ratio": (0.1, 2.0)}, "modulus_ratio must be a finite number greater than 0 and at most 1"),
         ({"modulus_ratio": (0.5, 0.1), "name": "sobol"}, "range of modulus_ratio must have its lower bound first"),
         ({"modulus_ratio": (0.1, 0.5, 1.0)}, "modulus_ratio must be a number, or two, low and high"),
-        ({"modulus_ratio": (0.1, 0.5)}, "a range of modulus_ratio needs the design log-uniform or sobol"),
+        (
+            {"modulus_ratio": (0.1, 0.5)},
+            "a range of modulus_ratio needs the design log-uniform or sobol or edges or corners",
+        ),
     ],
 )
 def test_impossible_designs_are_refused(arguments, message):
@@ -129,3 +132,13 @@ def test_design_file(tmp_path):
         path.write_text(text, encoding="utf-8")
         with pytest.raises(ValueError, match=message):
             read_design_file(path)
+
+
+def test_edges_are_denser_and_corners_hold_the_outermost_fifths_only():
+    ranges = Design().ranges
+    for name, share in (("edges", 0.5903), ("corners", 1.0), ("sobol", 0.4)):
+        drawn = Design(name).protocols(4096, seed=1)
+        for quantity, (low, high) in ranges.items():
+            place = np.log(drawn[quantity] / low) / np.log(high / low)
+            assert np.mean((place <= 0.2) | (place >= 0.8)) == pytest.approx(share, abs=2e-3)
+            assert np.mean(place < 0.5) == pytest.approx(0.5, abs=1e-3)

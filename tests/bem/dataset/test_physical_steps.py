@@ -3,7 +3,7 @@ import pytest
 
 from bem import Elastic, LoadingProtocol, PronySeries, Scene, StandardLinearSolid, simulate
 from bem.dataset.measurement_steps import FMS, PHYSICAL, measurement_grid
-from bem.dataset.physical_steps import on_steps, physical_grid, relaxation, solids
+from bem.dataset.physical_steps import FACTORS, on_steps, physical_grid, relaxation, solids
 
 # Protocols with pull-off peaks of different widths, the second narrower than a uniform step.
 PROTOCOLS = {
@@ -38,13 +38,22 @@ def test_fewer_of_them_find_a_narrow_peak_that_uniform_ones_miss():
         highest = found.at(np.minimum(times, found.time[-1])).max()
         errors.append(1.0 - highest / found.pull_off_force)
     assert errors[0] > 0.2
-    assert errors[1] < 0.03
+    assert errors[1] < 0.001
+
+
+def test_steps_are_closest_to_each_other_at_the_pull_off():
+    for row in range(2):
+        values = {name: float(values[row]) for name, values in PROTOCOLS.items() if name != "tabor"}
+        found = simulate(Scene(PROTOCOLS["tabor"][row], StandardLinearSolid(RATIOS[row])), LoadingProtocol(**values))
+        times = physical_grid(**PROTOCOLS, modulus_ratio=RATIOS)[0][row]
+        width = np.diff(times)[np.searchsorted(times, found.pull_off_time) - 1]
+        assert width < 0.05 * (found.pull_off_time - times[sum(PHYSICAL[:2]) - 1 + 16])
 
 
 def test_without_memory_the_force_vanishes_at_first_touch():
     protocols = np.stack([*PROTOCOLS.values(), -2.1 * PROTOCOLS["tabor"]])
-    *_, elastic = on_steps(protocols, *solids(np.ones(2)), np.array(PHYSICAL))
-    *_, soft = on_steps(protocols, *solids(RATIOS), np.array(PHYSICAL))
+    nowhere = np.zeros(len(FACTORS))
+    elastic, soft = (on_steps(protocols, *solids(k), np.array(PHYSICAL), nowhere)[2] for k in (np.ones(2), RATIOS))
     np.testing.assert_allclose(elastic, 0.0, atol=1e-12)
     assert np.all(soft > 0.3)
 

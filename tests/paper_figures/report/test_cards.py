@@ -6,7 +6,7 @@ import onnx
 import pytest
 
 from bem.dataset.file import load_dataset
-from paper_figures.report import cards
+from paper_figures.report import cards, pretrained_card
 from surrogate.training.model_directory import CARD_MARK
 
 RUN = {
@@ -107,18 +107,20 @@ def test_the_card_of_a_pretrained_model_lists_its_measured_errors(published):
     }
     (model / "run.json").write_text(json.dumps(run))
     (model / "scaling.json").write_text(json.dumps({"ranges": {"tabor": [0.2, 3.2], "modulus_ratio": [0.01, 1.0]}}))
-    shares = {"p50": 0.5, "p90": 1.75, "p99": 4.0}
-    region = {"count": 11, "pull_off": shares, "hysteresis": shares | {"p50": 0.25}, "covered": 0.875}
-    kinds = {"any": {"regions": {"all": region}}, "corners": {"regions": {"all": region | {"count": 32}}}}
-    measured = {"count": 20, "coverage": 0.9, "models": {"fast": kinds}}
-    (measurements / "pretrained_errors.json").write_text(json.dumps(measured))
+    box = {"count": 11, "pull_off": [0.5, 1.75, 4.0], "hysteresis": [0.25, 1.75, 4.0], "width/pull_off": [1.25, 2, 3]}
+    box |= dict.fromkeys((f"inside/{name}" for name in pretrained_card.INSIDE), 0.875)
+    corners = [box | {"count": 3, "inside/curve": 0.5}, box | {"count": 4, "pull_off": [1.0, 9.0, 11.0]}]
+    places = {"box": box, "edges": {"low tabor": box}, "corners": corners}
+    measured = {"count": 20, "corner": 3, "coverage": 0.9, "command": "some", "models": {"fast": places}}
+    (measurements / "errors_by_place.json").write_text(json.dumps(measured))
     (model / "model.onnx").write_bytes(b"")
     cards.main(folder)
     recorded = {entry.key: entry.value for entry in onnx.load(model / "model.onnx").metadata_props}
     assert recorded["card_sha256"] == hashlib.sha256((model / "README.md").read_bytes()).hexdigest()
     text = (model / "README.md").read_text()
-    assert "| all | 11 | 0.5 / 1.8 / 4 | 0.25 / 1.8 / 4 | 0.88 |" in text
-    assert "| corners of the ranges, modulus ratio 0.1 | 32 | 0.5 / 1.8 / 4 |" in text
+    assert "| all | 11 | 0.5 / 1.8 / 4 | 0.25 / 1.8 / 4 | 0.88 | 0.88 | 0.88 | 0.88 | 0.88 | 1.2 |" in text
+    assert "| the corner that errs most | 4 | 1 / 9 / 11 |" in text
+    assert "0.88, 0.88, 0.88, 0.88, 0.50" in text
     assert "LSTMs of 64 and 32 units" in text
     assert "| modulus_ratio | 0.01 to 1 |" in text
     assert "90 % interval" in " ".join(text.split())

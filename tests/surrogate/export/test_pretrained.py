@@ -70,7 +70,7 @@ def test_the_file_holds_its_bands_ranges_and_counts(model):
     quantities = np.exp(np.random.default_rng(1).uniform(-3.0, 3.0, (40, 7)))
     for coverage in (0.5, 0.9, 0.95):
         widths = (kept.widths(quantities, coverage) for kept in (stored, model.bands))
-        for one, other in zip(*widths, strict=True):
+        for one, other in zip(*(found.values() for found in widths), strict=True):
             np.testing.assert_allclose(one, other, rtol=1e-6)
 
 

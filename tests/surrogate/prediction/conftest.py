@@ -32,8 +32,10 @@ def untrained(tmp_path):
     Scaling("F", (0.0,) * 12, (1.0,) * 12, (0.7, 0.3), (1.5, 1.0), RANGES).save(folder / "scaling.json")
     (folder / "run.json").write_text(json.dumps({"counts": [22, 8, 72]}))
     rng = np.random.default_rng(0)
-    errors = np.exp(rng.normal(size=(200, 103)) - 4.0)
-    bands = Bands.calibrate(np.exp(rng.normal(size=(200, 7))), errors[:, 0], errors[:, 1:], 50)
+    errors = np.exp(rng.normal(size=(4000, 105)) - 4.0)
+    known = np.exp(rng.uniform(*np.log([*RANGES.values(), (1e-4, 0.5)]).T, (4000, 7)))
+    bands = Bands.calibrate(RANGES, known, errors[:, :3].T, errors[:, 3:], 2000)
+    bands.quantiles[:, :64] = bands.quantiles[:, 64:65]  # of corners in which nothing was drawn
     np.savez(folder / "bands.npz", **bands.as_arrays())
     seal_folder(folder)
     return folder

@@ -13,7 +13,7 @@ from bem.dataset.physical_steps import physical_grid
 from surrogate import ExtrapolationWarning
 from surrogate.data.features import channels, edge_from_counts
 from surrogate.export.onnx_file import seal_folder
-from surrogate.prediction.bands import results
+from surrogate.prediction.bands import BANDS, RESULTS, results
 from surrogate.prediction.files import BANDED_FILES, PUBLISHED_BANDED
 from surrogate.prediction.loading import load_banded
 from tests.data_files import damaged
@@ -21,6 +21,7 @@ from tests.surrogate.conftest import scenes
 from tests.surrogate.prediction.predicting import PROTOCOL, SCENE
 
 COUNTS = (22, 8, 72)
+READ = {"pull_off": "pull_off_force"}
 LOADING = LoadingProtocol(**PROTOCOL)
 
 
@@ -45,9 +46,14 @@ def test_a_trajectory_has_the_force_of_the_network_on_physical_steps(banded):
 def test_bands_contain_the_prediction_and_widen_with_coverage(banded):
     narrow, wide = (banded.predict(SCENE, LOADING, coverage=coverage) for coverage in (0.5, 0.95))
     for found in (narrow, wide):
-        low, high = found.pull_off_interval
-        assert low < found.pull_off_force < high
-        assert np.all((found.force_lower < found.force) & (found.force < found.force_upper))
+        for name in RESULTS:
+            low, high = getattr(found, f"{name}_interval")
+            assert low <= getattr(found, READ.get(name, name)) <= high
+            assert low < high or name == "pull_off_time"
+        for name in BANDS:
+            lower, upper = (getattr(found, f"{name}_{end}") for end in ("lower", "upper"))
+            assert np.all((lower < found.force) & (found.force < upper))
+        assert np.all(found.curve_upper > found.force_upper)
     assert wide.pull_off_interval[0] < narrow.pull_off_interval[0]
     assert np.all(wide.force_upper >= narrow.force_upper)
     assert narrow.summary()["pull_off_interval"] == list(narrow.pull_off_interval)
@@ -80,9 +86,9 @@ def test_outside_the_training_bands_are_infinite_and_one_warning_says_so(banded,
         inside, outside = banded.predict(*both)
     assert (len(told), inside.extrapolated) == (1, ())
     assert told[0].filename == __file__
-    assert np.isfinite(inside.pull_off_interval).all()
+    assert np.isfinite([getattr(inside, f"{name}_interval") for name in RESULTS]).all()
     assert name in outside.extrapolated[0]
-    assert outside.pull_off_interval == (-np.inf, np.inf)
+    assert {getattr(outside, f"{name}_interval") for name in RESULTS} == {(-np.inf, np.inf)}
     assert np.all(outside.force_upper == np.inf)
     assert np.all(outside.force_lower == -np.inf)
     assert np.isfinite(outside.pull_off_force)
@@ -168,9 +174,10 @@ def test_readings_of_the_solvers_own_forces_are_the_solvers_results(changes, rat
     true = simulate(Scene(1.0, StandardLinearSolid(ratio)), protocol(**changes))
     times, indentations = physical_grid(tabor=1.0, **PROTOCOL | changes, modulus_ratio=ratio)
     force = true.at(np.minimum(times[0], true.time[-1]))[np.newaxis]
-    (pull_off,), (instant,), (sharpness,), (work,) = results(times, indentations, force, np.array(COUNTS))
+    (pull_off,), (instant,), (sharpness,), (work,), (pressing,) = results(times, indentations, force, np.array(COUNTS))
     assert pull_off == pytest.approx(true.pull_off_force, rel=0.02)
     assert pull_off >= force.max()
     assert instant == pytest.approx(true.pull_off_time, rel=0.01)
     assert work == pytest.approx(true.hysteresis, rel=0.05)
     assert 0.0 <= sharpness < 0.5
+    assert pressing == pytest.approx(-np.trapezoid(force[0, :22], indentations[0, :22]), rel=0.05, abs=0.1)

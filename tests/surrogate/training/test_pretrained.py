@@ -11,34 +11,51 @@ from tests.surrogate.prediction.predicting import SCENE
 
 pretrained = pytest.importorskip("surrogate.training.pretrained")
 COUNT = 160
-TINY = pretrained.Definition((6,), COUNT, replace(pretrained._RECIPE, epochs=1, batch_size=16))
+TINY = pretrained.Definition((6,), replace(pretrained._RECIPE, epochs=1, batch_size=16), (16, 40))
 
 
 @pytest.fixture(scope="module")
-def dataset():
+def data():
     """Any forces that depend on the inputs and have a peak: the solver's are not needed to go through the motions."""
-    return physical_dataset(COUNT)
+    box = physical_dataset(COUNT)
+    return pretrained.Data(box, replace(box, sha256="1" * 64), box)
 
 
-def test_a_trained_model_is_ready_to_use_and_resumed_not_repeated(dataset, tmp_path):
-    folder = pretrained.train_model("fast", TINY, dataset, tmp_path, command="some")
+def test_a_trained_model_is_ready_to_use_and_resumed_not_repeated(data, tmp_path):
+    folder = pretrained.train_model("fast", TINY, data, tmp_path, command="some")
     model = load_banded(folder)
     protocol = LoadingProtocol(peak_indentation=20.0, loading_rate=10.0, dwell_time=0.1, unloading_rate=10.0)
     found = model.predict(SCENE, protocol)
     assert np.isfinite(found.force).all()
+    assert np.isfinite(found.hysteresis_interval).all()
     assert found.pull_off_interval[0] < found.pull_off_force < found.pull_off_interval[1]
     run = json.loads((folder / "run.json").read_text())
     assert (run["units"], run["counts"], run["command"]) == ([6], [22, 8, 72], "some")
-    assert run["training_trajectories"] + 2 * run["calibration_trajectories"] == COUNT
+    assert run["training_trajectories"] == COUNT - 56 + COUNT
+    assert run["calibration_trajectories"] == 40 + COUNT
     before = (folder / "model.onnx").read_bytes()
     seen = []
-    pretrained.train_model("fast", TINY, dataset, tmp_path, command="some", report=seen.append)
+    pretrained.train_model("fast", TINY, data, tmp_path, command="some", report=seen.append)
     assert seen == []
     assert (folder / "model.onnx").read_bytes() == before
 
 
-def test_another_data_set_is_refused(dataset, tmp_path):
+def test_training_goes_on_from_the_weights_of_a_model(data, tmp_path):
+    first = pretrained.train_model("fast", TINY, data, tmp_path / "first")
+    network = pretrained.network(TINY.units)
+    network.set_weights(pretrained.weights_of(first / "model.onnx"))
+    model = load_banded(first)
+    sequence, tabor = np.random.default_rng(0).normal(size=(2, 30, 12)).astype("f4"), np.ones((2, 1), "f4")
+    np.testing.assert_allclose(network([sequence, tabor])[..., 0], model.network.scaled(sequence, tabor), atol=1e-5)
+    slow = replace(TINY, recipe=replace(TINY.recipe, learning_rate=1e-9))
+    again = pretrained.train_model("fast", slow, data, tmp_path / "again", start=first)
+    for one, other in zip(*(pretrained.weights_of(path / "model.onnx") for path in (first, again)), strict=True):
+        np.testing.assert_allclose(one, other, atol=1e-6)
+    assert json.loads((again / "run.json").read_text())["start_sha256"]
+
+
+def test_other_data_sets_are_refused(data, tmp_path):
     with pytest.raises(ValueError, match=r"physical steps and a range of modulus ratios"):
-        pretrained.train_model("fast", TINY, replace(dataset, steps="uniform"), tmp_path)
-    with pytest.raises(ValueError, match=r"at least 1000 trajectories. Received: 160"):
-        pretrained.train_model("fast", replace(TINY, trajectories=1000), dataset, tmp_path)
+        replace(data, edges=replace(data.box, steps="uniform"))
+    with pytest.raises(ValueError, match=r"a box of more than 1000 trajectories. Received: 160"):
+        pretrained.train_model("fast", replace(TINY, held_out=(500, 500)), data, tmp_path)

@@ -1,0 +1,101 @@
+"""Errors of `fast` and `accurate`, coverage and widths of their intervals, over the ranges, at their edges and corners.
+
+An edge is the outermost fifth of one range, in its logarithm; a corner is where all six are. Errors are relative to the
+solver's pull-off force, and to its loop area or, if this is more, a hundredth of its work of loading. Protocols are
+drawn from the seed of the command line.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+
+import surrogate
+from bem import Trajectory
+from bem.dataset.designs import OUTERMOST, PAPER_RANGES, Design
+from experiments.measurements.cases import ANY_SOLID, HIDDEN_SEED, Hidden
+from experiments.measurements.harness import Count, measurement
+from experiments.measurements.tools import predicted
+from surrogate.prediction.bands import BANDS, RESULTS
+from surrogate.prediction.files import BANDED
+
+COVERAGE = 0.9
+RANGES = PAPER_RANGES | {"modulus_ratio": ANY_SOLID}
+LEVELS = (0.5, 0.9, 0.999)
+INSIDE = (*RESULTS, *BANDS)
+
+
+def judged(model: Any, name: str, hidden: Hidden, exact: Sequence[Trajectory]) -> dict[str, np.ndarray]:
+    """Errors in percent, what lies inside, and widths over the result in percent, of each protocol."""
+    found, rows = predicted(model, name, hidden, coverage=COVERAGE), []
+    for one, true in zip(found, exact, strict=True):
+        turn = int(np.argmax(true.indentation)) + 1
+        pressing = abs(float(np.trapezoid(true.force[:turn], true.indentation[:turn])))  # type: ignore[attr-defined]
+        unit = max(true.hysteresis, 0.01 * pressing)
+        force = true.at(np.minimum(one.time, true.time[-1]))
+        inside = [
+            low <= value <= high
+            for (low, high), value in (
+                (one.pull_off_interval, true.pull_off_force),
+                (one.pull_off_time_interval, true.pull_off_time),
+                (one.hysteresis_interval, true.hysteresis),
+            )
+        ]
+        inside.append(np.mean((one.force_lower <= force) & (force <= one.force_upper)))
+        inside.append(np.all((one.curve_lower <= force) & (force <= one.curve_upper)))
+        errors = abs(one.pull_off_force / true.pull_off_force - 1.0), abs(one.hysteresis - true.hysteresis) / unit
+        widths = [np.ptp(one.pull_off_interval) / true.pull_off_force, np.ptp(one.hysteresis_interval) / unit]
+        rows.append([*errors, *inside, *widths])
+    columns = np.array(rows, dtype=float).T
+    names = ("pull_off", "hysteresis", *(f"inside/{name}" for name in INSIDE), "width/pull_off", "width/hysteresis")
+    return {key: values if "inside" in key else 100.0 * values for key, values in zip(names, columns, strict=True)}
+
+
+def summary(found: dict[str, np.ndarray], rows: np.ndarray) -> dict[str, Any]:
+    """Quantiles of errors and widths, and coverages, of some of the protocols."""
+    return {"count": int(rows.sum())} | {
+        key: float(values[rows].mean()) if "inside" in key else np.quantile(values[rows], LEVELS).tolist()
+        for key, values in found.items()
+    }
+
+
+def places(hidden: Hidden) -> np.ndarray:
+    """Where each quantity lies in the logarithm of its range, from 0 to 1, shape (6, n)."""
+    low, high = np.array(list(RANGES.values())).T[:, :, np.newaxis]
+    values = np.array([hidden.quantities[name] for name in RANGES])
+    return np.log(values / low) / np.log(high / low)
+
+
+def divided(hidden: Hidden) -> dict[str, np.ndarray]:
+    """The rows at each of the twelve edges, by name."""
+    at = places(hidden)
+    ends = {"low": at <= OUTERMOST, "high": at >= 1.0 - OUTERMOST}
+    return {f"{end} {name}": ends[end][row] for row, name in enumerate(RANGES) for end in ends}
+
+
+@measurement("errors_by_place")
+def main(
+    count: Count = 20_000,
+    corner: Annotated[int, typer.Option(help="Protocols in each of the 64 corners.", min=1)] = 600,
+    seed: Annotated[int, typer.Option(help="Seed of the protocols.", min=0)] = HIDDEN_SEED,
+) -> dict[str, Any]:
+    """Judge the pretrained models over the ranges, at their edges and in their corners."""
+    content: dict[str, Any] = {"count": count, "corner": corner, "coverage": COVERAGE, "models": {}}
+    box = Hidden(Design("log-uniform", modulus_ratio=ANY_SOLID).protocols(count, seed))
+    corners = Hidden(Design("corners", modulus_ratio=ANY_SOLID).protocols(64 * corner, seed))
+    number = (1 << np.arange(6)) @ (places(corners) > 0.5)
+    exact = [list(one.simulated()) for one in (box, corners)]
+    for name in BANDED:
+        model = surrogate.load(name)
+        found, there = (judged(model, name, *pair) for pair in zip((box, corners), exact, strict=True))
+        content["models"][name] = rows = {
+            "box": summary(found, np.ones(count, dtype=bool)),
+            "edges": {words: summary(found, chosen) for words, chosen in divided(box).items() if chosen.any()},
+            "corners": [summary(there, number == one) for one in range(64)],
+        }
+        for place, one in (("box", rows["box"]), *rows["edges"].items(), *enumerate(rows["corners"])):
+            print(name, place, {key: np.round(value, 3) for key, value in one.items()})
+    return content

@@ -1,0 +1,90 @@
+"""Where the pull-off of a protocol is to be expected: a polynomial for the physical measurement steps.
+
+Its coefficients are fitted by least absolute residuals to the solver's pull-offs over the ranges, towards their edges
+and in their corners. Judged on other protocols are the residual of log s (`bem.dataset.physical_steps`), and the error
+of the pull-off force that the solver's own forces at the steps show, in percent.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from bem.dataset import physical_steps
+from bem.dataset.designs import OUTERMOST, PAPER_RANGES
+from bem.dataset.measurement_steps import PHYSICAL, STEPS_VERSION
+from bem.protocol import default_start_indentation
+from experiments.measurements.cases import ANY_SOLID, Hidden
+from experiments.measurements.harness import measurement
+from experiments.surrogates.measurement_floor import errors
+
+RANGES = PAPER_RANGES | {"modulus_ratio": ANY_SOLID}
+CORNERS = 2 ** len(RANGES)
+FITTED = {"box": (3000, 1), "edges": (3000, 2), "corners": (20 * CORNERS, 3)}
+JUDGED = {"box": (3000, 4), "corners": (60 * CORNERS, 5)}
+"""Protocols of each kind and their seeds."""
+KNEE = 0.05  # residual below which least squares are used
+FILE = Path(physical_steps.__file__).with_name("pull_off_place.json")
+
+
+def drawn(kind: str, count: int, seed: int) -> Hidden:
+    """Protocols over the ranges, denser towards their edges, or in each corner in turn."""
+    unit = np.random.default_rng(seed).random((count, len(RANGES)))
+    if kind == "edges":
+        unit = np.sin(0.5 * np.pi * unit) ** 2
+    elif kind == "corners":
+        bits = (np.arange(count)[:, np.newaxis] >> np.arange(len(RANGES))) & 1
+        unit = OUTERMOST * unit + (1.0 - OUTERMOST) * bits
+    low, high = np.array(list(RANGES.values())).T
+    values = np.clip(low * (high / low) ** unit, low, high)
+    return Hidden(dict(zip(RANGES, values.T.copy(), strict=True)))
+
+
+def features(hidden: Hidden) -> tuple[np.ndarray, np.ndarray]:
+    """The features of each protocol with 1, (n, 7), and where its force without adhesion vanishes, (n,)."""
+    columns = hidden.quantities
+    protocols = np.stack([*(columns[name] for name in PAPER_RANGES), default_start_indentation(columns["tabor"])])
+    solids = physical_steps.solids(columns["modulus_ratio"])
+    nowhere = np.zeros(len(physical_steps.FACTORS))
+    *_, crossings, known = physical_steps.on_steps(protocols, *solids, np.array(PHYSICAL), nowhere)
+    return known, crossings
+
+
+def fit(terms: np.ndarray, logs: np.ndarray) -> np.ndarray:
+    """Coefficients of least absolute residuals, by least squares of changing weights."""
+    size, weights = np.abs(terms).max(axis=0), np.ones(len(logs))
+    for _ in range(11):
+        root = np.sqrt(weights)
+        found = np.linalg.lstsq(terms / size * root[:, np.newaxis], logs * root, rcond=None)[0] / size
+        weights = 1.0 / np.maximum(np.abs(logs - terms @ found), KNEE)
+    return found
+
+
+@measurement(FILE)
+def main() -> dict[str, Any]:
+    """Fit the expected place of the pull-off, and judge it and the steps."""
+    terms, logs, parts = {}, {}, {}
+    for part, kinds in (("fitted", FITTED), ("judged", JUDGED)):
+        for kind, (count, seed) in kinds.items():
+            hidden, key = drawn(kind, count, seed), (part, kind)
+            known, crossings = features(hidden)
+            parts[key] = hidden, list(hidden.simulated())
+            places = [np.interp(one.pull_off_time, one.time, one.indentation) for one in parts[key][1]]
+            terms[key] = known[:, physical_steps.FACTORS].prod(axis=2)
+            logs[key] = np.log(np.maximum(crossings - places, 1e-3 * np.exp(known[:, 3])))
+    chosen = [key for key in terms if key[0] == "fitted"]
+    found = fit(np.concatenate([terms[key] for key in chosen]), np.concatenate([logs[key] for key in chosen]))
+    physical_steps._PLACE[:] = found
+    content: dict[str, Any] = {"steps_version": STEPS_VERSION, "coefficients": found.tolist()}
+    for kind in JUDGED:
+        hidden, trajectories = parts["judged", kind]
+        grid = physical_steps.physical_grid(**hidden.quantities)
+        floor = 100.0 * errors(trajectories, *grid, PHYSICAL)[1]
+        residual = logs["judged", kind] - terms["judged", kind] @ found
+        content[kind] = {"residual": np.quantile(residual, [0.05, 0.5, 0.95]), "p99": float(np.quantile(floor, 0.99))}
+        if kind == "corners":
+            content[kind]["worst_p90"] = max(float(np.quantile(floor[row::CORNERS], 0.9)) for row in range(CORNERS))
+        print(kind, content[kind])
+    return content
