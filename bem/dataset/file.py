@@ -165,7 +165,9 @@ def read_file(
                     raise ValueError(f"/{name} holds neither numbers nor text")
                 if native or not name.startswith("native/"):
                     columns[name] = item.asstr()[:] if text else item[:]
-            return build(columns, {name: _plain(value) for name, value in file.attrs.items()}, file)
+            # Read first, interpreted later: an iteration that an error cuts short keeps h5py's lock in its traceback.
+            stored = dict(file.attrs.items())
+            return build(columns, {name: _plain(value) for name, value in stored.items()}, file)
         except Exception as error:  # on a damaged file the library may raise any error
             wrong = f"which cannot be read ({shortened(str(error)) or type(error).__name__})"
             wrong = str(error) if isinstance(error, InconsistentError) else wrong
