@@ -1,5 +1,6 @@
 import hashlib
 import json
+from pathlib import Path
 
 import numpy as np
 import onnx
@@ -9,6 +10,7 @@ from bem.dataset.file import load_dataset
 from paper_figures.report import cards, pretrained_card
 from surrogate.training.model_directory import CARD_MARK
 
+PUBLISHED = Path("published")
 RUN = {
     "architecture": "M1-concat",
     "features": "D",
@@ -68,6 +70,12 @@ def test_the_metadata_name_the_file_by_its_sum(published):
     (file,) = metadata["distribution"]
     assert file["sha256"] == hashlib.sha256((folder / file["contentUrl"]).read_bytes()).hexdigest()
     assert metadata["description"].startswith("80 force histories")
+
+
+def test_the_published_metadata_are_of_the_published_file():
+    metadata = json.loads((PUBLISHED / cards.METADATA).read_text())
+    (file,) = metadata["distribution"]
+    assert file["sha256"] == hashlib.sha256((PUBLISHED / file["contentUrl"]).read_bytes()).hexdigest()
 
 
 def test_the_metadata_are_valid_croissant(published):
