@@ -11,7 +11,7 @@ MAKEFLAGS += --no-builtin-rules
 # What a user may set. It reaches the shell and names files, so that it is plain words: several of NAMES, else one.
 NAMES := ONLY MORE_MODELS PRETRAINED
 SETTINGS := $(NAMES) MODEL RECIPE EPOCHS JOBS COUNT EXTRA OUT PUBLISHED CONFIGS SMOKE SCRATCH REPORT VENV TEST_WORKERS \
-	BUSY HOURS DEMO_MODEL DEMO_PORT
+	BUSY HOURS START DEMO_MODEL DEMO_PORT
 UNPLAIN := ; & | < > ( ) { } [ ] * ? ! ' " ` \ % : = $$ \#
 faults = $(foreach one,$(UNPLAIN),$(findstring $(one),$(2))) $(filter -%,$(2)) $(subst [$(strip $(2))],,[$(2)]) \
 	$(if $(filter $(1),$(NAMES) MODEL),$(findstring /,$(2)) $(filter .%,$(2))) \
@@ -210,10 +210,10 @@ more-models: $(MORE_MODELS)  ## The four targets above: another recipe, fewer an
 
 PRETRAINED ?= fast accurate
 START ?= $(PUBLISHED)/pretrained
-pretrained: setup $(addprefix $(OUT)/dataset/any_solid,.h5 _edges.h5 _corners.h5)  ## Train `fast` and `accurate` on from START and publish them (simulates 418,016 trajectories first)
+pretrained: setup $(addprefix $(OUT)/dataset/any_solid,.h5 _edges.h5 _corners.h5)  ## Train `fast` and `accurate` on from START (START=no: anew) and publish them (simulates 418,016 trajectories first)
 	$(PY) -m surrogate.training.pretrained $(PRETRAINED) --box $(OUT)/dataset/any_solid.h5 \
 		--edges $(OUT)/dataset/any_solid_edges.h5 --corners $(OUT)/dataset/any_solid_corners.h5 --runs $(OUT)/pretrained \
-		--publish $(PUBLISHED)/pretrained $(addprefix --start ,$(START)) $(addprefix --epochs ,$(EPOCHS))
+		--publish $(PUBLISHED)/pretrained $(addprefix --start ,$(filter-out no,$(START))) $(addprefix --epochs ,$(EPOCHS))
 	$(SUMS) $(PUBLISHED)/pretrained
 
 feature-sets: $(OUT)/dataset/physical.h5  ## Train the input representations A to F, some of them also at physical steps, and publish their errors
