@@ -1,4 +1,4 @@
-"""First guesses of the models' parameters from a curve, and the spread of Hertz's modulus over windows of depth."""
+"""First guesses of a fit from a curve, by closed forms, and the spread of Hertz's modulus over windows of depth."""
 
 from __future__ import annotations
 
