@@ -182,8 +182,7 @@ def fit_curve(
     Example: bem fit curve.csv --radius 50um --plot fit.png --out fit.json
     """
     from bem.lab.curve import ForceCurve
-    from bem.lab.fitting import fit
-    from bem.lab.guess import guess_setup
+    from bem.lab.fitting import fit, guess_setup
 
     require_suffix(plot, IMAGES)
     require_suffix(out, (".json",))
@@ -288,7 +287,7 @@ def _progress() -> Iterator[Callable[[int, float], None] | None]:
 @contextmanager
 def _warnings_are_sentences() -> Iterator[None]:
     """Print warnings of a setup as the command's own sentences."""
-    from bem.lab.effective_range import EffectiveRangeWarning
+    from bem.lab.setup import EffectiveRangeWarning
 
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", EffectiveRangeWarning)

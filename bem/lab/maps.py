@@ -17,8 +17,7 @@ import numpy as np
 from bem._support.interruption import whole
 from bem.lab.afm_files import load_afm
 from bem.lab.curve import ForceCurve
-from bem.lab.fitting import FitError, fit
-from bem.lab.guess import guess_setup
+from bem.lab.fitting import FitError, fit, guess_setup
 from bem.lab.reading import converted
 from bem.lab.units import Quantity, to_si
 

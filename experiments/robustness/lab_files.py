@@ -18,8 +18,7 @@ import typer
 from bem._support.wording import markdown_table
 from bem.lab import ForceCurve, fit
 from bem.lab.afm_files import load_afm
-from bem.lab.fitting import FitError
-from bem.lab.guess import guess_setup
+from bem.lab.fitting import FitError, guess_setup
 from bem.lab.reading import converted
 from bem.lab.units import readable
 from experiments.measurements.harness import CLOCK, measurement

@@ -58,7 +58,7 @@ def fit(
 
     Args:
         curve: the measurement, from out of contact on.
-        setup: what is known: radius, Poisson's ratio, spring, and what is not in `free`; `bem.lab.guess.guess_setup`
+        setup: what is known: radius, Poisson's ratio, spring, and what is not in `free`; `bem.lab.fitting.guess_setup`
             makes one from the curve. With its `stiffness`, or that of a curve with a stage, the fit moves the stage,
             and the contact point is a position of the stage.
         free: the parameters to fit, of the model's, contact_point, force_offset, tilt and drag; the others are the

@@ -8,9 +8,8 @@ import pytest
 from bem import StandardLinearSolid
 from bem.discretisation import master_grid
 from bem.lab import ForceCurve, Setup, fit
-from bem.lab.fitting import ALL, FitError
+from bem.lab.fitting import ALL, FitError, guess_setup
 from bem.lab.fitting.measurement import prescribed_path
-from bem.lab.guess import guess_setup
 from experiments.robustness.lab_curves import CLASSES
 from tests.bem.lab.measurement import BEAD, TRUTH, measured
 
