@@ -9,6 +9,7 @@ residuals ask.
 
 from __future__ import annotations
 
+import dataclasses
 import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
@@ -135,8 +136,9 @@ def _within(data: Measurement, within: tuple[Quantity | None, Quantity | None], 
     if not ends[0] < ends[1]:
         raise ValueError(f"the range must grow; received {shown(within)}")
     compression = float(np.median(data.tension[: data.first])) - data.tension
-    depth = data.depth - (contact_point - data.path.place[data.first])
-    return data.within(ends[0], ends[1], compression if forces else depth)
+    values = compression if forces else data.depth - (contact_point - data.path.place[data.first])
+    inside = ((values >= ends[0]) & (values <= ends[1])) | (data.depth <= 0.0)
+    return dataclasses.replace(data, weights=data.weights * inside)
 
 
 @dataclass

@@ -36,12 +36,6 @@ def test_extremes_need_neither_memory_nor_adhesion(rate, effects):
     assert found.estimate < 0.05
 
 
-def test_deborah_numbers_and_adhesion_are_reported():
-    found = recommend(Scene(1.0, SLS), deep(900.0), 0.05)
-    assert found.deborah["loading"][0] == pytest.approx(900.0 / (900.0 + np.pi ** (2 / 3)))
-    assert found.adhesion_over_hertz == pytest.approx(2.0 / (4.0 / (3.0 * np.pi) * 900.0**1.5))
-
-
 def test_a_touch_needs_everything():
     touch = LoadingProtocol(peak_indentation=-0.5, loading_rate=3.0, dwell_time=0.1, unloading_rate=3.0)
     found = recommend(Scene(1.0, SLS), touch, 0.01)
