@@ -5,8 +5,7 @@ numbers that cost no contact solution:
 
 - The material: the contact without adhesion obeys the force-indentation law of Hertz with the hereditary integral of
   the material in front of it, exactly so while the contact grows. Its force history with all terms and with some of
-  them differ by what the missing terms do; the Deborah numbers, retardation times over the durations of the phases,
-  decide.
+  them differ by what the missing terms do.
 - Adhesion: at one indentation it changes the force by about 2 pi R dgamma (DMT), by up to 2/k where the crack runs fast
   (k the modulus ratio), to be set against the range of the force.
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from bem._support.validation import FloatArray, finite_number
+from bem.lab.contact_point import STANDS_OUT
 from bem.lab.curve import ForceCurve
 from bem.lab.fitting.measurement import Measurement
 from bem.lab.fitting.regression import Regression
@@ -90,6 +91,7 @@ def windows_of_depth(data: Measurement, start: dict[str, float], weighted: float
         part = dataclasses.replace(data, weights=near * counts)
         problem = Regression(LADDER["hertz"], part, start, ("relaxed_modulus", "contact_point"))
         fitted = problem.run(np.zeros(2))
-        # Without a force, the modulus runs to the end of its range.
-        found += [] if fitted.at_bound else [fitted.values["relaxed_modulus"]]
+        # Without a force the modulus is any small number.
+        if -problem.tension(fitted.x)[counts].min() > STANDS_OUT * data.noise:
+            found.append(fitted.values["relaxed_modulus"])
     return found
