@@ -30,14 +30,9 @@ TEXT_FILES = (".csv", ".txt", ".tsv", ".dat")
 
 INSTALL = "pip install 'contact-trajectories[lab]'"
 
-_ALIASES = {
-    "time": ("time", "t"),
-    "indentation": ("indentation", "depth"),
-    "displacement": ("displacement", "position", "stage"),
-    "height": ("height", "piezo"),
-    "force": ("force", "load"),
-    "contact_radius": ("contact_radius", "contact radius"),
-}
+_NAMES = {"t": "time", "depth": "indentation", "position": "displacement", "stage": "displacement", "piezo": "height"}
+_NAMES |= {"load": "force"}
+_NAMES |= {name: name for name in ("time", "indentation", "displacement", "height", "force", "contact_radius")}
 _LONGEST_TITLE = 200  # the time of a search grows with the square of it
 _DIMENSION = {"time": "time", "force": "force"}
 _NUMBER = re.compile(r"\s*[-+]?\.?\d")
@@ -277,25 +272,21 @@ def _table(path: Path) -> tuple[list[str], list[list[str]]]:
     if path.is_dir():
         raise ValueError(f"Expected a text file of columns; received {path}, which is a directory")
     try:
-        text = read_text(path)
+        written = [line for line in read_text(path).splitlines() if line.strip()]
+        lines = [line for line in written if not line.startswith("#")]
+        comments = [line.lstrip("# ") for line in itertools.takewhile(lambda line: line.startswith("#"), written)]
+        # A header may be a comment, as NumPy writes it; other comments are left out.
+        if comments and lines and _NUMBER.match(lines[0]):
+            lines.insert(0, comments[-1])
+        separator = max(",;\t", key="".join(lines[:1]).count)
+        if separator == ";":
+            lines = [line.replace(",", ".") for line in lines]
+        header, *rows = (row for _, row in csv_rows(lines, delimiter=separator)) if len(lines) > 2 else ([],)
     except ValueError as error:
         raise ValueError(f"Expected a text file of columns; received {path} ({error})") from error
-    written = [line for line in text.splitlines() if line.strip()]
-    lines = [line for line in written if not line.startswith("#")]
-    comments = [line.lstrip("# ") for line in itertools.takewhile(lambda line: line.startswith("#"), written)]
-    # A header may be a comment, as NumPy writes it; other comments are left out.
-    if comments and lines and _NUMBER.match(lines[0]):
-        lines.insert(0, comments[-1])
     if len(lines) < 3:
         raise ValueError(f"Expected a header and at least two rows; received {path} with {len(lines)} lines")
-    separator = max(",;\t", key=lines[0].count)
-    if separator == ";":
-        lines = [line.replace(",", ".") for line in lines]
-    try:
-        (_, header), *rows = csv_rows(lines, delimiter=separator)
-    except ValueError as error:
-        raise ValueError(f"Expected a text file of columns; received {path} ({error})") from error
-    return header, [row for _, row in rows]
+    return header, rows
 
 
 def _parsed(title: str) -> tuple[str | None, str]:
@@ -303,28 +294,20 @@ def _parsed(title: str) -> tuple[str | None, str]:
     match = _COLUMN.fullmatch(title) if len(title) <= _LONGEST_TITLE else None
     if match is None:
         return None, ""
-    plain = match[1].strip().lower()
+    if title.strip().lower() == "contact_radius":  # which looks like a name and a unit
+        return "contact_radius", ""
     unit = next((group.strip() for group in match.groups()[1:] if group), "")
-    for name, aliases in _ALIASES.items():
-        if plain in aliases or plain.replace(" ", "_") in aliases:
-            return name, unit
-    # `contact_radius` without a unit looks like a name and a unit.
-    return ("contact_radius", "") if title.strip().lower() == "contact_radius" else (None, "")
+    return _NAMES.get(match[1].strip().lower().replace(" ", "_")), unit
 
 
 def _numbers(rows: list[list[str]], number: int, title: str, path: Path) -> FloatArray:
-    values = np.empty(len(rows))
+    values = np.full(len(rows), np.nan)
     for line, row in enumerate(rows):
-        try:
+        with suppress(ValueError, IndexError):
             values[line] = float(row[number])
-        except (ValueError, IndexError) as error:
-            received = shown(row[number]) if number < len(row) else "nothing"
-            raise ValueError(
-                f"Expected numbers in column {shown(title)} of {path}; received {received} in row {line + 1}"
-            ) from error
-    if not np.all(np.isfinite(values)):
+    for line in np.flatnonzero(~np.isfinite(values)):
+        received = shown(rows[line][number]) if number < len(rows[line]) else "nothing"
         raise ValueError(
-            f"Expected finite numbers in column {shown(title)} of {path}; received "
-            f"{shown(float(values[~np.isfinite(values)][0]))}"
+            f"Expected finite numbers in column {shown(title)} of {path}; received {received} in row {line + 1}"
         )
     return values

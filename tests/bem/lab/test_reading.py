@@ -100,7 +100,7 @@ def test_columns_of_other_names_are_told_apart(tmp_path, curve):
         ("time (s),indentation (m),force (um)\n0,0,0\n1,1,1\n", r"column 'force \(um\)' of .* must be a force"),
         (
             "time (s),indentation (m),force (N)\n0,0,0\n1,one,1\n",
-            r"Expected numbers in column.*received 'one' in row 2",
+            r"Expected finite numbers in column.*received 'one' in row 2",
         ),
         ("time (s),indentation (m),force (N)\n0,0,0\n1,1\n", "received nothing in row 2"),
         ("time (s),indentation (m),force (N)\n0,0,0\n1,nan,1\n", "Expected finite numbers"),
