@@ -37,7 +37,10 @@ MODEL = (
 )
 Radius = Annotated[str, option("Radius of the sphere, e.g. 50um; a plain number is in m.")]
 Speed = Annotated[Text, option("Speed of the stage, e.g. 2um/s, for files without time.")]
-Stiffness = Annotated[Text, option("Stiffness between stage and sphere, such as a cantilever's, e.g. 0.2N/m.")]
+STIFFNESS = (
+    "Of a spring between stage and sphere, such as a cantilever, e.g. 0.2N/m; by default none, or an AFM file's own."
+)
+Stiffness = Annotated[Text, option(STIFFNESS)]
 ModelName = Annotated[str, option(MODEL)]
 Segment = Annotated[str, option("What counts: approach, retract or both.")]
 Range = Annotated[
@@ -53,7 +56,7 @@ Accuracy = Annotated[str, option("As in `bem simulate`.")]
 FREE = "Parameters of the model to fit, separated by commas; by default all."
 WEIGHT = "Where no model is adequate, Hertz counts points nearer to the contact point than this less, as nanite does."
 ANGLE = "Of a cone or pyramid with its axis, in degrees; --radius is then that of its apex."
-HELD = "Of the half-space, elastic or with a relaxation that is held:"
+HELD = "An entry of the materials library, or prony:C1@T1,C2@T2,... with times in seconds, whose relaxation is held."
 GUESS = "A first guess, or fixed."
 SOLID = (
     "A first guess, or fixed; a Prony series is always fixed, and times of one in seconds unless --retardation-time."
@@ -215,7 +218,7 @@ def fit_curves(
     segment: Segment = "both",
     within: Range = None,
     poisson_ratio: Poisson = None,
-    material: Annotated[str, option(f"{HELD} {MATERIAL_HELP}")] = "elastic",
+    material: Annotated[str, option(HELD)] = "elastic",
     jobs: Annotated[int, option("Processes.", min=1)] = 1,
 ) -> None:
     """Fit every curve of a force map, or of several files: one line a curve, with intervals, model and position.
