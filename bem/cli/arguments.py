@@ -70,7 +70,7 @@ def parse_material(text: str) -> Any:
     """The material a word describes; see `MATERIAL_HELP`."""
     from bem.materials import Elastic, PronySeries, StandardLinearSolid
 
-    if (entry := library_entry(text)) is not None:
+    if (entry := entry_of(text)) is not None:
         return entry.material
     kind, _, details = text.partition(":")
     try:
@@ -87,7 +87,7 @@ def parse_material(text: str) -> Any:
     raise ValueError(f"material must be {MATERIAL_HELP.rstrip('.')}; received {shown(text)}")
 
 
-def library_entry(text: str) -> Any:
+def entry_of(text: str) -> Any:
     """The only entry of the materials library whose name begins with these words; `None` if there is none."""
     from bem.materials_library import load, names
 

@@ -18,18 +18,7 @@ from bem._support.command_line import one_sentence, parse_accuracy
 from bem._support.interruption import say_what_is_kept
 from bem._support.outputs import IMAGES, Outputs, require_suffix
 from bem._support.wording import shown
-from bem.cli.arguments import (
-    MATERIAL_HELP,
-    File,
-    Material,
-    Number,
-    Text,
-    by_force,
-    library_entry,
-    option,
-    parse_material,
-    write,
-)
+from bem.cli.arguments import MATERIAL_HELP, File, Material, Text, by_force, entry_of, option, parse_material, write
 
 MODEL = (
     "hertz, cone, pyramid, dmt, jkr, maugis, ting, ting_power_law or solver; auto climbs from the simplest to one that "
@@ -47,7 +36,7 @@ Range = Annotated[
     Text, option("What counts of the contact: indentations, e.g. 0um:1um, or compressions, e.g. :2nN.", "--range")
 ]
 Poisson = Annotated[
-    Number, option("Poisson's ratio of the half-space; 0.5 by default, or that of a library's material.")
+    float | None, option("Poisson's ratio of the half-space; 0.5 by default, or that of a library's material.")
 ]
 Gap = Annotated[Text, option("Equilibrium gap; 0.3nm by default.")]
 LargestTabor = Annotated[float, option("Above this Tabor parameter an effective, longer gap is simulated.")]
@@ -165,7 +154,7 @@ def fit_curve(
     segment: Segment = "both",
     within: Range = None,
     weight_near: Annotated[str, option(WEIGHT)] = "0",
-    half_angle: Annotated[Number, option(ANGLE)] = None,
+    half_angle: Annotated[float | None, option(ANGLE)] = None,
     free: Annotated[Text, option(FREE)] = None,
     modulus: Annotated[Text, option("Relaxed Young's modulus: a first guess, or fixed.")] = None,
     work_of_adhesion: Annotated[Text, option(GUESS)] = None,
@@ -249,7 +238,7 @@ def fit_curves(
 
 def _solid(material: str, modulus: Any, poisson_ratio: float | None, retardation_time: str | None) -> dict[str, Any]:
     """What a `Setup` knows of the half-space by these options; the modulus is `None` where none of them says it."""
-    entry = library_entry(material)
+    entry = entry_of(material)
     if entry is not None and retardation_time is not None:
         raise ValueError(
             f"retardation_time must not be given with {entry.name}, whose times are in seconds; received "
