@@ -11,6 +11,7 @@ import typer
 from bem._support.command_line import one_sentence, parse_accuracy
 from bem._support.interruption import end, say_what_is_kept
 from bem._support.outputs import require_output
+from bem._support.provenance import command_line
 from bem.cli.arguments import File, Text, option
 from bem.cli.design_options import parse_ranges, parse_ratio, parse_shard, read_design_file
 
@@ -74,7 +75,7 @@ def campaign(
     signal.signal(signal.SIGTERM, lambda *_: threading.Thread(target=end, args=("bem",)).start())
     how = {"workers": workers, "cluster": cluster, "replace": replace, "retry_failed": retry_failed}
     with progress_bar(len(plan.indices)) as progress:
-        summary = run_campaign(plan, out, command=_command(), progress=progress, **how)
+        summary = run_campaign(plan, out, command=command_line(sys.argv), progress=progress, **how)
     if summary.damaged:
         typer.echo(f"{summary.damaged} damaged parts of an earlier run were computed again")
     failed = sum(summary.failures.values())
@@ -97,7 +98,7 @@ def merge(
 
     if out.absolute().parent.is_dir() and not out.is_dir():
         require_output(followed(out))
-    summary = join(shards, out, command=_command(), replace=replace)
+    summary = join(shards, out, command=command_line(sys.argv), replace=replace)
     failed = sum(summary.failures.values())
     typer.echo(f"{summary.count} trajectories of {len(shards)} shards in {summary.path}, {failed} failed")
     _end_with_failures(summary)
@@ -137,9 +138,3 @@ def _end_with_failures(summary: Any) -> None:
         typer.echo(f"{times} failed: {reason}")
     if summary.failures:
         raise typer.Exit(1)
-
-
-def _command() -> str:
-    from bem._support.provenance import command_line
-
-    return command_line(sys.argv)

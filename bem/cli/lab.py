@@ -227,7 +227,7 @@ def fit_curves(
     how = {"stiffness": stiffness, "speed": speed, "jobs": jobs}
     options = {"model": model, "segment": segment, "within": _range(within)}
     with one_sentence("bem"), Outputs(plot) as outputs, progress_bar(len(curves), "without a fit") as bar:
-        rows = fit_map(curves, out, report=lambda *counts: bar(*counts), **known, **how, **options)
+        rows = fit_map(curves, out, report=bar, **known, **how, **options)
         write(outputs, plot, lambda part: plot_map(rows, part, quantity))
     reasons = Counter(row["reason"].partition(";")[0] for row in rows if row["reason"])
     fitted = Counter(row["model"] if row["adequate"] == "yes" else "no adequate model" for row in rows if row["model"])
@@ -244,14 +244,10 @@ def _solid(material: str, modulus: Any, poisson_ratio: float | None, retardation
             f"retardation_time must not be given with {entry.name}, whose times are in seconds; received "
             f"{shown(retardation_time)}"
         )
-    if entry is not None:
-        modulus, poisson_ratio = modulus or entry.relaxed_modulus, poisson_ratio or entry.poisson_ratio
-    return {
-        "material": parse_material(material),
-        "relaxed_modulus": modulus,
-        "poisson_ratio": 0.5 if poisson_ratio is None else poisson_ratio,
-        "retardation_time": retardation_time,
-    }
+    known = {"material": parse_material(material), "relaxed_modulus": None, "poisson_ratio": 0.5}
+    known |= {} if entry is None else {name: getattr(entry, name) for name in ("relaxed_modulus", "poisson_ratio")}
+    given = {"relaxed_modulus": modulus, "poisson_ratio": poisson_ratio, "retardation_time": retardation_time}
+    return known | {name: value for name, value in given.items() if value is not None}
 
 
 def _range(text: str | None) -> tuple[str | None, str | None] | None:

@@ -127,7 +127,7 @@ class Setup:
         if self.stiffness is not None and to_si("stiffness", self.stiffness, "stiffness") == np.inf:
             object.__setattr__(self, "stiffness", None)
         for name, dimension in _QUANTITIES.items():
-            if getattr(self, name) is not None:
+            if getattr(self, name) is not None or name not in ("retardation_time", "stiffness"):
                 value = finite_number(name, to_si(name, getattr(self, name), dimension), above=0.0)
                 object.__setattr__(self, name, value)
         ratio = finite_number("poisson_ratio", to_si("poisson_ratio", self.poisson_ratio, "number"), low=0.0, high=0.5)

@@ -106,6 +106,7 @@ def test_a_pull_off_force_that_depends_on_the_effective_range_is_warned_of():
         ({"radius": -1.0}, "radius must be a finite number greater than 0; received -1.0"),
         ({"poisson_ratio": 0.6}, "poisson_ratio must be a finite number at least 0 and at most 0.5; received 0.6"),
         ({"material": "rubber"}, "material must be one of Elastic"),
+        ({"relaxed_modulus": None}, "relaxed_modulus must be a pressure, such as '2 MPa'; received None"),
         ({"relaxed_modulus": np.nan}, "relaxed_modulus must be a finite number greater than 0; received nan"),
         ({"largest_tabor": 1e3}, "largest_tabor must be a finite number"),
         ({"equilibrium_gap": 1.0}, "the Tabor parameter of a setup must be at least 1e-06"),
