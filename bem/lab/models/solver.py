@@ -96,8 +96,11 @@ class Simulated(Model):
 
         if budget is not None and budget[0] < 0.0:
             raise NoContactError("its search took too long")
-        setup = self.setup_of(values, path.setup)
-        protocol, begin = self.protocol(setup, path, values["contact_point"])
+        try:
+            setup = self.setup_of(values, path.setup)
+            protocol, begin = self.protocol(setup, path, values["contact_point"])
+        except ValueError as error:  # a search wanders beyond what the solver takes
+            raise NoContactError(str(error)) from error
         trajectory = simulate(setup.scene(), protocol, accuracy)
         if budget is not None:
             budget[0] -= trajectory.stats.multiply_adds

@@ -190,7 +190,7 @@ def test_a_search_that_spends_its_budget_says_so(curve, monkeypatch):
 
 def test_windows_that_only_pull_have_no_modulus():
     depth = 1e-6 * np.concatenate([np.linspace(-1.0, 1.0, 500), np.linspace(1.0, -1.0, 500)])
-    pulled = 2e-10 * np.clip(depth / 0.8e-6, 0.0, 1.0) + 1e-12 * np.random.default_rng(0).standard_normal(1000)
+    pulled = 2e-10 * np.clip(depth / 0.8e-6, 0.0, 1.0) ** 1.5 + 1e-12 * np.random.default_rng(0).standard_normal(1000)
     pressed = 3e-9 * np.maximum(5.0 * depth / 1e-6 - 4.0, 0.0) ** 1.5
     setup = Setup(radius=1e-5, work_of_adhesion=1e-6, relaxed_modulus=1e3)
     for force, count in ((pulled, 0), (pulled - pressed, 1)):
@@ -198,6 +198,9 @@ def test_windows_that_only_pull_have_no_modulus():
         found = windows_of_depth(data, {"relaxed_modulus": 2.0, "contact_point": 0.0})
         assert len(found) == count
         assert all(modulus > 1e3 for modulus in found)
+    # Hertz finds a contact point millimetres away, where the solver does not follow.
+    pulled = ForceCurve(time=np.linspace(0.0, 1.0, 1000), indentation=depth, force=pulled)
+    assert not fit(pulled, setup).adequate
 
 
 def test_a_fit_the_solver_cannot_follow_is_an_error(curve, monkeypatch):
