@@ -1,10 +1,13 @@
 """Files of a laboratory become curves in SI; what cannot be read is one sentence."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
 from bem.lab import ForceCurve
 from bem.lab.contact_point import noise_of
+from experiments.robustness.lab_curves import write_map
 from tests.bem.lab.measurement import BEAD, TRUTH, measured
 
 pytestmark = pytest.mark.filterwarnings("error")
@@ -131,19 +134,8 @@ def test_a_file_that_is_not_there_or_no_text(tmp_path):
 
 
 def test_an_afm_file_is_read_through_afmformats(tmp_path, curve):
-    formats = pytest.importorskip("afmformats")
-    retract = np.arange(len(curve)) > np.argmax(curve.indentation)
-    stiffness = 40.0
-    data = {
-        "time": curve.time,
-        "force": -curve.force,
-        "height (measured)": -(curve.indentation - curve.force / stiffness),
-        "segment": retract.astype(np.uint8),
-    }
-    afm = formats.AFMForceDistance(
-        data, {"spring constant": stiffness, "imaging mode": "force-distance", "path": tmp_path / "x", "enum": 0}
-    )
-    afm.export_data(tmp_path / "a.h5", fmt="hdf5")
+    pytest.importorskip("afmformats")
+    write_map(tmp_path / "a.h5", [dataclasses.replace(curve, stage=curve.indentation - curve.force / 40.0)])
     found = ForceCurve.read(tmp_path / "a.h5")
     np.testing.assert_allclose(found.indentation, curve.indentation, atol=1e-12)
     np.testing.assert_allclose(found.tension, curve.force, rtol=1e-6)
