@@ -20,7 +20,7 @@ import sys
 from pathlib import Path
 
 from bem.lab import FitResult, ForceCurve, fit
-from bem.lab.guess import guess_setup
+from bem.lab.fitting import guess_setup
 from bem.lab.units import readable
 
 CURVE = Path(__file__).with_name("measured_tissue.csv")

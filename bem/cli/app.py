@@ -15,13 +15,17 @@ from bem._support.command_line import add_version, parse_accuracy, run_command
 from bem._support.outputs import FILMS, IMAGES, Outputs, require_suffix
 from bem.cli import lab
 from bem.cli.arguments import (
-    INDENTER_HELP,
-    MATERIAL_HELP,
-    one_of_cycle_and_forces,
-    parse_adhesion,
-    parse_indenter,
-    parse_material,
+    Adhesion,
+    File,
+    Indenter,
+    Material,
+    Number,
+    Text,
+    by_force,
+    option,
     parse_numbers,
+    scene_of,
+    write,
 )
 from bem.cli.campaign import register
 from bem.cli.summary import readable, title, to_json, write_csv
@@ -33,11 +37,8 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 
-ADHESION_HELP = (
-    "Traction law: lennard-jones, constant-stress (Maugis-Dugdale) or exponential; none for impenetrable surfaces."
-)
-TIMES_HELP = "Instants of a prescribed force, separated by commas; in place of a cycle."
-FORCES_HELP = "Force at these times, separated by commas, linear between them,"
+TIMES = "Instants of a prescribed force, separated by commas; in place of a cycle."
+FORCES = "Force at these times, separated by commas, linear between them, in pi R dgamma, tension positive."
 
 FRAMES = 80
 """Profiles of a film."""
@@ -47,37 +48,31 @@ add_version(app, "bem", __version__)
 
 @app.command()
 def simulate(
-    tabor: Annotated[float, typer.Option(help="Tabor parameter mu: 0.2 is long-ranged (DMT), 3 short-ranged (JKR).")],
-    peak_indentation: Annotated[float | None, typer.Option(help="Indentation held during the dwell, in h0.")] = None,
-    loading_rate: Annotated[float | None, typer.Option(help="Speed of approach, in h0 per retardation time.")] = None,
-    unloading_rate: Annotated[
-        float | None, typer.Option(help="Speed of withdrawal, in h0 per retardation time.")
-    ] = None,
-    dwell_time: Annotated[float, typer.Option(help="Time at the peak, in retardation times.")] = 0.0,
+    tabor: Annotated[float, option("Tabor parameter mu: 0.2 is long-ranged (DMT), 3 short-ranged (JKR).")],
+    peak_indentation: Annotated[Number, option("Indentation held during the dwell, in h0.")] = None,
+    loading_rate: Annotated[Number, option("Speed of approach, in h0 per retardation time.")] = None,
+    unloading_rate: Annotated[Number, option("Speed of withdrawal, in h0 per retardation time.")] = None,
+    dwell_time: Annotated[float, option("Time at the peak, in retardation times.")] = 0.0,
     start_indentation: Annotated[
-        float | None, typer.Option(help="Indentation at the start and the end, in h0; by default -pi^(2/3) mu.")
+        Number, option("Indentation at the start and the end, in h0; by default -pi^(2/3) mu.")
     ] = None,
-    times: Annotated[str | None, typer.Option(help=TIMES_HELP)] = None,
-    forces: Annotated[str | None, typer.Option(help=f"{FORCES_HELP} in pi R dgamma, tension positive.")] = None,
+    times: Annotated[Text, option(TIMES)] = None,
+    forces: Annotated[Text, option(FORCES)] = None,
     spring: Annotated[
-        float | None, typer.Option(help="Stiffness between stage and sphere, in pi R dgamma / h0; none by default.")
+        Number, option("Stiffness between stage and sphere, in pi R dgamma / h0; none by default.")
     ] = None,
-    indenter: Annotated[str, typer.Option(help=INDENTER_HELP)] = "paraboloid",
-    material: Annotated[str, typer.Option(help=MATERIAL_HELP)] = "sls:0.1",
-    adhesion: Annotated[str, typer.Option("--adhesion", "--traction", help=ADHESION_HELP)] = "lennard-jones",
-    initial_state: Annotated[str, typer.Option(help="relaxed or glassy.")] = "relaxed",
+    indenter: Indenter = "paraboloid",
+    material: Material = "sls:0.1",
+    adhesion: Adhesion = "lennard-jones",
+    initial_state: Annotated[str, option("relaxed or glassy.")] = "relaxed",
     accuracy: Annotated[
-        str, typer.Option(help="draft, standard, reference, or a target relative error such as 1e-3.")
+        str, option("draft, standard, reference, or a target relative error such as 1e-3.")
     ] = "standard",
     as_json: Annotated[bool, typer.Option("--json", help="Print summary and arrays as JSON.")] = False,
-    csv: Annotated[
-        Path | None, typer.Option(help="Write time, indentation, force, contact radius, stage here.")
-    ] = None,
-    plot: Annotated[Path | None, typer.Option(help="Draw force history and loop here (.png, .pdf, .svg).")] = None,
-    filmstrip: Annotated[
-        Path | None, typer.Option(help="Draw the contact at its telling instants here (.png, .pdf, .svg).")
-    ] = None,
-    animate: Annotated[Path | None, typer.Option(help="Write the moving contact here (.gif; .mp4 by ffmpeg).")] = None,
+    csv: Annotated[File, option("Write time, indentation, force, contact radius, stage here.")] = None,
+    plot: Annotated[File, option("Draw force history and loop here (.png, .pdf, .svg).")] = None,
+    filmstrip: Annotated[File, option("Draw the contact at its telling instants here (.png, .pdf, .svg).")] = None,
+    animate: Annotated[File, option("Write the moving contact here (.gif; .mp4 by ffmpeg).")] = None,
 ) -> None:
     """Simulate one load-dwell-unload cycle, or a prescribed force, and print a summary.
 
@@ -88,24 +83,21 @@ def simulate(
     --plot loop.png
     """
     from bem.protocol import ForceProtocol, LoadingProtocol
-    from bem.scene import Scene
     from bem.solver.simulation import simulate as run
 
-    scene = Scene(tabor, parse_material(material), parse_adhesion(adhesion), spring, parse_indenter(indenter))
+    scene = scene_of(tabor, material, adhesion, spring, indenter)
     cycle = {"peak_indentation": peak_indentation, "loading_rate": loading_rate, "unloading_rate": unloading_rate}
     protocol: Any
-    if one_of_cycle_and_forces(cycle, times, forces):
+    if by_force(cycle, times, forces):
         protocol = ForceProtocol(parse_numbers("times", times), parse_numbers("forces", forces))
     else:
-        protocol = LoadingProtocol(**cycle, dwell_time=dwell_time, start_indentation=start_indentation)  # type: ignore[arg-type]
+        protocol = LoadingProtocol(**cycle, dwell_time=dwell_time, start_indentation=start_indentation)
     for path, formats in ((plot, IMAGES), (filmstrip, IMAGES), (animate, FILMS)):
         require_suffix(path, formats)
     with Outputs(csv, plot, filmstrip, animate) as outputs:
         profiles = FRAMES if filmstrip or animate else None
         trajectory = run(scene, protocol, parse_accuracy(accuracy), initial_state=initial_state, profiles=profiles)
-        if csv is not None:
-            with outputs.write(csv) as part:
-                write_csv(trajectory, part)
+        write(outputs, csv, lambda part: write_csv(trajectory, part))
 
         def plotted(part: Path) -> None:
             trajectory.plot(title=title(scene, protocol)).savefig(part, dpi=150)
@@ -114,9 +106,8 @@ def simulate(
             if path is not None and (trajectory.time.size == 0 or (path != plot and not trajectory.profiles)):
                 outputs.forgo(path)
                 typer.echo(f"bem: {path} is not written, because there is nothing to draw", err=True)
-            elif path is not None:
-                with outputs.write(path) as part:
-                    draw(part)
+            else:
+                write(outputs, path, draw)
     typer.echo(to_json(trajectory) if as_json else readable(trajectory))
     if not trajectory.completed:
         raise typer.Exit(1)

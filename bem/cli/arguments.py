@@ -1,10 +1,19 @@
-"""Words of the command line that become materials, laws and protocols."""
+"""Options of the command line, and their words that become materials, laws and protocols."""
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, Any
 
+import typer
+
+from bem._support.outputs import Outputs
 from bem._support.wording import shown
+
+Text = str | None
+Number = float | None
+File = Path | None
 
 MATERIAL_HELP = (
     "elastic, sls:K (standard linear solid of modulus ratio K = E0/Einf), or prony:C1@T1,C2@T2,... (retardation "
@@ -12,7 +21,37 @@ MATERIAL_HELP = (
     "such as sylgard_184, whose times are in seconds."
 )
 
+ADHESION_HELP = (
+    "Traction law: lennard-jones, constant-stress (Maugis-Dugdale) or exponential; none for impenetrable surfaces."
+)
 INDENTER_HELP = "paraboloid, cone, or power:N for a profile that rises with the power N of the radius, 1 to 8."
+
+
+def option(text: str, *names: str, **settings: Any) -> Any:
+    """An option with its help; its name is the parameter's unless `names` say otherwise."""
+    return typer.Option(*names, help=text, **settings)
+
+
+Adhesion = Annotated[str, option(ADHESION_HELP, "--adhesion", "--traction")]
+Indenter = Annotated[str, option(INDENTER_HELP)]
+Material = Annotated[str, option(MATERIAL_HELP)]
+
+
+def scene_of(tabor: float, material: str, adhesion: str, spring: float | None, indenter: str) -> Any:
+    """The scene that these options describe."""
+    from bem.scene import Scene
+    from bem.tractions import LAWS
+
+    if adhesion not in LAWS:
+        raise ValueError(f"adhesion must be one of {', '.join(LAWS)}; received {shown(adhesion)}")
+    return Scene(tabor, parse_material(material), LAWS[adhesion](), spring, parse_indenter(indenter))
+
+
+def write(outputs: Outputs, path: File, what: Callable[[Path], Any]) -> None:
+    """Write an output that is wanted."""
+    if path is not None:
+        with outputs.write(path) as part:
+            what(part)
 
 
 def parse_indenter(text: str) -> Any:
@@ -31,7 +70,7 @@ def parse_material(text: str) -> Any:
     """The material a word describes; see `MATERIAL_HELP`."""
     from bem.materials import Elastic, PronySeries, StandardLinearSolid
 
-    if (entry := library_entry(text)) is not None:
+    if (entry := entry_of(text)) is not None:
         return entry.material
     kind, _, details = text.partition(":")
     try:
@@ -48,7 +87,7 @@ def parse_material(text: str) -> Any:
     raise ValueError(f"material must be {MATERIAL_HELP.rstrip('.')}; received {shown(text)}")
 
 
-def library_entry(text: str) -> Any:
+def entry_of(text: str) -> Any:
     """The only entry of the materials library whose name begins with these words; `None` if there is none."""
     from bem.materials_library import load, names
 
@@ -56,7 +95,7 @@ def library_entry(text: str) -> Any:
     return load(found[0]) if len(found) == 1 else None
 
 
-def one_of_cycle_and_forces(cycle: dict[str, Any], times: str | None, forces: str | None) -> bool:
+def by_force(cycle: dict[str, Any], times: str | None, forces: str | None) -> bool:
     """Whether a force is prescribed and not a cycle.
 
     Raises:
@@ -83,12 +122,3 @@ def parse_numbers(name: str, text: str | None) -> list[float]:
         return [float(number) for number in (text or "").split(",")]
     except ValueError as error:
         raise ValueError(f"{name} must be numbers separated by commas; received {shown(text)}") from error
-
-
-def parse_adhesion(text: str) -> Any:
-    """The adhesion a word names."""
-    from bem.tractions import LAWS
-
-    if text not in LAWS:
-        raise ValueError(f"adhesion must be one of {', '.join(LAWS)}; received {shown(text)}")
-    return LAWS[text]()

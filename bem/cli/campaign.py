@@ -11,6 +11,8 @@ import typer
 from bem._support.command_line import one_sentence, parse_accuracy
 from bem._support.interruption import end, say_what_is_kept
 from bem._support.outputs import require_output
+from bem._support.provenance import command_line
+from bem.cli.arguments import File, Text, option
 from bem.cli.design_options import parse_ranges, parse_ratio, parse_shard, read_design_file
 
 DESIGN_HELP = "How protocols are drawn: paper (the default), log-uniform, sobol, edges or corners."
@@ -22,23 +24,23 @@ CLUSTER_HELP = "Use the workers of this Dask scheduler, e.g. tcp://127.0.0.1:878
 
 @one_sentence("bem")
 def campaign(
-    out: Annotated[Path, typer.Option(help="The data set file to write.")],
-    design: Annotated[str | None, typer.Option(help=DESIGN_HELP)] = None,
-    count: Annotated[int | None, typer.Option(help="How many protocols; 12450 by default, as in the paper.")] = None,
-    seed: Annotated[int | None, typer.Option(help="Seed of the design; 0 by default.")] = None,
-    accuracy: Annotated[str | None, typer.Option(help="As in `bem simulate`; standard by default.")] = None,
-    modulus_ratio: Annotated[str | None, typer.Option(help=RATIO_HELP)] = None,
-    ranges: Annotated[list[str] | None, typer.Option("--range", help=RANGE_HELP)] = None,
+    out: Annotated[Path, option("The data set file to write.")],
+    design: Annotated[Text, option(DESIGN_HELP)] = None,
+    count: Annotated[int | None, option("How many protocols; 12450 by default, as in the paper.")] = None,
+    seed: Annotated[int | None, option("Seed of the design; 0 by default.")] = None,
+    accuracy: Annotated[Text, option("As in `bem simulate`; standard by default.")] = None,
+    modulus_ratio: Annotated[Text, option(RATIO_HELP)] = None,
+    ranges: Annotated[list[str] | None, option(RANGE_HELP, "--range")] = None,
     design_file: Annotated[
-        Path | None, typer.Option(help="TOML file of design, count, seed, accuracy, modulus_ratio and a table ranges.")
+        File, option("TOML file of design, count, seed, accuracy, modulus_ratio and a table ranges.")
     ] = None,
-    steps: Annotated[str | None, typer.Option(help=STEPS_HELP)] = None,
-    native: Annotated[bool, typer.Option(help="Keep the solver's own, adaptive histories too.")] = False,
-    workers: Annotated[int | None, typer.Option(help="Processes; as many as cores by default.")] = None,
-    cluster: Annotated[str | None, typer.Option(help=CLUSTER_HELP)] = None,
-    shard: Annotated[str | None, typer.Option(help="i/n: only the i-th of n shares, for job arrays.")] = None,
-    replace: Annotated[bool, typer.Option(help="Replace the file of another campaign, once complete.")] = False,
-    retry_failed: Annotated[bool, typer.Option(help="Compute what failed in an earlier run again.")] = False,
+    steps: Annotated[Text, option(STEPS_HELP)] = None,
+    native: Annotated[bool, option("Keep the solver's own, adaptive histories too.")] = False,
+    workers: Annotated[int | None, option("Processes; as many as cores by default.")] = None,
+    cluster: Annotated[Text, option(CLUSTER_HELP)] = None,
+    shard: Annotated[Text, option("i/n: only the i-th of n shares, for job arrays.")] = None,
+    replace: Annotated[bool, option("Replace the file of another campaign, once complete.")] = False,
+    retry_failed: Annotated[bool, option("Compute what failed in an earlier run again.")] = False,
 ) -> None:
     """Simulate many protocols into a data set file; after an interruption the same command continues.
 
@@ -73,7 +75,7 @@ def campaign(
     signal.signal(signal.SIGTERM, lambda *_: threading.Thread(target=end, args=("bem",)).start())
     how = {"workers": workers, "cluster": cluster, "replace": replace, "retry_failed": retry_failed}
     with progress_bar(len(plan.indices)) as progress:
-        summary = run_campaign(plan, out, command=_command(), progress=progress, **how)
+        summary = run_campaign(plan, out, command=command_line(sys.argv), progress=progress, **how)
     if summary.damaged:
         typer.echo(f"{summary.damaged} damaged parts of an earlier run were computed again")
     failed = sum(summary.failures.values())
@@ -87,8 +89,8 @@ def campaign(
 @one_sentence("bem")
 def merge(
     shards: Annotated[list[Path], typer.Argument(help="The data set files of all shards.")],
-    out: Annotated[Path, typer.Option(help="The data set file to write.")],
-    replace: Annotated[bool, typer.Option(help="Replace the file of another campaign.")] = False,
+    out: Annotated[Path, option("The data set file to write.")],
+    replace: Annotated[bool, option("Replace the file of another campaign.")] = False,
 ) -> None:
     """Join the data set files that `bem campaign --shard` wrote."""
     from bem.dataset.run import followed
@@ -96,7 +98,7 @@ def merge(
 
     if out.absolute().parent.is_dir() and not out.is_dir():
         require_output(followed(out))
-    summary = join(shards, out, command=_command(), replace=replace)
+    summary = join(shards, out, command=command_line(sys.argv), replace=replace)
     failed = sum(summary.failures.values())
     typer.echo(f"{summary.count} trajectories of {len(shards)} shards in {summary.path}, {failed} failed")
     _end_with_failures(summary)
@@ -105,8 +107,8 @@ def merge(
 @one_sentence("bem")
 def verify(
     file: Annotated[Path, typer.Argument(help="The data set file.")],
-    sample: Annotated[int, typer.Option(help="How many trajectories, drawn at random, to compute again.")] = 20,
-    workers: Annotated[int | None, typer.Option(help="Processes; as many as cores by default.")] = None,
+    sample: Annotated[int, option("How many trajectories, drawn at random, to compute again.")] = 20,
+    workers: Annotated[int | None, option("Processes; as many as cores by default.")] = None,
 ) -> None:
     """Compute a sample of a data set again and compare, on any processor.
 
@@ -136,9 +138,3 @@ def _end_with_failures(summary: Any) -> None:
         typer.echo(f"{times} failed: {reason}")
     if summary.failures:
         raise typer.Exit(1)
-
-
-def _command() -> str:
-    from bem._support.provenance import command_line
-
-    return command_line(sys.argv)

@@ -1,4 +1,4 @@
-"""What the command line and a design file say of a design."""
+"""What the command line and a design file say of a design; each refuses what it cannot read by a `ValueError`."""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -8,31 +8,36 @@ from bem._support.wording import shown
 
 
 def parse_ratio(text: str) -> float | tuple[float, ...]:
-    """Read `0.1` or `0.01:1`, as given on the command line.
-
-    Raises:
-        ValueError: the text has another form.
-    """
+    """Read `0.1` or `0.01:1`, as given on the command line."""
     try:
-        numbers = tuple(float(part) for part in text.split(":"))
+        numbers = tuple(map(float, text.split(":")))
     except ValueError:
         raise ValueError(f"modulus-ratio must read VALUE or LOW:HIGH; received {shown(text)}") from None
     return numbers[0] if len(numbers) == 1 else numbers
 
 
-def parse_range(text: str) -> tuple[str, tuple[float, float]]:
-    """Read `tabor=0.2:3.2`, as given on the command line; a single number fixes the quantity.
+def parse_ranges(texts: Iterable[str]) -> dict[str, tuple[float, float]]:
+    """Read several of `tabor=0.2:3.2`, as given on the command line; a single number fixes the quantity."""
+    found: dict[str, tuple[float, float]] = {}
+    for text in texts:
+        name, _, bounds = map(str.strip, text.partition("="))
+        low, colon, high = bounds.partition(":")
+        if name in found:
+            raise ValueError(f"range must name a quantity once; received {shown(name)} twice")
+        try:
+            found[name] = float(low), float(high if colon else low)
+        except ValueError:
+            raise ValueError(f"range must read NAME=LOW:HIGH or NAME=VALUE; received {shown(text)}") from None
+    return found
 
-    Raises:
-        ValueError: the text has another form.
-    """
-    name, _, bounds = text.partition("=")
-    low, colon, high = bounds.partition(":")
+
+def parse_shard(text: str | None) -> tuple[int, int]:
+    """Read `3/8`; the only share of one where there is no text."""
+    number, _, total = ("1/1" if text is None else text).partition("/")
     try:
-        return name.strip(), (float(low), float(high) if colon else float(low))
+        return int(number), int(total)
     except ValueError:
-        expected = "range must read NAME=LOW:HIGH or NAME=VALUE"
-        raise ValueError(f"{expected}; received {shown(text)}") from None
+        raise ValueError(f"shard must read i/n, e.g. 3/8; received {shown(text)}") from None
 
 
 def read_design_file(path: str | Path) -> dict[str, Any]:
@@ -61,32 +66,3 @@ def read_design_file(path: str | Path) -> dict[str, Any]:
     if not isinstance(content.get("ranges", {}), dict):
         raise ValueError(f"ranges must be a table of NAME = [LOW, HIGH]; received {shown(content['ranges'])}")
     return content
-
-
-def parse_ranges(texts: Iterable[str]) -> dict[str, tuple[float, float]]:
-    """Read several ranges, as `parse_range` does.
-
-    Raises:
-        ValueError: a quantity is named twice.
-    """
-    found: dict[str, tuple[float, float]] = {}
-    for name, bounds in map(parse_range, texts):
-        if name in found:
-            raise ValueError(f"range must name a quantity once; received {shown(name)} twice")
-        found[name] = bounds
-    return found
-
-
-def parse_shard(text: str | None) -> tuple[int, int]:
-    """Read `3/8`; the only share of one where there is no text.
-
-    Raises:
-        ValueError: the text has another form.
-    """
-    if text is None:
-        return 1, 1
-    number, _, total = text.partition("/")
-    try:
-        return int(number), int(total)
-    except ValueError:
-        raise ValueError(f"shard must read i/n, e.g. 3/8; received {shown(text)}") from None

@@ -18,23 +18,38 @@ from bem._support.command_line import one_sentence, parse_accuracy
 from bem._support.interruption import say_what_is_kept
 from bem._support.outputs import IMAGES, Outputs, require_suffix
 from bem._support.wording import shown
-from bem.cli.arguments import MATERIAL_HELP, library_entry, one_of_cycle_and_forces, parse_material
+from bem.cli.arguments import MATERIAL_HELP, File, Material, Text, by_force, entry_of, option, parse_material, write
 
-RADIUS = "Radius of the sphere, e.g. 50um; a plain number is in m."
-SPEED = "Speed of the stage, e.g. 2um/s, for files without time."
 MODEL = (
     "hertz, cone, pyramid, dmt, jkr, maugis, ting, ting_power_law or solver; auto climbs from the simplest to one that "
     "describes the curve."
 )
-SEGMENT = "What counts: approach, retract or both."
-RANGE = "What counts of the contact: indentations, e.g. 0um:1um, or compressions, e.g. :2nN."
+Radius = Annotated[str, option("Radius of the sphere, e.g. 50um; a plain number is in m.")]
+Speed = Annotated[Text, option("Speed of the stage, e.g. 2um/s, for files without time.")]
+STIFFNESS = (
+    "Of a spring between stage and sphere, such as a cantilever, e.g. 0.2N/m; by default none, or an AFM file's own."
+)
+Stiffness = Annotated[Text, option(STIFFNESS)]
+ModelName = Annotated[str, option(MODEL)]
+Segment = Annotated[str, option("What counts: approach, retract or both.")]
+Range = Annotated[
+    Text, option("What counts of the contact: indentations, e.g. 0um:1um, or compressions, e.g. :2nN.", "--range")
+]
+Poisson = Annotated[
+    float | None, option("Poisson's ratio of the half-space; 0.5 by default, or that of a library's material.")
+]
+Gap = Annotated[Text, option("Equilibrium gap; 0.3nm by default.")]
+LargestTabor = Annotated[float, option("Above this Tabor parameter an effective, longer gap is simulated.")]
+ForceSign = Annotated[str, option("Which force is positive: tension or compression.")]
+Accuracy = Annotated[str, option("As in `bem simulate`.")]
+FREE = "Parameters of the model to fit, separated by commas; by default all."
 WEIGHT = "Where no model is adequate, Hertz counts points nearer to the contact point than this less, as nanite does."
 ANGLE = "Of a cone or pyramid with its axis, in degrees; --radius is then that of its apex."
+HELD = "An entry of the materials library, or prony:C1@T1,C2@T2,... with times in seconds, whose relaxation is held."
+GUESS = "A first guess, or fixed."
 SOLID = (
     "A first guess, or fixed; a Prony series is always fixed, and times of one in seconds unless --retardation-time."
 )
-POISSON = "Poisson's ratio of the half-space; 0.5 by default, or that of a library's material."
-SIGN_HELP = "Which force is positive: tension or compression."
 
 
 class UnitGroup(TyperGroup):
@@ -56,41 +71,33 @@ def register(app: typer.Typer) -> None:
 
 
 def simulate_si(
-    radius: Annotated[str, typer.Option(help=RADIUS)],
-    work_of_adhesion: Annotated[str, typer.Option(help="e.g. 50mJ/m2; a plain number is in J/m2.")],
+    radius: Radius,
+    work_of_adhesion: Annotated[str, option("e.g. 50mJ/m2; a plain number is in J/m2.")],
     modulus: Annotated[
-        str | None, typer.Option(help="Relaxed Young's modulus, e.g. 2MPa; by default that of a library's material.")
+        Text, option("Relaxed Young's modulus, e.g. 2MPa; by default that of a library's material.")
     ] = None,
-    peak_indentation: Annotated[str | None, typer.Option(help="e.g. 1um.")] = None,
-    loading_rate: Annotated[str | None, typer.Option(help="Speed of approach, e.g. 2um/s.")] = None,
-    unloading_rate: Annotated[str | None, typer.Option(help="Speed of withdrawal, e.g. 2um/s.")] = None,
-    dwell_time: Annotated[str, typer.Option(help="Time at the peak, e.g. 0.5s.")] = "0",
+    peak_indentation: Annotated[Text, option("e.g. 1um.")] = None,
+    loading_rate: Annotated[Text, option("Speed of approach, e.g. 2um/s.")] = None,
+    unloading_rate: Annotated[Text, option("Speed of withdrawal, e.g. 2um/s.")] = None,
+    dwell_time: Annotated[str, option("Time at the peak, e.g. 0.5s.")] = "0",
     start_indentation: Annotated[
-        str | None, typer.Option(help="Indentation at the start and the end; by default just out of contact.")
+        Text, option("Indentation at the start and the end; by default just out of contact.")
     ] = None,
-    times: Annotated[
-        str | None, typer.Option(help="Instants of a prescribed force, e.g. 0s,1s,5s; in place of a cycle.")
-    ] = None,
+    times: Annotated[Text, option("Instants of a prescribed force, e.g. 0s,1s,5s; in place of a cycle.")] = None,
     forces: Annotated[
-        str | None, typer.Option(help="Force at these times, linear between them, e.g. 0uN,5uN,5uN; see --force-sign.")
+        Text, option("Force at these times, linear between them, e.g. 0uN,5uN,5uN; see --force-sign.")
     ] = None,
-    stiffness: Annotated[
-        str | None, typer.Option(help="Stiffness of a spring between stage and sphere, e.g. 0.2N/m; none by default.")
-    ] = None,
-    poisson_ratio: Annotated[float | None, typer.Option(help=POISSON)] = None,
-    gap: Annotated[str | None, typer.Option(help="Equilibrium gap; 0.3nm by default.")] = None,
-    retardation_time: Annotated[str | None, typer.Option(help="Unit of the material's times, e.g. 100ms.")] = None,
-    material: Annotated[str, typer.Option(help=MATERIAL_HELP)] = "elastic",
-    largest_tabor: Annotated[
-        float, typer.Option(help="Above this Tabor parameter an effective, longer gap is simulated.")
-    ] = 3.0,
-    force_sign: Annotated[str, typer.Option(help=SIGN_HELP)] = "tension",
-    accuracy: Annotated[str, typer.Option(help="As in `bem simulate`.")] = "standard",
-    csv: Annotated[
-        Path | None, typer.Option(help="Write time, indentation, force and contact radius in SI here.")
-    ] = None,
+    stiffness: Stiffness = None,
+    poisson_ratio: Poisson = None,
+    gap: Gap = None,
+    retardation_time: Annotated[Text, option("Unit of the material's times, e.g. 100ms.")] = None,
+    material: Material = "elastic",
+    largest_tabor: LargestTabor = 3.0,
+    force_sign: ForceSign = "tension",
+    accuracy: Accuracy = "standard",
+    csv: Annotated[File, option("Write time, indentation, force and contact radius in SI here.")] = None,
     plot: Annotated[
-        Path | None, typer.Option(help="Draw the curve here (.png, .pdf, .svg): indentation over time under a force.")
+        File, option("Draw the curve here (.png, .pdf, .svg): indentation over time under a force.")
     ] = None,
 ) -> None:
     """Simulate one load-dwell-unload cycle, or a prescribed force, in newtons, metres and seconds.
@@ -113,21 +120,17 @@ def simulate_si(
     )
     cycle = {"peak_indentation": peak_indentation, "loading_rate": loading_rate, "unloading_rate": unloading_rate}
     protocol: Any
-    by_force = one_of_cycle_and_forces(cycle, times, forces)
-    if by_force:
+    if of_forces := by_force(cycle, times, forces):
         pairs = {"times": (times or "").split(","), "forces": (forces or "").split(",")}
-        protocol = setup.force_protocol(**pairs, force_sign=force_sign)  # type: ignore[arg-type]
+        protocol = setup.force_protocol(**pairs, force_sign=force_sign)
     else:
-        protocol = setup.protocol(**cycle, dwell_time=dwell_time, start_indentation=start_indentation)  # type: ignore[arg-type]
+        protocol = setup.protocol(**cycle, dwell_time=dwell_time, start_indentation=start_indentation)
     require_suffix(plot, IMAGES)
     with one_sentence("bem"), Outputs(csv, plot) as outputs, _warnings_are_sentences():
         curve = setup.simulate(protocol, parse_accuracy(accuracy), force_sign=force_sign)
-        if csv is not None:
-            with outputs.write(csv) as part:
-                curve.write(part)
-        if plot is not None:
-            with outputs.write(plot) as part:
-                curve.plot(over_time="indentation" if by_force else "force").savefig(part, dpi=150)
+        write(outputs, csv, curve.write)
+        shown_first: Any = "indentation" if of_forces else "force"
+        write(outputs, plot, lambda part: curve.plot(over_time=shown_first).savefig(part, dpi=150))
     lines = {
         "Tabor parameter": f"{setup.physical_tabor:.4g}: {setup.regime}",
         "pull-off force": f"{readable(curve.pull_off_force, 'N')} (tension)",
@@ -142,30 +145,27 @@ def simulate_si(
 
 def fit_curve(
     curve: Annotated[list[Path], typer.Argument(help="The measured curve; approach and retract may be two files.")],
-    radius: Annotated[str, typer.Option(help=RADIUS)],
-    stiffness: Annotated[str | None, typer.Option(help="Stiffness of the cantilever or machine, e.g. 0.2N/m.")] = None,
-    force_sign: Annotated[str, typer.Option(help=SIGN_HELP)] = "tension",
-    speed: Annotated[str | None, typer.Option(help=SPEED)] = None,
-    number: Annotated[int | None, typer.Option(help="Of the curve, from 0, in a file of several.")] = None,
-    model: Annotated[str, typer.Option(help=MODEL)] = "auto",
-    segment: Annotated[str, typer.Option(help=SEGMENT)] = "both",
-    within: Annotated[str | None, typer.Option("--range", help=RANGE)] = None,
-    weight_near: Annotated[str, typer.Option(help=WEIGHT)] = "0",
-    half_angle: Annotated[float | None, typer.Option(help=ANGLE)] = None,
-    free: Annotated[
-        str | None,
-        typer.Option(help="Parameters of the model to fit, separated by commas; by default all."),
-    ] = None,
-    modulus: Annotated[str | None, typer.Option(help="Relaxed Young's modulus: a first guess, or fixed.")] = None,
-    work_of_adhesion: Annotated[str | None, typer.Option(help="A first guess, or fixed.")] = None,
-    poisson_ratio: Annotated[float | None, typer.Option(help=POISSON)] = None,
-    gap: Annotated[str | None, typer.Option(help="Equilibrium gap; 0.3nm by default.")] = None,
-    retardation_time: Annotated[str | None, typer.Option(help="A first guess, or fixed.")] = None,
-    material: Annotated[str, typer.Option(help=f"{SOLID} {MATERIAL_HELP}")] = "elastic",
-    largest_tabor: Annotated[float, typer.Option(help="As in `bem simulate-si`.")] = 3.0,
-    accuracy: Annotated[str, typer.Option(help="As in `bem simulate`.")] = "standard",
-    out: Annotated[Path | None, typer.Option(help="Write values, intervals and correlations here (.json).")] = None,
-    plot: Annotated[Path | None, typer.Option(help="Draw measurement, fit and residuals here.")] = None,
+    radius: Radius,
+    stiffness: Stiffness = None,
+    force_sign: ForceSign = "tension",
+    speed: Speed = None,
+    number: Annotated[int | None, option("Of the curve, from 0, in a file of several.")] = None,
+    model: ModelName = "auto",
+    segment: Segment = "both",
+    within: Range = None,
+    weight_near: Annotated[str, option(WEIGHT)] = "0",
+    half_angle: Annotated[float | None, option(ANGLE)] = None,
+    free: Annotated[Text, option(FREE)] = None,
+    modulus: Annotated[Text, option("Relaxed Young's modulus: a first guess, or fixed.")] = None,
+    work_of_adhesion: Annotated[Text, option(GUESS)] = None,
+    poisson_ratio: Poisson = None,
+    gap: Gap = None,
+    retardation_time: Annotated[Text, option(GUESS)] = None,
+    material: Annotated[str, option(f"{SOLID} {MATERIAL_HELP}")] = "elastic",
+    largest_tabor: LargestTabor = 3.0,
+    accuracy: Accuracy = "standard",
+    out: Annotated[File, option("Write values, intervals and correlations here (.json).")] = None,
+    plot: Annotated[File, option("Draw measurement, fit and residuals here.")] = None,
 ) -> None:
     """Fit modulus, work of adhesion and relaxation to a measured force curve, with 95 % intervals.
 
@@ -174,64 +174,41 @@ def fit_curve(
     Example: bem fit curve.csv --radius 50um --plot fit.png --out fit.json
     """
     from bem.lab.curve import ForceCurve
-    from bem.lab.fitting import fit
-    from bem.lab.guess import guess_setup
+    from bem.lab.fitting import fit, guess_setup
 
     require_suffix(plot, IMAGES)
     require_suffix(out, (".json",))
-    given = {"work_of_adhesion": work_of_adhesion, "equilibrium_gap": gap}
     known = _solid(material, modulus, poisson_ratio, retardation_time)
-    known = {name: value for name, value in (known | given).items() if value is not None}
+    known |= {"work_of_adhesion": work_of_adhesion, "equilibrium_gap": gap}
+    known = {name: value for name, value in known.items() if value is not None}
     names = None if free is None else tuple(name.strip() for name in free.split(","))
     with one_sentence("bem"), Outputs(out, plot) as outputs:
-        measured = ForceCurve.read(
-            curve[0] if len(curve) == 1 else curve,
-            stiffness=stiffness,
-            force_sign=force_sign,
-            speed=speed,
-            number=number,
-        )
-        start = guess_setup(
-            measured,
-            radius=radius,
-            largest_tabor=largest_tabor,
-            half_angle=half_angle,
-            **known,
-        )
+        how = {"stiffness": stiffness, "force_sign": force_sign, "speed": speed, "number": number}
+        measured = ForceCurve.read(curve[0] if len(curve) == 1 else curve, **how)
+        start = guess_setup(measured, radius=radius, largest_tabor=largest_tabor, half_angle=half_angle, **known)
+        options = {"model": model, "segment": segment, "within": _range(within), "weight_near": weight_near}
         with _progress() as report:
-            result = fit(
-                measured,
-                start,
-                names,
-                model=model,
-                segment=segment,  # type: ignore[arg-type]  # any word is checked there
-                within=_range(within),
-                weight_near=weight_near,
-                accuracy=parse_accuracy(accuracy),
-                report=report,
-            )
-        if out is not None:
-            with outputs.write(out) as part:
-                part.write_text(json.dumps(result.to_dict(), indent=1) + "\n", encoding="utf-8")
-        if plot is not None:
-            with outputs.write(plot) as part:
-                result.plot(part)
+            result = fit(measured, start, names, **options, accuracy=parse_accuracy(accuracy), report=report)
+        text = json.dumps(result.to_dict(), indent=1) + "\n"
+        write(outputs, out, lambda part: part.write_text(text, encoding="utf-8"))
+        write(outputs, plot, result.plot)
     typer.echo(result.summary())
 
 
 def fit_curves(
     curves: Annotated[list[Path], typer.Argument(help="Files of force curves, such as a force map.")],
-    radius: Annotated[str, typer.Option(help=RADIUS)],
-    out: Annotated[Path, typer.Option(help="One line a curve (.csv); an interrupted map goes on where it was.")],
-    plot: Annotated[Path | None, typer.Option(help="Draw the map here, with crosses for curves without a fit.")] = None,
-    quantity: Annotated[str, typer.Option(help="What is drawn.")] = "relaxed_modulus",
-    stiffness: Annotated[str | None, typer.Option(help="Of the cantilever, in place of the files' own.")] = None,
-    speed: Annotated[str | None, typer.Option(help=SPEED)] = None,
-    model: Annotated[str, typer.Option(help=MODEL)] = "auto",
-    segment: Annotated[str, typer.Option(help=SEGMENT)] = "both",
-    within: Annotated[str | None, typer.Option("--range", help=RANGE)] = None,
-    poisson_ratio: Annotated[float, typer.Option(help="Poisson's ratio of the half-space.")] = 0.5,
-    jobs: Annotated[int, typer.Option(help="Processes.", min=1)] = 1,
+    radius: Radius,
+    out: Annotated[Path, option("One line a curve (.csv); an interrupted map goes on where it was.")],
+    plot: Annotated[File, option("Draw the map here, with crosses for curves without a fit.")] = None,
+    quantity: Annotated[str, option("What is drawn.")] = "relaxed_modulus",
+    stiffness: Stiffness = None,
+    speed: Speed = None,
+    model: ModelName = "auto",
+    segment: Segment = "both",
+    within: Range = None,
+    poisson_ratio: Poisson = None,
+    material: Annotated[str, option(HELD)] = "elastic",
+    jobs: Annotated[int, option("Processes.", min=1)] = 1,
 ) -> None:
     """Fit every curve of a force map, or of several files: one line a curve, with intervals, model and position.
 
@@ -245,21 +222,13 @@ def fit_curves(
     if quantity not in QUANTITIES:
         raise ValueError(f"quantity must be one of {', '.join(QUANTITIES)}; received {shown(quantity)}")
     say_what_is_kept(f"the curves fitted so far are kept in {out}, and the same command goes on")
-    known = {"stiffness": stiffness, "speed": speed, "poisson_ratio": poisson_ratio, "jobs": jobs}
+    solid = _solid(material, None, poisson_ratio, None)
+    known = {"radius": radius, "poisson_ratio": solid["poisson_ratio"], "material": solid["material"]}
+    how = {"stiffness": stiffness, "speed": speed, "jobs": jobs}
+    options = {"model": model, "segment": segment, "within": _range(within)}
     with one_sentence("bem"), Outputs(plot) as outputs, progress_bar(len(curves), "without a fit") as bar:
-        rows = fit_map(
-            curves,
-            out,
-            radius=radius,
-            report=lambda done, bad, of: bar(done, bad, of),
-            model=model,
-            segment=segment,
-            within=_range(within),
-            **known,  # type: ignore[arg-type]
-        )
-        if plot is not None:
-            with outputs.write(plot) as part:
-                plot_map(rows, part, quantity)
+        rows = fit_map(curves, out, report=bar, **known, **how, **options)
+        write(outputs, plot, lambda part: plot_map(rows, part, quantity))
     reasons = Counter(row["reason"].partition(";")[0] for row in rows if row["reason"])
     fitted = Counter(row["model"] if row["adequate"] == "yes" else "no adequate model" for row in rows if row["model"])
     typer.echo(f"{len(rows)} curves: " + ", ".join(f"{count} {name}" for name, count in fitted.most_common()))
@@ -269,20 +238,16 @@ def fit_curves(
 
 def _solid(material: str, modulus: Any, poisson_ratio: float | None, retardation_time: str | None) -> dict[str, Any]:
     """What a `Setup` knows of the half-space by these options; the modulus is `None` where none of them says it."""
-    entry = library_entry(material)
+    entry = entry_of(material)
     if entry is not None and retardation_time is not None:
         raise ValueError(
             f"retardation_time must not be given with {entry.name}, whose times are in seconds; received "
             f"{shown(retardation_time)}"
         )
-    if entry is not None:
-        modulus, poisson_ratio = modulus or entry.relaxed_modulus, poisson_ratio or entry.poisson_ratio
-    return {
-        "material": parse_material(material),
-        "relaxed_modulus": modulus,
-        "poisson_ratio": 0.5 if poisson_ratio is None else poisson_ratio,
-        "retardation_time": retardation_time,
-    }
+    known = {"material": parse_material(material), "relaxed_modulus": None, "poisson_ratio": 0.5}
+    known |= {} if entry is None else {name: getattr(entry, name) for name in ("relaxed_modulus", "poisson_ratio")}
+    given = {"relaxed_modulus": modulus, "poisson_ratio": poisson_ratio, "retardation_time": retardation_time}
+    return known | {name: value for name, value in given.items() if value is not None}
 
 
 def _range(text: str | None) -> tuple[str | None, str | None] | None:
@@ -310,7 +275,7 @@ def _progress() -> Iterator[Callable[[int, float], None] | None]:
 @contextmanager
 def _warnings_are_sentences() -> Iterator[None]:
     """Print warnings of a setup as the command's own sentences."""
-    from bem.lab.effective_range import EffectiveRangeWarning
+    from bem.lab.setup import EffectiveRangeWarning
 
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", EffectiveRangeWarning)

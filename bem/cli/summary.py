@@ -33,14 +33,8 @@ def write_csv(trajectory: Any, path: Path) -> None:
     import numpy as np
 
     names = arrays_of(trajectory)
-    np.savetxt(
-        path,
-        np.column_stack([getattr(trajectory, name) for name in names]),
-        delimiter=",",
-        header=",".join(names),
-        comments="",
-        fmt="%.10g",
-    )
+    table = np.column_stack([getattr(trajectory, name) for name in names])
+    np.savetxt(path, table, delimiter=",", header=",".join(names), comments="", fmt="%.10g")
 
 
 def to_json(trajectory: Any) -> str:

@@ -5,8 +5,7 @@ numbers that cost no contact solution:
 
 - The material: the contact without adhesion obeys the force-indentation law of Hertz with the hereditary integral of
   the material in front of it, exactly so while the contact grows. Its force history with all terms and with some of
-  them differ by what the missing terms do; the Deborah numbers, retardation times over the durations of the phases,
-  decide.
+  them differ by what the missing terms do.
 - Adhesion: at one indentation it changes the force by about 2 pi R dgamma (DMT), by up to 2/k where the crack runs fast
   (k the modulus ratio), to be set against the range of the force.
 
@@ -37,11 +36,10 @@ from bem._support.validation import FloatArray, finite_number, instance
 from bem._support.wording import shown
 from bem.accuracy import NAMED_TARGETS
 from bem.effects.scene_effects import Effects, IndentationProtocol, choices, reduced
-from bem.protocol import LoadingProtocol, PiecewiseLinearProtocol, by_phase, history_of
+from bem.protocol import LoadingProtocol, PiecewiseLinearProtocol, history_of
 from bem.reference_solutions import hereditary_hertz, hertz
 from bem.scene import Scene
 from bem.small_effects import SHARE, lighter_scene
-from bem.solver.problem import deepest_indentation
 from bem.solver.simulation import simulate
 from bem.trajectory import Trajectory
 
@@ -73,10 +71,6 @@ class Recommendation:
     """Operations of the chosen scene over those of the full one; 1 when nothing is left out."""
     radius_scale: float
     """Multiplies contact radii of the chosen scene, which are in its own beta, to give them in beta of the full one."""
-    deborah: dict[str, tuple[float, ...]]
-    """Retardation times over the duration of each phase."""
-    adhesion_over_hertz: float
-    """Adhesion force of a rubbery contact, 2 pi R dgamma, over the largest force without adhesion."""
 
     def __str__(self) -> str:
         if self.found_by == "nothing is left out":
@@ -138,19 +132,9 @@ def recommend(
 
     def answer(effects: Effects, estimate: float, found_by: FoundBy) -> Recommendation:
         simple, path = reduced(scene, protocol, effects)
-        return Recommendation(
-            simple,
-            path,
-            effects,
-            estimate,
-            found_by,
-            tolerance,
-            quantity,
-            cost=1.0 if effects == full else cost(effects, accuracy),
-            radius_scale=math.sqrt(simple.tabor / scene.tabor),
-            deborah=_deborah(scene, history),
-            adhesion_over_hertz=_adhesion_over_hertz(scene, history),
-        )
+        share = 1.0 if effects == full else cost(effects, accuracy)
+        scale = math.sqrt(simple.tabor / scene.tabor)
+        return Recommendation(simple, path, effects, estimate, found_by, tolerance, quantity, share, scale)
 
     if scene.spring is not None:
         brackets = dict.fromkeys(every, (0.0, math.inf))
@@ -257,13 +241,3 @@ def _brackets(
         doubt = _MOST_ADHESION / scene.material.modulus_ratio / scale if touched else 0.0
         found[effects] = (max(material - doubt, certain), material + doubt)
     return found
-
-
-def _deborah(scene: Scene, history: PiecewiseLinearProtocol) -> dict[str, tuple[float, ...]]:
-    durations = by_phase(history.phases, np.diff(history.times).tolist())
-    return {phase: tuple(float(t) / d for t in scene.material.times) for phase, d in durations.items()}
-
-
-def _adhesion_over_hertz(scene: Scene, history: PiecewiseLinearProtocol) -> float:
-    largest = -float(hertz.force_from_indentation(deepest_indentation(scene, history), scene.tabor))
-    return 2.0 / largest if largest > 0.0 else np.inf

@@ -18,9 +18,9 @@ from bem._support.lazy_names import lazy_names, listed_names
 
 if TYPE_CHECKING:
     from bem.lab.curve import ForceCurve as ForceCurve
-    from bem.lab.effective_range import EffectiveRangeWarning as EffectiveRangeWarning
     from bem.lab.fitting import FitResult as FitResult
     from bem.lab.fitting import fit as fit
+    from bem.lab.setup import EffectiveRangeWarning as EffectiveRangeWarning
     from bem.lab.setup import Setup as Setup
 else:  # the imports above are the list of the public names; each loads on first use
     _HOME = listed_names(__file__, __name__)

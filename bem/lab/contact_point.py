@@ -20,7 +20,7 @@ _FIRST_PART = 0.2  # of the approach, taken for the baseline at first
 _LEAVES = 4.0  # standard deviations off the baseline
 _DRIFT = 0.1  # of the largest force, between the halves of a baseline
 _NONE = 1e-300  # N; stands for a baseline without noise
-_STANDS_OUT = 8.0  # standard deviations that the largest force must be off it
+STANDS_OUT = 8.0  # standard deviations that the largest force must be off it
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ def find_contact(indentation: FloatArray, measured: FloatArray) -> Contact:
         first = index
     offset = float(np.median(force[:first]))
     largest = float(np.max(np.abs(away)))
-    if not largest > _STANDS_OUT * noise or index >= force.size:
+    if not largest > STANDS_OUT * noise or index >= force.size:
         raise ValueError(
             f"the curve shows no contact: its force stays within {largest:.3g} N of the baseline, whose noise is "
             f"{noise if noise > _NONE else 0.0:.3g} N"
@@ -106,7 +106,7 @@ def _leaves(away: FloatArray, noise: float, unsure: FloatArray) -> int:
     out = np.abs(mean) > threshold
     # A force that changes from attraction to compression crosses the baseline once; half of the range is surely
     # contact.
-    strong = np.flatnonzero(np.abs(mean) > max(0.5 * _STANDS_OUT * noise, 0.05 * float(np.max(np.abs(mean)))))
+    strong = np.flatnonzero(np.abs(mean) > max(0.5 * STANDS_OUT * noise, 0.05 * float(np.max(np.abs(mean)))))
     if strong.size == 0:
         return away.size
     quiet = np.flatnonzero(~out[: strong[0] + 1])

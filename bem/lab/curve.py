@@ -23,6 +23,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+_BAND = ("force_lower", "force_upper")
+
+
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class ForceCurve(Tabular):
     """Force against time and indentation, in arrays of equal length.
@@ -54,11 +57,11 @@ class ForceCurve(Tabular):
 
     def __post_init__(self) -> None:
         require_sign(self.force_sign)
-        names = ["time", "indentation", "force"]
-        names += [name for name in ("contact_radius", "stage") if getattr(self, name) is not None]
-        for name in names:
-            object.__setattr__(self, name, finite_vector(name, getattr(self, name), at_least=2))
-        lengths = {name: len(getattr(self, name)) for name in names}
+        lengths = {}
+        for name in ("time", "indentation", "force", "contact_radius", "stage"):
+            if name in ("time", "indentation", "force") or getattr(self, name) is not None:
+                object.__setattr__(self, name, finite_vector(name, getattr(self, name), at_least=2))
+                lengths[name] = len(getattr(self, name))
         if len(set(lengths.values())) > 1:
             raise ValueError(f"the columns of a force curve must have the same length; received {lengths}")
         back = np.flatnonzero(np.diff(self.time) < 0.0)
@@ -123,7 +126,7 @@ class ForceCurve(Tabular):
     def shifted(self, *, contact_point: float = 0.0, force_offset: float = 0.0) -> ForceCurve:
         """The curve with its indentation counted from `contact_point` (m) and its force from `force_offset` (N)."""
         shift = {"indentation": contact_point, "stage": contact_point}
-        shift |= dict.fromkeys(("force", "force_lower", "force_upper"), force_offset)
+        shift |= dict.fromkeys(("force", *_BAND), force_offset)
         known = {name: getattr(self, name) - by for name, by in shift.items() if getattr(self, name) is not None}
         return dataclasses.replace(self, **known)
 
@@ -133,14 +136,9 @@ class ForceCurve(Tabular):
 
     def columns(self) -> dict[str, Column]:
         """The columns of `write`, `to_dataframe` and `to_xarray`, with their units."""
-        columns = {
-            "time": Column(self.time, "s"),
-            "indentation": Column(self.indentation, "m"),
-            "force": Column(self.force, "N"),
-        }
-        further = {"contact_radius": "m", "stage": "m", "force_lower": "N", "force_upper": "N"}
-        known = {name: (getattr(self, name), unit) for name, unit in further.items()}
-        return columns | {name: Column(*found) for name, found in known.items() if found[0] is not None}
+        units = {"time": "s", "indentation": "m", "force": "N", "contact_radius": "m", "stage": "m"}
+        columns = {name: (getattr(self, name), unit) for name, unit in (units | dict.fromkeys(_BAND, "N")).items()}
+        return {name: Column(*found) for name, found in columns.items() if found[0] is not None}
 
     def facts(self) -> dict[str, str]:
         """Number of points, duration, deepest indentation, pull-off force and sign, as texts."""
@@ -178,11 +176,8 @@ class ForceCurve(Tabular):
         largest = readable(float(self.tension[at]), "N").replace(" u", " µ")
         words = f"{'pull-off' if detached else 'largest tension'} {largest}"
         top = Top(self.time[at], self.indentation[at], self.force[at], words, detached)
-        labels = {
-            "time": f"time{STRETCHED}",
-            "indentation": "indentation",
-            "force": f"force, {self.force_sign} positive",
-        }
+        labels = {"time": f"time{STRETCHED}", "indentation": "indentation"}
+        labels |= {"force": f"force, {self.force_sign} positive"}
         shown = {name: columns[name].values for name in labels}
         return draw_curve(shown, corners, labels, over_time=over_time, top=top, units=units.__getitem__)
 
@@ -196,11 +191,5 @@ class ForceCurve(Tabular):
 
         columns = {f"{name} ({column.unit})": column.values for name, column in self.columns().items()}
         with whole_file(path) as part:
-            np.savetxt(
-                part,
-                np.column_stack(list(columns.values())),
-                delimiter=",",
-                header=",".join(columns),
-                comments="",
-                fmt="%.9g",
-            )
+            table = np.column_stack(list(columns.values()))
+            np.savetxt(part, table, delimiter=",", header=",".join(columns), comments="", fmt="%.9g")

@@ -8,19 +8,19 @@ from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from bem._support.interruption import whole
-from bem.lab.afm_files import load_afm
+from bem._support.validation import instance
 from bem.lab.curve import ForceCurve
-from bem.lab.fitting import FitError, fit
-from bem.lab.guess import guess_setup
-from bem.lab.reading import converted
+from bem.lab.fitting import FitError, fit, guess_setup
+from bem.lab.reading import AfmCurve, load_afm
 from bem.lab.units import Quantity, to_si
+from bem.materials import Elastic, PronySeries
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -44,6 +44,7 @@ COLUMNS = (
 )
 
 Row = dict[str, Any]
+_ELASTIC = Elastic()
 
 
 def fit_map(
@@ -54,6 +55,7 @@ def fit_map(
     stiffness: Quantity | None = None,
     speed: Quantity | None = None,
     poisson_ratio: float = 0.5,
+    material: Elastic | PronySeries = _ELASTIC,
     jobs: int = 1,
     report: Callable[[int, int, int], None] | None = None,
     **options: Any,
@@ -66,7 +68,7 @@ def fit_map(
         radius: of the sphere, in m.
         stiffness: of the cantilever, in N/m, in place of the files' own.
         speed: of the stage, in m/s, for files without time.
-        poisson_ratio: of the half-space.
+        poisson_ratio, material: of the half-space; a `PronySeries`, whose times are in seconds, is held.
         jobs: processes.
         report: called with the numbers of curves done and failed, and of all.
         options: of `bem.lab.fit`, such as model and segment.
@@ -79,15 +81,17 @@ def fit_map(
     """
     from joblib import Parallel, delayed  # type: ignore[import-untyped]
 
+    instance("material", material, (Elastic, PronySeries))
     spring = None if stiffness is None else to_si("stiffness", stiffness, "stiffness")
     rate = None if speed is None else to_si("speed", speed, "speed")
-    known = {"radius": to_si("radius", radius, "length"), "poisson_ratio": poisson_ratio}
+    known: dict[str, Any] = {"radius": to_si("radius", radius, "length"), "poisson_ratio": poisson_ratio}
+    known |= {} if isinstance(material, Elastic) else {"material": material}
     settings = json.dumps(known | {"stiffness": spring, "speed": rate} | options, sort_keys=True, default=str)
     out = Path(out)
     rows = read_map(out, settings) if out.exists() else []
     done = {(row["file"], row["number"]) for row in rows}
-    curves = [(str(path), i, curve) for path in paths for i, curve in enumerate(load_afm(Path(path), spring))]
-    left = [(*key, curve) for *key, curve in curves if tuple(key) not in done]
+    curves = ((str(path), i, curve) for path in paths for i, curve in enumerate(load_afm(Path(path), spring)))
+    left = [each for each in curves if each[:2] not in done]
     work = (delayed(_row)(*each, rate, known, options) for each in left)
     fresh: Iterator[Row] = Parallel(n_jobs=jobs, return_as="generator")(work)
     if rows:  # a line that was cut short is written again
@@ -122,23 +126,22 @@ def read_map(path: str | Path, settings: str | None = None) -> list[Row]:
         raise ValueError(f"Expected a map of `bem fit-map`; received {path}, which is none")
     if settings is not None and lines[0][2:] != settings:
         raise ValueError(f"the settings of {path} must be those of this map ({settings}); received {lines[0][2:]}")
-    rows = list(csv.DictReader(lines[1:]))
-    words = {"file", "model", "adequate", "reason"}
-    return [
-        {name: value if name in words else int(value) if name == "number" else float(value or "nan")
-         for name, value in row.items()}
-        for row in rows
-    ]  # fmt: skip
+    kinds: dict[str, Callable[[str], Any]] = dict.fromkeys(("file", "model", "adequate", "reason"), str)
+    kinds["number"] = int
+    rows = csv.DictReader(lines[1:])
+    return [{name: kinds.get(name, _number)(value) for name, value in row.items()} for row in rows]
 
 
-def _row(
-    path: str, number: int, curve: Any, speed: float | None, known: Mapping[str, float], options: Mapping[str, Any]
-) -> Row:
+def _number(text: str) -> float:
+    return float(text or "nan")
+
+
+def _row(path: str, number: int, curve: AfmCurve, speed: float | None, known: Row, options: Row) -> Row:
     row: Row = dict.fromkeys(COLUMNS, np.nan)
     row |= {"file": path, "number": number, "model": "", "adequate": "", "reason": ""}
     row["x"], row["y"] = curve.position
     try:
-        measured = ForceCurve(**converted(curve, "compression", speed, path), force_sign="compression")  # type: ignore[arg-type]
+        measured = ForceCurve(**curve.columns(speed, path), force_sign="compression")  # type: ignore[arg-type]
         found = fit(measured, guess_setup(measured, **known), **options)
     except (ValueError, FitError) as error:
         return row | {"reason": str(error)}
@@ -166,24 +169,23 @@ def plot_map(rows: Sequence[Row], path: str | Path, quantity: str = "relaxed_mod
 
     places = np.array([(row["x"], row["y"]) for row in rows])
     values = np.array([row[quantity] for row in rows])
+    words, failed = quantity.replace("_", " "), ~np.isfinite(values)
     figure = Figure(figsize=(5.2, 4.2), layout="constrained")
     axes = figure.subplots()
     if np.isfinite(places).all() and len(np.unique(places, axis=0)) > 1:
         x, y = places.T
         drawn = axes.scatter(x, y, c=values, marker="s", s=4e4 / len(rows), cmap="viridis", plotnonfinite=False)
         axes.set_aspect("equal")
-        figure.colorbar(drawn, format=EngFormatter(QUANTITIES[quantity]), label=quantity.replace("_", " "))
-        failed = places[~np.isfinite(values)]
+        figure.colorbar(drawn, format=EngFormatter(QUANTITIES[quantity]), label=words)
         for axis in (axes.xaxis, axes.yaxis):
             axis.set_major_formatter(EngFormatter("m"))
     else:
-        number = np.arange(len(rows))
-        axes.plot(number, values, "o", color=COLOURS["solver"])
-        axes.set(xlabel="curve", ylabel=quantity.replace("_", " "))
+        lowest = 0.0 if failed.all() else float(np.nanmin(values))
+        places = np.column_stack([np.arange(len(rows)), np.full(len(rows), lowest)])
+        axes.plot(places[:, 0], values, "o", color=COLOURS["solver"])
+        axes.set(xlabel="curve", ylabel=words)
         axes.yaxis.set_major_formatter(EngFormatter(QUANTITIES[quantity]))
-        lowest = float(np.nanmin(values)) if np.isfinite(values).any() else 0.0
-        failed = np.column_stack([number, np.full(len(rows), lowest)])[~np.isfinite(values)]
-    axes.plot(*failed.T, "x", color=PULL_OFF, label="no fit")
-    if failed.size:
+    axes.plot(*places[failed].T, "x", color=PULL_OFF, label="no fit")
+    if failed.any():
         axes.legend(frameon=False)
     figure.savefig(path, dpi=150)

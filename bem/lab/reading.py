@@ -1,4 +1,4 @@
-"""Read the columns of measured force curves: CSV files whose columns name their units, and AFM formats.
+"""Read the columns of measured force curves: CSV files whose columns name their units, and the formats of afmformats.
 
 A column is a name and a unit: `force (nN)`, `force [nN]`, `force/nN` or `force_nN`. Known names are time, indentation
 or depth, displacement or position (of the stage, positive towards the sample), height (of the stage, positive away from
@@ -9,32 +9,38 @@ first ends.
 from __future__ import annotations
 
 import itertools
+import logging
 import re
+import warnings
 from collections.abc import Mapping, Sequence
+from contextlib import nullcontext, suppress
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
+from zipfile import ZipFile, is_zipfile
 
 import numpy as np
 
 from bem._support.text_files import csv_rows, read_text
 from bem._support.validation import FloatArray, finite_number
 from bem._support.wording import shown
-from bem.lab.afm_files import AfmCurve, load_afm
 from bem.lab.units import ForceSign, Quantity, factor, require_sign, to_si
 
 TEXT_FILES = (".csv", ".txt", ".tsv", ".dat")
 
-_ALIASES = {
-    "time": ("time", "t"),
-    "indentation": ("indentation", "depth"),
-    "displacement": ("displacement", "position", "stage"),
-    "height": ("height", "piezo"),
-    "force": ("force", "load"),
-    "contact_radius": ("contact_radius", "contact radius"),
-}
+INSTALL = "pip install 'contact-trajectories[lab]'"
+
+_NAMES = {"t": "time", "depth": "indentation", "position": "displacement", "stage": "displacement", "piezo": "height"}
+_NAMES |= {"load": "force"}
+_NAMES |= {name: name for name in ("time", "indentation", "displacement", "height", "force", "contact_radius")}
 _LONGEST_TITLE = 200  # the time of a search grows with the square of it
 _DIMENSION = {"time": "time", "force": "force"}
 _NUMBER = re.compile(r"\s*[-+]?\.?\d")
 _COLUMN = re.compile(r"\s*([A-Za-z][A-Za-z _]*?)\s*(?:\(([^)]*)\)|\[([^\]]*)\]|/\s*(\S+)|_([^\s_]+))?\s*")
+_MOST_BYTES = 2**31  # of an AFM file, unpacked: most formats are archives
+_HEIGHTS = ("height (measured)", "height (piezo)")
+
+Columns = dict[str, FloatArray | None]
 
 
 def read(
@@ -45,7 +51,7 @@ def read(
     columns: Mapping[str, str] | None = None,
     speed: Quantity | None = None,
     number: int | None = None,
-) -> dict[str, FloatArray | None]:
+) -> Columns:
     """Read the columns of a force curve.
 
     Args:
@@ -66,44 +72,28 @@ def read(
         FileNotFoundError: there is no such file.
     """
     require_sign(force_sign)
-    spring = (
-        None if stiffness is None else finite_number("stiffness", to_si("stiffness", stiffness, "stiffness"), above=0.0)
+    spring, rate = (
+        None if value is None else finite_number(name, to_si(name, value, name), above=0.0)
+        for name, value in (("stiffness", stiffness), ("speed", speed))
     )
-    rate = None if speed is None else finite_number("speed", to_si("speed", speed, "speed"), above=0.0)
     paths = [Path(path)] if isinstance(path, str | Path) else [Path(part) for part in path]
-    if len(paths) == 1 and paths[0].suffix.lower() not in TEXT_FILES:
-        return _chosen(load_afm(paths[0], spring), number, force_sign, rate, str(paths[0]))
-    if len({part.resolve() for part in paths}) < len(paths):
-        raise ValueError(f"the files of one curve must be different; received {' and '.join(map(str, paths))}")
-    try:
-        parts = [_quantities(part, columns or {}) for part in paths]
-        if "force" not in parts[0]:
-            raise ValueError(
-                f"Expected a column force, such as 'force (nN)'; received {paths[0]} with {_listed(parts[0])}"
-            )
-    except ValueError:
-        # Instruments write text of their own, which afmformats may know.
-        try:
-            curves = load_afm(paths[0], spring)
-        except ValueError:
-            curves = []
-        if len(paths) > 1 or not curves:
-            raise
-        return _chosen(curves, number, force_sign, rate, str(paths[0]))
-    names = set(parts[0])
-    for part, name in zip(parts, paths, strict=True):
-        if set(part) != names:
-            raise ValueError(f"the files of one curve must have the same columns; received {name} with {_listed(part)}")
-    joined = {name: np.concatenate([part[name] for part in parts]) for name in names if name != "time"}
-    if "time" in names:
-        joined["time"] = _one_time([part["time"] for part in parts])
     where = " and ".join(map(str, paths))
-    return _curve(joined, spring, force_sign, rate, where)
-
-
-def _chosen(
-    curves: Sequence[AfmCurve], number: int | None, force_sign: ForceSign, speed: float | None, where: str
-) -> dict[str, FloatArray | None]:
+    if len({part.resolve() for part in paths}) < len(paths):
+        raise ValueError(f"the files of one curve must be different; received {where}")
+    if len(paths) == 1 and paths[0].suffix.lower() not in TEXT_FILES:
+        curves = load_afm(paths[0], spring)
+    else:
+        try:
+            found = _joined(paths, columns or {})
+        except ValueError:
+            # Instruments write text of their own, which afmformats may know.
+            curves = []
+            with suppress(ValueError):
+                curves = load_afm(paths[0], spring) if len(paths) == 1 else []
+            if not curves:
+                raise
+        else:
+            return _curve(found, spring, force_sign, rate, where)
     if number is None and len(curves) > 1:
         raise ValueError(
             f"the number of a curve must be given, from 0 to {len(curves) - 1}; received {where}, which holds "
@@ -111,19 +101,93 @@ def _chosen(
         )
     if not 0 <= (number or 0) < len(curves):
         raise ValueError(f"the number of a curve in {where} must be from 0 to {len(curves) - 1}; received {number}")
-    return converted(curves[number or 0], force_sign, speed, where)
+    return curves[number or 0].columns(rate, where, force_sign)
 
 
-def converted(curve: AfmCurve, force_sign: ForceSign, speed: float | None, where: str) -> dict[str, FloatArray | None]:
-    """The columns of one curve of an AFM file, as `read` returns them."""
-    force = curve.quantities["force"] if force_sign == "compression" else -curve.quantities["force"]
-    quantities = curve.quantities | {"force": force}
-    return _curve(quantities, curve.stiffness, force_sign, speed or curve.speed, where)
+@dataclass(frozen=True)
+class AfmCurve:
+    """One curve of an AFM file, in SI, compression positive."""
+
+    quantities: dict[str, FloatArray]
+    stiffness: float | None
+    """In N/m; `None` where the indentation needs none."""
+    speed: float | None
+    """In m/s, for a curve without time."""
+    position: tuple[float, float]
+    """Of the curve in a map, in m; NaN where the file has none."""
+
+    def columns(self, speed: float | None, where: str, force_sign: ForceSign = "compression") -> Columns:
+        """What `read` returns of it."""
+        sign = 1.0 if force_sign == "compression" else -1.0
+        quantities = self.quantities | {"force": sign * self.quantities["force"]}
+        return _curve(quantities, self.stiffness, force_sign, speed or self.speed, where)
+
+
+def load_afm(path: Path, stiffness: float | None) -> list[AfmCurve]:
+    """Read all force curves of an AFM file.
+
+    afmformats gives SI units, compression positive, and a height or tip position that grows away from the sample. A
+    given spring constant replaces the file's own.
+
+    Raises:
+        ValueError: afmformats is not installed, or the file is not one it reads.
+        FileNotFoundError: there is no such file.
+    """
+    if not path.exists():
+        raise FileNotFoundError(2, "No such file or directory", str(path))
+    if path.is_dir():
+        raise ValueError(f"Expected a CSV or an AFM file; received {path}, which is a directory")
+    try:
+        import afmformats
+    except ImportError as error:
+        raise ValueError(f"files such as {path} need afmformats ({INSTALL}); received a file that is no CSV") from error
+    # The library logs whole tracebacks, which Python prints to the terminal where nobody handles them.
+    logging.getLogger("afmformats").addHandler(logging.NullHandler())
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            with ZipFile(path) if is_zipfile(path) else nullcontext() as archive:
+                size = sum(part.file_size for part in archive.infolist()) if archive else path.stat().st_size
+            if size > _MOST_BYTES:
+                raise ValueError(f"{size} bytes, more than {_MOST_BYTES}")
+            override = {} if stiffness is None else {"spring constant": stiffness}
+            return [_converted(curve, stiffness, path) for curve in afmformats.load_data(path, meta_override=override)]
+    # Its own errors are no `Exception`, and each of its readers raises others.
+    except (Exception, afmformats.errors.AFMFileFormatError, afmformats.errors.MissingMetaDataError) as error:
+        if str(error).startswith("Expected an AFM file"):
+            raise
+        raise ValueError(
+            f"Expected a CSV or an AFM file that afmformats reads; received {path} ({shown(str(error))})"
+        ) from error
+
+
+def _converted(curve: Any, stiffness: float | None, path: Path) -> AfmCurve:
+    names = ("force", "time", *_HEIGHTS, "tip position")
+    found = {name: np.asarray(curve[name], dtype=np.float64) for name in names if name in curve.columns}
+    if "force" not in found:
+        raise ValueError(f"Expected an AFM file with force; received {path} with {sorted(found)}")
+    spring, speed = (float(curve.metadata.get(name) or np.nan) for name in ("spring constant", "speed approach"))
+    spring = spring if stiffness is None else stiffness
+    quantities: dict[str, FloatArray] = {name: found[name] for name in ("force", "time") if name in found}
+    heights = [found[name] for name in _HEIGHTS if name in found]
+    if heights and np.isfinite(spring):
+        quantities["height"] = heights[0]
+    elif "tip position" in found:
+        quantities["indentation"] = -found["tip position"]
+    else:
+        raise ValueError(
+            f"Expected an AFM file with height and spring constant, or tip position; received {path}; stiffness gives "
+            "the spring constant"
+        )
+    x, y = (float(curve.metadata.get(f"position {axis}", np.nan)) for axis in "xy")
+    return AfmCurve(
+        quantities, spring if "height" in quantities else None, speed if np.isfinite(speed) else None, (x, y)
+    )
 
 
 def _curve(
     quantities: dict[str, FloatArray], stiffness: float | None, force_sign: ForceSign, speed: float | None, where: str
-) -> dict[str, FloatArray | None]:
+) -> Columns:
     if "height" in quantities and "displacement" not in quantities:
         quantities["displacement"] = -quantities["height"]
     if "indentation" in quantities:
@@ -154,22 +218,18 @@ def _curve(
 
 def _check_sign(indentation: FloatArray, force: FloatArray, force_sign: ForceSign, where: str) -> None:
     """Refuse a curve whose tension grows with depth where it is deepest: its sign convention is the other one."""
-    if indentation.size < 3:
+    number = np.arange(indentation.size)
+    deep = (number <= np.argmax(indentation)) & (indentation > 0.5 * (indentation.min() + indentation.max()))
+    if np.count_nonzero(deep) < 3:
         return
-    deepest = int(np.argmax(indentation))
-    low, high = float(np.min(indentation)), float(np.max(indentation))
-    deep = indentation[: deepest + 1] > 0.5 * (low + high)
-    if high > low and np.count_nonzero(deep) >= 3:
-        depth, tension = indentation[: deepest + 1][deep], force[: deepest + 1][deep]
-        tension = tension if force_sign == "tension" else -tension
-        depth = depth - depth.mean()
-        slope, spread = float(depth @ tension), float(np.linalg.norm(depth) * np.linalg.norm(tension - tension.mean()))
-        if slope > 0.8 * spread > 0.0:
-            other = "compression" if force_sign == "tension" else "tension"
-            raise ValueError(
-                f"the tension in {where} grows with depth, which no contact does; the file was read with "
-                f"force_sign={force_sign!r} and should be {other!r}"
-            )
+    depth, tension = indentation[deep], force[deep] if force_sign == "tension" else -force[deep]
+    depth, tension = depth - depth.mean(), tension - tension.mean()
+    if depth @ tension > 0.8 * np.linalg.norm(depth) * np.linalg.norm(tension) > 0.0:
+        other = "compression" if force_sign == "tension" else "tension"
+        raise ValueError(
+            f"the tension in {where} grows with depth, which no contact does; the file was read with "
+            f"force_sign={force_sign!r} and should be {other!r}"
+        )
 
 
 def _listed(quantities: Mapping[str, FloatArray]) -> str:
@@ -177,14 +237,18 @@ def _listed(quantities: Mapping[str, FloatArray]) -> str:
     return ", ".join(sorted(quantities)) or "no column of a known name in its first line"
 
 
-def _one_time(times: list[FloatArray]) -> FloatArray:
-    """The times of several files in a row; a file that begins before the last ended is moved behind it."""
-    joined = [times[0]]
-    for later in times[1:]:
-        end = joined[-1][-1]
-        step = float(np.median(np.diff(later))) if later.size > 1 else 0.0
-        joined.append(later if later[0] >= end else later - later[0] + end + step)
-    return np.concatenate(joined)
+def _joined(paths: Sequence[Path], columns: Mapping[str, str]) -> dict[str, FloatArray]:
+    """The columns of text files in a row; times that begin before the last file ended are moved behind it."""
+    parts = [_quantities(part, columns) for part in paths]
+    if "force" not in parts[0]:
+        raise ValueError(f"Expected a column force, such as 'force (nN)'; received {paths[0]} with {_listed(parts[0])}")
+    for part, before, name in zip(parts[1:], parts, paths[1:], strict=False):
+        if set(part) != set(before):
+            raise ValueError(f"the files of one curve must have the same columns; received {name} with {_listed(part)}")
+        if "time" in part and part["time"][0] < (end := before["time"][-1]):
+            time = part["time"]
+            part["time"] = time - time[0] + end + (float(np.median(np.diff(time))) if time.size > 1 else 0.0)
+    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
 
 def _quantities(path: Path, columns: Mapping[str, str]) -> dict[str, FloatArray]:
@@ -208,25 +272,21 @@ def _table(path: Path) -> tuple[list[str], list[list[str]]]:
     if path.is_dir():
         raise ValueError(f"Expected a text file of columns; received {path}, which is a directory")
     try:
-        text = read_text(path)
+        written = [line for line in read_text(path).splitlines() if line.strip()]
+        lines = [line for line in written if not line.startswith("#")]
+        comments = [line.lstrip("# ") for line in itertools.takewhile(lambda line: line.startswith("#"), written)]
+        # A header may be a comment, as NumPy writes it; other comments are left out.
+        if comments and lines and _NUMBER.match(lines[0]):
+            lines.insert(0, comments[-1])
+        separator = max(",;\t", key="".join(lines[:1]).count)
+        if separator == ";":
+            lines = [line.replace(",", ".") for line in lines]
+        header, *rows = (row for _, row in csv_rows(lines, delimiter=separator)) if len(lines) > 2 else ([],)
     except ValueError as error:
         raise ValueError(f"Expected a text file of columns; received {path} ({error})") from error
-    written = [line for line in text.splitlines() if line.strip()]
-    lines = [line for line in written if not line.startswith("#")]
-    comments = [line.lstrip("# ") for line in itertools.takewhile(lambda line: line.startswith("#"), written)]
-    # A header may be a comment, as NumPy writes it; other comments are left out.
-    if comments and lines and _NUMBER.match(lines[0]):
-        lines.insert(0, comments[-1])
     if len(lines) < 3:
         raise ValueError(f"Expected a header and at least two rows; received {path} with {len(lines)} lines")
-    separator = max(",;\t", key=lines[0].count)
-    if separator == ";":
-        lines = [line.replace(",", ".") for line in lines]
-    try:
-        (_, header), *rows = csv_rows(lines, delimiter=separator)
-    except ValueError as error:
-        raise ValueError(f"Expected a text file of columns; received {path} ({error})") from error
-    return header, [row for _, row in rows]
+    return header, rows
 
 
 def _parsed(title: str) -> tuple[str | None, str]:
@@ -234,28 +294,20 @@ def _parsed(title: str) -> tuple[str | None, str]:
     match = _COLUMN.fullmatch(title) if len(title) <= _LONGEST_TITLE else None
     if match is None:
         return None, ""
-    plain = match[1].strip().lower()
+    if title.strip().lower() == "contact_radius":  # which looks like a name and a unit
+        return "contact_radius", ""
     unit = next((group.strip() for group in match.groups()[1:] if group), "")
-    for name, aliases in _ALIASES.items():
-        if plain in aliases or plain.replace(" ", "_") in aliases:
-            return name, unit
-    # `contact_radius` without a unit looks like a name and a unit.
-    return ("contact_radius", "") if title.strip().lower() == "contact_radius" else (None, "")
+    return _NAMES.get(match[1].strip().lower().replace(" ", "_")), unit
 
 
 def _numbers(rows: list[list[str]], number: int, title: str, path: Path) -> FloatArray:
-    values = np.empty(len(rows))
+    values = np.full(len(rows), np.nan)
     for line, row in enumerate(rows):
-        try:
+        with suppress(ValueError, IndexError):
             values[line] = float(row[number])
-        except (ValueError, IndexError) as error:
-            received = shown(row[number]) if number < len(row) else "nothing"
-            raise ValueError(
-                f"Expected numbers in column {shown(title)} of {path}; received {received} in row {line + 1}"
-            ) from error
-    if not np.all(np.isfinite(values)):
+    for line in np.flatnonzero(~np.isfinite(values)):
+        received = shown(rows[line][number]) if number < len(rows[line]) else "nothing"
         raise ValueError(
-            f"Expected finite numbers in column {shown(title)} of {path}; received "
-            f"{shown(float(values[~np.isfinite(values)][0]))}"
+            f"Expected finite numbers in column {shown(title)} of {path}; received {received} in row {line + 1}"
         )
     return values

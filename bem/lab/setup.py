@@ -5,8 +5,17 @@ With R the radius, dgamma the work of adhesion, E0* = E0 / (1 - nu^2) and h0 the
     indentation in h0,  force in pi R dgamma,  time in retardation times,  stiffness in pi R dgamma / h0,
     contact radius in beta = (R^2 dgamma / E0*)^(1/3),
 
-and the only remaining parameter is the Tabor parameter mu = (R dgamma^2 / (E0*^2 h0^3))^(1/3), with h0 the effective
-range where that is longer (`bem.lab.effective_range`). Source: paper, Methods.
+and the only remaining parameter is the Tabor parameter mu = (R dgamma^2 / (E0*^2 h0^3))^(1/3). Source: paper, Methods.
+
+Surfaces attract over a few angstroms, so that a soft sphere of micrometres has a Tabor parameter of hundreds, beyond
+what a mesh resolves. The gap h0 is then an effective range, at which the Tabor parameter is `largest_tabor`:
+
+- In an elastic contact it is a numerical choice. The force curve in newtons and metres no longer depends on it once mu
+  is large, in the JKR limit.
+- In a viscoelastic contact it is a length of the material. The edge of the contact dissipates at the frequency at which
+  it crosses the cohesive zone, so that a longer range acts like a shorter retardation time at the edge, though not in
+  the bulk. A pull-off force that depends on speed depends on the range too, and a fitted retardation time belongs to
+  it. `Setup.range_sensitivity` measures how much, and `Setup.simulate` warns.
 """
 
 from __future__ import annotations
@@ -23,10 +32,16 @@ import numpy as np
 from bem._support.validation import finite_number, instance
 from bem._support.wording import shown
 from bem.lab.curve import ForceCurve
-from bem.lab.effective_range import LONGER, SENSITIVE, EffectiveRangeWarning, range_sensitivity
 from bem.lab.units import ForceSign, Quantity, readable, require_sign, to_si
 from bem.materials import Elastic, PronySeries, StandardLinearSolid
-from bem.protocol import ForceProtocol, LoadingProtocol, Protocol, default_start_indentation
+from bem.protocol import (
+    ForceProtocol,
+    LoadingProtocol,
+    PiecewiseLinearProtocol,
+    Protocol,
+    default_start_indentation,
+    history_of,
+)
 from bem.scene import Scene
 
 INTERATOMIC_GAP = 0.3e-9
@@ -34,6 +49,11 @@ INTERATOMIC_GAP = 0.3e-9
 
 LARGEST_TABOR = 3.0
 """Tabor parameter above which a longer gap is simulated, so that the solver resolves the contact edge."""
+
+SENSITIVE = 0.05
+"""Relative change of the pull-off force, for an effective range `LONGER` times longer, above which a setup warns."""
+
+LONGER = 1.5
 
 _QUANTITIES = {
     "radius": "length",
@@ -43,6 +63,10 @@ _QUANTITIES = {
     "retardation_time": "time",
     "stiffness": "stiffness",
 }
+
+
+class EffectiveRangeWarning(UserWarning):
+    """A result depends on the effective range of adhesion, which stands in for one too short to resolve."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,7 +83,7 @@ class Setup:
         retardation_time: the unit of the material's times, in s. Required for a `StandardLinearSolid`, whose
             retardation time it is. A `PronySeries` without it has its times in seconds.
         material: `Elastic()`, `StandardLinearSolid(...)` or `PronySeries(...)`.
-        largest_tabor: Tabor parameter above which an effective range is used; see `bem.lab.effective_range`.
+        largest_tabor: Tabor parameter above which an effective range is used; see `bem.lab.setup`.
         stiffness: of a spring between stage and sphere, such as a cantilever, in N/m; infinite: none.
         half_angle: between axis and flank of a cone, or face of a pyramid, in degrees, for the models of `bem.lab.fit`
             that press one instead of a sphere.
@@ -103,7 +127,7 @@ class Setup:
         if self.stiffness is not None and to_si("stiffness", self.stiffness, "stiffness") == np.inf:
             object.__setattr__(self, "stiffness", None)
         for name, dimension in _QUANTITIES.items():
-            if getattr(self, name) is not None:
+            if getattr(self, name) is not None or name not in ("retardation_time", "stiffness"):
                 value = finite_number(name, to_si(name, getattr(self, name), dimension), above=0.0)
                 object.__setattr__(self, name, value)
         ratio = finite_number("poisson_ratio", to_si("poisson_ratio", self.poisson_ratio, "number"), low=0.0, high=0.5)
@@ -216,10 +240,10 @@ class Setup:
         Returns:
             The protocol for `Setup.simulate`, with dimensionless quantities.
         """
-        start = (
-            None if start_indentation is None else to_si("start_indentation", start_indentation, "length") / self.gap
-        )
-        if start is None and self.stiffness is not None:
+        start = None
+        if start_indentation is not None:
+            start = to_si("start_indentation", start_indentation, "length") / self.gap
+        elif self.stiffness is not None:
             start = default_start_indentation(self.tabor) - 2.0 * self.stiffness_scale / self.stiffness
         quantities = {
             "peak_indentation": to_si("peak_indentation", peak_indentation, "length") / self.gap,
@@ -308,8 +332,14 @@ class Setup:
 
     def _in_si(self, trajectory: Any, protocol: Protocol, force_sign: ForceSign, *, check_range: bool) -> ForceCurve:
         """A trajectory in SI; a warning, at the caller's caller, where it depends on the effective range."""
-        if check_range and self.range_is_effective:
-            self._warn_of_range(protocol)
+        if check_range and (change := self.range_sensitivity(protocol)) > SENSITIVE:
+            warnings.warn(
+                f"the pull-off force depends on the effective range of adhesion, {readable(self.gap, 'm')} in place of "
+                f"{readable(self.equilibrium_gap, 'm')}: it changes by {100 * change:.0f} % when the range is "
+                f"{LONGER:g} times longer; a largest_tabor above {self.largest_tabor:g} brings the range nearer",
+                EffectiveRangeWarning,
+                stacklevel=3,
+            )
         sign = 1.0 if force_sign == "tension" else -1.0
         bands = [getattr(trajectory, name, None) for name in ("force_lower", "force_upper")][:: int(sign)]
         lower, upper = (None if band is None else sign * band * self.force_scale for band in bands)
@@ -328,26 +358,22 @@ class Setup:
         )
 
     def range_sensitivity(self, protocol: Protocol) -> float:
-        """Relative change of the pull-off force with a range 1.5 times longer; see `bem.lab.effective_range`.
+        """Relative change of the pull-off force, at draft accuracy, with an effective range 1.5 times longer.
 
         It is zero for a range that is the equilibrium gap itself.
         """
+        from bem.solver.simulation import simulate
+
         if not self.range_is_effective:
             return 0.0
         longer = dataclasses.replace(self, largest_tabor=max(self.tabor / LONGER, 0.05))
-        return range_sensitivity(self.scene(), longer.scene(), longer.gap / self.gap, protocol)
-
-    def _warn_of_range(self, protocol: Protocol) -> None:
-        """Warn where the pull-off force under a protocol depends on the range."""
-        change = self.range_sensitivity(protocol)
-        if change > SENSITIVE:
-            warnings.warn(
-                f"the pull-off force depends on the effective range of adhesion, {readable(self.gap, 'm')} in place of "
-                f"{readable(self.equilibrium_gap, 'm')}: it changes by {100 * change:.0f} % when the range is "
-                f"{LONGER:g} times longer; a largest_tabor above {self.largest_tabor:g} brings the range nearer",
-                EffectiveRangeWarning,
-                stacklevel=4,
-            )
+        history = moved = history_of(protocol, self.tabor)
+        if isinstance(history, PiecewiseLinearProtocol):
+            depths = history.indentations * self.gap / longer.gap
+            moved = PiecewiseLinearProtocol(history.times, depths, phases=history.phases)
+        pairs = (self, history), (longer, moved)
+        force, other = (simulate(each.scene(), path, "draft").pull_off_force for each, path in pairs)
+        return abs(other / force - 1.0) if np.isfinite([force, other]).all() else np.inf
 
     def replaced(self, **changes: Any) -> Setup:
         """The same setup with some quantities changed; `modulus_ratio` stands for a standard linear solid of it."""

@@ -32,17 +32,17 @@ ForceSign = Literal["tension", "compression"]
 SIGNS = ("tension", "compression")
 
 DIMENSIONS = {
-    "length": "m",
-    "force": "N",
-    "pressure": "Pa",
-    "energy per area": "J/m^2",
-    "time": "s",
-    "speed": "m/s",
-    "stiffness": "N/m",
-    "temperature": "K",
-    "number": "",
+    "length": ("m", "'50 um'"),
+    "force": ("N", "'5 mN'"),
+    "pressure": ("Pa", "'2 MPa'"),
+    "energy per area": ("J/m^2", "'50 mJ/m2'"),
+    "time": ("s", "'10 ms'"),
+    "speed": ("m/s", "'1 um/s'"),
+    "stiffness": ("N/m", "'1 N/m'"),
+    "temperature": ("K", "'1 K'"),
+    "number": ("", "0.1"),
 }
-"""The SI unit of each kind of quantity."""
+"""The SI unit of each kind of quantity, and an example."""
 
 _LONGEST = 100  # characters of a quantity
 _PREFIXES = {-15: "f", -12: "p", -9: "n", -6: "u", -3: "m", 0: "", 3: "k", 6: "M", 9: "G", 12: "T"}
@@ -93,8 +93,8 @@ def to_si(name: str, value: Any, dimension: str) -> float:
     """
     if isinstance(value, Real) and not isinstance(value, bool):
         return float(value)
-    unit = DIMENSIONS[dimension]
-    wanted = f"{name} must be {_a(dimension)}, such as {_example(unit)}"
+    unit, example = DIMENSIONS[dimension]
+    wanted = f"{name} must be {_a(dimension)}, such as {example}"
     if isinstance(value, str):
         try:
             return float(value)
@@ -116,7 +116,7 @@ def factor(name: str, unit: str, dimension: str) -> float:
     Raises:
         ValueError: the unit is unknown or does not fit.
     """
-    si = DIMENSIONS[dimension]
+    si = DIMENSIONS[dimension][0]
     size, exponents = _measured(unit)
     if exponents != _measured(si)[1] or not 0.0 < size < math.inf:
         raise ValueError(f"{name} must be {_a(dimension)}, in a unit such as {si}; received the unit {shown(unit)}")
@@ -164,14 +164,3 @@ def _measured(unit: str) -> tuple[float, list[int] | None]:
 
 def _a(dimension: str) -> str:
     return f"an {dimension}" if dimension[0] in "aeiou" else f"a {dimension}"
-
-
-def _example(unit: str) -> str:
-    return {
-        "m": "'50 um'",
-        "N": "'5 mN'",
-        "Pa": "'2 MPa'",
-        "J/m^2": "'50 mJ/m2'",
-        "s": "'10 ms'",
-        "m/s": "'1 um/s'",
-    }.get(unit, f"'1 {unit}'" if unit else "0.1")

@@ -12,6 +12,8 @@ D = (16 / (9 pi^2))^(1/3) delta / mu, lambda = 2 (9 / (16 pi))^(1/3) (sigma_0 h0
 Rupture of Elastic Solids (2000), chapter 4; Johnson and Greenwood, J. Colloid Interface Sci. 192 (1997) 326.
 """
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import brentq, minimize_scalar
@@ -48,21 +50,18 @@ def solution_at_angle(
     return radius / RADIUS_UNIT, indentation * np.asarray(tabor) / INDENTATION_UNIT, force
 
 
-def _fold_angle(tabor: float, cohesive_traction: float) -> float:
-    """Angle of the smallest indentation: the end of the branch that is stable at fixed indentation."""
+def _smallest(function: Callable[[ArrayLike], FloatArray]) -> tuple[float, float]:
+    """Angle at which a function of it is smallest, and the smallest value."""
     angles = np.geomspace(SMALLEST_ANGLE, LARGEST_ANGLE, 2000)
-    _, indentations, _ = solution_at_angle(angles, tabor, cohesive_traction=cohesive_traction)
-    lowest = int(np.argmin(indentations))
-    if lowest == len(angles) - 1:
-        return LARGEST_ANGLE
-    return float(
-        minimize_scalar(
-            lambda theta: float(solution_at_angle(theta, tabor, cohesive_traction=cohesive_traction)[1]),
-            bounds=(angles[lowest - 1], angles[lowest + 1]),
-            method="bounded",
-            options={"xatol": 1e-12},
-        ).x
+    values = function(angles)
+    near = min(max(int(np.argmin(values)), 1), len(angles) - 2)
+    found = minimize_scalar(
+        lambda theta: float(function(theta)),
+        bounds=(angles[near - 1], angles[near + 1]),
+        method="bounded",
+        options={"xatol": 1e-12},
     )
+    return (LARGEST_ANGLE, float(values[-1])) if values[-1] <= found.fun else (float(found.x), float(found.fun))
 
 
 def force_from_indentation(
@@ -70,7 +69,8 @@ def force_from_indentation(
 ) -> FloatArray:
     """Force on the branch stable at fixed indentation; NaN where it holds no contact. Shape of `indentation`."""
     mu = finite_number("tabor", tabor, above=0.0)
-    last = _fold_angle(mu, cohesive_traction)
+    # The fold ends the branch that is stable at fixed indentation.
+    last, _ = _smallest(lambda theta: solution_at_angle(theta, mu, cohesive_traction=cohesive_traction)[1])
     first = SMALLEST_ANGLE
 
     def misfit(theta: float, wanted: float) -> float:
@@ -89,12 +89,4 @@ def force_from_indentation(
 def pull_off_force(tabor: float, *, cohesive_traction: float = PEAK_TRACTION) -> float:
     """Largest force on the way to separation, between 1.5 (JKR) and 2 (DMT)."""
     mu = finite_number("tabor", tabor, above=0.0)
-    angles = np.geomspace(SMALLEST_ANGLE, LARGEST_ANGLE, 2000)
-    _, _, forces = solution_at_angle(angles, mu, cohesive_traction=cohesive_traction)
-    best = min(max(int(np.argmax(forces)), 1), len(angles) - 2)
-    found = minimize_scalar(
-        lambda theta: -float(solution_at_angle(theta, mu, cohesive_traction=cohesive_traction)[2]),
-        bounds=(angles[best - 1], angles[best + 1]),
-        method="bounded",
-    )
-    return max(-float(found.fun), float(forces[-1]))
+    return -_smallest(lambda theta: -solution_at_angle(theta, mu, cohesive_traction=cohesive_traction)[2])[1]

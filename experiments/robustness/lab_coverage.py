@@ -21,8 +21,7 @@ import bem.lab
 from bem import StandardLinearSolid, simulate
 from bem._support.wording import markdown_table
 from bem.lab import ForceCurve, Setup, fit
-from bem.lab.fitting import FitError
-from bem.lab.guess import guess_setup
+from bem.lab.fitting import FitError, guess_setup
 from bem.lab.maps import fit_map
 from bem.solver.version import SOLVER_VERSION
 from experiments.measurements.harness import CLOCK, Jobs, Seed, fingerprint, in_parallel, kept, measurement

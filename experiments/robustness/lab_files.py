@@ -17,10 +17,8 @@ import typer
 
 from bem._support.wording import markdown_table
 from bem.lab import ForceCurve, fit
-from bem.lab.afm_files import load_afm
-from bem.lab.fitting import FitError
-from bem.lab.guess import guess_setup
-from bem.lab.reading import converted
+from bem.lab.fitting import FitError, guess_setup
+from bem.lab.reading import load_afm
 from bem.lab.units import readable
 from experiments.measurements.harness import CLOCK, measurement
 from experiments.progress import progress
@@ -52,7 +50,7 @@ def curve_of(path: Path, number: int, curve: Any) -> dict[str, Any]:
     """What the fit says of one curve."""
     found: dict[str, Any] = {"file": path.name, "number": number}
     try:
-        columns = converted(curve, "compression", None, str(path.name))
+        columns = curve.columns(None, path.name)
         measured = ForceCurve(**columns, force_sign="compression")  # type: ignore[arg-type]
         setup = guess_setup(measured, radius=RADIUS)
         with CLOCK:

@@ -2,5 +2,6 @@
 
 from bem.lab.fitting.curve_fit import ALL, fit
 from bem.lab.fitting.result import FitError, FitResult
+from bem.lab.fitting.starts import guess_setup
 
-__all__ = ["ALL", "FitError", "FitResult", "fit"]
+__all__ = ["ALL", "FitError", "FitResult", "fit", "guess_setup"]

@@ -9,6 +9,7 @@ residuals ask.
 
 from __future__ import annotations
 
+import dataclasses
 import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
@@ -31,7 +32,7 @@ from bem.lab.setup import Setup
 from bem.lab.units import Quantity, to_si
 from bem.materials import PronySeries
 
-NUISANCES = ("tilt", "drag")
+LINEAR = ("force_offset", "tilt", "drag")
 ALL = ("relaxed_modulus", "work_of_adhesion", "retardation_time", "modulus_ratio", "contact_point", "force_offset")
 AUTO = "auto"
 
@@ -58,7 +59,7 @@ def fit(
 
     Args:
         curve: the measurement, from out of contact on.
-        setup: what is known: radius, Poisson's ratio, spring, and what is not in `free`; `bem.lab.guess.guess_setup`
+        setup: what is known: radius, Poisson's ratio, spring, and what is not in `free`; `bem.lab.fitting.guess_setup`
             makes one from the curve. With its `stiffness`, or that of a curve with a stage, the fit moves the stage,
             and the contact point is a position of the stage.
         free: the parameters to fit, of the model's, contact_point, force_offset, tilt and drag; the others are the
@@ -113,13 +114,12 @@ def fit(
 
 
 def _checked(model: Model, free: tuple[str, ...]) -> tuple[str, ...]:
-    names = (*(each.name for each in (*model.parameters, CONTACT_POINT)), "force_offset", *NUISANCES)
-    unknown = [name for name in free if name not in names]
-    if unknown or not set(free) - {"force_offset", *NUISANCES}:
-        listed = ", ".join(name for name in names if name not in ("force_offset", *NUISANCES))
-        received = shown(unknown[0] if unknown else ", ".join(free))
+    names = [each.name for each in (*model.parameters, CONTACT_POINT)]
+    unknown = [name for name in free if name not in (*names, *LINEAR)]
+    if unknown or not set(free) & set(names):
         raise ValueError(
-            f"free must be one or more of {listed}, with or without force_offset, tilt and drag; received {received}"
+            f"free must be one or more of {', '.join(names)}, with or without force_offset, tilt and drag; received "
+            f"{shown(unknown[0] if unknown else ', '.join(free))}"
         )
     return free
 
@@ -136,8 +136,9 @@ def _within(data: Measurement, within: tuple[Quantity | None, Quantity | None], 
     if not ends[0] < ends[1]:
         raise ValueError(f"the range must grow; received {shown(within)}")
     compression = float(np.median(data.tension[: data.first])) - data.tension
-    depth = data.depth - (contact_point - data.path.place[data.first])
-    return data.within(ends[0], ends[1], compression if forces else depth)
+    values = compression if forces else data.depth - (contact_point - data.path.place[data.first])
+    inside = ((values >= ends[0]) & (values <= ends[1])) | (data.depth <= 0.0)
+    return dataclasses.replace(data, weights=data.weights * inside)
 
 
 @dataclass
@@ -175,29 +176,22 @@ class Climb:
 
     def best(self) -> Fitted:
         """The rung of the lowest criterion so far, with the independent points of the one that fits best."""
-        independent = self._independent()
-        best = min(self.fits.values(), key=lambda each: each.criterion(independent))
+        closest = self._closest()
+        best = min(self.fits.values(), key=lambda each: each.criterion(closest.independent))
         if best.misfit > ADEQUATE:
-            return min(self.fits.values(), key=lambda each: each.misfit)
-        others = [best, *self.alike(best)]
-        if len(others) == 1:
+            return closest
+        if not self.alike(best):
             return best
         # What the force does not tell, the Tabor parameter of the fitted values may: DMT below 1, JKR above.
         tabor = best.model.setup_of(best.values, self.data.path.setup).physical_tabor
-        preferred = "dmt" if tabor < 1.0 else "jkr"
-        return next((each for each in others if each.model.name == preferred), best)
+        return self.fits["dmt" if tabor < 1.0 else "jkr"]
 
     def alike(self, best: Fitted) -> tuple[Fitted, ...]:
-        """Other rungs with the parameters of the best, that the criterion does not tell from it."""
-        independent = self._independent()
-        limit = best.criterion(independent) + _ALIKE
-        return tuple(
-            each
-            for each in self.fits.values()
-            if each is not best
-            and {each.model.name, best.model.name} == {"dmt", "jkr"}
-            and each.criterion(independent) < limit
-        )
+        """The other of DMT and JKR, where the criterion does not tell it from the best."""
+        other = self.fits.get({"dmt": "jkr", "jkr": "dmt"}.get(best.model.name, ""))
+        independent = self._closest().independent
+        near = other is not None and other.criterion(independent) < best.criterion(independent) + _ALIKE
+        return (other,) if other is not None and near else ()
 
     def needs_no_adhesion(self, best: Fitted) -> bool:
         """Whether the criterion prefers Hertz to an adhesive rung."""
@@ -212,45 +206,40 @@ class Climb:
         held = MEMORY if isinstance(self.data.path.setup.material, PronySeries) and name == "solver" else ()
         nonlinear = (*(each.name for each in model.parameters if each.name not in held), "contact_point")
         counted = self.data.weights > 0.0
-        several = tuple(each for each in NUISANCES if np.ptp(np.sign(self.data.columns[each][counted])) > 0.0)
+        several = (each for each in LINEAR[1:] if np.ptp(np.sign(self.data.columns[each][counted])) > 0.0)
         linear: tuple[str, ...] = ("force_offset", *several)
         if self.free is not None:
             setup = self.data.path.setup
             known = vars(setup) | {"modulus_ratio": setup.material.modulus_ratio, "contact_point": 0.0}
             start |= {each: known[each] for each in nonlinear if each not in self.free and known.get(each) is not None}
             nonlinear = tuple(each for each in nonlinear if each in self.free)
-            linear = tuple(each for each in ("force_offset", *NUISANCES) if each in self.free)
+            linear = tuple(each for each in LINEAR if each in self.free)
         problem = Regression(model, self.data, start, nonlinear, linear, report=self.report)
         found = self._simulated(problem) if name == "solver" else problem.run(np.zeros(len(nonlinear)))
         self.fits[name] = found
         self.rungs.append(Rung(name, found.values | found.linear, found.misfit, time.process_time() - begin))
         return found
 
-    def _independent(self) -> float:
-        return min(self.fits.values(), key=lambda each: each.misfit).independent
+    def _closest(self) -> Fitted:
+        """The rung of the smallest misfit."""
+        return min(self.fits.values(), key=lambda each: each.misfit)
 
     def _start(self, model: Model) -> dict[str, float]:
         """First guesses, from what simpler rungs found."""
-        setup, data = self.data.path.setup, self.data
-        start = dict(self.start)
-        if "hertz" in self.fits and not self.fits["hertz"].at_bound:
-            start |= self.fits["hertz"].values
-        modulus = start["relaxed_modulus"]
-        start["work_of_adhesion"] = pulled(data) / ((2.0 if model.name == "dmt" else 1.5) * np.pi * setup.radius)
-        start |= {"tabor": 1.0, "modulus_ratio": 0.4, "retardation_time": 0.1 * data.duration}
-        start |= {"modulus_at_1s": modulus, "exponent": 0.15}
-        if model.adhesive and model.name == "maugis" and "jkr" in self.fits:
-            start |= self.best().values
-        return start
+        hertz, pull = self.fits.get("hertz"), 2.0 if model.name == "dmt" else 1.5
+        start = self.start | (hertz.values if hertz and not hertz.at_bound else {})
+        start["work_of_adhesion"] = pulled(self.data) / (pull * np.pi * self.data.path.setup.radius)
+        start |= {"tabor": 1.0, "modulus_ratio": 0.4, "retardation_time": 0.1 * self.data.duration}
+        start |= {"modulus_at_1s": start["relaxed_modulus"], "exponent": 0.15}
+        return start | (self.best().values if model.name == "maugis" and "jkr" in self.fits else {})
 
     def _relaxes(self, fitted: Fitted) -> bool:
         """Whether the residuals of an elastic rung hold the trace of a memory."""
-        data, changes = self.data, []
-        elastic = LADDER["hertz"].tension(fitted.values, data.path)
-        for share in _MEMORIES:
-            memory = {"modulus_ratio": _SLIGHT, "retardation_time": share * data.duration}
-            changes.append(LADDER["ting"].tension(fitted.values | memory, data.path) - elastic)
-        return fitted.calls_for(np.column_stack(changes) * (data.weights / data.noise)[:, None])
+        data, slight = self.data, fitted.values | {"modulus_ratio": _SLIGHT}
+        relaxed = [slight | {"retardation_time": share * data.duration} for share in _MEMORIES]
+        tensions = np.column_stack([LADDER["ting"].tension(each, data.path) for each in relaxed])
+        changes = tensions - LADDER["hertz"].tension(fitted.values, data.path)[:, None]
+        return fitted.calls_for(changes * (data.weights / data.noise)[:, None])
 
     def _simulated(self, problem: Regression) -> Fitted:
         """The solver's fit, from what the simpler rungs found."""
@@ -258,14 +247,13 @@ class Climb:
         starts = [problem.start]
         if {*MEMORY, "relaxed_modulus"} <= set(problem.free):
             starts += memories(problem.start | self._elastic(problem), self.data.duration)
-            starts += [problem.start | self.fits[name].values for name in ("ting",) if name in self.fits]
+            starts += [problem.start | self.fits["ting"].values] if "ting" in self.fits else []
         return search(problem, starts, self.accuracy)
 
     def _elastic(self, problem: Regression) -> dict[str, float]:
         """Modulus, work of adhesion and contact point of JKR, as far as they are moved."""
-        names = [name for name in ("relaxed_modulus", "work_of_adhesion", "contact_point") if name in problem.free]
-        found = self.fits.get("jkr")
-        if found is None:
-            simple = Regression(LADDER["jkr"], self.data, problem.start, tuple(names), problem.linear)
-            found = simple.run(np.zeros(len(names)))
+        jkr = LADDER["jkr"]
+        names = tuple(each.name for each in (*jkr.parameters, CONTACT_POINT) if each.name in problem.free)
+        simple = Regression(jkr, self.data, problem.start, names, problem.linear)
+        found = self.fits.get("jkr") or simple.run(np.zeros(len(names)))
         return {name: found.values[name] for name in names}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from dataclasses import dataclass
 from typing import Literal
 
@@ -56,11 +55,6 @@ class Measurement:
     def duration(self) -> float:
         """From first contact to the end, in s."""
         return float(self.path.time[-1] - self.path.time[self.first])
-
-    def within(self, low: float, high: float, values: FloatArray) -> Measurement:
-        """The same without the points in contact whose `values` (n,) are out of a range."""
-        inside = ((values >= low) & (values <= high)) | (self.depth <= 0.0)
-        return dataclasses.replace(self, weights=self.weights * inside)
 
 
 def measurement_of(curve: ForceCurve, setup: Setup, segment: Segment = "both") -> Measurement:

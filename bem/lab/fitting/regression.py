@@ -13,13 +13,14 @@ from typing import Any
 import numpy as np
 from scipy.linalg import solve_toeplitz
 from scipy.optimize import least_squares
-from scipy.special import fdtri
+from scipy.special import fdtri, stdtrit
 
 from bem._support.validation import FloatArray
 from bem.lab.fitting.measurement import Measurement
 from bem.lab.models import CONTACT_POINT, Model, Parameter
 from bem.lab.models.solver import NoContactError
 
+CONFIDENCE = 0.95
 _ORDERS = 10  # of the autoregressive model of the residuals
 _EDGE = 1e-3  # of its unit, within which a parameter is at its bound
 _REMEMBERED = 40  # tensions: those of a point and of its derivatives are asked for again
@@ -75,18 +76,15 @@ class Regression:
 
     def point(self, values: Mapping[str, float]) -> FloatArray:
         """The point of the search at values in SI."""
-        origin = {name: self.parameters[name].inner(self.start[name]) for name in self.free}
-        return np.array(
-            [(self.parameters[name].inner(values[name]) - origin[name]) / self.unit[name] for name in self.free]
-        )
+        inner = {name: self.parameters[name].inner for name in self.free}
+        return np.array([(of(values[name]) - of(self.start[name])) / self.unit[name] for name, of in inner.items()])
 
     def values(self, x: FloatArray) -> dict[str, float]:
         """Values in SI at a point of the search, those that are fixed included."""
-        found = dict(self.start)
-        for name, each in zip(self.free, x, strict=True):
-            parameter = self.parameters[name]
-            found[name] = parameter.outer(parameter.inner(self.start[name]) + each * self.unit[name])
-        return found
+        moved = zip(self.free, map(self.parameters.__getitem__, self.free), x, strict=True)
+        return self.start | {
+            name: each.outer(each.inner(self.start[name]) + by * self.unit[name]) for name, each, by in moved
+        }
 
     def tension(self, x: FloatArray) -> FloatArray:
         """The model's tension in contact, (n,), and how late it jumps, in standard deviations, (m,)."""
@@ -149,12 +147,9 @@ class Regression:
     @property
     def bounds(self) -> tuple[FloatArray, FloatArray]:
         """Of the search."""
-        ends = []
-        for side in ("low", "high"):
-            limits = {name: getattr(self.parameters[name], side) for name in self.free}
-            near = {name: self.start[name] if np.isinf(limit) else limit for name, limit in limits.items()}
-            ends.append(self.point(near) + np.array([limit if np.isinf(limit) else 0.0 for limit in limits.values()]))
-        return ends[0], ends[1]
+        parameters = self.parameters
+        low = self.point({name: parameters[name].low for name in self.free})
+        return low, self.point({name: parameters[name].high for name in self.free})
 
     def run(self, x: FloatArray, evaluations: int = 60, closeness: float = 1e-8) -> Fitted:
         """Least squares from a point."""
@@ -164,9 +159,9 @@ class Regression:
             self.residuals, inside, jac=self.jacobian, bounds=(low, high), max_nfev=evaluations,
             ftol=closeness, xtol=closeness, gtol=1e-12,
         )  # fmt: skip
-        return self.fitted(found.x)
+        return self.fitted(found.x, found.status > 0)
 
-    def fitted(self, x: FloatArray) -> Fitted:
+    def fitted(self, x: FloatArray, converged: bool) -> Fitted:
         """What the problem gives at a point. The tilt turns about the contact point: the offset is the force there."""
         if "tilt" in self.linear:
             turned = self.data.path.place - self.values(x)["contact_point"]
@@ -181,7 +176,7 @@ class Regression:
         at_bound = tuple(name for i, name in enumerate(self.free) if x[i] - low[i] < _EDGE or high[i] - x[i] < _EDGE)
         linear = dict(zip(self.linear, map(float, self.coefficients), strict=True))
         counted = np.append(self.weights > 0.0, np.ones(residuals.size - len(self), dtype=bool))
-        return Fitted(self, x, self.values(x), linear, residuals, jacobian, counted, at_bound)
+        return Fitted(self, x, self.values(x), linear, residuals, jacobian, counted, at_bound, converged)
 
     def _solved(self, rest: FloatArray) -> FloatArray:
         """Weighted residuals after the linear parameters, which are kept."""
@@ -225,6 +220,8 @@ class Fitted:
     """Which of the residuals count."""
     at_bound: tuple[str, ...]
     """Parameters at the end of their range."""
+    converged: bool
+    """Whether the search ended by itself, and not after its last evaluation."""
 
     @property
     def model(self) -> Model:
@@ -255,17 +252,51 @@ class Fitted:
     @property
     def independent(self) -> float:
         """How many independent points the residuals are worth."""
-        return max(np.count_nonzero(self.counted) / inflation(self.residuals[self.counted]), 10.0)
+        return self.worth(self.residuals)
+
+    def worth(self, residuals: FloatArray) -> float:
+        """How many independent points residuals of this curve are worth."""
+        return max(np.count_nonzero(self.counted) / inflation(residuals[self.counted]), 10.0)
 
     def calls_for(self, columns: FloatArray) -> bool:
         """Whether the residuals hold a share of weighted `columns` (n, m) that is no noise, by the criterion."""
         both = np.column_stack([self.jacobian, columns])
         both = both / np.maximum(np.linalg.norm(both, axis=0), 1e-300)
         rest = self.residuals - both @ np.linalg.lstsq(both, self.residuals, rcond=1e-10)[0]
-        before, after = self.residuals @ self.residuals, rest @ rest
-        count = np.count_nonzero(self.counted)
-        independent = max(count / inflation(rest[self.counted]), 10.0)
+        before, after, independent = self.residuals @ self.residuals, rest @ rest, self.worth(rest)
         return bool(independent * np.log(before / max(after, 1e-300)) > columns.shape[1] * np.log(independent))
+
+    def intervals(self) -> tuple[dict[str, tuple[float, float]], dict[str, dict[str, float]]]:
+        """95 % intervals of the parameters by the linearised problem, and their correlations.
+
+        The intervals are widened for correlated residuals, and infinite for what the data do not constrain.
+        """
+        free, names = len(self.x), self.names
+        degrees = max(np.count_nonzero(self.counted) - len(names), 1)
+        variance = float(self.residuals @ self.residuals) / degrees * inflation(self.residuals[self.counted])
+        length = np.linalg.norm(self.jacobian, axis=0)
+        seen = length > np.where(np.arange(length.size) < free, 1e-9, 0.0)
+        normal = self.jacobian[:, seen] / length[seen]
+        values, vectors = np.linalg.eigh(normal.T @ normal)
+        covariance = variance * (vectors / np.maximum(values, 1e-14)) @ vectors.T
+        inner = np.sqrt(np.diag(covariance))
+        spread, correlation = np.full(length.size, np.inf), np.eye(length.size)
+        spread[seen] = float(stdtrit(degrees, 0.5 + 0.5 * CONFIDENCE)) * inner / length[seen]
+        correlation[np.ix_(seen, seen)] = covariance / np.outer(inner, inner)
+        low, high = (self.problem.values(self.x + side * spread[:free]) for side in (-1.0, 1.0))
+        intervals = {}
+        for name, each in zip(names, spread, strict=True):
+            if name in self.linear:
+                intervals[name] = (self.linear[name] - each, self.linear[name] + each)
+            else:
+                parameter = self.problem.parameters[name]
+                intervals[name] = (
+                    max(low[name], parameter.low) if parameter.scale == "linear" else low[name],
+                    high[name],
+                )
+        return intervals, {
+            a: dict(zip(names, map(float, row), strict=True)) for a, row in zip(names, correlation, strict=True)
+        }
 
 
 def inflation(residuals: FloatArray) -> float:

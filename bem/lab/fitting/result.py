@@ -8,19 +8,17 @@ from pathlib import Path as FilePath
 from typing import Any
 
 import numpy as np
-from scipy.special import stdtrit
 
 from bem._support.text_files import plain
 from bem._support.validation import FloatArray
 from bem.lab.curve import ForceCurve
 from bem.lab.fitting.measurement import prescribed_path
-from bem.lab.fitting.regression import Fitted, inflation
+from bem.lab.fitting.regression import CONFIDENCE, Fitted
 from bem.lab.fitting.sentences import ADEQUATE, is_loose, sentences_of
 from bem.lab.models import CONTACT_POINT, LADDER, Path
 from bem.lab.setup import Setup
 from bem.lab.units import readable
 
-CONFIDENCE = 0.95
 _LINEAR_UNITS = {"force_offset": "N", "tilt": "N/m", "drag": "N s/m"}
 
 
@@ -99,36 +97,47 @@ class FitResult:
 
     def to_dict(self) -> dict[str, Any]:
         """Everything but the curves, ready for JSON; what is infinite is null."""
-        return plain(
-            {
-                "model": self.model,
-                "adequate": self.adequate,
-                "alike": self.alike,
-                "values": self.values,
-                "units": {name: (units_of(self.model) | _LINEAR_UNITS)[name] for name in self.values},
-                "intervals": self.intervals,
-                "confidence": CONFIDENCE,
-                "correlations": self.correlations,
-                "noise": self.noise,
-                "misfit": self.misfit,
-                "tabor": self.setup.physical_tabor,
-                "effective_range": self.setup.gap if self.setup.range_is_effective else None,
-                "ladder": [vars(rung) for rung in self.ladder],
-                "sentences": self.sentences,
-                "simulations": self.simulations,
-            }
-        )
+        units, setup = units_of(self.model) | _LINEAR_UNITS, self.setup
+        found = {name: getattr(self, name) for name in ("model", "adequate", "alike", "values")}
+        found |= {"units": {name: units[name] for name in self.values}, "intervals": self.intervals}
+        found |= {"confidence": CONFIDENCE, "correlations": self.correlations, "noise": self.noise}
+        found |= {"misfit": self.misfit, "tabor": setup.physical_tabor}
+        found |= {"effective_range": setup.gap if setup.range_is_effective else None}
+        found |= {"ladder": [vars(rung) for rung in self.ladder], "sentences": self.sentences}
+        return plain(found | {"simulations": self.simulations})
 
     def plot(self, path: str | FilePath) -> None:
-        """Draw measurement, model and residuals into an image file; the suffix chooses the format."""
-        from bem.lab.fitting.plot import plot_fit
+        """Draw measurement and model against indentation, and residuals against time; the suffix chooses the format."""
+        # Drawing without a display, and without touching a caller's pyplot state.
+        from matplotlib.figure import Figure
+        from matplotlib.ticker import EngFormatter, MaxNLocator
 
-        offset, touched = self.values.get("force_offset"), self.values.get("contact_point")
-        if touched is not None and self.setup.stiffness is not None:
-            # It is that of the stage; the offset of the force bends the spring of a measured indentation.
-            bent = (offset or 0.0) / self.setup.stiffness
-            touched += bent if self.measured.force_sign == "tension" else -bent
-        plot_fit(path, self.measured, self.curve, self.residuals, touched, offset)
+        from bem.plots import COLOURS, PULL_OFF, ZERO
+
+        measured, offset, touched = self.measured, self.values.get("force_offset"), self.values.get("contact_point")
+        figure = Figure(figsize=(9.0, 3.8), layout="constrained")
+        loop, history = figure.subplots(1, 2)
+        loop.plot(measured.indentation, measured.force, ".", color="0.6", markersize=3, label="measured")
+        loop.plot(self.curve.indentation, self.curve.force, color=COLOURS["solver"], linewidth=1.2, label="fit")
+        if touched is not None:
+            if self.setup.stiffness is not None:
+                # It is that of the stage; the offset of the force bends the spring of a measured indentation.
+                bent = (offset or 0.0) / self.setup.stiffness
+                touched += bent if measured.force_sign == "tension" else -bent
+            loop.axvline(touched, color=PULL_OFF, linewidth=0.8, label="contact point")
+        loop.axhline(offset or 0.0, color="0.8", linewidth=0.8, label=None if offset is None else "force offset")
+        loop.set(xlabel="indentation", ylabel=f"force, {measured.force_sign} positive")
+        loop.xaxis.set_major_formatter(EngFormatter("m"))
+        loop.xaxis.set_major_locator(MaxNLocator(5))
+        loop.legend(frameon=False)
+        history.axhline(0.0, **ZERO)
+        history.plot(measured.time, self.residuals, ".", color="0.4", markersize=3)
+        history.set(xlabel="time", ylabel="model minus measurement, in tension")
+        history.xaxis.set_major_formatter(EngFormatter("s"))
+        for axes in (loop, history):
+            axes.yaxis.set_major_formatter(EngFormatter("N"))
+            axes.spines[["top", "right"]].set_visible(False)
+        figure.savefig(path, dpi=150)
 
 
 def units_of(model: str) -> dict[str, str]:
@@ -154,13 +163,12 @@ def result_of(
         windows: moduli over windows of depth, where no model is adequate.
         said: sentences that come first.
     """
-    intervals, correlations = intervals_of(best)
+    intervals, correlations = best.intervals()
     loose = tuple(name for name in best.names if is_loose(best, name, intervals[name]))
     for other in alike:
-        theirs = intervals_of(other)[0]
-        for name, (low, high) in intervals.items():
-            if name in theirs:
-                intervals[name] = (min(low, theirs[name][0]), max(high, theirs[name][1]))
+        for name, (low, high) in other.intervals()[0].items():
+            if name in intervals:
+                intervals[name] = (min(low, intervals[name][0]), max(high, intervals[name][1]))
     adequate = best.misfit <= ADEQUATE
     if not adequate:
         every = [*windows, best.values.get("relaxed_modulus", np.nan)]
@@ -199,45 +207,6 @@ def result_of(
         sentences=(*said, *sentences_of(best, correlations, loose, alike, windows)),
         simulations=sum(1 for rung in ladder if rung.model == "solver") and best.problem.evaluations,
     )
-
-
-def deviations_of(fitted: Fitted) -> tuple[FloatArray, FloatArray]:
-    """Standard deviations of the linearised problem, in units of the search, and correlations.
-
-    They are widened for correlated residuals, and infinite for what the data do not constrain.
-    """
-    count = np.count_nonzero(fitted.counted)
-    degrees = max(count - len(fitted.names), 1)
-    variance = float(fitted.residuals @ fitted.residuals) / degrees * inflation(fitted.residuals[fitted.counted])
-    length = np.linalg.norm(fitted.jacobian, axis=0)
-    seen = length > np.where(np.arange(length.size) < len(fitted.problem.free), 1e-9, 0.0)
-    normal = fitted.jacobian[:, seen] / length[seen]
-    values, vectors = np.linalg.eigh(normal.T @ normal)
-    covariance = variance * (vectors / np.maximum(values, 1e-14)) @ vectors.T
-    deviations, correlation = np.full(length.size, np.inf), np.eye(length.size)
-    inner = np.sqrt(np.diag(covariance))
-    deviations[seen] = inner / length[seen]
-    correlation[np.ix_(seen, seen)] = covariance / np.outer(inner, inner)
-    return deviations, correlation
-
-
-def intervals_of(fitted: Fitted) -> tuple[dict[str, tuple[float, float]], dict[str, dict[str, float]]]:
-    """95 % intervals and correlations of the parameters."""
-    problem, names = fitted.problem, fitted.names
-    deviations, correlation = deviations_of(fitted)
-    degrees = max(np.count_nonzero(fitted.counted) - len(names), 1)
-    quantile = float(stdtrit(degrees, 0.5 + 0.5 * CONFIDENCE))
-    intervals = {}
-    for i, name in enumerate(names):
-        if name in problem.free:
-            parameter, spread = problem.parameters[name], quantile * deviations[i] * problem.unit[name]
-            centre = parameter.inner(fitted.values[name])
-            low, high = parameter.outer(centre - spread), parameter.outer(centre + spread)
-            intervals[name] = (max(low, parameter.low) if parameter.scale == "linear" else low, high)
-        else:
-            spread = quantile * deviations[i]
-            intervals[name] = (fitted.linear[name] - spread, fitted.linear[name] + spread)
-    return intervals, {a: {b: float(correlation[i, j]) for j, b in enumerate(names)} for i, a in enumerate(names)}
 
 
 def _whole_tension(best: Fitted, path: Path) -> FloatArray:

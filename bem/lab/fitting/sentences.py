@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 
 import numpy as np
 
 from bem.lab.fitting.regression import Fitted
-from bem.lab.setup import Setup
 from bem.lab.units import readable
 
 ADEQUATE = 1.5
@@ -61,34 +61,28 @@ def sentences_of(
             f"The residuals are {best.misfit:.2f} times the noise of the baseline, more than chance allows: the model "
             "misses something, or another minimum is better, and the intervals may be too narrow."
         )
-    for other in alike:
-        found.append(
-            f"The curve does not tell {best.model.name} from {other.model.name}: each interval is the union of both."
-        )
+    if not best.converged:
+        found.append("The search did not converge: its evaluations were spent before the residuals stopped falling.")
+    found += [
+        f"The curve does not tell {best.model.name} from {other.model.name}: each interval is the union of both."
+        for other in alike
+    ]
     for name in best.at_bound:
-        value = best.values[name]
-        at = (
-            "zero"
-            if value < 1e-9
-            else f"at the end of its range, {readable(value, best.problem.parameters[name].unit)}"
-        )
-        found.append(f"The best {name} is {at}.")
+        end = readable(best.values[name], best.problem.parameters[name].unit)
+        found.append(f"The best {name} is {'zero' if best.values[name] < 1e-9 else f'at the end of its range, {end}'}.")
     found += [f"The curve does not determine {name}: {best.problem.parameters[name].advice} would." for name in loose]
-    names = best.names
-    for i, one in enumerate(names):
-        for other_name in names[i + 1 :]:
-            if abs(correlations[one][other_name]) > _TIED:
-                found.append(
-                    f"The curve hardly tells {one} from {other_name} (correlation "
-                    f"{correlations[one][other_name]:.3f}): a measured value of one would sharpen the other."
-                )
-    setup = best.model.setup_of(best.values, best.problem.data.path.setup)
-    found += _contradicted(best, setup)
-    return tuple(found)
+    found += [
+        f"The curve hardly tells {one} from {two} (correlation {correlations[one][two]:.3f}): a measured value of one "
+        "would sharpen the other."
+        for one, two in itertools.combinations(best.names, 2)
+        if abs(correlations[one][two]) > _TIED
+    ]
+    return (*found, *_contradicted(best))
 
 
-def _contradicted(best: Fitted, setup: Setup) -> list[str]:
+def _contradicted(best: Fitted) -> list[str]:
     """Assumptions of the model that the fitted values contradict."""
+    setup = best.model.setup_of(best.values, best.problem.data.path.setup)
     depth, name, found = float(best.problem.data.depth.max()), best.model.name, []
     if setup.half_angle is None and depth > 0.5 * setup.radius:
         found.append(
@@ -101,7 +95,7 @@ def _contradicted(best: Fitted, setup: Setup) -> list[str]:
         found.append(f"DMT assumes a Tabor parameter below 0.1; the fitted values give {tabor:.3g}.")
     if name == "jkr" and tabor < 2.0:
         found.append(f"JKR assumes a Tabor parameter above 5; the fitted values give {tabor:.3g}.")
-    if best.model.name == "solver" and setup.range_is_effective and "retardation_time" in best.problem.free:
+    if name == "solver" and setup.range_is_effective and "retardation_time" in best.problem.free:
         found.append(
             f"The retardation time belongs to the effective range, {readable(setup.gap, 'm')}: the edge of the "
             "contact dissipates over it, and a shorter one gives another time."

@@ -44,20 +44,17 @@ def search(problem: Regression, starts: Iterable[Mapping[str, float]], accuracy:
         others = [problem.point(memory) for memory in _other_memories(best.values)]
         best = min([best, *_runs(problem, others, _LONG)], key=lambda run: run.misfit)
     with suppress(NoContactError):
-        best = _refined(problem, best, accuracy)
+        problem.options["accuracy"] = accuracy
+        best = problem.run(best.x, _LONG, _CLOSENESS)
+        # The solver's own error makes the misfit rough, and a search stops in a dent: central differences go on, and
+        # where the curve tells it a finer accuracy.
+        data, problem.stride = problem.data, problem.model.difference
+        if data.noise < _TELLS * float(np.ptp(data.tension)) * len(problem) ** 0.5:
+            problem.options["accuracy"] = max(resolve_accuracy(accuracy).target / _TIGHTER, TIGHTEST)
+        best = problem.run(best.x, _LAST, _CLOSENESS)
+    spent = problem.options["budget"][0] < 0.0
     problem.options["budget"] = None
-    return best
-
-
-def _refined(problem: Regression, best: Fitted, accuracy: str | float) -> Fitted:
-    """The solution at an accuracy, and where the curve tells it a finer one, with central differences."""
-    problem.options["accuracy"] = accuracy
-    best = problem.run(best.x, _LONG, _CLOSENESS)
-    # The solver's own error makes the misfit rough, and a search stops in a dent: a finer one goes on.
-    data, problem.stride = problem.data, problem.model.difference
-    if data.noise < _TELLS * float(np.ptp(data.tension)) * len(problem) ** 0.5:
-        problem.options["accuracy"] = max(resolve_accuracy(accuracy).target / _TIGHTER, TIGHTEST)
-    return problem.run(best.x, _LAST, _CLOSENESS)
+    return dataclasses.replace(best, converged=not spent)
 
 
 def memories(start: Mapping[str, float], duration: float) -> list[dict[str, float]]:
@@ -74,18 +71,10 @@ def _other_memories(found: Mapping[str, float]) -> list[dict[str, float]]:
     """Points of faster and slower memories with the instantaneous modulus of a solution."""
     points = []
     for faster in _FASTER:
-        ratio = found["modulus_ratio"]
-        moved = ratio / (ratio + (1.0 - ratio) * faster**-0.5)
-        stiffer = moved / ratio
-        points.append(
-            {
-                **found,
-                "retardation_time": found["retardation_time"] / faster,
-                "modulus_ratio": moved,
-                "relaxed_modulus": found["relaxed_modulus"] * stiffer,
-                "work_of_adhesion": found["work_of_adhesion"] * stiffer**0.5,
-            }
-        )
+        stiffer = 1.0 / (found["modulus_ratio"] + (1.0 - found["modulus_ratio"]) * faster**-0.5)
+        factors = {"retardation_time": 1.0 / faster, "modulus_ratio": stiffer}
+        factors |= {"relaxed_modulus": stiffer, "work_of_adhesion": stiffer**0.5}
+        points.append({**found, **{name: factor * found[name] for name, factor in factors.items()}})
     return points
 
 

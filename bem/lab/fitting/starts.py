@@ -1,19 +1,50 @@
-"""First guesses of the models' parameters from a curve, and the spread of Hertz's modulus over windows of depth."""
+"""First guesses of a fit from a curve, by closed forms, and the spread of Hertz's modulus over windows of depth."""
 
 from __future__ import annotations
 
 import dataclasses
+from typing import Any
 
 import numpy as np
 
-from bem._support.validation import FloatArray
+from bem._support.validation import FloatArray, finite_number
+from bem.lab.contact_point import STANDS_OUT
+from bem.lab.curve import ForceCurve
 from bem.lab.fitting.measurement import Measurement
 from bem.lab.fitting.regression import Regression
 from bem.lab.models import LADDER
+from bem.lab.setup import Setup
+from bem.lab.units import Quantity, to_si
+from bem.reference_solutions import jkr
 
 _PLACES = 80  # of the contact point that are tried
 WINDOWS = (0.5, 0.65, 0.8, 1.0)
 """Shares of the depth over which Hertz is fitted to the approach."""
+
+
+def guess_setup(curve: ForceCurve, *, radius: Quantity, **known: Any) -> Setup:
+    """A setup whose modulus and work of adhesion are estimated from the curve.
+
+    The work of adhesion is that of the JKR pull-off force, (3/2) pi R dgamma, and the modulus Hertz's at the deepest
+    point. Both are elastic: a viscoelastic contact has a smaller work of adhesion and another modulus.
+
+    Args:
+        curve: the measurement.
+        radius: of the sphere, in m.
+        known: other quantities of a `Setup`; a modulus or work of adhesion among them is kept.
+
+    Raises:
+        ValueError: the curve shows no contact, or a quantity is out of range.
+    """
+    r = finite_number("radius", to_si("radius", radius, "length"), above=0.0)
+    curve = curve.with_sign("tension")
+    contact = curve.contact()
+    pulled = max(curve.pull_off_force - contact.force_offset, 3.0 * contact.noise)
+    known.setdefault("work_of_adhesion", pulled / (jkr.PULL_OFF_FORCE * np.pi * r))
+    depth = max(float(np.max(curve.indentation)) - contact.contact_point, 1e-12)
+    pressed = max(contact.force_offset - float(np.min(curve.force)), 3.0 * contact.noise)
+    known.setdefault("relaxed_modulus", 0.75 * 0.75 * pressed / (np.sqrt(r) * depth**1.5))
+    return Setup(radius=r, **known)
 
 
 def hertz_line(data: Measurement) -> dict[str, float]:
@@ -42,7 +73,7 @@ def pulled(data: Measurement) -> float:
 
 
 def windows_of_depth(data: Measurement, start: dict[str, float], weighted: float = 0.0) -> list[float]:
-    """Hertz's modulus, in Pa, of the approach down to shares of its depth.
+    """Hertz's modulus, in Pa, of the approach down to shares of its depth that hold a force.
 
     Args:
         data: the curve.
@@ -59,5 +90,8 @@ def windows_of_depth(data: Measurement, start: dict[str, float], weighted: float
         counts = (number <= data.top) & (depth <= share * float(depth.max()))
         part = dataclasses.replace(data, weights=near * counts)
         problem = Regression(LADDER["hertz"], part, start, ("relaxed_modulus", "contact_point"))
-        found.append(problem.run(np.zeros(2)).values["relaxed_modulus"])
+        fitted = problem.run(np.zeros(2))
+        # Without a force the modulus is any small number.
+        if -problem.tension(fitted.x)[counts].min() > STANDS_OUT * data.noise:
+            found.append(fitted.values["relaxed_modulus"])
     return found

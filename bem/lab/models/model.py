@@ -1,4 +1,4 @@
-"""What a model of a force curve is: its parameters, its assumptions, and the tension along a measured path.
+"""What a model of a force curve is: its parameters, and the tension along a measured path.
 
 A model knows neither offset, tilt nor drag: those enter linearly and belong to the fit. Lengths in m, tensions in N,
 positive in tension, moduli in Pa, times in s.
@@ -7,19 +7,15 @@ positive in tension, moduli in Pa, times in s.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Literal
-
-import numpy as np
+from typing import Any, ClassVar, Literal
 
 from bem._support.validation import FloatArray
 from bem.lab.models.path import Path
 from bem.lab.setup import Setup
 
 Values = Mapping[str, float]
-TABLE = np.linspace(0.0, 1.0, 1500) ** 2
-"""Shares of the largest depth or radius at which a branch is tabulated, denser where the contact begins."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +53,7 @@ MODULUS_RATIO = Parameter(
 )
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Model:
     """A model of a force curve.
 
@@ -65,19 +61,19 @@ class Model:
         name: by which `fit` and `--model` know it.
         title: in words.
         parameters: all but the contact point, which every model has.
-        assumptions: in whole sentences.
-        source: of the formula.
     """
 
     name: str
     title: str
     parameters: tuple[Parameter, ...]
-    assumptions: tuple[str, ...]
-    source: str
-    adhesive: bool = False
-    relaxes: bool = False
-    difference: float = 1e-4
+
+    difference: ClassVar[float] = 1e-4
     """Change of a transformed parameter, relative to its scale, over which derivatives are taken."""
+
+    @property
+    def adhesive(self) -> bool:
+        """Whether the model gives the tension in contact alone, so that the fit looks for where the contact ends."""
+        return False
 
     def tension(self, values: Values, path: Path) -> FloatArray:
         """Tension of the contact along a path, shape (n,); an adhesive model's is that in contact, everywhere."""
@@ -88,26 +84,6 @@ class Model:
         names = {"relaxed_modulus", "work_of_adhesion"} | ({"retardation_time", "modulus_ratio"} & values.keys())
         changes: dict[str, Any] = {name: values[name] for name in names if values.get(name, 0.0) > 0.0}
         return setup.replaced(**changes)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Branch(Model):
-    """An elastic model, whose tension depends on the depth alone.
-
-    `branch(values, setup, deepest)` gives depths (m), growing to at least `deepest`, and tensions along the branch that
-    is stable at fixed indentation. A spring moves its end to where contact and spring lose stability together.
-    """
-
-    branch: Callable[[Values, Setup, float], tuple[FloatArray, FloatArray]]
-
-    def tension(self, values: Values, path: Path) -> FloatArray:
-        """See `Model.tension`; beyond its ends the branch is continued by its last value."""
-        apart = path.place - values["contact_point"]
-        stretched = 2.0 * np.pi * path.setup.radius * values.get("work_of_adhesion", 0.0) * path.compliance
-        depth, tension = self.branch(values, path.setup, max(float(apart.max()), 0.0) + stretched + 1e-15)
-        stage = depth - tension * path.compliance
-        first = int(np.argmin(stage))
-        return np.interp(apart, stage[first:], tension[first:])
 
 
 def contact_modulus(values: Values, setup: Setup) -> float:

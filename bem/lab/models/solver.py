@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -33,9 +34,11 @@ class NoContactError(RuntimeError):
     """The solver does not complete a contact."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Simulated(Model):
     """The model that the solver is."""
+
+    difference: ClassVar[float] = 0.02
 
     def setup_of(self, values: Values, setup: Setup) -> Setup:
         """See `Model.setup_of`; a solid with a retardation time is a standard linear one, but a known series stays."""
@@ -93,8 +96,11 @@ class Simulated(Model):
 
         if budget is not None and budget[0] < 0.0:
             raise NoContactError("its search took too long")
-        setup = self.setup_of(values, path.setup)
-        protocol, begin = self.protocol(setup, path, values["contact_point"])
+        try:
+            setup = self.setup_of(values, path.setup)
+            protocol, begin = self.protocol(setup, path, values["contact_point"])
+        except ValueError as error:  # a search wanders beyond what the solver takes
+            raise NoContactError(str(error)) from error
         trajectory = simulate(setup.scene(), protocol, accuracy)
         if budget is not None:
             budget[0] -= trajectory.stats.multiply_adds
@@ -133,15 +139,7 @@ def _passage(trajectory: Trajectory, level: float, falls: bool, meant: float) ->
 
 
 MODEL = Simulated(
-    name="solver",
-    title="solver: viscoelastic sphere with adhesion, standard linear solid",
-    parameters=(MODULUS, ADHESION, RETARDATION_TIME, MODULUS_RATIO),
-    assumptions=(
-        "The solid relaxes with one time.",
-        "The attraction is that of Lennard-Jones, or of an effective range.",
-        "The depth is small beside R.",
-    ),
-    source="paper, Methods",
-    relaxes=True,
-    difference=0.02,
+    "solver",
+    "solver: viscoelastic sphere with adhesion, standard linear solid",
+    (MODULUS, ADHESION, RETARDATION_TIME, MODULUS_RATIO),
 )

@@ -1,34 +1,46 @@
-"""Ting: a sphere on a viscoelastic half-space without adhesion, a standard linear solid.
+"""Ting: a sphere on a viscoelastic half-space without adhesion, a standard linear solid or a power law.
 
 A contact that stays a disc is a row of independent springs and dashpots, at distances x from its middle, whose tops the
 profile x^2/R presses to depth - x^2/R (Popov and Hess, Method of Dimensionality Reduction, 2015, chapter 8). The
 surface follows the sphere, or relaxes freely where it would have to be pulled. That holds for any history, behind a
 spring too.
+
+The power law, E(t) = E1 (t / 1 s)^(-exponent), is a sum of exponentials with times a factor apart, the trapezoidal rule
+of its Laplace integral in the logarithm of the rate, which converges exponentially; rates too slow for the curve count
+as an elastic rest. Sources: Ting, J. Appl. Mech. 33 (1966) 845; Efremov et al., Sci. Rep. 7 (2017) 1541.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
+from scipy.special import gamma
 
 from bem._support.jit import kernel
 from bem._support.validation import FloatArray
-from bem.lab.models.model import MODULUS, MODULUS_RATIO, RETARDATION_TIME, Model, Values, contact_modulus
+from bem.lab.models.model import MODULUS, MODULUS_RATIO, RETARDATION_TIME, Model, Parameter, Values, contact_modulus
 from bem.lab.models.path import Path
 
+MODULUS_AT_1S = Parameter("modulus_at_1s", "Pa", "logarithm", 1e0, 1e12, "a deeper indentation")
+EXPONENT = Parameter("exponent", "", "logit", 1e-3, 0.98, "a dwell and ramps of different lengths")
 _ELEMENTS = 100
+_STEP = 1.2  # of the logarithm of the rate
+_FASTEST, _SLOWEST = 10.0, 0.03  # rates, over that of the shortest step and of the whole curve
 
 Relaxation = tuple[float, FloatArray, FloatArray]
 """Contact modulus after all relaxation (Pa), and the terms of E*(t) beside it: strengths (Pa) and times (s)."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Relaxing(Model):
     """A viscoelastic model without adhesion; `relaxation(values, path)` gives its terms."""
 
     relaxation: Callable[[Values, Path], Relaxation]
+
+    difference: ClassVar[float] = 1e-3
 
     def tension(self, values: Values, path: Path) -> FloatArray:
         """See `Model.tension`."""
@@ -103,23 +115,25 @@ def pressed(
     return force
 
 
-def relaxation(values: Values, path: Path) -> Relaxation:
+def one_time(values: Values, path: Path) -> Relaxation:
     """Of a standard linear solid, whose relaxation time is modulus ratio times retardation time."""
     relaxed, ratio = contact_modulus(values, path.setup), values["modulus_ratio"]
     return relaxed, np.array([relaxed * (1.0 / ratio - 1.0)]), np.array([ratio * values["retardation_time"]])
 
 
-MODEL = Relaxing(
-    name="ting",
-    title="Ting: viscoelastic sphere without adhesion, standard linear solid",
-    parameters=(MODULUS, RETARDATION_TIME, MODULUS_RATIO),
-    assumptions=(
-        "The solid relaxes with one time.",
-        "The surfaces do not attract each other.",
-        "The depth is small beside R.",
-    ),
-    source="Ting, J. Appl. Mech. 33 (1966) 845",
-    relaxes=True,
-    difference=1e-3,
-    relaxation=relaxation,
+def power_law(values: Values, path: Path) -> Relaxation:
+    """Terms between the shortest step of the path and its duration."""
+    steps = np.diff(path.time)
+    fastest, slowest = _FASTEST / float(np.median(steps)), _SLOWEST / float(np.ptp(path.time))
+    logarithms = np.arange(np.log(slowest), np.log(fastest), _STEP)
+    alpha, modulus = values["exponent"], values["modulus_at_1s"] / (1.0 - path.setup.poisson_ratio**2)
+    rest = np.exp(alpha * (logarithms[0] - 0.5 * _STEP)) / alpha
+    strengths = modulus / gamma(alpha) * _STEP * np.exp(alpha * logarithms)
+    return modulus / gamma(alpha) * rest, strengths, np.exp(-logarithms)
+
+
+_TITLE = "Ting: viscoelastic sphere without adhesion"
+MODELS = (
+    Relaxing("ting", f"{_TITLE}, standard linear solid", (MODULUS, RETARDATION_TIME, MODULUS_RATIO), one_time),
+    Relaxing("ting_power_law", f"{_TITLE}, power law", (MODULUS_AT_1S, EXPONENT), power_law),
 )

@@ -14,16 +14,8 @@ from bem.materials import Elastic, PronySeries, StandardLinearSolid
 from bem.plots import draw_trajectory
 from bem.trajectory import Statistics, Trajectory
 
-STATS = Statistics(
-    steps=3,
-    steps_by_phase={"unloading": 3},
-    iterations=3,
-    factorisations=1,
-    nodes=10.0,
-    unknowns_per_solve=8.0,
-    grid_nodes=100,
-    seconds=0.001,
-)
+COUNTS = {"steps": 3, "iterations": 3, "factorisations": 1, "nodes": 10.0, "unknowns_per_solve": 8.0, "grid_nodes": 100}
+STATS = Statistics(**COUNTS, steps_by_phase={"unloading": 3}, seconds=0.001)
 
 CASE = {
     "tabor": "0.5",
@@ -49,34 +41,24 @@ def test_the_summary_is_short_and_readable():
     assert result.exit_code == 0
     lines = result.stdout.splitlines()
     assert lines[0].split() == ["status", "completed"]
-    assert [line.split("  ")[0] for line in lines[1:6]] == [
-        "pull-off force",
-        "max compression",
-        "hysteresis",
-        "work",
-        "end force",
-    ]
+    names = ["pull-off force", "max compression", "hysteresis", "work", "end force"]
+    assert [line.split("  ")[0] for line in lines[1:6]] == names
     assert not any(line.startswith("detached") for line in lines)
     assert lines[-1].startswith("cost ")
     assert lines[-1].endswith(" multiply-adds in 1 attempt, none failed")
 
 
-def test_json_holds_the_summary_and_the_arrays():
-    result = invoke("--json")
+def test_json_csv_and_plot_are_written(tmp_path):
+    table, picture = tmp_path / "force.csv", tmp_path / "loop.png"
+    result = invoke("--csv", str(table), "--plot", str(picture), "--json")
     assert result.exit_code == 0
     data = json.loads(result.stdout)
     assert data["status"] == "completed"
     assert len(data["time"]) == len(data["force"]) == len(data["indentation"]) == len(data["contact_radius"])
     assert data["pull_off_force"] == pytest.approx(max(data["force"]))
     assert data["stats"]["memory_vectors"] == 1
-
-
-def test_csv_and_plot_are_written(tmp_path):
-    table, picture = tmp_path / "force.csv", tmp_path / "loop.png"
-    result = invoke("--csv", str(table), "--plot", str(picture), "--json")
-    assert result.exit_code == 0
+    assert "stage" not in data
     assert table.read_text().splitlines()[0] == "time,indentation,force,contact_radius"
-    data = json.loads(result.stdout)
     np.testing.assert_allclose(np.loadtxt(table, delimiter=",", skiprows=1)[:, 2], data["force"], rtol=1e-8)
     assert picture.read_bytes().startswith(b"\x89PNG")
 
@@ -100,14 +82,6 @@ def test_negative_work_never_reads_as_dissipation():
     assert work_line(np.array([5.0, 0.0, -5.005])).endswith(": zero to the accuracy")
 
 
-def test_a_protocol_that_runs_backwards_is_refused():
-    result = invoke(tabor="0.2", peak_indentation="-1")
-    assert str(result.exception).startswith(
-        "peak_indentation must lie above the start indentation, which is -0.429006 at "
-    )
-    assert "; received -1.0" in str(result.exception)
-
-
 def test_jumps_are_told():
     result = invoke(tabor="3", material="elastic", peak_indentation="1", accuracy="standard")
     assert result.exit_code == 0
@@ -119,20 +93,14 @@ def test_a_simulation_that_cannot_start_writes_all_it_was_asked_for_but_the_pict
     picture.write_bytes(b"of an earlier run")
     result = invoke("--json", "--csv", str(table), "--plot", str(picture), tabor="5000", peak_indentation="100")
     assert result.exit_code == 1
-    assert json.loads(result.stdout)["status"].startswith("not started: ")
-    assert "there is nothing to draw" in result.stderr
-    assert table.read_text().splitlines() == ["time,indentation,force,contact_radius"]
-    assert picture.read_bytes() == b"of an earlier run"
-    assert sorted(tmp_path.iterdir()) == [table, picture]
-
-
-def test_an_unfinished_simulation_prints_its_status_and_exits_with_1():
-    result = invoke("--json", tabor="5000", peak_indentation="100")
-    assert result.exit_code == 1
     data = json.loads(result.stdout)
     assert data["status"].startswith("not started: ")
     assert data["pull_off_force"] is None
     assert data["force"] == []
+    assert "there is nothing to draw" in result.stderr
+    assert table.read_text().splitlines() == ["time,indentation,force,contact_radius"]
+    assert picture.read_bytes() == b"of an earlier run"
+    assert sorted(tmp_path.iterdir()) == [table, picture]
 
 
 @pytest.mark.parametrize(
@@ -151,6 +119,7 @@ def test_materials_have_words(text, material):
     "changes",
     [
         {"tabor": "-1"},
+        {"tabor": "0.2", "peak_indentation": "-1"},
         {"loading_rate": "0"},
         {"unloading_rate": "nan"},
         {"dwell_time": "-1"},
@@ -218,7 +187,6 @@ def test_a_spring_has_a_column_of_its_own_and_jumps_say_where_to(tmp_path):
     jump = next(line for line in result.output.splitlines() if line.startswith("jump"))
     assert " -> " in jump.partition(":")[0]
     assert "stage" in json.loads(invoke("--json", **changes, spring="0.5").output)
-    assert "stage" not in json.loads(invoke("--json").output)
 
 
 def test_forces_are_prescribed_on_the_command_line(tmp_path):

@@ -235,6 +235,11 @@ def test_a_map_is_one_line_a_curve_and_goes_on_where_it_was(tmp_path):
     assert out.read_text() == whole
     other = CliRunner().invoke(app, [*words, "--model", "hertz"])
     assert "the settings of" in other.output
+    # The relaxation of a known solid is held, and its Poisson's ratio is the default.
+    solid = [*words[:4], "--out", str(tmp_path / "solid.csv"), "--model", "jkr", "--material", "polyurea"]
+    assert CliRunner().invoke(app, solid).exit_code == 0
+    assert '"material": "PronySeries(' in (tmp_path / "solid.csv").read_text().splitlines()[0]
+    assert read_map(tmp_path / "solid.csv")[2]["relaxed_modulus"] == pytest.approx(rows[2]["relaxed_modulus"], rel=0.1)
     (tmp_path / "no.csv").write_text("a,b")
     assert "which is none" in CliRunner().invoke(app, [*words[:-3], str(tmp_path / "no.csv")]).output
 
@@ -245,6 +250,7 @@ def test_a_map_is_one_line_a_curve_and_goes_on_where_it_was(tmp_path):
         (["--range", "1um"], "range must be LOW:HIGH"),
         (["--quantity", "colour"], "quantity must be one of relaxed_modulus"),
         (["--model", "sphere"], "model must be auto or one of hertz"),
+        (["--material", "sls:0.3"], "material must be one of Elastic(...), PronySeries(...)"),
     ],
 )
 def test_options_of_a_map_that_are_none(tmp_path, words, message):

@@ -4,7 +4,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bem.cli.design_options import parse_range, parse_ratio, read_design_file
+from bem.cli.design_options import parse_ranges, parse_ratio, read_design_file
 from bem.dataset.designs import DESIGNS, PAPER_RANGES, QUANTITIES, Design
 
 PAPER_VALUES = Path(__file__).parents[3] / "experiments" / "paper_values"
@@ -111,9 +111,9 @@ def test_modulus_ratios_are_drawn_with_the_protocols(name):
         (parse_ratio, "0.1", 0.1),
         (parse_ratio, "0.01:1", (0.01, 1.0)),
         (parse_ratio, "a", "modulus-ratio must read VALUE or LOW:HIGH; received 'a'"),
-        (parse_range, "tabor=0.2:3.2", ("tabor", (0.2, 3.2))),
-        (parse_range, "tabor=1", ("tabor", (1.0, 1.0))),
-        *((parse_range, f"tabor{end}", "range must read NAME=LOW:HIGH") for end in ("", "=", "=a:b", "=1:2:3")),
+        (parse_ranges, ["tabor=0.2:3.2"], {"tabor": (0.2, 3.2)}),
+        (parse_ranges, ["tabor=1"], {"tabor": (1.0, 1.0)}),
+        *((parse_ranges, [f"tabor{end}"], "range must read NAME=LOW:HIGH") for end in ("", "=", "=a:b", "=1:2:3")),
     ],
 )
 def test_what_is_typed_is_read_or_refused(read, text, found):

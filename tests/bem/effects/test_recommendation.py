@@ -36,12 +36,6 @@ def test_extremes_need_neither_memory_nor_adhesion(rate, effects):
     assert found.estimate < 0.05
 
 
-def test_deborah_numbers_and_adhesion_are_reported():
-    found = recommend(Scene(1.0, SLS), deep(900.0), 0.05)
-    assert found.deborah["loading"][0] == pytest.approx(900.0 / (900.0 + np.pi ** (2 / 3)))
-    assert found.adhesion_over_hertz == pytest.approx(2.0 / (4.0 / (3.0 * np.pi) * 900.0**1.5))
-
-
 def test_a_touch_needs_everything():
     touch = LoadingProtocol(peak_indentation=-0.5, loading_rate=3.0, dwell_time=0.1, unloading_rate=3.0)
     found = recommend(Scene(1.0, SLS), touch, 0.01)
@@ -159,6 +153,7 @@ def test_contact_radii_are_given_in_the_units_of_the_full_scene():
         ({"best": "quickest"}, "best must be one of cheapest, fewest; received 'quickest'"),
         ({"scene": 1.0}, "scene must be one of"),
         ({"protocol": 1.0}, "protocol must be one of"),
+        ({"protocol": ForceProtocol([0.0, 1.0], [0.0, -1.0])}, r"must be one of LoadingProtocol\(\.\.\.\), Piecewise"),
     ],
 )
 def test_errors_name_what_is_allowed(arguments, message):
@@ -193,8 +188,3 @@ def test_the_choices_of_a_scene_with_a_spring():
     assert every[-1].count == 3
     frozen, _ = reduced(Scene(1.0, SLS, spring=2.0), deep(1.0), Effects(True, 0, 0, 1, True))
     assert frozen.spring == 2.0  # force and indentation keep their units
-
-
-def test_a_prescribed_force_is_refused():
-    with pytest.raises(ValueError, match=r"protocol must be one of LoadingProtocol\(\.\.\.\), PiecewiseLinear"):
-        recommend(Scene(1.0, SLS), ForceProtocol([0.0, 1.0], [0.0, -1.0]))

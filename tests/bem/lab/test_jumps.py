@@ -5,9 +5,8 @@ import pytest
 
 from bem import StandardLinearSolid, simulate
 from bem.lab import ForceCurve, Setup, fit
-from bem.lab.fitting import ALL
+from bem.lab.fitting import ALL, guess_setup
 from bem.lab.fitting.measurement import measurement_of
-from bem.lab.guess import guess_setup
 from experiments.robustness import lab_coverage
 from experiments.robustness.lab_curves import CLASSES
 

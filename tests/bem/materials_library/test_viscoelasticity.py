@@ -29,6 +29,8 @@ def test_moduli_of_a_standard_linear_solid_are_those_of_the_textbook():
     assert storage_modulus(solid, 1e12, 3e6) == pytest.approx(3e7)
     assert storage_modulus(Elastic(), 5.0) == 1.0
     assert loss_modulus(Elastic(), 5.0) == 0.0
+    assert np.ravel(relaxation_spectrum(solid)) == pytest.approx([g, t], rel=1e-12)
+    assert relaxation_spectrum(Elastic())[0].size == 0
 
 
 def test_the_complex_modulus_is_the_transform_of_the_creep_compliance():
@@ -47,13 +49,6 @@ def test_the_complex_modulus_is_the_transform_of_the_creep_compliance():
     ]
     compliance = series.modulus_ratio + parts[0] - 1j * parts[1]
     assert complex_modulus(series, omega) == pytest.approx(1.0 / compliance, rel=1e-6)
-
-
-def test_relaxation_of_a_standard_linear_solid():
-    moduli, times = relaxation_spectrum(StandardLinearSolid(0.1))
-    assert moduli == pytest.approx([9.0], rel=1e-12)
-    assert times == pytest.approx([0.1], rel=1e-12)
-    assert relaxation_spectrum(Elastic())[0].size == 0
 
 
 @settings(max_examples=60)

@@ -1,0 +1,115 @@
+"""Elastic models, whose tension depends on the depth alone: Hertz, cone, pyramid, DMT, JKR and Maugis-Dugdale.
+
+Spheres are parabolic: their contact is small beside the radius. JKR in full, with a the contact radius: depth a^2/R -
+sqrt(2 pi w a / E*), tension sqrt(8 pi w E* a^3) - (4/3) E* a^3 / R. Its Tabor parameter is above 5, that of DMT below
+0.1; Maugis and Dugdale's attraction, constant up to a range, leads from one to the other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from bem._support.validation import FloatArray
+from bem.lab.models.model import ADHESION, MODULUS, Model, Parameter, Values, contact_modulus
+from bem.lab.models.path import Path
+from bem.lab.setup import Setup
+from bem.reference_solutions import maugis_dugdale
+
+TABOR = Parameter("tabor", "", "logarithm", 0.02, 20.0, "a noise far below the pull-off force")
+TABLE = np.linspace(0.0, 1.0, 1500) ** 2
+"""Shares of the largest depth or radius at which a branch is tabulated, denser where the contact begins."""
+_SMALLEST = 1e-9  # work of adhesion in J/m^2, that stands for none: Maugis' family is scaled by it
+_ANGLES = np.concatenate([np.geomspace(1e-6, 0.1, 900), np.linspace(0.1, 0.5 * np.pi - 1e-4, 900)[1:]])[::-1]
+
+Curve = tuple[FloatArray, FloatArray]
+"""Depths (m), growing to at least the deepest, and tensions (N)."""
+
+
+@dataclass(frozen=True)
+class Branch(Model):
+    """An elastic model.
+
+    `branch(values, setup, deepest)` gives the branch that is stable at fixed indentation. A spring moves its end to
+    where contact and spring lose stability together.
+    """
+
+    branch: Callable[[Values, Setup, float], Curve]
+
+    @property
+    def adhesive(self) -> bool:
+        """See `Model.adhesive`."""
+        return ADHESION in self.parameters
+
+    def tension(self, values: Values, path: Path) -> FloatArray:
+        """See `Model.tension`; beyond its ends the branch is continued by its last value."""
+        apart = path.place - values["contact_point"]
+        stretched = 2.0 * np.pi * path.setup.radius * values.get("work_of_adhesion", 0.0) * path.compliance
+        depth, tension = self.branch(values, path.setup, max(float(apart.max()), 0.0) + stretched + 1e-15)
+        stage = depth - tension * path.compliance
+        first = int(np.argmin(stage))
+        return np.interp(apart, stage[first:], tension[first:])
+
+
+def hertz(values: Values, setup: Setup, deepest: float) -> Curve:
+    """Force (4/3) E* sqrt(R) depth^(3/2): Johnson, Contact Mechanics (1985), section 4.2."""
+    depth = deepest * TABLE
+    return depth, -4.0 / 3.0 * contact_modulus(values, setup) * np.sqrt(setup.radius) * depth**1.5
+
+
+def cone(values: Values, setup: Setup, deepest: float) -> Curve:
+    """Force (2/pi) E* tan(alpha) depth^2, large beside the radius: Sneddon, Int. J. Eng. Sci. 3 (1965) 47."""
+    depth = deepest * TABLE
+    return depth, -2.0 / np.pi * contact_modulus(values, setup) * setup.slope * depth**2
+
+
+def pyramid(values: Values, setup: Setup, deepest: float) -> Curve:
+    """Force 0.7453 E* tan(alpha) depth^2, alpha between a face and the axis: Bilodeau, J. Appl. Mech. 59 (1992) 519."""
+    depth, tension = cone(values, setup, deepest)
+    return depth, 0.7453 * np.pi / 2.0 * tension
+
+
+def dmt(values: Values, setup: Setup, deepest: float) -> Curve:
+    """Hertz's contact, pulled by the long-ranged attraction 2 pi R w outside it; see `bem.reference_solutions.dmt`."""
+    depth, tension = hertz(values, setup, deepest)
+    return depth, tension + 2.0 * np.pi * setup.radius * values["work_of_adhesion"]
+
+
+def jkr(values: Values, setup: Setup, deepest: float) -> Curve:
+    """Short-ranged adhesion, from where contact and spring lose stability on; see `bem.reference_solutions.jkr`."""
+    modulus, work, radius = contact_modulus(values, setup), values["work_of_adhesion"], setup.radius
+    pull = 2.0 * np.pi * work / modulus
+
+    def at(a: FloatArray) -> Curve:
+        return a**2 / radius - np.sqrt(pull * a), 2.0 * modulus * (np.sqrt(pull * a**3) - 2.0 / 3.0 * a**3 / radius)
+
+    fold = np.cbrt(radius**2 * pull / 16.0)
+    # Above the largest radius: depth >= a^2/R - sqrt(pull a), and sqrt(pull a) <= a^2/(4 R) + (3/4) (pull^2 R)^(1/3).
+    largest = np.sqrt(4.0 / 3.0 * radius * (deepest + 0.75 * np.cbrt(pull**2 * radius)))
+    first = fold
+    if setup.stiffness is not None and fold > 0.0:
+        coarse = fold + (largest - fold) * TABLE[::15]
+        depth, tension = at(coarse)
+        first = coarse[max(int(np.argmin(depth - tension / setup.stiffness)) - 1, 0)]
+    return at(first + (largest - first) * TABLE)
+
+
+def maugis(values: Values, setup: Setup, _deepest: float) -> Curve:
+    """From DMT to JKR, from the fold on; see `bem.reference_solutions.maugis_dugdale`."""
+    work, tabor = max(values["work_of_adhesion"], _SMALLEST), values["tabor"]
+    gap = np.cbrt(setup.radius * (work / contact_modulus(values, setup)) ** 2) / tabor
+    _, depth, tension = maugis_dugdale.solution_at_angle(_ANGLES, tabor)
+    first = int(np.argmin(depth))
+    return depth[first:] * gap, tension[first:] * np.pi * setup.radius * work
+
+
+MODELS = (
+    Branch("hertz", "Hertz: elastic sphere without adhesion", (MODULUS,), hertz),
+    Branch("cone", "Sneddon: elastic cone without adhesion", (MODULUS,), cone),
+    Branch("pyramid", "Bilodeau: elastic pyramid without adhesion", (MODULUS,), pyramid),
+    Branch("dmt", "DMT: elastic sphere with long-ranged adhesion", (MODULUS, ADHESION), dmt),
+    Branch("jkr", "JKR: elastic sphere with short-ranged adhesion", (MODULUS, ADHESION), jkr),
+    Branch("maugis", "Maugis-Dugdale: elastic sphere between DMT and JKR", (MODULUS, ADHESION, TABOR), maugis),
+)
