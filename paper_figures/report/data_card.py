@@ -1,79 +1,76 @@
-"""The card of the data set; `paper_figures.report.cards` writes it. Its numbers in README.md."""
+"""The card of the data set, its metadata in the Croissant format of ML Commons 1.0, and its numbers in README.md.
 
+The texts of the cards are the templates beside this module; `paper_figures.report.cards` writes them.
+"""
+
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from bem.dataset.file import Dataset, load_dataset
 from experiments.paper_numbers import paper_values
-from paper_figures.report.croissant import LICENCE, METADATA
-from paper_figures.style.writing import number
+from paper_figures.style.writing import number, table_rows
 
+METADATA = "dataset.croissant.json"
+LICENCE = "BSD-3-Clause"
 SHARES = (0.0, 0.1, 0.5, 0.9, 1.0)
+HERE = Path(__file__).parent
+
+
+def filled(template: str, **values: Any) -> str:
+    """The text of a template beside this module, with its places filled."""
+    text = (HERE / f"{template}.md").read_text(encoding="utf-8")
+    return text.format(licence=LICENCE, metadata=METADATA, **values)
+
+
+def range_rows(ranges: Mapping[str, Sequence[float]]) -> str:
+    """Rows of a table of ranges, in Markdown."""
+    return table_rows([(name, f"{low:g} to {high:g}") for name, (low, high) in ranges.items()])
 
 
 def data_card(path: Path, dataset: Dataset) -> str:
     """The card of the data set, in Markdown."""
-    about, scalars = dataset.attributes, dataset.scalars
-    lines = [f"| {name} | {low:g} to {high:g} |" for name, (low, high) in about["ranges"].items()]
-    kinds = {name: scalars[name] for name in ("pull_off_force", "hysteresis", "max_compression", "end_force")}
-    quantiles = [
-        f"| {name} | " + " | ".join(number(float(np.quantile(values, share)), 3) for share in SHARES) + " |"
-        for name, values in kinds.items()
-    ]
-    attached = np.mean(scalars["end_force"] > 0.5 * scalars["pull_off_force"])
-    jumping = np.mean(scalars["jump_count"] > 0)
-    minutes = scalars["solver_seconds"].sum() / 60.0
-    newline = chr(10)
-    return f"""\
-# Force histories of soft, adhesive, viscoelastic contacts
+    scalars = dataset.scalars
+    kinds = ("pull_off_force", "hysteresis", "max_compression", "end_force")
+    quantiles = [(name, *(number(float(np.quantile(scalars[name], one)), 3) for one in SHARES)) for name in kinds]
+    return filled(
+        "data_card",
+        name=path.name,
+        count=len(dataset),
+        about=dataset.attributes,
+        ranges=range_rows(dataset.attributes["ranges"]),
+        megabytes=path.stat().st_size / 1e6,
+        steps=dataset.force.shape[1],
+        quantiles=table_rows(quantiles),
+        jumping=100 * np.mean(scalars["jump_count"] > 0),
+        attached=100 * np.mean(scalars["end_force"] > 0.5 * scalars["pull_off_force"]),
+        minutes=scalars["solver_seconds"].sum() / 60.0,
+    )
 
-`{path.name}`, with metadata in `{METADATA}`. `make cards` writes this file.
 
-## About
-
-{len(dataset):,} force histories of a rigid sphere that is pressed into, held on and pulled off a soft adhesive
-viscoelastic half-space; the training data of the models beside it, and those of the paper computed again.
-
-## Physics
-
-Lennard-Jones attraction; a standard linear solid of modulus ratio {about["modulus_ratio"]:g}; a boundary
-element method on a half-space (`docs/theory.md`). Each history is a ramp, a dwell and a ramp back to
-the start, drawn from the design `{about["design"]}`:
-
-| Quantity | Range |
-| --- | --- |
-{newline.join(lines)}
-
-Units: h0, retardation times, and h0 per retardation time; forces in pi R dgamma, tension positive.
-
-## Format and size
-
-HDF5, {path.stat().st_size / 1e6:.0f} MB: the force at {dataset.force.shape[1]} measurement steps of each history,
-its protocol, scalars and jumps, each array with its unit.
-`docs/dataset.md` lists the arrays and reads them with h5py, pandas and xarray.
-
-| Scalar | least | 10 % | median | 90 % | largest |
-| --- | --- | --- | --- | --- | --- |
-{newline.join(quantiles)}
-
-## Limits
-
-- {100 * jumping:.0f} % of the histories hold a jump. {100 * attached:.0f} % end above half of their pull-off
-  force: the sphere is still attached, and the pull-off force is the largest so far.
-- The measurement steps can miss a narrow peak; the scalars are those of the solver's own, finer history.
-- One material, one shape, no noise: not for a solid of another modulus ratio.
-
-## Generation
-
-`{about["command"]}`,
-in {minutes:.2g} core-minutes of the solver on {about["host"]}. Accuracy `{about["accuracy"]}`, seed {about["seed"]},
-revision {about["git_revision"]}.
-
-## Licence and citation
-
-{LICENCE}, as the software; the weights of the models have the same licence. Cite as in `CITATION.cff`.
-"""
+def croissant(path: Path, dataset: Dataset) -> dict[str, Any]:
+    """Metadata of the data set; what does not depend on the file is in `croissant_head.json`."""
+    head = json.loads((HERE / "croissant_head.json").read_text(encoding="utf-8"))
+    arrays = head["variableMeasured"].items()
+    file = {"@type": "cr:FileObject", "@id": path.name, "name": path.name, "contentUrl": path.name}
+    file |= {"contentSize": f"{path.stat().st_size} B", "encodingFormat": "application/x-hdf5"}
+    return head | {
+        "description": head["description"].format(count=len(dataset), ratio=dataset.attributes["modulus_ratio"]),
+        "license": head["license"].format(licence=LICENCE),
+        "variableMeasured": [
+            {
+                "@type": "sc:PropertyValue",
+                "name": name,
+                "description": f"{words}; shape {dataset.columns[name].shape}",
+            }
+            for name, words in arrays
+        ],
+        "distribution": [file | {"sha256": hashlib.sha256(path.read_bytes()).hexdigest()}],
+    }
 
 
 def trajectories(dataset: Path) -> str:

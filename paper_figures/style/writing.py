@@ -39,6 +39,11 @@ def left_out(content: Mapping[str, Any], said: Mapping[str, str]) -> str:
     return "".join(f" {words}: {', '.join(content[key])}." for key, words in said.items() if content.get(key))
 
 
+def table_rows(rows: Sequence[Sequence[Any]]) -> str:
+    """Rows of a table in Markdown, without its head."""
+    return "\n".join(f"| {' | '.join(map(str, row))} |" for row in rows)
+
+
 LETTERS = 135
 """In a line of a table in LaTeX, as wide as a figure of two columns."""
 

@@ -7,7 +7,7 @@ import onnx
 import pytest
 
 from bem.dataset.file import load_dataset
-from paper_figures.report import cards, pretrained_card
+from paper_figures.report import cards
 from surrogate.training.model_directory import CARD_MARK
 
 PUBLISHED = Path("published")
@@ -116,7 +116,7 @@ def test_the_card_of_a_pretrained_model_lists_its_measured_errors(published):
     (model / "run.json").write_text(json.dumps(run))
     (model / "scaling.json").write_text(json.dumps({"ranges": {"tabor": [0.2, 3.2], "modulus_ratio": [0.01, 1.0]}}))
     box = {"count": 11, "pull_off": [0.5, 1.75, 4.0], "hysteresis": [0.25, 1.75, 4.0], "width/pull_off": [1.25, 2, 3]}
-    box |= dict.fromkeys((f"inside/{name}" for name in pretrained_card.INSIDE), 0.875)
+    box |= dict.fromkeys((f"inside/{name}" for name in cards.INSIDE), 0.875)
     corners = [box | {"count": 3, "inside/curve": 0.5}, box | {"count": 4, "pull_off": [1.0, 9.0, 11.0]}]
     places = {"box": box, "edges": {"low tabor": box}, "corners": corners}
     measured = {"count": 20, "corner": 3, "coverage": 0.9, "command": "some", "models": {"fast": places}}
