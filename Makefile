@@ -173,7 +173,7 @@ $(OUT)/dataset/any_solid_edges.h5: CAMPAIGN = $(ANY_SOLID) --design edges --coun
 $(OUT)/dataset/any_solid_corners.h5: CAMPAIGN = $(ANY_SOLID) --design corners --count 32000 --seed 2
 
 accuracy-price: setup  ## Measure what draft, standard and reference cost over the paper's design (long) and publish it
-	$(PY) -m experiments accuracy_price --folder $(OUT)/accuracy_price --out $(PUBLISHED)/accuracy_price.json
+	$(PY) -m experiments accuracy_price $(PLACES) --folder $(OUT)/accuracy_price
 	$(SUMS) $(PUBLISHED)/accuracy_price.json
 
 RECIPE ?= swift
@@ -221,9 +221,8 @@ feature-sets: PHYSICAL = --physical $(OUT)/dataset/physical.h5
 data-efficiency:  ## Train on decreasing shares of the data and publish the errors
 feature-sets data-efficiency: NAME = $(subst -,_,$@)
 feature-sets data-efficiency: $(DATASET) | $(INSTALLED)
-	status=0; $(PY) -m experiments $(NAME) --config $(CONFIGS)/$(NAME).toml --dataset $(DATASET) --models $(MODELS) $(PHYSICAL) \
-		--work $(OUT)/training_studies/$(NAME) --out $(PUBLISHED)/$(NAME).json || status=$$?; \
-		[ ! -e $(PUBLISHED)/$(NAME).json ] || $(SUMS) $(PUBLISHED)/$(NAME).json; exit $$status
+	status=0; $(PY) -m experiments $(NAME) $(PLACES) --configs $(CONFIGS) $(PHYSICAL) --work $(OUT)/training_studies/$(NAME) \
+		|| status=$$?; [ ! -e $(PUBLISHED)/$(NAME).json ] || $(SUMS) $(PUBLISHED)/$(NAME).json; exit $$status
 ranking:  ## Rank the models by every published seed, with intervals, and publish it (seconds)
 model-forces:  ## Publish which models were trained on the forces of the published data set
 ranking model-forces: $(DATASET) | $(INSTALLED)
@@ -261,9 +260,8 @@ BUSY ?=
 .PHONY: measurements
 # BLAS and the backends of the surrogates must use one core only.
 measure-%: | $(INSTALLED)  ## Any measurement, with its usual options (BUSY=yes publishes it even if the machine was busy)
-	OMP_NUM_THREADS=1 $(PY) -m experiments $(subst -,_,$*) $(WITH) $(if $(BUSY),--busy) --out $(MEASURED)/$(subst -,_,$*).json
-	$(SUMS) $(MEASURED)/$(subst -,_,$*).*
-measure-canonical-times: WITH = --config $(CONFIGS)/canonical_times.toml --models $(MODELS)
+	OMP_NUM_THREADS=1 $(PY) -m experiments $(subst -,_,$*) $(PLACES) --configs $(CONFIGS) $(if $(BUSY),--busy)
+	$(if $(filter-out pull-off-place,$*),$(SUMS) $(MEASURED)/$(subst -,_,$*).*)
 MEASUREMENTS := effects effect-pairs recommendations canonical-times accuracy-cost cost-growth campaign-scale training-speed training-cost \
 	amortisation hard-case-map measurement-floor pull-off-place errors-by-place pretrained-errors inverse-problem broad-band \
 	surrogate-map lab-coverage stream-latency

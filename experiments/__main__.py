@@ -1,8 +1,9 @@
 """Run one study: `python -m experiments NAME ...`.
 
-A module with a function `study` returns the content of one result. The runner supplies the arguments of the function,
-as `experiments.places` describes, and writes the result under the name of the module. A module with a function `main`
-has options of its own; `--help` lists them.
+A module with a function `study` returns the content of one result, or `None` for nothing to write. The runner supplies
+the arguments of the function, as `experiments.places` describes, each with an option that names another file, and
+writes the result under the name of the module; what `stated` keeps of the options is the command that the result
+states. A module with a function `main` writes no result.
 """
 
 if __name__ == "__main__":  # before the imports that take long
@@ -12,6 +13,7 @@ if __name__ == "__main__":  # before the imports that take long
 
 import re
 import sys
+from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
 from typing import Annotated, Any
@@ -19,8 +21,17 @@ from typing import Annotated, Any
 import typer
 
 from bem._support.command_line import run_main
-from experiments.common import CONFIGS, write_result
-from experiments.places import Places, PublishedFolder, ResultsFolder, Take, replaced, with_options_of
+from experiments.common import CONFIGS
+from experiments.places import (
+    Places,
+    PublishedFolder,
+    ResultsFolder,
+    Take,
+    files_of,
+    options_of,
+    replaced,
+    with_options,
+)
 
 HERE = Path(__file__).parent
 RUNS = re.compile(r"^def (?:main|study)\(", re.MULTILINE)
@@ -42,9 +53,12 @@ def main() -> None:
     sys.argv[:] = [f"experiments {name}", *rest]
     module = import_module(known[name])
     called = f"python -m experiments {name}"
-    if not hasattr(module, "study"):
-        run_main(module.main, program=called, help=module.__doc__)
-        return
+    main = command_of(module.study, name) if hasattr(module, "study") else module.main
+    run_main(main, called, program=called, help=module.__doc__)
+
+
+def command_of(study: Callable[..., Any], name: str) -> Callable[..., None]:
+    """The command of a study, which publishes what it returns."""
 
     def command(
         results: ResultsFolder = Path("results"),
@@ -52,14 +66,20 @@ def main() -> None:
         configs: Annotated[Path, typer.Option(help="Folder of the TOML files of studies.")] = CONFIGS,
         take: Take = None,
         out: Annotated[Path | None, typer.Option(help="Result file to write.")] = None,
+        busy: Annotated[bool, typer.Option("--busy", help="Publish seconds of a busy machine, too.")] = False,
         **options: Any,
     ) -> None:
-        places = Places(results, published, configs, replaced(take))
-        content = module.study(**places.arguments(module.study, name), **options)
-        if content is not None:
-            write_result(out or places.path(name), name, content)
+        from experiments.measurements.harness import publish, stated
 
-    run_main(with_options_of(module.study, command), called, program=called, help=module.__doc__)
+        taken = {one: path for one in files_of(study) if (path := options.pop(one))}
+        taken |= replaced(take) | ({name: out} if out else {})
+        places = Places(results, published, configs, taken)
+        own = {one: options[one] for one in options_of(study)}  # in their order, whatever that of the command line
+        content = study(**places.arguments(study, name), **own)
+        if content is not None:
+            publish(places.path(name), " ".join([name, *stated(own)]), content, busy=busy)
+
+    return with_options(command, study, files_of(study))
 
 
 if __name__ == "__main__":

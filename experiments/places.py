@@ -1,17 +1,17 @@
 """Paths of results and published files, and the arguments of a study, a figure, a table or a place in a document.
 
 The name of a parameter decides its argument. `config` is the content of the module's own TOML file; `dataset`,
-`models`, `seeds`, `published` and `configs` are paths. Any other name is that of a result, and the argument is its
-content. It is `None` if the parameter defaults to `None` and the result file does not exist. Results of the studies in
-`experiments/paper/` are in `RESULTS/studies`; results that take hours, and measurements, are published. Keyword-only
-parameters are options of the command line.
+`models`, `seeds`, `published` and `configs` are paths, and `out` is that of the study's own result. Any other name is
+that of a result, and the argument is its content. It is `None` if the parameter defaults to `None` and the result file
+does not exist. Results of the studies in `experiments/paper/` are in `RESULTS/studies`; results that take hours, and
+measurements, are published. Keyword-only parameters are options of the command line.
 """
 
 from __future__ import annotations
 
 import inspect
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any
@@ -24,6 +24,11 @@ FOLDERS = {"dataset": "dataset.h5", "models": "models", "seeds": "seeds", "publi
 """Published files and folders whose path is the argument."""
 PUBLISHED_STUDIES = ("feature_sets", "data_efficiency", "accuracy_price", "ranking", "model_forces")
 """Results that are published in the same folder as the data set, each by the make target of its name."""
+OWN_FILES = {
+    "bench_solver": Path("results/solver/bench.json"),
+    "pull_off_place": HERE.parent / "bem" / "dataset" / "pull_off_place.json",
+}
+"""Results that no figure reads."""
 
 ResultsFolder = Annotated[Path, typer.Option(help="Folder of results, figures and tables.")]
 PublishedFolder = Annotated[Path, typer.Option(help="Folder of published files.")]
@@ -45,6 +50,8 @@ class Places:
             return self.taken[name]
         if name in FOLDERS:
             return self.published / FOLDERS[name]
+        if name in OWN_FILES:
+            return OWN_FILES[name]
         if name in PUBLISHED_STUDIES:
             return self.published / f"{name}.json"
         if (HERE / "paper" / f"{name}.py").is_file():
@@ -84,14 +91,14 @@ class Places:
             function: A study, or what composes a figure or a table.
             asked_by: Make target that calls it, for messages.
         """
-        return {
-            name: self._argument(parameter, function, asked_by)
-            for name, parameter in inspect.signature(function).parameters.items()
-            if parameter.kind is not inspect.Parameter.KEYWORD_ONLY
-        }
+        parameters = inspect.signature(function).parameters.values()
+        asked = [one for one in parameters if one.kind is not inspect.Parameter.KEYWORD_ONLY]
+        return {one.name: self._argument(one, function, asked_by) for one in asked}
 
     def _argument(self, parameter: inspect.Parameter, function: Callable[..., Any], asked_by: str) -> Any:
         name = parameter.name
+        if name == "out":
+            return self.path(asked_by)
         if name == "config":
             # Imported here, so that a figure, which has no settings, does not load what studies share.
             from experiments.common import read_config
@@ -108,13 +115,29 @@ class Places:
         return self.read(name, asked_by)
 
 
-def with_options_of(function: Callable[..., Any], command: Callable[..., None]) -> Callable[..., None]:
-    """A command whose last parameter, `**options`, is replaced by the keyword-only parameters of a function."""
+def options_of(function: Callable[..., Any]) -> list[str]:
+    """Names of the options of a study, or of what composes a figure or a table."""
+    parameters = inspect.signature(function).parameters
+    return [name for name, one in parameters.items() if one.kind is inspect.Parameter.KEYWORD_ONLY]
+
+
+def files_of(function: Callable[..., Any]) -> list[str]:
+    """Names of the files and folders that a study reads."""
+    known = ("out", "published", "configs", *options_of(function))
+    return [name for name in inspect.signature(function).parameters if name not in known]
+
+
+def with_options(
+    command: Callable[..., None], function: Callable[..., Any], files: Sequence[str] = ()
+) -> Callable[..., None]:
+    """A command whose last parameter, `**options`, is replaced by options for files and by those of a function."""
     *shared, _ = inspect.signature(command, eval_str=True).parameters.values()
-    found = inspect.signature(function, eval_str=True).parameters.values()
-    own = [parameter for parameter in found if parameter.kind is inspect.Parameter.KEYWORD_ONLY]
-    command.__signature__ = inspect.Signature([*shared, *own])  # type: ignore[attr-defined]
-    command.__annotations__ = {parameter.name: parameter.annotation for parameter in (*shared, *own)}
+    found = inspect.signature(function, eval_str=True).parameters
+    kind, read = inspect.Parameter.KEYWORD_ONLY, Annotated[Path | None, typer.Option(help="Read this instead.")]
+    paths = [inspect.Parameter(name, kind, default=None, annotation=read) for name in files]
+    every = [*shared, *paths, *(found[name] for name in options_of(function))]
+    command.__signature__ = inspect.Signature(every)  # type: ignore[attr-defined]
+    command.__annotations__ = {parameter.name: parameter.annotation for parameter in every}
     return command
 
 

@@ -24,14 +24,13 @@ import typer
 
 from bem._support.command_line import run_main
 from experiments import common
-from experiments.trainings import training_speed
+from experiments.places import Places
 from experiments.trainings.training_cost import batch_seconds, training_seconds
 from experiments.trainings.variants import earlier_trainings
 from surrogate.architectures.naming import names
 
 CONFIG = common.CONFIGS / "stages.toml"
 PUBLISHED = Path("published")
-SPEED = Path("measurements") / training_speed.OUT.name
 
 
 def read_stages() -> dict[str, dict[str, Any]]:
@@ -51,7 +50,8 @@ def core_seconds(name: str, published: Path, labels: Sequence[str] = ()) -> floa
         runs = [published / "models" / label / "run.json" for label in labels]
         if not all(run.is_file() for run in runs):
             return None
-        batch = batch_seconds(published / SPEED)
+        speed = Places(published=published).path("training_speed")
+        batch = batch_seconds(_read(speed)) if speed.is_file() else {}
         return sum(training_seconds(run.parent, batch) if batch else float(_read(run)["cpu_seconds"]) for run in runs)
     if name == "dataset" and (path := published / "dataset.h5").is_file():
         from bem.dataset.sealed_file import open_dataset

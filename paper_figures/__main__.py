@@ -20,7 +20,7 @@ import typer
 
 from bem._support.command_line import run_main
 from bem._support.outputs import plain_name, write_whole
-from experiments.places import Places, PublishedFolder, ResultsFolder, Take, replaced, with_options_of
+from experiments.places import Places, PublishedFolder, ResultsFolder, Take, replaced, with_options
 
 HERE = Path(__file__).parent
 CAPTIONS = HERE / "captions.toml"
@@ -112,7 +112,7 @@ def main() -> None:
             write_whole(place, caption(name, sources))
 
     called = f"python -m paper_figures {name}"
-    run_main(with_options_of(module.compose, command), called, program=called, help=module.__doc__)
+    run_main(with_options(command, module.compose), called, program=called, help=module.__doc__)
 
 
 if __name__ == "__main__":

@@ -132,9 +132,10 @@ def test_models_beside_the_eighteen_are_trained_by_their_own_recipes_and_labels(
 
 def test_a_measurement_is_published_under_its_name(tmp_path):
     lines = commands("measure-stream-latency", "measure-canonical-times", f"PUBLISHED={tmp_path}", "BUSY=yes")
-    assert f"-m experiments stream_latency  --busy --out {tmp_path}/measurements/stream_latency.json" in lines
-    assert f"tools/sums.py {tmp_path} {tmp_path}/measurements/stream_latency.*" in lines
-    assert f"canonical_times.toml --models {tmp_path}/models --busy --out {tmp_path}" in lines
+    for name in ("stream_latency", "canonical_times"):
+        places = f"--results results --published {tmp_path} --configs experiments/configs"
+        assert f"-m experiments {name} {places} --busy" in lines
+        assert f"tools/sums.py {tmp_path} {tmp_path}/measurements/{name}.*" in lines
 
 
 def test_learning_curves_are_drawn_where_a_model_with_them_is_published(tmp_path):

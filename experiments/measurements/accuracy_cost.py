@@ -21,21 +21,11 @@ from threadpoolctl import threadpool_limits
 
 from bem.accuracy import NAMED_TARGETS
 from bem.solver.version import SOLVER_VERSION
-from experiments.common import DATASET, MODELS, without_extrapolation_warnings
+from experiments.common import without_extrapolation_warnings
 from experiments.measurements import tools
 from experiments.measurements.cases import Case, held_out
 from experiments.measurements.closed_forms import FORMS
-from experiments.measurements.harness import (
-    Count,
-    DatasetFile,
-    Jobs,
-    Models,
-    Repeats,
-    measurement,
-    progress,
-    run,
-    timed,
-)
+from experiments.measurements.harness import Count, Jobs, Repeats, progress, run, timed
 from experiments.measurements.statistics import answer_errors, spread
 
 TARGETS = (5e-2, 1.7e-2, 8e-3, 4e-3, 2e-3, 1e-3, 5e-4, 2.5e-4, 1.5e-4)
@@ -125,14 +115,14 @@ def timed_ways(
     return found
 
 
-@measurement("accuracy_cost")
-def main(
+def study(
+    dataset: Path,
+    models: Path,
+    *,
     count: Count = 200,
     repeats: Repeats = 3,
     finest: Annotated[int, typer.Option(help="Finest resolution of the paper's discretisation.")] = max(BASELINE),
     jobs: Jobs = 2,
-    dataset: DatasetFile = DATASET,
-    models: Models = MODELS,
 ) -> dict[str, Any]:
     """Measure all tools."""
     cases = held_out(count, dataset)

@@ -29,8 +29,7 @@ from bem.dataset.executors import Batch, ClusterExecutor
 from bem.dataset.file import Dataset, load_dataset
 from bem.dataset.jobs import Arrival
 from bem.dataset.run import save_campaign
-from experiments.common import DATASET
-from experiments.measurements.harness import DatasetFile, in_fresh_process, measurement, progress, timed
+from experiments.measurements.harness import in_fresh_process, progress, timed
 
 DASK_WORKERS, DASK_TRAJECTORIES, STUB_SECONDS = 8, 12_450, 0.008
 IDLE_SECONDS = 5.0
@@ -153,10 +152,8 @@ def page_text(campaign_scale: Any) -> str:
     return f"{markdown_table(['Quantity', 'Measured'], rows)}\n\nProcessor seconds of {campaign_scale['host']}."
 
 
-@measurement("campaign_scale")
-def main(
-    count: Annotated[int, typer.Option(min=0, help="Trajectories of a run; 0 for no runs.")] = 3000,
-    dataset: DatasetFile = DATASET,
+def study(
+    dataset: Path, *, count: Annotated[int, typer.Option(min=0, help="Trajectories of a run; 0 for no runs.")] = 3000
 ) -> dict[str, Any]:
     """Measure what a campaign costs besides its trajectories."""
     known = load_dataset(dataset)

@@ -8,18 +8,16 @@ ONNX Runtime if the model was exported. Times are processor seconds, each the me
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
-import typer
 
 from bem.dataset.measurement_steps import measurement_grid
 from experiments import common
-from experiments.measurements.harness import Models, measurement, progress, timed
+from experiments.measurements.harness import progress, timed
 from experiments.measurements.tools import scaled_inputs
 from experiments.paper_numbers import paper_rows
 
-CONFIG = common.CONFIGS / "canonical_times.toml"
 KEYS = ("model", "modulus_ratio", "accuracy", "repetitions", "batch")
 BATCHES = 3
 
@@ -48,18 +46,14 @@ def seconds_of(protocol: dict[str, Any], trained: Any, model: Any, config: dict[
     return {way: float(np.median(timed(call, count))) / share for way, (call, count, share) in calls.items()}
 
 
-@measurement("canonical_times")
-def main(
-    config: Annotated[Path, typer.Option(help="TOML file.")] = CONFIG, models: Models = common.MODELS
-) -> dict[str, Any]:
+def study(config: dict[str, Any], models: Path) -> dict[str, Any]:
     """Time the twelve protocols."""
-    settings = common.read_config(config, *KEYS)
-    trained = common.load_surrogate(settings["model"], models)
-    model = common.load_surrogate(settings["model"], models, backend="keras").model
+    trained = common.load_surrogate(config["model"], models)
+    model = common.load_surrogate(config["model"], models, backend="keras").model
     seconds = {
-        str(int(protocol["sample"])): seconds_of(protocol, trained, model, settings)
+        str(int(protocol["sample"])): seconds_of(protocol, trained, model, config)
         for protocol in progress(paper_rows("canonical_protocols"), "canonical protocols")
     }
     for sample, found in seconds.items():
         print(f"({sample}) " + "  ".join(f"{way} {value:.3g} s" for way, value in found.items()))
-    return {"config": settings, "backend": type(trained.network).__name__, "seconds": seconds}
+    return {"config": config, "backend": type(trained.network).__name__, "seconds": seconds}

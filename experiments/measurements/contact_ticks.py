@@ -12,7 +12,7 @@ import numpy as np
 
 from bem import Contact
 from experiments.measurements.cases import Case, drawn, rows_of
-from experiments.measurements.harness import CLOCK, Count, Seed, measurement, progress
+from experiments.measurements.harness import CLOCK, Count, Seed, progress
 
 TICK, LONGEST = 1e-3, 3000
 LEVELS = (50.0, 99.0, 99.9)
@@ -46,8 +46,7 @@ def page_text(contact_ticks: Any) -> str:
     )
 
 
-@measurement("contact_ticks")
-def main(count: Count = 40, seed: Seed = 5) -> dict[str, Any]:
+def study(*, count: Count = 40, seed: Seed = 5) -> dict[str, Any]:
     """Measure the ticks of random protocols."""
     generator = np.random.default_rng(seed)
     cases = [Case.of(row) for row in rows_of(drawn("inside", count, seed))]

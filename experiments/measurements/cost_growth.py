@@ -31,9 +31,8 @@ from bem.dataset.designs import PAPER_RANGES
 from bem.dataset.file import load_dataset
 from bem.discretisation.cohesive_zone import edge_width, largest_contact_radius
 from bem.solver.paper_method import FAR_GAP, RESOLVED, simulate_paper_method
-from experiments.common import DATASET
 from experiments.measurements.cases import Case
-from experiments.measurements.harness import DatasetFile, measurement, progress, timed
+from experiments.measurements.harness import progress, timed
 from experiments.measurements.statistics import exponent, spread
 
 SCENE = Scene(tabor=3.2, material=StandardLinearSolid(0.1))
@@ -140,11 +139,11 @@ def over_the_data_set(path: Path) -> dict[str, Any]:
     return {"exponents": exponents, "explained": float(explained), "trajectories": len(rows)}
 
 
-@measurement("cost_growth")
-def main(
+def study(
+    dataset: Path,
+    *,
     repeats: Annotated[int, typer.Option(help="Runs of each point; the median counts.")] = 7,
     finest: Annotated[int, typer.Option(help="Most nodes of the paper's discretisation.")] = LARGEST_BASELINE[0],
-    dataset: DatasetFile = DATASET,
 ) -> dict[str, Any]:
     """Measure all growth curves."""
     if repeats < LEAST_REPEATS:

@@ -27,7 +27,7 @@ from bem._support.wording import markdown_table
 from bem.materials import Material
 from bem.reference_solutions import hertz
 from experiments.measurements.effects import DEPTH, DWELL, RATE, SLS, START, THREE
-from experiments.measurements.harness import Repeats, measurement, progress, timed
+from experiments.measurements.harness import Repeats, progress, timed
 
 TABORS = (0.3, 1.0, 3.0, 5.0, 8.0)
 SPRING, PULL, CYCLES = 2.0, 0.5, 10
@@ -128,8 +128,7 @@ def page_text(effect_pairs: Any) -> str:
     return f"{markdown_table(header, table, 'lrrrrr')}\n\n{source}"
 
 
-@measurement("effect_pairs")
-def main(repeats: Repeats = 21) -> dict[str, Any]:
+def study(*, repeats: Repeats = 21) -> dict[str, Any]:
     """Measure every scene, and compare those that differ in one effect."""
     spent = {effects: [seconds(effects, tabor, repeats) for tabor in TABORS] for effects in progress(EVERY, "scenes")}
     rows = []

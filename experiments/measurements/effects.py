@@ -33,7 +33,7 @@ from bem.effects.recommendation import difference
 from bem.effects.scene_effects import Effects, reduced
 from bem.materials import Material
 from bem.reference_solutions import dmt, hereditary_hertz, hertz, jkr
-from experiments.measurements.harness import Repeats, measurement, progress, timed
+from experiments.measurements.harness import Repeats, progress, timed
 from experiments.measurements.statistics import spread
 
 TABOR, DMT_TABOR, JKR_TABOR = 1.0, 0.2, 3.2
@@ -195,8 +195,7 @@ def _last_within(points: list[dict[str, Any]], place: str, error: str) -> float 
     return limit
 
 
-@measurement("effects")
-def main(repeats: Repeats = 15) -> dict[str, Any]:
+def study(*, repeats: Repeats = 15) -> dict[str, Any]:
     """Measure the table and the curves of effects."""
     scenes = {name: Scene(tabor, material, law) for name, tabor, material, law in SCENES}
     rows = [row(name, scene, repeats) for name, scene in progress(scenes.items(), "scenes")]

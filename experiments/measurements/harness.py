@@ -2,8 +2,8 @@
 
 A tool is a function from a case to an answer, an array. `run` calls it on every case and returns the answers and the
 processor seconds; each question (a module of this folder) lists its tools and cases and summarises them. A question is
-a function that returns the content of its result; `measurement` makes it a command, which writes the result together
-with its command and provenance.
+a function `study` that returns the content of its result; `python -m experiments` publishes it together with its
+command and provenance.
 
 Times are processor seconds of whole calls on one thread. The first call, which loads compiled kernels, is not counted.
 If other programs compete for the core, processor seconds fall below wall seconds, and also exceed those of an idle
@@ -13,7 +13,6 @@ machine. A measurement is therefore not published if its processor seconds are t
 from __future__ import annotations
 
 import hashlib
-import inspect
 import json
 import os
 import subprocess
@@ -31,18 +30,12 @@ from bem._support.outputs import write_whole
 from bem._support.text_files import plain
 from experiments.progress import progress
 
-MEASUREMENTS = Path("published/measurements")
-"""Folder of measurements: results that take long or depend on the machine."""
 NOT_PUBLISHED = Path("results/measurements")
 """Folder of measurements made on a busy machine."""
 LEAST_SHARE = 0.9
 """Least ratio of processor seconds to wall seconds; below it, the machine counts as busy."""
 BUDGET = 240.0  # seconds in all runs of a tool, beyond which it is not run again
 Item = TypeVar("Item")
-Busy = Annotated[bool, typer.Option("--busy", help="Publish the measurement even if the machine was busy.")]
-Out = Annotated[Path, typer.Option(help="Result file to write.")]
-DatasetFile = Annotated[Path, typer.Option(help="Data set file.")]
-Models = Annotated[Path, typer.Option(help="Folder of trained models.")]
 Jobs = Annotated[int, typer.Option(help="Processes.")]
 Count = Annotated[int, typer.Option(help="Number of cases, of each kind where there are several.")]
 Repeats = Annotated[int, typer.Option(min=1, help="Runs of each tool, where its budget of time allows.")]
@@ -66,10 +59,6 @@ class Clock:
         self.seconds = 0.0
         """Processor seconds of the last run."""
         self._clocks = (wall, processor)
-        self.restart()
-
-    def restart(self) -> None:
-        """Forget all runs."""
         self._wall = self._processor = 0.0
 
     @property
@@ -174,43 +163,6 @@ def fingerprint(**parts: Any) -> str:
     return hashlib.sha256(json.dumps(plain(parts), sort_keys=True).encode()).hexdigest()[:16]
 
 
-def measurement(result: str | Path) -> Callable[[Callable[..., Any]], Callable[..., None]]:
-    """Make a command of a function that returns the content of a result.
-
-    The command has the options of the function, `--out` and `--busy`, and publishes what the function returns; nothing
-    if it returns `None`. The result states the command: the name of the module, and all options but paths and
-    `UNSTATED`.
-
-    Args:
-        result: The result file, or its name in `MEASUREMENTS`.
-    """
-    default = MEASUREMENTS / f"{result}.json" if isinstance(result, str) else result
-
-    def command_of(function: Callable[..., Any]) -> Callable[..., None]:
-        signature, name = inspect.signature(function, eval_str=True), function.__module__.rpartition(".")[2]
-
-        def command(*values: Any, out: Path = default, busy: bool = False, **options: Any) -> None:
-            bound = signature.bind(*values, **options)
-            bound.apply_defaults()
-            CLOCK.restart()
-            content = function(*bound.args, **bound.kwargs)
-            if content is not None:
-                publish(out, " ".join([name, *stated(bound.arguments)]), content, busy=busy)
-
-        kind = inspect.Parameter.KEYWORD_ONLY
-        parameters = [
-            *signature.parameters.values(),
-            inspect.Parameter("out", kind, default=default, annotation=Out),
-            inspect.Parameter("busy", kind, default=False, annotation=Busy),
-        ]
-        command.__signature__ = signature.replace(parameters=parameters)  # type: ignore[attr-defined]
-        command.__annotations__ = {one.name: one.annotation for one in parameters}
-        command.__doc__ = function.__doc__
-        return command
-
-    return command_of
-
-
 def stated(options: Mapping[str, Any]) -> list[str]:
     """Options as words of a command line, without paths, `UNSTATED` and what is not given."""
     words = []
@@ -222,13 +174,13 @@ def stated(options: Mapping[str, Any]) -> list[str]:
     return words
 
 
-def publish(out: Path, study: str, content: Mapping[str, Any], *, busy: bool) -> None:
+def publish(out: Path, study: str, content: dict[str, Any], *, busy: bool) -> None:
     """Write a result; if it has times, with the ratio of processor seconds to wall seconds.
 
     Args:
         out: The result file.
         study: The module and its options, as the file records its command.
-        content: The measurement.
+        content: The result; numbers that are not finite become `None` in a measurement, and are refused elsewhere.
         busy: Publish the measurement even if the machine was busy.
 
     Raises:
@@ -239,7 +191,9 @@ def publish(out: Path, study: str, content: Mapping[str, Any], *, busy: bool) ->
     share = CLOCK.share
     believed = share is None or share >= LEAST_SHARE
     place = out if busy or believed else NOT_PUBLISHED / out.name
-    write_result(place, study, plain({**content, **({} if share is None else {"processor_share": share})}))
+    if share is not None:
+        content = content | {"processor_share": share}
+    write_result(place, study, content if out.parent.name == "studies" else plain(content))
     if believed:
         return
     doubt = (

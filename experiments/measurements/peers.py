@@ -25,7 +25,7 @@ import typer
 
 from bem import Elastic, HardContact, LennardJones, LoadingProtocol, Scene, Trajectory, simulate, simulate_paper_method
 from bem.reference_solutions import dmt, hertz, jkr, maugis_dugdale
-from experiments.measurements.harness import measurement, progress, timed
+from experiments.measurements.harness import progress, timed
 from experiments.measurements.other_software import adhesion_largest_tension, installed, tamaas_hertz
 from experiments.measurements.tools import EXACT_TARGET
 
@@ -122,8 +122,8 @@ def measured(run: Run, exact: float) -> dict[str, Any]:
     }
 
 
-@measurement("peers")
-def main(
+def study(
+    *,
     finest: Annotated[int, typer.Option(help="Largest grid of Adhesion, in points a side: 32, 64, 128 or 256.")] = 128,
 ) -> dict[str, Any]:
     """Measure every tool on every problem."""

@@ -28,7 +28,7 @@ from bem.dataset.designs import PAPER_RANGES, Design
 from bem.effects.recommendation import difference
 from bem.effects.scene_effects import IndentationProtocol
 from bem.protocol import history_of
-from experiments.measurements.harness import CLOCK, Count, measurement, progress, timed
+from experiments.measurements.harness import CLOCK, Count, progress, timed
 from experiments.measurements.statistics import spread
 
 ASKED = {"force": (0.1, 0.03, 0.01), "pull_off_force": (0.1,), "hysteresis": (0.1,)}
@@ -105,8 +105,7 @@ def summary(rows: list[dict[str, Any]]) -> dict[str, Any]:
     }
 
 
-@measurement("recommendations")
-def main(count: Count = 100) -> dict[str, Any]:
+def study(*, count: Count = 100) -> dict[str, Any]:
     """Compare the recommendations with the full scenes; the cases are the protocols of each sample."""
     results = []
     for name in SAMPLES:

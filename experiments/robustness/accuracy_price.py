@@ -18,11 +18,10 @@ from bem.dataset.designs import agree
 from bem.dataset.file import Dataset, load_dataset
 from bem.dataset.jobs import Solver
 from bem.dataset.run import run_campaign
-from experiments.measurements.harness import Count, Seed, measurement
+from experiments.measurements.harness import Count, Seed
 from experiments.paper.dataset_statistics import percentiles
 
 FOLDER = Path("results/accuracy_price")
-OUT = Path("published/accuracy_price.json")
 LEVELS = ("draft", "standard", "reference")
 
 
@@ -86,8 +85,8 @@ def run(
     return datasets
 
 
-@measurement(OUT)
-def main(
+def study(
+    *,
     count: Count = 12_450,
     reference_count: Annotated[int, typer.Option(help="Protocols at reference, at most as many.")] = 12_450,
     seed: Seed = 0,

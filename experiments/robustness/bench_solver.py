@@ -26,15 +26,13 @@ from bem._support.wording import markdown_table
 from bem.accuracy import resolve_accuracy
 from bem.dataset.designs import QUANTITIES
 from bem.trajectory import is_completed
-from experiments.common import write_result
 from experiments.measurements.cases import Case, drawn, rows_of
-from experiments.measurements.harness import Count, Out, Seed, plain, progress
+from experiments.measurements.harness import Count, Seed, progress
 from experiments.measurements.statistics import answer_errors, spread
 from experiments.measurements.tools import EXACT_TARGET
 
 ROOT = Path(__file__).resolve().parents[2]
 KEPT = Path("results/solver/revisions")
-OUT = Path("results/solver/bench.json")
 ACCURACIES: tuple[str | float, ...] = ("draft", 1e-2, "standard", 2e-3, 1e-3, 3e-4, "reference")
 BEYOND = ("beyond", "stiff", "elastic")
 HEADS = ["Sample", "Accuracy", "Scenes", "Before / now (ms)", "Ratio of sums (95 %)", "Largest ratio", "Not completed"]
@@ -168,16 +166,16 @@ def row_of(one: dict[str, Any]) -> list[str]:
     return cells
 
 
-def main(
+def study(
+    *,
     count: Count = 300,
     seed: Seed = 1,
     baseline: Annotated[str, typer.Option(help="Git revision to compare with.")] = "HEAD",
     accuracy: Annotated[list[str] | None, typer.Option(help="Accuracy; repeatable.")] = None,
     repeats: Annotated[int, typer.Option(min=1, help="Runs of each solver; the fastest counts.")] = 3,
     beyond: Annotated[int, typer.Option(min=0, help="Scenes of each sample beyond the box.")] = 100,
-    out: Out = OUT,
-) -> None:
-    """Compare, print the table and write the numbers."""
+) -> dict[str, Any]:
+    """Compare and print the table."""
     accuracies = tuple(map(parse_accuracy, accuracy or ())) or ACCURACIES
     for one in accuracies:
         resolve_accuracy(one)  # before anything runs
@@ -190,6 +188,5 @@ def main(
         comparisons.append(compared(solvers, sample, "standard", requests(sample, beyond, seed), None, repeats))
     for solver in solvers:
         solver.close()
-    command = f"bench_solver --count {count} --seed {seed} --baseline {baseline} --repeats {repeats}"
-    write_result(out, command, plain({"baseline": source.name, "comparisons": comparisons}))
     print(markdown_table(HEADS, [row_of(one) for one in comparisons]))
+    return {"baseline": source.name, "comparisons": comparisons}

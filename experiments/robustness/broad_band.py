@@ -25,7 +25,7 @@ from bem import Elastic, PiecewiseLinearProtocol, PronySeries, Scene, StandardLi
 from bem.materials import Material
 from bem.reference_solutions.jkr import PULL_OFF_FORCE
 from bem.trajectory import is_completed
-from experiments.measurements.harness import Jobs, in_parallel, measurement
+from experiments.measurements.harness import Jobs, in_parallel
 
 TABOR, RATIO = 3.24, 0.1
 EXPONENTS = (0.2, 0.4, 0.6, 1.6)
@@ -67,8 +67,8 @@ def pulled(material: Material, preload: float, rate: float, accuracy: str) -> di
     }
 
 
-@measurement("broad_band")
-def main(
+def study(
+    *,
     rates: Annotated[int, typer.Option(help="Unloading rates of each curve.")] = 49,
     accuracy: Annotated[str, typer.Option(help="Accuracy of the solver.")] = "standard",
     jobs: Jobs = 2,

@@ -29,7 +29,7 @@ from bem.protocol import default_start_indentation
 from bem.reference_solutions import jkr
 from bem.trajectory import is_completed
 from experiments.measurements.cases import Case, drawn, rows_of
-from experiments.measurements.harness import Count, Jobs, Seed, in_parallel, measurement, progress
+from experiments.measurements.harness import Count, Jobs, Seed, in_parallel, progress
 
 ACCURACY = "standard"
 REFINEMENT = 4.0
@@ -136,8 +136,7 @@ def mapped(row: dict[str, Any]) -> dict[str, Any]:
     return {**row, **compared(case.scene, case.protocol)}
 
 
-@measurement("hard_case_map")
-def main(count: Count = 512, seed: Seed = 6, jobs: Jobs = 2) -> dict[str, Any]:
+def study(*, count: Count = 512, seed: Seed = 6, jobs: Jobs = 2) -> dict[str, Any]:
     """Simulate random protocols inside the box, as many beyond it, and the extremes."""
     points = [
         {"where": where, **row} for where in ("inside", "beyond") for row in rows_of(drawn(where, count, seed, "sobol"))

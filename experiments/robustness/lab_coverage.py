@@ -24,7 +24,7 @@ from bem.lab import ForceCurve, Setup, fit
 from bem.lab.fitting import FitError, guess_setup
 from bem.lab.maps import fit_map
 from bem.solver.version import SOLVER_VERSION
-from experiments.measurements.harness import CLOCK, Jobs, Seed, fingerprint, in_parallel, kept, measurement
+from experiments.measurements.harness import CLOCK, Jobs, Seed, fingerprint, in_parallel, kept
 from experiments.robustness import lab_curves
 from experiments.robustness.lab_curves import CLASSES, write_map
 
@@ -196,8 +196,8 @@ def map_text(lab_coverage: Any) -> str:
     return f"{found['fitted']} of {found['curves']} curves in {found['seconds']:.0f} s of one core"
 
 
-@measurement("lab_coverage")
-def main(
+def study(
+    *,
     curves: Annotated[int, typer.Option(help="Curves of each class of closed forms.")] = 200,
     cases: Annotated[int, typer.Option(help="Curves of the solver's own, of either instrument.")] = 40,
     seed: Seed = 0,

@@ -20,7 +20,7 @@ from bem.lab import ForceCurve, fit
 from bem.lab.fitting import FitError, guess_setup
 from bem.lab.reading import load_afm
 from bem.lab.units import readable
-from experiments.measurements.harness import CLOCK, measurement
+from experiments.measurements.harness import CLOCK
 from experiments.progress import progress
 
 RADIUS = 5e-6
@@ -116,8 +116,8 @@ def _short(reason: str) -> str:
     return reason.partition(";")[0].partition(":")[0].partition(", or")[0]
 
 
-@measurement("lab_files")
-def main(
+def study(
+    *,
     folder: Annotated[Path, typer.Option(help="Folder with the unpacked source distributions.")],
     python: Annotated[Path | None, typer.Option(help="Python of the environment that has nanite.")] = None,
 ) -> dict[str, Any]:

@@ -18,7 +18,7 @@ from bem._support.wording import markdown_table
 from bem.accuracy import resolve_accuracy
 from bem.reference_solutions import hertz
 from bem.trajectory import is_completed
-from experiments.measurements.harness import CLOCK, Count, Jobs, Seed, in_parallel, measurement
+from experiments.measurements.harness import CLOCK, Count, Jobs, Seed, in_parallel
 from experiments.measurements.statistics import spread
 
 DEVICES = ("stage", "spring", "force")
@@ -104,8 +104,8 @@ def page_text(large_tabor: Any) -> str:
     return f"{markdown_table(header, table, 'lrrr')}\n\n{text}"
 
 
-@measurement("large_tabor")
-def main(
+def study(
+    *,
     count: Count = 300,
     refined: Annotated[int, typer.Option(help="Scenes to simulate again, more finely.")] = 30,
     seed: Seed = 17,

@@ -21,7 +21,7 @@ from bem._support.provenance import peak_memory
 from bem.solver.version import SOLVER_VERSION
 from bem.trajectory import is_completed
 from experiments.measurements.cases import Case, drawn, rows_of
-from experiments.measurements.harness import Jobs, Seed, fingerprint, in_parallel, kept, measurement
+from experiments.measurements.harness import Jobs, Seed, fingerprint, in_parallel, kept
 
 KEPT = Path("results/soak")
 CHUNK = 250
@@ -128,8 +128,8 @@ def summary(chunks: list[dict[str, Any]]) -> dict[str, Any]:
     }
 
 
-@measurement("soak")
-def main(
+def study(
+    *,
     count: Annotated[int, typer.Option(help="Protocols inside the box.")] = 100_000,
     beyond: Annotated[int, typer.Option(help="Protocols beyond the box.")] = 20_000,
     stiff: Annotated[int, typer.Option(help="Stiff contacts, with and without adhesion.")] = 3_000,

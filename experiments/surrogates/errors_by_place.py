@@ -17,7 +17,7 @@ import surrogate
 from bem import Trajectory
 from bem.dataset.designs import OUTERMOST, PAPER_RANGES, Design
 from experiments.measurements.cases import ANY_SOLID, HIDDEN_SEED, Hidden
-from experiments.measurements.harness import Count, measurement
+from experiments.measurements.harness import Count
 from experiments.measurements.tools import predicted
 from surrogate.prediction.bands import BANDS, RESULTS
 from surrogate.prediction.files import BANDED
@@ -76,8 +76,8 @@ def divided(hidden: Hidden) -> dict[str, np.ndarray]:
     return {f"{end} {name}": ends[end][row] for row, name in enumerate(RANGES) for end in ends}
 
 
-@measurement("errors_by_place")
-def main(
+def study(
+    *,
     count: Count = 20_000,
     corner: Annotated[int, typer.Option(help="Protocols in each of the 64 corners.", min=1)] = 600,
     seed: Annotated[int, typer.Option(help="Seed of the protocols.", min=0)] = HIDDEN_SEED,

@@ -13,7 +13,7 @@ import typer
 
 import surrogate
 from examples import infer_material as example
-from experiments.measurements.harness import CLOCK, Seed, in_turn, measurement, progress
+from experiments.measurements.harness import CLOCK, Seed, in_turn, progress
 from surrogate.posterior import BATCH, Likelihood, Sample
 
 ROUNDS, TIMED = 7, 32
@@ -82,8 +82,8 @@ def described(found: example.Inference) -> dict[str, Any]:
     }
 
 
-@measurement("inverse_problem")
-def main(
+def study(
+    *,
     samples: Annotated[int, typer.Option(min=example.LEAST, help="Samples of the surrogate.")] = 1_000_000,
     solver_samples: Annotated[int, typer.Option(min=example.LEAST, help="Samples of the solver.")] = 4_000,
     seed: Seed = 0,

@@ -17,7 +17,7 @@ from bem.dataset.designs import QUANTITIES
 from bem.dataset.measurement_steps import FMS, PHYSICAL
 from bem.dataset.records import grid_of
 from experiments.measurements.cases import ANY_SOLID, Hidden, results_of
-from experiments.measurements.harness import Count, measurement
+from experiments.measurements.harness import Count
 from experiments.measurements.statistics import quantiles
 
 EXAMPLE = {
@@ -80,8 +80,7 @@ def example() -> dict[str, Any]:
     return found
 
 
-@measurement("measurement_floor")
-def main(count: Count = 2000) -> dict[str, Any]:
+def study(*, count: Count = 2000) -> dict[str, Any]:
     """Measure the floor of both kinds of steps on hidden protocols of any modulus ratio."""
     hidden = Hidden.draw(count, ANY_SOLID)
     trajectories = list(hidden.simulated())

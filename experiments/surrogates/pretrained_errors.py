@@ -17,7 +17,7 @@ import typer
 import surrogate
 from experiments.common import MODULUS_RATIO
 from experiments.measurements.cases import ANY_SOLID, Hidden, regions, results_of
-from experiments.measurements.harness import Count, in_turn, measurement
+from experiments.measurements.harness import Count, in_turn
 from experiments.measurements.statistics import quantiles
 from experiments.measurements.tools import predicted, streamed
 from experiments.surrogates import gradients
@@ -123,10 +123,8 @@ def slopes(models: dict[str, Any], hidden: Hidden) -> dict[str, Any]:
     return {"count": len(hidden), "difference": gradients.STEP, "fine": gradients.FINE, "tools": found}
 
 
-@measurement("pretrained_errors")
-def main(
-    count: Count = 2000,
-    model: Annotated[list[str] | None, typer.Option(help="Models; repeat the option.")] = None,
+def study(
+    *, count: Count = 2000, model: Annotated[list[str] | None, typer.Option(help="Models; repeat the option.")] = None
 ) -> dict[str, Any]:
     """Compare the models on hidden protocols, at the corners of the ranges, and their cost."""
     models = {name: surrogate.load(name) for name in model or [*NAMES, "M1-concat"]}

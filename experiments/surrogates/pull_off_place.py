@@ -7,7 +7,6 @@ of the pull-off force that the solver's own forces at the steps show, in percent
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,7 +16,6 @@ from bem.dataset.designs import OUTERMOST, PAPER_RANGES
 from bem.dataset.measurement_steps import PHYSICAL, STEPS_VERSION
 from bem.protocol import default_start_indentation
 from experiments.measurements.cases import ANY_SOLID, Hidden
-from experiments.measurements.harness import measurement
 from experiments.surrogates.measurement_floor import errors
 
 RANGES = PAPER_RANGES | {"modulus_ratio": ANY_SOLID}
@@ -26,7 +24,6 @@ FITTED = {"box": (3000, 1), "edges": (3000, 2), "corners": (20 * CORNERS, 3)}
 JUDGED = {"box": (3000, 4), "corners": (60 * CORNERS, 5)}
 """Protocols of each kind and their seeds."""
 KNEE = 0.05  # residual below which least squares are used
-FILE = Path(physical_steps.__file__).with_name("pull_off_place.json")
 
 
 def drawn(kind: str, count: int, seed: int) -> Hidden:
@@ -62,8 +59,7 @@ def fit(terms: np.ndarray, logs: np.ndarray) -> np.ndarray:
     return found
 
 
-@measurement(FILE)
-def main() -> dict[str, Any]:
+def study() -> dict[str, Any]:
     """Fit the expected place of the pull-off, and judge it and the steps."""
     terms, logs, parts = {}, {}, {}
     for part, kinds in (("fitted", FITTED), ("judged", JUDGED)):

@@ -18,7 +18,7 @@ from bem._support.provenance import versions
 from bem.dataset.designs import Design
 from bem.dataset.measurement_steps import FMS, measurement_grid
 from experiments.common import scenes
-from experiments.measurements.harness import CLOCK, in_fresh_process, measurement
+from experiments.measurements.harness import CLOCK, in_fresh_process
 
 EDGES = (FMS[0] - 1, FMS[0] + FMS[1] - 1)
 """Indices of the measurement steps at which the dwell starts and ends."""
@@ -70,8 +70,8 @@ def page_text(stream_latency: Any) -> str:
     )
 
 
-@measurement("stream_latency")
-def main(
+def study(
+    *,
     model: Annotated[str, typer.Option(help="A published model or a model directory.")] = "M1-concat",
     models: Annotated[Path | None, typer.Option(help="Folder of published models.")] = None,
     steps: Annotated[int, typer.Option(help="Steps of the stream.")] = 1_000_000,

@@ -8,6 +8,7 @@ beyond either bound by 5, 20 and 100 %, the others are random inside the box, an
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
@@ -16,9 +17,9 @@ import typer
 from bem.dataset.designs import PAPER_RANGES, Design
 from bem.dataset.file import Dataset, load_dataset
 from bem.dataset.measurement_steps import FIRST_UNLOADING, measurement_grid
-from experiments.common import DATASET, MODELS, MODULUS_RATIO, load_surrogate, scenes, without_extrapolation_warnings
+from experiments.common import MODULUS_RATIO, load_surrogate, scenes, without_extrapolation_warnings
 from experiments.measurements.cases import Hidden
-from experiments.measurements.harness import Count, DatasetFile, Models, Seed, measurement, progress
+from experiments.measurements.harness import Count, Seed, progress
 from experiments.measurements.statistics import force_error, spread
 from experiments.measurements.tools import left_out
 
@@ -80,13 +81,13 @@ def out_of_range(predict: Predict, count: int, seed: int) -> list[dict[str, Any]
     return rows
 
 
-@measurement("surrogate_map")
-def main(
+def study(
+    dataset: Path,
+    models: Path,
+    *,
     model: Annotated[str, typer.Option(help="Published model.")] = "M1-concat",
     count: Count = 100,
     seed: Seed = 8,
-    dataset: DatasetFile = DATASET,
-    models: Models = MODELS,
 ) -> dict[str, Any]:
     """Map the errors of one model; the cases are the protocols of each point out of range."""
     from surrogate.data.dataset import Split

@@ -9,22 +9,14 @@ published or retrained after the measurement is listed by name; its seconds are 
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
-from typing import Annotated, Any
-
-import typer
+from typing import Any
 
 from bem.dataset.file import load_dataset
-from experiments.common import DATASET, MODELS
-from experiments.measurements.harness import MEASUREMENTS, DatasetFile, Models, measurement
 from experiments.measurements.tools import missing, outdated, published
 from experiments.paper_numbers import paper_values
-from experiments.trainings import training_speed
 from experiments.trainings.training_cost import batch_seconds, training_seconds
 from surrogate.prediction.files import weights_sha256
-
-COST = MEASUREMENTS / "accuracy_cost.json"
 
 
 def line(name: str, kind: str, fixed: float, query: float, **more: Any) -> dict[str, Any]:
@@ -48,17 +40,9 @@ def paper_lines() -> list[dict[str, Any]]:
     ]
 
 
-@measurement("amortisation")
-def main(
-    cost: Annotated[Path, typer.Option(help="Measurement of accuracy and cost.")] = COST,
-    dataset: DatasetFile = DATASET,
-    models: Models = MODELS,
-    speed: Annotated[Path, typer.Option(help="Measured seconds of a batch.")] = training_speed.OUT,
-) -> dict[str, Any]:
+def study(accuracy_cost: Any, dataset: Path, models: Path, training_speed: Any = None) -> dict[str, Any]:
     """Collect the costs and the break-even numbers of queries."""
-    if not cost.is_file():
-        raise FileNotFoundError(f"measurement {str(cost)!r} not found; `make measure-accuracy-cost` makes it")
-    tools = json.loads(cost.read_text(encoding="utf-8"))["tools"]
+    tools = accuracy_cost["tools"]
     data = load_dataset(dataset)
     data_seconds = float(data.scalars["solver_seconds"].sum())
     solver = [
@@ -66,7 +50,7 @@ def main(
         for tool in tools
         if tool["kind"] == "solver" and tool["setting"] in ("draft", "standard", "reference")
     ]
-    batch = batch_seconds(speed)
+    batch = batch_seconds(training_speed)
     surrogates: list[dict[str, Any]] = []
     absent: dict[str, list[str]] = {"unmeasured": [], "retrained": []}
     for name in published(models):

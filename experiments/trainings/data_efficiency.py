@@ -14,11 +14,8 @@ from typing import Any
 import numpy as np
 
 from experiments import common
-from experiments.measurements.harness import DatasetFile, Out
-from experiments.trainings.variants import WORK, AlsoModels, Config, Variant, Work, train_variants
+from experiments.trainings.variants import WORK, Variant, Work, train_variants
 
-CONFIG = common.CONFIGS / "data_efficiency.toml"
-OUT = Path("published/data_efficiency.json")
 KEYS = ("architecture", "recipe", "whole_epochs", "percents", "epochs", "folds", "jobs")
 WHOLE = (100, 0)
 """Percentage and fold of the whole training part."""
@@ -86,19 +83,14 @@ def result(config: dict[str, Any], trained: dict[tuple[float, int], dict[str, An
     return {"config": config, "complete": complete, "summary": summary, "full": trained[WHOLE], "shares": shares}
 
 
-def main(
-    config: Config = CONFIG,
-    dataset: DatasetFile = common.DATASET,
-    models: AlsoModels = common.MODELS,
-    work: Work = WORK / "data_efficiency",
-    out: Out = OUT,
+def study(
+    config: dict[str, Any], dataset: Path, models: Path, out: Path, *, work: Work = WORK / "data_efficiency"
 ) -> None:
     """Train on the subsets, or continue; the result file is written after each training."""
-    settings = common.read_config(config, *KEYS)
 
     def publish(trained: dict[tuple[float, int], dict[str, Any]]) -> None:
         if WHOLE in trained and len(trained) > 1:
-            common.write_result(out, "data_efficiency", result(settings, trained))
+            common.write_result(out, "data_efficiency", result(config, trained))
 
     folders = {"dataset": dataset, "models": models, "work": work, "out": out}
-    train_variants(variants(settings), **folders, jobs=settings["jobs"], publish=publish)
+    train_variants(variants(config), **folders, jobs=config["jobs"], publish=publish)

@@ -20,13 +20,10 @@ import numpy as np
 import typer
 
 from experiments import common
-from experiments.measurements.harness import DatasetFile, Out
 from experiments.trainings.hidden_errors import hidden_errors
-from experiments.trainings.variants import WORK, AlsoModels, Config, Variant, Work, kept_folder, train_variants
+from experiments.trainings.variants import WORK, Variant, Work, kept_folder, train_variants
 from surrogate.data.dataset import TrajectoryDataset
 
-CONFIG = common.CONFIGS / "feature_sets.toml"
-OUT = Path("published/feature_sets.json")
 PHYSICAL = Path("results/dataset/physical.h5")
 KEYS = ("architecture", "recipe", "epochs", "sets", "physical", "hidden", "jobs")
 PAPER = ("A", "B", "C", "D")
@@ -84,18 +81,18 @@ def check_physical(physical: Path, dataset: Path) -> None:
         )
 
 
-def main(
-    config: Config = CONFIG,
-    dataset: DatasetFile = common.DATASET,
-    models: AlsoModels = common.MODELS,
+def study(
+    config: dict[str, Any],
+    dataset: Path,
+    models: Path,
+    out: Path,
+    *,
     work: Work = WORK / "feature_sets",
-    out: Out = OUT,
     physical: Annotated[Path, typer.Option(help="The same protocols at physical measurement steps.")] = PHYSICAL,
 ) -> None:
     """Train on each feature set, or continue; the result file is written after each training."""
-    settings = common.read_config(config, *KEYS)
-    wanted = variants(settings, physical)
-    if settings["physical"] and dataset.is_file():
+    wanted = variants(config, physical)
+    if config["physical"] and dataset.is_file():
         check_physical(physical, dataset)
     floor = json.loads(out.read_text(encoding="utf-8")).get("floor", {}) if out.is_file() else {}
 
@@ -106,20 +103,20 @@ def main(
             part: {name: trained[part, name] for of, name in wanted if of == part and (part, name) in trained}
             for part in PARTS
         }
-        compared = found["sets"].keys() >= set(PAPER) & set(settings["sets"])
-        content = {"config": settings, "complete": len(trained) == len(wanted)}
+        compared = found["sets"].keys() >= set(PAPER) & set(config["sets"])
+        content = {"config": config, "complete": len(trained) == len(wanted)}
         content |= {"summary": summary(found["sets"]) if compared else {}, **found, "floor": floor}
         common.write_result(out, "feature_sets", content)
 
     folders = {"dataset": dataset, "models": models, "work": work}
-    trained = train_variants(wanted, **folders, out=out, jobs=settings["jobs"], publish=publish)
+    trained = train_variants(wanted, **folders, out=out, jobs=config["jobs"], publish=publish)
     kept = {}
     for place, variant in wanted.items():
-        if trained[place].get("hidden", {}).get("count") != settings["hidden"]:
+        if trained[place].get("hidden", {}).get("count") != config["hidden"]:
             data = TrajectoryDataset.load(variant.dataset or dataset)
             if folder := kept_folder(variant, data, work=work, models=models):
                 kept[variant.label] = (folder, PARTS[place[0]])
     if kept:
-        errors, floor = hidden_errors(kept, settings["hidden"])
+        errors, floor = hidden_errors(kept, config["hidden"])
         scored = {place: {"hidden": errors[one.label]} for place, one in wanted.items() if one.label in errors}
         publish({place: one | scored.get(place, {}) for place, one in trained.items()})

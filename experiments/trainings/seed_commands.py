@@ -12,7 +12,7 @@ from pathlib import Path
 
 from experiments import common
 from experiments.paper.model_comparison import REFERENCE
-from experiments.trainings.feature_sets import CONFIG, KEYS
+from experiments.trainings.feature_sets import KEYS
 from experiments.trainings.ranking import EXPECTED, INPUTS, found_seeds
 from surrogate.architectures.naming import paper_names
 from surrogate.data.dataset import TrajectoryDataset
@@ -24,7 +24,7 @@ WORK = Path("results/seeds")
 
 def trainings(configs: Path) -> dict[str, list[str]]:
     """Arguments of `surrogate train` by the name of each model and input representation, without its seed."""
-    settings = common.read_config(configs / CONFIG.name, *KEYS)
+    settings = common.read_config(configs / "feature_sets.toml", *KEYS)
     found = {name: [name, "--recipe", "swift"] for name in paper_names()}
     for features, (label,) in INPUTS.items():
         given = ["--recipe", settings["recipe"], "--features", features]

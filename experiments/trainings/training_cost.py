@@ -14,15 +14,12 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
-import typer
 
-from experiments.common import DATASET, MODELS, dataset_digest
-from experiments.measurements.harness import DatasetFile, Models, measurement
+from experiments.common import dataset_digest
 from experiments.paper.model_comparison import REFERENCE, minutes_to, outdated, paper_mse, published, read_model
-from experiments.trainings import training_speed
 from surrogate.architectures.naming import names
 from surrogate.training.identity import read_identity
 
@@ -41,13 +38,10 @@ def learning(history: dict[str, list[float]]) -> dict[str, list[float]]:
     }
 
 
-def batch_seconds(speed: Path) -> dict[tuple[str, str], float]:
-    """Seconds of a batch by recipe and architecture, measured on one machine; empty if there is no measurement."""
-    if not speed.is_file():
-        return {}
-    content = json.loads(speed.read_text(encoding="utf-8"))
-    models = content["models"].items()
-    return {(content["recipe"], name): one["seconds_per_batch"]["median"] for name, one in models}
+def batch_seconds(speed: Any) -> dict[tuple[str, str], float]:
+    """Seconds of a batch by recipe and architecture, from the result `training_speed`; empty if there is none."""
+    models = speed["models"].items() if speed else ()
+    return {(speed["recipe"], name): one["seconds_per_batch"]["median"] for name, one in models}
 
 
 def epoch_seconds(trajectories: int, recipe: dict[str, Any], each: float) -> float:
@@ -88,16 +82,11 @@ def trained(folder: Path, batch: float | None = None) -> dict[str, Any]:
     }
 
 
-@measurement("training_cost")
-def main(
-    models: Models = MODELS,
-    dataset: DatasetFile = DATASET,
-    speed: Annotated[Path, typer.Option(help="Measured seconds of a batch.")] = training_speed.OUT,
-) -> dict[str, Any]:
+def study(dataset: Path, models: Path, training_speed: Any = None) -> dict[str, Any]:
     """Collect the published trainings, and list the missing ones."""
     lineages = published(models)
     old = outdated(lineages, dataset_digest(dataset), models)
-    batch = batch_seconds(speed)
+    batch = batch_seconds(training_speed)
     runs = {
         name: trained(models / name, batch.get((one.recipe["name"], one.architecture)))
         for name, one in lineages.items()

@@ -10,18 +10,17 @@ The environment variable `KERAS_BACKEND` selects another backend.
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
 import typer
 
 from bem.dataset.measurement_steps import FMS
-from experiments.common import DATASET
-from experiments.measurements.harness import MEASUREMENTS, DatasetFile, Repeats, measurement, progress, timed
+from experiments.measurements.harness import Repeats, progress, timed
 from experiments.measurements.statistics import spread
 from surrogate.backend import import_keras, limit_threads, versions
 
-OUT = MEASUREMENTS / "training_speed.json"
 BLOCK = 10  # batches in a block if the optimizer has no bases
 
 
@@ -56,12 +55,12 @@ def seconds_of_batches(name: str, recipe: Any, batches: int, repeats: int) -> li
     return [seconds / length for seconds in timed(block, repeats)]
 
 
-@measurement("training_speed")
-def main(
+def study(
+    dataset: Path,
+    *,
     recipe: Annotated[str, typer.Option(help="Name of a recipe, or its file.")] = "swift",
     only: Annotated[list[str] | None, typer.Option(help="Time this model only and write nothing; repeatable.")] = None,
     repeats: Repeats = 3,
-    dataset: DatasetFile = DATASET,
 ) -> dict[str, Any] | None:
     """Measure every architecture; the size of the data set sets the batches of an epoch."""
     limit_threads(1)

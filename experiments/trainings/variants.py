@@ -27,10 +27,8 @@ from surrogate.training.recipe import Recipe
 
 WORK = Path("results/training_studies")
 Key = TypeVar("Key")
-Config = Annotated[Path, typer.Option(help="TOML file.")]
-AlsoModels = Annotated[Path, typer.Option(help="Published models, used if trained in the same way.")]
 Work = Annotated[Path, typer.Option(help="Folder in which the trainings are kept.")]
-"""Options of the studies that train."""
+"""Option of the studies that train."""
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@ import pytest
 os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
 os.environ.setdefault("TF_NUM_INTRAOP_THREADS", "1")
 
+from bem._support.text_files import plain
 from bem.dataset.campaign import Campaign
 from experiments.measurements import accuracy_cost, tools
 from tests.bem.dataset import stand_in
@@ -21,13 +22,11 @@ def dataset(tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def cost(dataset, tmp_path_factory):
-    """What the measurement of accuracy and cost writes for two protocols, where no model is published."""
+    """What the measurement of accuracy and cost is for two protocols, where no model is published."""
     folder = tmp_path_factory.mktemp("cost")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(tools, "EXACT_TARGET", 4e-3)
         patch.setattr(tools, "KEPT", folder)
         patch.setattr(accuracy_cost, "TARGETS", (5e-2, 1.7e-2))
         patch.setattr(accuracy_cost, "BASELINE", {20: 0.5, 30: 0.5})
-        out = folder / "cost.json"
-        accuracy_cost.main(2, 2, 20, 1, dataset, folder / "no models", out=out, busy=True)
-    return out
+        return plain(accuracy_cost.study(dataset, folder / "no models", count=2, repeats=2, finest=20, jobs=1))

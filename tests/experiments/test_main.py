@@ -1,10 +1,12 @@
 """The runner of the studies."""
 
+import json
 import sys
 
 import pytest
 
 from experiments.__main__ import main
+from experiments.measurements import contact_ticks
 
 
 def run(monkeypatch, capsys, *words):
@@ -36,6 +38,8 @@ def test_an_unknown_study_or_what_studies_share_is_one_sentence(name, monkeypatc
         (["architecture_graphs", "--architecture", "a.py"], "No such option: --architecture"),
         (["inconsistencies", "--only", "halving", "--only", "none"], "received 'none'"),
         (["inconsistencies", "--take", "dataset"], "--take must be NAME=FILE; received 'dataset'"),
+        (["model_comparison", "--dataset", "no/file.h5"], "data set 'no/file.h5' not found"),
+        (["amortisation", "--accuracy-cost", "no.json"], "'no.json' not found; `make measure-accuracy-cost` makes it"),
     ],
 )
 def test_options_are_those_of_the_study(words, said, monkeypatch, capsys):
@@ -46,3 +50,11 @@ def test_options_are_those_of_the_study(words, said, monkeypatch, capsys):
 def test_an_option_may_be_repeated(monkeypatch, capsys):
     code, found = run(monkeypatch, capsys, "inconsistencies", "--only", "halving", "--only", "inference-time")
     assert (code, found.out.split("\n")[0], "\ninference-time\n" in found.out) == (0, "halving", True)
+
+
+def test_a_result_is_written_where_asked_and_states_its_options_in_their_order(monkeypatch, capsys, tmp_path):
+    monkeypatch.setattr(contact_ticks, "ticks", lambda *_: [2e-4])
+    out = tmp_path / "ticks.json"
+    code, _ = run(monkeypatch, capsys, "contact_ticks", "--seed", "3", "--count", "2", "--out", str(out))
+    found = json.loads(out.read_text(encoding="utf-8"))
+    assert (code, found["command"]) == (0, "python -m experiments contact_ticks --count 2 --seed 3")

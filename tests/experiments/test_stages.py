@@ -36,7 +36,7 @@ def test_hours_are_of_one_machine_where_it_measured_batches(tmp_path, monkeypatc
     publish(tmp_path, names(), 1000.0)
     speed = {"recipe": "swift", "models": {"M1-concat": {"seconds_per_batch": {"median": 2.0}}}}
     (tmp_path / "measurements").mkdir()
-    (tmp_path / stages.SPEED).write_text(json.dumps(speed), encoding="utf-8")
+    (tmp_path / "measurements" / "training_speed.json").write_text(json.dumps(speed), encoding="utf-8")
     monkeypatch.setattr(stages, "training_seconds", lambda _, batch: 10.0 * batch["swift", "M1-concat"])
     assert hours_of("models", read_stages(), tmp_path) == (pytest.approx(18 * 20.0 / 3600.0 / 2), True)
 

@@ -1,6 +1,5 @@
 """Seconds against errors of every tool, on the smallest samples."""
 
-import json
 import types
 
 import numpy as np
@@ -12,8 +11,7 @@ from surrogate.data.dataset import TrajectoryDataset
 
 
 def test_every_tool_is_measured_and_missing_models_are_named(cost):
-    content = json.loads(cost.read_text(encoding="utf-8"))
-    tools = {(tool["kind"], tool["setting"]): tool for tool in content["tools"]}
+    tools = {(tool["kind"], tool["setting"]): tool for tool in cost["tools"]}
     assert list(tools)[:4] == [
         ("measurement steps", ""),
         ("solver", "0.05"),
@@ -21,12 +19,12 @@ def test_every_tool_is_measured_and_missing_models_are_named(cost):
         ("paper's discretisation", "20 nodes, 20 steps"),
     ]
     assert all(kind == "closed form" for kind, _ in list(tools)[4:])
-    assert content["tools"][0]["errors"]["force"]["largest"] == 0.0
-    assert all(tool["failures"] == 0 for tool in content["tools"])
+    assert cost["tools"][0]["errors"]["force"]["largest"] == 0.0
+    assert all(tool["failures"] == 0 for tool in cost["tools"])
     assert [tools[key]["protocols"] for key in list(tools)[1:4]] == [2, 2, 1]
-    assert all(tool["repeats"] == 2 and len(tool["run_totals"]) == 2 for tool in content["tools"][1:])
-    assert all(tool["seconds"]["count"] == tool["protocols"] for tool in content["tools"][1:])
-    assert len(content["missing"]) == 18
+    assert all(tool["repeats"] == 2 and len(tool["run_totals"]) == 2 for tool in cost["tools"][1:])
+    assert all(tool["seconds"]["count"] == tool["protocols"] for tool in cost["tools"][1:])
+    assert len(cost["missing"]) == 18
 
 
 def test_a_tool_is_judged_by_medians_against_its_own_protocols(monkeypatch):

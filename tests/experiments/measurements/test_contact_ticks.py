@@ -1,5 +1,3 @@
-import json
-
 import numpy as np
 import pytest
 
@@ -17,11 +15,9 @@ def test_a_protocol_is_followed_in_ticks_up_to_the_longest_number(dwell, count, 
     assert min(spent) > 0.0
 
 
-def test_the_shares_are_published_and_said(tmp_path, monkeypatch):
+def test_the_shares_are_found_and_said(monkeypatch):
     monkeypatch.setattr(contact_ticks, "ticks", lambda *_: [2e-4, 4e-4, 5e-3, 3e-4])
-    out = tmp_path / "ticks.json"
-    contact_ticks.main(2, out=out, busy=True)
-    content = json.loads(out.read_text())
+    content = contact_ticks.study(count=2) | {"host": "a machine"}
     assert (content["count"], content["below_a_millisecond"]) == (8, 0.75)
     assert "takes 0.35 ms (median" in contact_ticks.page_text(content)
     assert "75.00 % take less than 1 ms" in contact_ticks.page_text(content)

@@ -19,7 +19,7 @@ def test_growth_of_both_solvers():
     found = cost_growth.fitted(points, "nodes")
     assert (found["exponent"], found["iterations"]) == (pytest.approx(0.0), pytest.approx(1.0))
     with pytest.raises(ValueError, match="repeats must be at least 3; received 1"):
-        cost_growth.main(1)
+        cost_growth.study(None, repeats=1)
 
 
 def test_one_control_moves_its_own_number():

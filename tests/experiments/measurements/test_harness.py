@@ -7,7 +7,7 @@ import pytest
 
 from experiments import progress
 from experiments.measurements import harness
-from experiments.measurements.harness import Clock, measurement, plain
+from experiments.measurements.harness import Clock, plain, stated
 from experiments.measurements.statistics import exponent, force_error, spread
 
 
@@ -116,20 +116,19 @@ def test_calls_in_turn_are_medians_of_their_rounds_over_their_cases(clock):
     assert order[:4] == [("a", 0), ("b", 0), ("a", 0), ("b", 0)]  # the first round is not counted
 
 
-def test_a_measurement_states_its_options_and_publishes_what_it_returns(tmp_path):
-    @measurement("twice")
-    def main(count: int = 3, name: list[str] | None = None, jobs: int = 2, fast: bool = False) -> dict | None:
-        """Count."""
-        return {"count": 2 * count} if count else None
+def test_a_measurement_states_its_options_but_paths_and_what_changes_no_result(tmp_path):
+    options = {"some_count": 5, "name": ["a", "b"], "jobs": 2, "fast": True, "slow": False}
+    options |= {"folder": tmp_path, "of": None}
+    assert " ".join(stated(options)) == "--some-count 5 --name a --name b --fast"
 
-    main(5, ["a", "b"], fast=True, out=tmp_path / "twice.json")
-    found = json.loads((tmp_path / "twice.json").read_text(encoding="utf-8"))
-    assert found["count"] == 10
-    assert found["command"] == "python -m experiments test_harness --count 5 --name a --name b --fast"
+
+def test_only_a_measurement_may_hold_what_is_not_a_number(clock, tmp_path):
+    harness.publish(tmp_path / "measurements" / "one.json", "one", {"a": np.nan}, busy=False)
+    found = json.loads((tmp_path / "measurements" / "one.json").read_text(encoding="utf-8"))
+    assert found["a"] is None
     assert "processor_share" not in found
-    main(0, out=tmp_path / "nothing.json")
-    assert not (tmp_path / "nothing.json").exists()
-    assert main.__doc__ == "Count."
+    with pytest.raises(ValueError, match="not JSON compliant"):
+        harness.publish(tmp_path / "studies" / "one.json", "one", {"a": np.nan}, busy=False)
 
 
 def test_what_is_kept_is_not_computed_again(tmp_path):

@@ -26,14 +26,13 @@ def test_the_force_beyond_a_square_is_that_of_an_undeformed_sphere():
     assert other_software.force_beyond(half + 0.05, indentation) == pytest.approx(summed, rel=0.01)
 
 
-def test_the_other_software_is_required(tmp_path, monkeypatch):
+def test_the_other_software_is_required(monkeypatch):
     monkeypatch.setattr(other_software, "PACKAGES", ("Adhesion", "no-such-package"))
     monkeypatch.setattr(peers, "EXACT_TARGET", 4e-3)
     with pytest.raises(RuntimeError, match=r"Adhesion and no-such-package must be installed: .*peers"):
-        peers.main(32, out=tmp_path / "peers.json", busy=True)
-    assert not list(tmp_path.iterdir())
+        peers.study(finest=32)
     with pytest.raises(ValueError, match="finest must be one of 32, 64, 128, 256; received 100"):
-        peers.main(100)
+        peers.study(finest=100)
 
 
 def test_every_tool_finds_its_number(monkeypatch):

@@ -48,10 +48,7 @@ def test_seconds_of_a_model_that_was_trained_anew_do_not_count(dataset, tmp_path
     common = {"kind": "surrogate", "way": "ONNX single", "errors": {}, "seconds": {"mean": 1e-3}}
     measured = [{"model": name, "setting": name, "weights_sha256": digest} | common for name, digest in digests.items()]
     measured.append({"model": "M1-gated", "setting": "M1-gated"} | common)
-    cost = tmp_path / "cost.json"
-    cost.write_text(json.dumps({"tools": measured}), encoding="utf-8")
-    amortisation.main(cost, dataset, models, tmp_path / "no speed", out=tmp_path / "out.json")
-    content = json.loads((tmp_path / "out.json").read_text(encoding="utf-8"))
+    content = amortisation.study({"tools": measured}, dataset, models)
     assert [line["name"] for line in content["lines"] if line["kind"] == "surrogate"] == ["M1-concat"]
     (line,) = (line for line in content["lines"] if line["kind"] == "surrogate")
     assert line["fixed_seconds"] == load_dataset(dataset).scalars["solver_seconds"].sum() + 120.0
@@ -125,9 +122,7 @@ def test_surrogates_are_measured_and_what_does_not_work_is_named(models, dataset
     monkeypatch.setattr(accuracy_cost, "FORMS", ())
     monkeypatch.setattr(tools, "KEPT", tmp_path)
     monkeypatch.setattr(accuracy_cost, "SINGLE_CALLS", 2)
-    out = tmp_path / "cost.json"
-    accuracy_cost.main(3, 2, 0, 1, dataset, models, out=out, busy=True)
-    content = json.loads(out.read_text(encoding="utf-8"))
+    content = accuracy_cost.study(dataset, models, count=3, repeats=2, finest=0, jobs=1)
     surrogates = [tool for tool in content["tools"] if tool["kind"] == "surrogate"]
     ways = [tool["way"] for tool in surrogates if tool["model"] == "M1-concat"]
     assert ways == ["Keras call", "ONNX single", "ONNX batch"]
@@ -138,9 +133,7 @@ def test_surrogates_are_measured_and_what_does_not_work_is_named(models, dataset
     broken = [text for text in content["missing"] if text.startswith("M1-gated")]
     assert len(broken) == 1
     assert not any(tool["model"] == "M1-gated" for tool in surrogates)
-    result = tmp_path / "amortisation.json"
-    amortisation.main(out, dataset, models, tmp_path / "no speed", out=result)
-    later = json.loads(result.read_text(encoding="utf-8"))
+    later = amortisation.study(content, dataset, models)
     assert "M1-gated" in later["unmeasured"]
     assert later["outdated"] == ["M2-concat"]
     assert any(one["surrogate"] == "M1-concat, ONNX batch" for one in later["break_even"])

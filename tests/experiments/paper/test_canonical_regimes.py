@@ -58,9 +58,8 @@ def slow_clocks(patch):
 def test_measured_seconds_are_the_processors(quick, tmp_path, monkeypatch):
     ticks = iter(np.arange(10_000.0).tolist())
     monkeypatch.setattr(timing, "CLOCK", timing.Clock(processor=lambda: next(ticks), wall=lambda: 0.0))
-    out = tmp_path / "measured.json"
-    canonical_times.main(quick[1], tmp_path, out=out)
-    found = json.loads(out.read_text(encoding="utf-8"))
+    arguments = Places(published=tmp_path, taken={"config": quick[1]}).arguments(canonical_times.study, "measured")
+    found = canonical_times.study(**arguments)
     one = {"solver": 1.0, "keras_call": 1.0, "predictor": 1.0, "predictor_batch": 0.5}
     assert found["seconds"] == {"1": one, "2": one}
     assert found["config"]["batch"] == 2

@@ -28,7 +28,7 @@ def test_an_unknown_baseline_is_refused(revision, tmp_path, monkeypatch):
 @pytest.mark.parametrize("words", ["fine", "0", "nan"])
 def test_an_unknown_accuracy_is_refused_before_anything_runs(words):
     with pytest.raises(ValueError, match="accuracy must be 'draft'"):
-        bench_solver.main(baseline="HEAD", accuracy=[words])
+        bench_solver.study(baseline="HEAD", accuracy=[words])
 
 
 def test_the_package_of_a_revision_is_checked_out_once(tmp_path, monkeypatch):

@@ -1,7 +1,5 @@
 """Broad-band solids: their series, and how pulling fast amplifies the pull-off force."""
 
-import json
-
 import numpy as np
 import pytest
 
@@ -25,23 +23,20 @@ def test_amplification_grows_from_one_towards_the_modulus_ratio():
     assert 6.0 < fast < 10.0
 
 
-def test_each_curve_has_the_points_of_its_own_preload(tmp_path, monkeypatch):
+def test_each_curve_has_the_points_of_its_own_preload(monkeypatch):
     def pulled(_, preload, rate, __):
         return {"unloading_rate": rate, "amplification": preload, "status": "completed", "seconds": 0.0}
 
     monkeypatch.setattr(broad_band, "pulled", pulled)
-    broad_band.main(3, "draft", 1, out=tmp_path / "broad.json")
-    curves = json.loads((tmp_path / "broad.json").read_text(encoding="utf-8"))["curves"]
+    curves = broad_band.study(rates=3, accuracy="draft", jobs=1)["curves"]
     assert len(curves) == 5 * len(broad_band.PRELOADS)
     assert all([point["amplification"] for point in one["points"]] == [one["preload"]] * 3 for one in curves)
 
 
-def test_amplification_is_also_over_the_elastic_solid_of_the_same_range(tmp_path, monkeypatch):
+def test_amplification_is_also_over_the_elastic_solid_of_the_same_range(monkeypatch):
     monkeypatch.setattr(broad_band, "EXPONENTS", (1.6,))
     monkeypatch.setattr(broad_band, "PRELOADS", (10.0,))
-    out = tmp_path / "broad.json"
-    broad_band.main(3, "draft", 1, out=out)
-    content = json.loads(out.read_text(encoding="utf-8"))
+    content = broad_band.study(rates=3, accuracy="draft", jobs=1)
     assert [curve["terms"] for curve in content["curves"]] == [7, 1]
     (point, *_), _ = (curve["points"] for curve in content["curves"])
     assert (point["unloading_rate"], point["status"]) == (1e-6, "completed")

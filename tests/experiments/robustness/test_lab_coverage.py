@@ -1,6 +1,5 @@
 """The study of intervals draws contacts, fits them and counts."""
 
-import json
 import types
 
 import numpy as np
@@ -40,8 +39,7 @@ def test_a_fit_that_fails_counts_as_a_miss(tmp_path, monkeypatch, capsys):
 
     monkeypatch.setattr(lab_coverage, "fit", fails)
     monkeypatch.setattr(lab_coverage, "PIXELS", 4)
-    lab_coverage.main(curves=1, cases=1, seed=0, jobs=1, folder=tmp_path, out=tmp_path / "a.json", busy=True)
-    found = json.loads((tmp_path / "a.json").read_text())
+    found = lab_coverage.study(curves=1, cases=1, folder=tmp_path)
     for kind in (*lab_coverage.CLASSES, *lab_coverage.INSTRUMENTS):
         assert (found[kind]["cases"], found[kind]["fitted"], found[kind]["right"]) == (1, 0, 0)
         assert found[kind]["results"][0]["failure"] == "the fit did not converge"
@@ -51,9 +49,8 @@ def test_a_fit_that_fails_counts_as_a_miss(tmp_path, monkeypatch, capsys):
 
 def test_a_case_says_which_intervals_hold_the_truth_and_is_kept(tmp_path, monkeypatch):
     monkeypatch.setattr(lab_coverage, "PIXELS", 1)
-    settings = {"curves": 1, "cases": 1, "jobs": 1, "folder": tmp_path / "kept", "busy": True}
-    lab_coverage.main(**settings, seed=0, out=tmp_path / "a.json")
-    first = json.loads((tmp_path / "a.json").read_text())
+    settings = {"curves": 1, "cases": 1, "folder": tmp_path / "kept"}
+    first = lab_coverage.study(**settings)
     for kind in (*lab_coverage.CLASSES, *lab_coverage.INSTRUMENTS):
         assert first[kind]["fitted"] == first[kind]["right"] == 1
         inside = first[kind]["results"][0]["inside"].values()
@@ -62,7 +59,6 @@ def test_a_case_says_which_intervals_hold_the_truth_and_is_kept(tmp_path, monkey
     assert lab_coverage.map_text(first).startswith("1 of 1 curves in ")
     # The same command reads what it has; another seed computes.
     monkeypatch.setattr(lab_coverage, "drawn_curve", None)
-    lab_coverage.main(**settings, seed=0, out=tmp_path / "b.json")
-    assert json.loads((tmp_path / "b.json").read_text())["stage"] == first["stage"]
+    assert lab_coverage.study(**settings)["stage"] == first["stage"]
     with pytest.raises(TypeError):
-        lab_coverage.main(**settings, seed=1, out=tmp_path / "b.json")
+        lab_coverage.study(**settings, seed=1)

@@ -1,7 +1,5 @@
 """The tables of instruments' files say what was read, fitted and refused, and what nanite says."""
 
-import json
-
 import numpy as np
 import pytest
 
@@ -17,8 +15,7 @@ def test_every_file_is_read_fitted_or_refused_with_its_reason(tmp_path, monkeypa
     write_map(data / "fmt-a.h5", [CLASSES["hertz"](np.random.default_rng(seed), noise=0.01)[0] for seed in range(3)])
     said = [{"modulus": 2e3, "rating": 7.0, "seconds": 0.3}, {"reason": "no", "seconds": 0.1}]
     monkeypatch.setattr(lab_files, "beside", lambda *_: said)
-    lab_files.main(folder=tmp_path, out=tmp_path / "a.json", busy=True)
-    found = json.loads((tmp_path / "a.json").read_text())
+    found = lab_files.study(folder=tmp_path)
     rows = lab_files.files_text(found).splitlines()[2:]
     assert [row.split("|")[1:6] for row in rows] == [
         [" `.h5` ", " 1 ", " 2 ", " 2 ", " 2 "],

@@ -1,7 +1,5 @@
 """Small soaks: what they count, keep and continue."""
 
-import json
-
 import numpy as np
 import pytest
 
@@ -12,9 +10,7 @@ PEAK = np.sin(np.linspace(0.0, 3.0, 40))
 
 
 def soaked(count, beyond, folder, stiff=0):
-    out = folder / "soak.json"
-    soak.main(count, beyond, stiff, 11, 1, folder / "chunks", out=out)
-    return json.loads(out.read_text(encoding="utf-8"))
+    return soak.study(count=count, beyond=beyond, stiff=stiff, jobs=1, folder=folder / "chunks")
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,3 @@
-import json
-
 import numpy as np
 import pytest
 
@@ -43,10 +41,8 @@ def test_corners_are_all_and_within_the_ranges():
     } == PAPER_RANGES
 
 
-def test_the_floor_of_both_kinds_of_steps(tmp_path):
-    out = tmp_path / "floor.json"
-    measurement_floor.main(6, out=out)
-    content = json.loads(out.read_text())
+def test_the_floor_of_both_kinds_of_steps():
+    content = measurement_floor.study(count=6)
     floors = [content["kinds"][kind]["pull_off"]["p90"] for kind in ("uniform", "physical")]
     assert all(floor >= 0.0 for floor in floors)
     assert len(content["kinds"]["physical"]["pull_off_errors"]) == 6
@@ -87,11 +83,9 @@ class Answer:
         self.pull_off_interval = (0.995 * true.pull_off_force, 1.5 * true.pull_off_force)
 
 
-def test_errors_coverage_and_cost_of_a_model_that_errs_by_one_percent(tmp_path, monkeypatch):
+def test_errors_coverage_and_cost_of_a_model_that_errs_by_one_percent(monkeypatch):
     monkeypatch.setattr(pretrained_errors.surrogate, "load", {"fast": Oracle(), "M1-concat": Oracle()}.get)
-    out = tmp_path / "errors.json"
-    pretrained_errors.main(5, ["fast", "M1-concat"], out=out, busy=True)
-    content = json.loads(out.read_text())
+    content = pretrained_errors.study(count=5, model=["fast", "M1-concat"])
     for kind in ("paper", "any"):
         found = content["models"]["fast"][kind]
         assert found["pull_off"]["p50"] == pytest.approx(1.0)
@@ -129,7 +123,7 @@ def test_gradients_of_a_power_law_are_its_exponents():
     assert gradients.errors(wrong[:, :5], found)["modulus_ratio"] is None
 
 
-def test_the_inverse_problem_is_described_and_published(tmp_path, monkeypatch):
+def test_the_inverse_problem_is_described(monkeypatch):
     """A posterior that was found, and stand-ins for both tools."""
     example = inverse_problem.example
     monkeypatch.setattr(inverse_problem.surrogate, "load", lambda name: name)
@@ -145,9 +139,7 @@ def test_the_inverse_problem_is_described_and_published(tmp_path, monkeypatch):
     monkeypatch.setattr(
         example, "simulated", lambda points, *_, **__: np.tile(np.linspace(0, 1, 200), (len(points), 1))
     )
-    out = tmp_path / "inverse.json"
-    inverse_problem.main(300, 300, 0, out=out, busy=True)
-    content = json.loads(out.read_text())
+    content = inverse_problem.study(samples=300, solver_samples=300)
     solver, surrogates = (content["posteriors"][name] for name in (example.SOLVER, example.SURROGATE))
     assert surrogates["effective"] == pytest.approx(300.0)
     for one, bins in ((solver, 24), (surrogates, 80)):

@@ -1,6 +1,5 @@
 """The latency of a stream, step by step."""
 
-import json
 from types import SimpleNamespace
 
 import numpy as np
@@ -22,16 +21,14 @@ def instants(monkeypatch):
     return taken
 
 
-def test_percentiles_of_a_stream_are_those_of_their_names(instants, tmp_path, capsys):
-    stream_latency.main("any", None, 1001, out=tmp_path / "stream.json", busy=True)
-    found = json.loads((tmp_path / "stream.json").read_text(encoding="utf-8"))
+def test_percentiles_of_a_stream_are_those_of_their_names(instants, capsys):
+    found = stream_latency.study(model="any", steps=1001)
     assert found["microseconds"] == pytest.approx({"median": 500.0, "p99": 990.0, "p99_9": 999.0, "worst": 1000.0})
     assert found["share_above_50_microseconds"] == 950 / 1001
     assert "any, 1,001 steps: median 500.0 µs" in capsys.readouterr().out
     assert instants[0] == "reset"
     assert [place for place, edge in enumerate(instants[1:121]) if edge is True] == [49, 69]
     assert instants.count("reset") == 9
-    assert found["command"] == "python -m experiments stream_latency --model any --steps 1001"
     assert {"python", "numba", "onnxruntime"} <= found["versions"].keys()
 
 

@@ -1,16 +1,13 @@
 """When a surrogate pays for itself, from a measured file and the paper's numbers."""
 
-import json
-
 import pytest
 
+from experiments.places import Places
 from experiments.trainings import amortisation
 
 
 def test_amortisation_finds_where_lines_cross(cost, dataset, tmp_path):
-    out = tmp_path / "amortisation.json"
-    amortisation.main(cost, dataset, tmp_path / "no models", tmp_path / "no speed", out=out)
-    content = json.loads(out.read_text(encoding="utf-8"))
+    content = amortisation.study(cost, dataset, tmp_path / "no models")
     crossing = next(c for c in content["break_even"] if c["solver"] == "paper's solver")
     paper = {line["name"]: line for line in content["lines"]}
     at = crossing["queries"]
@@ -23,4 +20,4 @@ def test_amortisation_finds_where_lines_cross(cost, dataset, tmp_path):
         is None
     )
     with pytest.raises(FileNotFoundError, match="make measure-accuracy-cost"):
-        amortisation.main(tmp_path / "absent.json", dataset, tmp_path, tmp_path, out=out)
+        Places(published=tmp_path).arguments(amortisation.study, "amortisation")

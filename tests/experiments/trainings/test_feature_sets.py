@@ -43,11 +43,8 @@ def scored(monkeypatch):
 
 def run(tmp_path, dataset, file, **changes):
     """One call; returns the content of the result file."""
-    toml = tmp_path / "study.toml"
-    lines = (f"{name} = {json.dumps(value)}\n" for name, value in (SETTINGS | changes).items())
-    toml.write_text("".join(lines), encoding="utf-8")
     out = tmp_path / "out.json"
-    feature_sets.main(toml, dataset, tmp_path / "published", tmp_path, out, file)
+    feature_sets.study(SETTINGS | changes, dataset, tmp_path / "published", out, work=tmp_path, physical=file)
     return json.loads(out.read_text(encoding="utf-8"))
 
 

@@ -33,10 +33,7 @@ def test_held_out_errors_stand_beside_the_curves_of_the_validation_error(dataset
     write_model(models / "M1-concat", dataset, 3e-4)
     write_model(models / "M1-concat-8-epochs", dataset, 9e-4)
     write_model(models / "M1-concat-large", dataset, 1e-5, dataset_sha256="0")
-    out = tmp_path / "training.json"
-    speed = tmp_path / "speed.json"
-    training_cost.main(models, dataset, speed, out=out)
-    content = json.loads(out.read_text(encoding="utf-8"))
+    content = training_cost.study(dataset, models)
     assert read_model(models / "M1-concat")["validation_mse"] == 4e-4
     (reference,) = content["models"]
     assert reference["history"]["best_mse"] == [4e-4, 4e-4]
@@ -48,9 +45,7 @@ def test_held_out_errors_stand_beside_the_curves_of_the_validation_error(dataset
     assert len(content["missing"]) == 17 + len(training_cost.BUDGETS) - 1
     # With what a batch costs on one machine, 48 trajectories in batches of 20 take three of them an epoch.
     batches = {"recipe": "swift", "models": {"M1-concat": {"seconds_per_batch": {"median": 10.0}}}}
-    speed.write_text(json.dumps(batches), encoding="utf-8")
-    training_cost.main(models, dataset, speed, out=out)
-    content = json.loads(out.read_text(encoding="utf-8"))
+    content = training_cost.study(dataset, models, batches)
     (reference,) = content["models"]
     assert reference["history"]["core_minutes"] == [0.5, 1.0]
     assert (reference["core_minutes"], content["minutes_to_paper_mse"]) == (1.0, 0.5)

@@ -1,7 +1,5 @@
 """What a batch of training costs each architecture."""
 
-import json
-
 import pytest
 
 from experiments.trainings import training_speed
@@ -9,14 +7,12 @@ from surrogate.architectures import naming
 from tests.surrogate.conftest import build_tiny
 
 
-def test_every_architecture_takes_the_same_batches(dataset, tmp_path, monkeypatch):
+def test_every_architecture_takes_the_same_batches(dataset, monkeypatch):
     # The refinements of SOAP decide how long a block is: ten batches, too many for a network of full size.
     monkeypatch.setattr("surrogate.build", build_tiny)
     monkeypatch.setattr(naming, "names", lambda: ["M3-concat", "M4-gated"])
     monkeypatch.setattr(training_speed, "limit_threads", lambda _: None)
-    out = tmp_path / "speed.json"
-    training_speed.main("swift", None, 2, dataset, out=out, busy=True)
-    found = json.loads(out.read_text(encoding="utf-8"))
+    found = training_speed.study(dataset, repeats=2)
     assert list(found["models"]) == ["M3-concat", "M4-gated"]
     for one in found["models"].values():
         assert one["seconds_per_batch"]["count"] == 2
@@ -27,10 +23,9 @@ def test_every_architecture_takes_the_same_batches(dataset, tmp_path, monkeypatc
     assert found["models"][longest]["hours"] == found["longest_training_hours"]
 
 
-def test_a_chosen_model_is_only_timed(dataset, tmp_path, monkeypatch, capsys):
+def test_a_chosen_model_is_only_timed(dataset, monkeypatch, capsys):
     monkeypatch.setattr(training_speed, "limit_threads", lambda _: None)
     monkeypatch.setattr(training_speed, "BLOCK", 4)
     monkeypatch.setattr(training_speed, "timed", lambda _, repeats: [10.0] * repeats)
-    training_speed.main("paper", ["M4-gated"], 1, dataset, out=tmp_path / "speed.json")
+    assert training_speed.study(dataset, recipe="paper", only=["M4-gated"], repeats=1) is None
     assert capsys.readouterr().out.split()[:3] == ["M4-gated", "2500", "ms"]  # ten seconds for four batches
-    assert not list(tmp_path.iterdir())

@@ -75,13 +75,11 @@ def test_a_study_goes_on_from_its_result_file_in_another_clone(tmp_path, dataset
     refused, started = queue
     config = {"architecture": "M1-concat", "recipe": "swift", "whole_epochs": 1}
     config |= {"percents": [75, 50], "epochs": [1, 2], "folds": 2, "jobs": 1}
-    toml = tmp_path / "study.toml"
-    toml.write_text("".join(f"{name} = {json.dumps(value)}\n" for name, value in config.items()), encoding="utf-8")
 
     def run():
         options = {"dataset": dataset, "models": tmp_path / "published", "work": tmp_path, "out": tmp_path / "out.json"}
         try:
-            data_efficiency.main(toml, **options)
+            data_efficiency.study(config, **options)
         except typer.Exit as stop:
             return stop.exit_code, json.loads((tmp_path / "out.json").read_text(encoding="utf-8"))
         return 0, json.loads((tmp_path / "out.json").read_text(encoding="utf-8"))
