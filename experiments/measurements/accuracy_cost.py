@@ -11,7 +11,6 @@ closed form on those of its regime; each row states the number. Single calls of 
 
 from __future__ import annotations
 
-import contextlib
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -132,14 +131,8 @@ def study(
     rows = [report("measurement steps", "", steps, np.full((1, len(cases)), np.nan), exact)]
     with threadpool_limits(limits=1), without_extrapolation_warnings():
         rows += without_learning(cases, exact, repeats, finest)
-        absent = tools.missing(models)
-        if tools.published(models):
-            from surrogate.backend import limit_threads
-
-            with contextlib.suppress(RuntimeError):  # the backend is loaded: its caller has chosen the threads
-                limit_threads(1)
-            found, absent = surrogates(cases, models, exact, repeats)
-            rows += [{**row, "outdated": row["model"] in old} for row in found]
+        found, absent = surrogates(cases, models, exact, repeats)
+        rows += [{**row, "outdated": row["model"] in old} for row in found]
     print(f"missing: {', '.join(absent) or 'nothing'}; trained differently: {', '.join(old) or 'none'}")
     return {
         "protocols": len(cases),

@@ -18,7 +18,7 @@ from bem.dataset.designs import QUANTITIES
 from bem.dataset.measurement_steps import FIRST_UNLOADING, FMS, PHYSICAL, measurement_grid
 from bem.dataset.physical_steps import physical_grid
 from bem.solver.version import SOLVER_VERSION
-from experiments.common import MODULUS_RATIO, dataset_digest, scenes, without_extrapolation_warnings
+from experiments.common import MODULUS_RATIO, dataset_digest, load_surrogate, scenes, without_extrapolation_warnings
 from experiments.measurements.cases import Case, Hidden
 from experiments.measurements.harness import fingerprint, in_parallel, kept
 from experiments.paper.model_comparison import published as published_trainings
@@ -79,27 +79,21 @@ def predictions(predict: Predict, cases: Sequence[Case]) -> np.ndarray:
     return from_steps(predict(times, indentations, tabor), indentations)
 
 
-def scaled_inputs(trained: Any, times: np.ndarray, indentations: np.ndarray, tabor: np.ndarray) -> list[np.ndarray]:
-    """Scaled inputs of a Keras model for trajectories of shape (count, 120)."""
-    from surrogate.data.features import channels, edge_from_counts
-
-    physical = channels(times, indentations, edge_from_counts(FMS, len(times)), trained.scaling.features)
-    return [trained.scaling.scale_channels(physical), trained.scaling.scale_tabor(tabor)]
-
-
 def ways_to_call(name: str, models: Path) -> tuple[dict[str, Predict], dict[str, Any]]:
-    """The plain call `model.predict` of Keras, as most scripts do it, and the predictor, by ONNX Runtime.
+    """Two calls on one thread: `model.predict` of Keras, as most scripts do it, and the predictor, by ONNX Runtime.
 
     Returns:
         The calls by name, and what identifies the model.
     """
-    import surrogate
+    from surrogate.data.features import channels, edge_from_counts
 
-    trained, light = surrogate.load(name, models, backend="keras"), surrogate.load(name, models)
+    trained, light = load_surrogate(name, models, backend="keras"), load_surrogate(name, models)
+    scaling = trained.scaling
 
-    def keras_call(*inputs: np.ndarray) -> np.ndarray:
-        scaled = trained.model.predict(scaled_inputs(trained, *inputs), verbose=0)
-        return trained.scaling.unscale_force(np.asarray(scaled)[..., 0])
+    def keras_call(times: np.ndarray, indentations: np.ndarray, tabor: np.ndarray) -> np.ndarray:
+        physical = channels(times, indentations, edge_from_counts(FMS, len(times)), scaling.features)
+        scaled = trained.model.predict([scaling.scale_channels(physical), scaling.scale_tabor(tabor)], verbose=0)
+        return scaling.unscale_force(np.asarray(scaled)[..., 0])
 
     def predictor(times: np.ndarray, indentations: np.ndarray, tabor: np.ndarray) -> np.ndarray:
         return light.predict_history(times, indentations, scenes(tabor))

@@ -26,7 +26,6 @@ class Trained:
         features="D", channel_mean=(0.0,) * 4, channel_scale=(1.0,) * 4, tabor=(0.0, 1.0), force=(0.0, 1.0)
     )
     network = SimpleNamespace()
-    model = SimpleNamespace(predict=lambda inputs, **_: np.zeros(inputs[0].shape[:2]))
 
     def predict_history(self, _times, indentations, *_):
         return np.sin(indentations)
@@ -43,9 +42,7 @@ def quick(monkeypatch, tmp_path):
     monkeypatch.setattr(common, "load_surrogate", lambda *_, **__: Trained())
     config = tmp_path / "config.toml"
     config.write_text('model = "M1-concat"\nmodulus_ratio = 0.1\naccuracy = "draft"\n', encoding="utf-8")
-    times = tmp_path / "times.toml"
-    times.write_text(config.read_text(encoding="utf-8") + "repetitions = 3\nbatch = 2\n", encoding="utf-8")
-    return config, times
+    return config
 
 
 def slow_clocks(patch):
@@ -58,8 +55,10 @@ def slow_clocks(patch):
 def test_measured_seconds_are_the_processors(quick, tmp_path, monkeypatch):
     ticks = iter(np.arange(10_000.0).tolist())
     monkeypatch.setattr(timing, "CLOCK", timing.Clock(processor=lambda: next(ticks), wall=lambda: 0.0))
-    arguments = Places(published=tmp_path, taken={"config": quick[1]}).arguments(canonical_times.study, "measured")
-    found = canonical_times.study(**arguments)
+    ways = dict.fromkeys(("Keras call", "ONNX"), lambda times, *_: np.zeros(times.shape))
+    monkeypatch.setattr(canonical_times.tools, "ways_to_call", lambda *_: (ways, {}))
+    config = {"model": "any", "modulus_ratio": 0.1, "accuracy": "draft", "repetitions": 3, "batch": 2}
+    found = canonical_times.study(config, tmp_path)
     one = {"solver": 1.0, "keras_call": 1.0, "predictor": 1.0, "predictor_batch": 0.5}
     assert found["seconds"] == {"1": one, "2": one}
     assert found["config"]["batch"] == 2
@@ -76,7 +75,7 @@ def test_study_and_table_are_the_same_bytes_whatever_the_clocks_say(quick, tmp_p
         with pytest.MonkeyPatch.context() as patch:
             if run:
                 slow_clocks(patch)
-            places = Places(folder, taken={"config": quick[0], "canonical_times": times})
+            places = Places(folder, taken={"config": quick, "canonical_times": times})
             arguments = places.arguments(canonical_regimes.study, "figure-6")
             found = canonical_regimes.study(**arguments)
             write_result(folder / "regimes.json", "canonical_regimes", found)
