@@ -133,7 +133,6 @@ def study(
         rows += without_learning(cases, exact, repeats, finest)
         found, absent = surrogates(cases, models, exact, repeats)
         rows += [{**row, "outdated": row["model"] in old} for row in found]
-    print(f"missing: {', '.join(absent) or 'nothing'}; trained differently: {', '.join(old) or 'none'}")
     return {
         "protocols": len(cases),
         "repeats": repeats,

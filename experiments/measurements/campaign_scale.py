@@ -158,8 +158,6 @@ def study(
     """Measure what a campaign costs besides its trajectories."""
     known = load_dataset(dataset)
     runs = [run_seconds(count, workers) for workers in progress((1, 2), "runs")] if count else []
-    for run in runs:
-        print(f"{run['workers']} processes {run['wall']:8.2f} s wall {run['processor']:8.2f} s of processors")
     with tempfile.TemporaryDirectory() as folder:
         return {
             "runs": runs,

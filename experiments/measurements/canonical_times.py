@@ -43,6 +43,4 @@ def study(config: dict[str, Any], models: Path) -> dict[str, Any]:
             str(int(row["sample"])): seconds_of(Case.of(row), ways, config)
             for row in progress(rows, "canonical protocols")
         }
-    for sample, found in seconds.items():
-        print(f"({sample}) " + "  ".join(f"{way} {value:.3g} s" for way, value in found.items()))
     return {"config": config, "seconds": seconds}

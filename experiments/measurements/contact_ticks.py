@@ -53,5 +53,4 @@ def study(*, count: Count = 40, seed: Seed = 5) -> dict[str, Any]:
     spent = np.concatenate([ticks(case, generator) for case in progress(cases, "protocols")])
     found = {f"{level:g}": float(np.percentile(spent, level)) for level in LEVELS}
     below = float(np.mean(spent < 1e-3))
-    print(f"{spent.size} ticks, {100.0 * below:.2f} % below 1 ms; 99th percentile {1e3 * found['99']:.2f} ms")
     return {"count": spent.size, "seconds": found, "largest": float(spent.max()), "below_a_millisecond": below}

@@ -177,6 +177,4 @@ def study(
         ours = partial(varied, name, cost=lambda quantities: solver_seconds(quantities, repeats))
         solver[name] = curve(name, values.tolist(), ours)
         baseline[name] = curve(name, values.tolist(), partial(varied, name, cost=resolved))
-    for tool, curves in (("solver", solver), ("paper's discretisation", baseline)):
-        print(tool, {name: round(one["exponent"], 2) for name, one in curves.items()})
     return {"centre": CENTRE, "solver": solver, "baseline": baseline, "data_set": over_data_set}

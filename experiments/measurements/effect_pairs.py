@@ -135,9 +135,5 @@ def study(*, repeats: Repeats = 21) -> dict[str, Any]:
     for effect, one, two in pairs():
         ratios = [a / b for a, b in zip(spent[one], spent[two], strict=True)]
         rows.append({"effect": effect, "scene": one.name, "to": two.name, "ratios": ratios, "aim": LARGEST[effect]})
-        missed = "  over" if max(ratios) > LARGEST[effect] else ""
-        print(f"{one.name:40} {two.name:40} {' '.join(f'{ratio:5.2f}' for ratio in ratios)}{missed}")
-    for effects, each in spent.items():
-        print(f"{effects.name:40} {' '.join(f'{1e3 * one:6.2f}' for one in each)} ms")
     scenes = [{"name": effects.name, "seconds": each} for effects, each in spent.items()]
     return {"tabor": TABORS, "scenes": scenes, "pairs": rows}

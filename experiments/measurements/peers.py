@@ -133,6 +133,4 @@ def study(
     packages = installed()
     adhesion_largest_tension(TABORS[0], GRIDS[0] // 2, START)  # loads the package
     rows = [measured(one, exact[one.problem]) for one in progress(list(runs(finest)), "tools")]
-    for row in rows:
-        print(f"{row['problem']:10}{row['tool']:24}{row['setting']:16}{row['seconds']:12.3g} s {row['error']:10.2e}")
     return {"packages": packages, "exact": exact, "start": START, "runs": rows}

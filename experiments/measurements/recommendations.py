@@ -116,5 +116,4 @@ def study(*, count: Count = 100) -> dict[str, Any]:
             label = f"{name}, {quantity} within {tolerance:g}"
             found = summary([checked(*case, tolerance, quantity) for case in progress(cases, label)])
             results.append({"sample": name, "quantity": quantity, "tolerance": tolerance, **found})
-            print(f"{label}: kept in {found['kept']} of {found['simplified']} simplified", flush=True)
     return {"accuracy": ACCURACY, "results": results}

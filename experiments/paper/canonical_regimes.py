@@ -75,7 +75,6 @@ def study(config: dict[str, Any], models: Path, canonical_times: dict[str, Any])
         for protocol in paper_rows("canonical_protocols")
     ]
     found = summary(regimes) | {"measurement_steps": sum(FMS), "steps_by_phase": ", ".join(map(str, FMS))}
-    print(f"the solver takes 10^{found['orders_of_magnitude']:.2g} times as long")
     return {
         "config": config,
         "backend": type(trained.network).__name__,

@@ -98,8 +98,4 @@ def statistics(dataset: Dataset) -> dict[str, Any]:
 
 def study(dataset: Path) -> dict[str, Any]:
     """The statistics of a data set."""
-    content = {"dataset": dataset.name, **statistics(load_dataset(dataset))}
-    floor = content["resolution_floor"]["pull_off_force"]
-    print(f"{content['completed']} of {content['trajectories']} completed; resolution floor of the pull-off force:")
-    print("  ".join(f"{name} {100 * value:.3g} %" for name, value in floor.items()))
-    return content
+    return {"dataset": dataset.name, **statistics(load_dataset(dataset))}

@@ -101,8 +101,4 @@ def held_out_errors(folder: Path, dataset: Path) -> dict[str, np.ndarray]:
 
 def study(config: dict[str, Any], models: Path, dataset: Path) -> dict[str, Any]:
     """Error statistics of one model."""
-    content = statistics(held_out_errors(models / config["model"], dataset))
-    for column in ("pull_off_force_percent", "hysteresis_percent"):
-        found = content["overall"][column]
-        print(f"{column}: median {found['median']:.2f}, 90th percentile {found['p90']:.2f}")
-    return {"config": config, **content}
+    return {"config": config, **statistics(held_out_errors(models / config["model"], dataset))}

@@ -103,9 +103,6 @@ def study(config: dict[str, Any], models: Path, dataset: Path) -> dict[str, Any]
         "best_for_the_sample": min(sample["predictions"], key=lambda total: sample["predictions"][total]["mse"]),
         "best_for_the_test_set": min(whole, key=lambda total: whole[total]["mse"]["mean"]),
     }
-    for total, errors in whole.items():
-        mse, nmae = errors["mse"]["mean"], errors["nmae_percent"]["median"]
-        print(f"N = {total}: mean force MSE {mse:.2e}, median NMAE {nmae:.2f} %")
     return {
         "config": config,
         "summary": best,

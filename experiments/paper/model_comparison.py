@@ -159,9 +159,6 @@ def study(models: Path, dataset: Path) -> dict[str, Any]:
         name: {"architecture": lineages[name].architecture, **one} for name, one in read.items() if name not in found
     }
     missing = [name for name in paper_names() if name not in lineages]
-    print(f"{len(found)} of {len(paper_names())} models compared; missing: {', '.join(missing) or 'none'}")
-    for line in (*(f"beside them: {name}" for name in beside), *old.values()):
-        print(line)
     return {
         "dataset_sha256": digest,
         "models": found,

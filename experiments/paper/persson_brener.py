@@ -112,7 +112,6 @@ def study(config: dict[str, Any], models: Path) -> dict[str, Any]:
     found |= dict(zip(("energy_at_rest", "energy_of_a_fast_crack"), limits.tolist(), strict=True))
     found["length_scale_over_gap"] = float(theory.length_scale(protocols[0]["tabor"]))
     energies = theory.effective_energy(curve, config["modulus_ratio"])
-    print("\n".join(f"{name} {value:.3g}" for name, value in found.items()))
     return {
         "config": config,
         "summary": found,

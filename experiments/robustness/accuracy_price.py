@@ -81,7 +81,6 @@ def run(
         with progress_bar(campaign.count) as progress:
             run_campaign(campaign, path, workers=workers, solver=solver, progress=progress, replace=True)
         datasets[level] = load_dataset(path)
-        print(f"{level}: {len(datasets[level])} trajectories", flush=True)
     return datasets
 
 

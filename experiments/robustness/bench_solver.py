@@ -24,7 +24,6 @@ import typer
 from bem._support.command_line import parse_accuracy
 from bem._support.wording import markdown_table
 from bem.accuracy import resolve_accuracy
-from bem.dataset.designs import QUANTITIES
 from bem.trajectory import is_completed
 from experiments.measurements.cases import Case, drawn, rows_of
 from experiments.measurements.harness import Count, Seed, progress
@@ -49,8 +48,9 @@ class Solver:
     def __init__(self, source: Path) -> None:
         environment = {**os.environ, "PYTHONPATH": str(source), "OMP_NUM_THREADS": "1"}
         command = [sys.executable, "-P", str(Path(__file__).with_name("solver_child.py"))]
-        pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
+        pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "bufsize": 1}
         self._process = subprocess.Popen(command, text=True, cwd=source, env=environment, **pipes)
+        self.close = self._process.communicate
         package = Path(self._said())
         if not package.is_relative_to(source):
             self.close()
@@ -59,18 +59,12 @@ class Solver:
     def __call__(self, request: dict[str, Any], accuracy: str | float) -> dict[str, Any]:
         """Answer to a request, both as `solver_child` defines them."""
         self._process.stdin.write(json.dumps({**request, "accuracy": accuracy}) + "\n")
-        self._process.stdin.flush()
         return json.loads(self._said())
 
-    def close(self) -> None:
-        """End the process."""
-        self._process.communicate()
-
     def _said(self) -> str:
-        line = self._process.stdout.readline()
-        if not line:
-            raise RuntimeError(f"a solver's process ended with status {self._process.wait()}")
-        return line.rstrip("\n")
+        if line := self._process.stdout.readline():
+            return line.rstrip("\n")
+        raise RuntimeError(f"a solver's process ended with status {self._process.wait()}")
 
 
 def source_of(revision: str) -> Path:
@@ -95,9 +89,7 @@ def source_of(revision: str) -> Path:
 def requests(where: str, count: int, seed: int) -> list[dict[str, Any]]:
     """Requests to simulate protocols of a set of `cases.drawn`, inside the box with their measurement steps."""
     return [
-        {name: value for name, value in row.items() if name not in QUANTITIES[1:]}
-        | {"protocol": {name: row[name] for name in QUANTITIES[1:]}}
-        | {"times": Case.of(row).steps.tolist() if where == "inside" else []}
+        row | {"times": Case.of(row).steps.tolist() if where == "inside" else []}
         for row in rows_of(drawn(where, count, seed))
     ]
 
@@ -135,23 +127,22 @@ def compared(
 ) -> dict[str, Any]:
     """Two solvers, the other revision's first, on one sample: cost where both completed, and errors inside the box.
 
-    Args:
-        solvers: The solver of the other revision, then that of the working tree.
-        sample: A set of `cases.drawn`.
-        accuracy: Name or target error.
-        asked: The requests.
-        exact: Refined answers of shape (n, 122) inside the box, otherwise `None`.
-        repeats: Runs of each solver; the fastest counts for each protocol.
+    `exact` are refined answers of shape (n, 122) inside the box, otherwise `None`; the fastest run counts.
     """
     seconds, answers = taking_turns(solvers, asked, accuracy, repeats)
     done = np.array([[is_completed(one["status"]) for one in each] for each in answers])
     (before, now), both = seconds, done.all(axis=0)
-    found = {"sample": sample, "accuracy": str(accuracy), "scenes": asked, "seconds": seconds, "errors": []}
-    found |= {"ratio": ratio(now[both], before[both]), "largest_ratio": np.max(now[both] / before[both], initial=0.0)}
-    for each in answers if exact is not None else ():
-        errors = {name: spread(values) for name, values in answer_errors(table_of(each), exact).items()}
-        found["errors"].append(errors)
-    return found | {"not_completed": np.sum(~done, axis=1).tolist()}
+    errors = [answer_errors(table_of(each), exact) for each in answers] if exact is not None else []
+    return {
+        "sample": sample,
+        "accuracy": str(accuracy),
+        "scenes": asked,
+        "seconds": seconds,
+        "errors": [{name: spread(values) for name, values in each.items()} for each in errors],
+        "ratio": ratio(now[both], before[both]),
+        "largest_ratio": np.max(now[both] / before[both], initial=0.0),
+        "not_completed": np.sum(~done, axis=1).tolist(),
+    }
 
 
 def row_of(one: dict[str, Any]) -> list[str]:

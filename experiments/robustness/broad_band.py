@@ -24,7 +24,6 @@ from scipy.optimize import nnls
 from bem import Elastic, PiecewiseLinearProtocol, PronySeries, Scene, StandardLinearSolid, simulate
 from bem.materials import Material
 from bem.reference_solutions.jkr import PULL_OFF_FORCE
-from bem.trajectory import is_completed
 from experiments.measurements.harness import Jobs, in_parallel
 
 TABOR, RATIO = 3.24, 0.1
@@ -96,7 +95,5 @@ def study(
         }
         for place, ((name, n, material, error), preload) in enumerate(drawn)
     ]
-    unfinished = [point for point in points if not is_completed(point["status"])]
-    print(f"{len(points)} simulations, {len(unfinished)} not completed")
     content = {"tabor": TABOR, "modulus_ratio": RATIO, "accuracy": accuracy, "elastic_pull_off": elastic}
     return content | {"curves": curves}

@@ -27,7 +27,6 @@ from bem.accuracy import resolve_accuracy
 from bem.effects.scene_effects import IndentationProtocol
 from bem.protocol import default_start_indentation
 from bem.reference_solutions import jkr
-from bem.trajectory import is_completed
 from experiments.measurements.cases import Case, drawn, rows_of
 from experiments.measurements.harness import Count, Jobs, Seed, in_parallel, progress
 
@@ -146,6 +145,4 @@ def study(*, count: Count = 512, seed: Seed = 6, jobs: Jobs = 2) -> dict[str, An
     rows = in_parallel(mapped, [(point,) for point in points], jobs=jobs, label="random protocols", ordered=False)
     rows.sort(key=lambda row: (row["where"], row["tabor"], row["unloading_rate"]))
     named = [extreme(name, *case) for name, case in progress(extremes().items(), "extremes")]
-    unfinished = [row for row in rows + named if not is_completed(row["status"])]
-    print(f"{len(rows) + len(named)} cases, {len(unfinished)} not completed")
     return {"accuracy": ACCURACY, "refinement": REFINEMENT, "map": rows, "extremes": named}

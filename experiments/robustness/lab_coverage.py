@@ -213,5 +213,4 @@ def study(
         wanted = [(place / f"{kind}-{number}.json", kind, seed, number) for number in range(count)]
         content[kind] = counted(in_parallel(kept_case, wanted, jobs=jobs, label=f"fits, {kind}"))
     content["map"] = mapped(place, seed)
-    print(page_text(content), map_text(content), sep="\n\n")
     return content

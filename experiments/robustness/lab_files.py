@@ -135,6 +135,4 @@ def study(
             entry["curves"] = [curve_of(path, number, curve) for number, curve in enumerate(curves[:FEW])]
             entry["nanite"] = beside(python, path)
         files.append(entry)
-    content = {"radius": RADIUS, "files": files}
-    print(files_text(content), beside_text(content), sep="\n\n")
-    return content
+    return {"radius": RADIUS, "files": files}

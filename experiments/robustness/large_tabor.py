@@ -19,12 +19,11 @@ from bem.accuracy import resolve_accuracy
 from bem.reference_solutions import hertz
 from bem.trajectory import is_completed
 from experiments.measurements.harness import CLOCK, Count, Jobs, Seed, in_parallel
-from experiments.measurements.statistics import spread
 
 DEVICES = ("stage", "spring", "force")
 TABORS, RATES = (10.0, 20.0, 45.0, 100.0), (1e-2, 1e-1, 1.0, 10.0, 100.0, 1e3)
 """Bounds of the classes of the table; rates are in units of mu h0 per retardation time."""
-DWELL, REFINEMENT, LONGEST = 0.1, 4.0, 5.0
+DWELL, REFINEMENT = 0.1, 4.0
 
 
 def drawn(count: int, seed: int) -> list[dict[str, Any]]:
@@ -114,9 +113,4 @@ def study(
     """Simulate random scenes of large Tabor parameters."""
     tasks = [(row, number < refined) for number, row in enumerate(drawn(count, seed))]
     rows = in_parallel(solved, tasks, jobs=jobs, label="scenes", ordered=True)
-    failed = [row for row in rows if not is_completed(row["status"])]
-    for row in failed:
-        print(f"{row['device']:7} mu {row['tabor']:.3g} rate {row['rate']:.3g} {row['seconds']:.1f} s: {row['status']}")
-    print(f"{len(rows) - len(failed)} of {len(rows)} completed; seconds {spread([row['seconds'] for row in rows])}")
-    print(f"{sum(row['seconds'] > LONGEST for row in rows)} took more than {LONGEST:g} s")
     return {"target": resolve_accuracy("draft").target, "scenes": rows}

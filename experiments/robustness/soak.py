@@ -143,7 +143,5 @@ def study(
         tasks = [(where, first, total, seed, folder) for first in range(0, total, CHUNK)]
         chunks = in_parallel(chunk, tasks, jobs=jobs, label=f"{where}, chunks of {CHUNK}")
         if chunks:
-            content[where] = found = summary(chunks)
-            counted = ", ".join(f"{found[name]} {name}" for name in ("raised", "silent", "spikes"))
-            print(f"{where}: {found['protocols']} protocols; {counted}")
+            content[where] = summary(chunks)
     return content

@@ -1,9 +1,9 @@
 """The solver of one git revision as a program that runs one simulation per line of input, for `bench_solver`.
 
 It imports the `bem` of that revision, which is first on the path of its process, and uses only what all revisions
-share. A line of input is a JSON object: `tabor`, `modulus_ratio` (1 is elastic), `protocol` (arguments of
-`LoadingProtocol`), `accuracy`, the instants `times`, and perhaps `adhesion`, 0 for none. A line of output is another:
-`seconds` (processor seconds of the simulation), `status` and, if it completed, `results`.
+share. A line of input is a JSON object: `tabor`, `modulus_ratio` (1 is elastic), the arguments of `LoadingProtocol`,
+`accuracy`, the instants `times`, and perhaps `adhesion`, 0 for none. A line of output is another: `seconds` (processor
+seconds of the simulation), `status` and, if it completed, `results`.
 """
 
 import json
@@ -12,12 +12,14 @@ import time
 
 import bem
 
+PROTOCOL = ("peak_indentation", "loading_rate", "dwell_time", "unloading_rate")
+
 
 def answer(asked: dict) -> dict:
     """Simulate once; an exception of the solver becomes the status."""
     started = time.process_time()
     try:
-        scene, protocol = scene_of(asked), bem.LoadingProtocol(**asked["protocol"])
+        scene, protocol = scene_of(asked), bem.LoadingProtocol(**{name: asked[name] for name in PROTOCOL})
         started = time.process_time()
         trajectory = bem.simulate(scene, protocol, asked["accuracy"])
         found = {"seconds": time.process_time() - started, "status": trajectory.status}

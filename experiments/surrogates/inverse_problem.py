@@ -99,9 +99,6 @@ def study(
     solver = posteriors[example.SOLVER]
     chosen = np.random.default_rng(seed).choice(len(solver), SHOWN, p=solver.weights)
     mean = posteriors[example.SURROGATE].summary()["mean"]
-    for name, one in posteriors.items():
-        print(f"{name}: {len(one)} samples, as good as {one.effective:.0f}: {one.summary()}")
-    print(f"processor seconds of a sample: {seconds}")
     return {
         "parameters": list(example.PRIOR.bounds),
         "prior": example.PRIOR.bounds,

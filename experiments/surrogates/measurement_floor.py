@@ -88,6 +88,5 @@ def study(*, count: Count = 2000) -> dict[str, Any]:
     for kind, counts in KINDS.items():
         found = errors(trajectories, *grid(kind, hidden.quantities), counts)
         readings = {name: quantiles(values) for name, values in zip(READINGS, found, strict=True)}
-        print(kind, counts, readings)
         content["kinds"][kind] = {"counts": counts, **readings, "pull_off_errors": np.sort(found[0])}
     return content

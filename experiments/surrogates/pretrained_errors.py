@@ -138,11 +138,7 @@ def study(
         truth = results_of(hidden.simulated())
         for name, one in models.items():
             if kind != "any" or name in NAMES:
-                errors[name][kind] = found = compare(name, one, hidden, truth)
-                print(f"{name}, {kind}: { ({key: value for key, value in found.items() if key != 'regions'}) }")
+                errors[name][kind] = compare(name, one, hidden, truth)
     few = Hidden.draw(min(count, TIMED), MODULUS_RATIO)
     content = {"count": count, "coverage": COVERAGE, "fast": FAST, "models": errors}
-    content |= {"gradients": slopes(models, few), "seconds": cost(models, few)}
-    for name, row in content["seconds"].items():
-        print(f"{name}: processor seconds {row}; gradient {content['gradients']['tools'][name]}")
-    return content
+    return content | {"gradients": slopes(models, few), "seconds": cost(models, few)}

@@ -82,5 +82,4 @@ def study() -> dict[str, Any]:
         content[kind] = {"residual": np.quantile(residual, [0.05, 0.5, 0.95]), "p99": float(np.quantile(floor, 0.99))}
         if kind == "corners":
             content[kind]["worst_p90"] = max(float(np.quantile(floor[row::CORNERS], 0.9)) for row in range(CORNERS))
-        print(kind, content[kind])
     return content

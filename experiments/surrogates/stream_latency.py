@@ -79,7 +79,7 @@ def study(
     """Measure the steps of a stream, and the start."""
     spent = step_microseconds(model, models, steps)
     starts = [in_fresh_process(START, model, models or "", PYTHONPATH=str(Path.cwd()))[0] for _ in range(5)]
-    content = {
+    return {
         "model": model,
         "steps": steps,
         "microseconds": {name: float(np.percentile(spent, percent)) for name, percent in PERCENTILES.items()},
@@ -87,5 +87,3 @@ def study(
         "start_seconds": min(starts),
         "versions": versions() | {"onnxruntime": version("onnxruntime")},
     }
-    print(page_text(content))
-    return content

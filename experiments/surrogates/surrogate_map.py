@@ -99,7 +99,6 @@ def study(
 
     with without_extrapolation_warnings():
         content, predicted = over_the_box(predict, data, Split.load(models / model / "split.json").test)
-        print(f"{model}: median force error {100 * np.median(content['errors']['force']):.3g} % of the range")
         return {
             "model": model,
             "outdated": left_out(models, dataset).get(model, []),

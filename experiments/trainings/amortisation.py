@@ -70,7 +70,6 @@ def study(accuracy_cost: Any, dataset: Path, models: Path, training_speed: Any =
         for other in others
     ]
     absent = {"missing": missing(models), **absent, "outdated": outdated(models, dataset)}
-    print("; ".join(f"{key}: {', '.join(names) or 'nothing'}" for key, names in absent.items()))
     return {
         "data_set_seconds": data_seconds,
         "data_set_trajectories": len(data),

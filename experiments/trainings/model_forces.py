@@ -18,13 +18,14 @@ import numpy as np
 
 from experiments import common
 from experiments.paper.error_statistics import read_errors
+from experiments.progress import progress
 from surrogate.data.dataset import Split, TrajectoryDataset
 from surrogate.data.scaling import Scaling, symlog
 
 SAME = 1e-3
 """Largest relative difference of two means of the same forces: half the accuracy at which the file is computed."""
 SAME_ERROR = 0.05
-"""Largest relative difference of the mean test MSE. `make model-forces` prints those of all models."""
+"""Largest relative difference of the mean test MSE."""
 
 
 def forces_agree(folder: Path, data: TrajectoryDataset, train: np.ndarray) -> bool:
@@ -60,9 +61,7 @@ def study(dataset: Path, models: Path) -> dict[str, Any]:
     """Compare every published model with the shipped file."""
     data = TrajectoryDataset.load(dataset)
     found = {}
-    for path in sorted(models.glob("[!.]*/run.json")):
-        found[path.parent.name] = one = standing(path.parent, data)
-        words, difference = "the shipped" if one["belongs"] else "other", one["error_difference"]
-        print(f"{path.parent.name}: {words} forces, its mean error differs by {100.0 * difference:.2g} %", flush=True)
+    for path in progress(sorted(models.glob("[!.]*/run.json")), "models"):
+        found[path.parent.name] = standing(path.parent, data)
     others = [name for name, one in found.items() if not one["belongs"]]
     return {"forces_sha256": data.forces_sha256, "models": found, "others": others}

@@ -192,10 +192,6 @@ def study(dataset: Path, seeds: Path) -> dict[str, Any]:
     present = {name: {row["seed"] for row in found} for name, found in rows.items()}
     missing = {name: [s for s in range(EXPECTED) if s not in present.get(name, set())] for name in paper_names()}
     missing = {name: absent for name, absent in missing.items() if absent}
-    count = sum(map(len, rows.values()))
-    print(f"{count} seeds of {len(rows)} models; {len(missing)} of {len(paper_names())} models lack some")
-    for label, sentence in left_out.items():
-        print(f"{label} is {sentence}")
     return {
         "dataset_sha256": digest,
         "confidence": statistics.CONFIDENCE,

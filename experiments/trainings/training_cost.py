@@ -93,7 +93,6 @@ def study(dataset: Path, models: Path, training_speed: Any = None) -> dict[str, 
         if name not in old
     }
     absent = [name for name in (*names(), *BUDGETS) if name not in runs]
-    print(f"missing: {', '.join(absent) or 'nothing'}", *old.values(), sep="\n")
     return {
         "paper_mse": paper_mse(),
         "core_minutes": {name: run["core_minutes"] for name, run in runs.items()},

@@ -101,4 +101,5 @@ def test_samples_differ_in_what_they_ask_for():
     assert all(isinstance(scene.material, Elastic) for scene in scenes["elastic"])
     assert all(isinstance(scene.material, StandardLinearSolid) for scene in scenes["beyond"])
     assert 0 < sum(isinstance(scene.adhesion, HardContact) for scene in scenes["stiff"]) < 20
-    assert [one["protocol"] for one in asked["elastic"]] == [one["protocol"] for one in asked["beyond"]]
+    alike = [[{**one, "modulus_ratio": 0} for one in asked[sample]] for sample in ("elastic", "beyond")]
+    assert alike[0] == alike[1]
