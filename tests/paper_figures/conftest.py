@@ -1,19 +1,14 @@
-"""A small data set computed by a stand-in for the solver, small result files, and figures kept open."""
-
-import json
+"""A small data set computed by a stand-in for the solver, small results, and figures that are closed after a test."""
 
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
 from bem.dataset.campaign import Campaign
-from bem.dataset.file import load_dataset
 from bem.dataset.measurement_steps import measurement_grid
-from experiments.paper.dataset_statistics import statistics
-from paper_figures.style import drawing
 from tests.bem.dataset import stand_in
 from tests.bem.dataset.helpers import run_here
-from tests.paper_figures.results import PERCENTS, write
+from tests.paper_figures.results import PERCENTS
 
 
 @pytest.fixture(scope="session")
@@ -24,14 +19,7 @@ def dataset_path(tmp_path_factory):
 
 
 @pytest.fixture(scope="session")
-def statistics_path(dataset_path):
-    path = dataset_path.with_name("statistics.json")
-    path.write_text(json.dumps(statistics(load_dataset(dataset_path))), encoding="utf-8")
-    return path
-
-
-@pytest.fixture(scope="session")
-def examples_path(dataset_path):
+def examples():
     protocol = {"tabor": 1.5, "peak_indentation": 5.0, "loading_rate": 2.0, "dwell_time": 1.0, "unloading_rate": 3.0}
     times, indentations = (values[0] for values in measurement_grid(**protocol))
     force = 1.0 - indentations * np.exp(-times / times[-1])
@@ -45,29 +33,17 @@ def examples_path(dataset_path):
         ),
         "jumps": 1,
     }
-    path = dataset_path.with_name("examples.json")
-    content = {"accuracy": "test", "examples": [{"name": name, **example} for name in "abcdef"], "mapping": example}
-    path.write_text(json.dumps(content), encoding="utf-8")
-    return path
+    return {"accuracy": "test", "examples": [{"name": name, **example} for name in "abcdef"], "mapping": example}
 
 
-@pytest.fixture
-def kept(monkeypatch):
-    """The figures that are drawn, kept open instead of written."""
-    figures = []
-    monkeypatch.setattr(drawing, "save", lambda drawn, *_: figures.append(drawn))
-    yield figures
+@pytest.fixture(autouse=True)
+def closed():
+    yield
     plt.close("all")
 
 
 @pytest.fixture
-def measured(tmp_path):
-    """Write a measurement's result file."""
-    return lambda content: write(tmp_path / "result.json", {"host": "a machine", **content})
-
-
-@pytest.fixture
-def regimes(tmp_path):
+def regimes():
     def regime(sample):
         steps = {"time": [0.0, 1.0], "indentation": [0.0, float(sample)], "predicted": [0.5, -1.0 * sample]}
         return {
@@ -88,15 +64,14 @@ def regimes(tmp_path):
 
     times = {"host": "a machine", "config": {"batch": 1024}}
     config = {"model": "M1-concat", "accuracy": "standard"}
-    content = {"config": config, "times": times, "regimes": [regime(sample) for sample in range(1, 13)]}
-    return write(tmp_path / "canonical.json", content)
+    return {"config": config, "times": times, "regimes": [regime(sample) for sample in range(1, 13)]}
 
 
 @pytest.fixture
-def errors(tmp_path):
+def errors():
     values = np.geomspace(0.1, 10.0, 8)
     moments = {"mean": 2.0, "sd": 1.0, "median": 1.5, "p90": 6.0}
-    content = {
+    return {
         "config": {"model": "M1-concat"},
         "trajectories": 8,
         "quartiles": {
@@ -107,11 +82,10 @@ def errors(tmp_path):
         "spearman": {"pull_off_and_hysteresis": 0.25, "pull_off_and_nmae": 0.5},
         "per_trajectory": {**{name: values.tolist() for name in PERCENTS}, "quartile": [0, 0, 1, 1, 2, 2, 3, 3]},
     }
-    return write(tmp_path / "errors.json", content)
 
 
 @pytest.fixture
-def cracks(tmp_path):
+def cracks():
     point = {
         "unloading_rate": 1.0,
         "theory": 2.0,
@@ -128,5 +102,4 @@ def cracks(tmp_path):
     }
     summary |= {"extrapolation_percent": 1.25, "trained_up_to_tabor": 3.2}
     theory = {"crack_velocity": [0.1, 10.0], "effective_energy": [1.0, 5.0]}
-    content = {"config": {"model": "M1-concat"}, "summary": summary, "points": points, "theory": theory}
-    return write(tmp_path / "cracks.json", content)
+    return {"config": {"model": "M1-concat"}, "summary": summary, "points": points, "theory": theory}

@@ -1,10 +1,5 @@
-"""Small made-up results, and the names of what is drawn from them."""
+"""Small made-up results."""
 
-import importlib
-import inspect
-import json
-
-from paper_figures.__main__ import save
 from surrogate.architectures.naming import names
 
 SPREAD = {"count": 3, "median": 0.02, "low": 0.01, "high": 0.03, "p95": 0.05, "largest": 0.06, "mean": 0.02}
@@ -12,43 +7,6 @@ UNKNOWN = dict.fromkeys(SPREAD)
 
 PERCENTS = ("pull_off_force_percent", "hysteresis_percent", "pull_off_time_percent", "nmae_percent")
 HISTORY = {"epoch": [1.0, 2.0, 3.0], "validation_mse": [0.3, 0.1, 0.2]}
-
-
-def made(module, *results, folder, **options):
-    """Write what a module composes of result files, of which those that are absent are nothing, into a folder."""
-
-    def content(name, path):
-        if name == "dataset":
-            return path
-        return json.loads(path.read_text(encoding="utf-8")) if path.is_file() else None
-
-    taken = zip(inspect.signature(module.compose).parameters, results, strict=False)
-    products = module.compose(**{name: content(name, path) for name, path in taken}, **options)
-    save(products, module.__name__.rpartition(".")[2].replace("_", "-"), folder, folder)
-
-
-def arguments_of(module):
-    """Results that a module asks for, and whether they may be missing."""
-    parameters = inspect.signature(importlib.import_module(module).compose).parameters.values()
-    return {one.name: one.default is None for one in parameters if one.kind is not one.KEYWORD_ONLY}
-
-
-def files_in(folder):
-    """Names of what was written beside the result file."""
-    return {path.name for path in folder.iterdir()} - {"result.json"}
-
-
-def pictures(*stems):
-    return {f"{stem}.{kind}" for stem in stems for kind in ("pdf", "png")}
-
-
-def tables(*stems):
-    return {f"{stem}.{kind}" for stem in stems for kind in ("md", "csv", "tex")}
-
-
-def write(path, content):
-    path.write_text(json.dumps(content), encoding="utf-8")
-    return path
 
 
 def comparison(trained):

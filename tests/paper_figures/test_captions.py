@@ -1,5 +1,6 @@
 """Every figure has a caption beside it, which names the data it was drawn from."""
 
+import json
 import subprocess
 import sys
 from pathlib import Path
@@ -33,10 +34,14 @@ def test_a_caption_belongs_beside_each_figure_of_a_target(tmp_path):
     figures, tables = tmp_path / "figures", tmp_path / "tables"
     products = {"a": drawing.figure(height=2.0), "n": Table(["n"], [["1"]], "."), "b": drawing.figure(height=2.0)}
     assert save(products, "figure-1", figures, tables) == [figures / "a.md", figures / "b.md"]
+    assert {path.name for path in figures.iterdir()} == {"a.pdf", "a.png", "b.pdf", "b.png"}
+    assert {path.name for path in tables.iterdir()} == {"n.md", "n.csv", "n.tex"}
 
 
-def test_the_command_writes_the_caption(tmp_path, examples_path):
+def test_the_command_writes_the_caption(tmp_path, examples):
+    path = tmp_path / "examples.json"
+    path.write_text(json.dumps(examples), encoding="utf-8")
     command = [sys.executable, "-m", "paper_figures", "figure-3", "--results", str(tmp_path)]
-    subprocess.run([*command, "--take", f"dataset_examples={examples_path}"], cwd=ROOT, check=True)
+    subprocess.run([*command, "--take", f"dataset_examples={path}"], cwd=ROOT, check=True)
     written = (tmp_path / "figures" / "figure-3.md").read_text(encoding="utf-8")
-    assert written == caption("figure-3", [examples_path])
+    assert written == caption("figure-3", [path])

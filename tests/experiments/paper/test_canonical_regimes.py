@@ -16,7 +16,6 @@ from experiments.paper_numbers import paper_rows
 from experiments.places import Places
 from paper_figures.tables import table_protocols_canonical
 from surrogate.data.scaling import Scaling
-from tests.paper_figures.results import made
 
 
 class Trained:
@@ -79,7 +78,7 @@ def test_study_and_table_are_the_same_bytes_whatever_the_clocks_say(quick, tmp_p
             arguments = places.arguments(canonical_regimes.study, "figure-6")
             found = canonical_regimes.study(**arguments)
             write_result(folder / "regimes.json", "canonical_regimes", found)
-        made(table_protocols_canonical, folder / "regimes.json", folder=folder)
+        table_protocols_canonical.compose(found).save("protocols-canonical", folder)
         written.append({path.name: path.read_bytes() for path in folder.iterdir()})
     assert len(written[0]) == 4
     assert written[0] == written[1]

@@ -1,46 +1,39 @@
-import csv
-import json
 import types
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
 from bem.dataset.designs import PAPER_RANGES
 from bem.dataset.file import load_dataset
+from experiments.paper.dataset_statistics import statistics
+from paper_figures.__main__ import save
 from paper_figures.figures import figure_2, figure_3
 from paper_figures.style import drawing
 from paper_figures.style.writing import Table, number
 from paper_figures.tables import table_accuracy_price, table_protocols_dataset
-from tests.paper_figures.results import made
 
 
-def test_figure_2_is_drawn_from_files(dataset_path, examples_path, tmp_path):
-    made(figure_2, examples_path, dataset_path, folder=tmp_path)
-    written = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
-    assert written.keys() == {"figure-2.pdf", "figure-2.png"}
-    made(figure_2, examples_path, dataset_path, folder=tmp_path)
-    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == written
+def test_a_figure_is_written_twice_as_the_same_bytes(dataset_path, examples, tmp_path):
+    for run in "ab":
+        save(figure_2.compose(examples, dataset_path), "figure-2", tmp_path / run, tmp_path)
+    first, second = ({path.name: path.read_bytes() for path in (tmp_path / run).iterdir()} for run in "ab")
+    assert first == second
+    assert first.keys() == {"figure-2.pdf", "figure-2.png"}
 
 
-def test_histograms_are_shares_and_mark_the_papers_cost(dataset_path, examples_path, tmp_path, monkeypatch):
-    kept = []
-    monkeypatch.setattr(drawing, "save", lambda drawn, *_: kept.append(drawn))
-    made(figure_2, examples_path, dataset_path, folder=tmp_path)
-    panels = kept[0].axes
+def test_histograms_are_shares_and_mark_the_papers_cost(dataset_path, examples):
+    panels = figure_2.compose(examples, dataset_path).axes
     assert len(panels) == 9
     for axes in panels[6:]:
         assert axes.get_xscale() == "log"
         np.testing.assert_allclose(sum(patch.get_height() for patch in axes.patches), 1.0)
     texts = " ".join(text.get_text() for text in panels[8].texts)
     assert "paper: 478 h\nmean 138 s" in texts
-    plt.close(kept[0])
 
 
-def test_figure_2_plots_the_examples_and_the_data_set(dataset_path, examples_path, tmp_path, kept):
-    made(figure_2, examples_path, dataset_path, folder=tmp_path)
-    example = json.loads(examples_path.read_text(encoding="utf-8"))["examples"][0]
-    first = kept[0].axes[0]
+def test_figure_2_plots_the_examples_and_the_data_set(dataset_path, examples):
+    panels, example = figure_2.compose(examples, dataset_path).axes, examples["examples"][0]
+    first = panels[0]
     histories = [line.get_xydata() for line in first.lines if len(line.get_xdata()) > 2]
     native = np.stack([example["native"][name] for name in ("time", "force")], axis=1)
     assert len(histories) == 1
@@ -52,15 +45,15 @@ def test_figure_2_plots_the_examples_and_the_data_set(dataset_path, examples_pat
     times = data.scalars["pull_off_time"][data.completed]
     low, high = np.floor(np.log10(times.min())), np.ceil(np.log10(times.max()))
     edges = np.logspace(low, high, round(figure_2.BINS_PER_DECADE * (high - low)) + 1)
-    bars = kept[0].axes[6].patches
+    bars = panels[6].patches
     np.testing.assert_allclose([bar.get_x() for bar in bars], edges[:-1])
     shares = np.histogram(times, edges)[0] / len(times)
     np.testing.assert_allclose([bar.get_height() for bar in bars], shares, atol=1e-12)
-    marked = [line for line in kept[0].axes[8].lines if line.get_color() == drawing.PAPER]
+    marked = [line for line in panels[8].lines if line.get_color() == drawing.PAPER]
     assert [line.get_xdata()[0] for line in marked] == pytest.approx([3600.0 * 478 / 12_450])
 
 
-def test_the_cost_is_that_of_what_completed(kept):
+def test_the_cost_is_that_of_what_completed():
     axes = drawing.figure(height=2.0).subplots()
     seconds = {"solver_seconds": np.array([30.0, 90.0, 9e3])}
     dataset = types.SimpleNamespace(scalars=seconds, completed=np.array([0, 1]))
@@ -68,10 +61,9 @@ def test_the_cost_is_that_of_what_completed(kept):
     assert "here: 2.0 min\nmean 60000.0 ms" in [text.get_text() for text in axes.texts]
 
 
-def test_figure_3_plots_the_history_and_its_measurement_steps(examples_path, tmp_path, kept):
-    made(figure_3, examples_path, folder=tmp_path)
-    mapping = json.loads(examples_path.read_text(encoding="utf-8"))["mapping"]
-    by_letter = {axes.get_title(loc="left").strip("()"): axes for axes in kept[0].axes}
+def test_figure_3_plots_the_history_and_its_measurement_steps(examples):
+    mapping = examples["mapping"]
+    by_letter = {axes.get_title(loc="left").strip("()"): axes for axes in figure_3.compose(examples).axes}
     for letter, quantity in (("c", "indentation"), ("d", "time"), ("e", "force")):
         phases = [line for line in by_letter[letter].lines if line.get_marker() == "."]
         assert [len(line.get_xdata()) for line in phases] == [50, 20, 50]
@@ -87,28 +79,22 @@ def test_figure_3_plots_the_history_and_its_measurement_steps(examples_path, tmp
         np.testing.assert_array_equal(drawn, native)
 
 
-def test_figure_3_is_drawn_from_files(examples_path, tmp_path):
-    made(figure_3, examples_path, folder=tmp_path)
-    assert {path.name for path in tmp_path.iterdir()} == {"figure-3.pdf", "figure-3.png"}
+def test_tables_of_the_data_set(dataset_path, examples):
+    found = statistics(load_dataset(dataset_path)) | {"with_jumps": 0.125}
+    first, second = table_protocols_dataset.compose(examples, found).values()
+    assert len(first.rows) == 6
+    assert first.rows[0][:6] == ["(a)", "2", "1", "3", "1.5", "5"]
+    summary = second.page()
+    for words in (
+        "478 CPU-hours",
+        "| 12450 ",
+        "resolution floor",
+        "| trajectories with a jump | not stated | 12.5 % |",
+    ):
+        assert words in summary
 
 
-def test_tables_of_the_data_set(examples_path, statistics_path, tmp_path):
-    made(table_protocols_dataset, examples_path, statistics_path, folder=tmp_path)
-    assert len(list(tmp_path.iterdir())) == 6
-    with (tmp_path / "protocols-dataset.csv").open(encoding="utf-8") as file:
-        rows = list(csv.reader(file))
-    assert len(rows) == 7
-    assert rows[1][:6] == ["(a)", "2", "1", "3", "1.5", "5"]
-    summary = (tmp_path / "dataset-summary.md").read_text(encoding="utf-8")
-    assert "478 CPU-hours" in summary
-    assert "| 12450 " in summary
-    assert "resolution floor" in summary
-    found = json.loads(statistics_path.read_text(encoding="utf-8")) | {"with_jumps": 0.125}
-    rows = table_protocols_dataset.summary_rows(found, drawing.paper_values("dataset"))
-    assert ["trajectories with a jump", "not stated", "12.5 %"] in rows
-
-
-def test_table_of_the_price_of_accuracy(tmp_path):
+def test_table_of_the_price_of_accuracy():
     seconds = {"mean": 12.3, "median": 0.01, "p99": 0.1}
     found = {"median": 1e-3, "p90": 2e-3, "p99": 3e-2}
     level = {"trajectories": 9, "failed": 0, "seconds": seconds, "compared": 4}
@@ -116,14 +102,11 @@ def test_table_of_the_price_of_accuracy(tmp_path):
         {"accuracy": "draft", "errors": dict.fromkeys(("pull_off_force", "hysteresis", "force"), found), **level},
         {"accuracy": "reference", **level},
     ]
-    path = tmp_path / "price.json"
-    path.write_text(json.dumps({"seed": 0, "host": "a machine", "levels": levels}), encoding="utf-8")
-    made(table_accuracy_price, path, folder=tmp_path)
-    with (tmp_path / "accuracy-price.csv").open(encoding="utf-8") as file:
-        _, draft, reference = csv.reader(file)
+    table = table_accuracy_price.compose({"seed": 0, "host": "a machine", "levels": levels})
+    draft, reference = table.rows
     assert draft == ["draft", "9", "0", "12300.0", "10.0", "100.0", "1.8", *["0.1 / 0.2 / 3"] * 3]
     assert reference[-3:] == ["-"] * 3
-    assert "on 4 protocols that are a random sample" in (tmp_path / "accuracy-price.md").read_text(encoding="utf-8")
+    assert "on 4 protocols that are a random sample" in table.caption
 
 
 def test_latex_escapes_text_and_leaves_mathematics_alone(tmp_path):

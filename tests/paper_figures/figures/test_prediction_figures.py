@@ -6,7 +6,6 @@ from matplotlib.colors import to_rgba
 from paper_figures.figures import figure_6, figure_7, graphical_abstract
 from paper_figures.models import figure_fms_transfer
 from paper_figures.style import drawing, models_style
-from tests.paper_figures.results import made, write
 
 
 def is_reference(line):
@@ -15,10 +14,8 @@ def is_reference(line):
     return (line.get_marker(), line.get_color()) == (shape, color)
 
 
-def test_figure_6_plots_solver_and_prediction(tmp_path, regimes, kept):
-    made(figure_6, regimes, folder=tmp_path)
-    assert len(kept[0].axes) == 4
-    panel = kept[0].axes[1]
+def test_figure_6_plots_solver_and_prediction(regimes):
+    _, panel, _, _ = figure_6.compose(regimes).axes
     assert panel.get_title(loc="right") == r"$\mu = 3.2$, long dwell"
     markers = {line.get_label(): line for line in panel.lines if line.get_label().startswith("(")}
     assert list(markers) == ["(4)", "(5)", "(6)"]
@@ -29,30 +26,29 @@ def test_figure_6_plots_solver_and_prediction(tmp_path, regimes, kept):
     assert [text.xy for text in panel.texts] == [(n, -1.1 * n) for n in (4, 5, 6)]
 
 
-def test_figure_7_counts_every_trajectory_once(tmp_path, errors, kept):
-    made(figure_7, errors, folder=tmp_path)
-    for axes in kept[0].axes[:2]:
+def test_figure_7_counts_every_trajectory_once(errors):
+    drawn = figure_7.compose(errors)
+    for axes in drawn.axes[:2]:
         assert sum(patch.get_height() for patch in axes.patches) == pytest.approx(100.0)
         assert sorted(line.get_xdata()[0] for line in axes.lines) == [1.5, 6.0]
-        kept[0].draw_without_rendering()
+        drawn.draw_without_rendering()
         highest = max(patch.get_window_extent().y1 for patch in axes.patches)
         assert axes.get_legend().get_window_extent().y0 > highest
-    points = kept[0].axes[2].lines
+    points = drawn.axes[2].lines
     assert sum(len(line.get_xdata()) for line in points) == 8
-    legend = kept[0].legends[0]
+    legend = drawn.legends[0]
     colors = [patch.get_facecolor() for patch in legend.get_patches()]
     named = dict(zip((text.get_text() for text in legend.get_texts()), colors, strict=True))
     assert {line.get_label(): to_rgba(line.get_color()) for line in points} == named
 
 
-def test_figure_fms_transfer(tmp_path, kept):
+def test_figure_fms_transfer():
     predictions = {n: {"indentation": [0.0, 1.0], "predicted": [0.0, float(n)]} for n in ("100", "120", "140")}
     sample = {"sample": 8, "native": {"indentation": [0.0], "force": [0.0]}, "predictions": predictions}
     errors = {n: {"nmae_percent": {"median": float(n), "p90": 2.0 * float(n)}} for n in predictions}
     config = {"model": "M1-concat"}
     content = {"config": config, "sample": sample, "test_set": {"trajectories": 3, "errors": errors}}
-    made(figure_fms_transfer, write(tmp_path / "f.json", content), folder=tmp_path)
-    first, second = kept[0].axes
+    first, second = figure_fms_transfer.compose(content).axes
     assert {line.get_label(): line.get_ydata()[-1] for line in first.lines[2:]}["$N = 140$"] == 140.0
     assert {line.get_marker() for line in first.lines[2:]} == {"^"}
     assert len({line.get_color() for line in first.lines[2:]}) == 3
@@ -61,12 +57,12 @@ def test_figure_fms_transfer(tmp_path, kept):
     assert [bars.get_label() for bars in second.containers] == ["median", "90th percentile"]
 
 
-def test_graphical_abstract_states_the_medians(tmp_path, regimes, errors, kept):
-    made(graphical_abstract, regimes, errors, folder=tmp_path)
-    text = " ".join(text.get_text() for text in kept[0].axes[1].texts)
+def test_graphical_abstract_states_the_medians(regimes, errors):
+    _, model, force = graphical_abstract.compose(regimes, errors).axes
+    text = " ".join(text.get_text() for text in model.texts)
     assert "pull-off force 1.5 %, hysteresis 1.5 %" in text
     assert "6 ms a prediction, solver 10 ms" in text
-    (predicted,) = [line for line in kept[0].axes[2].lines if line.get_label() == "M1-concat"]
+    (predicted,) = [line for line in force.lines if line.get_label() == "M1-concat"]
     assert is_reference(predicted)
     assert predicted.get_ydata().tolist() == [0.5, -5.0]
 

@@ -1,32 +1,29 @@
 """Figures 1 and 4, and the wirings, against the solver's example and the Keras models."""
 
 import importlib
-import json
 
 from experiments.paper.architecture_graphs import graph
 from paper_figures.figures import figure_1, figure_4
 from paper_figures.models import figure_architectures
 from paper_figures.style import drawing, models_style, schematics
 from surrogate.architectures.naming import CONDITIONINGS, FAMILIES, names
-from tests.paper_figures.results import made, write
 
 
-def test_figure_1_shows_the_computed_force(examples_path, tmp_path, kept):
-    made(figure_1, examples_path, folder=tmp_path)
-    example = json.loads(examples_path.read_text(encoding="utf-8"))["mapping"]
-    force = kept[0].axes[3]
+def test_figure_1_shows_the_computed_force(examples):
+    example, panels = examples["mapping"], figure_1.compose(examples).axes
+    force = panels[3]
     drawn = [value for line in force.lines[:3] for value in line.get_ydata()]
     assert min(drawn) == min(example["native"]["force"])
     peak = next(line for line in force.lines if line.get_marker() == "o")
     assert peak.get_ydata()[0] == example["results"]["pull_off_force"]
     lowest = next(line for line in force.lines if line.get_marker() == "s")
     assert lowest.get_ydata()[0] == min(example["native"]["force"])
-    axis = kept[0].axes[2]
+    axis = panels[2]
     depths = dict(zip((text.get_text() for text in axis.get_yticklabels()), axis.get_yticks(), strict=True))
     assert depths[r"$\hat\delta_0$"] < depths["0"] < depths[r"$\hat\delta_l$"]
 
 
-def test_graphs_and_drawings_are_those_of_the_keras_models(tmp_path, kept):
+def test_graphs_and_drawings_are_those_of_the_keras_models():
     import surrogate
     from surrogate.architectures.naming import PAPER_PARAMETER_COUNTS
 
@@ -40,18 +37,16 @@ def test_graphs_and_drawings_are_those_of_the_keras_models(tmp_path, kept):
     assert models["M4-concat"]["receptive_field"] == 61
     gate = next(layer for layer in models["M4-gated"]["layers"] if layer["kind"] == "TaborGate")
     assert gate["inputs"] == ["block_4", "block_3", "tabor"]
-    path = tmp_path / "graphs.json"
     channels = ["time", "indentation", "velocity", "edge"]
-    path.write_text(json.dumps({"channels": channels, "models": models}), encoding="utf-8")
-    made(figure_4, path, folder=tmp_path)
-    texts = [text.get_text() for text in kept[0].axes[3].texts]
+    panels = figure_4.compose({"channels": channels, "models": models}).axes
+    texts = [text.get_text() for text in panels[3].texts]
     assert "width 256\n268,288 parameters" in texts
     assert "physical features\nvelocity, edge" in texts
-    readout = [text.get_text() for text in kept[0].axes[2].texts]
+    readout = [text.get_text() for text in panels[2].texts]
     assert readout.count("Dense 64\nReLU") == readout.count("Dense 1") == 3
 
 
-def test_architectures_are_drawn_from_their_graphs(tmp_path, kept):
+def test_architectures_are_drawn_from_their_graphs():
     layers = [
         {"name": "sequence", "kind": "InputLayer", "label": "history", "width": 4, "parameters": 0, "inputs": []},
         {"name": "tabor", "kind": "InputLayer", "label": "Tabor", "width": 1, "parameters": 0, "inputs": []},
@@ -66,16 +61,16 @@ def test_architectures_are_drawn_from_their_graphs(tmp_path, kept):
         },
     ]
     graphs = {name: {"parameters": 10, "layers": layers} for name in names()}
-    made(figure_architectures, write(tmp_path / "g.json", {"models": graphs}), folder=tmp_path)
-    assert len(kept[0].axes) == 6
-    for axes in kept[0].axes:
+    panels = figure_architectures.compose({"models": graphs}).axes
+    assert len(panels) == 6
+    for axes in panels:
         texts = [text.get_text() for text in axes.texts]
         assert texts.count("LSTM 7") == texts.count("Gate") == 3
         assert texts.count("10\nparameters") == texts.count(r"$\mu$") == 3
     assert figure_architectures.ranks(layers)["g"] == 2
 
 
-def test_a_wiring_stands_above_its_own_number_of_parameters(kept):
+def test_a_wiring_stands_above_its_own_number_of_parameters():
     layers = [{"name": "sequence", "kind": "InputLayer", "label": "", "width": 4, "parameters": 0, "inputs": []}]
     graphs = {f"M1-{how}": {"parameters": 7 + place, "layers": layers} for place, how in enumerate(CONDITIONINGS)}
     axes = drawing.figure(height=2.0).subplots()
@@ -85,19 +80,18 @@ def test_a_wiring_stands_above_its_own_number_of_parameters(kept):
         assert across[how] == across[f"{7 + place}\nparameters"]
 
 
-def test_an_arrow_points_to_its_end(kept):
+def test_an_arrow_points_to_its_end():
     axes = drawing.figure(height=2.0).subplots()
     schematics.arrow(axes, (0.0, 1.0), (2.0, 3.0))
     assert (axes.texts[0].xy, axes.texts[0].xyann) == ((2.0, 3.0), (0.0, 1.0))
 
 
-def test_a_family_beyond_the_papers_leaves_its_figures_as_they_are(tmp_path, kept, monkeypatch):
+def test_a_family_beyond_the_papers_leaves_its_figures_as_they_are(monkeypatch):
     monkeypatch.setitem(FAMILIES, "M7", "one more")
     importlib.reload(models_style)
     assert len(models_style.family_handles()) == 6
     layers = [{"name": "sequence", "kind": "InputLayer", "label": "", "width": 4, "parameters": 0, "inputs": []}]
     graphs = {name: {"parameters": 10, "layers": layers} for name in names()}
-    made(figure_architectures, write(tmp_path / "g.json", {"models": graphs}), folder=tmp_path)
-    assert [axes.get_title(loc="left")[:7] for axes in kept[0].axes] == [
+    assert [axes.get_title(loc="left")[:7] for axes in figure_architectures.compose({"models": graphs}).axes] == [
         f"({letter}) M{number}:" for number, letter in enumerate("abcdef", start=1)
     ]

@@ -34,7 +34,7 @@ def published(name):
 
 
 @pytest.mark.parametrize("name", SHOWN)
-def test_what_is_published_is_drawn(name, tmp_path, kept):
+def test_what_is_published_is_drawn(name, tmp_path):
     compose = import_module(modules()[name]).compose
     products = compose(**Places().arguments(compose, name))
     products = products if isinstance(products, dict) else {name: products}

@@ -1,11 +1,9 @@
 """Feature sets at two kinds of measurement steps, from a made-up result."""
 
-import csv
-
 import pytest
 
 from paper_figures.models import figure_features
-from tests.paper_figures.results import HISTORY, efficiency, made, write
+from tests.paper_figures.results import HISTORY, efficiency
 
 
 def errors(factor):
@@ -27,11 +25,8 @@ CONTENT = {
 }
 
 
-def test_models_are_compared_across_steps_beside_the_solvers_own_forces(tmp_path, kept):
-    made(
-        figure_features, write(tmp_path / "f.json", CONTENT), write(tmp_path / "e.json", efficiency()), folder=tmp_path
-    )
-    curves, _, pull_off, hysteresis = kept[0].axes
+def test_models_are_compared_across_steps_beside_the_solvers_own_forces():
+    curves, _, pull_off, hysteresis = figure_features.compose(CONTENT, efficiency())["figure-features"].axes
     # Curves at physical steps have errors of other forces.
     assert [line.get_label()[0] for line in curves.lines[::2]] == list("ADEF")
     for axes in (pull_off, hysteresis):
@@ -48,12 +43,8 @@ def test_models_are_compared_across_steps_beside_the_solvers_own_forces(tmp_path
     assert colors[0] != colors[1]
 
 
-def test_the_table_has_a_row_for_each_set_and_kind_of_steps(tmp_path, kept):
-    made(
-        figure_features, write(tmp_path / "f.json", CONTENT), write(tmp_path / "e.json", efficiency()), folder=tmp_path
-    )
-    with (tmp_path / "features.csv").open(encoding="utf-8", newline="") as file:
-        rows = list(csv.reader(file))[1:]
+def test_the_table_has_a_row_for_each_set_and_kind_of_steps():
+    rows = figure_features.compose(CONTENT, efficiency())["features"].rows
     floor = ["", ""]
     assert [[row[0], row[2]] for row in rows] == [
         *([name, "uniform"] for name in "ADEF"),
@@ -64,7 +55,6 @@ def test_the_table_has_a_row_for_each_set_and_kind_of_steps(tmp_path, kept):
     assert rows[0][4:] == ["0.8", "1.6", "-", "-"]
     assert rows[4][4:] == ["0.6", "1.2", "0.2, 0.6, 1.8", "0.2, 0.6, 1.8"]
     assert rows[6][4:] == ["", "", "0.05, 0.15, 0.45", "0.05, 0.15, 0.45"]
-    assert kept
 
 
 def test_a_set_that_is_to_be_trained_has_a_row_without_errors():

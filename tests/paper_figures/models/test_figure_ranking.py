@@ -1,28 +1,21 @@
 """The figure and the tables of the ranking, from small made-up results."""
 
-import csv
-
 import pytest
 
 from paper_figures.models import figure_ranking
 from paper_figures.style import models_style
 from paper_figures.tables import table_ranking
 from surrogate.architectures.naming import names
-from tests.paper_figures.results import made, pictures, ranking, write
+from tests.paper_figures.results import ranking
 
 
-def read_csv(path):
-    with path.open(encoding="utf-8", newline="") as file:
-        return list(csv.reader(file))
-
-
-def test_every_seed_is_a_point_and_every_interval_a_bar(tmp_path, kept):
+def test_every_seed_is_a_point_and_every_interval_a_bar():
     seeds = dict.fromkeys(names(), 3)
     content = ranking(seeds)
     # The study of the inputs is not drawn, so that its larger errors do not widen the axes.
     content["spread"]["features-A"] = {metric: {"min": 1e3, "max": 1e3} for metric in figure_ranking.SHOWN}
-    made(figure_ranking, write(tmp_path / "r.json", content), folder=tmp_path)
-    for axes, metric in zip(kept[0].axes, figure_ranking.SHOWN, strict=True):
+    drawn = figure_ranking.compose(content)
+    for axes, metric in zip(drawn.axes, figure_ranking.SHOWN, strict=True):
         assert axes.get_yscale() == "log"
         points = {line.get_label(): line for line in axes.lines if line.get_label() in seeds}
         assert list(points) == names()
@@ -35,31 +28,26 @@ def test_every_seed_is_a_point_and_every_interval_a_bar(tmp_path, kept):
         assert bars == [pytest.approx((one["low"], one["high"])) for one in ends]
         assert low < min(bar[0] for bar in bars) < max(bar[1] for bar in bars) < high < 1e3
         assert not axes.texts
-    assert kept[0].get_supxlabel() == ""
+    assert drawn.get_supxlabel() == ""
 
 
-def test_without_any_seed_both_are_made(tmp_path):
-    found = write(tmp_path / "result.json", ranking({}))
-    made(figure_ranking, found, folder=tmp_path)
-    made(table_ranking, found, folder=tmp_path)
-    assert pictures("figure-ranking") <= {path.name for path in tmp_path.iterdir()}
-    assert len(read_csv(tmp_path / "ranking.csv")) == 1
+def test_without_any_seed_both_are_made():
+    figure_ranking.compose(ranking({})).draw_without_rendering()
+    assert table_ranking.compose(ranking({}))["ranking"].rows == []
 
 
-def test_tables(tmp_path):
+def test_tables():
     content = ranking({"M1-concat": 3, "M2-concat": 1})
     content["left_out"] = {"M3-FiLM/seed-0": "left out, because"}
     content["spread"]["M1-concat"]["validation_mse"] = {"median": 0.007}
-    found = write(tmp_path / "r.json", content)
-    made(table_ranking, found, folder=tmp_path)
-    rows = read_csv(tmp_path / "ranking.csv")
-    assert rows[1][:3] == ["M1-concat", "3 of 3", "6.00e-05 [4.80e-05, 7.80e-05], seeds 5.00e-05 to 7.00e-05"]
-    assert rows[1][-1] == "0.007"
-    assert rows[2][:3] == ["M2-concat", "1 of 3", "1.00e-04 [8.00e-05, 1.30e-04]"]
-    assert len(rows) == 3
-    assert "M3-FiLM/seed-0 is left out, because." in (tmp_path / "ranking.md").read_text(encoding="utf-8")
-    orders = read_csv(tmp_path / "ranking-orders.csv")[1:]
-    assert orders == [
+    first, second = table_ranking.compose(content).values()
+    rows = first.rows
+    assert rows[0][:3] == ["M1-concat", "3 of 3", "6.00e-05 [4.80e-05, 7.80e-05], seeds 5.00e-05 to 7.00e-05"]
+    assert rows[0][-1] == "0.007"
+    assert rows[1][:3] == ["M2-concat", "1 of 3", "1.00e-04 [8.00e-05, 1.30e-04]"]
+    assert len(rows) == 2
+    assert "M3-FiLM/seed-0 is left out, because." in first.caption
+    assert second.rows == [
         ["best model", "M1-concat first", "2 of 3", "-", "not decided"],
         ["", "M1-concat before M2-concat", "3 and 3", "0.500", "tie"],
         ["", "M1-concat before M3-concat", "3 and 3", "> 0.999", "holds"],

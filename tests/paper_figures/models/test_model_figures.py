@@ -1,7 +1,5 @@
 """What the figures that compare models, feature sets and shares of the data plot, from small result files."""
 
-import csv
-
 import numpy as np
 import pytest
 
@@ -10,39 +8,35 @@ from paper_figures.models import figure_features, figure_learning_curves, figure
 from paper_figures.style import drawing, models_style
 from paper_figures.tables import table_models
 from surrogate.architectures.naming import FAMILIES, names
-from tests.paper_figures.results import HISTORY, comparison, efficiency, made, outdated, ranking, write
+from tests.paper_figures.results import HISTORY, comparison, efficiency, outdated, ranking
 
 
-def test_what_is_trained_otherwise_is_not_called_untrained(tmp_path, cracks, kept):
-    found = write(tmp_path / "c.json", outdated(comparison(names()), "M2-FiLM"))
-    made(figure_mse_mae, found, folder=tmp_path)
-    made(figure_learning_curves, found, folder=tmp_path)
-    made(figure_5, found, cracks, write(tmp_path / "e.json", efficiency()), folder=tmp_path)
+def test_what_is_trained_otherwise_is_not_called_untrained(cracks):
+    found = outdated(comparison(names()), "M2-FiLM")
+    kept = [figure_mse_mae.compose(found), figure_learning_curves.compose(found)]
+    kept.append(figure_5.compose(found, cracks, efficiency()))
     assert {drawn.get_supxlabel() for drawn in kept} == {"trained with another recipe: M2-FiLM"}
-    made(table_models, found, folder=tmp_path)
-    text = (tmp_path / "models.md").read_text(encoding="utf-8")
+    text = table_models.compose(found).caption
     assert "M2-FiLM is left out: `make models` trains it again." in text
     assert "ot trained yet" not in text
 
 
 @pytest.mark.parametrize("trained", [["M1-concat"], names()], ids=["one", "all"])
-def test_figure_mse_mae_plots_the_trained_and_names_the_rest(trained, tmp_path, kept):
-    made(figure_mse_mae, write(tmp_path / "c.json", comparison(trained)), folder=tmp_path)
-    axes = kept[0].axes[0]
+def test_figure_mse_mae_plots_the_trained_and_names_the_rest(trained):
+    drawn = figure_mse_mae.compose(comparison(trained))
+    axes = drawn.axes[0]
     plotted = {line.get_label(): line for line in axes.lines if line.get_label() in names()}
     assert list(plotted) == trained
     assert plotted["M1-concat"].get_xydata().tolist() == [[1e-3, 1e-2]]
     assert plotted["M1-concat"].get_color() == models_style.color("M1-concat")
     paper = drawing.paper_values("reference_model")
     assert axes.lines[0].get_xydata().tolist() == [[paper["mse"], paper["mae"]]]
-    note = kept[0].get_supxlabel()
+    note = drawn.get_supxlabel()
     assert ("17 of 18" in note) == (len(trained) == 1)
 
 
-def test_figure_5_with_one_model(tmp_path, cracks, kept):
-    found = write(tmp_path / "c.json", comparison(["M1-concat"]))
-    made(figure_5, found, cracks, write(tmp_path / "e.json", efficiency()), folder=tmp_path)
-    curves, sizes, energies, _ = kept[0].axes
+def test_figure_5_with_one_model(cracks):
+    curves, sizes, energies, _ = figure_5.compose(comparison(["M1-concat"]), cracks, efficiency()).axes
     assert curves.lines[0].get_ydata().tolist() == HISTORY["validation_mse"]
     assert curves.lines[1].get_xydata().tolist() == [[2.0, 0.1]]
     assert sizes.lines[-1].get_xydata().tolist() == [[100.0, 2e-2]]
@@ -54,33 +48,27 @@ def test_figure_5_with_one_model(tmp_path, cracks, kept):
     assert "1.25 %" in energies.get_title(loc="right")
 
 
-def test_figure_5_data_efficiency(tmp_path, cracks, kept):
-    found = write(tmp_path / "c.json", comparison(names()))
-    made(figure_5, found, cracks, write(tmp_path / "e.json", efficiency()), folder=tmp_path)
-    shares = kept[0].axes[3]
+def test_figure_5_data_efficiency(cracks):
+    shares = figure_5.compose(comparison(names()), cracks, efficiency()).axes[3]
     points = shares.containers[0].lines[0].get_xydata()
     np.testing.assert_allclose(points, [[12.5, 1.0 / 12.5], [25.0, 0.04], [75.0, 1.0 / 75.0]])
     assert shares.containers[0].get_label() == "mean of 1 or 2 folds"
     assert [100.0, 5e-3] in [line.get_xydata()[0].tolist() for line in shares.lines]
 
 
-def test_figure_learning_curves_names_what_it_cannot_compare(tmp_path, kept):
-    made(figure_learning_curves, write(tmp_path / "c.json", comparison(names())), folder=tmp_path)
-    for axes in kept[0].axes:
+def test_figure_learning_curves_names_what_it_cannot_compare():
+    for axes in figure_learning_curves.compose(comparison(names())).axes:
         assert [line.get_label() for line in axes.lines[::2]] == list(FAMILIES)
     trained = ["M1-concat", "M1-FiLM", "M4-gated"]
     for old, lines in ((trained[1:], [0, 0]), (trained[1:2], [0, 2]), (trained[2:], [2, 0])):
-        found = write(tmp_path / "c.json", outdated(comparison(trained), *old))
-        made(figure_learning_curves, found, folder=tmp_path)
-        assert [len(axes.lines) for axes in kept[-1].axes] == lines
-        assert "trained with another recipe: " in kept[-1].get_supxlabel()
+        drawn = figure_learning_curves.compose(outdated(comparison(trained), *old))
+        assert [len(axes.lines) for axes in drawn.axes] == lines
+        assert "trained with another recipe: " in drawn.get_supxlabel()
 
 
-def test_figure_features_draws_sets_and_shares(tmp_path, kept):
+def test_figure_features_draws_sets_and_shares():
     sets = {name: {"validation_mse": 0.1, "mse": 0.2, "history": HISTORY} for name in "ABCD"}
-    shares = write(tmp_path / "e.json", efficiency())
-    made(figure_features, write(tmp_path / "f.json", {"sets": sets}), shares, folder=tmp_path)
-    first, second = kept[0].axes
+    first, second = figure_features.compose({"sets": sets}, efficiency())["figure-features"].axes
     assert len(first.lines) == 8
     assert first.lines[1].get_xydata().tolist() == [[2.0, 0.1]]
     assert [line.get_label() for line in second.lines[::2]] == ["100 %", "75 %", "25 %", "12.5 %"]
@@ -96,11 +84,9 @@ def whiskers(axes):
     return {float(line[0][0]): sorted(line[:, 1].tolist()) for line in segments if line[0][0] == line[1][0]}
 
 
-def test_models_of_several_seeds_stand_at_their_median_with_whiskers(tmp_path, cracks, kept):
-    found, spread = write(tmp_path / "c.json", comparison(names())), ranking(SEEDS)
-    ranked = write(tmp_path / "r.json", spread)
-    made(figure_mse_mae, found, ranked, folder=tmp_path)
-    made(figure_5, found, cracks, write(tmp_path / "e.json", efficiency()), ranked, folder=tmp_path)
+def test_models_of_several_seeds_stand_at_their_median_with_whiskers(cracks):
+    found, spread = comparison(names()), ranking(SEEDS)
+    kept = figure_mse_mae.compose(found, spread), figure_5.compose(found, cracks, efficiency(), spread)
     for axes, x, y, single in (
         (kept[0].axes[0], "test_mse", "test_mae", [3e-3, 3e-2]),
         (kept[1].axes[1], None, "test_dtw_rmse", None),
@@ -123,11 +109,9 @@ def test_models_of_several_seeds_stand_at_their_median_with_whiskers(tmp_path, c
         assert drawn.get_supxlabel() == NOTE
 
 
-def test_learning_curves_of_several_seeds_are_a_median_in_a_band(tmp_path, cracks, kept):
-    found, spread = write(tmp_path / "c.json", comparison(names())), ranking(SEEDS)
-    ranked = write(tmp_path / "r.json", spread)
-    made(figure_5, found, cracks, write(tmp_path / "e.json", efficiency()), ranked, folder=tmp_path)
-    made(figure_learning_curves, found, ranked, folder=tmp_path)
+def test_learning_curves_of_several_seeds_are_a_median_in_a_band(cracks):
+    found, spread = comparison(names()), ranking(SEEDS)
+    kept = figure_5.compose(found, cracks, efficiency(), spread), figure_learning_curves.compose(found, spread)
     for axes, name in ((kept[0].axes[0], "M1-concat"), (kept[1].axes[1], "M1-gated")):
         (band,) = axes.collections
         curves = np.array(spread["curves"][name])
@@ -139,17 +123,15 @@ def test_learning_curves_of_several_seeds_are_a_median_in_a_band(tmp_path, crack
     assert not kept[1].axes[0].collections
 
 
-def test_features_of_several_seeds_are_bands_and_rows(tmp_path, kept):
+def test_features_of_several_seeds_are_bands_and_rows():
     sets = {name: {"validation_mse": 0.1, "mse": 0.2, "history": HISTORY} for name in "ABCD"}
     spread = ranking({"features-C": 2, "features-D": 1})
-    found, ranked = write(tmp_path / "f.json", {"sets": sets}), write(tmp_path / "r.json", spread)
-    made(figure_features, found, write(tmp_path / "e.json", efficiency()), ranked, folder=tmp_path)
-    labels = [line.get_label() for line in kept[0].axes[0].lines[::2]]
+    figure, table = figure_features.compose({"sets": sets}, efficiency(), spread).values()
+    labels = [line.get_label() for line in figure.axes[0].lines[::2]]
     assert [label[0] for label in labels] == list("ABCD")
     assert labels[2].endswith("(1.0e-04 to 1.2e-04, 2 seeds)")
     assert labels[3].endswith("(1.0e-01)")
-    with (tmp_path / "features.csv").open(encoding="utf-8", newline="") as file:
-        rows = list(csv.reader(file))[1:]
+    rows = table.rows
     assert [row[2:4] for row in rows] == [["uniform", "1"], ["uniform", "1"], ["uniform", "2"], ["uniform", "1"]]
     assert rows[0][4:] == ["0.1", "0.2", "-", "-"]
     assert rows[2][4:6] == ["6.00e-05 (5.00e-05 to 6.00e-05)"] * 2
