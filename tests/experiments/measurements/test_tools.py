@@ -11,18 +11,15 @@ from experiments.common import dataset_digest
 from experiments.measurements import accuracy_cost, tools
 from experiments.trainings import amortisation
 from surrogate.prediction.files import weights_sha256
+from tests.experiments import models
 
 
 def write_model(folder, dataset, *, recipe="swift", **run):
-    folder.mkdir(parents=True)
+    run = {"architecture": "M1-concat", "dataset_sha256": dataset_digest(dataset)} | run
+    models.write_model(folder, recipe=f'name = "{recipe}"\n', **run)
     for name in tools.FILES:
-        (folder / name).write_text(folder.name, encoding="utf-8")
-    split = {"seed": 0, "train": [0], "validation": [1], "test": [2]}
-    (folder / "split.json").write_text(json.dumps(split), encoding="utf-8")
-    (folder / "recipe.toml").write_text(f'name = "{recipe}"\n', encoding="utf-8")
-    content = {"architecture": "M1-concat", "features": "D", "backend": "tensorflow", "cpu_seconds": 120.0}
-    content |= {"dataset_sha256": dataset_digest(dataset)}
-    (folder / "run.json").write_text(json.dumps(content | run), encoding="utf-8")
+        if not (folder / name).exists():
+            (folder / name).write_text(folder.name, encoding="utf-8")
 
 
 def test_models_of_any_name_are_outdated_by_the_comparisons_rule(dataset, tmp_path):
@@ -40,15 +37,15 @@ def test_models_of_any_name_are_outdated_by_the_comparisons_rule(dataset, tmp_pa
 
 
 def test_seconds_of_a_model_that_was_trained_anew_do_not_count(dataset, tmp_path):
-    models = tmp_path / "models"
+    folder = tmp_path / "models"
     for name in ("M1-concat", "M1-FiLM", "M1-gated", "M2-concat"):
-        write_model(models / name, dataset)
-    digests = {name: weights_sha256(models / name) for name in ("M1-concat", "M1-FiLM")}
-    (models / "M1-FiLM" / "model.weights.h5").write_text("trained anew", encoding="utf-8")
+        write_model(folder / name, dataset)
+    digests = {name: weights_sha256(folder / name) for name in ("M1-concat", "M1-FiLM")}
+    (folder / "M1-FiLM" / "model.weights.h5").write_text("trained anew", encoding="utf-8")
     common = {"kind": "surrogate", "way": "ONNX single", "errors": {}, "seconds": {"mean": 1e-3}}
     measured = [{"model": name, "setting": name, "weights_sha256": digest} | common for name, digest in digests.items()]
     measured.append({"model": "M1-gated", "setting": "M1-gated"} | common)
-    content = amortisation.study({"tools": measured}, dataset, models)
+    content = amortisation.study({"tools": measured}, dataset, folder)
     assert [line["name"] for line in content["lines"] if line["kind"] == "surrogate"] == ["M1-concat"]
     (line,) = (line for line in content["lines"] if line["kind"] == "surrogate")
     assert line["fixed_seconds"] == load_dataset(dataset).scalars["solver_seconds"].sum() + 120.0
@@ -71,7 +68,7 @@ def test_a_batch_is_shared_out(monkeypatch):
 
 
 @pytest.fixture(scope="module")
-def models(dataset, tmp_path_factory):
+def trained(dataset, tmp_path_factory):
     """A tiny trained model, one without weights, one whose files are not of one piece, one of another data set."""
     import keras
 
@@ -113,16 +110,16 @@ def models(dataset, tmp_path_factory):
         yield folder / "models"
 
 
-def test_surrogates_are_measured_and_what_does_not_work_is_named(models, dataset, tmp_path, monkeypatch):
-    assert tools.missing(models)[:1] == ["M1-FiLM"]
-    assert tools.outdated(models, dataset) == ["M2-concat"]
+def test_surrogates_are_measured_and_what_does_not_work_is_named(trained, dataset, tmp_path, monkeypatch):
+    assert tools.missing(trained)[:1] == ["M1-FiLM"]
+    assert tools.outdated(trained, dataset) == ["M2-concat"]
     monkeypatch.setattr(accuracy_cost, "TARGETS", (1.7e-2,))
     monkeypatch.setattr(tools, "EXACT_TARGET", 5e-2)
     monkeypatch.setattr(accuracy_cost, "BASELINE", {})
     monkeypatch.setattr(accuracy_cost, "FORMS", ())
     monkeypatch.setattr(tools, "KEPT", tmp_path)
     monkeypatch.setattr(accuracy_cost, "SINGLE_CALLS", 2)
-    content = accuracy_cost.study(dataset, models, count=3, repeats=2, finest=0, jobs=1)
+    content = accuracy_cost.study(dataset, trained, count=3, repeats=2, finest=0, jobs=1)
     surrogates = [tool for tool in content["tools"] if tool["kind"] == "surrogate"]
     ways = [tool["way"] for tool in surrogates if tool["model"] == "M1-concat"]
     assert ways == ["Keras call", "ONNX single", "ONNX batch"]
@@ -133,7 +130,7 @@ def test_surrogates_are_measured_and_what_does_not_work_is_named(models, dataset
     broken = [text for text in content["missing"] if text.startswith("M1-gated")]
     assert len(broken) == 1
     assert not any(tool["model"] == "M1-gated" for tool in surrogates)
-    later = amortisation.study(content, dataset, models)
+    later = amortisation.study(content, dataset, trained)
     assert "M1-gated" in later["unmeasured"]
     assert later["outdated"] == ["M2-concat"]
     assert any(one["surrogate"] == "M1-concat, ONNX batch" for one in later["break_even"])

@@ -1,5 +1,4 @@
 import csv
-import json
 from pathlib import Path
 
 import numpy as np
@@ -13,23 +12,8 @@ from experiments.trainings.data_efficiency import variants as shares
 from experiments.trainings.feature_sets import summary as feature_summary
 from experiments.trainings.feature_sets import variants as feature_variants
 from surrogate.architectures.naming import FAMILIES, names
-
-COLUMNS = (
-    "mse",
-    "mae",
-    "dtw_rmse",
-    "nmae_percent",
-    "pull_off_force_percent",
-    "pull_off_time_percent",
-    "hysteresis_percent",
-    "native_pull_off_force_percent",
-    "resolution_floor_percent",
-)
-
-
-RECIPE = 'name = "swift"\nepochs = 30\n'
-SPLIT = {"seed": 0, "train": [0, 1], "validation": [2], "test": [3, 4]}
-
+from tests.experiments import models
+from tests.experiments.models import COLUMNS, SPLIT
 
 DIGEST = "of the data set"
 
@@ -41,26 +25,8 @@ def dataset(tmp_path, monkeypatch):
     return tmp_path / "dataset.h5"
 
 
-def write_model(folder, mse, *, recipe=RECIPE, split=SPLIT, **run):
-    """A model directory with everything but weights."""
-    folder.mkdir(parents=True)
-    (folder / "recipe.toml").write_text(recipe, encoding="utf-8")
-    (folder / "split.json").write_text(json.dumps(split), encoding="utf-8")
-    test = {name: {"mean": mse, "median": mse, "p90": mse, "max": mse} for name in COLUMNS}
-    metrics = {"parameters": 10, "test": test, "epochs": 2, "best_epoch": 2, "cpu_seconds": 3600.0}
-    (folder / "metrics.json").write_text(json.dumps(metrics), encoding="utf-8")
-    run = {
-        "architecture": "-".join(folder.name.split("-")[:2]),
-        "features": "D",
-        "backend": "tensorflow",
-        "versions": {},
-        "training_trajectories": 8,
-        "dataset_sha256": DIGEST,
-    } | run
-    (folder / "run.json").write_text(json.dumps(run), encoding="utf-8")
-    rows = "epoch,train_mse,validation_mse,cpu_seconds\n1,0.2,0.3,60\n2,0.1,4e-4,120\n"
-    (folder / "history.csv").write_text(rows, encoding="utf-8")
-    return folder
+def write_model(folder, mse, **settings):
+    return models.write_model(folder, mse, **{"dataset_sha256": DIGEST} | settings)
 
 
 def test_quartiles_are_ranked_by_mse_and_equally_large():
@@ -131,7 +97,7 @@ def test_comparison_draws_no_conclusion_while_models_are_missing(tmp_path, datas
     assert found["comparison"]["ranking"] == ["M1-gated", "M1-concat"]
     assert found["comparison"]["best"] is None
     assert found["comparison"]["best_conditioning"]["M1"] is None
-    assert found["models"]["M1-concat"]["core_seconds"] == 3600.0
+    assert found["models"]["M1-concat"]["core_seconds"] == 120.0
     assert found["models"]["M1-concat"]["minutes_to_paper_mse"] == 2.0
 
 

@@ -3,7 +3,7 @@ import pytest
 from experiments.trainings import variants as trainings
 from experiments.trainings.variants import Variant
 from surrogate.data.dataset import TrajectoryDataset
-from tests.experiments.trainings.helpers import write_errors, write_training
+from tests.experiments.models import write_training
 
 
 @pytest.fixture
@@ -31,8 +31,7 @@ def queue(monkeypatch, tmp_path):
             started.append(label)
             if label in refused:
                 return {label: trainings.STOPPED}
-            write_training(tmp_path / "models" / label, variant, TrajectoryDataset.load(options["--dataset"]))
-            write_errors(tmp_path / "models" / label, 0.5)
+            write_training(tmp_path / "models" / label, variant, TrajectoryDataset.load(options["--dataset"]), 0.5)
             log(f"{label}: done")
         return dict.fromkeys(waiting, 0)
 

@@ -9,7 +9,7 @@ import typer
 from experiments.trainings import data_efficiency
 from experiments.trainings import variants as trainings
 from experiments.trainings.variants import Variant, kept_folder
-from tests.experiments.trainings.helpers import write_errors, write_training
+from tests.experiments.models import write_training
 
 VARIANT = Variant(label="half", architecture="M1-concat", recipe="swift", epochs=35, fraction=0.5, fold=1)
 
@@ -65,8 +65,7 @@ def study(tmp_path, dataset, published=()):
 def test_a_published_model_that_was_trained_alike_is_taken(tmp_path, data, dataset, queue):
     for label, epochs, mse in (("M1-concat-short", 35, 0.25), ("M1-concat", 36, 0.75)):
         folder = tmp_path / "published" / label
-        write_training(folder, Variant(**(vars(VARIANT) | {"epochs": epochs})), data)
-        write_errors(folder, mse)
+        write_training(folder, Variant(**(vars(VARIANT) | {"epochs": epochs})), data, mse)
     found = study(tmp_path, dataset)
     assert (found["mse"], found["taken_from"], queue[1]) == (0.25, "M1-concat-short", [])
 
