@@ -113,21 +113,18 @@ def run(
     return np.array(answers), np.array(runs)
 
 
-def in_turn(calls: Mapping[str, Callable[[int], Any]], rounds: int, per_call: Mapping[str, int]) -> dict[str, float]:
-    """Median processor seconds of several calls that take turns, so that a slow moment hits all of them.
+def in_turn(calls: Mapping[str, tuple[Callable[[int], Any], int]], rounds: int) -> dict[str, float]:
+    """Median processor seconds of a case by several calls that take turns, so that a slow moment hits all of them.
 
-    Args:
-        calls: Functions of the round's number, by name.
-        rounds: Number of rounds, after one that is not counted.
-        per_call: Cases in one call of each function; 1 if it is not named.
+    `calls` are functions of the round's number, with the cases of one call; the first round is not counted.
     """
     spent: dict[str, list[float]] = {name: [] for name in calls}
     for turn in range(-1, rounds):
-        for name, call in calls.items():
+        for name, (call, cases) in calls.items():
             with CLOCK:
                 call(max(turn, 0))
             if turn >= 0:
-                spent[name].append(CLOCK.seconds / per_call.get(name, 1))
+                spent[name].append(CLOCK.seconds / cases)
     return {name: float(np.median(seconds)) for name, seconds in spent.items()}
 
 

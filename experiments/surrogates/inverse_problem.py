@@ -37,10 +37,10 @@ def cost(model: Any, points: np.ndarray, likelihood: Likelihood) -> dict[str, fl
         likelihood(example.simulated(np.roll(points, -turn * TIMED, axis=0)[:TIMED]))
 
     calls = {
-        example.SURROGATE: lambda _: likelihood(example.predicted(model, batch)),
-        example.SOLVER: by_solver,
+        example.SURROGATE: (lambda _: likelihood(example.predicted(model, batch)), len(batch)),
+        example.SOLVER: (by_solver, TIMED),
     }
-    return in_turn(calls, ROUNDS, {example.SURROGATE: len(batch), example.SOLVER: TIMED})
+    return in_turn(calls, ROUNDS)
 
 
 def densities(sample: Sample, bounds: np.ndarray, bins: int) -> list[dict[str, np.ndarray]]:

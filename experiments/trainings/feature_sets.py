@@ -2,8 +2,10 @@
 
 A to D are the paper's, E and F are those of the pretrained models (`surrogate.data.features`). Some sets are trained
 again on the same protocols at physical measurement steps, so that the gain from the steps alone and from the inputs
-alone can be told apart. Validation and held-out errors compare models of the same steps only. Across steps, models are
-compared on hidden protocols (`experiments.trainings.hidden_errors`), as long as their weights are kept.
+alone can be told apart. Validation and held-out errors compare models of the same steps only, since the forces at other
+steps are others. Across steps, what a model predicts at its own steps is compared with the solver's own pull-off force
+and hysteresis, on hidden protocols off the paper's grid, as long as its weights are kept. The solver's forces at the
+steps, read in the same way, are the floor: no model of these steps is expected to be closer.
 
 The study continues after an interruption, and keeps the trainings that the result file already holds. That file is
 published, so that the figure can be drawn at once; without it, all models are trained again. Source: the paper's
@@ -13,6 +15,7 @@ appendix "Effects of training-set size and physics-guided input representation".
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -20,7 +23,9 @@ import numpy as np
 import typer
 
 from experiments import common
-from experiments.trainings.hidden_errors import hidden_errors
+from experiments.measurements.cases import Hidden, results_of
+from experiments.measurements.statistics import quantiles
+from experiments.surrogates.measurement_floor import KINDS, READINGS, errors, grid, reading_errors
 from experiments.trainings.variants import WORK, Variant, Work, kept_folder, train_variants
 from surrogate.data.dataset import TrajectoryDataset
 
@@ -81,6 +86,28 @@ def check_physical(physical: Path, dataset: Path) -> None:
         )
 
 
+def hidden_errors(folders: Mapping[str, tuple[Path, str]], count: int) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Errors of models on hidden protocols in percent, from their directories and kinds of measurement steps.
+
+    Returns:
+        Count and quantiles of each of `READINGS` by model, and the same of the solver's forces by kind of steps.
+    """
+    hidden = Hidden.draw(count, common.MODULUS_RATIO)
+    trajectories = list(hidden.simulated())
+    grids = {kind: grid(kind, hidden.quantities) for kind in KINDS}
+
+    def summed(found: np.ndarray) -> dict[str, Any]:
+        return {"count": count} | {name: quantiles(values) for name, values in zip(READINGS, found, strict=True)}
+
+    found = {}
+    for name, (folder, kind) in folders.items():
+        model = common.load_surrogate(folder.name, folder.parent)
+        with common.without_extrapolation_warnings():
+            force = model.predict_history(*grids[kind], common.scenes(hidden.quantities["tabor"]))
+        found[name] = summed(reading_errors(*grids[kind], force, KINDS[kind], results_of(trajectories).T))
+    return found, {kind: summed(errors(trajectories, *grids[kind], counts)) for kind, counts in KINDS.items()}
+
+
 def study(
     config: dict[str, Any],
     dataset: Path,
@@ -117,6 +144,6 @@ def study(
             if folder := kept_folder(variant, data, work=work, models=models):
                 kept[variant.label] = (folder, PARTS[place[0]])
     if kept:
-        errors, floor = hidden_errors(kept, config["hidden"])
-        scored = {place: {"hidden": errors[one.label]} for place, one in wanted.items() if one.label in errors}
+        found, floor = hidden_errors(kept, config["hidden"])
+        scored = {place: {"hidden": found[one.label]} for place, one in wanted.items() if one.label in found}
         publish({place: one | scored.get(place, {}) for place, one in trained.items()})

@@ -111,8 +111,11 @@ def test_a_dear_tool_is_repeated_within_its_budget_only(share, runs, clock):
 
 def test_calls_in_turn_are_medians_of_their_rounds_over_their_cases(clock):
     order = []
-    calls = {name: lambda turn, name=name: order.append((name, turn)) or work(clock, turn, turn) for name in "ab"}
-    assert harness.in_turn(calls, 3, {"b": 2}) == {"a": 1.0, "b": 0.5}
+
+    def called(name):
+        return lambda turn: order.append((name, turn)) or work(clock, turn, turn)
+
+    assert harness.in_turn({"a": (called("a"), 1), "b": (called("b"), 2)}, 3) == {"a": 1.0, "b": 0.5}
     assert order[:4] == [("a", 0), ("b", 0), ("a", 0), ("b", 0)]  # the first round is not counted
 
 

@@ -10,7 +10,7 @@ from bem.dataset.campaign import Campaign
 from bem.dataset.measurement_steps import PHYSICAL
 from experiments.measurements.cases import Hidden
 from experiments.surrogates.measurement_floor import READINGS
-from experiments.trainings import feature_sets, hidden_errors
+from experiments.trainings import feature_sets
 from surrogate.data.dataset import TrajectoryDataset
 from tests.bem.dataset import stand_in
 from tests.bem.dataset.helpers import run_here
@@ -121,7 +121,7 @@ class Copy:
 
     def predict_history(self, times, indentations, scenes):
         assert times.shape == indentations.shape
-        trajectories = Hidden.draw(len(scenes), hidden_errors.MODULUS_RATIO).simulated("draft")
+        trajectories = Hidden.draw(len(scenes), feature_sets.common.MODULUS_RATIO).simulated("draft")
         pairs = zip(trajectories, times, strict=True)
         return (1.0 + self.share) * np.array([one.at(np.minimum(row, one.time[-1])) for one, row in pairs])
 
@@ -131,10 +131,10 @@ def test_models_of_any_steps_are_compared_with_the_solvers_own_results(monkeypat
     monkeypatch.setattr(Hidden, "draw", shallow)
     monkeypatch.setattr(Hidden, "simulated", lambda self, *_: simulated(self, "draft"))
     shares = {"exact": 0.0, "off": 0.5}
-    monkeypatch.setattr(hidden_errors, "load_surrogate", lambda name, _: Copy(shares[name]))
-    folders = {f"{name}-{kind}": (tmp_path / name, kind) for name in shares for kind in hidden_errors.KINDS}
-    found, floor = hidden_errors.hidden_errors(folders, 4)
-    for kind in hidden_errors.KINDS:
+    monkeypatch.setattr(feature_sets.common, "load_surrogate", lambda name, _: Copy(shares[name]))
+    folders = {f"{name}-{kind}": (tmp_path / name, kind) for name in shares for kind in feature_sets.KINDS}
+    found, floor = feature_sets.hidden_errors(folders, 4)
+    for kind in feature_sets.KINDS:
         assert floor[kind]["count"] == 4
         for reading in READINGS:
             exact, off = (found[f"{name}-{kind}"][reading] for name in ("exact", "off"))
