@@ -21,39 +21,32 @@ def stage_path(rng, far, deep, dwell=0.0, points=POINTS):
     return time, place
 
 
-def disturbed(rng, time, place, tension, noise, correlation=0.0):
-    """The measured tension, and the truth of what disturbs it; `noise` is a share of the range of the force."""
+def measured(rng, time, place, tension, noise, correlation, known, **truth):
+    """The curve that an instrument writes whose position counts from elsewhere, the known setup, and the truth.
+
+    `noise` is a share of the range of the force, by default 0.2 to 5 %, log-uniform; `known` are arguments of `Setup`.
+    """
+    noise = noise or float(np.exp(rng.uniform(np.log(0.002), np.log(0.05))))
     size = np.ptp(tension)
     speed = np.gradient(place, time)
-    truth = {
+    disturbances = {
         "force_offset": rng.uniform(-0.3, 0.3) * size,
         "tilt": rng.uniform(-0.05, 0.05) * size / np.ptp(place),
         "drag": rng.uniform(0.0, 0.03) * size / np.abs(speed).max(),
     }
+    offset, tilt, drag = disturbances.values()
     scatter = rng.standard_normal(time.size)
     for i in range(1, time.size if correlation else 0):
         scatter[i] = correlation * scatter[i - 1] + np.sqrt(1.0 - correlation**2) * scatter[i]
-    disturbance = truth["force_offset"] + truth["tilt"] * place - truth["drag"] * speed
-    return tension + disturbance + noise * size * scatter, truth
-
-
-def curve_of(rng, time, place, tension, stiffness, noise, correlation=0.0):
-    """The curve that an instrument writes whose position counts from elsewhere."""
-    measured, truth = disturbed(rng, time, place, tension, noise, correlation)
-    truth["contact_point"] = rng.uniform(-1.0, 1.0) * np.ptp(place)
-    stage = place + truth["contact_point"]
-    curve = ForceCurve(
-        time=time,
-        indentation=stage + (0.0 if stiffness is None else measured / stiffness),
-        force=measured,
-        stage=None if stiffness is None else stage,
+    disturbance = offset + tilt * place - drag * speed
+    force = tension + disturbance + noise * size * scatter
+    contact_point = rng.uniform(-1.0, 1.0) * np.ptp(place)
+    stage, stiffness = place + contact_point, known.get("stiffness")
+    bending = (
+        {"indentation": stage} if stiffness is None else {"indentation": stage + force / stiffness, "stage": stage}
     )
-    return curve, truth
-
-
-def drawn_noise(rng):
-    """0.2 to 5 % of the range, log-uniform."""
-    return float(np.exp(rng.uniform(np.log(0.002), np.log(0.05))))
+    setup = Setup(work_of_adhesion=1e-3, **known)
+    return ForceCurve(time=time, force=force, **bending), setup, disturbances | {"contact_point": contact_point} | truth
 
 
 def held(place, stiffness, tension_at):
@@ -78,9 +71,8 @@ def hertz(rng, noise=None, correlation=0.0):
     press = 0.0 if stiffness is None else 4 / 3 * reduced * np.sqrt(radius) * deep**1.5 / stiffness
     time, place = stage_path(rng, rng.uniform(0.5, 2.0) * (deep + press), deep + press, rng.choice([0.0, 0.3]))
     tension = held(place, stiffness, lambda d: -4 / 3 * reduced * np.sqrt(radius) * max(d, 0.0) ** 1.5)
-    curve, truth = curve_of(rng, time, place, tension, stiffness, noise or drawn_noise(rng), correlation)
-    setup = Setup(radius=radius, work_of_adhesion=1e-3, relaxed_modulus=1e4, stiffness=stiffness)
-    return curve, setup, truth | {"relaxed_modulus": modulus}
+    known = {"radius": radius, "relaxed_modulus": 1e4, "stiffness": stiffness}
+    return measured(rng, time, place, tension, noise, correlation, known, relaxed_modulus=modulus)
 
 
 def cone(rng, noise=None, correlation=0.0):
@@ -89,9 +81,8 @@ def cone(rng, noise=None, correlation=0.0):
     deep = 1e-6
     time, place = stage_path(rng, rng.uniform(0.5, 2.0) * deep, deep)
     tension = -2 / np.pi * modulus / 0.75 * np.tan(np.radians(angle)) * np.maximum(place, 0.0) ** 2
-    curve, truth = curve_of(rng, time, place, tension, None, noise or drawn_noise(rng), correlation)
-    setup = Setup(radius=1e-8, work_of_adhesion=1e-3, relaxed_modulus=1e4, half_angle=angle)
-    return curve, setup, truth | {"relaxed_modulus": modulus}
+    known = {"radius": 1e-8, "relaxed_modulus": 1e4, "half_angle": angle}
+    return measured(rng, time, place, tension, noise, correlation, known, relaxed_modulus=modulus)
 
 
 def dmt(rng, noise=None, correlation=0.0):
@@ -111,9 +102,9 @@ def dmt(rng, noise=None, correlation=0.0):
         balance = lambda d, z=place[i]: stiffness * (d - z) - pull + 4 / 3 * reduced * np.sqrt(radius) * d**1.5  # noqa: E731
         depth = brentq(balance, 0.0, abs(place[i]) + 2.0 * pull / stiffness, xtol=1e-18)
         tension[i] = stiffness * (depth - place[i])
-    curve, truth = curve_of(rng, time, place, tension, stiffness, noise or drawn_noise(rng), correlation)
-    setup = Setup(radius=radius, work_of_adhesion=1e-3, relaxed_modulus=1e9, stiffness=stiffness)
-    return curve, setup, truth | {"relaxed_modulus": modulus, "work_of_adhesion": work}
+    known = {"radius": radius, "relaxed_modulus": 1e9, "stiffness": stiffness}
+    truth = {"relaxed_modulus": modulus, "work_of_adhesion": work}
+    return measured(rng, time, place, tension, noise, correlation, known, **truth)
 
 
 def jkr(rng, noise=None, correlation=0.0):
@@ -143,9 +134,9 @@ def jkr(rng, noise=None, correlation=0.0):
     for i in range(first, last):
         a = brentq(lambda a, z=place[i]: stage_of(a) - z, radii[turn], radii[-1] * 1.001)
         tension[i] = force_of(a)
-    curve, truth = curve_of(rng, time, place, tension, stiffness, noise or drawn_noise(rng), correlation)
-    setup = Setup(radius=radius, work_of_adhesion=1e-3, relaxed_modulus=1e6, stiffness=stiffness)
-    return curve, setup, truth | {"relaxed_modulus": modulus, "work_of_adhesion": work}
+    known = {"radius": radius, "relaxed_modulus": 1e6, "stiffness": stiffness}
+    truth = {"relaxed_modulus": modulus, "work_of_adhesion": work}
+    return measured(rng, time, place, tension, noise, correlation, known, **truth)
 
 
 def ting(rng, noise=None, correlation=0.0):
@@ -182,10 +173,9 @@ def ting(rng, noise=None, correlation=0.0):
             share = backward[m] / max(backward[m] - (backward[m + 1]), 1e-300)
             loading[n] = np.sum(at(fine[n] - middle[:m]) * power[:m]) + share * at(fine[n] - middle[m]) * power[m]
     tension = -4 / 3 * np.sqrt(radius) * np.interp(time, fine, loading)
-    curve, truth = curve_of(rng, time, place, tension, None, noise or drawn_noise(rng), correlation)
-    setup = Setup(radius=radius, work_of_adhesion=1e-3, relaxed_modulus=1e4)
-    truth |= {"relaxed_modulus": modulus, "modulus_ratio": ratio, "retardation_time": relaxation / ratio}
-    return curve, setup, truth
+    truth = {"relaxed_modulus": modulus, "modulus_ratio": ratio, "retardation_time": relaxation / ratio}
+    known = {"radius": radius, "relaxed_modulus": 1e4}
+    return measured(rng, time, place, tension, noise, correlation, known, **truth)
 
 
 CLASSES = {"hertz": hertz, "cone": cone, "dmt": dmt, "jkr": jkr, "ting": ting}

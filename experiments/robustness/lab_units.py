@@ -1,7 +1,4 @@
-"""The tables of `docs/units.md`: three real contacts in the solver's units, and the effect of the effective range.
-
-The command prints both tables.
-"""
+"""The tables of `docs/units.md`: three real contacts in the solver's units, and the effect of the effective range."""
 
 from __future__ import annotations
 
@@ -64,10 +61,3 @@ def ranges_table() -> str:
 def _symbols(table: str) -> str:
     """A table whose units have their symbols instead of ASCII."""
     return re.sub(r"(?<=\d )u(?=[mN])", "µ", table).replace("J/m^2", "J/m²")
-
-
-def main() -> None:
-    """Print the tables."""
-    print(contacts_table())
-    print()
-    print(ranges_table())

@@ -9,16 +9,15 @@ of the published files. Result files keep learning curves and held-out errors, n
 from __future__ import annotations
 
 import json
-import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from datetime import timedelta
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
 import typer
 
 from experiments.paper.model_comparison import read_model
+from experiments.progress import progress
 from surrogate.data.dataset import TrajectoryDataset
 from surrogate.training.identity import TrainingIdentity, differences, read_identity
 from surrogate.training.model_directory import model_name
@@ -63,19 +62,9 @@ class Variant:
 
     def command(self, *, dataset: Path, work: Path) -> list[str]:
         """Arguments of `python -m surrogate` that train the variant."""
-        options = {
-            "label": self.label,
-            "recipe": self.recipe,
-            "features": self.features,
-            "fraction": self.fraction,
-            "fold": self.fold,
-            "dataset": self.dataset or dataset,
-            "threads": 1,
-            "runs": work / "runs",
-            "models": work / "models",
-        }
-        if self.epochs:
-            options["epochs"] = self.epochs
+        options = {name: getattr(self, name) for name in ("label", "recipe", "features", "fraction", "fold")}
+        options |= {"dataset": self.dataset or dataset, "threads": 1, "runs": work / "runs", "models": work / "models"}
+        options |= {"epochs": self.epochs} if self.epochs else {}
         flags = [word for name, value in options.items() for word in (f"--{name}", str(value))]
         return ["train", self.architecture, *flags]
 
@@ -96,19 +85,16 @@ def train_variants(
     jobs: int,
     publish: Callable[[dict[Key, dict[str, Any]]], None],
 ) -> dict[Key, dict[str, Any]]:
-    """Train the variants that are not trained yet.
+    """Train the variants that are not trained yet, in their order; return the results of `collect` by place.
 
     Args:
-        variants: The variants by their places in the result, in the order of training.
+        variants: The variants by their places in the result.
         dataset: Data set file of the variants that have none of their own.
         work: Folder in which the trainings of this study are kept.
         models: Folder of published models; one that was trained in the same way stands for a variant.
         out: Result file of the study, whose trainings are kept.
         jobs: Trainings at a time.
-        publish: Called with the results of `collect` by place, once at the start and after each training.
-
-    Returns:
-        The results of `collect` by place.
+        publish: Called with the results by place, once at the start and after each training.
 
     Raises:
         typer.Exit: The queue was stopped before all variants were trained; the same call resumes.
@@ -130,20 +116,16 @@ def train_variants(
             done[place] = collect(variant, data[place], folder) | taken
     waiting = {variant.label: place for place, variant in variants.items() if place not in done}
     publish(done)
-    started = time.monotonic()
+    trained = progress(waiting.values(), "trainings")
 
     def log(line: str) -> None:
         print(line, flush=True)
-        if not line.endswith(": done"):
-            return
-        place = waiting[line.removesuffix(": done")]
-        done[place] = collect(variants[place], data[place], work / "models" / variants[place].label)
-        publish(done)
-        missing = len(variants) - len(done)
-        left = (time.monotonic() - started) / (len(waiting) - missing) * missing
-        trained = f"{len(waiting) - missing} of {len(waiting)} trained"
-        print(f"{trained}, about {timedelta(seconds=round(left))} left", flush=True)
+        if place := waiting.get(line.removesuffix(": done")) if line.endswith(": done") else None:
+            done[place] = collect(variants[place], data[place], work / "models" / variants[place].label)
+            publish(done)
+            next(trained, None)
 
+    next(trained, None)
     print(f"{len(waiting)} of {len(variants)} trainings to do, {jobs} at a time", flush=True)
     ended = run_queue(
         list(waiting),
