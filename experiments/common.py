@@ -56,10 +56,10 @@ def read_config(path: Path, *keys: str) -> dict[str, Any]:
 
 
 def write_result(out: Path, study: str, content: dict[str, Any]) -> None:
-    """Write a result file atomically, together with its provenance (command, versions, host, revision)."""
+    """Write a result file atomically, its arrays as lists, with its provenance (command, versions, host, revision)."""
     out.parent.mkdir(parents=True, exist_ok=True)
     complete = {**provenance(f"python -m experiments {study}"), **content}
-    write_whole(out, json.dumps(complete, allow_nan=False) + "\n")
+    write_whole(out, json.dumps(complete, allow_nan=False, default=np.ndarray.tolist) + "\n")
 
 
 def dataset_digest(path: Path) -> str:
@@ -176,8 +176,3 @@ def scenes(tabor: ArrayLike, modulus_ratio: ArrayLike = MODULUS_RATIO) -> list[S
 def percent(value: float, reference: float) -> float:
     """Relative error in percent."""
     return 100.0 * abs(value - reference) / abs(reference)
-
-
-def lists(arrays: dict[str, np.ndarray]) -> dict[str, list[float]]:
-    """Convert arrays to lists, for JSON."""
-    return {name: np.asarray(values, dtype=float).tolist() for name, values in arrays.items()}

@@ -14,8 +14,6 @@ if __name__ == "__main__":  # before the imports that take long
 
     end_on_interrupt("experiments.stages")
 
-import json
-import tomllib
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
@@ -23,6 +21,7 @@ from typing import Annotated, Any
 import typer
 
 from bem._support.command_line import run_main
+from bem._support.text_files import read_json, read_toml
 from experiments import common
 from experiments.places import Places
 from experiments.trainings.training_cost import batch_seconds, training_seconds
@@ -35,7 +34,7 @@ PUBLISHED = Path("published")
 
 def read_stages() -> dict[str, dict[str, Any]]:
     """Settings of the stages by name, in order, from `experiments/configs/stages.toml`."""
-    return tomllib.loads(CONFIG.read_text(encoding="utf-8"))["stages"]
+    return read_toml(CONFIG)["stages"]
 
 
 def core_seconds(name: str, published: Path, labels: Sequence[str] = ()) -> float | None:
@@ -51,15 +50,17 @@ def core_seconds(name: str, published: Path, labels: Sequence[str] = ()) -> floa
         if not all(run.is_file() for run in runs):
             return None
         speed = Places(published=published).path("training_speed")
-        batch = batch_seconds(_read(speed)) if speed.is_file() else {}
-        return sum(training_seconds(run.parent, batch) if batch else float(_read(run)["cpu_seconds"]) for run in runs)
+        batch = batch_seconds(read_json(speed)) if speed.is_file() else {}
+        return sum(
+            training_seconds(run.parent, batch) if batch else float(read_json(run)["cpu_seconds"]) for run in runs
+        )
     if name == "dataset" and (path := published / "dataset.h5").is_file():
         from bem.dataset.sealed_file import open_dataset
 
         with open_dataset(path) as file:
             return float(file.attrs["core_seconds"])
     path = published / f"{name.replace('-', '_')}.json"
-    if name not in ("feature-sets", "data-efficiency") or not path.is_file() or not _read(path)["complete"]:
+    if name not in ("feature-sets", "data-efficiency") or not path.is_file() or not read_json(path)["complete"]:
         return None
     trained = [one for one in earlier_trainings(path) if "taken_from" not in one]
     return 3600.0 * sum(one["hours"] for one in trained)
@@ -72,19 +73,15 @@ def hours_of(name: str, stages: dict[str, dict[str, Any]], published: Path) -> t
     return (stage["estimate"] if taken is None else taken / 3600.0) / stage["jobs"], taken is not None
 
 
-def hours_text(hours: float, measured: bool) -> str:
-    """Hours or minutes in words, marked if they are an estimate."""
-    text = f"{hours:.2g} hours" if hours >= 1.0 else f"{60.0 * hours:.0f} minutes"
-    return f"about {text}" + ("" if measured else " by estimate")
-
-
 def describe(name: str, stages: dict[str, dict[str, Any]], published: Path = PUBLISHED, *, hours: bool = True) -> str:
     """One line about a stage: its place, what it does, and its expected hours."""
     place = list(stages).index(name) + 1
     if not hours:
         return f"stage {place} of {len(stages)}, {name}"
-    expected = hours_text(*hours_of(name, stages, published))
-    return f"stage {place} of {len(stages)}, {name}: {stages[name]['does']}, {expected}"
+    expected, measured = hours_of(name, stages, published)
+    text = f"{expected:.2g} hours" if expected >= 1.0 else f"{60.0 * expected:.0f} minutes"
+    text += "" if measured else " by estimate"
+    return f"stage {place} of {len(stages)}, {name}: {stages[name]['does']}, about {text}"
 
 
 def main(
@@ -103,10 +100,6 @@ def main(
         print(
             f"about {total:.0f} hours in total on two cores; the same command continues an interrupted run", flush=True
         )
-
-
-def _read(path: Path) -> dict[str, Any]:
-    return json.loads(path.read_text(encoding="utf-8"))
 
 
 if __name__ == "__main__":

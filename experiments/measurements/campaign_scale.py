@@ -56,11 +56,6 @@ def run_seconds(count: int, workers: int) -> dict[str, float]:
     return {"workers": workers, "wall": wall, "processor": spent}
 
 
-def batches_for(campaign: Campaign, workers: int) -> list[Any]:
-    """The batches of a campaign, of indices, for a number of workers."""
-    return [tuple(index for index, _ in batch) for batch in campaign.batches(campaign.indices, workers)]
-
-
 def saved(dataset: Dataset, folder: Path) -> dict[str, float]:
     """Processor seconds and bytes of the saving process for each trajectory, from a replay of a data set."""
     campaign, count = Campaign.of(dataset.attributes["campaign"]), len(dataset)
@@ -69,8 +64,8 @@ def saved(dataset: Dataset, folder: Path) -> dict[str, float]:
     with CampaignCheckpoint(folder / "saved.h5", campaign.identity()) as checkpoint:
 
         def save() -> None:
-            for batch in batches_for(campaign, 2):
-                checkpoint.add(campaign.columns([order[index] for index in batch]), 1.0, {})
+            for batch in campaign.batches(campaign.indices, 2):
+                checkpoint.add(campaign.columns([order[index] for index, _ in batch]), 1.0, {})
 
         (saving,) = timed(save, first=False)
         checkpoint.remove()

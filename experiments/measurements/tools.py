@@ -55,13 +55,9 @@ def paper_method_at(size: int) -> Tool:
 def refined(cases: Sequence[Case], jobs: int) -> np.ndarray:
     """Answers of the solver at `EXACT_TARGET`, of shape (count, 122); computed once and kept."""
     key = fingerprint(solver=SOLVER_VERSION, target=EXACT_TARGET, cases=list(map(repr, cases)))
-    tasks = [(case, EXACT_TARGET) for case in cases]
-    found = kept(KEPT / f"{key}.json", lambda: in_parallel(_solved, tasks, jobs=jobs, label="refined solutions"))
+    exact, tasks = solver_at(EXACT_TARGET), [(case,) for case in cases]
+    found = kept(KEPT / f"{key}.json", lambda: in_parallel(exact, tasks, jobs=jobs, label="refined solutions"))
     return np.array(found, dtype=float)
-
-
-def _solved(case: Case, accuracy: float) -> np.ndarray:
-    return solver_at(accuracy)(case)
 
 
 def from_steps(force: np.ndarray, indentations: np.ndarray) -> np.ndarray:

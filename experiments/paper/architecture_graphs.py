@@ -45,16 +45,9 @@ def graph(model: Any) -> dict[str, Any]:
                 "inputs": [tensor._keras_history.operation.name for tensor in node.input_tensors],
             }
         )
-    reach = [reach_back(operation) for operation in model.operations]
-    receptive = 1 + sum(reach) if any(reach) else None
+    blocks = [operation for operation in model.operations if type(operation).__name__ == "ResidualTCNBlock"]
+    receptive = 1 + sum(2 * (one.kernel_size - 1) * one.dilation for one in blocks) if blocks else None
     return {"parameters": int(model.count_params()), "receptive_field": receptive, "layers": layers}
-
-
-def reach_back(layer: Any) -> int:
-    """Number of past steps that a residual convolution block reads; zero for other layers."""
-    if type(layer).__name__ != "ResidualTCNBlock":
-        return 0
-    return 2 * (layer.kernel_size - 1) * layer.dilation
 
 
 def graphs(names: Iterable[str]) -> dict[str, Any]:

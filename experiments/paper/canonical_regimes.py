@@ -48,8 +48,8 @@ def regime(
     return {
         "sample": int(protocol["sample"]),
         "protocol": {name: protocol[name] for name in common.QUANTITIES},
-        "native": common.lists({name: getattr(trajectory, name) for name in ("time", "indentation", "force")}),
-        "steps": common.lists({**steps, "predicted": force}),
+        "native": {name: getattr(trajectory, name) for name in ("time", "indentation", "force")},
+        "steps": {**steps, "predicted": force},
         "solver": {name: getattr(trajectory, name) for name in RESULTS} | {"jumps": len(trajectory.jumps)},
         "surrogate": found,
         "errors_percent": {name: common.percent(found[name], reference[name]) for name in found}

@@ -8,7 +8,7 @@ axis, and is computed at the accuracy of the data set.
 from typing import Any
 
 from bem.dataset.records import RESULTS
-from experiments.common import MODULUS_RATIO, lists, on_steps, problem, simulated
+from experiments.common import MODULUS_RATIO, on_steps, problem, simulated
 from experiments.paper_numbers import paper_rows
 
 MAPPING = {"tabor": 3.2, "peak_indentation": 12.0, "loading_rate": 5.0, "dwell_time": 2.0, "unloading_rate": 5.0}
@@ -23,8 +23,8 @@ def example(name: str, quantities: dict[str, float], accuracy: str | float = ACC
         "name": name,
         "protocol": quantities,
         "phase_times": protocol.phase_times(scene.tabor),
-        "native": lists({part: getattr(trajectory, part) for part in ("time", "indentation", "force")}),
-        "steps": lists(on_steps(quantities, trajectory)),
+        "native": {part: getattr(trajectory, part) for part in ("time", "indentation", "force")},
+        "steps": on_steps(quantities, trajectory),
         "results": {part: getattr(trajectory, part) for part in RESULTS},
         "jumps": len(trajectory.jumps),
     }

@@ -33,14 +33,14 @@ def sample_transfer(protocol: dict[str, Any], trained: Any, config: dict[str, An
         force = common.predicted(trained, steps, protocol["tabor"])
         scaled = [trained.scaling.scale_force(values) for values in (force, steps["force"])]
         predictions[str(total)] = {
-            "indentation": steps["indentation"].tolist(),
-            "predicted": force.tolist(),
+            "indentation": steps["indentation"],
+            "predicted": force,
             "mse": float(np.mean((scaled[0] - scaled[1]) ** 2)),
             "nmae_percent": float(nmae(force[None], steps["force"][None])[0]),
         }
     return {
         "sample": int(protocol["sample"]),
-        "native": common.lists({name: getattr(trajectory, name) for name in ("time", "indentation", "force")}),
+        "native": {name: getattr(trajectory, name) for name in ("time", "indentation", "force")},
         "predictions": predictions,
     }
 

@@ -11,6 +11,7 @@ number, the seed, the solver's version and the code of study and fit.
 from __future__ import annotations
 
 import sys
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -136,11 +137,6 @@ def one_case(kind: str, seed: int, number: int) -> dict[str, Any]:
     }
 
 
-def kept_case(path: Path, *case: Any) -> dict[str, Any]:
-    """The same, read where it is kept."""
-    return kept(path, lambda: one_case(*case))
-
-
 def counted(results: list[dict[str, Any]]) -> dict[str, Any]:
     """How many cases were fitted with the right model, contain the truth and took how long."""
     fitted = [result for result in results if "values" in result]
@@ -210,7 +206,7 @@ def study(
     place = folder / fingerprint(seed=seed, solver=SOLVER_VERSION, code=code)
     content: dict[str, Any] = {"noise": NOISE, "points": POINTS}
     for kind, count in {**dict.fromkeys(CLASSES, curves), **dict.fromkeys(INSTRUMENTS, cases)}.items():
-        wanted = [(place / f"{kind}-{number}.json", kind, seed, number) for number in range(count)]
-        content[kind] = counted(in_parallel(kept_case, wanted, jobs=jobs, label=f"fits, {kind}"))
+        wanted = [(place / f"{kind}-{number}.json", partial(one_case, kind, seed, number)) for number in range(count)]
+        content[kind] = counted(in_parallel(kept, wanted, jobs=jobs, label=f"fits, {kind}"))
     content["map"] = mapped(place, seed)
     return content

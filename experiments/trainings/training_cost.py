@@ -30,14 +30,6 @@ BUDGETS = (
 """Further trainings of the reference architecture, which `make more-models` publishes."""
 
 
-def learning(history: dict[str, list[float]]) -> dict[str, list[float]]:
-    """Core minutes, and the least validation error so far, after each epoch."""
-    return {
-        "core_minutes": [seconds / 60.0 for seconds in history["cpu_seconds"]],
-        "best_mse": np.minimum.accumulate(history["validation_mse"]).tolist(),
-    }
-
-
 def batch_seconds(speed: Any) -> dict[tuple[str, str], float]:
     """Seconds of a batch by recipe and architecture, from the result `training_speed`; empty if there is none."""
     models = speed["models"].items() if speed else ()
@@ -58,18 +50,13 @@ def training_seconds(folder: Path, batch: dict[tuple[str, str], float]) -> float
     return run["epochs"] * epoch_seconds(run["training_trajectories"], recipe, each)
 
 
-def on_one_machine(found: dict[str, Any], seconds: float) -> dict[str, Any]:
-    """The record of a model, with its core seconds replaced by those of its batches; `seconds` is that of a batch."""
-    each = epoch_seconds(found["training_trajectories"], found["recipe"], seconds)
-    spent = [epoch * each for epoch in found["history"]["epoch"]]
-    return found | {"core_seconds": spent[-1], "history": found["history"] | {"cpu_seconds": spent}}
-
-
 def trained(folder: Path, batch: float | None = None) -> dict[str, Any]:
-    """One published model: its learning curve, and its held-out error at the end."""
+    """One published model: its learning curve, and its held-out error at the end; `batch` is the seconds of one."""
     found = read_model(folder)
     if batch is not None:
-        found = on_one_machine(found, batch)
+        each = epoch_seconds(found["training_trajectories"], found["recipe"], batch)
+        found["history"]["cpu_seconds"] = spent = [epoch * each for epoch in found["history"]["epoch"]]
+        found["core_seconds"] = spent[-1]
     return {
         "name": folder.name,
         "recipe": found["recipe"]["name"],
@@ -78,7 +65,10 @@ def trained(folder: Path, batch: float | None = None) -> dict[str, Any]:
         "core_minutes": found["core_seconds"] / 60.0,
         "test_mse": found["mse"],
         "minutes_to_paper_mse": minutes_to(found["history"], paper_mse()),
-        "history": learning(found["history"]),
+        "history": {
+            "core_minutes": [seconds / 60.0 for seconds in found["history"]["cpu_seconds"]],
+            "best_mse": np.minimum.accumulate(found["history"]["validation_mse"]).tolist(),
+        },
     }
 
 

@@ -63,11 +63,6 @@ def mark(axes: Axes, value: float, text: str, color: str, *, height: float, shif
     drawing.beside(axes, value, text, height=height, shift=shift, color=color)
 
 
-def note(axes: Axes, text: str) -> None:
-    """Write text in the upper right corner of a panel."""
-    axes.annotate(text, (0.97, 0.97), xycoords="axes fraction", ha="right", va="top")
-
-
 def draw_cost(axes: Axes, dataset: Dataset, paper: dict[str, Any]) -> None:
     """Distribution of the solver's seconds, with its mean and that of the paper."""
     seconds = dataset.scalars["solver_seconds"][dataset.completed]
@@ -94,7 +89,8 @@ def compose(dataset_examples: Any, dataset: Path) -> Figure:
     ratio = force_ratio(data)
     draw_histogram(panels[2, 1], ratio, r"force ratio $\hat P_\mathrm{po}/|\hat P_\mathrm{mc}|$")
     panels[2, 1].set_ylim(top=1.3 * panels[2, 1].get_ylim()[1])
-    note(panels[2, 1], f"without {len(rows) - len(ratio)} never compressed")
+    text = f"without {len(rows) - len(ratio)} never compressed"
+    panels[2, 1].annotate(text, (0.97, 0.97), xycoords="axes fraction", ha="right", va="top")
     draw_cost(panels[2, 2], data, drawing.paper_values("dataset"))
     for axes, name in zip(panels[2], "ghi", strict=True):
         drawing.letter(axes, name)

@@ -24,12 +24,6 @@ COLUMNS: dict[str, Callable[[dict[str, Any]], str]] = {
 """Column heads, and functions that write the cell of one scene."""
 
 
-def safe_row(row: dict[str, Any]) -> list[str]:
-    """One stand-in: the values of a quantity between which its error is within the tolerance."""
-    limits = [number(row[name]) for name in ("low", "high")]
-    return [row["stand_in"], row["instead_of"], OVER[row["over"]], *limits]
-
-
 def compose(effects: Any) -> dict[str, Table]:
     """Write the tables."""
     path = effects["path"]
@@ -43,7 +37,10 @@ def compose(effects: Any) -> dict[str, Table]:
     )
     second = Table(
         SAFE,
-        [safe_row(row) for row in effects["safe"]],
+        [
+            [row["stand_in"], row["instead_of"], OVER[row["over"]], *(number(row[name]) for name in ("low", "high"))]
+            for row in effects["safe"]
+        ],
         f"Where a simpler scene stands in for the full one with an error of the force of at most "
         f"{number(100.0 * effects['tolerance'])} % (root mean square over the range): adhesion of another range on the "
         "same path in units of $\\mu h_0$, over the Tabor parameter of the full scene; one relaxation process instead "

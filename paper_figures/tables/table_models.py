@@ -27,12 +27,6 @@ HEADER = [
 MEDIANS = ("nmae", "pull_off_force", "hysteresis")
 
 
-def batch_milliseconds(speed: dict[str, Any] | None) -> dict[str, str]:
-    """Milliseconds of a training batch of each architecture, all on one machine; empty if not measured."""
-    measured = speed["models"] if speed else {}
-    return {name: number(1e3 * found["seconds_per_batch"]["median"], 2) for name, found in measured.items()}
-
-
 def row(name: str, found: dict[str, Any], batch: str = "-") -> list[str]:
     """One row for a model."""
     return [
@@ -73,7 +67,8 @@ def compose(model_comparison: Any, training_speed: Any = None, model_forces: Any
             models_style.forces_note(model_forces),
         ]
     )
-    batches = batch_milliseconds(training_speed)
+    measured = training_speed["models"].items() if training_speed else ()
+    batches = {name: number(1e3 * one["seconds_per_batch"]["median"], 2) for name, one in measured}
     cells = [
         paper_row(drawing.paper_values("reference_model")),
         *(row(name, model_comparison["models"][name], batches.get(name, "-")) for name in ranking),

@@ -15,11 +15,6 @@ COLUMNS = {
 }
 
 
-def rows(points: list[dict[str, Any]]) -> list[list[str]]:
-    """One row for each protocol."""
-    return [[str(point["point"]), *(number(point[name]) for name in COLUMNS)] for point in points]
-
-
 def compose(persson_brener: Any) -> Table:
     """Write the table."""
     found = persson_brener["summary"]
@@ -41,4 +36,5 @@ def compose(persson_brener: Any) -> Table:
         f"lie {found['extrapolation_percent']:.3g} % beyond. "
         f"Median and largest deviation from Persson-Brener theory: {deviations}."
     )
-    return Table(["Point", *COLUMNS.values()], rows(persson_brener["points"]), caption)
+    rows = [[str(one["point"]), *(number(one[name]) for name in COLUMNS)] for one in persson_brener["points"]]
+    return Table(["Point", *COLUMNS.values()], rows, caption)

@@ -48,7 +48,7 @@ def test_held_out_cases_are_those_of_the_data_set_and_the_call_is_timed_whole(da
 
 def test_refined_answers_belong_to_their_solver_accuracy_and_cases(dataset, tmp_path, monkeypatch):
     monkeypatch.setattr(tools, "KEPT", tmp_path)
-    monkeypatch.setattr(tools, "in_parallel", lambda _, tasks, **__: [[accuracy] * 122 for _, accuracy in tasks])
+    monkeypatch.setattr(tools, "in_parallel", lambda _, tasks, **__: [[tools.EXACT_TARGET] * 122 for _ in tasks])
     first, second = held_out(2, dataset)
 
     def kept(case):

@@ -3,25 +3,17 @@
 from paper_figures.measurements import figure_peers
 from paper_figures.tables import table_peers
 
-
-def run(problem, tool, setting, seconds, error):
-    return {"problem": problem, "tool": tool, "setting": setting, "seconds": seconds, "error": error}
-
-
-CONTENT = {
-    "host": "a processor",
-    "packages": {"Adhesion": "0.1", "tamaas": "0.2"},
-    "start": 2.0,
-    "runs": [
-        run("tabor 1", "Adhesion", "128 x 128", 30.0, 1e-3),
-        run("tabor 1", "Adhesion", "32 x 32", 1.0, 1e-2),
-        run("tabor 1", "solver", "draft", 4e-3, 2e-3),
-        run("tabor 3", "closed form", "JKR", 1e-3, 0.03),
-        run("tabor 3", "paper's discretisation", "50 nodes", 1e-2, 0.1),
-        run("Hertz", "solver", "draft", 2e-3, 1e-9),
-        run("Hertz", "tamaas", "32 x 32", 2e-2, 1e-4),
-    ],
-}
+RUNS = [
+    ("tabor 1", "Adhesion", "128 x 128", 30.0, 1e-3),
+    ("tabor 1", "Adhesion", "32 x 32", 1.0, 1e-2),
+    ("tabor 1", "solver", "draft", 4e-3, 2e-3),
+    ("tabor 3", "closed form", "JKR", 1e-3, 0.03),
+    ("tabor 3", "paper's discretisation", "50 nodes", 1e-2, 0.1),
+    ("Hertz", "solver", "draft", 2e-3, 1e-9),
+    ("Hertz", "tamaas", "32 x 32", 2e-2, 1e-4),
+]
+CONTENT = {"host": "a processor", "packages": {"Adhesion": "0.1", "tamaas": "0.2"}, "start": 2.0}
+CONTENT["runs"] = [dict(zip(("problem", "tool", "setting", "seconds", "error"), row, strict=True)) for row in RUNS]
 
 
 def test_the_table_has_a_row_for_each_setting_and_the_page_shows_it():

@@ -1,89 +1,44 @@
-"""Figures and table of the pretrained models, from made-up measurements."""
+"""Figures and tables of the pretrained models: cells and curves of published measurements, some changed."""
 
 import numpy as np
+import pytest
 
+from experiments.places import Places
 from paper_figures.measurements import figure_inverse, figure_measurement_floor
 from paper_figures.style import drawing
 from paper_figures.tables import table_surrogates
 
-ERRORS = {"p50": 0.5, "p90": 2.0, "p99": 7.0}
-BANDED = {"pull_off": ERRORS, "hysteresis": ERRORS, "covered": 0.91, "covered_fast": None, "width": ERRORS}
-CONTENT = {
-    "count": 10,
-    "coverage": 0.9,
-    "fast": 100.0,
-    "models": {
-        "fast": {"paper": BANDED, "any": BANDED},
-        "M1-concat": {"paper": {"pull_off": ERRORS, "hysteresis": ERRORS}},
-    },
-    "seconds": {
-        "solver": {"batch": 3e-3, "single": 3e-3},
-        "fast": {"batch": 1e-4, "single": 5e-4},
-        "M1-concat": {"batch": 1e-3, "single": 2e-3},
-    },
-}
+
+@pytest.fixture(scope="module")
+def errors():
+    return Places().read("pretrained_errors", "table-surrogates")
 
 
 def test_the_share_above_an_error_is_in_percent():
-    steps = {"indentation": [20.0, 10.0, -1.0], "force": [-3.0, 1.0, 0.1]}
     kind = {"counts": [2, 1, 3], "pull_off_errors": [0.0, 1e-3, 0.2]}
-    content = {
-        "example": {**steps, "steps": {"uniform": steps, "physical": steps}},
-        "kinds": {"uniform": kind, "physical": kind},
-    }
     axes = drawing.figure(height=2.0).subplots()
-    figure_measurement_floor.draw_errors(axes, content["kinds"])
+    figure_measurement_floor.draw_errors(axes, {"uniform": kind, "physical": kind})
     assert [line.get_xdata().max() for line in axes.lines[:2]] == [20.0, 20.0]
 
 
-WHOLE = CONTENT | {
-    "seconds": {
-        name: row | {"gradient": 12.0 * row["batch"], "step": row["single"] / 100.0}
-        for name, row in CONTENT["seconds"].items()
-    },
-    "gradients": {"tools": {name: {"common": ERRORS, "modulus_ratio": None} for name in CONTENT["seconds"]}},
-}
+def test_table_of_surrogates(errors):
+    levels = {"p50": 0.5, "p90": 2.0, "p99": 7.0}
+    banded = dict.fromkeys(("pull_off", "hysteresis", "width"), levels) | {"covered": 0.91, "covered_fast": None}
+    models = {"fast": {"paper": banded, "any": banded}, "M1-concat": {"paper": {**banded, "covered": 0.5}}}
+    del models["M1-concat"]["paper"]["covered"]
+    seconds = errors["seconds"] | {"solver": {"batch": 3e-3}, "fast": {"batch": 1e-4, "single": 5e-4}}
+    first, second, third = table_surrogates.rows({"models": models, "seconds": seconds})
+    assert first == ["fast", "0.1", "0.5, 2, 7", "0.5, 2", "0.91", "", "0.5, 2", "0.100", "0.50", "30"]
+    assert (second[1], third[4], third[6]) == ("0.01 to 1", "", "")
 
 
-def test_table_of_surrogates():
-    first, second, third = table_surrogates.rows(CONTENT)
-    assert first[:6] == ["fast", "0.1", "0.5, 2, 7", "0.5, 2", "0.91", ""]
-    assert (first[-1], second[1], third[4]) == ("30", "0.01 to 1", "")
-
-
-def test_the_table_of_calls_has_the_solver_and_every_model():
-    more = {"count": 7, "fine": 5e-4, **WHOLE["gradients"]}
-    solver, fast, other = table_surrogates.calls(WHOLE | {"gradients": more})
-    assert solver == ["solver", "3", "3", "30", "36", "0.5, 2"]
-    assert (fast[0], fast[2:5]) == ("fast", ["0.5", "5", "1.2"])
-    assert other[0] == "M1-concat"
-    text = table_surrogates.calls_text(WHOLE | {"gradients": more, "host": "a machine", "command": "a command"})
-    assert "on 7 protocols, relative to the solver at 0.0005; measured by `a command` on a machine." in text
-
-
-def posterior(tool):
-    """Made-up densities of three parameters."""
-    histogram = {"edges": [0.0, 1.0, 2.0], "density": [0.4, 0.6]}
-    pair = {"x": [0.0, 1.0, 2.0], "y": [0.0, 1.0, 2.0], "density": [[0.1, 0.2], [0.3, 0.4]]}
-    summary = {"mean": [1.0, 1.0, 1.1], "sd": [0.1, 0.2, 0.3], "low": [0.8] * 3, "high": [1.2] * 3}
-    found = {"samples": 1000, "effective": 750.4, "summary": summary, "densities": [histogram] * 3}
-    pairs = {"pairs": [{**pair, "parameters": [first, first + 1]} for first in (0, 1)]}
-    return found | (pairs if tool == "surrogate" else {})
-
-
-INVERSE = {
-    "parameters": ["tabor", "modulus_ratio", "retardation_time"],
-    "true": [1.0, 1.1, 0.9],
-    "calibration": 256,
-    "posteriors": {tool: posterior(tool) for tool in figure_inverse.STYLES},
-    "seconds": {"surrogate": 1e-4, "solver": 4e-3},
-    "searched": 5.0,
-    "solver_shown": [[1.0, 1.0, 1.0], [1.1, 0.9, 1.0]],
-    "curve": {"time": [0.0, 1.0], "measured": [0.1, -1.0], "mean": [0.0, -1.1]},
-    "processor_share": 0.95,
-    "command": "a command",
-    "host": "a machine",
-}
+def test_the_table_of_calls_has_the_solver_and_every_model(errors):
+    times = {"batch": 3e-3, "single": 4e-3, "step": 3e-5, "gradient": 36e-3}
+    tools = errors["gradients"]["tools"] | {"solver": {"common": {"p50": 0.5, "p90": 2.0}}}
+    content = errors | {"seconds": errors["seconds"] | {"solver": times}, "gradients": {"tools": tools}}
+    rows = table_surrogates.calls(content)
+    assert rows[0] == ["solver", "3", "4", "30", "36", "0.5, 2"]
+    assert [row[0] for row in rows[1:]] == list(errors["models"])
 
 
 def test_levels_hold_their_share():
@@ -93,15 +48,17 @@ def test_levels_hold_their_share():
 
 
 def test_the_table_of_the_inverse_problem_measures_distances_in_the_solvers_deviations():
-    content = {**INVERSE, "posteriors": {**INVERSE["posteriors"]}}
-    shifted = posterior("surrogate")
-    shifted["summary"] = shifted["summary"] | {"mean": [1.05, 1.0, 1.1]}
-    content["posteriors"]["surrogate"] = shifted
-    true, first, ignored, solver = figure_inverse.rows(content)
+    content = Places().read("inverse_problem", "figure-inverse")
+    solver = content["posteriors"]["solver"]
+    solver["summary"] = {"mean": [1.0, 1.0, 1.1], "sd": [0.1, 0.2, 0.3], "low": [0.8] * 3, "high": [1.2] * 3}
+    moved = {**solver["summary"], "mean": [1.05, 1.0, 1.1]}
+    content["posteriors"]["surrogate"] |= {"summary": moved, "samples": 1000, "effective": 750.4}
+    content |= {"true": [1.0, 1.1, 0.9], "seconds": {"surrogate": 1e-4, "solver": 4e-3}}
+    true, first, _, last = figure_inverse.rows(content)
     assert true[:4] == ["true", "1", "1.1", "0.9"]
     assert first[1] == "1.05 (0.8 to 1.2)"
-    assert (first[4], ignored[4], solver[4]) == ("0.50", "0.00", "-")
-    assert (first[5:], solver[7]) == (["1,000", "750", "0.100"], "4.000")
+    assert (first[4], last[4]) == ("0.50", "-")
+    assert (first[5:], last[7]) == (["1,000", "750", "0.100"], "4.000")
     assert "A sample of the solver costs 40 times as much" in figure_inverse.page_text(content)
 
 
