@@ -10,7 +10,7 @@ from bem.dataset.file import load_dataset
 from experiments.common import dataset_digest
 from experiments.measurements import accuracy_cost, tools
 from experiments.trainings import amortisation
-from surrogate.prediction.files import weights_sha256
+from surrogate.prediction.files import PUBLISHED, weights_sha256
 from tests.experiments import models
 
 
@@ -67,59 +67,28 @@ def test_a_batch_is_shared_out(monkeypatch):
     assert seconds.tolist() == [[2.0] * 3] * accuracy_cost.BATCH_REPEATS
 
 
-@pytest.fixture(scope="module")
-def trained(dataset, tmp_path_factory):
-    """A tiny trained model, one without weights, one whose files are not of one piece, one of another data set."""
-    import keras
-
-    from surrogate.architectures import common
-    from surrogate.architectures.layers import AppendTabor
-
-    def build(name, features="D"):
-        sequence, tabor = common.inputs(features)
-        hidden = AppendTabor(name="append")(sequence, tabor)
-        return keras.Model([sequence, tabor], keras.layers.Dense(1, name="force")(hidden), name=name)
-
-    folder = tmp_path_factory.mktemp("models")
-    with pytest.MonkeyPatch.context() as patch:
-        for module in ("surrogate.training.runs", "surrogate.prediction.networks"):
-            patch.setattr(f"{module}.build", build)
-        from surrogate.data.dataset import TrajectoryDataset
-        from surrogate.training.recipe import Recipe
-        from surrogate.training.runs import Run, execute, publish
-
-        recipe = folder / "recipe.toml"
-        recipe.write_text(
-            'name = "test"\nseed = 3\nbatch_size = 20\nepochs = 1\nlearning_rate = 1e-3\noptimizer = "soap"\n'
-            "weight_average = 0.5\ngradient_norm = 1.0\n[cosine]\nwarmup_epochs = 1\n",
-            encoding="utf-8",
-        )
-        data = TrajectoryDataset.load(dataset)
-        execute(Run("M1-concat", data, data.split(), Recipe.load(recipe)), folder / "run")
-        publish(folder / "run", folder / "models" / "M1-concat")
-        good = folder / "models" / "M1-concat"
-        for name in ("M1-FiLM", "M1-gated", "M2-concat"):
-            shutil.copytree(good, good.with_name(name))
-        (good.with_name("M1-FiLM") / "model.weights.h5").unlink()
-        (good.with_name("M1-gated") / "model.onnx").write_bytes(b"no model")
-        run = json.loads((good / "run.json").read_text(encoding="utf-8"))
-        for file in ("run.json", "scaling.json"):
-            path = good.with_name("M2-concat") / file
-            path.write_text(path.read_text(encoding="utf-8").replace(run["dataset_sha256"], "f" * 64), encoding="utf-8")
-        assert tools.published(folder / "models") == ["M1-concat", "M1-gated", "M2-concat"]
-        yield folder / "models"
+DATASET = PUBLISHED.parent / "dataset.h5"
 
 
-def test_surrogates_are_measured_and_what_does_not_work_is_named(trained, dataset, tmp_path, monkeypatch):
+def test_surrogates_are_measured_and_what_does_not_work_is_named(tmp_path, monkeypatch):
+    """A published model, one without weights, one that cannot be read, and one of another data set."""
+    good, trained = tmp_path / "M1-concat", tmp_path
+    for name in ("M1-concat", "M1-FiLM", "M1-gated", "M2-concat"):
+        shutil.copytree(PUBLISHED / "M1-concat", tmp_path / name)
+    (tmp_path / "M1-FiLM" / "model.weights.h5").unlink()
+    (tmp_path / "M1-gated" / "model.onnx").write_bytes(b"no model")
+    digest = json.loads((good / "run.json").read_text(encoding="utf-8"))["dataset_sha256"]
+    for file in ("run.json", "scaling.json"):
+        path = tmp_path / "M2-concat" / file
+        path.write_text(path.read_text(encoding="utf-8").replace(digest, "f" * 64), encoding="utf-8")
+    assert tools.published(trained) == ["M1-concat", "M1-gated", "M2-concat"]
     assert tools.missing(trained)[:1] == ["M1-FiLM"]
-    assert tools.outdated(trained, dataset) == ["M2-concat"]
-    monkeypatch.setattr(accuracy_cost, "TARGETS", (1.7e-2,))
+    assert tools.outdated(trained, DATASET) == ["M2-concat"]
+    for name, value in {"TARGETS": (1.7e-2,), "BASELINE": {}, "FORMS": (), "SINGLE_CALLS": 2, "BATCH": 4}.items():
+        monkeypatch.setattr(accuracy_cost, name, value)
     monkeypatch.setattr(tools, "EXACT_TARGET", 5e-2)
-    monkeypatch.setattr(accuracy_cost, "BASELINE", {})
-    monkeypatch.setattr(accuracy_cost, "FORMS", ())
     monkeypatch.setattr(tools, "KEPT", tmp_path)
-    monkeypatch.setattr(accuracy_cost, "SINGLE_CALLS", 2)
-    content = accuracy_cost.study(dataset, trained, count=3, repeats=2, finest=0, jobs=1)
+    content = accuracy_cost.study(DATASET, trained, count=3, repeats=2, finest=0, jobs=1)
     surrogates = [tool for tool in content["tools"] if tool["kind"] == "surrogate"]
     ways = [tool["way"] for tool in surrogates if tool["model"] == "M1-concat"]
     assert ways == ["Keras call", "ONNX single", "ONNX batch"]
@@ -130,7 +99,7 @@ def test_surrogates_are_measured_and_what_does_not_work_is_named(trained, datase
     broken = [text for text in content["missing"] if text.startswith("M1-gated")]
     assert len(broken) == 1
     assert not any(tool["model"] == "M1-gated" for tool in surrogates)
-    later = amortisation.study(content, dataset, trained)
+    later = amortisation.study(content, DATASET, trained)
     assert "M1-gated" in later["unmeasured"]
     assert later["outdated"] == ["M2-concat"]
     assert any(one["surrogate"] == "M1-concat, ONNX batch" for one in later["break_even"])
