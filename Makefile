@@ -172,10 +172,6 @@ $(OUT)/dataset/any_solid.h5: CAMPAIGN = $(ANY_SOLID) --design sobol --count 2360
 $(OUT)/dataset/any_solid_edges.h5: CAMPAIGN = $(ANY_SOLID) --design edges --count 150000 --seed 1
 $(OUT)/dataset/any_solid_corners.h5: CAMPAIGN = $(ANY_SOLID) --design corners --count 32000 --seed 2
 
-accuracy-price: setup  ## Measure what draft, standard and reference cost over the paper's design (long) and publish it
-	$(PY) -m experiments accuracy_price $(PLACES) --folder $(OUT)/accuracy_price
-	$(SUMS) $(PUBLISHED)/accuracy_price.json
-
 RECIPE ?= swift
 JOBS ?= 2
 # ONLY names the models to train, by default all 18 paper models; EPOCHS replaces the epochs of the recipe.
@@ -216,18 +212,20 @@ pretrained: setup $(addprefix $(OUT)/dataset/any_solid,.h5 _edges.h5 _corners.h5
 		--publish $(PUBLISHED)/pretrained $(addprefix --start ,$(filter-out no,$(START))) $(addprefix --epochs ,$(EPOCHS))
 	$(SUMS) $(PUBLISHED)/pretrained
 
+accuracy-price:  ## Measure what draft, standard and reference cost over the paper's design (long) and publish it
+accuracy-price: OWN = --folder $(OUT)/accuracy_price
 feature-sets: $(OUT)/dataset/physical.h5  ## Train the input representations A to F, some of them also at physical steps, and publish their errors
-feature-sets: PHYSICAL = --physical $(OUT)/dataset/physical.h5
+feature-sets: OWN = --physical $(OUT)/dataset/physical.h5 --work $(OUT)/training_studies/feature_sets
 data-efficiency:  ## Train on decreasing shares of the data and publish the errors
-feature-sets data-efficiency: NAME = $(subst -,_,$@)
-feature-sets data-efficiency: $(DATASET) | $(INSTALLED)
-	status=0; $(PY) -m experiments $(NAME) $(PLACES) --configs $(CONFIGS) $(PHYSICAL) --work $(OUT)/training_studies/$(NAME) \
-		|| status=$$?; [ ! -e $(PUBLISHED)/$(NAME).json ] || $(SUMS) $(PUBLISHED)/$(NAME).json; exit $$status
+data-efficiency: OWN = --work $(OUT)/training_studies/data_efficiency
 ranking:  ## Rank the models by every published seed, with intervals, and publish it (seconds)
 model-forces:  ## Publish which models were trained on the forces of the published data set
-ranking model-forces: $(DATASET) | $(INSTALLED)
-	$(PY) -m experiments $(subst -,_,$@) $(PLACES)
-	$(SUMS) $(PUBLISHED)/$(subst -,_,$@).json
+feature-sets data-efficiency ranking model-forces: $(DATASET)
+# What is interrupted has published what it finished.
+accuracy-price feature-sets data-efficiency ranking model-forces: JSON = $(PUBLISHED)/$(subst -,_,$@).json
+accuracy-price feature-sets data-efficiency ranking model-forces: | $(INSTALLED)
+	status=0; $(PY) -m experiments $(subst -,_,$@) $(PLACES) --configs $(CONFIGS) $(OWN) || status=$$?; \
+		[ ! -e $(JSON) ] || $(SUMS) $(JSON); exit $$status
 
 cards: setup  ## Write the cards of the data set and of each published model, and the metadata
 	$(PY) -m paper_figures.report.cards --published $(PUBLISHED)
