@@ -31,9 +31,10 @@ from bem._support.command_line import run_main
 from bem._support.outputs import write_whole
 from bem._support.provenance import provenance
 from bem.dataset.designs import QUANTITIES, Design
-from bem.dataset.measurement_steps import PHYSICAL
+from bem.dataset.measurement_steps import PHYSICAL, measurement_grid
 from bem.dataset.physical_steps import physical_grid
-from experiments.common import DATASET, MODELS, MODULUS_RATIO, on_steps, simulated
+from experiments.common import DATASET, MODELS, MODULUS_RATIO, simulated
+from experiments.measurements.cases import ANY_SOLID
 from experiments.paper_numbers import paper_rows
 from surrogate.data.dataset import Split, TrajectoryDataset
 
@@ -44,7 +45,6 @@ CONTACTS_OUT = Path("demo/public/contacts.json")
 ACCURACY = "standard"
 COUNT = 36
 SOLIDS = 24
-ANY_SOLID = (0.01, 1.0)
 SEED = 77
 """Of the other solids; trainings and hidden protocols use others."""
 FRAMES, NODES, WIDER = 30, 40, 1.35
@@ -93,15 +93,21 @@ def entry(name: str, kind: str, protocol: dict[str, float], results: Any, force:
     return {"name": name, "kind": kind, "protocol": protocol, "results": found, "force": rounded(force)}
 
 
-def paper_curve(row: dict[str, Any]) -> dict[str, Any]:
-    """Simulate one of the paper's samples.
+def simulated_curve(name: str, kind: str, protocol: dict[str, float], times: np.ndarray) -> dict[str, Any]:
+    """Simulate a protocol, and take its force at some instants.
 
     Raises:
         RuntimeError: The simulation did not complete.
     """
-    trajectory = simulated(row, accuracy=ACCURACY)
+    ratio = protocol.get("modulus_ratio", MODULUS_RATIO)
+    trajectory = simulated(protocol, accuracy=ACCURACY, modulus_ratio=ratio)
+    return entry(name, kind, protocol, trajectory, trajectory.at(times.clip(max=trajectory.time[-1])))
+
+
+def paper_curve(row: dict[str, Any]) -> dict[str, Any]:
+    """One of the paper's samples, on the measurement steps of the data set."""
     protocol = {name: row[name] for name in QUANTITIES}
-    return entry(f"paper-{row['sample']:g}", "paper", protocol, trajectory, on_steps(row, trajectory)["force"])
+    return simulated_curve(f"paper-{row['sample']:g}", "paper", protocol, measurement_grid(**protocol)[0][0])
 
 
 def held_out_curves(dataset: TrajectoryDataset, split: Split, count: int) -> list[dict[str, Any]]:
@@ -125,16 +131,9 @@ def other_solids(count: int) -> list[dict[str, Any]]:
 
 
 def physical_curve(curve: dict[str, Any]) -> dict[str, Any]:
-    """Simulate the protocol of an entry, on the physical steps.
-
-    Raises:
-        RuntimeError: The simulation did not complete.
-    """
+    """The protocol of an entry, on the physical steps."""
     protocol = {"modulus_ratio": MODULUS_RATIO} | curve["protocol"]
-    trajectory = simulated(protocol, accuracy=ACCURACY, modulus_ratio=protocol["modulus_ratio"])
-    times, _ = physical_grid(**protocol)
-    force = trajectory.at(times[0].clip(max=trajectory.time[-1]))
-    return entry(curve["name"], curve["kind"], protocol, trajectory, force)
+    return simulated_curve(curve["name"], curve["kind"], protocol, physical_grid(**protocol)[0][0])
 
 
 def contact(curve: dict[str, Any]) -> dict[str, Any]:

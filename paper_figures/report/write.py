@@ -32,19 +32,7 @@ from paper_figures.style import models_style
 from paper_figures.style.writing import number
 
 OUT = Path("REPRODUCTION.md")
-INTRODUCTION = """\
-# Reproduction report
-
-This report lists every number that the paper states, the number found here, and a verdict. `make report` writes it from
-the result files. No number is typed by hand, except those of the paper, which are in `experiments/paper_values/`.
-
-The verdict follows a rule. Counts and words must be equal. Values must agree within the stated tolerance. For errors
-and costs, smaller is better: a number within the tolerance is reproduced, a smaller one is better, and a larger one
-differs. Bounds must hold. A ranking of models is judged by all published seeds. It is a tie if the probability of its
-order, when seeds and test trajectories are resampled, lies between 5 % and 95 %. If a model has fewer than two seeds,
-the ranking is judged by one training of each model, and its reason says so. "Not comparable" means that the two numbers
-do not measure the same quantity; "not yet" means that the result has not been computed. Settings of the paper that are
-followed here are not results; they have a table of their own."""
+INTRODUCTION = Path(__file__).with_name("introduction.md")
 
 
 def tolerances_text() -> str:
@@ -155,7 +143,7 @@ def report(results: Results) -> str:
     groups = list(dict.fromkeys(finding.claim["group"] for finding in findings))
     # Numbers that are not in the paper come last.
     groups.sort(key=lambda group: any(f.claim.get("beyond") for f in findings if f.claim["group"] == group))
-    parts = [INTRODUCTION, tolerances_text(), overview(findings)]
+    parts = [INTRODUCTION.read_text(encoding="utf-8").rstrip(), tolerances_text(), overview(findings)]
     missing = models_style.missing_note((results.content("model_comparison") or {}).get("missing", []))
     if missing:
         parts.append(f"Models {missing}.")

@@ -9,7 +9,6 @@ from experiments.paper import error_statistics, fms_transfer, model_comparison
 from experiments.trainings.data_efficiency import KEYS as SHARES
 from experiments.trainings.data_efficiency import share
 from experiments.trainings.data_efficiency import variants as shares
-from experiments.trainings.feature_sets import summary as feature_summary
 from experiments.trainings.feature_sets import variants as feature_variants
 from surrogate.architectures.naming import FAMILIES, names
 from tests.experiments import models
@@ -101,41 +100,46 @@ def test_comparison_draws_no_conclusion_while_models_are_missing(tmp_path, datas
     assert found["models"]["M1-concat"]["minutes_to_paper_mse"] == 2.0
 
 
-def test_comparison_of_all_models(tmp_path, dataset):
-    for rank, name in enumerate(names()):
-        write_model(tmp_path / name, 18.0 - rank)
+@pytest.mark.parametrize(
+    ("errors", "best", "second", "conditioning"),
+    [
+        ({name: 18.0 - rank for rank, name in enumerate(names())}, "M6-gated", "M6", "gated"),
+        # The second family is the best of the others, even if the first is not the reference's.
+        ({name: {"M4": 1.0, "M1": 2.0}.get(name[:2], 3.0) for name in names()}, "M4-concat", "M4", "concat"),
+    ],
+)
+def test_comparison_of_all_models(errors, best, second, conditioning, tmp_path, dataset):
+    for name, mse in errors.items():
+        write_model(tmp_path / name, mse + 0.01 * (not name.endswith(conditioning)))
     found = model_comparison.study(tmp_path, dataset)["comparison"]
-    assert (found["best"], found["second_family"]) == ("M6-gated", "M6")
-    assert set(found["best_conditioning"].values()) == {"gated"}
+    assert (found["best"], found["second_family"]) == (best, second)
+    assert set(found["best_conditioning"].values()) == {conditioning}
 
 
-def test_the_second_family_is_the_best_of_the_others_even_when_the_first_is_not_the_references(tmp_path, dataset):
-    for name in names():
-        write_model(tmp_path / name, {"M4": 1.0, "M1": 2.0}.get(name[:2], 3.0))
-    found = model_comparison.study(tmp_path, dataset)["comparison"]
-    assert found["second_family"] == "M4"
-
-
-def test_only_models_trained_alike_are_compared(tmp_path, dataset):
+def test_only_models_trained_alike_are_compared_and_the_others_say_why(tmp_path, dataset):
+    others = {
+        "M1-FiLM": ("recipe", {"recipe": 'name = "other"\n'}),
+        "M1-gated": ("split", {"split": SPLIT | {"test": [0, 1]}}),
+        "M2-concat": ("data set", {"dataset_sha256": "of others"}),
+        "M1-concat-8-epochs": ("test part", {"split": SPLIT | {"test": [1]}}),
+        "M1-concat-large": ("data set", {"dataset_sha256": "of others"}),
+    }
+    for name, (_, settings) in others.items():
+        write_model(tmp_path / name, 0.1, **settings)
     write_model(tmp_path / "M1-concat", 1.0)
-    write_model(tmp_path / "M1-FiLM", 0.1, recipe='name = "other"\n')
-    write_model(tmp_path / "M1-gated", 0.1, split=SPLIT | {"test": [0, 1]})
-    write_model(tmp_path / "M2-concat", 0.1, dataset_sha256="of others")
-    write_model(tmp_path / "M2-FiLM", 0.1, backend="jax")
-    found = model_comparison.study(tmp_path, dataset)
     # Another backend is no other training, as little as another seed is.
-    assert list(found["models"]) == ["M1-concat", "M2-FiLM"]
-    words = {name: sentence.split("its ")[1].split(" is not that")[0] for name, sentence in found["outdated"].items()}
-    assert words == {"M1-FiLM": "recipe", "M1-gated": "split", "M2-concat": "data set"}
+    write_model(tmp_path / "M2-FiLM", 0.1, backend="jax")
+    # On purpose.
+    write_model(tmp_path / "M1-concat-more", 0.1, split=SPLIT | {"train": [0]}, extra_dataset_sha256="1")
+    write_model(tmp_path / "M1-concat-paper", 0.1, recipe='name = "paper"\n')
+    found = model_comparison.study(tmp_path, dataset)
+    assert (found["comparison"]["ranking"], len(found["missing"])) == (["M2-FiLM", "M1-concat"], 13)
+    assert list(found["beside"]) == ["M1-concat-more", "M1-concat-paper"]
+    assert found["beside"]["M1-concat-paper"]["recipe"]["name"] == "paper"
+    sentences = found["outdated"]
+    words = {name: sentence.split("its ")[1].split(" is not that")[0] for name, sentence in sentences.items()}
+    assert words == {name: word for name, (word, _) in others.items()}
     assert found["differences"] == {name: [word] for name, word in words.items()}
-    assert len(found["missing"]) == 13
-
-
-def test_an_outdated_model_comes_with_the_command_that_trains_it_anew(tmp_path, dataset):
-    write_model(tmp_path / "M1-concat", 1.0)
-    write_model(tmp_path / "M1-FiLM", 0.1, recipe='name = "other"\n')
-    write_model(tmp_path / "M1-concat-large", 0.1, dataset_sha256="of others")
-    sentences = model_comparison.outdated(model_comparison.published(tmp_path), DIGEST, tmp_path)
     assert sentences["M1-FiLM"].endswith(": `make models` trains it again.")
     remove = f": remove {str(tmp_path / 'M1-concat-large')!r} and train it again."
     assert sentences["M1-concat-large"].endswith(remove)
@@ -149,18 +153,6 @@ def test_a_family_beyond_the_papers_stands_beside_the_eighteen(tmp_path, dataset
     assert list(found["beside"]) == ["M7-FiLM", "M7-concat", "M7-gated"]
     assert (len(found["models"]), found["expected"], found["missing"]) == (18, 18, [])
     assert found["comparison"]["best"] != "M7-concat"
-
-
-def test_what_is_trained_otherwise_on_purpose_stands_beside_the_eighteen(tmp_path, dataset):
-    write_model(tmp_path / "M1-concat", 1.0)
-    write_model(tmp_path / "M1-concat-large", 0.1, split=SPLIT | {"train": [0]}, extra_dataset_sha256="1")
-    write_model(tmp_path / "M1-concat-paper", 0.1, recipe='name = "paper"\n')
-    write_model(tmp_path / "M1-concat-8-epochs", 0.1, split=SPLIT | {"test": [1]})
-    found = model_comparison.study(tmp_path, dataset)
-    assert found["comparison"]["ranking"] == ["M1-concat"]
-    assert list(found["beside"]) == ["M1-concat-large", "M1-concat-paper"]
-    assert found["beside"]["M1-concat-paper"]["recipe"]["name"] == "paper"
-    assert "test part" in found["outdated"]["M1-concat-8-epochs"]
 
 
 def test_comparison_of_no_model_names_the_target(tmp_path, dataset):
@@ -177,11 +169,6 @@ def test_feature_sets_differ_in_nothing_else():
     assert commands[0][:2] == ["train", "M1-concat"]
     assert [words[words.index("--dataset") + 1] for words in commands] == ["d", "d", "p"]
     assert {(v.recipe, v.fraction, v.epochs) for v in found.values()} == {("swift", 1.0, 0)}
-    summary = feature_summary({"A": {"validation_mse": 7.0}, "D": {"validation_mse": 1.0}})
-    assert summary == {"order": ["D", "A"], "best": "D", "factor_a_over_d": 7.0}
-    errors = {"A": 7.0, "B": 3.0, "C": 0.5, "D": 1.0}
-    summary = feature_summary({name: {"validation_mse": error} for name, error in errors.items()})
-    assert (summary["best"], summary["all_improve_over_a"], summary["d_better_than_c"]) == ("C", True, False)
 
 
 def test_shares_are_the_papers():

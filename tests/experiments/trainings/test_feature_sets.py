@@ -109,7 +109,10 @@ def test_the_two_data_sets_must_hold_the_same_protocols(tmp_path, dataset, physi
 def test_the_papers_ranking_is_of_the_papers_sets():
     errors = {"A": 7.0, "B": 3.0, "C": 0.5, "D": 1.0, "E": 0.4, "F": 0.1}
     found = feature_sets.summary({name: {"validation_mse": error} for name, error in errors.items()})
-    assert (found["order"], found["best"]) == (["C", "D", "B", "A"], "C")
+    wanted = {"order": ["C", "D", "B", "A"], "best": "C", "all_improve_over_a": True, "d_better_than_c": False}
+    assert found == wanted | {"factor_a_over_d": 7.0}
+    two = feature_sets.summary({"A": {"validation_mse": 7.0}, "D": {"validation_mse": 1.0}})
+    assert two == {"order": ["D", "A"], "best": "D", "factor_a_over_d": 7.0}
     assert feature_sets.summary({"F": {"validation_mse": 0.1}})["best"] is None
 
 
