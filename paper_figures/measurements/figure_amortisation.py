@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from bem.plots import COLOURS
 from paper_figures.style import drawing
 from paper_figures.style.models_style import REFERENCE, color
-from paper_figures.style.writing import Table, left_out, number, percent
+from paper_figures.style.writing import Table, caption, left_out, number, percent
 
 QUERIES = np.geomspace(1.0, 1e8, 400)
 STYLES = {
@@ -85,8 +85,5 @@ def break_even_table(content: dict[str, Any]) -> Table:
     return Table(
         ["Surrogate", "Its force error (%)", "Instead of", "Its force error (%)", "Break-even (queries)"],
         rows_of(content),
-        "Number of queries above which data set, training and prediction by a surrogate cost less core time than the "
-        f"solver alone. Our data set took {number(content['data_set_seconds'] / 60.0)} core minutes; the paper's lines "
-        "are its own numbers. If a query costs the solver less, the surrogate never breaks even."
-        f"{left_out(content, said)}",
+        caption("amortisation", minutes=number(content["data_set_seconds"] / 60.0), left_out=left_out(content, said)),
     )

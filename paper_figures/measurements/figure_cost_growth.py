@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from paper_figures.style import drawing
 from paper_figures.style.cost_style import KINDS, sparse_ticks
-from paper_figures.style.writing import Table, number
+from paper_figures.style.writing import Table, caption, number
 
 LABELS = {
     "nodes": "nodes",
@@ -93,6 +93,7 @@ def compose(cost_growth: Any) -> dict[str, Figure | Table]:
 
 def exponents_table(content: dict[str, Any]) -> Table:
     """Table of the fitted powers and the paper's statement."""
+    box = content["data_set"]
     return Table(
         [
             "Quantity",
@@ -104,14 +105,7 @@ def exponents_table(content: dict[str, Any]) -> Table:
             "Paper's statement",
         ],
         rows_of(content),
-        "Exponents of seconds and of iterations per step in one quantity (least squares, with standard error); the "
-        "others are fixed. Seconds are those of one step for nodes, and of the whole call elsewhere. The solver runs "
-        "at standard accuracy. Where the scene is varied, the paper's discretisation is as fine as its accuracy "
-        "demands, so that its nodes, steps and iterations grow. Over the data set: all five quantities together, "
-        f"{content['data_set']['trajectories']} trajectories, {100 * content['data_set']['explained']:.0f} % of the "
-        "variance explained. The paper states $O(N_s^2 N_t N_\\mathrm{iter})$, which counts products with the "
-        "influence matrix. A factorisation in every iteration costs the power 3 of $N_s$ for large systems, and a sum "
-        "over the whole history the power 2 of $N_t$ for long histories. The solver updates its memory step by step, "
-        "and seldom factorises, only the part of the system that depends on the gap; both its powers are smaller. "
-        f"Measured on {content['host']}.",
+        caption(
+            "cost-growth", host=content["host"], trajectories=box["trajectories"], explained=100 * box["explained"]
+        ),
     )

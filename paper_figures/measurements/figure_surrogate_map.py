@@ -14,7 +14,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator
 from bem.dataset.designs import PAPER_RANGES
 from paper_figures.style import drawing, models_style
 from paper_figures.style.cost_style import sparse_ticks
-from paper_figures.style.writing import Table, median_and_p95, percent
+from paper_figures.style.writing import Table, caption, median_and_p95, percent
 
 LABELS = {name: f"{name.replace('_', ' ')} {symbol}" for name, symbol in drawing.SYMBOLS.items()}
 LABELS["tabor"] = r"Tabor parameter $\mu$"
@@ -116,7 +116,5 @@ def worst_table(content: dict[str, Any]) -> Table:
     return Table(
         HEADER,
         rows_of(content),
-        f"{content['model']}: its worst test trajectories, and its errors with one quantity beyond the bounds of "
-        "training while the others are random inside (median / 95th percentile; 0 % is the bound itself). Force error: "
-        f"mean |dP| over the range. Measured on {content['host']}.{old}",
+        caption("surrogate-map", model=content["model"], host=content["host"], old=old),
     )

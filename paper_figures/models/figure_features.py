@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from bem._support.wording import markdown_table
 from paper_figures.style import drawing, models_style
-from paper_figures.style.writing import Table, number
+from paper_figures.style.writing import Table, caption, number
 
 STYLES = {
     "A": {"color": drawing.RED, "marker": "o"},
@@ -102,14 +102,8 @@ def features_table(content: dict[str, Any], ranking: Any = None) -> Table:
             rows.append([name, inputs, kind, str(count), *errors, *_readings(found and found.get("hidden"))])
     for kind, errors in content.get("floor", {}).items():
         rows.append(["", FLOOR, kind, "", "", "", *_readings(errors)])
-    caption = (
-        "Input representations of M1-concat, trained for the same number of epochs. Errors of several seeds: median, "
-        "then the least and the largest. `make table-ranking` says which order of them holds. MSE compare trainings of "
-        "the same measurement steps only. The other errors are relative to the solver's own pull-off force and "
-        "hysteresis, on hidden protocols: median, 90th and 99th percentile."
-    )
     head = ["Set", "Inputs", "Steps", "Trainings", "Validation MSE", "Held-out MSE"]
-    return Table([*head, *(f"Error of the {name} (%)" for name in READINGS.values())], rows, caption)
+    return Table([*head, *(f"Error of the {name} (%)" for name in READINGS.values())], rows, caption("features"))
 
 
 def _readings(errors: dict[str, Any] | None) -> list[str]:

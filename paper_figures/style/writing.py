@@ -2,8 +2,10 @@
 
 import csv
 import re
+import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -44,6 +46,17 @@ def table_rows(rows: Sequence[Sequence[Any]]) -> str:
     return "\n".join(f"| {' | '.join(map(str, row))} |" for row in rows)
 
 
+@cache
+def _captions() -> dict[str, str]:
+    return tomllib.loads(CAPTIONS.read_text(encoding="utf-8"))
+
+
+def caption(name: str, **values: Any) -> str:
+    """The text below a table, from `tables/captions.toml`, with its places filled."""
+    return " ".join(_captions()[name].split()).format(**values)
+
+
+CAPTIONS = Path(__file__).parents[1] / "tables" / "captions.toml"
 LETTERS = 135
 """In a line of a table in LaTeX, as wide as a figure of two columns."""
 

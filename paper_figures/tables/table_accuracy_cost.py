@@ -11,7 +11,7 @@ import numpy as np
 from bem._support.wording import markdown_table
 from paper_figures.style.cost_style import paper_seconds
 from paper_figures.style.models_style import REFERENCE
-from paper_figures.style.writing import Table, left_out, median_and_p95, milliseconds, number, percent
+from paper_figures.style.writing import Table, caption, left_out, median_and_p95, milliseconds, number, percent
 
 HEADER = [
     "Tool",
@@ -135,18 +135,19 @@ def compose(accuracy_cost: Any) -> dict[str, Table]:
     first = Table(
         [*HEADER, *ERRORS.values()],
         [row_of(tool) for tool in content["tools"]],
-        f"Every tool on {content['protocols']} held-out protocols, or on the number that its row states (the paper's "
-        "discretisation on the first ones, closed forms on those of their regime), on one core of "
-        f"{content['host']}. Times are those of whole calls, for each protocol the median of the repeats; run to run "
-        "is the range of the totals over their median. Errors are median / 95th percentile against a solution refined "
-        f"to {number(content['truth_target'])}, which {_refined(content)} of the protocols have; that of the force is "
-        "mean |dP| over its range. The paper's own seconds: "
-        f"{paper}.{_left_out(content)}",
+        caption(
+            "accuracy-cost",
+            protocols=content["protocols"],
+            host=content["host"],
+            target=number(content["truth_target"]),
+            refined=_refined(content),
+            paper=paper,
+            left_out=_left_out(content),
+        ),
     )
     second = Table(
         CHOICES,
         choices(content["tools"]),
-        "The tool with the smallest median time of which 95 % of the protocols stay within the error, among those that "
-        f"answer all {content['protocols']} of them; one core of {content['host']}.{_left_out(content)}",
+        caption("fastest-tool", protocols=content["protocols"], host=content["host"], left_out=_left_out(content)),
     )
     return {"accuracy-cost": first, "fastest-tool": second}

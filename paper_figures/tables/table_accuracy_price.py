@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from paper_figures.style.writing import Table
+from paper_figures.style.writing import Table, caption
 
 ERRORS = {"pull_off_force": "Pull-off force", "hysteresis": "Hysteresis", "force": "Force history"}
 
@@ -40,7 +40,5 @@ def compose(accuracy_price: Any) -> Table:
     return Table(
         [*header, *(f"{name} error (%)" for name in ERRORS.values())],
         rows_of(accuracy_price["levels"]),
-        f"The price of accuracy over the design of the paper, seed {accuracy_price['seed']}, on "
-        f"{accuracy_price['host']}. Minutes are scaled up where fewer trajectories were run. Errors are "
-        f"median / 90th / 99th percentile against reference, on {sample}.",
+        caption("accuracy-price", seed=accuracy_price["seed"], host=accuracy_price["host"], sample=sample),
     )

@@ -6,7 +6,7 @@ The tables read the measurement of `experiments.measurements.effects`.
 from collections.abc import Callable
 from typing import Any
 
-from paper_figures.style.writing import Table, milliseconds, number, percent
+from paper_figures.style.writing import Table, caption, milliseconds, number, percent
 
 SAFE = ["Stand-in", "Instead of", "Over", "Safe from", "Safe to"]
 OVER = {"tabor": r"$\mu$", "decades": "decades of retardation times"}
@@ -26,14 +26,10 @@ COLUMNS: dict[str, Callable[[dict[str, Any]], str]] = {
 
 def compose(effects: Any) -> dict[str, Table]:
     """Write the tables."""
-    path = effects["path"]
     first = Table(
         list(COLUMNS),
         [[cell(row) for cell in COLUMNS.values()] for row in effects["rows"]],
-        f"One path of the sphere (depth {path['depth']:g}, from {path['start']:g}, in units of $\\mu h_0$; "
-        f"{path['rate']:g} a retardation time; dwell {path['dwell']:g}) under scenes that add one effect at a time, at "
-        f"standard accuracy, on {effects['host']}. The difference is the root mean square over the range of the force; "
-        "for the limits, of long and of short range, it is a difference between laws of adhesion and not an error.",
+        caption("effects", path=effects["path"], host=effects["host"]),
     )
     second = Table(
         SAFE,
@@ -41,9 +37,6 @@ def compose(effects: Any) -> dict[str, Table]:
             [row["stand_in"], row["instead_of"], OVER[row["over"]], *(number(row[name]) for name in ("low", "high"))]
             for row in effects["safe"]
         ],
-        f"Where a simpler scene stands in for the full one with an error of the force of at most "
-        f"{number(100.0 * effects['tolerance'])} % (root mean square over the range): adhesion of another range on the "
-        "same path in units of $\\mu h_0$, over the Tabor parameter of the full scene; one relaxation process instead "
-        "of ten around it, over the decades that those span. Limits are the outermost values computed that are safe.",
+        caption("stand-ins", tolerance=number(100.0 * effects["tolerance"])),
     )
     return {"effects": first, "stand-ins": second}

@@ -7,7 +7,7 @@ there is one.
 from collections.abc import Callable
 from typing import Any
 
-from paper_figures.style.writing import Table, number, percent
+from paper_figures.style.writing import Table, caption, number, percent
 
 
 def is_completed(status: str) -> bool:
@@ -90,8 +90,5 @@ def compose(hard_case_map: Any, soak: Any = None) -> Table:
     return Table(
         HEADER,
         rows,
-        f"The solver at {content['accuracy']} accuracy in difficult cases, and refined by dividing the target by "
-        f"{content['refinement']:g}. A negative work over turnover would mean that energy is created. Rows of several "
-        "cases show the worst of each column. Change, draft and 0.05: change of the pull-off force at those accuracies "
-        f"from the refined one. Measured on {content['host']}.{soaked}",
+        caption("hard-cases", soaked=soaked, **{name: content[name] for name in ("accuracy", "refinement", "host")}),
     )

@@ -7,7 +7,7 @@ state the difference.
 from typing import Any
 
 from paper_figures.style import drawing, models_style
-from paper_figures.style.writing import Table, number
+from paper_figures.style.writing import Table, caption, number
 
 HEADER = [
     "Model",
@@ -57,11 +57,9 @@ def compose(model_comparison: Any, training_speed: Any = None, model_forces: Any
     """Write the table, best model first."""
     ranking = model_comparison["comparison"]["ranking"]
     note = models_style.missing_note(model_comparison["missing"])
-    caption = " ".join(
+    words = " ".join(
         [
-            "Held-out errors of the scaled force, best first; the errors of pull-off and hysteresis are on the "
-            "measurement steps. Models with a suffix are trained differently and not among the 18. Core seconds "
-            "are those of the processor that trained the model, the milliseconds of a batch all of one machine's core.",
+            caption("models"),
             *([f"{note[0].upper()}{note[1:]}."] if note else []),
             *model_comparison["outdated"].values(),
             models_style.forces_note(model_forces),
@@ -74,4 +72,4 @@ def compose(model_comparison: Any, training_speed: Any = None, model_forces: Any
         *(row(name, model_comparison["models"][name], batches.get(name, "-")) for name in ranking),
         *(row(name, found) for name, found in model_comparison["beside"].items()),
     ]
-    return Table(HEADER, cells, caption.strip())
+    return Table(HEADER, cells, words.strip())

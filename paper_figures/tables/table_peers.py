@@ -6,7 +6,7 @@
 
 from typing import Any
 
-from paper_figures.style.writing import Table, number
+from paper_figures.style.writing import Table, caption, number
 
 PROBLEMS = {"tabor 1": "Tension, Tabor 1", "tabor 3": "Tension, Tabor 3", "Hertz": "Compression, no adhesion"}
 HEADER = ["Tool", "Setting", *PROBLEMS.values()]
@@ -36,10 +36,7 @@ def compose(peers: Any) -> Table:
     return Table(
         HEADER,
         rows_of(peers),
-        f"Largest tension of an elastic sphere unloaded from an indentation of {number(peers['start'])}, and its "
-        "compression there without adhesion: error and processor seconds. Solver and paper's discretisation: the whole "
-        "history; Adhesion: from that indentation to the largest tension; tamaas: one state. "
-        f"{packages}, one core of {peers['host']}.",
+        caption("peers", start=number(peers["start"]), packages=packages, host=peers["host"]),
     )
 
 

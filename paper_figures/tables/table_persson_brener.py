@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from paper_figures.style.writing import Table, number
+from paper_figures.style.writing import Table, caption, number
 
 COLUMNS = {
     "unloading_rate": r"$\hat v_U$",
@@ -27,14 +27,6 @@ def compose(persson_brener: Any) -> Table:
         )
     )
     first = persson_brener["points"][0]["protocol"]
-    caption = (
-        r"Effective surface energy $\hat\Gamma_\mathrm{eff}=|\hat P_\mathrm{po}|/1.5$ at "
-        rf"$\mu={first['tabor']:g}$, $\hat\delta_l={first['peak_indentation']:g}$, "
-        rf"$\hat v_L={first['loading_rate']:g}$, $\hat t_D={first['dwell_time']:g}$. "
-        "The solver's own crack velocity is the speed of the contact edge at pull-off. "
-        rf"The surrogate extrapolates: it was trained up to $\mu={found['trained_up_to_tabor']:g}$, and the protocols "
-        f"lie {found['extrapolation_percent']:.3g} % beyond. "
-        f"Median and largest deviation from Persson-Brener theory: {deviations}."
-    )
+    words = caption("persson-brener", first=first, found=found, deviations=deviations)
     rows = [[str(one["point"]), *(number(one[name]) for name in COLUMNS)] for one in persson_brener["points"]]
-    return Table(["Point", *COLUMNS.values()], rows, caption)
+    return Table(["Point", *COLUMNS.values()], rows, words)

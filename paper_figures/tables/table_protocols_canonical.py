@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
-from paper_figures.style.writing import Table, number
+from paper_figures.style.writing import Table, caption, number
 from paper_figures.tables.table_protocols_dataset import QUANTITIES
 
 COLUMNS: dict[str, Callable[[dict[str, Any]], str]] = {
@@ -23,11 +23,6 @@ COLUMNS: dict[str, Callable[[dict[str, Any]], str]] = {
 
 def compose(canonical_regimes: Any) -> Table:
     """Write the table."""
-    config, times = canonical_regimes["config"], canonical_regimes["times"]
-    caption = (
-        f"Protocols of figure 6 and what they cost: processor seconds of one thread, {times['host']}. Solver at "
-        f"accuracy {config['accuracy']}; surrogate by the plain Keras call, by our predictor, and by our predictor per "
-        f"trajectory of a batch of {times['config']['batch']}. Errors of {config['model']} on the measurement steps."
-    )
+    words = caption("protocols-canonical", config=canonical_regimes["config"], times=canonical_regimes["times"])
     rows = [[cell(one) for cell in COLUMNS.values()] for one in canonical_regimes["regimes"]]
-    return Table(list(COLUMNS), rows, caption)
+    return Table(list(COLUMNS), rows, words)

@@ -3,7 +3,7 @@
 from typing import Any
 
 from paper_figures.style import drawing
-from paper_figures.style.writing import Table, number
+from paper_figures.style.writing import Table, caption, number
 
 ORDER = ("loading_rate", "dwell_time", "unloading_rate", "tabor", "peak_indentation")
 QUANTITIES = {name: drawing.SYMBOLS[name] for name in ORDER}
@@ -70,17 +70,11 @@ def compose(dataset_examples: Any, dataset_statistics: Any) -> dict[str, Table]:
     first = Table(
         ["Panel", *QUANTITIES.values(), *RESULTS.values(), "Jumps"],
         protocol_rows(dataset_examples["examples"]),
-        "Protocols of figure 2, as in the paper's appendix, and our results at accuracy "
-        f"{dataset_examples['accuracy']}: pull-off force and time, largest compression, hysteresis, force at the end.",
+        caption("protocols-dataset", accuracy=dataset_examples["accuracy"]),
     )
     second = Table(
         ["Quantity", "Paper", "Here"],
         summary_rows(dataset_statistics, drawing.paper_values("dataset")),
-        f"The data set beside the paper's; here at accuracy {dataset_statistics['accuracy']} on "
-        f"{dataset_statistics['workers']} workers. The "
-        "whole run is the wall time of all workers; parallel efficiency is the share of it that they spent on "
-        "trajectories. A trajectory whose last force exceeds the far-field attraction there is still attached at the "
-        "end, and its pull-off force is the largest so far. The resolution floor is the error of the pull-off force "
-        "made by the measurement steps alone.",
+        caption("dataset-summary", accuracy=dataset_statistics["accuracy"], workers=dataset_statistics["workers"]),
     )
     return {"protocols-dataset": first, "dataset-summary": second}

@@ -4,7 +4,7 @@ from typing import Any
 
 from experiments.paper_numbers import paper_rows
 from paper_figures.figures.figure_7 import QUARTILES
-from paper_figures.style.writing import Table, number
+from paper_figures.style.writing import Table, caption, number
 
 COLUMNS = {
     "mse": (r"Force MSE ($\times10^{-3}$)", 1e3, 3),
@@ -39,12 +39,7 @@ def compose(error_statistics: Any) -> Table:
     overall = error_statistics["overall"]
     force, loop = (overall[f"{name}_percent"]["median"] for name in ("pull_off_force", "hysteresis"))
     floor = overall["resolution_floor_percent"]
-    caption = (
-        f"Held-out errors of {error_statistics['config']['model']} by quartile of the force MSE, mean $\\pm$ standard "
-        f"deviation over {error_statistics['trajectories']} trajectories. Medians over all: pull-off force "
-        f"{force:.2g} %, hysteresis {loop:.2g} %. Pull-off errors are on the measurement steps; these alone are off "
-        f"the solver's own pull-off force by a median of {floor['median']:.2g} % and a 90th percentile of "
-        f"{floor['p90']:.2g} %."
-    )
+    model, count = error_statistics["config"]["model"], error_statistics["trajectories"]
+    words = caption("quartiles", model=model, trajectories=count, force=force, loop=loop, floor=floor)
     header = ["Quartile", "Source", *(heading for heading, _, _ in COLUMNS.values())]
-    return Table(header, rows(error_statistics), caption)
+    return Table(header, rows(error_statistics), words)

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from paper_figures.style.writing import Table, number
+from paper_figures.style.writing import Table, caption, number
 
 METRICS = {
     "test_mse": "MSE",
@@ -54,12 +54,8 @@ def errors_table(ranking: Any) -> Table:
         for name in order
     ]
     left_out = " ".join(f"{label} is {sentence}." for label, sentence in ranking["left_out"].items())
-    caption = (
-        "Held-out errors of the scaled force, best first: median over seeds, in brackets its "
-        f"{100 * ranking['confidence']:g} % interval over the test set ({ranking['resamples']:,} paired resamples of "
-        f"its trajectories), then the least and largest of the seeds. {left_out}"
-    )
-    return Table(["Model", "Seeds", *METRICS.values(), "Validation MSE"], rows, caption.strip())
+    words = caption("ranking", confidence=100 * ranking["confidence"], resamples=ranking["resamples"])
+    return Table(["Model", "Seeds", *METRICS.values(), "Validation MSE"], rows, f"{words} {left_out}".strip())
 
 
 def orders_table(ranking: Any) -> Table:
@@ -79,15 +75,9 @@ def orders_table(ranking: Any) -> Table:
             ]
             for pair in decided
         ]
-    tail = 1.0 - ranking["confidence"]
-    caption = (
-        "The paper's rankings by held-out MSE, and the orders of which each consists, as far as both sides have two "
-        "seeds. The best model represents its family or conditioning. P is the probability that the order holds when "
-        f"test trajectories and seeds are resampled together ({ranking['resamples']:,} times). An order holds if P is "
-        f"at least {ranking['confidence']:g}, fails if P is at most {tail:.2g}, and is a tie otherwise. A ranking "
-        "holds if all its orders hold, and fails if one of them fails."
-    )
-    return Table(["Ranking", "Order", "Seeds, or orders decided", "P", "Decision"], rows, caption)
+    sure = ranking["confidence"]
+    words = caption("ranking-orders", resamples=ranking["resamples"], confidence=sure, tail=1.0 - sure)
+    return Table(["Ranking", "Order", "Seeds, or orders decided", "P", "Decision"], rows, words)
 
 
 def compose(ranking: Any) -> dict[str, Table]:

@@ -6,7 +6,7 @@ The table reads the measurement of `experiments.measurements.recommendations`.
 from collections.abc import Callable
 from typing import Any
 
-from paper_figures.style.writing import Table, number, percent
+from paper_figures.style.writing import Table, caption, number, percent
 
 COLUMNS: dict[str, Callable[[dict[str, Any]], str]] = {
     "Sample": lambda row: row["sample"],
@@ -39,8 +39,5 @@ def compose(recommendations: Any) -> Table:
     return Table(
         list(COLUMNS),
         [[cell(row) for cell in COLUMNS.values()] for row in recommendations["results"]],
-        "The recommended scene against the full one on random samples: the paper's box, one ten times wider with "
-        "random modulus ratios, ten-term solids, contacts without adhesion, and two loads with a partial unloading "
-        f"between; both simulated to {number(recommendations['accuracy'])}. Kept: the error stayed "
-        f"inside the tolerance. Seconds at standard accuracy. Measured on {recommendations['host']}.",
+        caption("recommendations", accuracy=number(recommendations["accuracy"]), host=recommendations["host"]),
     )

@@ -7,7 +7,7 @@ from typing import Any
 
 from bem._support.wording import markdown_table
 from paper_figures.style import drawing
-from paper_figures.style.writing import Table, number
+from paper_figures.style.writing import Table, caption, number
 
 WAYS = {"batch": 1e3, "single": 1e3, "step": 1e6, "gradient": 1e3}
 """Ways to call, and units of their times over a second."""
@@ -107,8 +107,9 @@ def compose(pretrained_errors: Any) -> Table:
     return Table(
         HEADS,
         rows(pretrained_errors),
-        f"Errors against the solver at standard accuracy on {pretrained_errors['count']} protocols of each kind that "
-        f"no training has seen. The bands are made to cover {pretrained_errors['coverage']:.0%}; unloading is fast "
-        f"above a rate of {pretrained_errors['fast']:g}. The solver takes "
-        f"{1e3 * pretrained_errors['seconds']['solver']['batch']:.2f} ms.",
+        caption(
+            "surrogates",
+            solver=1e3 * pretrained_errors["seconds"]["solver"]["batch"],
+            **{name: pretrained_errors[name] for name in ("count", "coverage", "fast")},
+        ),
     )
