@@ -40,10 +40,7 @@ def read_stages() -> dict[str, dict[str, Any]]:
 def core_seconds(name: str, published: Path, labels: Sequence[str] = ()) -> float | None:
     """Core seconds that a stage took according to the published files; `None` if one of them is missing.
 
-    Args:
-        name: Name of the stage.
-        published: Folder of published files.
-        labels: Model directories of the stage.
+    `labels` are the model directories of the stage.
     """
     if labels:
         runs = [published / "models" / label / "run.json" for label in labels]

@@ -37,15 +37,9 @@ BATCH, BATCH_REPEATS, SINGLE_CALLS = 1024, 5, 40
 def report(
     kind: str, setting: str, answers: np.ndarray, seconds: np.ndarray, exact: np.ndarray, **more: Any
 ) -> dict[str, Any]:
-    """One tool: its errors, failures and times.
+    """One tool of a kind: its errors, failures and times.
 
-    Args:
-        kind: Kind of tool.
-        setting: The tool among those of its kind.
-        answers: Answers of shape (count, 122).
-        seconds: Seconds of shape (runs, calls); there may be fewer calls than answers.
-        exact: Exact answers, of shape (count, 122).
-        **more: Further entries of the result.
+    Answers and exact answers have the shape (count, 122), seconds (runs, calls); there may be fewer calls than answers.
     """
     return {
         "kind": kind,

@@ -13,6 +13,7 @@ in place of ten, over the decades that the ten span.
 
 from __future__ import annotations
 
+from itertools import takewhile
 from typing import Any
 
 import numpy as np
@@ -187,12 +188,8 @@ def safe(ranges: list[dict[str, Any]], bands: list[dict[str, Any]]) -> list[dict
 
 
 def _last_within(points: list[dict[str, Any]], place: str, error: str) -> float | None:
-    limit = None
-    for point in points:
-        if not point[error] <= TOLERANCE:
-            break
-        limit = point[place]
-    return limit
+    within = [point[place] for point in takewhile(lambda point: point[error] <= TOLERANCE, points)]
+    return within[-1] if within else None
 
 
 def study(*, repeats: Repeats = 15) -> dict[str, Any]:

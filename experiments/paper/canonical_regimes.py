@@ -25,14 +25,7 @@ KEYS = ("model", "modulus_ratio", "accuracy")
 def regime(
     protocol: dict[str, Any], trained: Surrogate, config: dict[str, Any], seconds: dict[str, float]
 ) -> dict[str, Any]:
-    """One protocol: native history, measurement steps, prediction, scalars, errors and seconds.
-
-    Args:
-        protocol: A row of the timing table.
-        trained: The surrogate.
-        config: Configuration of the study.
-        seconds: Published seconds of the protocol, by tool.
-    """
+    """One row of the timing table: native history, measurement steps, prediction, scalars, errors and seconds."""
     from surrogate.data.metrics import hysteresis, nmae
 
     trajectory = common.simulated(protocol, modulus_ratio=config["modulus_ratio"], accuracy=config["accuracy"])

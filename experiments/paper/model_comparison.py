@@ -77,9 +77,7 @@ def published(models: Path) -> dict[str, TrainingIdentity]:
 def trained_otherwise(found: dict[str, TrainingIdentity], dataset: str) -> dict[str, list[str]]:
     """Models that cannot be compared with the others, each with words for what differs: recipe, data set and so on.
 
-    Args:
-        found: Identity of the training of each published model.
-        dataset: Digest of the data set on which the models must have been trained.
+    `dataset` is the digest of the data set on which the models must have been trained.
     """
     current = {name: found[name] for name in paper_names() if name in found and found[name].dataset == dataset}
     measure = current.get(REFERENCE) or next(iter(current.values()), None)
@@ -95,13 +93,7 @@ def trained_otherwise(found: dict[str, TrainingIdentity], dataset: str) -> dict[
 
 
 def outdated(found: dict[str, TrainingIdentity], dataset: str, models: Path) -> dict[str, str]:
-    """One sentence for each model that cannot be compared with the others: what differs, and what to do.
-
-    Args:
-        found: Identity of the training of each published model.
-        dataset: Digest of the data set on which the models must have been trained.
-        models: Folder of the models.
-    """
+    """One sentence for each model that cannot be compared with the others: what differs, and what to do."""
     sentences = {}
     for name, words in trained_otherwise(found, dataset).items():
         # `make models` does not train a model that has a label of its own.
@@ -147,14 +139,8 @@ def study(models: Path, dataset: Path) -> dict[str, Any]:
     read = {name: read_model(models / name) for name in lineages if name not in old}
     found = {name: one for name, one in read.items() if name in paper_names()}
     if not found:
-        raise FileNotFoundError(
-            " ".join(
-                [
-                    f"no model trained on {str(dataset)!r} in {str(models)!r}; `make models` trains the 18.",
-                    *old.values(),
-                ]
-            )
-        )
+        lacking = f"no model trained on {str(dataset)!r} in {str(models)!r}; `make models` trains the 18."
+        raise FileNotFoundError(" ".join([lacking, *old.values()]))
     beside = {
         name: {"architecture": lineages[name].architecture, **one} for name, one in read.items() if name not in found
     }

@@ -26,10 +26,7 @@ SHOWN = 400
 def cost(model: Any, points: np.ndarray, likelihood: Likelihood) -> dict[str, float]:
     """Median processor seconds of a sample of surrogate and solver, a batch of one after some of the other.
 
-    Args:
-        model: The surrogate.
-        points: Logarithms of parameters of the posterior, (n, 3), n at least `BATCH`.
-        likelihood: Any.
+    `points` are logarithms of parameters of the posterior, (n, 3), n at least `BATCH`.
     """
     batch = points[:BATCH]
 

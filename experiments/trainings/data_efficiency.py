@@ -58,20 +58,13 @@ def share(percent: float, folds: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def result(config: dict[str, Any], trained: dict[tuple[float, int], dict[str, Any]]) -> dict[str, Any]:
-    """Content of the result file.
+    """Content of the result file; the values of its summary are `None` while a training is missing.
 
-    Args:
-        config: Configuration of the study.
-        trained: Trainings by percentage and fold; that of the whole training part must be among them.
-
-    Returns:
-        The content; the values of its summary are `None` while a training is missing.
+    That of the whole training part must be among the trainings.
     """
-    shares = []
-    for percent in config["percents"]:
-        folds = [trained[percent, fold] for fold in range(config["folds"]) if (percent, fold) in trained]
-        if folds:
-            shares.append(share(percent, folds))
+    every = range(config["folds"])
+    present = {one: [trained[one, fold] for fold in every if (one, fold) in trained] for one in config["percents"]}
+    shares = [share(percent, folds) for percent, folds in present.items() if folds]
     complete = len(trained) == 1 + len(config["percents"]) * config["folds"]
     means = [trained[WHOLE]["mse"], *(one["mse_mean"] for one in shares)]
     summary = {

@@ -11,13 +11,13 @@ Source: the paper's section "Model-family selection" and its appendix on conditi
 from __future__ import annotations
 
 import json
-import tomllib
 from collections import Counter
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from bem._support.text_files import read_json, read_toml
 from experiments.paper.error_statistics import read_errors
 from experiments.paper.model_comparison import REFERENCE, read_history
 from experiments.paper_numbers import paper_values
@@ -69,16 +69,14 @@ def read_seed(folder: Path) -> dict[str, Any]:
         ValueError: A file is missing or damaged.
     """
     try:
-        run, metrics = (
-            json.loads((folder / f"{name}.json").read_text(encoding="utf-8")) for name in ("run", "metrics")
-        )
+        run, metrics = (read_json(folder / f"{name}.json") for name in ("run", "metrics"))
         errors = read_errors(folder / "test_errors.csv")
         test, curve = metrics["test"], read_history(folder / "history.csv")["validation_mse"]
         how = {name: "median" if "percent" in name else "mean" for name in COLUMNS}
         return {
             "seed": int(run["seed"]),
             "data set": run["dataset_sha256"],
-            "recipe": tomllib.loads((folder / "recipe.toml").read_text(encoding="utf-8")) | {"seed": None},
+            "recipe": read_toml(folder / "recipe.toml") | {"seed": None},
             "inputs": run["features"],
             "architecture": run["architecture"],
             "test part": errors["trajectory"].astype(int).tolist(),
@@ -98,12 +96,7 @@ def read_seed(folder: Path) -> dict[str, Any]:
 
 
 def found_seeds(seeds: Path, digest: str) -> tuple[dict[str, list[dict[str, Any]]], dict[str, str]]:
-    """Seeds that can be compared, by model and in order, and a sentence for each seed that is left out.
-
-    Args:
-        seeds: Folder of the seeds.
-        digest: Digest of the data set.
-    """
+    """Seeds that can be compared, by model and in order, and a sentence for each seed that is left out."""
     folders = {path.parent: read_seed(path.parent) for path in sorted(seeds.glob("*/seed-*/run.json"))}
     ours = {folder: one for folder, one in folders.items() if one["data set"] == digest}
     found: dict[str, list[dict[str, Any]]] = {name: [] for name in (*paper_names(), *(n for (n,) in INPUTS.values()))}
@@ -141,25 +134,23 @@ def ranked() -> list[dict[str, Any]]:
 def rankings(errors: dict[str, dict[str, np.ndarray]], rows: dict[str, list[dict[str, Any]]]) -> dict[str, Any]:
     """Spreads and intervals of all models, and the decision on each of the paper's rankings.
 
-    Args:
-        errors: Arrays of shape (seeds, trajectories), by model and metric.
-        rows: One row for each seed, by model.
+    `errors` are arrays of shape (seeds, trajectories), by model and metric; `rows` has one row for each seed, by model.
     """
+
+    def ends(name: str, metric: str) -> dict[str, float]:
+        values = [row[metric] for row in rows[name]]
+        return {"min": min(values), "median": float(np.median(values)), "max": max(values)}
+
     spread: dict[str, dict[str, Any]] = {name: {} for name in errors}
     drawn: dict[str, dict[str, np.ndarray]] = {metric: {} for metric in COLUMNS}
     for name, by_metric in errors.items():
         indices = statistics.resampled(by_metric["test_mse"].shape[1], RESAMPLES)
         for metric in COLUMNS:
             replicates = statistics.replicates(by_metric[metric], indices, metric)
-            values = [row[metric] for row in rows[name]]
-            spread[name][metric] = dict(zip(("low", "high"), statistics.interval(replicates), strict=True)) | {
-                "min": min(values),
-                "median": float(np.median(values)),
-                "max": max(values),
-            }
+            low, high = statistics.interval(replicates)
+            spread[name][metric] = {"low": low, "high": high, **ends(name, metric)}
             drawn[metric][name] = statistics.hierarchical(replicates, name)
-        values = [row["validation_mse"] for row in rows[name]]
-        spread[name]["validation_mse"] = {"min": min(values), "median": float(np.median(values)), "max": max(values)}
+        spread[name]["validation_mse"] = ends(name, "validation_mse")
     seeds = {name: len(found) for name, found in rows.items()}
     pairs, claims = [], {}
     for claim in ranked():

@@ -27,11 +27,7 @@ BLOCK = 10  # batches in a block if the optimizer has no bases
 def seconds_of_batches(name: str, recipe: Any, batches: int, repeats: int) -> list[float]:
     """Seconds of one batch: the mean over each of `repeats` blocks, after one block that is not counted.
 
-    Args:
-        name: An architecture.
-        recipe: A `surrogate.training.recipe.Recipe`, which sets batch size and optimizer.
-        batches: Batches in an epoch, which set the schedule of the learning rate.
-        repeats: Number of counted blocks.
+    The recipe sets batch size and optimizer, the batches in an epoch the schedule of the learning rate.
     """
     import keras
 
