@@ -59,11 +59,7 @@ class Places:
         return self.published / "measurements" / f"{name}.json"
 
     def read(self, name: str, asked_by: str) -> Any:
-        """Content of a result.
-
-        Args:
-            name: The result.
-            asked_by: Make target that reads it.
+        """Content of a result that a make target reads.
 
         Raises:
             FileNotFoundError: The file does not exist. The message names the command that makes it.
@@ -85,14 +81,12 @@ class Places:
         )
 
     def arguments(self, function: Callable[..., Any], asked_by: str) -> dict[str, Any]:
-        """Arguments of a function by the names of its parameters, keyword-only parameters excepted.
+        """Arguments of a study, or of what composes a figure or a table, by the names of its parameters.
 
-        Args:
-            function: A study, or what composes a figure or a table.
-            asked_by: Make target that calls it, for messages.
+        `asked_by` is the make target that calls it, for messages; options are left out.
         """
-        parameters = inspect.signature(function).parameters.values()
-        asked = [one for one in parameters if one.kind is not inspect.Parameter.KEYWORD_ONLY]
+        parameters, options = inspect.signature(function).parameters, options_of(function)
+        asked = [one for name, one in parameters.items() if name not in options]
         return {one.name: self._argument(one, function, asked_by) for one in asked}
 
     def _argument(self, parameter: inspect.Parameter, function: Callable[..., Any], asked_by: str) -> Any:

@@ -17,7 +17,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
-from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 from unittest.mock import patch
@@ -156,12 +155,9 @@ def study(
     def curve(name: str, values: Iterable[Any], point: Callable[[Any], dict[str, Any]]) -> dict[str, Any]:
         return fitted([point(value) for value in progress(list(values), name)], name)
 
-    def varied(name: str, value: float, cost: Callable[[dict[str, float]], dict[str, Any]]) -> dict[str, Any]:
-        return {name: value, **cost(CENTRE | {name: value})}
-
     def resolved(quantities: dict[str, float]) -> dict[str, Any]:
         nodes, steps = resolution(quantities)
-        return baseline_seconds(quantities, min(nodes, finest), steps, LEAST_REPEATS)
+        return quantities | baseline_seconds(quantities, min(nodes, finest), steps, LEAST_REPEATS)
 
     solver = {
         name: curve(name, factors.tolist(), lambda factor, control=control: controlled(repeats, **{control: factor}))
@@ -174,7 +170,7 @@ def study(
         "steps": curve("steps", BASELINE_STEPS, lambda steps: baseline_seconds(CENTRE, 50, steps, LEAST_REPEATS)),
     }
     for name, values in RANGES.items():
-        ours = partial(varied, name, cost=lambda quantities: solver_seconds(quantities, repeats))
-        solver[name] = curve(name, values.tolist(), ours)
-        baseline[name] = curve(name, values.tolist(), partial(varied, name, cost=resolved))
+        places = [CENTRE | {name: value} for value in values.tolist()]
+        solver[name] = curve(name, places, lambda quantities: quantities | solver_seconds(quantities, repeats))
+        baseline[name] = curve(name, places, resolved)
     return {"centre": CENTRE, "solver": solver, "baseline": baseline, "data_set": over_data_set}

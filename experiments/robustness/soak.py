@@ -107,19 +107,13 @@ def chunk_of(where: str, first: int, points: list[dict[str, float]]) -> dict[str
 
 def summary(chunks: list[dict[str, Any]]) -> dict[str, Any]:
     """Summary of all chunks."""
-    statuses: Counter[str] = Counter()
-    for one in chunks:
-        statuses.update(one["statuses"])
+    statuses = sum((Counter(one["statuses"]) for one in chunks), Counter())
     memory = np.array([one["memory_bytes"] for one in chunks], dtype=float)
-    half = len(memory) // 2
-    growth = None
-    if len(memory) >= CHUNKS_FOR_MEMORY:
-        growth = float(memory[half:].mean() / memory[:half].mean() - 1.0)
+    half, enough = len(memory) // 2, len(memory) >= CHUNKS_FOR_MEMORY
+    growth = float(memory[half:].mean() / memory[:half].mean() - 1.0) if enough else None
     return {
         "protocols": sum(one["count"] for one in chunks),
-        "raised": sum(one["raised"] for one in chunks),
-        "silent": sum(one["silent"] for one in chunks),
-        "spikes": sum(one["spikes"] for one in chunks),
+        **{name: sum(one[name] for one in chunks) for name in ("raised", "silent", "spikes")},
         "largest_spike_share": max((case["spike_share"] for one in chunks for case in one["notable"]), default=0.0),
         "statuses": dict(statuses.most_common()),
         "slowest_seconds": max(one["slowest"] for one in chunks),
