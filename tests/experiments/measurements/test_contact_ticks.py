@@ -15,9 +15,7 @@ def test_a_protocol_is_followed_in_ticks_up_to_the_longest_number(dwell, count, 
     assert min(spent) > 0.0
 
 
-def test_the_shares_are_found_and_said(monkeypatch):
+def test_the_shares_are_found(monkeypatch):
     monkeypatch.setattr(contact_ticks, "ticks", lambda *_: [2e-4, 4e-4, 5e-3, 3e-4])
-    content = contact_ticks.study(count=2) | {"host": "a machine"}
+    content = contact_ticks.study(count=2)
     assert (content["count"], content["below_a_millisecond"]) == (8, 0.75)
-    assert "takes 0.35 ms (median" in contact_ticks.page_text(content)
-    assert "75.00 % take less than 1 ms" in contact_ticks.page_text(content)

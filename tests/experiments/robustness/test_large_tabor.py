@@ -18,13 +18,3 @@ def test_a_simple_scene_completes_and_hardly_changes_under_refinement():
     found = large_tabor.solved(row, refine=True)
     assert found["status"].startswith("completed")
     assert found["change"] < 0.02
-
-
-def test_the_table_counts_what_completes_in_each_class():
-    one = {"rate": 0.05, "tabor": 15.0, "seconds": 1.25, "status": "completed", "change": 0.03}
-    two = one | {"status": "out of work", "seconds": 5.0}
-    del two["change"]
-    text = large_tabor.page_text({"scenes": [one, two], "target": 0.017, "command": "c", "host": "h"})
-    assert "| 0.01 to 0.1 | 1 of 2 | 0 of 0 |" in text
-    assert "2 random ones, 5.0 s of processor time at most. 1 were simulated again" in text
-    assert "change by 3.0 % at most, in 1 scenes by more than the target" in text

@@ -25,7 +25,6 @@ def test_percentiles_of_a_stream_are_those_of_their_names(instants):
     found = stream_latency.study(model="any", steps=1001)
     assert found["microseconds"] == pytest.approx({"median": 500.0, "p99": 990.0, "p99_9": 999.0, "worst": 1000.0})
     assert found["share_above_50_microseconds"] == 950 / 1001
-    assert "any, 1,001 steps: median 500.0 µs" in stream_latency.page_text(found)
     assert instants[0] == "reset"
     assert [place for place, edge in enumerate(instants[1:121]) if edge is True] == [49, 69]
     assert instants.count("reset") == 9

@@ -119,12 +119,6 @@ def test_the_fastest_tool_is_the_quickest_that_keeps_the_error():
     assert choose(tools, "force", 0.001, batch=True) == "none"
 
 
-def test_the_page_on_cost_shows_the_table_of_choices():
-    text = table_accuracy_cost.page_text(CONTENT | {"host": "a machine"})
-    assert text.count("| Error wanted (%) |") == 1
-    assert "one core of a machine" in text
-
-
 def test_papers_seconds_come_from_its_own_numbers():
     seconds = paper_seconds()
     assert seconds["paper's solver (mean)"] == pytest.approx(138.2, abs=0.1)

@@ -1,7 +1,6 @@
 """Figure and table beside other software, from a made-up measurement."""
 
 from paper_figures.measurements import figure_peers
-from paper_figures.tables import table_peers
 
 RUNS = [
     ("tabor 1", "Adhesion", "128 x 128", 30.0, 1e-3),
@@ -14,13 +13,6 @@ RUNS = [
 ]
 CONTENT = {"host": "a processor", "packages": {"Adhesion": "0.1", "tamaas": "0.2"}, "start": 2.0}
 CONTENT["runs"] = [dict(zip(("problem", "tool", "setting", "seconds", "error"), row, strict=True)) for row in RUNS]
-
-
-def test_the_table_has_a_row_for_each_setting_and_the_page_shows_it():
-    rows = table_peers.rows_of(CONTENT)
-    assert rows[1] == ["solver", "draft", "0.2 % in 0.004 s", "-", "1.0e-07 % in 0.002 s"]
-    assert [row[:2] for row in rows[3:]] == [["Adhesion", "32 x 32"], ["Adhesion", "128 x 128"], ["tamaas", "32 x 32"]]
-    assert "Adhesion 0.1, tamaas 0.2, one core of a processor." in table_peers.compose(CONTENT).page()
 
 
 def test_closed_forms_and_the_ends_of_curves_are_named():
