@@ -20,58 +20,55 @@ ROOT = Path(__file__).resolve().parents[3]
 
 
 @pytest.fixture(scope="module")
-def path(dataset):
-    return dataset
+def data(dataset):
+    return load_dataset(dataset)
 
 
-def test_resolution_floor_is_what_the_steps_alone_cost(path):
-    dataset = load_dataset(path)
-    columns = dict(dataset.columns)
-    unloading = dataset.force[:, 69:].astype(np.float64)
-    rows = np.arange(60)
-    times = dataset.grid()[0][:, 69:]
-    columns["scalars/pull_off_force"] = unloading.max(axis=1) / 0.75
-    columns["scalars/pull_off_time"] = times[rows, unloading.argmax(axis=1)] * 2.0
-    floor = dataset_statistics.resolution_floor(Dataset(columns, dataset.attributes, dataset.counts))
+FIRST = np.arange(60) < 15
+
+
+def changed(data, **scalars):
+    """The data set with other scalars, or another status."""
+    columns = {name if name == "status" else f"scalars/{name}": values for name, values in scalars.items()}
+    return Dataset(data.columns | columns, data.attributes, data.counts)
+
+
+def test_resolution_floor_is_what_the_steps_alone_cost(data):
+    unloading, times = data.force[:, 69:].astype(np.float64), data.grid()[0][:, 69:]
+    time = 2.0 * times[np.arange(60), unloading.argmax(axis=1)]
+    other = changed(data, pull_off_force=unloading.max(axis=1) / 0.75, pull_off_time=time)
+    floor = dataset_statistics.resolution_floor(other)
     np.testing.assert_allclose(floor["pull_off_force"], 0.25)
     np.testing.assert_allclose(floor["pull_off_time"], 0.5)
 
 
-def test_statistics_name_the_file(path):
-    found = dataset_statistics.study(path)
+def test_statistics_name_the_file(dataset, data):
+    found = dataset_statistics.study(dataset)
     assert (found["trajectories"], found["completed"], found["distinct_protocols"]) == (60, 60, 60)
     assert found["solver_seconds"]["sum"] == pytest.approx(60 * 1e-3)
     assert found["resolution_floor"]["pull_off_force"].keys() == {"median", "p90", "p99", "largest"}
-    attributes = load_dataset(path).attributes
-    whole = attributes["wall_seconds"] * attributes["workers"]
+    whole = data.attributes["wall_seconds"] * data.attributes["workers"]
     assert found["run_over_solver"] == pytest.approx(whole / (60 * 1e-3))
-    assert found["trajectories_over_solver"] == pytest.approx(attributes["core_seconds"] / (60 * 1e-3))
-    assert found["parallel_efficiency"] == pytest.approx(attributes["core_seconds"] / whole)
+    assert found["trajectories_over_solver"] == pytest.approx(data.attributes["core_seconds"] / (60 * 1e-3))
+    assert found["parallel_efficiency"] == pytest.approx(data.attributes["core_seconds"] / whole)
 
 
-def test_what_ends_above_the_far_field_is_still_attached(path):
-    dataset = load_dataset(path)
-    columns = dict(dataset.columns)
-    alone = dmt.rigid_force_from_indentation(default_start_indentation(dataset.protocols["tabor"]))
-    columns["scalars/end_force"] = np.where(np.arange(60) < 15, 4.1, 3.9) * alone
-    changed = Dataset(columns, dataset.attributes, dataset.counts)
-    assert dataset_statistics.still_attached(changed).tolist() == [True] * 15 + [False] * 45
-    assert dataset_statistics.statistics(changed)["still_attached"] == 0.25
+def test_what_ends_above_the_far_field_is_still_attached(data):
+    alone = dmt.rigid_force_from_indentation(default_start_indentation(data.protocols["tabor"]))
+    other = changed(data, end_force=np.where(FIRST, 4.1, 3.9) * alone)
+    assert dataset_statistics.still_attached(other).tolist() == FIRST.tolist()
+    assert dataset_statistics.statistics(other)["still_attached"] == 0.25
 
 
-def test_what_failed_counts_neither_as_a_jump_nor_as_an_end_that_holds(path, monkeypatch):
-    dataset = load_dataset(path)
-    columns = dict(dataset.columns)
-    failed = np.arange(60) < 15
-    columns["status"] = np.where(failed, FAILED, COMPLETED)
-    columns["scalars/jump_count"] = failed.astype(int)
-    columns["scalars/end_force"] = np.where(failed, np.nan, dataset.scalars["pull_off_force"])
-    changed = Dataset(columns, dataset.attributes, dataset.counts)
-    assert dataset_statistics.statistics(changed)["with_jumps"] == 0.0
-    monkeypatch.setattr("bem.dataset.file.load_dataset", lambda _: changed)
-    assert list(inconsistencies.end_force(path).values()) == [1.0]
-    whole = accuracy_price.errors(dataset, dataset)["force"]
-    assert (len(whole), len(accuracy_price.errors(changed, dataset)["force"])) == (60, 45)
+def test_what_failed_counts_neither_as_a_jump_nor_as_an_end_that_holds(dataset, data, monkeypatch):
+    end = np.where(FIRST, np.nan, data.scalars["pull_off_force"])
+    status = np.where(FIRST, FAILED, COMPLETED)
+    other = changed(data, status=status, jump_count=FIRST.astype(int), end_force=end)
+    assert dataset_statistics.statistics(other)["with_jumps"] == 0.0
+    monkeypatch.setattr("bem.dataset.file.load_dataset", lambda _: other)
+    assert list(inconsistencies.end_force(dataset).values()) == [1.0]
+    whole = accuracy_price.errors(data, data)["force"]
+    assert (len(whole), len(accuracy_price.errors(other, data)["force"])) == (60, 45)
 
 
 def test_percentiles_are_those_of_their_names():
@@ -79,18 +76,13 @@ def test_percentiles_are_those_of_their_names():
     assert found == {"median": 50.0, "p90": 90.0, "p99": 99.0, "largest": 100.0}
 
 
-def test_what_is_never_compressed_has_no_force_ratio(path):
-    dataset = load_dataset(path)
-    columns = dict(dataset.columns)
-    compression = dataset.scalars["max_compression"].copy()
-    before = dataset_statistics.statistics(dataset)
-    compression[:7] = 0.25
-    columns["scalars/max_compression"] = compression
-    changed = Dataset(columns, dataset.attributes, dataset.counts)
-    found = dataset_statistics.statistics(changed)
-    assert found["never_compressed"] == before["never_compressed"] + 7
-    expected = dataset.scalars["pull_off_force"][7:] / -compression[7:]
-    np.testing.assert_array_equal(dataset_statistics.force_ratio(changed), expected[compression[7:] < 0.0])
+def test_what_is_never_compressed_has_no_force_ratio(data):
+    compression = np.where(np.arange(60) < 7, 0.25, data.scalars["max_compression"])
+    other = changed(data, max_compression=compression)
+    before, found = (dataset_statistics.statistics(one)["never_compressed"] for one in (data, other))
+    assert found == before + 7
+    expected = data.scalars["pull_off_force"][7:] / -compression[7:]
+    np.testing.assert_array_equal(dataset_statistics.force_ratio(other), expected[compression[7:] < 0.0])
 
 
 def test_price_compares_the_same_protocols(tmp_path, in_this_process):

@@ -1,56 +1,30 @@
-"""The numbers of the page for reviewers, from copies of what is published with other verdicts in them."""
+"""The numbers of the page for reviewers, from what is published, with other verdicts in it."""
 
 import json
-import shutil
 
 import pytest
 
 from experiments.places import Places
 from paper_figures.report import reproducibility
 from paper_figures.report.reproducibility import recipe_table
-from surrogate.prediction.files import PUBLISHED
 
 
-def test_the_page_says_what_seeds_decide_and_what_they_do_not(tmp_path):
+def test_the_page_says_what_seeds_decide_and_what_they_do_not():
     """One order decided, and the others not, whatever is published by now."""
-    folder = PUBLISHED.parent
-    for name in ("ranking.json", "model_forces.json", "feature_sets.json"):
-        shutil.copy(folder / name, tmp_path)
-    (tmp_path / "measurements").mkdir()
-    shutil.copy(folder / "measurements" / "step_length.json", tmp_path / "measurements")
-    for metrics in folder.glob("models/*/metrics.json"):
-        target = tmp_path / "models" / metrics.parent.name
-        target.mkdir(parents=True)
-        for name in ("metrics.json", "run.json"):
-            shutil.copy(metrics.parent / name, target)
-    ranked = json.loads((tmp_path / "ranking.json").read_text(encoding="utf-8"))
+    ranked = Places().read("ranking", "docs-numbers")
     for pair in ranked["pairs"]:
         pair["probability"]["test_mse"] = 0.0 if pair["claim"] == "d_better_than_c" else None
     for name, claim in ranked["claims"].items():
         claim |= {"decision": "fails", "first": "C"} if name == "d_better_than_c" else {"decision": "not decided"}
-    (tmp_path / "ranking.json").write_text(json.dumps(ranked), encoding="utf-8")
-    run = tmp_path / "models" / "M1-concat-paper" / "run.json"
-    content = json.loads(run.read_text(encoding="utf-8")) | {"ended_by": "recipe"}
-    run.write_text(json.dumps(content), encoding="utf-8")
-    places = Places(published=tmp_path)
-
-    def text_of(name):
-        function = getattr(reproducibility, name)
-        return function(**places.arguments(function, "docs-numbers"))
-
-    lines = {line.split(" | ")[0].strip("| "): line for line in text_of("statements_text").splitlines()}
-    assert text_of("statements_text").startswith(
-        "- **Hold**: none.\n- **Are ties**: none.\n- **Fail**: D better than C.\n- **Are not"
-    )
+    text = reproducibility.statements_text(ranked)
+    assert text.startswith("- **Hold**: none.\n- **Are ties**: none.\n- **Fail**: D better than C.\n- **Are not")
+    lines = {line.split(" | ")[0].strip("| "): line for line in text.splitlines()}
     assert "| **fails** | 1 of 1 | D before C: < 0.001 | C |" in lines["D better than C"]
-    assert "ended by the recipe |" in text_of("training_table")
-    assert text_of("recipe_table").splitlines()[2].startswith("| M1-concat | 280 | recipe | ")
-    inputs = text_of("inputs_table").splitlines()
-    assert [line.split(" | ")[0] for line in inputs[2:]] == ["| A", "| B", "| C", "| D", "| E"]
-    assert inputs[-1].startswith("| E | D + step length | 1.00 | 1.00 | 1.00 | ")
-    (tmp_path / "model_forces.json").unlink()
+
+
+def test_a_missing_result_names_the_command_that_makes_it(tmp_path):
     with pytest.raises(FileNotFoundError, match="`make model-forces` makes it"):
-        text_of("forces_text")
+        Places(published=tmp_path).arguments(reproducibility.forces_text, "docs-numbers")
 
 
 def test_the_orders_by_both_recipes_are_stated(tmp_path):
