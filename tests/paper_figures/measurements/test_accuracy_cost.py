@@ -32,15 +32,11 @@ def tool(kind, setting, error=0.01, **more):
 TOOLS = [
     tool("measurement steps", ""),
     tool("solver", "standard"),
-    tool("paper's discretisation", "50 nodes, 50 steps") | {"protocols": 1},
-    tool("closed form", "Hertz, rubbery", error=1.7) | {"protocols": 2},
-    tool("surrogate", "M1-concat, ONNX batch", way="ONNX batch", model="M1-concat"),
-    tool("surrogate", "M2-FiLM, ONNX batch", error=0.02, way="ONNX batch", model="M2-FiLM"),
-    tool("surrogate", "M3-FiLM, ONNX batch", error=0.03, way="ONNX batch", model="M3-FiLM"),
-    tool("surrogate", "M4-FiLM, ONNX batch", error=0.04, way="ONNX batch", model="M4-FiLM"),
+    tool("paper's discretisation", "50 nodes, 50 steps", protocols=1),
+    tool("closed form", "Hertz, rubbery", error=1.7, protocols=2),
 ]
-
-
+for number, family in enumerate(("M1-concat", "M2-FiLM", "M3-FiLM", "M4-FiLM"), start=1):
+    TOOLS.append(tool("surrogate", f"{family}, ONNX batch", error=0.01 * number, way="ONNX batch", model=family))
 CONTENT = {"protocols": 3, "repeats": 2, "truth_target": 7e-5, "tools": TOOLS}
 
 

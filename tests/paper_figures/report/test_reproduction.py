@@ -91,11 +91,14 @@ def test_no_number_of_a_text_claim_is_transcribed_twice():
     assert with_stated("{cost:surrogate_seconds} s") == "0.16 s"
 
 
-def test_settings_and_our_own_numbers_are_not_counted(tmp_path):
-    path = tmp_path / "studies" / "adopted_settings.json"
-    path.parent.mkdir()
-    path.write_text(json.dumps({"recipe": {"batch_size": 8, "epochs": 100}}), encoding="utf-8")
-    results = reproduction.Results(tmp_path, tmp_path)
+@pytest.fixture
+def results(tmp_path):
+    """No results, but those that a test puts into `read`."""
+    return reproduction.Results(tmp_path, tmp_path)
+
+
+def test_settings_and_our_own_numbers_are_not_counted(results):
+    results.read["adopted_settings"] = {"recipe": {"batch_size": 8, "epochs": 100}}
     findings = {claim["says"]: reproduction.judge(claim, results) for claim in CLAIMS}
     assert "batch size" not in findings
     text = reproduction_report.report(results)
@@ -110,13 +113,11 @@ def test_settings_and_our_own_numbers_are_not_counted(tmp_path):
     assert text.index("## Beyond the paper") > text.index("## Crack velocities")
 
 
-def test_models_trained_otherwise_are_reported_beside(tmp_path):
-    path = tmp_path / "studies" / "model_comparison.json"
-    path.parent.mkdir()
+def test_models_trained_otherwise_are_reported_beside(results):
     sentence = "M2-concat is left out."
     content = {"models": {}, "beside": {"M1-concat-paper": {"mse": 2e-4}}, "outdated": {"M2-concat": sentence}}
-    path.write_text(json.dumps(content), encoding="utf-8")
-    text = reproduction_report.report(reproduction.Results(tmp_path, tmp_path))
+    results.read["model_comparison"] = content
+    text = reproduction_report.report(results)
     assert sentence in text
     (line,) = [line for line in text.splitlines() if "by the paper's recipe: held-out MSE" in line]
     assert "| 5.00e-04 | 2.00e-04 | 0.4 |" in line
@@ -131,8 +132,7 @@ def test_parameter_counts_are_those_of_the_surrogate_package():
     assert model["parameters"] == stated[model["name"]]
 
 
-def test_what_is_not_computed_yet_is_said_to_be_missing(tmp_path):
-    results = reproduction.Results(tmp_path, tmp_path)
+def test_what_is_not_computed_yet_is_said_to_be_missing(results):
     claim = {"value": 7.0, "rule": "value", "source": "feature_sets:summary/factor_a_over_d", "why": "."}
     finding = reproduction.judge(claim, results)
     assert (finding.verdict, finding.ours) == ("not yet", None)
@@ -154,8 +154,7 @@ def test_numbers_come_from_result_files(tmp_path):
     assert line in (tmp_path / "report.md").read_text(encoding="utf-8")
 
 
-def test_a_row_of_a_table_is_beside_ours_of_the_same_row(tmp_path):
-    results = reproduction.Results(tmp_path, tmp_path)
+def test_a_row_of_a_table_is_beside_ours_of_the_same_row(results):
     regimes = [{"seconds": {"solver": float(n), "keras_call": -float(n)}} for n in range(1, 13)]
     points = [{"crack_velocity": 0.0, "own_crack_velocity": 10.0 * n} for n in range(1, 15)]
     results.read = {"canonical_regimes": {"regimes": regimes}, "persson_brener": {"points": points}}
@@ -173,8 +172,7 @@ def test_reductions():
     assert reproduction._reduced(7200.0, {"scale": 1 / 3600}) == pytest.approx(2.0)
 
 
-def test_two_results_are_set_against_each_other(tmp_path):
-    results = reproduction.Results(tmp_path, tmp_path)
+def test_two_results_are_set_against_each_other(results):
     results.read = {"dataset_statistics": {"hours": 6.0}, "ranking": {"hours": 2.0, "most": None}}
     assert results.find({"source": "dataset_statistics:hours", "over": "ranking:hours"}) == 3.0
     assert results.find({"source": "dataset_statistics:hours", "than": "ranking:hours"}) is True
@@ -219,9 +217,8 @@ def test_every_ranking_of_the_report_is_one_of_the_study():
         (None, "differs", "M1-FiLM"),
     ],
 )
-def test_a_ranking_is_judged_by_all_seeds_where_they_decide(decision, verdict, ours, tmp_path):
+def test_a_ranking_is_judged_by_all_seeds_where_they_decide(decision, verdict, ours, results):
     (claim,) = (claim for claim in RANKED if claim["ranking"] == "best_model")
-    results = reproduction.Results(tmp_path, tmp_path)
     ranked = {"paper": "M1-concat", "first": "M6-concat", "level": ["M1-concat", "M1-FiLM"], "decision": decision}
     content = {"claims": {"best_model": ranked}} if decision else None
     results.read = {"model_comparison": {"comparison": {"best": "M1-FiLM"}}, "ranking": content}
@@ -231,9 +228,8 @@ def test_a_ranking_is_judged_by_all_seeds_where_they_decide(decision, verdict, o
 
 
 @pytest.mark.parametrize(("decision", "ours"), [("holds", "true"), ("tie", "D = C"), ("fails", "false")])
-def test_a_statement_is_true_or_false(decision, ours, tmp_path):
+def test_a_statement_is_true_or_false(decision, ours, results):
     (claim,) = (claim for claim in RANKED if claim["ranking"] == "d_better_than_c")
-    results = reproduction.Results(tmp_path, tmp_path)
     ranked = {"paper": "D", "first": "C", "level": ["D", "C"], "decision": decision}
     results.read = {"ranking": {"claims": {"d_better_than_c": ranked}}}
     assert reproduction.judge(claim, results).ours == ours
