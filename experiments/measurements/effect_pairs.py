@@ -97,14 +97,10 @@ def pairs() -> list[tuple[str, Effects, Effects]]:
     for one, two in combinations(EVERY, 2):
         differ = [name for name in Effects._fields if getattr(one, name) != getattr(two, name)]
         less, more = sorted((one, two), key=lambda e: (e.adhesion, e.processes, DEVICES.index(e.device), e.cycles))
-        if differ == ["adhesion"]:
-            found.append(("adhesion", less, more))
-        elif differ == ["processes"]:
-            found.append(("relaxation", less, more))
-        elif differ == ["cycles"]:
-            found.append(("cycles", more, less))
-        elif differ == ["device"] and less.device == "stage":
-            found.append((more.device, more, less))
+        if differ in (["adhesion"], ["processes"]):
+            found.append(({"processes": "relaxation"}.get(differ[0], differ[0]), less, more))
+        elif differ == ["cycles"] or (differ == ["device"] and less.device == "stage"):
+            found.append((more.device if differ == ["device"] else "cycles", more, less))
     return found
 
 

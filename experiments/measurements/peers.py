@@ -81,6 +81,11 @@ def by_form(form: ModuleType, tabor: float) -> float:
     return form.PULL_OFF_FORCE
 
 
+def compression(accuracy: str | float, exact: float) -> float:
+    """Largest compression without adhesion by the solver, over the exact one."""
+    return float(simulated(TABORS[0], accuracy, adhesive=False).force.min()) / exact
+
+
 def runs(finest: int) -> Iterator[Run]:
     """All tools on all problems."""
     for tabor in TABORS:
@@ -97,12 +102,7 @@ def runs(finest: int) -> Iterator[Run]:
             yield Run(problem, "Adhesion", f"{grid} x {grid}", find, 1)
     exact = float(hertz.force_from_indentation(START, TABORS[0]))
     for one in ACCURACIES:
-        yield Run(
-            HERTZ,
-            "solver",
-            str(one),
-            lambda one=one: float(simulated(TABORS[0], one, adhesive=False).force.min()) / exact,
-        )
+        yield Run(HERTZ, "solver", str(one), partial(compression, one, exact))
     for grid in GRIDS:
         yield Run(HERTZ, "tamaas", f"{grid} x {grid}", partial(tamaas_hertz, TABORS[0], grid, START), 3)
 
@@ -111,15 +111,8 @@ def measured(run: Run, exact: float) -> dict[str, Any]:
     """Seconds, value and error of a run. The first call, which may load kernels, counts only if it is the only one."""
     found: list[float] = []
     seconds = timed(lambda: found.append(run.find()), run.repeats, first=run.repeats > 1)
-    return {
-        "problem": run.problem,
-        "tool": run.tool,
-        "setting": run.setting,
-        "seconds": median(seconds),
-        "repeats": run.repeats,
-        "value": found[-1],
-        "error": abs(found[-1] / exact - 1.0),
-    }
+    row = {name: getattr(run, name) for name in ("problem", "tool", "setting", "repeats")}
+    return row | {"seconds": median(seconds), "value": found[-1], "error": abs(found[-1] / exact - 1.0)}
 
 
 def study(

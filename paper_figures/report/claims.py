@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -180,43 +181,39 @@ def followed(theirs: Any, ours: Any) -> bool:
 def table_claims() -> list[dict[str, Any]]:
     """Claims of the paper's tables: quartiles, timings, crack velocities."""
     common = paper_values("claims")["tables"]
-    claims: list[dict[str, Any]] = []
-    for row in paper_rows("quartiles"):
-        for column in ("mse", "pull_off_force_percent", "hysteresis_percent", "pull_off_time_percent"):
-            for part, word in (("mean", "mean"), ("sd", "standard deviation")):
-                quartile = row["quartile"]
-                claims.append(
-                    common["quartiles"]
-                    | {
-                        "says": f"{quartile}: {word} of {column.replace('_percent', ' error').replace('_', ' ')}",
-                        "value": row[f"{column}_{part}"],
-                        "unit": "%" if "percent" in column else "",
-                        "source": f"error_statistics:quartiles/{quartile}/{column}/{part}",
-                    }
-                )
-    for index, row in enumerate(paper_rows("canonical_protocols")):
-        for table, column, key, word in (
-            ("solver_seconds", "bem", "solver", "solver"),
-            ("surrogate_seconds", "surrogate", "keras_call", "plain Keras call"),
-        ):
-            claims.append(
-                common[table]
-                | {
-                    "says": f"sample ({row['sample']:g}), {word}",
-                    "value": row[f"{column}_seconds"],
-                    "source": f"canonical_regimes:regimes/{index}/seconds/{key}",
-                }
-            )
-    for index, row in enumerate(paper_rows("persson_brener_protocols")):
-        claims.append(
-            common["crack_velocities"]
-            | {
-                "says": f"crack velocity of point {row['point']:g}",
-                "value": row["crack_velocity"],
-                "source": f"persson_brener:points/{index}/own_crack_velocity",
-            }
-        )
-    return claims
+    columns = ("mse", "pull_off_force_percent", "hysteresis_percent", "pull_off_time_percent")
+    parts = {"mean": "mean", "sd": "standard deviation"}
+    quartiles = [
+        common["quartiles"]
+        | {
+            "says": f"{row['quartile']}: {word} of {column.replace('_percent', ' error').replace('_', ' ')}",
+            "value": row[f"{column}_{part}"],
+            "unit": "%" if "percent" in column else "",
+            "source": f"error_statistics:quartiles/{row['quartile']}/{column}/{part}",
+        }
+        for row, column, (part, word) in product(paper_rows("quartiles"), columns, parts.items())
+    ]
+    tools = {"solver": ("bem", "solver", "solver"), "surrogate": ("surrogate", "keras_call", "plain Keras call")}
+    seconds = [
+        common[f"{tool}_seconds"]
+        | {
+            "says": f"sample ({row['sample']:g}), {word}",
+            "value": row[f"{column}_seconds"],
+            "source": f"canonical_regimes:regimes/{index}/seconds/{key}",
+        }
+        for index, row in enumerate(paper_rows("canonical_protocols"))
+        for tool, (column, key, word) in tools.items()
+    ]
+    velocities = [
+        common["crack_velocities"]
+        | {
+            "says": f"crack velocity of point {row['point']:g}",
+            "value": row["crack_velocity"],
+            "source": f"persson_brener:points/{index}/own_crack_velocity",
+        }
+        for index, row in enumerate(paper_rows("persson_brener_protocols"))
+    ]
+    return [*quartiles, *seconds, *velocities]
 
 
 def _with_value(claim: dict[str, Any]) -> dict[str, Any]:
