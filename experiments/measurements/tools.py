@@ -141,12 +141,7 @@ def missing(models: Path) -> list[str]:
 
 
 def left_out(models: Path, dataset: Path) -> dict[str, list[str]]:
-    """Models that the comparison leaves out, with the differences that `model_comparison.trained_otherwise` finds.
-
-    Args:
-        models: Folder of trained models.
-        dataset: Data set file on which the models must have been trained.
-    """
+    """Models that the comparison leaves out, with the differences that `model_comparison.trained_otherwise` finds."""
     return trained_otherwise(published_trainings(models), dataset_digest(dataset))
 
 

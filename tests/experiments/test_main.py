@@ -55,6 +55,6 @@ def test_an_option_may_be_repeated(monkeypatch, capsys):
 def test_a_result_is_written_where_asked_and_states_its_options_in_their_order(monkeypatch, capsys, tmp_path):
     monkeypatch.setattr(contact_ticks, "ticks", lambda *_: [2e-4])
     out = tmp_path / "ticks.json"
-    code, _ = run(monkeypatch, capsys, "contact_ticks", "--seed", "3", "--count", "2", "--out", str(out))
+    code, _ = run(monkeypatch, capsys, "contact_ticks", "--seed", "3", "--count", "2", "--busy", "--out", str(out))
     found = json.loads(out.read_text(encoding="utf-8"))
     assert (code, found["command"]) == (0, "python -m experiments contact_ticks --count 2 --seed 3")
