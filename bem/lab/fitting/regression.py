@@ -266,6 +266,11 @@ class Fitted:
         before, after, independent = self.residuals @ self.residuals, rest @ rest, self.worth(rest)
         return bool(independent * np.log(before / max(after, 1e-300)) > columns.shape[1] * np.log(independent))
 
+    def valley(self) -> FloatArray:
+        """One standard deviation of the moved parameters in the direction that the data determine least."""
+        values, vectors = np.linalg.eigh(self.problem.jacobian(self.x).T @ self.problem.jacobian(self.x))
+        return vectors[:, 0] * self.misfit / np.sqrt(max(values[0], 1e-14))
+
     def intervals(self) -> tuple[dict[str, tuple[float, float]], dict[str, dict[str, float]]]:
         """95 % intervals of the parameters by the linearised problem, and their correlations.
 
