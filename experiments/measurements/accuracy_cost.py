@@ -2,11 +2,12 @@
 
 The tools are the solver at nine accuracies, the paper's discretisation (`bem.solver.paper_method`) at three
 resolutions, every published surrogate (by plain Keras call, by ONNX Runtime one trajectory at a time, and by ONNX
-Runtime in a batch), and closed forms. Errors are those of `statistics.answer_errors`, against a solution refined beyond
-`reference`. Surrogates and closed forms give forces at the measurement steps only; the row "measurement steps" is the
-error of the steps alone. A fine discretisation of the paper (`BASELINE`) is measured on the first protocols only, and a
-closed form on those of its regime; each row states the number. Single calls of a surrogate are timed on the first
-`SINGLE_CALLS` protocols: every trajectory has the same number of steps, so that all calls take the same time.
+Runtime in a batch), the pretrained models of any solid, and closed forms. Errors are those of
+`statistics.answer_errors`, against a solution refined beyond `reference`. The paper's surrogates and closed forms give
+forces at the measurement steps only; the row "measurement steps" is the error of the steps alone. A fine discretisation
+of the paper (`BASELINE`) is measured on the first protocols only, and a closed form on those of its regime; each row
+states the number. Single calls of a surrogate are timed on the first `SINGLE_CALLS` protocols: every trajectory has the
+same number of steps, so that all calls take the same time.
 """
 
 from __future__ import annotations
@@ -93,17 +94,26 @@ def surrogates(
     return rows, absent
 
 
+def pretrained(cases: list[Case], exact: np.ndarray, repeats: int) -> list[dict[str, Any]]:
+    """The models of any solid, by the predictor."""
+    return [
+        report(name, way, answers, seconds, exact, way=way)
+        for name in tools.NAMES
+        for way, (answers, seconds) in timed_ways({"ONNX": tools.pretrained(name)}, cases, repeats, name).items()
+    ]
+
+
 def timed_ways(
-    calls: dict[str, tools.Predict], cases: list[Case], repeats: int, name: str
+    calls: dict[str, tools.Answers], cases: list[Case], repeats: int, name: str
 ) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """Answers and seconds of each way to call a model: on one case at a time, and by the predictor in a batch."""
     found = {}
-    for way, predict in calls.items():
+    for way, answers in calls.items():
         single = f"{way} single" if way == "ONNX" else way
-        _, seconds = run(lambda case: tools.predictions(predict, [case])[0], cases[:SINGLE_CALLS], repeats, name)  # noqa: B023
-        found[single] = tools.predictions(predict, cases), seconds
+        _, seconds = run(lambda case: answers([case])[0], cases[:SINGLE_CALLS], repeats, name)  # noqa: B023
+        found[single] = answers(cases), seconds
     many = [cases[i % len(cases)] for i in range(BATCH)]
-    batches = np.array(timed(lambda: tools.predictions(calls["ONNX"], many), BATCH_REPEATS)) / BATCH
+    batches = np.array(timed(lambda: calls["ONNX"](many), BATCH_REPEATS)) / BATCH
     found["ONNX batch"] = found["ONNX single"][0], np.repeat(batches[:, np.newaxis], len(cases), axis=1)
     return found
 
@@ -127,6 +137,7 @@ def study(
         rows += without_learning(cases, exact, repeats, finest)
         found, absent = surrogates(cases, models, exact, repeats)
         rows += [{**row, "outdated": row["model"] in old} for row in found]
+        rows += pretrained(cases, exact, repeats)
     return {
         "protocols": len(cases),
         "repeats": repeats,

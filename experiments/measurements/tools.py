@@ -8,6 +8,7 @@ where a tool does not complete. The timed work runs from the protocol to this an
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -25,13 +26,14 @@ from experiments.paper.model_comparison import published as published_trainings
 from experiments.paper.model_comparison import trained_otherwise
 from surrogate.architectures.naming import names
 from surrogate.prediction.files import BANDED as NAMES
-from surrogate.prediction.files import weights_sha256
+from surrogate.prediction.files import PUBLISHED_BANDED, weights_sha256
 from surrogate.training.model_directory import MODEL_FILES as FILES
 
 EXACT_TARGET = 7e-5
 """Accuracy of solutions that count as exact: all discretisation errors lie several times below `reference`'s."""
 KEPT = Path("results/solver/refined")
 Tool = Callable[[Case], np.ndarray]
+Answers = Callable[[Sequence[Case]], np.ndarray]
 Predict = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
 
 
@@ -75,7 +77,18 @@ def predictions(predict: Predict, cases: Sequence[Case]) -> np.ndarray:
     return from_steps(predict(times, indentations, tabor), indentations)
 
 
-def ways_to_call(name: str, models: Path) -> tuple[dict[str, Predict], dict[str, Any]]:
+def pretrained(name: str) -> Answers:
+    """A pretrained model of any solid: its pull-off force and hysteresis, and its forces between its own steps."""
+    model = load_surrogate(name, PUBLISHED_BANDED)
+
+    def answers(cases: Sequence[Case]) -> np.ndarray:
+        found = model.predict([case.scene for case in cases], [case.protocol for case in cases])
+        return np.array([answer_of(case, one) for case, one in zip(cases, found, strict=True)])
+
+    return answers
+
+
+def ways_to_call(name: str, models: Path) -> tuple[dict[str, Answers], dict[str, Any]]:
     """Two calls on one thread: `model.predict` of Keras, as most scripts do it, and the predictor, by ONNX Runtime.
 
     Returns:
@@ -95,7 +108,8 @@ def ways_to_call(name: str, models: Path) -> tuple[dict[str, Predict], dict[str,
         return light.predict_history(times, indentations, scenes(tabor))
 
     weights = {"parameters": trained.model.count_params(), "weights_sha256": weights_sha256(models / name)}
-    return {"Keras call": keras_call, "ONNX": predictor}, {"model": name, **weights}
+    calls = {"Keras call": partial(predictions, keras_call), "ONNX": partial(predictions, predictor)}
+    return calls, {"model": name, **weights}
 
 
 def predicted(model: Any, name: str, hidden: Hidden, **options: Any) -> list[Trajectory]:

@@ -112,7 +112,7 @@ def names_of(tools: list[dict[str, Any]], quantity: str) -> dict[str, tuple[str,
 
 def name_surrogates(axes: Axes, tools: list[dict[str, Any]], quantity: str) -> None:
     """Write names below the surrogates called in batches, with a line to each, since their markers are crowded."""
-    ranked = [tool for tool in tools if tool.get("way") == "ONNX batch" and _percent(tool, quantity) is not None]
+    ranked = [tool for tool in tools if kind_of(tool) == "ONNX batch" and _percent(tool, quantity) is not None]
     if not ranked:
         return
     ranked.sort(key=lambda tool: _percent(tool, quantity))

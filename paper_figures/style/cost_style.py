@@ -12,6 +12,8 @@ KINDS = {
     "solver": {"color": drawing.BLACK, "marker": "o"},
     "paper's discretisation": {"color": drawing.PAPER, "marker": "s"},
     "closed form": {"color": COLOURS["closed form"], "marker": "X"},
+    "fast": {"color": COLOURS["fast"], "marker": "P"},
+    "accurate": {"color": COLOURS["accurate"], "marker": "P"},
     "Keras call": {"color": drawing.BLACK, "marker": "v"},
     "ONNX single": {"color": drawing.BLACK, "marker": "^"},
     "ONNX batch": {"color": drawing.BLACK, "marker": "D"},
@@ -24,8 +26,8 @@ FORCE_ERROR = r"force error, mean $|\Delta\hat P|$ / range (%)"
 
 
 def kind_of(tool: dict[str, Any]) -> str:
-    """Key of `KINDS` of a tool; that of a surrogate is the way it is called."""
-    return tool.get("way", tool["kind"])
+    """Key of `KINDS` of a tool; that of a surrogate of the paper is the way it is called."""
+    return tool["way"] if tool["kind"] == "surrogate" else tool["kind"]
 
 
 def paper_seconds() -> dict[str, float]:

@@ -62,8 +62,8 @@ def test_a_loop_has_an_area_whichever_way_it_turns():
 def test_a_batch_is_shared_out(monkeypatch):
     monkeypatch.setattr(accuracy_cost, "timed", lambda _, repeats: [8.0] * repeats)
     monkeypatch.setattr(accuracy_cost, "BATCH", 4)
-    monkeypatch.setattr(tools, "predictions", lambda _, cases: np.ones((len(cases), 122)))
-    _, seconds = accuracy_cost.timed_ways({"ONNX": None}, [1, 2, 3], 1, "any")["ONNX batch"]
+    answers = {"ONNX": lambda cases: np.ones((len(cases), 122))}
+    _, seconds = accuracy_cost.timed_ways(answers, [1, 2, 3], 1, "any")["ONNX batch"]
     assert seconds.tolist() == [[2.0] * 3] * accuracy_cost.BATCH_REPEATS
 
 
@@ -95,6 +95,9 @@ def test_surrogates_are_measured_and_what_does_not_work_is_named(tmp_path, monke
     assert all(tool["protocols"] == 3 and tool["seconds"]["median"] > 0.0 for tool in surrogates)
     assert surrogates[0]["seconds"]["count"] == 2  # of three protocols, the two that are timed
     assert {tool["model"] for tool in surrogates if tool["outdated"]} <= {"M2-concat"}
+    pretrained = [tool for tool in content["tools"] if tool["kind"] in ("fast", "accurate")]
+    assert [tool["setting"] for tool in pretrained] == 2 * ["ONNX single", "ONNX batch"]
+    assert all(tool["errors"]["pull_off_force"]["median"] < 0.1 for tool in pretrained)
     assert content["outdated"] == ["M2-concat"]
     broken = [text for text in content["missing"] if text.startswith("M1-gated")]
     assert len(broken) == 1
