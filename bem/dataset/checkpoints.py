@@ -100,7 +100,7 @@ class CampaignCheckpoint:
 
     def _refuse_strangers(self) -> None:
         for path in sorted(self.place.iterdir()):
-            ours = path.stat().st_size == 0 if path.name == "lock" else path.match(_FOLDERS) and path.is_dir()
+            ours = path.lstat().st_size == 0 if path.name == "lock" else path.match(_FOLDERS) and path.is_dir()
             # A file server keeps a removed file that is still open under such a name.
             if not ours and not path.name.startswith(".nfs"):
                 raise ValueError(

@@ -40,6 +40,10 @@ def test_a_folder_of_the_user_is_left_alone(plan, tmp_path):
     for replace in (False, True):
         with pytest.raises(ValueError, match=r"that folder holds 'thesis.tex', which no campaign wrote"):
             run_campaign(plan, out, solver=stand_in.solve, replace=replace)
+    (folder / "away").symlink_to("nowhere")
+    with pytest.raises(ValueError, match=r"that folder holds 'away', which no campaign wrote"):
+        run_campaign(plan, out, solver=stand_in.solve)
+    (folder / "away").unlink()
     (folder / "thesis.tex").rename(folder / "lock")
     with pytest.raises(ValueError, match="which no campaign wrote"):
         run_campaign(plan, out, solver=stand_in.solve)
