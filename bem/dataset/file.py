@@ -25,7 +25,6 @@ from bem.dataset.sealed_file import (
     BLOCK,
     FORMAT,
     FORMAT_VERSION,
-    SEALED,
     DamagedFileError,
     arrays,
     open_dataset,
@@ -114,7 +113,7 @@ def write_file(
     """
     # In memory first, because the HDF5 library crashes on a full disk.
     memory = BytesIO()
-    kind = {"format": form, "format_version": FORMAT_VERSION, SEALED: 1}
+    kind = {"format": form, "format_version": FORMAT_VERSION, "sealed": 1}
     with h5py.File(memory, "w", userblock_size=BLOCK) as file:
         for name, value in (kind | dict(attributes)).items():
             file.attrs[name] = json.dumps(value) if isinstance(value, dict | list) else value
