@@ -6,7 +6,6 @@ from pathlib import Path
 
 import pytest
 
-from bem._support.command_line import sentence
 from bem._support.outputs import Outputs, require_output, whole_file, write_whole
 
 UNWRITABLE = "Expected an output file that can be written; received "
@@ -117,11 +116,6 @@ def test_links_and_devices_stay_what_they_are(tmp_path):
     assert Path("/dev/null").is_char_device()
     with pytest.raises(ValueError, match="No space left"), whole_file("/dev/full") as part:
         part.write_text("nothing")
-
-
-def test_sentences():
-    assert sentence(PermissionError(errno.EACCES, "Permission denied", "a.csv")) == "Permission denied: a.csv"
-    assert sentence(FileNotFoundError("Expected\nthis")) == "Expected this"
 
 
 @pytest.mark.parametrize("module", ["bem", "surrogate"])

@@ -1,5 +1,3 @@
-from collections import Counter
-
 import numpy as np
 import pytest
 
@@ -57,38 +55,31 @@ def test_numbers_do_not_depend_on_the_number_of_workers(plan, undisturbed, tmp_p
     assert_same_numbers(tmp_path / "one.h5", undisturbed)
 
 
+@pytest.mark.usefixtures("in_this_process")
 def test_failures_are_recorded_with_their_reason(tmp_path):
     plan = Campaign(count=200, seed=1)
-    summary = run_campaign(plan, tmp_path / "data.h5", solver=stand_in.sometimes_fails, workers=1)
+    summary = run_campaign(plan, tmp_path / "data.h5", solver=stand_in.sometimes_fails)
     tabor = plan.protocols["tabor"]
-    assert summary.failures == Counter(
-        {
-            "ArithmeticError: tabor is too large for me": int(np.sum(tabor > 3.0)),
-            "no stable equilibrium found": int(np.sum(tabor < 0.25)),
-        }
-    )
+    assert summary.failures == {
+        "ArithmeticError: tabor is too large for me": np.sum(tabor > 3.0),
+        "no stable equilibrium found": np.sum(tabor < 0.25),
+    }
     dataset = load_dataset(tmp_path / "data.h5")
     np.testing.assert_array_equal(dataset.completed, np.flatnonzero((tabor <= 3.0) & (tabor >= 0.25)))
     lost = dataset.columns["status"] == 1
     assert np.isnan(dataset.force[lost]).all()
     assert np.isnan(dataset.scalars["pull_off_force"][lost]).all()
-    np.testing.assert_array_equal(dataset.protocols["tabor"], tabor)
 
 
-def test_the_same_command_again_does_nothing(plan, undisturbed):
-    content = undisturbed.read_bytes()
-    seen = []
-    assert run_campaign(plan, undisturbed, solver=stand_in.solve, progress=lambda *of: seen.append(of)).computed == 0
-    assert undisturbed.read_bytes() == content
-    assert seen == [(120, 0)]
-
-
-def test_a_complete_campaign_need_only_be_read(plan, undisturbed, monkeypatch):
+def test_the_same_command_again_only_reads(plan, undisturbed, monkeypatch):
     def refused(*_):
         raise ValueError("Expected an output file that can be written")
 
+    content, seen = undisturbed.read_bytes(), []
     monkeypatch.setattr("bem.dataset.run.require_output", refused)
-    assert run_campaign(plan, undisturbed, solver=stand_in.solve).computed == 0
+    assert run_campaign(plan, undisturbed, solver=stand_in.solve, progress=lambda *of: seen.append(of)).computed == 0
+    assert undisturbed.read_bytes() == content
+    assert seen == [(120, 0)]
     with pytest.raises(ValueError, match="can be written"):
         run_campaign(plan, undisturbed.with_name("other.h5"), solver=stand_in.solve)
 
@@ -101,15 +92,12 @@ def test_another_campaign_does_not_overwrite_unless_asked(undisturbed, tmp_path)
     copy.write_bytes(content)
     with pytest.raises(ValueError, match="design 'paper' there and 'sobol' here, seed 4 there and 5 here, native True"):
         run_campaign(plan, copy, solver=stand_in.solve)
+    with pytest.raises(ValueError, match="made by another version of the solver"):
+        run_campaign(Campaign(count=120, seed=4, native=True), copy, solver=stand_in.slow)
     assert copy.read_bytes() == content
     assert run_campaign(plan, copy, solver=stand_in.solve, replace=True).computed == 120
     run_campaign(plan, tmp_path / "fresh.h5", solver=stand_in.solve)
     assert_same_numbers(copy, tmp_path / "fresh.h5")
-
-
-def test_another_version_of_the_solver_is_told_apart(plan, undisturbed):
-    with pytest.raises(ValueError, match="made by another version of the solver"):
-        run_campaign(plan, undisturbed, solver=stand_in.slow)
 
 
 @pytest.mark.parametrize(

@@ -57,50 +57,35 @@ def test_files_that_are_no_data_sets(make, message, undisturbed, tmp_path):
     assert (result.exit_code, "Expected an output file called .h5 or .hdf5" in result.stderr) == (2, True)
 
 
-COUNTS = {"infinite.toml": "inf", "text.toml": '"12"', "huge.toml": "100000000000000000000000", "yes.toml": "true"}
-
-
 @pytest.mark.parametrize(
     ("arguments", "message", "code"),
     [
         (["--out", "/proc/nowhere/data.h5"], "cannot write beside '/proc/nowhere/data.h5'", 1),
         (["--out", "."], "Expected an output file called .h5 or .hdf5", 2),
-        (["--out", "c.txt"], "Expected an output file called .h5 or .hdf5; received c.txt", 2),
         (["--out", "c.txt", "--shard", "1/2"], "Expected an output file called .h5 or .hdf5; received c.txt", 2),
+        (["--out", "loop.h5"], "Too many levels of symbolic links", 2),
         (["--out", "x.h5", "--accuracy", 10**5 * "x"], "accuracy must be", 2),
-        (["--out", "x.h5", "--count", "0"], "count must be a whole number from 1", 2),
         (["--out", "x.h5", "--count", "600000"], "count must be a whole number from 1 to 559872", 2),
         (["--out", "x.h5", "--design", "grid"], "design must be one of", 2),
         (["--out", "x.h5", "--range", "tabor=3:1"], "must have its lower bound first", 2),
-        (["--out", "x.h5", "--range", "dwell_time=-1:1"], "lower bound of dwell_time must be", 2),
-        (["--out", "x.h5", "--accuracy", "superb"], "accuracy", 2),
-        (["--out", "x.h5", "--shard", "4/3"], "shard must be a whole number from 1 to 3", 2),
+        (["--out", "x.h5", "--range", "tabor=1:2", "--range", "tabor=2:3"], "received 'tabor' twice", 2),
         (["--out", "x.h5", "--shard", "one"], "shard must read i/n", 2),
         (["--out", "x.h5", "--workers", "0"], "workers must be a whole number from 1", 2),
-        (["--out", "loop.h5"], "Too many levels of symbolic links", 2),
-        (["--out", "x.h5", "--workers", "-3"], "workers must be a whole number from 1", 2),
         (["--out", "x.h5", "--cluster", ""], "cluster must be an address like", 2),
         (["--out", "x.h5", "--cluster", "tcp://h:1", "--workers", "2"], "workers must not be given with cluster", 2),
-        (["--out", "x.h5", "--range", "tabor=1:2", "--range", "tabor=2:3"], "received 'tabor' twice", 2),
-        (["--out", "x.h5", "--shard", "4/5", "--count", "3"], "shards must be a whole number from 1 to 3", 2),
         (["--out", "x.h5", "--design-file", "."], "design file must be a file; received the folder", 2),
         (["--out", "x.h5", "--design-file", "absent.toml"], "design file not found", 2),
-        *(
-            (["--out", "x.h5", "--design-file", name], "count must be a whole number from 1 to 559872", 2)
-            for name in COUNTS
-        ),
+        (["--out", "x.h5", "--design-file", "text.toml"], "count must be a whole number from 1 to 559872", 2),
     ],
 )
 def test_bad_options_end_in_one_sentence(arguments, message, code, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    for name, count in COUNTS.items():
-        Path(name).write_text(f"count = {count}\n", encoding="utf-8")
-    if "loop.h5" in arguments:
-        Path("loop.h5").symlink_to("loop.h5")
+    Path("text.toml").write_text('count = "12"\n', encoding="utf-8")
+    Path("loop.h5").symlink_to("loop.h5")
     result = command("campaign", *arguments)
     assert (result.exit_code, message in result.stderr, result.stderr.count("\n")) == (code, True, 1), result.stderr
     assert len(result.stderr) < 1000
-    assert {path.name for path in tmp_path.iterdir()} - COUNTS.keys() == {"loop.h5"} & set(arguments)
+    assert {path.name for path in tmp_path.iterdir()} == {"loop.h5", "text.toml"}
 
 
 @pytest.mark.parametrize("harm", [lambda content: content[:5000], lambda content: content[:100], lambda _: b""])

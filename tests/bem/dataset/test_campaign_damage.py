@@ -114,22 +114,6 @@ def test_a_full_disk_ends_in_one_sentence_and_loses_nothing(room, plan, undistur
 
 
 @pytest.mark.usefixtures("in_this_process")
-@pytest.mark.parametrize("harm", ["truncate", "flip", "empty"])
-def test_a_damaged_part_is_computed_again(harm, plan, undisturbed, tmp_path, monkeypatch):
-    out = tmp_path / "data.h5"
-    begun(plan, out, monkeypatch)
-    path = parts(out)[0]
-    content = bytearray(path.read_bytes())
-    with np.load(path) as file:
-        size = len(file["index"])
-    content[len(content) // 2] ^= 1
-    path.write_bytes({"truncate": content[: len(content) // 2], "flip": content, "empty": b""}[harm])
-    summary = run_campaign(plan, out, solver=stand_in.solve)
-    assert (summary.damaged, summary.computed) == (1, size)
-    assert_same_numbers(out, undisturbed)
-
-
-@pytest.mark.usefixtures("in_this_process")
 def test_a_damaged_description_is_written_again(plan, undisturbed, tmp_path, monkeypatch):
     out = tmp_path / "data.h5"
     (path,) = begun(plan, out, monkeypatch).glob("campaign-*/campaign.json")

@@ -144,16 +144,19 @@ def test_options_that_change_no_number_continue_what_was_interrupted(options, in
 @pytest.mark.usefixtures("in_this_process")
 def test_damaged_parts_are_told_and_computed_again(interrupted, tmp_path):
     out = shutil.copytree(interrupted, tmp_path / "copy") / "data.h5"
-    first, second, *_ = parts(out)
-    first.write_bytes(first.read_bytes()[1:])
+    first, second, third, *_ = parts(out)
+    first.write_bytes(first.read_bytes()[:-100])
     second.write_bytes(b"")
+    content = bytearray(third.read_bytes())
+    content[len(content) // 2] ^= 1
+    third.write_bytes(content)
     # Whole, but of another campaign: it has the name it had there.
     begun(Campaign(count=40, seed=1), tmp_path / "other.h5", pytest.MonkeyPatch())
     for path in parts(tmp_path / "other.h5")[:1]:
         (first.parent / path.name).write_bytes(path.read_bytes())
     result = command("campaign", "--count", 120, "--seed", 4, "--out", out, solver=stand_in.slow)
     assert (result.exit_code, result.stderr) == (0, "")
-    assert result.stdout.startswith("3 damaged parts of an earlier run were computed again\n")
+    assert result.stdout.startswith("4 damaged parts of an earlier run were computed again\n")
     run_campaign(Campaign(count=120, seed=4), tmp_path / "calm.h5", solver=stand_in.slow)
     assert_same_numbers(out, tmp_path / "calm.h5")
 
