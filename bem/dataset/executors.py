@@ -34,8 +34,6 @@ Outcome = tuple[Batch, Any]
 
 SCHEMES = ("tcp", "tls", "ucx", "ws", "wss")
 ONE_THREAD = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL", "BLIS", "NUMBA", "NUMEXPR")}
-own_process = False
-"""Whether this is a worker of `LocalExecutor`, in which nothing runs but what that gives it."""
 
 
 class CampaignError(RuntimeError):
@@ -132,26 +130,16 @@ def _begin_worker(parent: int) -> None:
             time.sleep(0.5)
         os._exit(1)
 
-    global own_process
-    own_process = True
     threading.Thread(target=watch, daemon=True).start()
 
 
 @functools.cache
 def warm_solver() -> Callable[..., Any]:
     """The solver with its kernels loaded, so that no trajectory is charged for that."""
-    import gc
-
-    from bem._support.jit import leave_out_blas
     from bem.solver.simulation import simulate
 
-    if own_process:
-        leave_out_blas()
     protocol = LoadingProtocol(peak_indentation=2.0, loading_rate=10.0, dwell_time=0.1, unloading_rate=10.0)
     simulate(Scene(tabor=1.0, material=StandardLinearSolid(0.1)), protocol, "draft")
-    if own_process:
-        # Where psutil is missing, loky collects garbage every second; what is loaded here is none.
-        gc.freeze()
     return simulate
 
 

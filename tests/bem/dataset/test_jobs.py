@@ -1,14 +1,11 @@
 import json
 import pickle
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import bem.dataset.jobs
-from bem import LoadingProtocol, Scene, simulate
 from bem.dataset.campaign import Campaign
 from bem.dataset.checkpoints import CampaignError
 from bem.dataset.designs import Design
@@ -24,7 +21,7 @@ from bem.dataset.jobs import (
 from bem.dataset.run import run_campaign
 from bem.trajectory import Jump
 from tests.bem.dataset import stand_in
-from tests.bem.dataset.helpers import ROOT, Here
+from tests.bem.dataset.helpers import Here
 
 PRICE = json.loads((Path(__file__).parents[3] / "published" / "accuracy_price.json").read_text())["levels"]
 
@@ -75,23 +72,6 @@ def test_a_batch_travels_with_its_own_protocols_only():
         quantities = {name: values[record["index"]] for name, values in plan.protocols.items()}
         alone = stand_in.solve(*stand_in.case(quantities))
         assert record["scalars/end_force"] == alone.end_force
-
-
-def test_a_worker_loads_the_solver_without_blas_and_leaves_that_to_others():
-    code = (
-        "import sys\n"
-        "from bem.dataset import executors\n"
-        "executors.own_process = True\n"
-        "solver = executors.warm_solver()\n"
-        "assert 'scipy.linalg' not in sys.modules\n"
-        "import scipy.linalg\n"
-        "from bem import LoadingProtocol, Scene\n"
-        "print(repr(float(solver(Scene(1.0), LoadingProtocol(**PROTOCOL)).pull_off_force)))\n"
-    )
-    protocol = {"peak_indentation": 2.0, "loading_rate": 1.0, "dwell_time": 0.0, "unloading_rate": 1.0}
-    command = [sys.executable, "-c", code.replace("PROTOCOL", repr(protocol))]
-    found = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
-    assert float(found) == simulate(Scene(1.0), LoadingProtocol(**protocol)).pull_off_force
 
 
 def test_where_the_work_was_done_is_recorded(tmp_path, monkeypatch):
