@@ -1,9 +1,10 @@
+from io import StringIO
 from pathlib import Path
 
 import h5py
 import pytest
 
-from bem._support.progress import rate_line
+from bem._support.progress import progress_bar
 from bem._support.provenance import command_line
 from bem.dataset.file import load_dataset
 from tests.bem.dataset import stand_in
@@ -111,9 +112,14 @@ def test_design_file_and_options_together(tmp_path):
     assert [found["ranges"][name] for name in ("tabor", "dwell_time")] == [[1.0, 2.0], [1.0, 1.0]]
 
 
-def test_rate_line():
-    assert rate_line(10, 20, 0, 5.0) == "2.0 a second, none failed, 0:00:10 left"
-    assert rate_line(0, 20, 3, 0.0) == "3 failed"
+def test_a_terminal_shows_what_is_done_and_what_failed(monkeypatch):
+    shown = StringIO()
+    monkeypatch.setattr(shown, "isatty", lambda: True)
+    monkeypatch.setattr("sys.stderr", shown)
+    with progress_bar(20, "differ") as show:
+        show(3, 0)
+        show(13, 2)
+    assert "13/20\x1b[0m 2 differ, left: " in shown.getvalue()
 
 
 def test_failures_show_in_the_exit_status(tmp_path):
