@@ -13,9 +13,7 @@ from pathlib import Path
 
 import griffe
 import pytest
-from typer.testing import CliRunner
 
-from surrogate.cli import app as cli
 from surrogate.prediction.files import PUBLISHED
 from tests.surrogate.conftest import write_dataset
 from tools.guide import LEFTOVERS
@@ -178,11 +176,6 @@ def test_a_function_with_parameters_states_what_it_returns():
             silent.append(one.path)
     assert seen > 100
     assert not silent
-
-
-@pytest.mark.parametrize("command", ["predict", "export", "train", "evaluate"])
-def test_the_commands_it_names_exist(command):
-    assert CliRunner().invoke(cli.app, [command, "--help"]).exit_code == 0
 
 
 def test_the_site_builds_without_a_broken_link(tmp_path):
