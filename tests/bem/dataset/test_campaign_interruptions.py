@@ -13,13 +13,11 @@ import numpy as np
 import pytest
 
 from bem.dataset.campaign import Campaign
-from bem.dataset.checkpoints import CampaignError
 from bem.dataset.file import load_dataset
 from bem.dataset.run import run_campaign
 from tests.bem.dataset import stand_in
 from tests.bem.dataset.helpers import (
     HANG,
-    Here,
     assert_same_numbers,
     await_parts,
     begun,
@@ -181,18 +179,3 @@ def test_a_trajectory_that_always_kills_its_worker_is_recorded(tmp_path):
     dataset = load_dataset(tmp_path / "data.h5")
     np.testing.assert_array_equal(dataset.columns["status"], deadly)
     assert "worker process died every time" in dataset.columns["reason"][deadly][0]
-
-
-def test_what_arrived_before_the_scheduler_was_lost_is_kept(plan, undisturbed, tmp_path, monkeypatch):
-    class Lossy(Here):
-        def run(self, batches, task):
-            yield from ((batch, task(batch)) for batch in batches[:20])
-            raise CampaignError("lost the Dask scheduler")
-
-    out = tmp_path / "data.h5"
-    with monkeypatch.context() as patch:
-        patch.setattr("bem.dataset.run.LocalExecutor", Lossy)
-        with pytest.raises(CampaignError, match="lost the Dask scheduler"):
-            run_campaign(plan, out, solver=stand_in.solve)
-    assert run_campaign(plan, out, solver=stand_in.solve).computed <= 100
-    assert_same_numbers(out, undisturbed)
