@@ -40,8 +40,8 @@ def seal(file: BinaryIO) -> None:
 
 
 @contextmanager
-def open_dataset(path: str | Path, form: str = FORMAT, version: int = FORMAT_VERSION) -> Iterator[h5py.File]:
-    """Open a data set, or another sealed file of this `form` and `version`, once its bytes are those written.
+def open_dataset(path: str | Path, form: str = FORMAT) -> Iterator[h5py.File]:
+    """Open a data set, or another sealed file of this `form`, once its bytes are those written.
 
     Raises:
         FileNotFoundError: no such file.
@@ -53,7 +53,7 @@ def open_dataset(path: str | Path, form: str = FORMAT, version: int = FORMAT_VER
         raise ValueError(f"expected a data set file; received the folder {str(path)!r}")
     if not path.is_file():
         raise FileNotFoundError(f"data set file not found; received {str(path)!r}")
-    received = f"expected a data set of format {form!r}, version {version}; received {str(path)!r}"
+    received = f"expected a data set of format {form!r}, version {FORMAT_VERSION}; received {str(path)!r}"
     damaged = DamagedFileError(f"{received}, which is truncated or damaged")
     try:
         with path.open("rb") as content:
@@ -77,7 +77,7 @@ def open_dataset(path: str | Path, form: str = FORMAT, version: int = FORMAT_VER
     with file:
         if not isinstance(found, str) or found != form:
             raise ValueError(f"{received}, an HDF5 file of another kind")
-        if not isinstance(number, np.integer) or number != version:
+        if not isinstance(number, np.integer) or number != FORMAT_VERSION:
             number = number.item() if isinstance(number, np.generic) else number
             raise ValueError(f"{received}, which is of version {shown(number)}")
         yield file
