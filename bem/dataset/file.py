@@ -21,15 +21,7 @@ from bem._support.wording import shortened
 from bem.dataset.checks import InconsistentError, faults_of_attributes, faults_of_dataset, require
 from bem.dataset.designs import QUANTITIES
 from bem.dataset.records import COMPLETED, SCALARS, Columns, grid_of
-from bem.dataset.sealed_file import (
-    BLOCK,
-    FORMAT,
-    FORMAT_VERSION,
-    DamagedFileError,
-    arrays,
-    open_dataset,
-    seal,
-)
+from bem.dataset.sealed_file import BLOCK, FORMAT, FORMAT_VERSION, DamagedFileError, arrays, open_dataset, seal
 
 SUFFIXES = (".h5", ".hdf5")
 """Suffixes of a data set file."""
@@ -92,12 +84,7 @@ class Dataset:
 
 
 def write_file(
-    path: Path,
-    columns: Columns,
-    attributes: Mapping[str, Any],
-    scratch: Path | None = None,
-    *,
-    form: str = FORMAT,
+    path: Path, columns: Columns, attributes: Mapping[str, Any], scratch: Path | None = None, *, form: str = FORMAT
 ) -> None:
     """Write a sealed file to a temporary name and move it into place once it is on the disk.
 

@@ -15,15 +15,7 @@ from bem.dataset.checkpoints import CampaignError
 from bem.dataset.file import load_dataset
 from bem.dataset.run import run_campaign
 from tests.bem.dataset import stand_in
-from tests.bem.dataset.helpers import (
-    HANG,
-    assert_same_numbers,
-    await_parts,
-    begun,
-    parts,
-    run_here,
-    start_command,
-)
+from tests.bem.dataset.helpers import HANG, assert_same_numbers, await_parts, begun, parts, run_here, start_command
 
 
 def test_failed_trajectories_are_computed_again_when_asked(mending):

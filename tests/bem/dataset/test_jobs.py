@@ -11,14 +11,7 @@ from bem.dataset.campaign import Campaign
 from bem.dataset.checkpoints import CampaignError
 from bem.dataset.designs import Design
 from bem.dataset.file import load_dataset
-from bem.dataset.jobs import (
-    BATCHES_PER_WORKER,
-    LONGEST_BATCH,
-    SHARE_OF_REST,
-    batches_of,
-    expected_seconds,
-    results,
-)
+from bem.dataset.jobs import BATCHES_PER_WORKER, LONGEST_BATCH, SHARE_OF_REST, batches_of, expected_seconds, results
 from bem.dataset.run import run_campaign
 from bem.trajectory import Jump
 from tests.bem.dataset import stand_in
