@@ -133,35 +133,17 @@ def test_two_campaigns_on_one_file_exclude_each_other(plan, tmp_path):
 
 
 @pytest.mark.usefixtures("in_this_process")
-def test_a_folder_of_the_user_is_left_alone(plan, tmp_path):
-    out = tmp_path / "z.h5"
-    folder = tmp_path / "z.h5.parts"
-    folder.mkdir()
-    (folder / "thesis.tex").write_text("x", encoding="utf-8")
-    for replace in (False, True):
-        with pytest.raises(ValueError, match=r"that folder holds 'thesis.tex', which no campaign wrote"):
-            run_campaign(plan, out, solver=stand_in.solve, replace=replace)
-    (folder / "away").symlink_to("nowhere")
-    with pytest.raises(ValueError, match=r"that folder holds 'away', which no campaign wrote"):
-        run_campaign(plan, out, solver=stand_in.solve)
-    (folder / "away").unlink()
-    (folder / "thesis.tex").rename(folder / "lock")
-    with pytest.raises(ValueError, match="which no campaign wrote"):
-        run_campaign(plan, out, solver=stand_in.solve)
-    assert (folder / "lock").read_text(encoding="utf-8") == "x"
-    assert sorted(tmp_path.rglob("*")) == [folder, folder / "lock"]
-
-
-@pytest.mark.usefixtures("in_this_process")
 def test_only_own_files_are_removed(plan, tmp_path, monkeypatch):
     out = tmp_path / "data.h5"
     (tmp_path / "data.h5.writing").write_text("mine", encoding="utf-8")
     place = begun(plan, out, monkeypatch)
     (own,) = place.glob("campaign-*")
     (own / "notes.txt").write_text("x", encoding="utf-8")
-    (place / ".nfs0001").touch()  # as a file server does
+    (place / "lock").write_text("x", encoding="utf-8")
+    (place / "away").symlink_to("nowhere")
     run_campaign(plan, out, solver=stand_in.solve)
-    assert [path.name for path in own.iterdir()] == ["notes.txt"]
+    assert sorted(path.name for path in place.rglob("*")) == sorted([own.name, "away", "lock", "notes.txt"])
+    assert (place / "lock").read_text(encoding="utf-8") == "x"
     assert (tmp_path / "data.h5.writing").read_text(encoding="utf-8") == "mine"
 
 
