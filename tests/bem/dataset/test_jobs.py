@@ -68,11 +68,10 @@ def test_a_batch_travels_with_its_own_protocols_only():
         assert record["scalars/end_force"] == alone.end_force
 
 
+@pytest.mark.usefixtures("in_this_process")
 def test_where_the_work_was_done_is_recorded(tmp_path, monkeypatch):
     places = iter([{"host": "A", "versions": {"numpy": "1"}}, {"host": "B", "versions": {"numpy": "1"}}] * 500)
     monkeypatch.setattr(bem.dataset.jobs, "origin", lambda: next(places))
-
-    monkeypatch.setattr("bem.dataset.run.LocalExecutor", Here)
     run_campaign(Campaign(count=60, seed=4), tmp_path / "data.h5", solver=stand_in.solve)
     attributes = load_dataset(tmp_path / "data.h5").attributes
     assert (attributes["host"], attributes["versions"]) == (["A", "B"], {"numpy": "1"})
