@@ -21,7 +21,8 @@ def in_this_process(monkeypatch):
     """Campaigns without workers, whose start takes seconds, where a test asks what is kept and not who computes it."""
     from tests.bem.dataset.helpers import Here
 
-    monkeypatch.setattr("bem.dataset.run.LocalExecutor", Here)
+    for module in ("run", "verification"):
+        monkeypatch.setattr(f"bem.dataset.{module}.LocalExecutor", Here)
 
 
 @pytest.fixture(autouse=True)

@@ -61,7 +61,6 @@ ALLOWED = {
 }
 # Imports that still close a circle.
 TO_BE_MENDED = {
-    ("bem.dataset.physical_steps", "bem.dataset.measurement_steps"),
     ("experiments.places", "experiments.common"),
 }
 

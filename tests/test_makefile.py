@@ -205,13 +205,18 @@ def test_a_variable_that_is_no_plain_word_is_refused_in_one_sentence(name, given
     assert not list(tmp_path.iterdir())
 
 
-def test_setting_up_says_what_it_does_before_it_takes_minutes(tmp_path):
-    """A program stands in for Python and for `bem`: it makes an environment of itself, and says what pip is asked."""
+@pytest.fixture
+def python(tmp_path):
+    """A program that stands in for Python and `bem`: it makes an environment of itself, and says what pip is asked."""
     python = tmp_path / "python"
     copies = 'mkdir -p "$3/bin" && cp "$0" "$3/bin/python" && cp "$0" "$3/bin/bem"'
     words = f'[ "$2" != venv ] || {{ {copies}; }}; [ "$2" != pip ] || echo "$@"'
     python.write_text(f"#!/bin/sh\n{words}\n", encoding="utf-8")
     python.chmod(0o755)
+    return python
+
+
+def test_setting_up_says_what_it_does_before_it_takes_minutes(python, tmp_path):
     command = ["make", "--no-print-directory", "setup", f"VENV={tmp_path}/venv", f"PYTHON={python}"]
     first, *rest = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout.splitlines()
     assert first.startswith(f"Installing the locked packages into {tmp_path}/venv: about 3 GB on disk, 3 to 10 minutes")
@@ -241,14 +246,7 @@ def test_an_environment_of_another_checkout_is_refused(linked, tmp_path):
     )
 
 
-def test_a_small_installation_leaves_out_what_needs_keras_and_grows_when_asked(tmp_path):
-    """A program stands in for Python and for `bem`, as above."""
-    python = tmp_path / "python"
-    copies = 'mkdir -p "$3/bin" && cp "$0" "$3/bin/python" && cp "$0" "$3/bin/bem"'
-    words = f'[ "$2" != venv ] || {{ {copies}; }}; [ "$2" != pip ] || echo "$@"'
-    python.write_text(f"#!/bin/sh\n{words}\n", encoding="utf-8")
-    python.chmod(0o755)
-
+def test_a_small_installation_leaves_out_what_needs_keras_and_grows_when_asked(python, tmp_path):
     def run(*targets):
         command = ["make", "--no-print-directory", *targets, f"VENV={tmp_path}/venv", f"PYTHON={python}"]
         return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout

@@ -46,13 +46,8 @@ class ForceInterpolant:
             raise ValueError(f"corner_times must be instants of times; received {shown(corners.tolist())}")
         # The entry before a jump closes one piece, the entry after it opens the next; both share that of a corner.
         cuts = sorted([(int(i), 1) for i in before] + [(int(i), 0) for i in at_corner if 0 < i < self.times.size - 1])
-        self.ranges = list(
-            zip(
-                [0, *(index + jump for index, jump in cuts)],
-                [*(index + 1 for index, _ in cuts), self.times.size],
-                strict=True,
-            )
-        )
+        begins, ends = (index + jump for index, jump in cuts), (index + 1 for index, _ in cuts)
+        self.ranges = list(zip([0, *begins], [*ends, self.times.size], strict=True))
         self._bounds = self.times[[index for index, _ in cuts]]
         self._curves: dict[int, tuple[FloatArray, FloatArray, FloatArray]] = {}
 

@@ -9,7 +9,6 @@ only at the file of a kernel, so after a change it would still use stale copies 
 
 import functools
 import hashlib
-import importlib
 import multiprocessing
 import os
 import sys
@@ -58,21 +57,6 @@ def note_compilation() -> None:
 
 def _mark() -> Path:
     return Path(config.CACHE_DIR or cache_directory()) / _MARK
-
-
-def leave_out_blas() -> None:
-    """Let Numba find no BLAS in this process, which spares a quarter of the time to load the kernels.
-
-    It would import `scipy.linalg` to look for one, and no kernel here calls it. Other compiled functions of the process
-    could then not call it either, so this is for processes that run this package alone.
-    """
-    name = "scipy.linalg"
-    if name not in sys.modules:
-        sys.modules[name] = None  # type: ignore[assignment]  # an import of it fails
-        try:
-            importlib.import_module("numba.np.arraymath")
-        finally:
-            del sys.modules[name]
 
 
 def in_python(function: Callable) -> Callable:

@@ -45,7 +45,7 @@ class CampaignCheckpoint:
         replace: start although batches of another campaign are there; they are removed once this one is complete.
 
     Raises:
-        ValueError: batches of another campaign are there, or files that no campaign wrote.
+        ValueError: batches of another campaign are there.
         CampaignError: another process is writing there, or the place cannot be written.
     """
 
@@ -89,7 +89,6 @@ class CampaignCheckpoint:
             self.place.mkdir(parents=True, exist_ok=True)
             # A campaign that just finished may remove folder and lock in between.
             with suppress(FileNotFoundError):
-                self._refuse_strangers()
                 try:
                     self._lock.acquire()
                     return
@@ -97,16 +96,6 @@ class CampaignCheckpoint:
                     if (self.place / "lock").exists():
                         busy = f"another campaign is writing {str(self.out)!r}; wait for it or end it"
                         raise CampaignError(busy) from None
-
-    def _refuse_strangers(self) -> None:
-        for path in sorted(self.place.iterdir()):
-            ours = path.stat().st_size == 0 if path.name == "lock" else path.match(_FOLDERS) and path.is_dir()
-            # A file server keeps a removed file that is still open under such a name.
-            if not ours and not path.name.startswith(".nfs"):
-                raise ValueError(
-                    f"out must leave the folder {self.place.name!r} beside it to the campaign; received "
-                    f"{str(self.out)!r}, where that folder holds {path.name!r}, which no campaign wrote"
-                )
 
     def _claim(self) -> None:
         others = [folder for folder in sorted(self.place.glob(_FOLDERS)) if folder != self.folder]
@@ -187,5 +176,6 @@ class CampaignCheckpoint:
                         path.unlink()
                 with suppress(OSError):
                     folder.rmdir()
-            if [path.name for path in self.place.iterdir()] == ["lock"]:
-                (self.place / "lock").unlink()
+            lock = self.place / "lock"
+            if list(self.place.iterdir()) == [lock] and lock.stat().st_size == 0:
+                lock.unlink()

@@ -138,10 +138,10 @@ class Design:
             unit = _DENSITIES[self.name](sequence.random_base2(int(count - 1).bit_length())[:count])
         else:
             unit = np.random.default_rng(seed).random((count, len(drawn)))
-        low, high = np.log(np.array(list(drawn.values()))).T
+        bounds = np.array(list(drawn.values())).T
+        low, high = np.log(bounds)
         values = np.exp(low + (high - low) * unit)
         # The exponential of a logarithm may leave the range by one rounding.
-        bounds = np.array(list(drawn.values())).T
         return dict(zip(drawn, np.clip(values, *bounds).T.copy(), strict=True))
 
 

@@ -12,7 +12,7 @@ from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from queue import SimpleQueue
 from typing import Any, Self
 from urllib.parse import urlsplit
@@ -34,8 +34,6 @@ Outcome = tuple[Batch, Any]
 
 SCHEMES = ("tcp", "tls", "ucx", "ws", "wss")
 ONE_THREAD = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL", "BLIS", "NUMBA", "NUMEXPR")}
-own_process = False
-"""Whether this is a worker of `LocalExecutor`, in which nothing runs but what that gives it."""
 
 
 class CampaignError(RuntimeError):
@@ -121,19 +119,7 @@ class LocalExecutor(Executor):
     def __exit__(self, *error: object) -> None:
         """Leave the workers to the next campaign; end them at once after an error."""
         if error[0] is not None and self._processes is not None:
-            with _unheard("ExecutorManagerThread"):  # which may look for a batch that was just cancelled
-                self._processes.shutdown(wait=True, kill_workers=True)
-
-
-@contextmanager
-def _unheard(thread: str) -> Iterator[None]:
-    """Suppress errors in a thread of that name; those of other threads are reported as before."""
-    former = threading.excepthook
-    threading.excepthook = lambda failure: None if failure.thread and failure.thread.name == thread else former(failure)
-    try:
-        yield
-    finally:
-        threading.excepthook = former
+            self._processes.shutdown(wait=True, kill_workers=True)
 
 
 def _begin_worker(parent: int) -> None:
@@ -144,26 +130,16 @@ def _begin_worker(parent: int) -> None:
             time.sleep(0.5)
         os._exit(1)
 
-    global own_process
-    own_process = True
     threading.Thread(target=watch, daemon=True).start()
 
 
 @functools.cache
 def warm_solver() -> Callable[..., Any]:
     """The solver with its kernels loaded, so that no trajectory is charged for that."""
-    import gc
-
-    from bem._support.jit import leave_out_blas
     from bem.solver.simulation import simulate
 
-    if own_process:
-        leave_out_blas()
     protocol = LoadingProtocol(peak_indentation=2.0, loading_rate=10.0, dwell_time=0.1, unloading_rate=10.0)
     simulate(Scene(tabor=1.0, material=StandardLinearSolid(0.1)), protocol, "draft")
-    if own_process:
-        # Where psutil is missing, loky collects garbage every second; what is loaded here is none.
-        gc.freeze()
     return simulate
 
 
@@ -193,17 +169,13 @@ class ClusterExecutor(Executor):
         reachable, self._place = scheduler_address(address), shown(address)
         self.died = distributed.KilledWorker  # after three workers
         self._lost = (OSError, TimeoutError, distributed.CancelledError, CancelledError)
-        nobody = f"no Dask scheduler answers at {self._place}"
         try:
             # In a thread of its own, because a notebook has a running loop in this one.
             with ThreadPoolExecutor(1) as thread:
-                kind = thread.submit(asyncio.run, _kind_of_server(distributed, reachable, patience)).result()
-            if "Scheduler" not in kind:
-                nobody += f", but a {kind}"
-                raise ConnectionError(nobody)
+                thread.submit(asyncio.run, _require_scheduler(distributed, reachable, patience)).result()
             self._client = distributed.Client(reachable, timeout=patience, set_as_default=False)
         except Exception as error:  # another kind of server may answer anything
-            raise CampaignError(nobody) from error
+            raise CampaignError(f"no Dask scheduler answers at {self._place}") from error
         try:
             self._client.wait_for_workers(1, timeout=patience)
             self.workers = sum(self._client.nthreads().values())
@@ -246,10 +218,11 @@ def scheduler_address(address: str) -> str:
     raise ValueError(f"cluster must be an address like 'tcp://host:8786'; received {shown(address)}")
 
 
-async def _kind_of_server(distributed: Any, address: str, patience: float) -> str:
-    """What a Dask server says it is; `Client` itself would wait for ever for a server of another kind."""
+async def _require_scheduler(distributed: Any, address: str, patience: float) -> None:
+    """Refuse a server of another kind, for which `Client` itself would wait for ever."""
     import asyncio
 
     arguments = distributed.Security().get_connection_args("client")
     async with asyncio.timeout(patience), distributed.rpc(address, timeout=patience, connection_args=arguments) as one:
-        return str((await one.identity())["type"])
+        if "Scheduler" not in (await one.identity())["type"]:
+            raise ConnectionError

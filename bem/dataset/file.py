@@ -18,19 +18,10 @@ from bem._support.outputs import write_whole
 from bem._support.quantities import UNITS
 from bem._support.validation import FloatArray
 from bem._support.wording import shortened
-from bem.dataset.checks import InconsistentError, check_attributes, check_dataset
+from bem.dataset.checks import InconsistentError, faults_of_attributes, faults_of_dataset, require
 from bem.dataset.designs import QUANTITIES
 from bem.dataset.records import COMPLETED, SCALARS, Columns, grid_of
-from bem.dataset.sealed_file import (
-    BLOCK,
-    FORMAT,
-    FORMAT_VERSION,
-    SEALED,
-    DamagedFileError,
-    arrays,
-    open_dataset,
-    seal,
-)
+from bem.dataset.sealed_file import BLOCK, FORMAT, FORMAT_VERSION, DamagedFileError, arrays, open_dataset, seal
 
 SUFFIXES = (".h5", ".hdf5")
 """Suffixes of a data set file."""
@@ -93,12 +84,7 @@ class Dataset:
 
 
 def write_file(
-    path: Path,
-    columns: Columns,
-    attributes: Mapping[str, Any],
-    scratch: Path | None = None,
-    *,
-    form: str = FORMAT,
+    path: Path, columns: Columns, attributes: Mapping[str, Any], scratch: Path | None = None, *, form: str = FORMAT
 ) -> None:
     """Write a sealed file to a temporary name and move it into place once it is on the disk.
 
@@ -114,7 +100,7 @@ def write_file(
     """
     # In memory first, because the HDF5 library crashes on a full disk.
     memory = BytesIO()
-    kind = {"format": form, "format_version": FORMAT_VERSION, SEALED: 1}
+    kind = {"format": form, "format_version": FORMAT_VERSION, "sealed": 1}
     with h5py.File(memory, "w", userblock_size=BLOCK) as file:
         for name, value in (kind | dict(attributes)).items():
             file.attrs[name] = json.dumps(value) if isinstance(value, dict | list) else value
@@ -187,8 +173,8 @@ def load_dataset(path: str | Path, *, native: bool = False) -> Dataset:
 
 def _dataset(columns: Columns, attributes: dict[str, Any], file: h5py.File) -> Dataset:
     counts = tuple(int(count) for count in file["fms"].attrs["counts"])
-    check_attributes(attributes)
-    check_dataset(columns, attributes["campaign"], counts)
+    require(faults_of_attributes(attributes))
+    require(faults_of_dataset(columns, attributes["campaign"], counts))
     loading, dwell, unloading = counts
     return Dataset(columns, attributes, (loading, dwell, unloading))
 

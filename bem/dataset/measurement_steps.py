@@ -5,6 +5,7 @@ mapping" and the appendix on FMS resolution. Units as in `bem.protocol`.
 """
 
 from collections.abc import Sequence
+from dataclasses import asdict
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -78,18 +79,11 @@ def measurement_grid(
             instants coincide in double precision.
     """
     n_load, n_dwell, n_unload = checked_counts(counts)
-    start = (
-        default_start_indentation(np.asarray(tabor, dtype=np.float64))
-        if start_indentation is None
-        else start_indentation
-    )
-    columns = np.broadcast_arrays(
-        *(
-            np.atleast_1d(np.asarray(values, dtype=np.float64))[:, np.newaxis]
-            for values in (start, peak_indentation, loading_rate, dwell_time, unloading_rate)
-        )
-    )
-    delta_0, delta_l, v_load, dwell, v_unload = columns
+    if start_indentation is None:
+        start_indentation = default_start_indentation(np.asarray(tabor, dtype=np.float64))
+    given = (start_indentation, peak_indentation, loading_rate, dwell_time, unloading_rate)
+    columns = (np.atleast_1d(np.asarray(values, dtype=np.float64))[:, np.newaxis] for values in given)
+    delta_0, delta_l, v_load, dwell, v_unload = np.broadcast_arrays(*columns)
     require_dwell(n_dwell, dwell)
     if np.any(backward := ~(delta_l > delta_0)):
         row = int(np.flatnonzero(backward)[0])
@@ -142,13 +136,5 @@ def require_increasing(times: FloatArray, known: FloatArray, name: str) -> None:
 
 def measurement_times(protocol: LoadingProtocol, tabor: float, counts: Sequence[int] = FMS) -> FloatArray:
     """Measurement instants of one protocol, strictly increasing, shape (sum(counts),)."""
-    times, _ = measurement_grid(
-        tabor=tabor,
-        peak_indentation=protocol.peak_indentation,
-        loading_rate=protocol.loading_rate,
-        dwell_time=protocol.dwell_time,
-        unloading_rate=protocol.unloading_rate,
-        counts=counts,
-        start_indentation=protocol.start(tabor),
-    )
-    return times[0]
+    given = asdict(protocol) | {"start_indentation": protocol.start(tabor)}
+    return measurement_grid(tabor=tabor, **given, counts=counts)[0][0]

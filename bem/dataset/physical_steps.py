@@ -96,25 +96,14 @@ def physical_grid(
         strengths, rates = solids(np.broadcast_to(np.asarray(modulus_ratio, np.float64), protocols.shape[1:]))
     else:
         strengths, rates = relaxation(material, protocols.shape[1])
-    return checked_steps(protocols, strengths, rates, np.array(counts))
-
-
-def checked_steps(
-    protocols: np.ndarray, strengths: np.ndarray, rates: np.ndarray, counts: np.ndarray
-) -> tuple[FloatArray, FloatArray]:
-    """Steps as `physical_grid` returns them, of arguments as `on_steps` takes them.
-
-    Raises:
-        ValueError: as `physical_grid` raises for the quantities.
-    """
     if np.any(wrong := ~((protocols[1] > 0.0) & (protocols[5] < 0.0))):
         row = int(np.flatnonzero(wrong)[0])
         raise ValueError(
             "peak_indentation must lie above 0, and the start indentation below; received protocol "
             f"{row} with {float(protocols[1, row])!r} and a start of {float(protocols[5, row])!r}"
         )
-    require_dwell(int(counts[1]), protocols[3])
-    times, indentations, *_ = on_steps(protocols, strengths, rates, counts, _PLACE)
+    require_dwell(counts[1], protocols[3])
+    times, indentations, *_ = on_steps(protocols, strengths, rates, np.array(counts), _PLACE)
     require_increasing(times, protocols[:5].T, "the quantities")
     return times, indentations
 
@@ -136,18 +125,13 @@ def relaxation(material: Material | Sequence[Material], count: int) -> tuple[np.
     one = [material] if isinstance(material, Material) else list(material)
     if len(one) not in (1, count):
         raise ValueError(f"material must be one, or one for each of {count} protocols; received {len(one)}")
-    found = {}
-    for solid in one:
-        if id(solid) not in found:
-            moduli, times = relaxation_spectrum(solid)
-            found[id(solid)] = (moduli, 1.0 / times) if times.size else (np.zeros(1), np.ones(1))
-    terms = max(len(strengths) for strengths, _ in found.values())
-    both = np.zeros((2, len(one), terms))
+    spectra = {number: relaxation_spectrum(solid) for number, solid in {id(solid): solid for solid in one}.items()}
+    both = np.zeros((2, len(one), max(1, *(times.size for _, times in spectra.values()))))
     both[1] = 1.0
     for row, solid in enumerate(one):
-        for part, values in zip(both, found[id(solid)], strict=True):
-            part[row, : len(values)] = values
-    strengths, rates = np.broadcast_to(both, (2, count, terms)) if len(one) == count else both.repeat(count, axis=1)
+        moduli, times = spectra[id(solid)]
+        both[0, row, : times.size], both[1, row, : times.size] = moduli, 1.0 / times
+    strengths, rates = np.broadcast_to(both, (2, count, both.shape[2]))
     return np.ascontiguousarray(strengths), np.ascontiguousarray(rates)
 
 

@@ -102,10 +102,7 @@ def run_campaign(
         require_output(path)
     with local or ClusterExecutor(cluster) as executor, checkpoint:
         parts: list[Columns] = []
-        if complete := existing(campaign, path, identity, replace=replace):
-            if not (retry_failed and _failures(complete[0])):  # another process has completed it meanwhile
-                checkpoint.remove()
-                return summary_of(path, *complete)
+        if complete := existing(campaign, path, identity, replace=replace):  # another process may have completed it
             parts = [complete[0]]
             checkpoint.take(complete[1])
         done = _done(campaign, [*parts, *checkpoint.load()], retry_failed=retry_failed)

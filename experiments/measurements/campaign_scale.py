@@ -35,7 +35,7 @@ DASK_WORKERS, DASK_TRAJECTORIES, STUB_SECONDS = 8, 12_450, 0.008
 IDLE_SECONDS = 5.0
 STARTS = {
     "command": "import bem.cli.campaign, bem.dataset.run",
-    "worker": ("from bem.dataset import campaign, executors\nexecutors.own_process = True\nexecutors.warm_solver()"),
+    "worker": "from bem.dataset import campaign, executors\nexecutors.warm_solver()",
 }
 
 

@@ -3,10 +3,11 @@ import json
 import h5py
 import pytest
 
-from bem.dataset.sealed_file import FORMAT, FORMAT_VERSION
+from bem.dataset.sealed_file import BLOCK, FORMAT, FORMAT_VERSION
 from experiments import stages
 from experiments.stages import describe, hours_of, read_stages
 from surrogate.architectures.naming import names
+from tests.data_files import editing
 
 
 def publish(folder, labels, seconds):
@@ -42,7 +43,9 @@ def test_hours_are_of_one_machine_where_it_measured_batches(tmp_path, monkeypatc
 
 
 def test_hours_of_data_set_and_studies(tmp_path):
-    with h5py.File(tmp_path / "dataset.h5", "w") as file:
+    with h5py.File(tmp_path / "dataset.h5", "w", userblock_size=BLOCK):
+        pass
+    with editing(tmp_path / "dataset.h5") as file:
         file.attrs.update(format=FORMAT, format_version=FORMAT_VERSION, core_seconds=180.0)
     one = {"hours": 0.5, "training": "a digest"}
     taken = one | {"taken_from": "M1-concat"}

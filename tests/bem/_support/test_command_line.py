@@ -76,7 +76,8 @@ def test_a_sentence_is_one_line_of_bounded_length():
     for error in (ValueError("a\n" + "x" * 10**6), OSError(36, "File name too long", "y" * 10**6)):
         assert "\n" not in sentence(error)
         assert len(sentence(error)) < 2100
-    assert sentence(ValueError("short  one")) == "short one"
+    assert sentence(ValueError("short  one\nhere")) == "short one here"
+    assert sentence(PermissionError(13, "Permission denied", "a.csv")) == "Permission denied: a.csv"
 
 
 @pytest.mark.parametrize(("name", "app"), [("bem", bem.cli.app.app), ("surrogate", surrogate.cli.app.app)])

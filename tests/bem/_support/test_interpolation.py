@@ -63,18 +63,6 @@ def test_the_cubics_are_those_of_scipy(points, places):
     np.testing.assert_allclose(ours.integrals()[0], area, rtol=0, atol=1e-12 * scale * (times[-1] - times[0]))
 
 
-def test_resampling_returns_the_native_points():
-    times = np.sort(np.random.default_rng(1).uniform(0.0, 5.0, 40))
-    force = np.sin(times)
-    np.testing.assert_allclose(ForceInterpolant(times, force, []).at(times), force, rtol=0, atol=1e-15)
-
-
-def test_resampling_converges_on_a_smooth_history():
-    native = np.linspace(0.0, 3.0, 2001)
-    wanted = np.linspace(0.0, 3.0, 77)
-    np.testing.assert_allclose(ForceInterpolant(native, np.sin(native), []).at(wanted), np.sin(wanted), atol=1e-6)
-
-
 @given(st.lists(st.floats(0.05, 1.0), min_size=6, max_size=20), st.data())
 def test_resampling_never_overshoots_even_across_jumps(steps, data):
     times = np.cumsum(steps)

@@ -164,6 +164,8 @@ COMMANDS = {
 
 def begin(words, out):
     """Start a command; return it once it leaves Ctrl-C to a thread, which it does first."""
+    # Tests that run in the background inherit an ignored SIGINT, and would pass it on.
+    former = signal.signal(signal.SIGINT, signal.default_int_handler)
     process = subprocess.Popen(
         [sys.executable, *words.replace("OUT", str(out)).split()],
         cwd=ROOT,
@@ -171,9 +173,8 @@ def begin(words, out):
         stderr=subprocess.PIPE,
         text=True,
         start_new_session=True,
-        # Tests that run in the background inherit an ignored SIGINT.
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )
+    signal.signal(signal.SIGINT, former)
     status = Path(f"/proc/{process.pid}/status")
     while process.poll() is None:
         blocked = next(line for line in status.read_text().splitlines() if line.startswith("SigBlk"))

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import pytest
 
-from bem._support.command_line import sentence
 from bem._support.outputs import Outputs, require_output, whole_file, write_whole
 
 UNWRITABLE = "Expected an output file that can be written; received "
@@ -45,22 +44,13 @@ def test_several_files_appear_together(tmp_path, monkeypatch):
     write_both(first, second, ("three", "four"))
     assert listing(tmp_path) == {"a.csv": "three", "b.png": "four"}
 
-    # The second refuses to take its place after the first has.
-    replace = Path.replace
-
     def refuse(self, target):
-        if Path(target) == second and ".former" not in self.name:
-            raise PermissionError(errno.EACCES, "Permission denied", str(self))
-        return replace(self, target)
+        raise PermissionError(errno.EACCES, "Permission denied", str(self))
 
     monkeypatch.setattr(Path, "replace", refuse)
-    with pytest.raises(ValueError, match=r"written; received .*b\.png \(Permission denied\)"):
+    with pytest.raises(ValueError, match=r"written; received .*a\.csv \(Permission denied\)"):
         write_both(first, second, ("five", "six"))
     assert listing(tmp_path) == {"a.csv": "three", "b.png": "four"}
-    first.unlink()
-    with pytest.raises(ValueError, match="Permission denied"):
-        write_both(first, second, ("five", "six"))
-    assert listing(tmp_path) == {"b.png": "four"}
 
 
 def test_places_that_cannot_be_written(tmp_path):
@@ -106,15 +96,12 @@ def test_a_read_only_directory_refuses_an_ordinary_user(tmp_path):
     for folder in (tmp_path, *tmp_path.parents[:3]):
         if folder.is_relative_to(Path("/tmp")) and folder != Path("/tmp"):
             folder.chmod(0o755)
-    child = os.fork()
-    if child == 0:
-        os.setuid(65534)
-        try:
+    os.seteuid(65534)
+    try:
+        with pytest.raises(ValueError, match="Permission denied"):
             require_output(closed / "a.csv")
-        except ValueError as error:
-            os._exit(0 if "Permission denied" in str(error) else 2)
-        os._exit(1)
-    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
+    finally:
+        os.seteuid(0)
 
 
 def test_links_and_devices_stay_what_they_are(tmp_path):
@@ -129,11 +116,6 @@ def test_links_and_devices_stay_what_they_are(tmp_path):
     assert Path("/dev/null").is_char_device()
     with pytest.raises(ValueError, match="No space left"), whole_file("/dev/full") as part:
         part.write_text("nothing")
-
-
-def test_sentences():
-    assert sentence(PermissionError(errno.EACCES, "Permission denied", "a.csv")) == "Permission denied: a.csv"
-    assert sentence(FileNotFoundError("Expected\nthis")) == "Expected this"
 
 
 @pytest.mark.parametrize("module", ["bem", "surrogate"])

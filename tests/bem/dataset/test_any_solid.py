@@ -11,7 +11,7 @@ from bem.dataset.physical_steps import physical_grid
 from bem.dataset.sealed_file import DamagedFileError
 from bem.dataset.verification import verify
 from surrogate.data.dataset import TrajectoryDataset
-from tests.bem.dataset.helpers import Here, altered, command
+from tests.bem.dataset.helpers import altered, command
 
 OPTIONS = ("--design", "sobol", "--count", "4", "--accuracy", "draft", "--range", "peak_indentation=2:5")
 ANY = (*OPTIONS, "--modulus-ratio", "0.02:1", "--steps", "physical")
@@ -39,8 +39,8 @@ def test_each_trajectory_is_of_its_own_solid_on_its_own_steps(path):
     np.testing.assert_allclose(dataset.force[row], again.at(times[row]), rtol=1e-5, atol=1e-5)
 
 
-def test_it_is_verified_and_learned_from_like_any_other(path, monkeypatch):
-    monkeypatch.setattr("bem.dataset.verification.LocalExecutor", Here)
+@pytest.mark.usefixtures("in_this_process")
+def test_it_is_verified_and_learned_from_like_any_other(path):
     assert verify(path, sample=4).agrees
     dataset = TrajectoryDataset.load(path)
     assert dataset.modulus_ratio is None

@@ -1,5 +1,3 @@
-from collections import Counter
-
 import numpy as np
 import pytest
 
@@ -7,6 +5,7 @@ from bem.dataset.campaign import Campaign
 from bem.dataset.designs import Design
 from bem.dataset.file import load_dataset, open_dataset
 from bem.dataset.measurement_steps import measurement_grid
+from bem.dataset.records import NATIVE_QUANTITIES
 from bem.dataset.run import run_campaign
 from surrogate.data.dataset import TrajectoryDataset
 from tests.bem.dataset import stand_in
@@ -38,18 +37,15 @@ def test_file_holds_what_its_documentation_says(plan, undisturbed):
     np.testing.assert_array_equal(dataset.scalars["jump_count"], np.bincount(jumps, minlength=120))
 
 
-def test_native_history_is_the_solvers_own(plan, undisturbed):
-    times, _ = measurement_grid(**plan.protocols)
+def test_histories_are_the_solvers_own(plan, undisturbed):
+    times, rows = measurement_grid(**plan.protocols)[0], np.array([0, 57, 119])
     with open_dataset(undisturbed) as file:
-        offsets = file["native/offsets"][:]
-        for row in (0, 57, 119):
-            piece = slice(offsets[row], offsets[row + 1])
-            time_, force = file["native/time"][piece], file["native/force"][piece]
-            assert len(time_) >= 40
-            assert force.max() == file["scalars/pull_off_force"][row]
-            np.testing.assert_allclose(
-                np.interp(times[row], time_, force), file["fms/force"][row], rtol=1e-6, atol=1e-6
-            )
+        for row, case in zip(rows, plan.cases_of(rows), strict=True):
+            piece, found = slice(*file["native/offsets"][row : row + 2]), stand_in.solve(*case)
+            for name in NATIVE_QUANTITIES:
+                np.testing.assert_array_equal(file[f"native/{name}"][piece], getattr(found, name))
+            np.testing.assert_array_equal(file["fms/force"][row], found.at(times[row]).astype(np.float32))
+            assert file["scalars/pull_off_force"][row] == found.pull_off_force
 
 
 def test_numbers_do_not_depend_on_the_number_of_workers(plan, undisturbed, tmp_path):
@@ -57,38 +53,31 @@ def test_numbers_do_not_depend_on_the_number_of_workers(plan, undisturbed, tmp_p
     assert_same_numbers(tmp_path / "one.h5", undisturbed)
 
 
+@pytest.mark.usefixtures("in_this_process")
 def test_failures_are_recorded_with_their_reason(tmp_path):
     plan = Campaign(count=200, seed=1)
-    summary = run_campaign(plan, tmp_path / "data.h5", solver=stand_in.sometimes_fails, workers=1)
+    summary = run_campaign(plan, tmp_path / "data.h5", solver=stand_in.sometimes_fails)
     tabor = plan.protocols["tabor"]
-    assert summary.failures == Counter(
-        {
-            "ArithmeticError: tabor is too large for me": int(np.sum(tabor > 3.0)),
-            "no stable equilibrium found": int(np.sum(tabor < 0.25)),
-        }
-    )
+    assert summary.failures == {
+        "ArithmeticError: tabor is too large for me": np.sum(tabor > 3.0),
+        "no stable equilibrium found": np.sum(tabor < 0.25),
+    }
     dataset = load_dataset(tmp_path / "data.h5")
     np.testing.assert_array_equal(dataset.completed, np.flatnonzero((tabor <= 3.0) & (tabor >= 0.25)))
     lost = dataset.columns["status"] == 1
     assert np.isnan(dataset.force[lost]).all()
     assert np.isnan(dataset.scalars["pull_off_force"][lost]).all()
-    np.testing.assert_array_equal(dataset.protocols["tabor"], tabor)
 
 
-def test_the_same_command_again_does_nothing(plan, undisturbed):
-    content = undisturbed.read_bytes()
-    seen = []
-    assert run_campaign(plan, undisturbed, solver=stand_in.solve, progress=lambda *of: seen.append(of)).computed == 0
-    assert undisturbed.read_bytes() == content
-    assert seen == [(120, 0)]
-
-
-def test_a_complete_campaign_need_only_be_read(plan, undisturbed, monkeypatch):
+def test_the_same_command_again_only_reads(plan, undisturbed, monkeypatch):
     def refused(*_):
         raise ValueError("Expected an output file that can be written")
 
+    content, seen = undisturbed.read_bytes(), []
     monkeypatch.setattr("bem.dataset.run.require_output", refused)
-    assert run_campaign(plan, undisturbed, solver=stand_in.solve).computed == 0
+    assert run_campaign(plan, undisturbed, solver=stand_in.solve, progress=lambda *of: seen.append(of)).computed == 0
+    assert undisturbed.read_bytes() == content
+    assert seen == [(120, 0)]
     with pytest.raises(ValueError, match="can be written"):
         run_campaign(plan, undisturbed.with_name("other.h5"), solver=stand_in.solve)
 
@@ -101,27 +90,19 @@ def test_another_campaign_does_not_overwrite_unless_asked(undisturbed, tmp_path)
     copy.write_bytes(content)
     with pytest.raises(ValueError, match="design 'paper' there and 'sobol' here, seed 4 there and 5 here, native True"):
         run_campaign(plan, copy, solver=stand_in.solve)
+    with pytest.raises(ValueError, match="made by another version of the solver"):
+        run_campaign(Campaign(count=120, seed=4, native=True), copy, solver=stand_in.slow)
     assert copy.read_bytes() == content
     assert run_campaign(plan, copy, solver=stand_in.solve, replace=True).computed == 120
     run_campaign(plan, tmp_path / "fresh.h5", solver=stand_in.solve)
     assert_same_numbers(copy, tmp_path / "fresh.h5")
 
 
-def test_another_version_of_the_solver_is_told_apart(plan, undisturbed):
-    with pytest.raises(ValueError, match="made by another version of the solver"):
-        run_campaign(plan, undisturbed, solver=stand_in.slow)
-
-
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
         ({"count": "12"}, "count must be a whole number from 1 to 559872; received '12'"),
-        ({"count": 1e400}, "count must be a whole number"),
-        ({"count": float("nan")}, "count must be a whole number"),
-        ({"count": 10**30}, "count must be a whole number"),
-        ({"count": 0}, "count must be a whole number"),
         ({"seed": -1}, "seed must be a whole number"),
-        ({"seed": 0.5}, "seed must be a whole number"),
         ({"counts": (50.9, 20, 50)}, "counts must be three integers"),
         ({"counts": 120}, "counts must be three integers"),
         ({"shard": (4, 5), "count": 3}, "shards must be a whole number from 1 to 3; received 5"),

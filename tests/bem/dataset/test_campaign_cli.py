@@ -1,9 +1,10 @@
+from io import StringIO
 from pathlib import Path
 
 import h5py
 import pytest
 
-from bem._support.progress import rate_line
+from bem._support.progress import progress_bar
 from bem._support.provenance import command_line
 from bem.dataset.file import load_dataset
 from tests.bem.dataset import stand_in
@@ -34,11 +35,11 @@ def edited(change):
     [
         (lambda *_: None, "data set file not found"),
         (lambda path, _: path.mkdir(), "received the folder"),
-        (lambda path, _: path.write_text("not HDF5\n", encoding="utf-8"), "not HDF5"),
+        (lambda path, _: path.write_text("not HDF5\n", encoding="utf-8"), "not sealed as one"),
         (lambda path, content: path.write_bytes(content[:20_000]), "truncated or damaged"),
         (edited(reformat(0)), "which is of version 0"),
         (edited(reformat("1")), "which is of version '1'"),
-        (foreign, "an HDF5 file of another kind"),
+        (foreign, "not sealed as one"),
     ],
 )
 def test_files_that_are_no_data_sets(make, message, undisturbed, tmp_path):
@@ -57,53 +58,38 @@ def test_files_that_are_no_data_sets(make, message, undisturbed, tmp_path):
     assert (result.exit_code, "Expected an output file called .h5 or .hdf5" in result.stderr) == (2, True)
 
 
-COUNTS = {"infinite.toml": "inf", "text.toml": '"12"', "huge.toml": "100000000000000000000000", "yes.toml": "true"}
-
-
 @pytest.mark.parametrize(
     ("arguments", "message", "code"),
     [
         (["--out", "/proc/nowhere/data.h5"], "cannot write beside '/proc/nowhere/data.h5'", 1),
         (["--out", "."], "Expected an output file called .h5 or .hdf5", 2),
-        (["--out", "c.txt"], "Expected an output file called .h5 or .hdf5; received c.txt", 2),
         (["--out", "c.txt", "--shard", "1/2"], "Expected an output file called .h5 or .hdf5; received c.txt", 2),
+        (["--out", "loop.h5"], "Too many levels of symbolic links", 2),
         (["--out", "x.h5", "--accuracy", 10**5 * "x"], "accuracy must be", 2),
-        (["--out", "x.h5", "--count", "0"], "count must be a whole number from 1", 2),
         (["--out", "x.h5", "--count", "600000"], "count must be a whole number from 1 to 559872", 2),
         (["--out", "x.h5", "--design", "grid"], "design must be one of", 2),
         (["--out", "x.h5", "--range", "tabor=3:1"], "must have its lower bound first", 2),
-        (["--out", "x.h5", "--range", "dwell_time=-1:1"], "lower bound of dwell_time must be", 2),
-        (["--out", "x.h5", "--accuracy", "superb"], "accuracy", 2),
-        (["--out", "x.h5", "--shard", "4/3"], "shard must be a whole number from 1 to 3", 2),
+        (["--out", "x.h5", "--range", "tabor=1:2", "--range", "tabor=2:3"], "received 'tabor' twice", 2),
         (["--out", "x.h5", "--shard", "one"], "shard must read i/n", 2),
         (["--out", "x.h5", "--workers", "0"], "workers must be a whole number from 1", 2),
-        (["--out", "loop.h5"], "Too many levels of symbolic links", 2),
-        (["--out", "x.h5", "--workers", "-3"], "workers must be a whole number from 1", 2),
         (["--out", "x.h5", "--cluster", ""], "cluster must be an address like", 2),
         (["--out", "x.h5", "--cluster", "tcp://h:1", "--workers", "2"], "workers must not be given with cluster", 2),
-        (["--out", "x.h5", "--range", "tabor=1:2", "--range", "tabor=2:3"], "received 'tabor' twice", 2),
-        (["--out", "x.h5", "--shard", "4/5", "--count", "3"], "shards must be a whole number from 1 to 3", 2),
         (["--out", "x.h5", "--design-file", "."], "design file must be a file; received the folder", 2),
         (["--out", "x.h5", "--design-file", "absent.toml"], "design file not found", 2),
-        *(
-            (["--out", "x.h5", "--design-file", name], "count must be a whole number from 1 to 559872", 2)
-            for name in COUNTS
-        ),
+        (["--out", "x.h5", "--design-file", "text.toml"], "count must be a whole number from 1 to 559872", 2),
     ],
 )
 def test_bad_options_end_in_one_sentence(arguments, message, code, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    for name, count in COUNTS.items():
-        Path(name).write_text(f"count = {count}\n", encoding="utf-8")
-    if "loop.h5" in arguments:
-        Path("loop.h5").symlink_to("loop.h5")
+    Path("text.toml").write_text('count = "12"\n', encoding="utf-8")
+    Path("loop.h5").symlink_to("loop.h5")
     result = command("campaign", *arguments)
     assert (result.exit_code, message in result.stderr, result.stderr.count("\n")) == (code, True, 1), result.stderr
     assert len(result.stderr) < 1000
-    assert {path.name for path in tmp_path.iterdir()} - COUNTS.keys() == {"loop.h5"} & set(arguments)
+    assert {path.name for path in tmp_path.iterdir()} == {"loop.h5", "text.toml"}
 
 
-@pytest.mark.parametrize("harm", [lambda content: content[:5000], lambda content: content[512:], lambda _: b""])
+@pytest.mark.parametrize("harm", [lambda content: content[:5000], lambda content: content[:100], lambda _: b""])
 def test_a_damaged_file_is_replaced_where_asked(harm, undisturbed, tmp_path):
     out = tmp_path / "data.h5"
     out.write_bytes(harm(undisturbed.read_bytes()))
@@ -126,9 +112,14 @@ def test_design_file_and_options_together(tmp_path):
     assert [found["ranges"][name] for name in ("tabor", "dwell_time")] == [[1.0, 2.0], [1.0, 1.0]]
 
 
-def test_rate_line():
-    assert rate_line(10, 20, 0, 5.0) == "2.0 a second, none failed, 0:00:10 left"
-    assert rate_line(0, 20, 3, 0.0) == "3 failed"
+def test_a_terminal_shows_what_is_done_and_what_failed(monkeypatch):
+    shown = StringIO()
+    monkeypatch.setattr(shown, "isatty", lambda: True)
+    monkeypatch.setattr("sys.stderr", shown)
+    with progress_bar(20, "differ") as show:
+        show(3, 0)
+        show(13, 2)
+    assert "13/20\x1b[0m 2 differ, left: " in shown.getvalue()
 
 
 def test_failures_show_in_the_exit_status(tmp_path):

@@ -1,6 +1,7 @@
-"""Campaigns on disks that are full, and whose parts or folders are damaged or deleted."""
+"""Campaigns on full disks, with damaged or deleted parts, and beside other campaigns and files of the user."""
 
 import errno
+import json
 import os
 import shutil
 from collections import Counter
@@ -14,14 +15,7 @@ from bem.dataset.checkpoints import CampaignError
 from bem.dataset.file import load_dataset
 from bem.dataset.run import run_campaign
 from tests.bem.dataset import stand_in
-from tests.bem.dataset.helpers import (
-    HANG,
-    assert_same_numbers,
-    begun,
-    parts,
-    run_here,
-    start_command,
-)
+from tests.bem.dataset.helpers import HANG, assert_same_numbers, await_parts, begun, parts, run_here, start_command
 
 
 def test_failed_trajectories_are_computed_again_when_asked(mending):
@@ -114,22 +108,6 @@ def test_a_full_disk_ends_in_one_sentence_and_loses_nothing(room, plan, undistur
 
 
 @pytest.mark.usefixtures("in_this_process")
-@pytest.mark.parametrize("harm", ["truncate", "flip", "empty"])
-def test_a_damaged_part_is_computed_again(harm, plan, undisturbed, tmp_path, monkeypatch):
-    out = tmp_path / "data.h5"
-    begun(plan, out, monkeypatch)
-    path = parts(out)[0]
-    content = bytearray(path.read_bytes())
-    with np.load(path) as file:
-        size = len(file["index"])
-    content[len(content) // 2] ^= 1
-    path.write_bytes({"truncate": content[: len(content) // 2], "flip": content, "empty": b""}[harm])
-    summary = run_campaign(plan, out, solver=stand_in.solve)
-    assert (summary.damaged, summary.computed) == (1, size)
-    assert_same_numbers(out, undisturbed)
-
-
-@pytest.mark.usefixtures("in_this_process")
 def test_a_damaged_description_is_written_again(plan, undisturbed, tmp_path, monkeypatch):
     out = tmp_path / "data.h5"
     (path,) = begun(plan, out, monkeypatch).glob("campaign-*/campaign.json")
@@ -138,3 +116,57 @@ def test_a_damaged_description_is_written_again(plan, undisturbed, tmp_path, mon
         run_campaign(Campaign(count=7), out, solver=stand_in.solve)
     assert run_campaign(plan, out, solver=stand_in.solve).computed == 0
     assert_same_numbers(out, undisturbed)
+
+
+def test_two_campaigns_on_one_file_exclude_each_other(plan, tmp_path):
+    out = tmp_path / "data.h5"
+    process = start_command("campaign", "--count", 4000, "--seed", 4, "--native", "--workers", 2, "--out", out)
+    try:
+        await_parts(out, process, 1)
+        with pytest.raises(CampaignError, match="another campaign is writing"):
+            run_campaign(Campaign(count=4000, seed=4, native=True), out, solver=stand_in.slow)
+    finally:
+        process.kill()
+        process.communicate()
+    with pytest.raises(ValueError, match=r"another one is under way.*: count 4000 there and 120 here"):
+        run_campaign(plan, out, solver=stand_in.slow)
+
+
+@pytest.mark.usefixtures("in_this_process")
+def test_only_own_files_are_removed(plan, tmp_path, monkeypatch):
+    out = tmp_path / "data.h5"
+    (tmp_path / "data.h5.writing").write_text("mine", encoding="utf-8")
+    place = begun(plan, out, monkeypatch)
+    (own,) = place.glob("campaign-*")
+    (own / "notes.txt").write_text("x", encoding="utf-8")
+    (place / "lock").write_text("x", encoding="utf-8")
+    (place / "away").symlink_to("nowhere")
+    run_campaign(plan, out, solver=stand_in.solve)
+    assert sorted(path.name for path in place.rglob("*")) == sorted([own.name, "away", "lock", "notes.txt"])
+    assert (place / "lock").read_text(encoding="utf-8") == "x"
+    assert (tmp_path / "data.h5.writing").read_text(encoding="utf-8") == "mine"
+
+
+@pytest.mark.usefixtures("in_this_process")
+def test_a_part_that_outlives_its_file_is_removed(plan, undisturbed, tmp_path, monkeypatch):
+    out = tmp_path / "data.h5"
+    place = begun(plan, out, monkeypatch)
+    out.write_bytes(undisturbed.read_bytes())
+    assert run_campaign(plan, out, solver=stand_in.solve).computed == 0
+    assert not place.exists()
+
+
+@pytest.mark.usefixtures("in_this_process")
+def test_another_campaigns_parts_stay_until_the_one_that_replaces_it_is_complete(tmp_path, monkeypatch):
+    first, second = Campaign(count=40, seed=1), Campaign(count=40, seed=2)
+    out = tmp_path / "data.h5"
+    place = begun(first, out, monkeypatch)
+    kept = parts(out)
+    begun(second, out, monkeypatch)
+    assert set(kept) < set(parts(out))
+    assert {json.loads(path.read_text())["seed"] for path in place.glob("*/campaign.json")} == {1, 2}
+    assert run_campaign(first, out, solver=stand_in.solve).computed == 0
+    assert len(load_dataset(out)) == 40
+    assert place.exists()  # of the second, which may still continue
+    assert run_campaign(second, out, solver=stand_in.solve, replace=True).computed == 0
+    assert sorted(tmp_path.iterdir()) == [out]

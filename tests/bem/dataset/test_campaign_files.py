@@ -101,7 +101,7 @@ def replace(name, content):
         (attribute("campaign", 10**5 * "["), "cannot be read"),
         (put("protocols/tabor", 0.0, 3), "whose /protocols/tabor is not above zero"),
         (put("protocols/tabor", -1.0), "whose /protocols/tabor is not above zero"),
-        (put("protocols/dwell_time", -1.0, 3), "whose /protocols/dwell_time is below zero"),
+        (put("protocols/dwell_time", -1.0, 3), "whose /protocols/dwell_time is not zero or above"),
         (put("protocols/peak_indentation", np.nan, 3), "whose /protocols/peak_indentation is not finite"),
         (put("fms/force", np.nan, 3), "whose /fms/force is not finite in every completed trajectory"),
         (put("scalars/nodes", np.inf, 3), "whose /scalars/nodes is not finite in every completed trajectory"),

@@ -1,9 +1,7 @@
 """Campaigns of any scenes and protocols: what is computed, kept, resumed and read again."""
 
 import json
-import re
 from dataclasses import asdict, replace
-from pathlib import Path
 
 import h5py
 import numpy as np
@@ -25,7 +23,7 @@ from bem import (
 )
 from bem.dataset.cases import described, restored, with_nan
 from bem.dataset.file import load_dataset
-from bem.dataset.sealed_file import DamagedFileError, arrays
+from bem.dataset.sealed_file import DamagedFileError
 from bem.trajectory import Statistics
 from tests.bem.dataset import stand_in
 from tests.bem.dataset.helpers import run_here
@@ -87,21 +85,6 @@ def test_scalars_and_histories_are_read_by_any_hdf5_program(whole):
             assert json.loads(file["scene"].asstr()[row])["tabor"] == cases[row].scene.tabor
             assert "NaN" not in file["outcome"].asstr()[row]
         assert file.attrs["command"] == "made by hand"
-
-
-def test_the_documented_tree_is_the_files(whole):
-    text = (Path(__file__).parents[3] / "docs" / "cluster.md").read_text(encoding="utf-8")
-    documented = re.findall(r"^\| `/([a-z_/]+)` \| (\w+) \| (\([^|]*\)) \|", text, re.MULTILINE)
-    sizes = {"n": 60, "n + 1": 61}
-    with h5py.File(whole) as file:
-        sizes["m"] = int(file["native/offsets"][-1])
-        found = {
-            (path, "string" if h5py.check_string_dtype(item.dtype) else item.dtype.name, item.shape)
-            for path, item in arrays(file)
-        }
-        attributes = text[text.index("Attributes of the root") :].split("\n\n")[0]
-        assert set(re.findall(r"`([a-z_]+)`", attributes)) == set(file.attrs)
-    assert {(path, kind, (sizes[shape.strip("(),")],)) for path, kind, shape in documented} == found
 
 
 def test_an_interrupted_one_continues(whole, tmp_path):

@@ -81,7 +81,9 @@ def test_impossible_designs_are_refused(arguments, message):
         Design(**arguments)
 
 
-@pytest.mark.parametrize(("count", "seed"), [(0, 0), (True, 0), (1.5, 0), (559_873, 0), (1, -1), (1, 0.5)])
+@pytest.mark.parametrize(
+    ("count", "seed"), [(0, 0), (True, 0), (1.5, 0), (np.nan, 0), (10**30, 0), (559_873, 0), (1, -1), (1, 0.5)]
+)
 def test_impossible_counts_and_seeds_are_refused(count, seed):
     with pytest.raises(ValueError, match=r"must be a whole number from"):
         Design("paper").protocols(count, seed)

@@ -1,4 +1,4 @@
-"""docs/dataset.md says what a file holds; this compares the two."""
+"""docs/dataset.md and docs/cluster.md say what a file holds; this compares."""
 
 import re
 from pathlib import Path
@@ -6,40 +6,45 @@ from pathlib import Path
 import h5py
 import pytest
 
+from bem import Cases
 from bem.cli.design_options import read_design_file
 from bem.dataset.campaign import Campaign
+from bem.dataset.sealed_file import arrays
 from tests.bem.dataset import stand_in
 from tests.bem.dataset.helpers import run_here
 
 ROOT = Path(__file__).parents[3]
-TEXT = (ROOT / "docs" / "dataset.md").read_text(encoding="utf-8")
+TEXT, CASES = ((ROOT / "docs" / f"{name}.md").read_text(encoding="utf-8") for name in ("dataset", "cluster"))
+PLAN = Campaign(count=40, native=True)
 
 
 @pytest.fixture(scope="module")
 def path(tmp_path_factory):
-    path = tmp_path_factory.mktemp("data") / "dataset.h5"
-    run_here(Campaign(count=40, native=True), path, solver=stand_in.solve)
-    return path
+    return run_here(PLAN, tmp_path_factory.mktemp("data") / "dataset.h5", solver=stand_in.solve).path
 
 
-def test_the_documented_tree_is_the_files(path):
-    documented = {
-        name: (kind, shape.count(",") + 1 - shape.endswith(",)"))
-        for name, kind, shape in re.findall(r"^\| `/([a-z_/]+)` \| (\w+) \| (\([^|]*\)) \|", TEXT, re.MULTILINE)
-    }
-    found = {}
-
-    def visit(name, item):
-        if isinstance(item, h5py.Dataset):
-            found[name] = ("string" if h5py.check_string_dtype(item.dtype) else item.dtype.name, item.ndim)
-
-    with h5py.File(path) as file:
-        file.visititems(visit)
-        table = TEXT[TEXT.index("| Attribute |") : TEXT.index("The group `/fms`")]
-        cells = "".join(line.split("|")[1] for line in table.splitlines() if line.startswith("| `"))
-        assert set(re.findall(r"`(\w+)`", cells)) == set(file.attrs)
-        assert file["fms"].attrs["counts"].tolist() == [50, 20, 50]
-    assert documented == found
+@pytest.mark.parametrize(
+    ("text", "job", "solver", "attributes"),
+    [
+        (TEXT, PLAN, stand_in.solve, r"(?s)\| Attribute \|.*?The group `/fms`"),
+        (CASES, Cases(PLAN.cases_of(PLAN.indices)), stand_in.follow, r"(?s)Attributes of the root.*?\n\n"),
+    ],
+)
+def test_the_documented_tree_is_the_files(text, job, solver, attributes, tmp_path):
+    words = re.search(attributes, text)[0]
+    if words.startswith("| Attribute"):
+        words = "".join(line.split("|")[1] for line in words.splitlines() if line.startswith("| `"))
+    with h5py.File(run_here(job, tmp_path / "file.h5", solver=solver).path) as file:
+        sizes = {"n": 40, "n + 1": 41, "N": 120, "m": int(file["native/offsets"][-1])}
+        sizes["j"] = len(file["jumps/trajectory"]) if "jumps" in file else 0
+        found = {
+            (name, "string" if h5py.check_string_dtype(item.dtype) else item.dtype.name, item.shape)
+            for name, item in arrays(file)
+        }
+        assert set(re.findall(r"`([a-z_]+)`", words)) == set(file.attrs)
+        assert "fms" not in file or file["fms"].attrs["counts"].tolist() == [50, 20, 50]
+    rows = re.findall(r"^\| `/([a-z_/]+)` \| (\w+) \| \(([^|]*?),?\) \|", text, re.MULTILINE)
+    assert {(name, kind, tuple(sizes[one] for one in shape.split(", "))) for name, kind, shape in rows} == found
 
 
 def test_the_documented_python_runs(path):

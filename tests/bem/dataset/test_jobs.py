@@ -1,30 +1,21 @@
 import json
 import pickle
-import subprocess
-import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import bem.dataset.jobs
-from bem import LoadingProtocol, Scene, simulate
 from bem.dataset.campaign import Campaign
 from bem.dataset.checkpoints import CampaignError
 from bem.dataset.designs import Design
 from bem.dataset.file import load_dataset
-from bem.dataset.jobs import (
-    BATCHES_PER_WORKER,
-    LONGEST_BATCH,
-    SHARE_OF_REST,
-    batches_of,
-    expected_seconds,
-    results,
-)
+from bem.dataset.jobs import BATCHES_PER_WORKER, LONGEST_BATCH, SHARE_OF_REST, batches_of, expected_seconds, results
 from bem.dataset.run import run_campaign
 from bem.trajectory import Jump
 from tests.bem.dataset import stand_in
-from tests.bem.dataset.helpers import ROOT, Here
+from tests.bem.dataset.helpers import Here
 
 PRICE = json.loads((Path(__file__).parents[3] / "published" / "accuracy_price.json").read_text())["levels"]
 
@@ -77,28 +68,10 @@ def test_a_batch_travels_with_its_own_protocols_only():
         assert record["scalars/end_force"] == alone.end_force
 
 
-def test_a_worker_loads_the_solver_without_blas_and_leaves_that_to_others():
-    code = (
-        "import sys\n"
-        "from bem.dataset import executors\n"
-        "executors.own_process = True\n"
-        "solver = executors.warm_solver()\n"
-        "assert 'scipy.linalg' not in sys.modules\n"
-        "import scipy.linalg\n"
-        "from bem import LoadingProtocol, Scene\n"
-        "print(repr(float(solver(Scene(1.0), LoadingProtocol(**PROTOCOL)).pull_off_force)))\n"
-    )
-    protocol = {"peak_indentation": 2.0, "loading_rate": 1.0, "dwell_time": 0.0, "unloading_rate": 1.0}
-    command = [sys.executable, "-c", code.replace("PROTOCOL", repr(protocol))]
-    found = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
-    assert float(found) == simulate(Scene(1.0), LoadingProtocol(**protocol)).pull_off_force
-
-
+@pytest.mark.usefixtures("in_this_process")
 def test_where_the_work_was_done_is_recorded(tmp_path, monkeypatch):
     places = iter([{"host": "A", "versions": {"numpy": "1"}}, {"host": "B", "versions": {"numpy": "1"}}] * 500)
     monkeypatch.setattr(bem.dataset.jobs, "origin", lambda: next(places))
-
-    monkeypatch.setattr("bem.dataset.run.LocalExecutor", Here)
     run_campaign(Campaign(count=60, seed=4), tmp_path / "data.h5", solver=stand_in.solve)
     attributes = load_dataset(tmp_path / "data.h5").attributes
     assert (attributes["host"], attributes["versions"]) == (["A", "B"], {"numpy": "1"})
@@ -113,22 +86,17 @@ def test_workers_with_another_solver_end_the_campaign(plan):
         next(results(plan, plan.indices, Other(), stand_in.solve))
 
 
-@pytest.mark.parametrize("spoilt", ["force", "nodes", "jumps", "contact_radius"])
+@pytest.mark.parametrize("spoilt", ["force", "stats", "jumps", "contact_radius"])
 def test_numbers_that_are_not_finite_are_a_failure_and_reach_no_file(spoilt, plan):
-    class NoRadius(stand_in.History):
-        contact_radius = property(lambda self: np.full(len(self.time), np.nan))
-
     def solver(*arguments, accuracy):
         history = stand_in.solve(*arguments)
-        if spoilt == "force":
-            history.force[3] = np.inf
-        elif spoilt == "nodes":
-            history.stats.nodes = np.inf
-        elif spoilt == "jumps":
-            history.jumps = (Jump(0.5, np.nan, 1.0, 2.0, 0.0, 0.0),)
-        else:
-            history = NoRadius(**vars(history))
-        return history
+        bad = {
+            "force": np.where(np.arange(len(history.time)) == 3, np.inf, history.force),
+            "stats": replace(history.stats, nodes=np.inf),
+            "jumps": (Jump(history.time[5], np.nan, 1.0, 2.0, 0.0, 0.0),),
+            "contact_radius": np.full(len(history.time), np.nan),
+        }
+        return replace(history, **{spoilt: bad[spoilt]})
 
     (case,) = plan.cases_of(np.array([0]))
     assert plan.simulated(0, case, stand_in.solve)["reason"] == ""

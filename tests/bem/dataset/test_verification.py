@@ -6,14 +6,12 @@ from bem.dataset.file import load_dataset
 from bem.dataset.records import RESULTS, SCALARS
 from bem.dataset.verification import JUDGED, differences, verify
 from tests.bem.dataset import stand_in
-from tests.bem.dataset.helpers import Here, altered, command, put
+from tests.bem.dataset.helpers import altered, command, put
 
 ALLOWED = 8e-3
 
 
-@pytest.fixture(autouse=True)
-def in_this_process(monkeypatch):
-    monkeypatch.setattr("bem.dataset.verification.LocalExecutor", Here)
+pytestmark = pytest.mark.usefixtures("in_this_process")
 
 
 def scaled(name, factor):
