@@ -1,4 +1,4 @@
-"""Output files of a command: reserved before the work, and after it either complete or unchanged.
+"""Output files of a command: reserved before the work, and after it all complete or all unchanged.
 
 A place that cannot be written is refused before anything is computed, and every error names the path the user gave. A
 name that becomes the name of a file or a folder must be plain, so that it cannot lead to another folder.
@@ -59,9 +59,8 @@ class Outputs:
     def __exit__(self, kind: type[BaseException] | None, _: BaseException | None, __: TracebackType | None) -> None:
         with whole:
             try:
-                for path, part in self._parts.items() if kind is None else ():
-                    with _refusals(path):
-                        part.replace(self._targets[path])
+                if kind is None:
+                    self._settle()
             finally:
                 self._discard()
 
@@ -77,7 +76,9 @@ class Outputs:
 
     def forgo(self, path: Path) -> None:
         """Write nothing to `path` after all; what was there before stays."""
-        if part := self._parts.pop(path, None):
+        self._targets.pop(path, None)
+        part = self._parts.pop(path, None)
+        if part is not None:
             part.unlink(missing_ok=True)
 
     def _reserve(self, path: Path) -> None:
@@ -93,11 +94,35 @@ class Outputs:
                 target.stat()
             # Short, so that only the name the user chose can be too long.
             part = target.with_name(f".{secrets.token_hex(4)}.part{target.suffix}")
-            with suppress(FileNotFoundError):
-                target.lstat()  # the system refuses such a name
+            _try_name(target)
             with whole:
                 part.touch(exist_ok=False)
                 self._targets[path], self._parts[path] = target, part
+
+    def _settle(self) -> None:
+        done: list[tuple[Path, Path | None]] = []
+        try:
+            for path, part in self._parts.items():
+                with _refusals(path):
+                    done.append((self._targets[path], self._set_aside(path)))
+                    part.replace(self._targets[path])
+        except ValueError:
+            for target, former in done:
+                if former is None:
+                    target.unlink(missing_ok=True)
+                else:
+                    former.replace(target)
+            raise
+        for _, former in done:
+            if former is not None:
+                former.unlink(missing_ok=True)
+
+    def _set_aside(self, path: Path) -> Path | None:
+        """Rename what a file will replace, so that it can come back; a single file is replaced at once."""
+        target, part = self._targets[path], self._parts[path]
+        if len(self._parts) == 1 or not target.exists():
+            return None
+        return target.replace(part.with_name(f"{part.name}.former"))
 
     def _discard(self) -> None:
         for part in self._parts.values():
@@ -154,8 +179,13 @@ def require_output(path: str | Path) -> None:
     Raises:
         ValueError: `path` is a directory, lies in none, or cannot be written.
     """
-    with whole, Outputs(Path(path)) as outputs:
-        outputs.forgo(Path(path))
+    path = Path(path)
+    outputs = Outputs(path)
+    with whole:
+        try:
+            outputs._reserve(path)
+        finally:
+            outputs._discard()
 
 
 def require_suffix(path: str | Path | None, suffixes: tuple[str, ...]) -> None:
@@ -185,6 +215,14 @@ def plain_name(name: str, what: str) -> str:
             f"'-'; received {reprlib.repr(name)}"
         )
     return name
+
+
+def _try_name(target: Path) -> None:
+    """Raise the error of the operating system for a name that it does not accept."""
+    try:
+        target.lstat()
+    except FileNotFoundError:
+        return
 
 
 @contextmanager

@@ -44,13 +44,22 @@ def test_several_files_appear_together(tmp_path, monkeypatch):
     write_both(first, second, ("three", "four"))
     assert listing(tmp_path) == {"a.csv": "three", "b.png": "four"}
 
+    # The second refuses to take its place after the first has.
+    replace = Path.replace
+
     def refuse(self, target):
-        raise PermissionError(errno.EACCES, "Permission denied", str(self))
+        if Path(target) == second and ".former" not in self.name:
+            raise PermissionError(errno.EACCES, "Permission denied", str(self))
+        return replace(self, target)
 
     monkeypatch.setattr(Path, "replace", refuse)
-    with pytest.raises(ValueError, match=r"written; received .*a\.csv \(Permission denied\)"):
+    with pytest.raises(ValueError, match=r"written; received .*b\.png \(Permission denied\)"):
         write_both(first, second, ("five", "six"))
     assert listing(tmp_path) == {"a.csv": "three", "b.png": "four"}
+    first.unlink()
+    with pytest.raises(ValueError, match="Permission denied"):
+        write_both(first, second, ("five", "six"))
+    assert listing(tmp_path) == {"b.png": "four"}
 
 
 def test_places_that_cannot_be_written(tmp_path):
