@@ -21,7 +21,16 @@ from bem._support.wording import shortened
 from bem.dataset.checks import InconsistentError, faults_of_attributes, faults_of_dataset, require
 from bem.dataset.designs import QUANTITIES
 from bem.dataset.records import COMPLETED, SCALARS, Columns, grid_of
-from bem.dataset.sealed_file import BLOCK, FORMAT, FORMAT_VERSION, DamagedFileError, arrays, open_dataset, seal
+from bem.dataset.sealed_file import (
+    BLOCK,
+    FORMAT,
+    FORMAT_VERSION,
+    SEALED,
+    DamagedFileError,
+    arrays,
+    open_dataset,
+    seal,
+)
 
 SUFFIXES = (".h5", ".hdf5")
 """Suffixes of a data set file."""
@@ -100,7 +109,7 @@ def write_file(
     """
     # In memory first, because the HDF5 library crashes on a full disk.
     memory = BytesIO()
-    kind = {"format": form, "format_version": FORMAT_VERSION, "sealed": 1}
+    kind = {"format": form, "format_version": FORMAT_VERSION, SEALED: 1}
     with h5py.File(memory, "w", userblock_size=BLOCK) as file:
         for name, value in (kind | dict(attributes)).items():
             file.attrs[name] = json.dumps(value) if isinstance(value, dict | list) else value

@@ -6,9 +6,14 @@ never sees them. The block is text, filled up with zero bytes:
 
     viscoelastic-contact-dataset: SHA-256 sum of all bytes after the first 512
     9f86d081...
+
+The earliest files have no seal: they have HDF5's own checksums, and a file `SHA256SUMS` beside them states their sums.
 """
 
 import hashlib
+import mmap
+import re
+import struct
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -23,6 +28,8 @@ FORMAT, FORMAT_VERSION = "viscoelastic-contact-dataset", 1
 BLOCK = 512
 """Size of the first block in bytes, the smallest that HDF5 allows."""
 TITLE = f"viscoelastic-contact-dataset: SHA-256 sum of all bytes after the first {BLOCK}\n".encode()
+SEALED = "sealed"
+"""Root attribute of sealed files; it reveals a file that has lost its first block."""
 LARGEST_RATIO = 1100
 """Largest compression ratio of HDF5's gzip filter; an array that claims more bytes cannot be in the file."""
 _HDF5 = b"\x89HDF\r\n\x1a\n"
@@ -57,11 +64,12 @@ def open_dataset(path: str | Path, form: str = FORMAT) -> Iterator[h5py.File]:
     damaged = DamagedFileError(f"{received}, which is truncated or damaged")
     try:
         with path.open("rb") as content:
-            # A file that is cut within the title is a damaged one.
-            if not TITLE.startswith(_begin(content, len(TITLE))):
-                raise ValueError(f"{received}, which is not sealed as one, or damaged at its beginning")
-            intact = _begin(content, BLOCK) == _block(content)
-            if not intact and _is_written_to(content):
+            # A file that is cut within these first bytes counts too.
+            sealed, hdf5 = (mark.startswith(_begin(content, len(mark))) for mark in (TITLE, _HDF5))
+            if not sealed and not hdf5:
+                raise ValueError(f"{received}, which is not HDF5, or damaged at its beginning")
+            intact = _begin(content, BLOCK) == _block(content) if sealed else _may_be_opened(content, path)
+            if not intact and _is_written_to(content, BLOCK if sealed else 0):
                 raise ValueError(f"{received}, which another program is writing or has not finished")
     except PermissionError as error:
         raise ValueError(f"{received}, which may not be read") from error
@@ -69,17 +77,23 @@ def open_dataset(path: str | Path, form: str = FORMAT) -> Iterator[h5py.File]:
         raise damaged
     try:
         file = h5py.File(path, "r")
-        found, number = file.attrs.get("format"), file.attrs.get("format_version")
     except BlockingIOError as error:  # another program holds the lock that the HDF5 library takes on what it writes
         raise ValueError(f"{received}, which another program is writing") from error
     except Exception as error:  # on a damaged file the library may raise any error
         raise damaged from error
     with file:
+        try:
+            found, number = file.attrs.get("format"), file.attrs.get("format_version")
+            lost = not sealed and SEALED in file.attrs
+        except Exception as error:
+            raise damaged from error
         if not isinstance(found, str) or found != form:
             raise ValueError(f"{received}, an HDF5 file of another kind")
         if not isinstance(number, np.integer) or number != FORMAT_VERSION:
             number = number.item() if isinstance(number, np.generic) else number
             raise ValueError(f"{received}, which is of version {shown(number)}")
+        if lost:
+            raise damaged
         yield file
 
 
@@ -122,7 +136,39 @@ def _block(content: BinaryIO) -> bytes:
     return (TITLE + digest.hexdigest().encode() + b"\n").ljust(BLOCK, b"\0")
 
 
-def _is_written_to(content: BinaryIO) -> bool:
-    """Whether the HDF5 library has marked a file as open for writing, in the superblock behind the first block."""
-    superblock = _begin(content, BLOCK + 24)[BLOCK:]
+def _is_written_to(content: BinaryIO, first_block: int) -> bool:
+    """Whether the HDF5 library has marked a file as open for writing, in the superblock behind a free first block."""
+    superblock = _begin(content, first_block + 24)[first_block:]
     return superblock.startswith(_HDF5) and len(superblock) == 24 and superblock[20 if superblock[8] < 2 else 11] == 1
+
+
+def _may_be_opened(content: BinaryIO, path: Path) -> bool:
+    """Whether a file without a seal has its published sum or, without one, does not hang the HDF5 library."""
+    published = _published_sum(path)
+    if published is not None:
+        content.seek(0)
+        return hashlib.file_digest(content, "sha256").hexdigest() == published
+    return not _hangs(content)
+
+
+def _published_sum(path: Path) -> str | None:
+    """The sum that a file `SHA256SUMS` beside a file states for it; `None` where there is none."""
+    try:
+        lines = path.with_name("SHA256SUMS").read_text(encoding="utf-8").splitlines()
+    except (OSError, ValueError):
+        return None
+    return next((line.split()[0] for line in lines if line.split()[1:] == [path.name]), None)
+
+
+def _hangs(content: BinaryIO) -> bool:
+    """Whether a global heap, where HDF5 keeps text, has an object of size zero, at which the library loops for ever."""
+    with mmap.mmap(content.fileno(), 0, access=mmap.ACCESS_READ) as image:
+        for heap in re.finditer(rb"GCOL\x01\0\0\0", image):
+            at, end = heap.start() + 16, heap.start() + int.from_bytes(image[heap.end() : heap.end() + 8], "little")
+            while at + 16 <= min(end, len(image)):
+                number, size = struct.unpack("<H6xQ", image[at : at + 16])
+                step = (16 + (size + 7) // 8 * 8) % 2**64 if number else size
+                if step == 0:
+                    return True
+                at += step
+    return False

@@ -35,11 +35,11 @@ def edited(change):
     [
         (lambda *_: None, "data set file not found"),
         (lambda path, _: path.mkdir(), "received the folder"),
-        (lambda path, _: path.write_text("not HDF5\n", encoding="utf-8"), "not sealed as one"),
+        (lambda path, _: path.write_text("not HDF5\n", encoding="utf-8"), "not HDF5"),
         (lambda path, content: path.write_bytes(content[:20_000]), "truncated or damaged"),
         (edited(reformat(0)), "which is of version 0"),
         (edited(reformat("1")), "which is of version '1'"),
-        (foreign, "not sealed as one"),
+        (foreign, "an HDF5 file of another kind"),
     ],
 )
 def test_files_that_are_no_data_sets(make, message, undisturbed, tmp_path):
@@ -89,7 +89,7 @@ def test_bad_options_end_in_one_sentence(arguments, message, code, tmp_path, mon
     assert {path.name for path in tmp_path.iterdir()} == {"loop.h5", "text.toml"}
 
 
-@pytest.mark.parametrize("harm", [lambda content: content[:5000], lambda content: content[:100], lambda _: b""])
+@pytest.mark.parametrize("harm", [lambda content: content[:5000], lambda content: content[512:], lambda _: b""])
 def test_a_damaged_file_is_replaced_where_asked(harm, undisturbed, tmp_path):
     out = tmp_path / "data.h5"
     out.write_bytes(harm(undisturbed.read_bytes()))

@@ -10,10 +10,9 @@ import numpy as np
 import pytest
 
 from bem.dataset.file import load_dataset
-from bem.dataset.sealed_file import BLOCK, DamagedFileError, open_dataset
+from bem.dataset.sealed_file import BLOCK, SEALED, DamagedFileError, open_dataset
 from surrogate.data.dataset import TrajectoryDataset
-from tests.bem.dataset.helpers import altered
-from tests.data_files import damaged
+from tests.data_files import damaged, editing, unsealed
 
 PUBLISHED = Path(__file__).parents[3] / "published" / "dataset.h5"
 FUZZ = """
@@ -56,21 +55,56 @@ def test_the_sum_in_the_first_block_is_that_of_the_rest(undisturbed):
     assert digest.decode() == hashlib.sha256(content[BLOCK:]).hexdigest()
     assert not rest.strip(b"\0")
     with h5py.File(undisturbed) as file:
-        assert (file.userblock_size, file.attrs["sealed"]) == (BLOCK, 1)
+        assert (file.userblock_size, file.attrs[SEALED]) == (BLOCK, 1)
 
 
-def test_a_file_without_its_first_block_is_refused(undisturbed, tmp_path):
+def test_a_file_without_its_first_block_is_not_taken_for_an_old_one(undisturbed, tmp_path):
     path = tmp_path / "data.h5"
     path.write_bytes(undisturbed.read_bytes()[BLOCK:])
     with h5py.File(path) as file:
         assert len(file["index"]) == 120
-    with pytest.raises(ValueError, match="which is not sealed as one, or damaged at its beginning"):
+    with pytest.raises(DamagedFileError, match="truncated or damaged"):
         load_dataset(path)
+
+
+def test_files_of_the_first_writers_are_read(undisturbed, tmp_path):
+    path = unsealed(undisturbed, tmp_path / "old.h5")
+    found, expected = load_dataset(path, native=True), load_dataset(undisturbed, native=True)
+    assert found.columns.keys() == expected.columns.keys()
+    for name, values in expected.columns.items():
+        np.testing.assert_array_equal(found.columns[name], values)
+    assert TrajectoryDataset.load(path).sha256 == TrajectoryDataset.load(undisturbed).sha256
 
 
 def test_the_published_file_is_the_one_models_were_trained_on():
     found = TrajectoryDataset.load(PUBLISHED)
     assert found.sha256 == "a8108732dbfcd7ea64fe9a88fbd16d06bb0ff632fdfa3f3fb03347a9501e7586"
+
+
+def test_an_old_file_beside_its_sum_is_the_one_that_was_published(undisturbed, tmp_path):
+    import hashlib
+
+    path = unsealed(undisturbed, tmp_path / "dataset.h5")
+    line = f"{hashlib.sha256(path.read_bytes()).hexdigest()}  dataset.h5"
+    (tmp_path / "SHA256SUMS").write_text(f"{'0' * 64}  other\n{line}\n", encoding="utf-8")
+    assert len(load_dataset(path)) == 120
+    with h5py.File(path, "r+") as file:
+        file["scalars/steps"][3] += 1
+    with pytest.raises(DamagedFileError, match="truncated or damaged"):
+        load_dataset(path)
+    (tmp_path / "SHA256SUMS").write_bytes(b"\n\xff")
+    assert len(load_dataset(path)) == 120
+
+
+def test_a_heap_at_which_the_library_hangs_is_refused(undisturbed, tmp_path):
+    content = bytearray(unsealed(undisturbed, tmp_path / "old.h5").read_bytes())
+    heap = content.index(b"GCOL\x01\0\0\0")
+    content[heap + 16 : heap + 600] = bytes(584)
+    path = tmp_path / "damaged.h5"
+    path.write_bytes(content)
+    code = f"from bem.dataset.file import load_dataset\nload_dataset({str(path)!r})"
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert "DamagedFileError: expected a data set" in result.stderr
 
 
 def outside(file, folder):
@@ -106,6 +140,7 @@ def hollow(file, folder):
     file.create_dataset("scalars/end_force", (2**40,), dtype="f8", chunks=(1024,))
 
 
+@pytest.mark.parametrize("sealed", [True, False])
 @pytest.mark.parametrize(
     ("harm", "words"),
     [
@@ -116,8 +151,15 @@ def hollow(file, folder):
         (hollow, "/scalars/end_force claims 8796093022208 bytes, more than the file can hold"),
     ],
 )
-def test_a_file_that_leads_elsewhere_is_refused(harm, words, undisturbed, tmp_path):
-    path = altered(undisturbed, tmp_path, lambda file: harm(file, tmp_path))
+def test_a_file_that_leads_elsewhere_is_refused(harm, words, sealed, undisturbed, tmp_path):
+    path = tmp_path / "altered.h5"
+    if sealed:
+        path.write_bytes(undisturbed.read_bytes())
+        with editing(path) as file:
+            harm(file, tmp_path)
+    else:
+        with h5py.File(unsealed(undisturbed, path), "r+") as file:
+            harm(file, tmp_path)
     for read in (load_dataset, TrajectoryDataset.load):
         with pytest.raises(DamagedFileError, match=rf"received '.*altered\.h5', which cannot be read \({words}\)"):
             read(path)
