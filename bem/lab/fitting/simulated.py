@@ -58,8 +58,8 @@ def search(problem: Regression, starts: Iterable[Mapping[str, float]], accuracy:
         # The valley of parameters that trade off is bent and uneven: a search from further along it may end lower.
         for _ in range(_AGAIN):
             before, along = best.misfit, _ALONG * best.valley()
-            others = [_ended(problem, best.x + each) for each in (-along, along)]
-            best = min([best, *others], key=lambda run: run.misfit)
+            further = [_ended(problem, best.x + each) for each in (-along, along)]
+            best = min([best, *further], key=lambda run: run.misfit)
             if best.misfit > _LOWER * before:
                 break
     spent = problem.options["budget"][0] < 0.0
