@@ -9,9 +9,12 @@ starts and ends at the expected indentation. Units as in `bem.protocol`.
 
 from __future__ import annotations
 
-import numpy as np
+from dataclasses import dataclass, replace
 
-from surrogate.prediction.fitted_protocol import FittedProtocol
+import numpy as np
+from scipy.optimize import least_squares
+
+from bem.dataset.measurement_steps import FMS, measurement_grid
 
 EXACT = 1e-6
 """Largest residual in an exact history, as a fraction of the range of the indentations; it allows for rounding."""
@@ -27,6 +30,86 @@ FEWEST_POINTS = 4
 """Smallest number of points in a ramp, to determine its rate."""
 CANDIDATES, DECIMATED, BLOCKS = 32, 1000, 24
 """Points in the first grid of the search, largest number of points it evaluates, and blocks for `LARGEST_BEND`."""
+
+
+@dataclass(frozen=True)
+class FittedProtocol:
+    """A path of two straight ramps with a dwell between them.
+
+    Args:
+        corners: Times of start, first and last point of the dwell, and end, shape `(4,)`. Without a dwell, the two in
+            the middle are equal.
+        start_indentation: Indentation at the start.
+        peak_indentation: Indentation during the dwell.
+        end_indentation: Indentation at the end.
+        residual: Root mean square difference between the indentations of the history and the path.
+        exact: Whether the points of the history lie on the path up to rounding.
+    """
+
+    corners: np.ndarray
+    start_indentation: float
+    peak_indentation: float
+    end_indentation: float
+    residual: float
+    exact: bool
+
+    @property
+    def loading_rate(self) -> float:
+        """Rate of indentation in loading."""
+        return float((self.peak_indentation - self.start_indentation) / (self.corners[1] - self.corners[0]))
+
+    @property
+    def dwell_time(self) -> float:
+        """Duration of the dwell."""
+        return float(self.corners[2] - self.corners[1])
+
+    @property
+    def unloading_rate(self) -> float:
+        """Rate of indentation in unloading, as a positive number."""
+        return float((self.peak_indentation - self.end_indentation) / (self.corners[3] - self.corners[2]))
+
+    @property
+    def travel(self) -> float:
+        """Difference between the peak and the lowest indentation."""
+        return self.peak_indentation - min(self.start_indentation, self.end_indentation)
+
+    def with_dwell(self, dwell_time: float) -> FittedProtocol:
+        """Return the path with a longer dwell of the same middle.
+
+        Each ramp gives at most a tenth of its duration to the dwell, which may then be shorter than `dwell_time`.
+        """
+        begin, first, second, end = self.corners
+        half = 0.5 * (dwell_time - self.dwell_time)
+        first, second = first - min(half, 0.1 * (first - begin)), second + min(half, 0.1 * (end - second))
+        return replace(self, corners=np.array([begin, first, second, end]))
+
+    def summary(self) -> dict[str, float]:
+        """Return the quantities of the protocol and the residual by name, ready for JSON."""
+        names = ("start_indentation", "peak_indentation", "end_indentation", "loading_rate", "dwell_time")
+        return {name: float(getattr(self, name)) for name in (*names, "unloading_rate", "residual")}
+
+    def levels(self) -> np.ndarray:
+        """Return the indentations at the corners, shape `(4,)`."""
+        return np.array([self.start_indentation, *[self.peak_indentation] * 2, self.end_indentation])
+
+    def measurement_steps(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return times and indentations of the fixed measurement steps, each of shape `(120,)`.
+
+        Raises:
+            ValueError: the path has no dwell.
+        """
+        unit = {"tabor": 1.0, "start_indentation": 0.0, "peak_indentation": 1.0}
+        rates = {"loading_rate": 1.0, "dwell_time": float(self.dwell_time > 0.0), "unloading_rate": 1.0}
+        (phase,), _ = measurement_grid(**unit, **rates, counts=FMS)
+        return np.interp(phase, range(4), self.corners), np.interp(phase, range(4), self.levels())
+
+    def words(self) -> str:
+        """Return the path and its residual as one line of text."""
+        return (
+            f"from {self.start_indentation:.4g} to {self.peak_indentation:.4g} at {self.loading_rate:.4g}, dwell "
+            f"{self.dwell_time:.4g}, to {self.end_indentation:.4g} at {self.unloading_rate:.4g}; the points differ by "
+            f"{self.residual:.2g} (rms), {100.0 * self.residual / self.travel:.2g} % of its travel"
+        )
 
 
 class NotOneCycleError(ValueError):
@@ -105,36 +188,27 @@ def _where_sampling_changes(times: np.ndarray) -> np.ndarray | None:
     return changes[[0, -1]].astype(np.float64) if 1 <= changes.size <= 2 else None
 
 
-def _hats(times: np.ndarray, first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the weights of start and end at all times, each `(pairs, steps)`, for corners of shape `(pairs, 1)`."""
-    start = np.clip((first - times) / (first - times[0]), 0.0, 1.0)
-    end = np.clip((times - second) / (times[-1] - second), 0.0, 1.0)
-    return start, end
-
-
-def _levels(
-    start: np.ndarray, end: np.ndarray, indentations: np.ndarray, ends: float | None
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return least-squares levels of start, peak and end, `(pairs, 3)`, and residuals of points, `(pairs, steps)`."""
-    peak = 1.0 - start - end
-    if ends is not None:
-        rest = indentations - ends * (start + end)
-        height = (peak * rest).sum(axis=-1) / (peak * peak).sum(axis=-1)
-        levels = np.stack([np.full_like(height, ends), height, np.full_like(height, ends)], axis=-1)
-    else:
-        basis = np.stack([start, peak, end], axis=-1)
-        moments = np.swapaxes(basis, -1, -2) @ basis
-        levels = np.linalg.solve(moments, np.swapaxes(basis, -1, -2) @ indentations[:, np.newaxis])[..., 0]
-    path = start * levels[:, :1] + peak * levels[:, 1:2] + end * levels[:, 2:]
-    return levels, indentations - path
-
-
-def _residuals(
+def _solved(
     times: np.ndarray, indentations: np.ndarray, places: np.ndarray, ends: float | None = None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the times of corners at real-valued indices, both `(pairs, 2)`, and the result of `_levels`."""
+    """Fit the levels of start, peak and end to pairs of corners at real-valued indices of points, `(pairs, 2)`.
+
+    Returns the times of the corners, `(pairs, 2)`, the levels, `(pairs, 3)`, of which `ends` fixes two, and the
+    residuals of all points, `(pairs, steps)`.
+    """
     corners = np.interp(places, np.arange(len(times)), times)
-    return corners, *_levels(*_hats(times, corners[:, :1], corners[:, 1:]), indentations, ends)
+    first, second = corners[:, :1], corners[:, 1:]
+    start = np.clip((first - times) / (first - times[0]), 0.0, 1.0)
+    end = np.clip((times - second) / (times[-1] - second), 0.0, 1.0)
+    peak = 1.0 - start - end
+    basis = np.stack([start, peak, end] if ends is None else [peak], axis=-1)
+    rest = (indentations - (0.0 if ends is None else ends * (start + end)))[..., np.newaxis]
+    turned = np.swapaxes(basis, -1, -2)
+    levels = np.linalg.solve(turned @ basis, turned @ rest)
+    residuals = (rest - basis @ levels)[..., 0]
+    if ends is not None:
+        levels = np.pad(levels, ((0, 0), (1, 1), (0, 0)), constant_values=ends)
+    return corners, levels[..., 0], residuals
 
 
 def _nearest_points(times: np.ndarray, indentations: np.ndarray) -> np.ndarray:
@@ -149,7 +223,7 @@ def _nearest_points(times: np.ndarray, indentations: np.ndarray) -> np.ndarray:
     while True:
         pairs = np.array([(one, two) for one in np.unique(firsts) for two in np.unique(seconds) if one <= two])
         inside = np.clip(at[pairs], 1, len(kept) - 2).astype(np.float64)
-        _, _, residuals = _residuals(times[kept], depth, inside)
+        _, _, residuals = _solved(times[kept], depth, inside)
         best = pairs[int(np.argmin((residuals**2).sum(axis=-1)))]
         if step == 1:
             return best.astype(np.float64)
@@ -162,11 +236,10 @@ def _between_points(
     times: np.ndarray, indentations: np.ndarray, place: np.ndarray, ends: float | None = None
 ) -> np.ndarray:
     """Return real-valued indices of the corners with the least sum of squares, starting from `place`."""
-    from scipy.optimize import least_squares
 
     def residuals(found: np.ndarray) -> np.ndarray:
         places = np.array([[found[0], min(found[0] + found[1], len(times) - 2.0)]])
-        return _residuals(times, indentations, places, ends)[2][0]
+        return _solved(times, indentations, places, ends)[2][0]
 
     last = len(times) - 2.0
     begin = np.clip([place[0], place[1] - place[0]], [1.0, 0.0], [last, last])
@@ -176,7 +249,7 @@ def _between_points(
 
 
 def _path(times: np.ndarray, indentations: np.ndarray, place: np.ndarray, ends: float | None = None) -> FittedProtocol:
-    corners, levels, residuals = _residuals(times, indentations, place[np.newaxis], ends)
+    corners, levels, residuals = _solved(times, indentations, place[np.newaxis], ends)
     start, peak, end = levels[0].tolist()
     return FittedProtocol(
         corners=np.array([times[0], *corners[0], times[-1]]),
