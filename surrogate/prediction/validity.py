@@ -139,21 +139,17 @@ def bounds_of(ranges: dict[str, Any], tabor: Any) -> dict[str, tuple[Any, Any]]:
     }
 
 
-def worst(found: Iterable[Excess]) -> list[str]:
-    """Return, for each quantity, the value farthest outside its range, as text."""
-    return [excess.words(int(excess.beyond.argmax())) for excess in found]
-
-
-def warn_of_extrapolation(name: str, found: list[Excess]) -> None:
+def warn_of_extrapolation(name: str, found: list[Excess], where: str = "") -> None:
     """Issue one `ExtrapolationWarning` for all excesses, if there are any, at the caller of the calling method.
 
     Args:
         name: Name of the model.
-        found: What `excesses` returned.
+        found: What `excesses` returned; of each quantity, the value farthest outside is named.
+        where: What lies outside, in words; by default the model.
     """
     if found:
-        words = worst(found)
-        message = f"{name} extrapolates beyond its training: {'; '.join(words)}. Advice: {advice(words)}"
+        words = [excess.words(int(excess.beyond.argmax())) for excess in found]
+        message = f"{where or f'{name} extrapolates beyond its training'}: {'; '.join(words)}. Advice: {advice(words)}"
         warnings.warn(message, ExtrapolationWarning, stacklevel=3)
 
 
