@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import onnx
-from onnx import TensorProto, helper, numpy_helper
+from onnx import TensorProto, numpy_helper
 
 from surrogate.data.features import NEEDS_MATERIAL, channel_names
 from surrogate.data.scaling import Scaling
@@ -36,6 +36,9 @@ from surrogate.export.onnx_graph import OnnxGraph
 if TYPE_CHECKING:
     import keras
 
+MATRIX = ["batch", "steps"]
+HISTORY = {"times": MATRIX, "indentations": MATRIX, "tabor": ["batch"], "edge": MATRIX}
+"""Shapes of the inputs and of the output of a complete file."""
 DIGITS = 9
 """Digits of the bands, which are float32."""
 
@@ -72,7 +75,7 @@ def file_content(
         "dataset_sha256": scaling.dataset_sha256,
         "weights_sha256": weights_sha256,
     }
-    content = checked_model(graph.finish(name), metadata)
+    content = checked_model(graph.finish(name, HISTORY, MATRIX), metadata)
     return sealed(content.SerializeToString(deterministic=True))
 
 
@@ -93,10 +96,8 @@ def network_content(model: keras.Model, features: str, name: str) -> bytes:
     graph, width = OnnxGraph(), len(channel_names(features)) + 1
     force = add_network(graph, model, graph.add("Transpose", "inputs", perm=[1, 0, 2]), "", appended=True)
     graph.add("Squeeze", graph.add("Transpose", force, perm=[1, 0, 2]), graph.integers([2]), output="force")
-    shapes = {"inputs": ["steps", "batch", width], "force": ["steps", "batch"]}
-    taken, given = (helper.make_tensor_value_info(key, TensorProto.FLOAT, shape) for key, shape in shapes.items())
-    stored = [numpy_helper.from_array(values, key) for key, values in graph.initializers.items()]
-    made = checked_model(helper.make_graph(graph.nodes, name, [taken], [given], initializer=stored))
+    inputs = {"inputs": ["steps", "batch", width]}
+    made = checked_model(graph.finish(name, inputs, ["steps", "batch"], TensorProto.FLOAT))
     return made.SerializeToString(deterministic=True)
 
 
@@ -126,7 +127,7 @@ def banded_file(
         "counts": json.dumps([int(count) for count in counts]),
         "bands": json.dumps({key: _rounded(values) for key, values in bands.items()}, separators=(",", ":")),
     }
-    content = checked_model(graph.finish(name, more={RATIO: ["batch"]}), metadata)
+    content = checked_model(graph.finish(name, HISTORY | {RATIO: ["batch"]}, MATRIX), metadata)
     return sealed(content.SerializeToString(deterministic=True))
 
 
