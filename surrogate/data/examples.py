@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,10 +29,10 @@ class Examples:
     def __len__(self) -> int:
         return len(self.sequence)
 
-    def joined(self, more: Examples) -> Examples:
-        """Return these examples followed by others."""
-        pairs = zip(vars(self).values(), vars(more).values(), strict=True)
-        return Examples(*(np.concatenate(pair) for pair in pairs))
+    @classmethod
+    def joined(cls, parts: Iterable[Examples]) -> Examples:
+        """Return the examples of several parts, one after the other."""
+        return cls(*map(np.concatenate, zip(*(vars(part).values() for part in parts), strict=True)))
 
 
 def physical_channels(dataset: TrajectoryDataset, indices: np.ndarray, features: str) -> np.ndarray:

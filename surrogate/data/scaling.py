@@ -170,15 +170,13 @@ class Scaling:
             content = parse_json(text)
             if (content.pop("format"), content.pop("format_version")) != (FORMAT, FORMAT_VERSION):
                 raise KeyError("format")
-            scaling = cls(
-                features=_text(content["features"]),
-                channel_mean=_finite(content["channel_mean"]),
-                channel_scale=_finite(content["channel_scale"]),
-                tabor=_pair(content["tabor"]),
-                force=_pair(content["force"]),
-                ranges={name: _pair(bounds) for name, bounds in content["ranges"].items()},
-                dataset_sha256=_text(content["dataset_sha256"]),
-            )
+            texts = {name: content.pop(name) for name in ("features", "dataset_sha256")}
+            if not all(isinstance(text, str) for text in texts.values()):
+                raise TypeError("no text")
+            ranges = {name: _finite(bounds, 2) for name, bounds in content.pop("ranges").items()}
+            sizes = {"channel_mean": None, "channel_scale": None, "tabor": 2, "force": 2}
+            moments = {name: _finite(content[name], size) for name, size in sizes.items()}
+            scaling = cls(**texts, **moments, ranges=ranges)
             if min(*scaling.channel_scale, scaling.tabor[1], scaling.force[1]) <= 0.0:
                 raise ValueError("a deviation that is not above zero")
         except (ValueError, AttributeError, KeyError, TypeError, OverflowError) as error:
@@ -212,23 +210,13 @@ class Scaling:
         return cls.from_json(text, source=path)
 
 
-def _text(value: Any) -> str:
-    if not isinstance(value, str):
-        raise TypeError("no text")
-    return value
-
-
-def _finite(values: Any) -> tuple[float, ...]:
-    if not isinstance(values, list):
-        raise TypeError("no list")
+def _finite(values: Any, size: int | None = None) -> tuple[Any, ...]:
+    """Return a list of finite numbers, of a known length or of any."""
+    if not isinstance(values, list) or size not in (None, len(values)):
+        raise TypeError("no list of that length")
     if not all(type(value) in (int, float) and math.isfinite(value) for value in values):
         raise ValueError("no finite numbers")
     return tuple(values)
-
-
-def _pair(values: Any) -> tuple[float, float]:
-    first, second = _finite(values)
-    return first, second
 
 
 def _transform_channels(channels: np.ndarray, features: str) -> np.ndarray:

@@ -14,6 +14,7 @@ import argparse
 import hashlib
 import json
 import shutil
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -140,14 +141,14 @@ def network(units: tuple[int, ...]) -> keras.Model:
     return keras.Model([sequence, tabor], readout(hidden))
 
 
-def _pieces(rows: np.ndarray) -> list[np.ndarray]:
-    return [rows[first : first + AT_ONCE] for first in range(0, len(rows), AT_ONCE)]
+def _pieces(parts: list[Part]) -> Iterator[Part]:
+    for dataset, rows in parts:
+        yield from ((dataset, rows[first : first + AT_ONCE]) for first in range(0, len(rows), AT_ONCE))
 
 
 def examples(parts: list[Part], scaling: Scaling) -> Examples:
     """Return the scaled trajectories of several parts, one after the other."""
-    found = [scaled_examples(dataset, some, scaling) for dataset, rows in parts for some in _pieces(rows)]
-    return Examples(*map(np.concatenate, zip(*(vars(one).values() for one in found), strict=True)))
+    return Examples.joined(scaled_examples(dataset, some, scaling) for dataset, some in _pieces(parts))
 
 
 def train_model(
@@ -230,7 +231,7 @@ def train_model(
 def calibrate(folder: Path, trained: NetworkFile, parts: list[Part]) -> None:
     """Write `bands.npz` of a trained network: expected errors fitted to the first part, quantiles of the others."""
     scaling, found = trained.scaling, []
-    for dataset, rows in ((dataset, some) for dataset, all_rows in parts for some in _pieces(all_rows)):
+    for dataset, rows in _pieces(parts):
         one = scaled_examples(dataset, rows, scaling)
         scaled = trained.scaled(one.sequence, one.tabor).astype(np.float64)
         times, indentations = dataset.grid(rows)
