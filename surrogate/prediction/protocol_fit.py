@@ -2,7 +2,7 @@
 
 The path is straight from the first point to the peak, constant over the dwell, and straight to the last point. It is
 fitted by least squares. The path is linear in the indentations of start, peak and end, so only the two times at which
-the dwell begins and ends are searched for: first among the points of the history, then between them. Two assumptions
+the dwell begins and ends are searched for: at the ends of a plateau, and from the points near the peak. Two assumptions
 hold unless the points contradict them: the dwell begins and ends where the sampling interval changes, and the path
 starts and ends at the expected indentation. Units as in `bem.protocol`.
 """
@@ -15,6 +15,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from bem.dataset.measurement_steps import FMS, measurement_grid
+from surrogate.prediction.validity import dwell_ends
 
 EXACT = 1e-6
 """Largest residual in an exact history, as a fraction of the range of the indentations; it allows for rounding."""
@@ -28,8 +29,10 @@ SMALLEST_RETURN = 0.1
 """Smallest change of indentation in each ramp, as a fraction of the travel."""
 FEWEST_POINTS = 4
 """Smallest number of points in a ramp, to determine its rate."""
-CANDIDATES, DECIMATED, BLOCKS = 32, 1000, 24
-"""Points in the first grid of the search, largest number of points it evaluates, and blocks for `LARGEST_BEND`."""
+PEAK = 0.05
+"""Depth below the largest indentation, as a fraction of their range, at which the search for the corners begins."""
+BLOCKS = 24
+"""Blocks for `LARGEST_BEND`."""
 
 
 @dataclass(frozen=True)
@@ -170,12 +173,15 @@ def _as_good(other: FittedProtocol, found: FittedProtocol, count: int) -> bool:
 
 
 def _searched(times: np.ndarray, indentations: np.ndarray) -> FittedProtocol:
-    """Return the least-squares path, with corners at points if it is then exact, otherwise anywhere between points."""
-    place = _nearest_points(times, indentations)
-    if len(times) > DECIMATED:
-        place = np.round(_between_points(times, indentations, place))
+    """Return the path with its corners at the plateau if it is then exact, otherwise that of least squares."""
+    place = np.clip(dwell_ends(indentations), 1, len(times) - 2).astype(np.float64)
     found = _path(times, indentations, place)
-    return found if found.exact else _path(times, indentations, _between_points(times, indentations, place))
+    if found.exact:
+        return found
+    near = np.flatnonzero(indentations >= indentations.max() - PEAK * np.ptp(indentations))
+    begins = (place, np.clip(near[[0, -1]], 1, len(times) - 2))
+    tried = [_path(times, indentations, _between_points(times, indentations, begin)) for begin in begins]
+    return min(tried, key=lambda one: one.residual)
 
 
 def _where_sampling_changes(times: np.ndarray) -> np.ndarray | None:
@@ -189,47 +195,21 @@ def _where_sampling_changes(times: np.ndarray) -> np.ndarray | None:
 
 
 def _solved(
-    times: np.ndarray, indentations: np.ndarray, places: np.ndarray, ends: float | None = None
+    times: np.ndarray, indentations: np.ndarray, place: np.ndarray, ends: float | None = None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Fit the levels of start, peak and end to pairs of corners at real-valued indices of points, `(pairs, 2)`.
+    """Fit the levels of start, peak and end, of which `ends` fixes two, to two corners at real-valued indices.
 
-    Returns the times of the corners, `(pairs, 2)`, the levels, `(pairs, 3)`, of which `ends` fixes two, and the
-    residuals of all points, `(pairs, steps)`.
+    Returns the times of the corners, the levels, and the residuals of all points.
     """
-    corners = np.interp(places, np.arange(len(times)), times)
-    first, second = corners[:, :1], corners[:, 1:]
+    first, second = corners = np.interp(place, np.arange(len(times)), times)
     start = np.clip((first - times) / (first - times[0]), 0.0, 1.0)
     end = np.clip((times - second) / (times[-1] - second), 0.0, 1.0)
-    peak = 1.0 - start - end
-    basis = np.stack([start, peak, end] if ends is None else [peak], axis=-1)
-    rest = (indentations - (0.0 if ends is None else ends * (start + end)))[..., np.newaxis]
-    turned = np.swapaxes(basis, -1, -2)
-    levels = np.linalg.solve(turned @ basis, turned @ rest)
-    residuals = (rest - basis @ levels)[..., 0]
-    if ends is not None:
-        levels = np.pad(levels, ((0, 0), (1, 1), (0, 0)), constant_values=ends)
-    return corners, levels[..., 0], residuals
-
-
-def _nearest_points(times: np.ndarray, indentations: np.ndarray) -> np.ndarray:
-    """Return the pair of points with the smallest residuals, by a search over successively finer grids."""
-    count = len(times)
-    kept = np.unique(np.linspace(0, count - 1, min(count, DECIMATED)).round().astype(int))
-    # A long history is decimated for the residuals; the corners may be at any of its points.
-    at, depth = np.searchsorted(kept, np.arange(count)), indentations[kept]
-    step = max(1, count // CANDIDATES)
-    around = np.append(np.arange(1, count - 1, step), count - 2)
-    firsts = seconds = around
-    while True:
-        pairs = np.array([(one, two) for one in np.unique(firsts) for two in np.unique(seconds) if one <= two])
-        inside = np.clip(at[pairs], 1, len(kept) - 2).astype(np.float64)
-        _, _, residuals = _solved(times[kept], depth, inside)
-        best = pairs[int(np.argmin((residuals**2).sum(axis=-1)))]
-        if step == 1:
-            return best.astype(np.float64)
-        step = max(1, step // 4)
-        near = np.arange(-5, 6) * step
-        firsts, seconds = (np.clip(one + near, 1, count - 2) for one in best)
+    weights = np.stack([start, peak := 1.0 - start - end, end], axis=-1)
+    if ends is None:
+        levels = np.linalg.lstsq(weights, indentations, rcond=None)[0]
+    else:
+        levels = np.array([ends, peak @ (indentations - ends * (start + end)) / (peak @ peak), ends])
+    return corners, levels, indentations - weights @ levels
 
 
 def _between_points(
@@ -238,8 +218,7 @@ def _between_points(
     """Return real-valued indices of the corners with the least sum of squares, starting from `place`."""
 
     def residuals(found: np.ndarray) -> np.ndarray:
-        places = np.array([[found[0], min(found[0] + found[1], len(times) - 2.0)]])
-        return _solved(times, indentations, places, ends)[2][0]
+        return _solved(times, indentations, np.array([found[0], min(found.sum(), len(times) - 2.0)]), ends)[2]
 
     last = len(times) - 2.0
     begin = np.clip([place[0], place[1] - place[0]], [1.0, 0.0], [last, last])
@@ -249,15 +228,12 @@ def _between_points(
 
 
 def _path(times: np.ndarray, indentations: np.ndarray, place: np.ndarray, ends: float | None = None) -> FittedProtocol:
-    corners, levels, residuals = _solved(times, indentations, place[np.newaxis], ends)
-    start, peak, end = levels[0].tolist()
+    corners, levels, residuals = _solved(times, indentations, place, ends)
     return FittedProtocol(
-        corners=np.array([times[0], *corners[0], times[-1]]),
-        start_indentation=start,
-        peak_indentation=peak,
-        end_indentation=end,
-        residual=float(np.sqrt(np.mean(residuals[0] ** 2))),
-        exact=bool(np.abs(residuals[0]).max() <= EXACT * np.ptp(indentations)),
+        np.array([times[0], *corners, times[-1]]),
+        *levels.tolist(),
+        residual=float(np.sqrt(np.mean(residuals**2))),
+        exact=bool(np.abs(residuals).max() <= EXACT * np.ptp(indentations)),
     )
 
 
