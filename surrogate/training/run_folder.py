@@ -19,6 +19,7 @@ from typing import Any
 from filelock import FileLock, Timeout
 
 from bem._support.outputs import write_whole
+from surrogate.export.onnx_file import sha256
 from surrogate.training.identity import TrainingIdentity, facts_that_differ
 
 HISTORY_COLUMNS = ("epoch", "learning_rate", "train_mse", "validation_mse", "validation_mae", "seconds", "cpu_seconds")
@@ -116,7 +117,7 @@ def read_progress(folder: Path) -> tuple[Progress, dict[str, Any], list[str]] | 
 
 def sums_of(files: list[Path]) -> list[str]:
     """Return the SHA-256 sums of files; an empty text for one that is missing."""
-    return [_sum(path.read_bytes()) if path.is_file() else "" for path in files]
+    return [sha256(path) if path.is_file() else "" for path in files]
 
 
 def damage(path: Path, folder: Path) -> ValueError:
