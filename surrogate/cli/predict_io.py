@@ -94,10 +94,8 @@ def read_table(path: Path) -> Table:
         raise FileNotFoundError(f"Expected an input file. Received: {path}, which {where}")
     try:
         text = read_text(path)
-    except ValueError as error:
-        raise ValueError(f"Expected text in UTF-8. Received: {path} ({error})") from error
-    except OSError as error:
-        raise ValueError(f"Expected an input file that can be read. Received: {path} ({error.strerror})") from error
+    except (ValueError, OSError) as error:
+        raise ValueError(f"Expected text in UTF-8 that can be read. Received: {path} ({error})") from error
     read = _csv_table(text, path) if path.suffix == ".csv" else _json_table(text, path)
     names, whole = set(read.columns), {*HISTORY_COLUMNS, EDGE, TABOR, *READ_OVER}
     if names - {MODULUS_RATIO} != {*QUANTITIES} and not {*HISTORY_COLUMNS} <= names <= whole:
