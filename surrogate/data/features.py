@@ -153,7 +153,7 @@ def channels(
     """
     names = channel_names(features)
     if features not in NEEDS_MATERIAL:
-        tabor = modulus_ratio = np.nan
+        tabor, modulus_ratio = np.array(np.nan), np.nan
     elif tabor is None or modulus_ratio is None:
         raise ValueError(f"Expected tabor and modulus_ratio for feature set {features}. Received: none")
     from surrogate.data.physics import Motion, of_histories

@@ -170,12 +170,12 @@ class Scaling:
             content = parse_json(text)
             if (content.pop("format"), content.pop("format_version")) != (FORMAT, FORMAT_VERSION):
                 raise KeyError("format")
-            texts = {name: content.pop(name) for name in ("features", "dataset_sha256")}
+            texts: dict[str, Any] = {name: content.pop(name) for name in ("features", "dataset_sha256")}
             if not all(isinstance(text, str) for text in texts.values()):
                 raise TypeError("no text")
             ranges = {name: _finite(bounds, 2) for name, bounds in content.pop("ranges").items()}
             sizes = {"channel_mean": None, "channel_scale": None, "tabor": 2, "force": 2}
-            moments = {name: _finite(content[name], size) for name, size in sizes.items()}
+            moments: dict[str, Any] = {name: _finite(content[name], size) for name, size in sizes.items()}
             scaling = cls(**texts, **moments, ranges=ranges)
             if min(*scaling.channel_scale, scaling.tabor[1], scaling.force[1]) <= 0.0:
                 raise ValueError("a deviation that is not above zero")

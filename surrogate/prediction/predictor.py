@@ -177,9 +177,9 @@ class Surrogate:
                 words = [of_history(outside, row) for row in rows]
                 found |= zip(rows.tolist(), self._trajectories(part, counts, words, coverage, clock), strict=True)
         if outside:
-            rows = int(np.any([excess.beyond > 0.0 for excess in outside], axis=0).sum())
+            far = np.count_nonzero(np.any([excess.beyond > 0.0 for excess in outside], axis=0))
             infinite = "" if self.bands is None else ", and their bands are infinite"
-            where = f"{rows} of {len(protocols)} protocols lie outside the training of {self.name}{infinite}"
+            where = f"{far} of {len(protocols)} protocols lie outside the training of {self.name}{infinite}"
             warn_of_extrapolation(self.name, outside, where)
         return found[0] if single else [found[index] for index in range(len(protocols))]
 

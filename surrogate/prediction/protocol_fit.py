@@ -229,12 +229,10 @@ def _between_points(
 
 def _path(times: np.ndarray, indentations: np.ndarray, place: np.ndarray, ends: float | None = None) -> FittedProtocol:
     corners, levels, residuals = _solved(times, indentations, place, ends)
-    return FittedProtocol(
-        np.array([times[0], *corners, times[-1]]),
-        *levels.tolist(),
-        residual=float(np.sqrt(np.mean(residuals**2))),
-        exact=bool(np.abs(residuals).max() <= EXACT * np.ptp(indentations)),
-    )
+    rms, largest = float(np.sqrt(np.mean(residuals**2))), np.abs(residuals).max()
+    start, peak, end = levels.tolist()
+    exact = bool(largest <= EXACT * np.ptp(indentations))
+    return FittedProtocol(np.array([times[0], *corners, times[-1]]), start, peak, end, rms, exact)
 
 
 def _require_cycle(times: np.ndarray, indentations: np.ndarray, found: FittedProtocol) -> None:

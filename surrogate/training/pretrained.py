@@ -37,10 +37,9 @@ from surrogate.export.onnx_file import ONNX_NAME, seal_folder, session_of, sha25
 from surrogate.prediction.bands import KNOWN, Bands, result_errors, results
 from surrogate.prediction.files import PUBLISHED_BANDED
 from surrogate.prediction.networks import NetworkFile
-from surrogate.training.fitting import Report, TrainingTask, fit, started, with_weights
-from surrogate.training.progress import reporter
+from surrogate.training.fitting import TrainingTask, fit, started, with_weights
 from surrogate.training.recipe import Cosine, Recipe
-from surrogate.training.run_folder import locked, require_same_run
+from surrogate.training.run_folder import Report, locked, reporter, require_same_run
 
 FEATURES = "F"
 RUN_FORMAT = "viscoelastic-contact-pretrained"

@@ -10,9 +10,11 @@ from __future__ import annotations
 import csv
 import hashlib
 import json
-from collections.abc import Iterator, Mapping
+import sys
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from datetime import timedelta
 from pathlib import Path
 from typing import Any
 
@@ -65,6 +67,35 @@ class Progress:
     def cpu_seconds(self) -> float:
         """Processor seconds of all epochs so far."""
         return self.history[-1]["cpu_seconds"] if self.history else 0.0
+
+
+Report = Callable[[Progress, int], None]
+"""Called after each epoch, with the progress and the largest number of epochs."""
+
+
+def epoch_line(done: Progress, epochs: int) -> str:
+    """Return the result of the latest epoch as one line of text."""
+    row = done.history[-1]
+    left = timedelta(seconds=round((epochs - done.epoch) * done.seconds / done.epoch))
+    return (
+        f"epoch {row['epoch']}/{epochs}  train MSE {row['train_mse']:.3e}  "
+        f"validation MSE {row['validation_mse']:.3e}  rate {row['learning_rate']:.2e}  "
+        f"{row['seconds']:.0f} s, at most {left} left"
+    )
+
+
+@contextmanager
+def reporter(name: str) -> Iterator[Report]:
+    """Yield a function that displays the result of an epoch of the run `name`."""
+    if not sys.stdout.isatty():
+        yield lambda *given: print(epoch_line(*given), flush=True)
+        return
+    from rich.progress import BarColumn, TextColumn
+    from rich.progress import Progress as Bar
+
+    with Bar(TextColumn(name), BarColumn(), TextColumn("{task.fields[line]}")) as bar:
+        task = bar.add_task(name, total=None, line="")
+        yield lambda done, epochs: bar.update(task, completed=done.epoch, total=epochs, line=epoch_line(done, epochs))
 
 
 @contextmanager

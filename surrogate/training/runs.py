@@ -24,11 +24,11 @@ from surrogate.export.onnx_file import ONNX_NAME
 from surrogate.prediction.networks import KerasNetwork
 from surrogate.training.evaluation import evaluate, write_errors
 from surrogate.training.exporting import export_folder
-from surrogate.training.fitting import Report, TrainingTask, fit, started, with_weights
+from surrogate.training.fitting import TrainingTask, fit, started, with_weights
 from surrogate.training.identity import TrainingIdentity
 from surrogate.training.model_directory import model_name, publish
 from surrogate.training.recipe import Recipe
-from surrogate.training.run_folder import Progress, locked, require_same_run
+from surrogate.training.run_folder import Progress, Report, locked, require_same_run
 
 __all__ = ["RUN_FORMAT", "Run", "execute", "extra_indices", "fit_scaling", "publish"]
 
@@ -144,7 +144,7 @@ def execute(
         run: What to train.
         folder: Directory of the run.
         should_stop: Called after each epoch; `True` ends the training early, and a later call resumes it.
-        report: See `surrogate.training.fitting.Report`.
+        report: See `surrogate.training.run_folder.Report`.
         log: Called with messages, one line of text each.
         command: The command line, recorded in `run.json`.
 
