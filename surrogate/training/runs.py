@@ -16,7 +16,7 @@ from surrogate.architectures import build
 from surrogate.architectures.registry import source_of
 from surrogate.backend import has_fused_lstm, versions
 from surrogate.data.dataset import Split, TrajectoryDataset
-from surrogate.data.examples import Examples, physical_channels, scaled_examples
+from surrogate.data.examples import Part, fitted_scaling, joined_examples, scaled_examples
 from surrogate.data.metrics import summary
 from surrogate.data.scaling import Scaling
 from surrogate.export.keras_layers import NotExportableError
@@ -78,7 +78,7 @@ class Run:
         return self.label or self.architecture
 
     @property
-    def training(self) -> list[tuple[TrajectoryDataset, np.ndarray]]:
+    def training(self) -> list[Part]:
         """The data sets to train on, and the trajectories of each."""
         own = (self.dataset, self.split.train)
         return [own] if self.extra is None else [own, (self.extra, extra_indices(self))]
@@ -99,18 +99,11 @@ class Run:
 
 def fit_scaling(run: Run) -> Scaling:
     """Return the scaling: the statistics of the run's training set, with the trajectories of the extra data set."""
-    protocols = [dataset.protocols_of(indices) for dataset, indices in run.training]
-    merged = {name: np.concatenate([part[name] for part in protocols]) for name in protocols[0]}
+    protocols = [dataset.protocols_of(rows) for dataset, rows in run.training]
+    ranges = {name: np.concatenate([part[name] for part in protocols]) for name in protocols[0]}
     if run.dataset.modulus_ratio is not None:
-        merged["modulus_ratio"] = np.array([run.dataset.modulus_ratio])
-    return Scaling.fit(
-        np.concatenate([physical_channels(dataset, indices, run.features) for dataset, indices in run.training]),
-        tabor=merged["tabor"],
-        force=np.concatenate([dataset.force[indices] for dataset, indices in run.training]),
-        features=run.features,
-        protocols=merged,
-        dataset_sha256=run.dataset.sha256,
-    )
+        ranges["modulus_ratio"] = np.array([run.dataset.modulus_ratio])
+    return fitted_scaling(run.training, run.features, ranges, run.dataset.sha256)
 
 
 def extra_indices(run: Run) -> np.ndarray:
@@ -161,7 +154,7 @@ def execute(
         log(f"The {keras.backend.backend()} backend has no fused LSTM on this device; the LSTM runs step by step")
 
     scaling = fit_scaling(run)
-    training = Examples.joined(scaled_examples(*part, scaling) for part in run.training)
+    training = joined_examples(run.training, scaling)
     facts = run.identity.fingerprint
     with locked(folder):
         require_same_run(folder, facts)
