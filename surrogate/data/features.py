@@ -25,9 +25,9 @@ F     those of E, force of Lee and Radok, relaxed force of Hertz, indentation fi
 
 D is the default. Velocity is the backward difference of indentation over time, which is causal; the first velocity is
 zero, because the sphere starts from rest. Acceleration is the backward difference of the velocity, smoothed by an
-exponential moving average; the paper states no smoothing factor, and `ACCELERATION_SMOOTHING` is the one used here.
-Edge is one at the first and at the last point of the dwell and zero elsewhere (the paper's section "Surrogate-model
-inputs and targets"). All arrays are dimensionless and of shape `(batch, steps)`.
+exponential moving average; the paper states no smoothing factor, and `surrogate.data.physics.ACCELERATION_SMOOTHING` is
+the one used here. Edge is one at the first and at the last point of the dwell and zero elsewhere (the paper's section
+"Surrogate-model inputs and targets"). All arrays are dimensionless and of shape `(batch, steps)`.
 """
 
 from __future__ import annotations
@@ -50,9 +50,6 @@ FEATURE_SETS["F"] = (*FEATURE_SETS["E"], *PHYSICS, "log_modulus_ratio", "loading
 
 NEEDS_MATERIAL = ("F",)
 """Sets whose channels depend on the Tabor parameter and the modulus ratio."""
-
-ACCELERATION_SMOOTHING = 0.3
-"""Weight of the newest value in the moving average of the acceleration."""
 
 PLATEAU_TOLERANCE = 1e-9
 """Largest change between two points of a plateau, relative to the largest indentation; it allows for rounding."""

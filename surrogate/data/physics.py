@@ -22,7 +22,9 @@ from typing import NamedTuple
 import numpy as np
 
 from bem._support.jit import kernel
-from surrogate.data.features import ACCELERATION_SMOOTHING
+
+ACCELERATION_SMOOTHING = 0.3
+"""Weight of the newest value in the moving average of the acceleration."""
 
 
 class Motion(NamedTuple):

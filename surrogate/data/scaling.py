@@ -111,19 +111,6 @@ class Scaling:
         low, high = self.ranges.get("modulus_ratio", [PUBLISHED_MATERIALS.get(self.dataset_sha256)] * 2)
         return low if low == high else None
 
-    @property
-    def known_modulus_ratio(self) -> float:
-        """The modulus ratio, for channels that depend on it.
-
-        Raises:
-            ValueError: it is unknown.
-        """
-        if self.modulus_ratio is None:
-            raise ValueError(
-                f"Expected a training set of one known modulus ratio for features {self.features}. Received: none"
-            )
-        return self.modulus_ratio
-
     def scale_channels(self, channels: np.ndarray) -> np.ndarray:
         """Return scaled channels, float32, of the same shape as the physical ones, `(..., steps, channels)`.
 

@@ -12,7 +12,8 @@ import math
 import numpy as np
 from onnx import TensorProto
 
-from surrogate.data.features import ACCELERATION_SMOOTHING, channel_names
+from surrogate.data.features import channel_names
+from surrogate.data.physics import ACCELERATION_SMOOTHING
 from surrogate.data.scaling import SYMLOG_PASSES, Scaling
 from surrogate.export.onnx_graph import OnnxGraph
 

@@ -64,7 +64,11 @@ def file_content(
     """
     graph = OnnxGraph()
     if scaling.features in NEEDS_MATERIAL:
-        graph.initializers[RATIO] = np.array([scaling.known_modulus_ratio])
+        if scaling.modulus_ratio is None:
+            raise ValueError(
+                f"Expected a training set of one known modulus ratio for features {scaling.features}. Received: none"
+            )
+        graph.initializers[RATIO] = np.array([scaling.modulus_ratio])
     sequence = scaled_channels(graph, scaling)
     mean, deviation = (np.array(moment) for moment in scaling.tabor)
     tabor = graph.cast(graph.standardise(graph.symlog("tabor"), mean, deviation), TensorProto.FLOAT)
