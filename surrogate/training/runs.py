@@ -11,6 +11,7 @@ from pathlib import Path
 import keras
 import numpy as np
 
+from bem._support.outputs import write_whole
 from bem._support.provenance import host
 from surrogate.architectures import build
 from surrogate.architectures.registry import source_of
@@ -23,7 +24,7 @@ from surrogate.export.keras_layers import NotExportableError
 from surrogate.export.onnx_file import ONNX_NAME
 from surrogate.prediction.networks import KerasNetwork
 from surrogate.training.evaluation import evaluate, write_errors
-from surrogate.training.exporting import export_folder
+from surrogate.training.exporting import folder_content
 from surrogate.training.fitting import TrainingTask, fit, started, with_weights
 from surrogate.training.identity import TrainingIdentity
 from surrogate.training.model_directory import model_name, publish
@@ -225,7 +226,7 @@ def _write_model(
         content["architecture_file"] = asdict(source)
     _write_json(target / "run.json", content)
     try:
-        export_folder(target)
+        write_whole(target / ONNX_NAME, folder_content(target))
     except NotExportableError as error:
         (target / ONNX_NAME).unlink(missing_ok=True)
         log(f"{run.name}: no {ONNX_NAME} is written, so the model predicts with backend='keras' only. {error}")

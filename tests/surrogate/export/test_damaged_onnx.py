@@ -9,7 +9,7 @@ import pytest
 
 import surrogate
 from surrogate.export.onnx_file import sealed
-from surrogate.training.exporting import export_folder
+from surrogate.training.exporting import folder_content
 from tests.data_files import damaged
 
 
@@ -101,7 +101,7 @@ def test_weights_that_are_not_finite_are_refused_everywhere(folder):
         with pytest.raises(ValueError, match=r"the model\.weights\.h5 that .*model\.onnx was written with"):
             surrogate.load(folder, backend=backend)
     with pytest.raises(ValueError, match=r"all finite\. Received: .*model\.weights\.h5 \(NaN or infinity in "):
-        export_folder(folder)
+        folder_content(folder)
     (folder / "model.onnx").unlink()
     with pytest.raises(ValueError, match=r"all finite\. Received: .*model\.weights\.h5 \(NaN or infinity in "):
         surrogate.load(folder, backend="keras")
