@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from bem._support.text_files import parse_json, read_text
+from bem._support.wording import shortened
 from surrogate.data.features import PHYSICS, channel_names
 
 FORMAT = "viscoelastic-contact-scaling"
@@ -166,16 +167,13 @@ class Scaling:
             scaling = cls(**texts, **moments, ranges=ranges)
             if min(*scaling.channel_scale, scaling.tabor[1], scaling.force[1]) <= 0.0:
                 raise ValueError("a deviation that is not above zero")
+            if {len(channel_names(scaling.features))} != {len(scaling.channel_mean), len(scaling.channel_scale)}:
+                raise ValueError("moments of other channels than those of the feature set")
         except (ValueError, AttributeError, KeyError, TypeError, OverflowError) as error:
+            why = shortened(str(error))
             raise ValueError(
-                f"Expected a {FORMAT} file of version {FORMAT_VERSION}. Received: path={source}"
+                f"Expected a {FORMAT} file of version {FORMAT_VERSION}. Received: path={source} ({why})"
             ) from error
-        expected = len(channel_names(scaling.features))
-        if len(scaling.channel_mean) != expected or len(scaling.channel_scale) != expected:
-            raise ValueError(
-                f"Expected {expected} channels for feature set {scaling.features}. "
-                f"Received: {len(scaling.channel_mean)} means and {len(scaling.channel_scale)} deviations in {source}"
-            )
         return scaling
 
     def save(self, path: str | Path) -> None:

@@ -74,13 +74,12 @@ def file_content(
     tabor = graph.cast(graph.standardise(graph.symlog("tabor"), mean, deviation), TensorProto.FLOAT)
     force = add_network(graph, model, sequence, graph.add("Unsqueeze", tabor, graph.integers([1])))
     graph.unscaled_force(graph.add("Squeeze", force, graph.integers([2])), scaling.force)
-    metadata = _metadata(ONNX_FORMAT, name, scaling) | {
+    more = {
         "architecture": architecture,
         "dataset_sha256": scaling.dataset_sha256,
         "weights_sha256": weights_sha256,
     }
-    content = checked_model(graph.finish(name, HISTORY, MATRIX), metadata)
-    return sealed(content.SerializeToString(deterministic=True))
+    return _complete(graph, HISTORY, ONNX_FORMAT, name, scaling, more)
 
 
 def network_content(model: keras.Model, features: str, name: str) -> bytes:
@@ -127,17 +126,18 @@ def banded_file(
     graph.nodes.extend(inner.node)
     graph.initializers |= {item.name: numpy_helper.to_array(item) for item in inner.initializer}
     graph.unscaled_force(graph.add("Transpose", "network/force", perm=[1, 0]), scaling.force)
-    metadata = _metadata(PRETRAINED_FORMAT, name, scaling) | {
+    more = {
         "counts": json.dumps([int(count) for count in counts]),
         "bands": json.dumps({key: _rounded(values) for key, values in bands.items()}, separators=(",", ":")),
     }
-    content = checked_model(graph.finish(name, HISTORY | {RATIO: ["batch"]}, MATRIX), metadata)
-    return sealed(content.SerializeToString(deterministic=True))
+    return _complete(graph, HISTORY | {RATIO: ["batch"]}, PRETRAINED_FORMAT, name, scaling, more)
 
 
-def _metadata(kind: str, name: str, scaling: Scaling) -> dict[str, str]:
-    """Return the metadata that all files have."""
-    return {
+def _complete(
+    graph: OnnxGraph, inputs: dict[str, list[str]], kind: str, name: str, scaling: Scaling, more: dict[str, str]
+) -> bytes:
+    """Return the file of a complete graph, with the metadata that all files have and `more`."""
+    metadata = {
         "format": kind,
         "format_version": str(ONNX_FORMAT_VERSION),
         "name": name,
@@ -145,6 +145,8 @@ def _metadata(kind: str, name: str, scaling: Scaling) -> dict[str, str]:
         "ranges": json.dumps(scaling.ranges),
         "scaling": scaling.to_json(),
     }
+    content = checked_model(graph.finish(name, inputs, MATRIX), metadata | more)
+    return sealed(content.SerializeToString(deterministic=True))
 
 
 def _rounded(values: np.ndarray) -> list[float]:

@@ -155,7 +155,7 @@ def train_model(
     else:
         model.set_weights(weights_of(start / ONNX_NAME))
         scaling = replace(Scaling.load(start / "scaling.json"), dataset_sha256=data.sha256)
-    asked = {"units": definition.units, "dataset": data.sha256, "recipe": recipe.as_dict()}
+    asked = {"units": list(definition.units), "dataset": data.sha256, "recipe": recipe.as_dict()}
     asked |= {"start": sha256(start / ONNX_NAME)} if start else {}
     with locked(folder):
         require_same_run(folder, asked)
