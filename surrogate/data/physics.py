@@ -63,6 +63,9 @@ def advance(last: Motion, instant: float, indentation: float, edge: float, tabor
         edge: One at the first and the last point of the dwell, otherwise zero.
         tabor: The Tabor parameter.
         ratio: Modulus ratio of the solid; with NaN, the channels that depend on the solid stay zero.
+
+    Returns:
+        The channels at the point.
     """
     began = last.latest > -math.inf
     origin = last.origin if began else instant
