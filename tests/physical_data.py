@@ -5,14 +5,15 @@ import numpy as np
 from bem.dataset.designs import Design
 from bem.dataset.physical_steps import physical_grid
 from surrogate.data.dataset import TrajectoryDataset
-from surrogate.data.physics import physics_channels
+from surrogate.data.features import channels
 
 
 def physical_dataset(count: int) -> TrajectoryDataset:
     """Any forces that depend on the inputs and have a peak."""
     protocols = Design("sobol", modulus_ratio=(0.01, 1.0)).protocols(count, seed=0)
     times, indentations = physical_grid(**protocols)
-    force = 2.0 + physics_channels(times, indentations, protocols["tabor"], protocols["modulus_ratio"])[1] / 1e3
+    solids = {name: protocols[name] for name in ("tabor", "modulus_ratio")}
+    force = 2.0 + channels(times, indentations, 0 * times, "F", **solids)[..., 6] / 1e3
     return TrajectoryDataset(
         protocols=protocols,
         force=force,

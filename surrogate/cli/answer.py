@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -13,37 +12,38 @@ USUAL_MODULUS_RATIO = 0.1
 """Modulus ratio of the published data set, where neither a model nor the user says another."""
 
 
-@dataclass(frozen=True)
+@dataclass
 class Answer:
-    """Predictions of one call, one entry per trajectory.
+    """One prediction, and what the solver says once it is asked.
 
     Args:
-        scenes: The scenes that the solver is asked about; of a history, one for a check.
-        protocols: The protocols; of a history, only for a check.
-        found: Trajectories at measurement steps.
-        written: What is written: the same, or at the points of a given history.
-        model_ratio: Modulus ratio that the model was trained on; `None` if it knows many, or does not say.
+        scene: The scene that the solver is asked about.
+        protocol: The protocol likewise.
+        found: Trajectory at measurement steps.
+        written: What is written: the same, or the prediction at the points of a given history.
+        simulated: The solver's trajectory.
+        check: Errors against it, and the materials of both.
+        solver_force: Its force where written.
     """
 
-    scenes: Sequence[Any]
-    protocols: Sequence[Any]
-    found: Sequence[Any]
-    written: Sequence[Any]
-    model_ratio: float | None
+    scene: Any
+    protocol: Any
+    found: Any
+    written: Any
+    simulated: Any = None
+    check: dict[str, Any] | None = None
+    solver_force: np.ndarray | None = None
 
-    def compared(self) -> tuple[list[Any], list[dict[str, Any]], list[np.ndarray]]:
-        """Return of each the solver's trajectory, errors and both materials, and the solver's force where written."""
+    def compare(self, model_ratio: float | None) -> None:
+        """Ask the solver; `model_ratio` is the model's only modulus ratio, `None` if it knows many, or says none."""
         from bem import simulate
         from surrogate.cli.comparison import solver_errors, solver_force
 
-        simulated = [simulate(scene, protocol) for scene, protocol in zip(self.scenes, self.protocols, strict=True)]
-        rows = []
-        for found, true, scene in zip(self.found, simulated, self.scenes, strict=True):
-            ratio = scene.material.modulus_ratio
-            own = self.model_ratio if found.modulus_ratio is None else found.modulus_ratio
-            rows.append(solver_errors(found, true) | {"modulus_ratio": ratio, "model_modulus_ratio": own})
-        forces = [solver_force(written.time, true) for written, true in zip(self.written, simulated, strict=True)]
-        return simulated, rows, forces
+        self.simulated = simulate(self.scene, self.protocol)
+        own = model_ratio if self.found.modulus_ratio is None else self.found.modulus_ratio
+        ratios = {"modulus_ratio": self.scene.material.modulus_ratio, "model_modulus_ratio": own}
+        self.check = solver_errors(self.found, self.simulated) | ratios
+        self.solver_force = solver_force(self.written.time, self.simulated)
 
 
 def asked_protocols(table: Any, options: dict[str, float | None]) -> tuple[list[Any], Any]:

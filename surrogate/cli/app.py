@@ -117,7 +117,7 @@ def train(
         typer.echo(f"{published_as}: already published in {destination}; --replace trains it again")
         return
     import_keras()
-    from surrogate.training.progress import reporter
+    from surrogate.training.run_folder import reporter
     from surrogate.training.runs import Run, execute, publish
 
     run = Run(

@@ -83,37 +83,40 @@ def predict(
     with Outputs(out, plot) as outputs:
         model = surrogate.load(name, models, backend=backend)
         _require_no_more(model, table, modulus_ratio, coverage)
-        if table is None or not table.is_history:
-            asked = _predict_protocols(model, table, options, modulus_ratio, coverage, check=check)
+        whole = table is not None and table.is_history
+        if whole:
+            answers = [_predict_along(model, table, options, modulus_ratio, check=check)]
         else:
-            asked = _predict_along(model, table, options, modulus_ratio, check=check)
-        quiet = out is not None and len(asked.found) > 1
-        outside = [(number, words) for number, found in enumerate(asked.found) for words in found.extrapolated]
+            answers = _predict_protocols(model, table, options, modulus_ratio, coverage, check=check)
+        quiet = out is not None and len(answers) > 1
+        outside = [(number, words) for number, one in enumerate(answers) for words in one.found.extrapolated]
         beyond = len({number for number, _ in outside})
         for number, words in outside[:1] if quiet else outside:
-            more = f"{beyond} of {len(asked.found)} trajectories extrapolate; " if quiet else ""
+            more = f"{beyond} of {len(answers)} trajectories extrapolate; " if quiet else ""
             typer.echo(f"warning: {more}trajectory {number} extrapolates: {words}; {advice([words])}", err=True)
 
-        simulated, checks, forces = asked.compared() if check else (None, None, None)
+        for one in answers if check else ():
+            one.compare(model.modulus_ratio)
         if out is not None:
             with outputs.write(out) as part:
-                if table is None or table.is_history or steps or out.suffix == ".json":
-                    write_trajectories(part, asked.written, checks, forces)
+                if table is None or whole or steps or out.suffix == ".json":
+                    write_trajectories(part, answers)
                 else:
-                    write_protocols(part, table.columns, asked.written, checks)
+                    write_protocols(part, table.columns, answers)
         if plot is not None:
             with outputs.write(plot) as part:
-                plot_predictions(part, asked.found, simulated)
+                simulated = [one.simulated for one in answers] if check else None
+                plot_predictions(part, [one.found for one in answers], simulated)
     if as_json:
-        typer.echo(to_json(asked.written, checks, forces))
+        typer.echo(to_json(answers))
         return
     if quiet:
-        typer.echo(f"{len(asked.found)} trajectories are predicted; {out} holds them")
+        typer.echo(f"{len(answers)} trajectories are predicted; {out} holds them")
         return
-    for number, trajectory in enumerate(asked.found):
-        typer.echo(readable(number, trajectory, checks[number] if checks else None))
-        if fitted := getattr(asked.written[number], "fitted", None):
-            points = len(asked.written[number].time)
+    for number, one in enumerate(answers):
+        typer.echo(readable(number, one.found, one.check))
+        if fitted := getattr(one.written, "fitted", None):
+            points = len(one.written.time)
             typer.echo(f"  predicted on the protocol fitted to the {points} points: {fitted.words()}")
 
 
@@ -150,24 +153,22 @@ def _predict_protocols(
     coverage: float | None,
     *,
     check: bool,
-) -> Answer:
+) -> list[Answer]:
     """Predict protocols of the options or of a file."""
     from surrogate.prediction.validity import ExtrapolationWarning
 
     protocols, tabor = asked_protocols(table, options)
-    if model.bands is None:
-        ratios = [_solver_material(model, modulus_ratio, check=check)] * len(protocols)
-    elif table is not None and RATIO in table.columns:
+    if table is not None and RATIO in table.columns:
         ratios = table.columns[RATIO].tolist()
     else:
-        ratios = [USUAL_MODULUS_RATIO if modulus_ratio is None else modulus_ratio] * len(protocols)
+        ratios = [_solver_material(model, modulus_ratio, check=check)] * len(protocols)
     scenes = [_scene(mu, ratio) for mu, ratio in zip(tabor, ratios, strict=True)]
     known = scenes if model.modulus_ratio is None else [_scene(mu, model.modulus_ratio) for mu in tabor]
     with warnings.catch_warnings():
         # The command says it for each trajectory.
         warnings.simplefilter("ignore", ExtrapolationWarning)
         found = model.predict(known, protocols, coverage=0.9 if coverage is None else coverage)
-    return Answer(scenes, protocols, found, found, model.modulus_ratio)
+    return [Answer(*one) for one in zip(scenes, protocols, found, found, strict=True)]
 
 
 def _predict_along(
@@ -187,9 +188,7 @@ def _predict_along(
             "in a column edge, and compare with the solver (--check)",
             err=True,
         )
-    protocols = [along.protocol] if check else []
-    scenes = [_scene(mu, ratio)]
-    return Answer(scenes, protocols, [along.trajectory], [along], model.modulus_ratio)
+    return Answer(_scene(mu, ratio), along.protocol if check else None, along.trajectory, along)
 
 
 def _scene(tabor: float, modulus_ratio: float) -> Any:
@@ -215,7 +214,7 @@ def _solver_material(model: Any, asked: float | None, *, check: bool) -> float:
     """Return the modulus ratio for the solver, after a warning if it is not known to be that of the training set."""
     known = model.modulus_ratio
     if asked is None:
-        if check and known is None:
+        if check and known is None and model.bands is None:
             typer.echo(
                 f"warning: {model.name} does not record the modulus ratio it was trained on; the solver uses "
                 f"{USUAL_MODULUS_RATIO:g}. --modulus-ratio sets another one",

@@ -33,6 +33,7 @@ import numpy as np
 from bem._support.text_files import csv_rows, parse_json, plain, read_text
 from bem._support.wording import shortened, shown
 from bem.dataset.designs import QUANTITIES
+from surrogate.cli.answer import Answer
 
 HISTORY_COLUMNS = ("time", "indentation")
 EDGE, TABOR, TRAJECTORY = "edge", "tabor", "trajectory"
@@ -93,10 +94,8 @@ def read_table(path: Path) -> Table:
         raise FileNotFoundError(f"Expected an input file. Received: {path}, which {where}")
     try:
         text = read_text(path)
-    except ValueError as error:
-        raise ValueError(f"Expected text in UTF-8. Received: {path} ({error})") from error
-    except OSError as error:
-        raise ValueError(f"Expected an input file that can be read. Received: {path} ({error.strerror})") from error
+    except (ValueError, OSError) as error:
+        raise ValueError(f"Expected text in UTF-8 that can be read. Received: {path} ({error})") from error
     read = _csv_table(text, path) if path.suffix == ".csv" else _json_table(text, path)
     names, whole = set(read.columns), {*HISTORY_COLUMNS, EDGE, TABOR, *READ_OVER}
     if names - {MODULUS_RATIO} != {*QUANTITIES} and not {*HISTORY_COLUMNS} <= names <= whole:
@@ -121,68 +120,53 @@ def read_table(path: Path) -> Table:
     return replace(read, columns=columns, tabor=float(tabor[0]))
 
 
-def write_trajectories(
-    path: Path,
-    trajectories: Sequence[Any],
-    checks: Sequence[dict[str, Any]] | None = None,
-    solver_forces: Sequence[np.ndarray] | None = None,
-) -> None:
-    """Write trajectories, with the solver's force at the same steps, as CSV, or with the errors too, as JSON."""
+def write_trajectories(path: Path, answers: Sequence[Answer]) -> None:
+    """Write trajectories step by step, with the solver's force, as CSV, or with scalars and errors too, as JSON."""
     with path.open("w", newline="", encoding="utf-8") as file:
         if path.suffix == ".json":
-            file.write(to_json(trajectories, checks, solver_forces) + "\n")
+            file.write(to_json(answers) + "\n")
             return
         writer = csv.writer(file, lineterminator="\n")
-        names = ["time", "indentation", "force", *_band(trajectories)]
-        writer.writerow(["trajectory", *names, *(["solver_force"] if solver_forces else [])])
-        for number, found in enumerate(trajectories):
-            columns = [getattr(found, name) for name in names] + ([solver_forces[number]] if solver_forces else [])
-            rows = zip(*(column.tolist() for column in columns), strict=True)
+        arrays = [_arrays(answer) for answer in answers]
+        writer.writerow([TRAJECTORY, *arrays[0]])
+        for number, columns in enumerate(arrays):
+            rows = zip(*(column.tolist() for column in columns.values()), strict=True)
             writer.writerows([number, *(repr(value) if math.isfinite(value) else "" for value in row)] for row in rows)
 
 
-def write_protocols(
-    path: Path,
-    columns: dict[str, np.ndarray],
-    trajectories: Sequence[Any],
-    checks: Sequence[dict[str, Any]] | None = None,
-) -> None:
+def write_protocols(path: Path, columns: dict[str, np.ndarray], answers: Sequence[Answer]) -> None:
     """Write as CSV, a row of each, what was given of protocols, the scalars of their trajectories, and the errors.
 
     What is not finite is left empty.
     """
     rows = []
-    for number, found in enumerate(trajectories):
+    for number, answer in enumerate(answers):
+        found = answer.written
         row = {TRAJECTORY: number, **{name: values[number] for name, values in columns.items()}, **found.summary()}
         row["extrapolated"] = "; ".join(found.extrapolated)
         if found.pull_off_interval is not None:
             row |= zip(("pull_off_lower", "pull_off_upper"), row.pop(INTERVAL, (None, None)), strict=True)
-        rows.append(plain(row | ({f"check_{name}": value for name, value in checks[number].items()} if checks else {})))
+        rows.append(plain(row | {f"check_{name}": value for name, value in (answer.check or {}).items()}))
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, list(rows[0]), lineterminator="\n")
         writer.writeheader()
         writer.writerows(rows)
 
 
-def to_json(
-    trajectories: Sequence[Any],
-    checks: Sequence[dict[str, Any]] | None = None,
-    solver_forces: Sequence[np.ndarray] | None = None,
-) -> str:
+def to_json(answers: Sequence[Answer]) -> str:
     """Return scalars and arrays of trajectories as a JSON list; what is not finite becomes null."""
-    content = []
-    for number, found in enumerate(trajectories):
-        names = ("time", "indentation", "force", *_band(trajectories))
-        entry = found.summary() | {name: getattr(found, name) for name in names}
-        if solver_forces:
-            entry["solver_force"] = solver_forces[number]
-        content.append(entry | ({"check": checks[number]} if checks else {}))
+    content = [
+        answer.written.summary() | _arrays(answer) | ({"check": answer.check} if answer.check else {})
+        for answer in answers
+    ]
     return json.dumps(plain(content))
 
 
-def _band(trajectories: Sequence[Any]) -> tuple[str, ...]:
-    """Return the names of the arrays of the band, if the trajectories have one."""
-    return BAND if all(getattr(found, BAND[0], None) is not None for found in trajectories) else ()
+def _arrays(answer: Answer) -> dict[str, np.ndarray]:
+    """Return the arrays of a trajectory by name: history, band if it has one, and the solver's force if asked."""
+    band = BAND if getattr(answer.written, BAND[0], None) is not None else ()
+    found = {name: getattr(answer.written, name) for name in (*HISTORY_COLUMNS, "force", *band)}
+    return found if answer.solver_force is None else found | {"solver_force": answer.solver_force}
 
 
 def _csv_table(text: str, path: Path) -> Table:

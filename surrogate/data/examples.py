@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,6 +10,11 @@ import numpy as np
 from surrogate.data.dataset import TrajectoryDataset
 from surrogate.data.features import channels, edge_from_counts
 from surrogate.data.scaling import Scaling
+
+Part = tuple[TrajectoryDataset, np.ndarray]
+"""A data set and some of its trajectories."""
+AT_ONCE = 10_000
+"""Trajectories whose channels are in memory at a time."""
 
 
 @dataclass(frozen=True)
@@ -27,11 +33,6 @@ class Examples:
 
     def __len__(self) -> int:
         return len(self.sequence)
-
-    def joined(self, more: Examples) -> Examples:
-        """Return these examples followed by others."""
-        pairs = zip(vars(self).values(), vars(more).values(), strict=True)
-        return Examples(*(np.concatenate(pair) for pair in pairs))
 
 
 def physical_channels(dataset: TrajectoryDataset, indices: np.ndarray, features: str) -> np.ndarray:
@@ -57,4 +58,30 @@ def scaled_examples(dataset: TrajectoryDataset, indices: np.ndarray, scaling: Sc
         sequence=scaling.scale_channels(physical_channels(dataset, indices, scaling.features)),
         tabor=scaling.scale_tabor(dataset.protocols["tabor"][indices]),
         force=scaling.scale_force(dataset.force[indices])[..., np.newaxis].astype(np.float32),
+    )
+
+
+def pieces(parts: Sequence[Part]) -> Iterator[Part]:
+    """Divide parts into pieces of at most `AT_ONCE` trajectories."""
+    for dataset, rows in parts:
+        yield from ((dataset, rows[first : first + AT_ONCE]) for first in range(0, len(rows), AT_ONCE))
+
+
+def joined_examples(parts: Sequence[Part], scaling: Scaling) -> Examples:
+    """Return the scaled trajectories of several parts, one after the other."""
+    found = [vars(scaled_examples(*piece, scaling)).values() for piece in pieces(parts)]
+    return Examples(*map(np.concatenate, zip(*found, strict=True)))
+
+
+def fitted_scaling(
+    parts: Sequence[Part], features: str, ranges: Mapping[str, np.ndarray], dataset_sha256: str
+) -> Scaling:
+    """Return the scaling by the statistics of several parts; the other arguments are those of `Scaling.fit`."""
+    return Scaling.fit(
+        np.concatenate([physical_channels(dataset, rows, features) for dataset, rows in parts]),
+        tabor=np.concatenate([dataset.protocols["tabor"][rows] for dataset, rows in parts]),
+        force=np.concatenate([dataset.force[rows] for dataset, rows in parts]),
+        features=features,
+        protocols=ranges,
+        dataset_sha256=dataset_sha256,
     )

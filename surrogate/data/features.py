@@ -25,9 +25,9 @@ F     those of E, force of Lee and Radok, relaxed force of Hertz, indentation fi
 
 D is the default. Velocity is the backward difference of indentation over time, which is causal; the first velocity is
 zero, because the sphere starts from rest. Acceleration is the backward difference of the velocity, smoothed by an
-exponential moving average; the paper states no smoothing factor, and `ACCELERATION_SMOOTHING` is the one used here.
-Edge is one at the first and at the last point of the dwell and zero elsewhere (the paper's section "Surrogate-model
-inputs and targets"). All arrays are dimensionless and of shape `(batch, steps)`.
+exponential moving average; the paper states no smoothing factor, and `surrogate.data.physics.ACCELERATION_SMOOTHING` is
+the one used here. Edge is one at the first and at the last point of the dwell and zero elsewhere (the paper's section
+"Surrogate-model inputs and targets"). All arrays are dimensionless and of shape `(batch, steps)`.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ import numpy as np
 from bem._support.wording import shown
 
 PHYSICS = ("lee_radok", "hertz", "memory_relaxation", "memory_retardation")
-"""Channels of `surrogate.data.physics`, which is imported only where they are asked for, for the time it takes."""
+"""Forces and memories of the solid (`surrogate.data.physics`, which is imported only where channels are asked for)."""
 
 FEATURE_SETS: dict[str, tuple[str, ...]] = {
     "A": ("time", "indentation"),
@@ -50,9 +50,6 @@ FEATURE_SETS["F"] = (*FEATURE_SETS["E"], *PHYSICS, "log_modulus_ratio", "loading
 
 NEEDS_MATERIAL = ("F",)
 """Sets whose channels depend on the Tabor parameter and the modulus ratio."""
-
-ACCELERATION_SMOOTHING = 0.3
-"""Weight of the newest value in the moving average of the acceleration."""
 
 PLATEAU_TOLERANCE = 1e-9
 """Largest change between two points of a plateau, relative to the largest indentation; it allows for rounding."""
@@ -69,22 +66,6 @@ def channel_names(features: str) -> tuple[str, ...]:
             f"Unknown feature set. Expected one of {', '.join(FEATURE_SETS)}. Received: features={shown(features)}"
         )
     return FEATURE_SETS[features]
-
-
-def velocity(times: np.ndarray, indentations: np.ndarray) -> np.ndarray:
-    """Return the velocity of shape `(batch, steps)`: the backward difference of indentation over time, first zero."""
-    return _backward_difference(times, indentations)
-
-
-def smoothed_acceleration(times: np.ndarray, indentations: np.ndarray) -> np.ndarray:
-    """Return the acceleration of shape `(batch, steps)`: the backward difference of the velocity, smoothed causally."""
-    raw = _backward_difference(times, velocity(times, indentations))
-    smooth = np.zeros_like(raw)
-    for step in range(1, raw.shape[-1]):
-        smooth[..., step] = (
-            ACCELERATION_SMOOTHING * raw[..., step] + (1.0 - ACCELERATION_SMOOTHING) * smooth[..., step - 1]
-        )
-    return smooth
 
 
 def plateau(indentation: np.ndarray) -> tuple[int, int] | None:
@@ -142,13 +123,6 @@ def edge_from_counts(points_per_phase: tuple[int, int, int], batch: int) -> np.n
     return edge
 
 
-def log_step(times: np.ndarray) -> np.ndarray:
-    """Return the logarithm of the time since the step before; the first value is zero."""
-    logarithms = np.zeros_like(times, dtype=np.float64)
-    logarithms[..., 1:] = np.log(np.diff(times, axis=-1))
-    return logarithms
-
-
 def channels(
     times: np.ndarray,
     indentations: np.ndarray,
@@ -174,31 +148,16 @@ def channels(
     Raises:
         ValueError: the feature set is unknown, or it needs the material and this is not given.
     """
-    names, physics = channel_names(features), {}
-    if features in NEEDS_MATERIAL:
-        if tabor is None or modulus_ratio is None:
-            raise ValueError(f"Expected tabor and modulus_ratio for feature set {features}. Received: none")
-        from surrogate.data.physics import physics_channels
+    names = channel_names(features)
+    if features not in NEEDS_MATERIAL:
+        tabor, modulus_ratio = np.array(np.nan), np.nan
+    elif tabor is None or modulus_ratio is None:
+        raise ValueError(f"Expected tabor and modulus_ratio for feature set {features}. Received: none")
+    from surrogate.data.physics import Motion, of_histories
 
-        ratios = np.broadcast_to(np.asarray(modulus_ratio, dtype=np.float64), len(times)).copy()
-        histories = (np.asarray(one, dtype=np.float64) for one in (times, indentations, tabor))
-        physics = dict(zip(PHYSICS, physics_channels(*histories, ratios), strict=True))
-        physics["log_modulus_ratio"] = np.broadcast_to(np.log(ratios)[:, np.newaxis], times.shape)
-        motion = velocity(times, indentations)
-        physics |= {"loading": motion > 0.0, "unloading": motion < 0.0}
-    makers = {
-        "time": lambda: times,
-        "indentation": lambda: indentations,
-        "velocity": lambda: velocity(times, indentations),
-        "acceleration": lambda: smoothed_acceleration(times, indentations),
-        "edge": lambda: edge,
-        "log_step": lambda: log_step(times),
-    }
-    found = [physics[name] if name in physics else makers[name]() for name in names]
-    return np.stack(found, axis=-1).astype(np.float64)
-
-
-def _backward_difference(times: np.ndarray, values: np.ndarray) -> np.ndarray:
-    slope = np.zeros_like(values, dtype=np.float64)
-    slope[..., 1:] = np.diff(values, axis=-1) / np.diff(times, axis=-1)
-    return slope
+    histories = [np.ascontiguousarray(one, dtype=np.float64) for one in (times, indentations, edge)]
+    solids = [np.broadcast_to(np.asarray(one, dtype=np.float64), len(times)).copy() for one in (tabor, modulus_ratio)]
+    found: np.ndarray = of_histories(
+        Motion(), *histories, *solids, np.array([Motion._fields.index(one) for one in names])
+    )
+    return found

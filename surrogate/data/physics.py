@@ -1,7 +1,8 @@
-"""Channels that a standard linear solid's physics gives for nothing: no contact with adhesion is solved for them.
+"""Channels of a history point by point, for whole histories (compiled) and for streams (plain numbers).
 
-With u the force of Hertz at the indentation of each instant and relaxation E(t)/E0 = 1 + (1/k - 1) exp(-t / k), k the
-modulus ratio and the retardation time 1:
+A standard linear solid's physics gives some of them for nothing: no contact with adhesion is solved. With u the force
+of Hertz at the indentation of each instant and relaxation E(t)/E0 = 1 + (1/k - 1) exp(-t / k), k the modulus ratio and
+the retardation time 1:
 
 - `lee_radok`: integral of E(t - s)/E0 du(s), exact without adhesion while the contact grows. Its memory is carried on
   through the unloading, where it turns to tension shortly before the pull-off;
@@ -9,54 +10,132 @@ modulus ratio and the retardation time 1:
 - `memory_relaxation`, `memory_retardation`: integral of exp(-(t - s) / T) d(indentation), the indentation less what the
   solid has forgotten, for the relaxation time T = k and the retardation time T = 1.
 
-Everything is causal, and linear between the given instants. Units as in `surrogate.data.features`. Source: Lee and
-Radok, J. Appl. Mech. 27 (1960) 438.
+Everything is causal, and linear between the given instants. Units and the other channels as in
+`surrogate.data.features`. Source: Lee and Radok, J. Appl. Mech. 27 (1960) 438.
 """
 
 from __future__ import annotations
+
+import math
+from typing import NamedTuple
 
 import numpy as np
 
 from bem._support.jit import kernel
 
+ACCELERATION_SMOOTHING = 0.3
+"""Weight of the newest value in the moving average of the acceleration."""
+
+
+class Motion(NamedTuple):
+    """Channels of one history at its latest point, forces positive in tension; all are zero before the first point.
+
+    `memory` is that of the force of Hertz, which the force of Lee and Radok adds to it; `origin` is the time of the
+    first point, from which `time` counts, and `latest` that of the latest one.
+    """
+
+    time: float = 0.0
+    indentation: float = 0.0
+    velocity: float = 0.0
+    acceleration: float = 0.0
+    edge: float = 0.0
+    log_step: float = 0.0
+    lee_radok: float = 0.0
+    hertz: float = 0.0
+    memory_relaxation: float = 0.0
+    memory_retardation: float = 0.0
+    log_modulus_ratio: float = 0.0
+    loading: float = 0.0
+    unloading: float = 0.0
+    memory: float = 0.0
+    origin: float = 0.0
+    latest: float = -math.inf
+
 
 @kernel
-def physics_channels(
-    times: np.ndarray, indentations: np.ndarray, tabor: np.ndarray, modulus_ratio: np.ndarray
-) -> np.ndarray:
-    """The channels above in their order, shape (4, batch, steps); forces are positive in tension.
+def advance(last: Motion, instant: float, indentation: float, edge: float, tabor: float, ratio: float) -> Motion:
+    """Return the channels at a new point.
 
     Args:
-        times: Instants of shape (batch, steps), increasing along the steps.
-        indentations: Indentations there.
-        tabor: Tabor parameters, shape (batch,).
-        modulus_ratio: Relaxed over instantaneous modulus of each solid, shape (batch,).
+        last: Those at the point before.
+        instant: Time of the point; that of the first point becomes zero.
+        indentation: Indentation there.
+        edge: One at the first and the last point of the dwell, otherwise zero.
+        tabor: The Tabor parameter.
+        ratio: Modulus ratio of the solid; with NaN, the channels that depend on the solid stay zero.
 
     Returns:
-        Array of shape (4, batch, steps).
+        The channels at the point.
+    """
+    began = last.latest > -math.inf
+    origin = last.origin if began else instant
+    time = instant - origin
+    step, change = time - last.time, indentation - last.indentation
+    velocity, acceleration, log_step = 0.0, 0.0, 0.0
+    if began:
+        velocity, log_step = change / step, math.log(step)
+        raw = (velocity - last.velocity) / step
+        acceleration = ACCELERATION_SMOOTHING * raw + (1.0 - ACCELERATION_SMOOTHING) * last.acceleration
+    hertz, fast, slow, memory, strength, log_ratio = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    if ratio > 0.0:
+        if indentation > 0.0:
+            hertz = -4.0 / (3.0 * math.pi) * tabor**-1.5 * indentation * math.sqrt(indentation)
+        memory, strength, log_ratio = hertz, 1.0 / ratio - 1.0, math.log(ratio)
+        if began:
+            lost, forgotten = -math.expm1(-step / ratio), -math.expm1(-step)
+            memory = last.memory + (lost / (step / ratio) * (hertz - last.hertz) - lost * last.memory)
+            fast = last.memory_relaxation + (lost / (step / ratio) * change - lost * last.memory_relaxation)
+            slow = last.memory_retardation + (forgotten / step * change - forgotten * last.memory_retardation)
+    return Motion(
+        time,
+        indentation,
+        velocity,
+        acceleration,
+        edge,
+        log_step,
+        hertz + strength * memory,
+        hertz,
+        fast,
+        slow,
+        log_ratio,
+        1.0 if velocity > 0.0 else 0.0,
+        1.0 if velocity < 0.0 else 0.0,
+        memory,
+        origin,
+        instant,
+    )
+
+
+@kernel
+def of_histories(
+    start: Motion,
+    times: np.ndarray,
+    indentations: np.ndarray,
+    edge: np.ndarray,
+    tabor: np.ndarray,
+    ratio: np.ndarray,
+    chosen: np.ndarray,
+) -> np.ndarray:
+    """Channels of whole histories, shape (batch, steps, channels).
+
+    Args:
+        start: The state before the first point.
+        times: Instants of shape (batch, steps), increasing along the steps.
+        indentations: Indentations there.
+        edge: Edge marks there.
+        tabor: Tabor parameters, shape (batch,).
+        ratio: Modulus ratios, shape (batch,).
+        chosen: Numbers of the wanted fields of `Motion`.
+
+    Returns:
+        Array of shape (batch, steps, len(chosen)).
     """
     batch, steps = times.shape
-    found = np.empty((4, batch, steps))
+    found = np.empty((batch, steps, len(chosen)))
     for row in range(batch):
-        ratio = modulus_ratio[row]
-        size = -4.0 / (3.0 * np.pi) * tabor[row] ** -1.5
-        strength = 1.0 / ratio - 1.0
-        memory, fast, slow, before = 0.0, 0.0, 0.0, 0.0
+        now = start
         for step in range(steps):
-            indentation = indentations[row, step]
-            hertz = size * indentation * np.sqrt(indentation) if indentation > 0.0 else 0.0
-            if step == 0:
-                memory = hertz
-            else:
-                dt = times[row, step] - times[row, step - 1]
-                change = indentation - indentations[row, step - 1]
-                lost, forgotten = -np.expm1(-dt / ratio), -np.expm1(-dt)
-                memory += lost / (dt / ratio) * (hertz - before) - lost * memory
-                fast += lost / (dt / ratio) * change - lost * fast
-                slow += forgotten / dt * change - forgotten * slow
-            before = hertz
-            found[0, row, step] = hertz + strength * memory
-            found[1, row, step] = hertz
-            found[2, row, step] = fast
-            found[3, row, step] = slow
+            now = advance(now, times[row, step], indentations[row, step], edge[row, step], tabor[row], ratio[row])
+            for column in range(len(chosen)):
+                found[row, step, column] = now[chosen[column]]
     return found

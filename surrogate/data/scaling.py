@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from bem._support.text_files import parse_json, read_text
+from bem._support.wording import shortened
 from surrogate.data.features import PHYSICS, channel_names
 
 FORMAT = "viscoelastic-contact-scaling"
@@ -111,19 +112,6 @@ class Scaling:
         low, high = self.ranges.get("modulus_ratio", [PUBLISHED_MATERIALS.get(self.dataset_sha256)] * 2)
         return low if low == high else None
 
-    @property
-    def known_modulus_ratio(self) -> float:
-        """The modulus ratio, for channels that depend on it.
-
-        Raises:
-            ValueError: it is unknown.
-        """
-        if self.modulus_ratio is None:
-            raise ValueError(
-                f"Expected a training set of one known modulus ratio for features {self.features}. Received: none"
-            )
-        return self.modulus_ratio
-
     def scale_channels(self, channels: np.ndarray) -> np.ndarray:
         """Return scaled channels, float32, of the same shape as the physical ones, `(..., steps, channels)`.
 
@@ -170,27 +158,22 @@ class Scaling:
             content = parse_json(text)
             if (content.pop("format"), content.pop("format_version")) != (FORMAT, FORMAT_VERSION):
                 raise KeyError("format")
-            scaling = cls(
-                features=_text(content["features"]),
-                channel_mean=_finite(content["channel_mean"]),
-                channel_scale=_finite(content["channel_scale"]),
-                tabor=_pair(content["tabor"]),
-                force=_pair(content["force"]),
-                ranges={name: _pair(bounds) for name, bounds in content["ranges"].items()},
-                dataset_sha256=_text(content["dataset_sha256"]),
-            )
+            texts: dict[str, Any] = {name: content.pop(name) for name in ("features", "dataset_sha256")}
+            if not all(isinstance(text, str) for text in texts.values()):
+                raise TypeError("no text")
+            ranges = {name: _finite(bounds, 2) for name, bounds in content.pop("ranges").items()}
+            sizes = {"channel_mean": None, "channel_scale": None, "tabor": 2, "force": 2}
+            moments: dict[str, Any] = {name: _finite(content[name], size) for name, size in sizes.items()}
+            scaling = cls(**texts, **moments, ranges=ranges)
             if min(*scaling.channel_scale, scaling.tabor[1], scaling.force[1]) <= 0.0:
                 raise ValueError("a deviation that is not above zero")
+            if {len(channel_names(scaling.features))} != {len(scaling.channel_mean), len(scaling.channel_scale)}:
+                raise ValueError("moments of other channels than those of the feature set")
         except (ValueError, AttributeError, KeyError, TypeError, OverflowError) as error:
+            why = shortened(str(error))
             raise ValueError(
-                f"Expected a {FORMAT} file of version {FORMAT_VERSION}. Received: path={source}"
+                f"Expected a {FORMAT} file of version {FORMAT_VERSION}. Received: path={source} ({why})"
             ) from error
-        expected = len(channel_names(scaling.features))
-        if len(scaling.channel_mean) != expected or len(scaling.channel_scale) != expected:
-            raise ValueError(
-                f"Expected {expected} channels for feature set {scaling.features}. "
-                f"Received: {len(scaling.channel_mean)} means and {len(scaling.channel_scale)} deviations in {source}"
-            )
         return scaling
 
     def save(self, path: str | Path) -> None:
@@ -212,23 +195,13 @@ class Scaling:
         return cls.from_json(text, source=path)
 
 
-def _text(value: Any) -> str:
-    if not isinstance(value, str):
-        raise TypeError("no text")
-    return value
-
-
-def _finite(values: Any) -> tuple[float, ...]:
-    if not isinstance(values, list):
-        raise TypeError("no list")
+def _finite(values: Any, size: int | None = None) -> tuple[Any, ...]:
+    """Return a list of finite numbers, of a known length or of any."""
+    if not isinstance(values, list) or size not in (None, len(values)):
+        raise TypeError("no list of that length")
     if not all(type(value) in (int, float) and math.isfinite(value) for value in values):
         raise ValueError("no finite numbers")
     return tuple(values)
-
-
-def _pair(values: Any) -> tuple[float, float]:
-    first, second = _finite(values)
-    return first, second
 
 
 def _transform_channels(channels: np.ndarray, features: str) -> np.ndarray:

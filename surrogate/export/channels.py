@@ -8,12 +8,12 @@ so that only this recurrence runs step by step.
 from __future__ import annotations
 
 import math
-from functools import cached_property
 
 import numpy as np
 from onnx import TensorProto
 
-from surrogate.data.features import ACCELERATION_SMOOTHING, channel_names
+from surrogate.data.features import channel_names
+from surrogate.data.physics import ACCELERATION_SMOOTHING
 from surrogate.data.scaling import SYMLOG_PASSES, Scaling
 from surrogate.export.onnx_graph import OnnxGraph
 
@@ -50,9 +50,9 @@ def scaled_channels(graph: OnnxGraph, scaling: Scaling, *, with_tabor: bool = Fa
         scaling: The scaling, which names the feature set.
         with_tabor: Whether the scaled Tabor parameter is one more channel, the last one.
     """
-    channels, columns = _Channels(graph), []
+    columns = []
     for name in channel_names(scaling.features):
-        column = getattr(channels, name)
+        column = _channel(graph, name)
         for _ in range(SYMLOG_PASSES[name]):
             column = graph.symlog(column)
         columns.append(graph.add("Unsqueeze", column, graph.integers([2])))
@@ -65,68 +65,37 @@ def scaled_channels(graph: OnnxGraph, scaling: Scaling, *, with_tabor: bool = Fa
     return graph.cast(graph.standardise(stacked, np.array(mean), np.array(deviation)), TensorProto.FLOAT)
 
 
-class _Channels:
-    """Channels before any transformation, by name, each of shape `(batch, steps)`; each is added when first read."""
-
-    time, indentation, edge = "times", "indentations", "edge"
-
-    def __init__(self, graph: OnnxGraph) -> None:
-        self._graph = graph
-
-    @cached_property
-    def velocity(self) -> str:
-        return self._graph.slope("indentations")
-
-    @cached_property
-    def acceleration(self) -> str:
-        return _moving_average(self._graph, self._graph.slope(self.velocity))
-
-    @cached_property
-    def log_step(self) -> str:
-        return self._graph.log_step()
-
-    @cached_property
-    def hertz(self) -> str:
-        """Relaxed force of Hertz, -4/(3 pi) mu^(-3/2) max(indentation, 0)^(3/2)."""
-        graph = self._graph
-        pressed = graph.add("Max", "indentations", graph.number(0.0))
-        power = graph.add("Mul", pressed, graph.add("Sqrt", pressed))
-        size = graph.add("Mul", graph.number(-4.0 / (3.0 * math.pi)), graph.add("Pow", "tabor", graph.number(-1.5)))
-        return graph.add("Mul", graph.add("Unsqueeze", size, graph.integers([1])), power)
-
-    @cached_property
-    def _memories(self) -> list[str]:
-        return _memories(self._graph, self.hertz)
-
-    @cached_property
-    def lee_radok(self) -> str:
-        graph = self._graph
+def _channel(graph: OnnxGraph, name: str) -> str:
+    """Add a channel before any transformation, of shape `(batch, steps)`; what two channels share is added once."""
+    if name in ("loading", "unloading"):
+        flag = graph.add("Greater" if name == "loading" else "Less", graph.slope("indentations"), graph.number(0.0))
+        return graph.cast(flag, TensorProto.DOUBLE)
+    if name in ("lee_radok", "memory_relaxation", "memory_retardation"):
+        memories = _memories(graph, _hertz(graph))
+        if name != "lee_radok":
+            return memories[1 if name == "memory_relaxation" else 2]
         ratio = graph.add("Unsqueeze", RATIO, graph.integers([1]))
         strength = graph.add("Sub", graph.add("Reciprocal", ratio), graph.number(1.0))
-        return graph.add("Add", self.hertz, graph.add("Mul", strength, self._memories[0]))
+        return graph.add("Add", _hertz(graph), graph.add("Mul", strength, memories[0]))
+    makers = {
+        "time": lambda: "times",
+        "indentation": lambda: "indentations",
+        "velocity": lambda: graph.slope("indentations"),
+        "acceleration": lambda: _moving_average(graph, graph.slope(graph.slope("indentations"))),
+        "edge": lambda: "edge",
+        "log_step": lambda: graph.after_zero(graph.add("Log", graph.rise("times"))),
+        "hertz": lambda: _hertz(graph),
+        "log_modulus_ratio": lambda: _along(graph, graph.add("Log", RATIO)),
+    }
+    return makers[name]()
 
-    @property
-    def memory_relaxation(self) -> str:
-        return self._memories[1]
 
-    @property
-    def memory_retardation(self) -> str:
-        return self._memories[2]
-
-    @cached_property
-    def log_modulus_ratio(self) -> str:
-        return _along(self._graph, self._graph.add("Log", RATIO))
-
-    @cached_property
-    def loading(self) -> str:
-        return self._flag("Greater")
-
-    @cached_property
-    def unloading(self) -> str:
-        return self._flag("Less")
-
-    def _flag(self, kind: str) -> str:
-        return self._graph.cast(self._graph.add(kind, self.velocity, self._graph.number(0.0)), TensorProto.DOUBLE)
+def _hertz(graph: OnnxGraph) -> str:
+    """Add the relaxed force of Hertz, -4/(3 pi) mu^(-3/2) max(indentation, 0)^(3/2)."""
+    pressed = graph.add("Max", "indentations", graph.number(0.0))
+    power = graph.add("Mul", pressed, graph.add("Sqrt", pressed))
+    size = graph.add("Mul", graph.number(-4.0 / (3.0 * math.pi)), graph.add("Pow", "tabor", graph.number(-1.5)))
+    return graph.add("Mul", graph.add("Unsqueeze", size, graph.integers([1])), power)
 
 
 def _along(graph: OnnxGraph, values: str) -> str:

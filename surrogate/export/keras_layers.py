@@ -64,6 +64,10 @@ def add_network(graph: OnnxGraph, model: keras.Model, sequence: str, tabor: str,
     return results[name]
 
 
+def _unsupported(expected: str, layer: Any, received: str = "") -> NotExportableError:
+    return NotExportableError(f"Expected {expected}. Received: {received}layer {layer.name!r}")
+
+
 def _package(layer: Any) -> str:
     return type(layer).__module__.partition(".")[0]
 
@@ -102,9 +106,7 @@ def _bias(layer: Any, size: int) -> np.ndarray:
 def _dense(graph: OnnxGraph, layer: Any, inputs: list[str], prefix: str = "") -> str:
     name, activation = prefix + layer.name, _activation(layer.activation)
     if activation not in ("linear", "relu", "softmax"):
-        raise NotExportableError(
-            f"Expected a linear, relu or softmax activation. Received: {activation} in layer {name!r}"
-        )
+        raise _unsupported("a linear, relu or softmax activation", layer, f"{activation} in ")
     kernel = _array(layer.kernel)
     result = _affine(graph, inputs[0], name, kernel, _bias(layer, kernel.shape[-1]))
     if activation == "relu":
@@ -116,10 +118,7 @@ def _lstm(graph: OnnxGraph, layer: Any, inputs: list[str]) -> str:
     standard = (_activation(layer.activation), _activation(layer.recurrent_activation)) == ("tanh", "sigmoid")
     unusual = layer.go_backwards or layer.stateful or layer.return_state
     if not (standard and layer.return_sequences and layer.use_bias) or unusual:
-        raise NotExportableError(
-            "Expected a forward LSTM of tanh and sigmoid with bias, returning sequences alone. "
-            f"Received: layer {layer.name!r}"
-        )
+        raise _unsupported("a forward LSTM of tanh and sigmoid with bias, returning sequences alone", layer)
     units = layer.units
     # Keras has the order i, f, c, o.
     order = np.concatenate([np.arange(units) + units * block for block in (0, 3, 1, 2)])
@@ -133,9 +132,7 @@ def _lstm(graph: OnnxGraph, layer: Any, inputs: list[str]) -> str:
 
 def _normalise(graph: OnnxGraph, layer: Any, inputs: list[str], prefix: str = "") -> str:
     if layer.gamma is None or layer.beta is None or layer.rms_scaling or layer.axis not in (-1, 2, [-1], [2]):
-        raise NotExportableError(
-            f"Expected a normalisation of the last axis that scales and shifts. Received: layer {layer.name!r}"
-        )
+        raise _unsupported("a normalisation of the last axis that scales and shifts", layer)
     name = prefix + layer.name
     weights = [graph.weight(f"{name}/{key}", _array(getattr(layer, key))) for key in ("gamma", "beta")]
     return graph.add("LayerNormalization", inputs[0], *weights, axis=-1, epsilon=float(layer.epsilon))
@@ -146,9 +143,7 @@ def _convolve(graph: OnnxGraph, layer: Any, inputs: list[str], prefix: str = "")
     plain = layer.strides == (1,) and layer.groups == 1 and layer.data_format == "channels_last"
     causal = layer.padding == "causal" or layer.kernel_size == (1,)
     if not (plain and causal and activation in ("linear", "relu")):
-        raise NotExportableError(
-            f"Expected a causal convolution, linear or relu, of one group and stride. Received: layer {layer.name!r}"
-        )
+        raise _unsupported("a causal convolution, linear or relu, of one group and stride", layer)
     name, dilation = prefix + layer.name, int(layer.dilation_rate[0])
     kernel = graph.weight(f"{name}/kernel", _array(layer.kernel).transpose(2, 1, 0))
     bias = graph.weight(f"{name}/bias", _bias(layer, layer.filters))
@@ -169,7 +164,7 @@ def _append(graph: OnnxGraph, _: Any, inputs: list[str]) -> str:
 def _add(graph: OnnxGraph, layer: Any, inputs: list[str]) -> str:
     shapes = [tuple(one.shape) for one in layer.input]
     if len(shapes) != 2 or shapes[0] != shapes[1]:
-        raise NotExportableError(f"Expected a sum of two of one shape. Received: {shapes} in layer {layer.name!r}")
+        raise _unsupported("a sum of two of one shape", layer, f"{shapes} in ")
     return graph.add("Add", *inputs)
 
 

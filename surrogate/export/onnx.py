@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import onnx
-from onnx import TensorProto, helper, numpy_helper
+from onnx import TensorProto, numpy_helper
 
 from surrogate.data.features import NEEDS_MATERIAL, channel_names
 from surrogate.data.scaling import Scaling
@@ -36,6 +36,9 @@ from surrogate.export.onnx_graph import OnnxGraph
 if TYPE_CHECKING:
     import keras
 
+MATRIX = ["batch", "steps"]
+HISTORY = {"times": MATRIX, "indentations": MATRIX, "tabor": ["batch"], "edge": MATRIX}
+"""Shapes of the inputs and of the output of a complete file."""
 DIGITS = 9
 """Digits of the bands, which are float32."""
 
@@ -61,19 +64,22 @@ def file_content(
     """
     graph = OnnxGraph()
     if scaling.features in NEEDS_MATERIAL:
-        graph.initializers[RATIO] = np.array([scaling.known_modulus_ratio])
+        if scaling.modulus_ratio is None:
+            raise ValueError(
+                f"Expected a training set of one known modulus ratio for features {scaling.features}. Received: none"
+            )
+        graph.initializers[RATIO] = np.array([scaling.modulus_ratio])
     sequence = scaled_channels(graph, scaling)
     mean, deviation = (np.array(moment) for moment in scaling.tabor)
     tabor = graph.cast(graph.standardise(graph.symlog("tabor"), mean, deviation), TensorProto.FLOAT)
     force = add_network(graph, model, sequence, graph.add("Unsqueeze", tabor, graph.integers([1])))
     graph.unscaled_force(graph.add("Squeeze", force, graph.integers([2])), scaling.force)
-    metadata = _metadata(ONNX_FORMAT, name, scaling) | {
+    more = {
         "architecture": architecture,
         "dataset_sha256": scaling.dataset_sha256,
         "weights_sha256": weights_sha256,
     }
-    content = checked_model(graph.finish(name), metadata)
-    return sealed(content.SerializeToString(deterministic=True))
+    return _complete(graph, HISTORY, ONNX_FORMAT, name, scaling, more)
 
 
 def network_content(model: keras.Model, features: str, name: str) -> bytes:
@@ -93,10 +99,8 @@ def network_content(model: keras.Model, features: str, name: str) -> bytes:
     graph, width = OnnxGraph(), len(channel_names(features)) + 1
     force = add_network(graph, model, graph.add("Transpose", "inputs", perm=[1, 0, 2]), "", appended=True)
     graph.add("Squeeze", graph.add("Transpose", force, perm=[1, 0, 2]), graph.integers([2]), output="force")
-    shapes = {"inputs": ["steps", "batch", width], "force": ["steps", "batch"]}
-    taken, given = (helper.make_tensor_value_info(key, TensorProto.FLOAT, shape) for key, shape in shapes.items())
-    stored = [numpy_helper.from_array(values, key) for key, values in graph.initializers.items()]
-    made = checked_model(helper.make_graph(graph.nodes, name, [taken], [given], initializer=stored))
+    inputs = {"inputs": ["steps", "batch", width]}
+    made = checked_model(graph.finish(name, inputs, ["steps", "batch"], TensorProto.FLOAT))
     return made.SerializeToString(deterministic=True)
 
 
@@ -122,17 +126,18 @@ def banded_file(
     graph.nodes.extend(inner.node)
     graph.initializers |= {item.name: numpy_helper.to_array(item) for item in inner.initializer}
     graph.unscaled_force(graph.add("Transpose", "network/force", perm=[1, 0]), scaling.force)
-    metadata = _metadata(PRETRAINED_FORMAT, name, scaling) | {
+    more = {
         "counts": json.dumps([int(count) for count in counts]),
         "bands": json.dumps({key: _rounded(values) for key, values in bands.items()}, separators=(",", ":")),
     }
-    content = checked_model(graph.finish(name, more={RATIO: ["batch"]}), metadata)
-    return sealed(content.SerializeToString(deterministic=True))
+    return _complete(graph, HISTORY | {RATIO: ["batch"]}, PRETRAINED_FORMAT, name, scaling, more)
 
 
-def _metadata(kind: str, name: str, scaling: Scaling) -> dict[str, str]:
-    """Return the metadata that all files have."""
-    return {
+def _complete(
+    graph: OnnxGraph, inputs: dict[str, list[str]], kind: str, name: str, scaling: Scaling, more: dict[str, str]
+) -> bytes:
+    """Return the file of a complete graph, with the metadata that all files have and `more`."""
+    metadata = {
         "format": kind,
         "format_version": str(ONNX_FORMAT_VERSION),
         "name": name,
@@ -140,6 +145,8 @@ def _metadata(kind: str, name: str, scaling: Scaling) -> dict[str, str]:
         "ranges": json.dumps(scaling.ranges),
         "scaling": scaling.to_json(),
     }
+    content = checked_model(graph.finish(name, inputs, MATRIX), metadata | more)
+    return sealed(content.SerializeToString(deterministic=True))
 
 
 def _rounded(values: np.ndarray) -> list[float]:

@@ -28,16 +28,6 @@ ONNX_NAME = "model.onnx"
 PRETRAINED_FORMAT = "viscoelastic-contact-pretrained-onnx"
 """Format of the files of `surrogate.export.onnx.banded_file`, which other programs run."""
 
-ONNX_METADATA = ("name", "architecture", "features", "ranges", "scaling", "dataset_sha256", "weights_sha256")
-ONNX_INTERFACE = [
-    ("times", "tensor(double)", 2),
-    ("indentations", "tensor(double)", 2),
-    ("tabor", "tensor(double)", 1),
-    ("edge", "tensor(double)", 2),
-    ("force", "tensor(double)", 2),
-]
-"""Name, type and number of dimensions of the inputs and of the output."""
-
 BESIDE = {
     "weights_sha256": "model.weights.h5",
     "scaling_sha256": "scaling.json",

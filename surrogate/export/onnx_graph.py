@@ -15,12 +15,15 @@ class OnnxGraph:
     def __init__(self) -> None:
         self.nodes: list[onnx.NodeProto] = []
         self.initializers: dict[str, np.ndarray] = {}
+        self._results: dict[tuple[Any, ...], str] = {}
 
     def add(self, kind: str, *inputs: str, output: str = "", **attributes: Any) -> str:
-        """Append a node."""
-        output = output or f"{kind}_{len(self.nodes)}"
-        self.nodes.append(helper.make_node(kind, inputs, [output], name=output, **attributes))
-        return output
+        """Append a node, or return the result of an equal one."""
+        key = (kind, inputs, output, repr(attributes))
+        if key not in self._results:
+            self._results[key] = output = output or f"{kind}_{len(self.nodes)}"
+            self.nodes.append(helper.make_node(kind, inputs, [output], name=output, **attributes))
+        return self._results[key]
 
     def constant(self, values: np.ndarray) -> str:
         """Add an array as a constant; equal arrays share one name."""
@@ -64,8 +67,11 @@ class OnnxGraph:
 
     def slope(self, values: str) -> str:
         """Compute the backward difference over time along the steps; the first value is zero."""
-        quotient = self.add("Div", self.rise(values), self.rise("times"))
-        return self.add("Pad", quotient, self.integers([0, 1, 0, 0]))
+        return self.after_zero(self.add("Div", self.rise(values), self.rise("times")))
+
+    def after_zero(self, values: str) -> str:
+        """Put a zero before the values along the steps."""
+        return self.add("Pad", values, self.integers([0, 1, 0, 0]))
 
     def rise(self, values: str) -> str:
         """Compute the differences of neighbours along the steps, of which there is one less."""
@@ -73,19 +79,15 @@ class OnnxGraph:
         later, earlier = self.add("Slice", values, one, far, one), self.add("Slice", values, zero, minus_one, one)
         return self.add("Sub", later, earlier)
 
-    def log_step(self) -> str:
-        """Logarithm of the time since the step before, zero at the first."""
-        return self.add("Pad", self.add("Log", self.rise("times")), self.integers([0, 1, 0, 0]))
-
     def scan(self, body: str, start: str, *sources: str, axis: int) -> str:
         """Run a graph in ONNX's text form along an axis of sources, from a state, and stack its results along it."""
-        name, count = f"Scan_{len(self.nodes)}", len(sources)
-        axes = {"num_scan_inputs": count, "scan_input_axes": [axis] * count, "scan_output_axes": [axis]}
-        node = helper.make_node(
-            "Scan", [start, *sources], [f"{name}_last", name], name=name, body=onnx.parser.parse_graph(body), **axes
-        )
-        self.nodes.append(node)
-        return name
+        key, count = ("Scan", body, start, sources, axis), len(sources)
+        if key not in self._results:
+            name = self._results[key] = f"Scan_{len(self.nodes)}"
+            axes = {"num_scan_inputs": count, "scan_input_axes": [axis] * count, "scan_output_axes": [axis]}
+            step, outputs = onnx.parser.parse_graph(body), [f"{name}_last", name]
+            self.nodes.append(helper.make_node("Scan", [start, *sources], outputs, name=name, body=step, **axes))
+        return self._results[key]
 
     def unscaled_force(self, scaled: str, moments: tuple[float, float]) -> None:
         """Add the output `force` from the scaled force, float32, and its mean and standard deviation."""
@@ -93,11 +95,9 @@ class OnnxGraph:
         product = self.add("Mul", self.cast(scaled, TensorProto.DOUBLE), self.number(deviation))
         self.symexp(self.add("Add", product, self.number(mean)), "force")
 
-    def finish(self, name: str, more: dict[str, list[str]] | None = None) -> onnx.GraphProto:
-        """Return the ONNX graph with the physical inputs and output, and `more` inputs by name with their shapes."""
-        matrix = ["batch", "steps"]
-        shapes = {"times": matrix, "indentations": matrix, "tabor": ["batch"], "edge": matrix} | (more or {})
-        inputs = [helper.make_tensor_value_info(key, TensorProto.DOUBLE, shape) for key, shape in shapes.items()]
-        output = helper.make_tensor_value_info("force", TensorProto.DOUBLE, matrix)
+    def finish(self, name: str, inputs: dict[str, list[Any]], output: list[Any], kind: int = TensorProto.DOUBLE) -> Any:
+        """Return the ONNX graph with inputs by name with their shapes, and the output `force`, of one type."""
+        given = [helper.make_tensor_value_info(key, kind, shape) for key, shape in inputs.items()]
+        found = helper.make_tensor_value_info("force", kind, output)
         constants = [numpy_helper.from_array(values, key) for key, values in self.initializers.items()]
-        return helper.make_graph(self.nodes, name, inputs, [output], initializer=constants)
+        return helper.make_graph(self.nodes, name, given, [found], initializer=constants)

@@ -86,9 +86,7 @@ def check_history(times: np.ndarray, indentations: np.ndarray) -> None:
     for name, values in (("times", times), ("indentations", indentations)):
         bad = np.flatnonzero(~np.isfinite(values).all(axis=1))
         if bad.size:
-            raise ValueError(
-                f"Expected finite {name}. Received: NaN or infinity{_place('in history', bad[0], len(values))}"
-            )
+            raise ValueError(f"Expected finite {name}. Received: NaN or infinity{_place(bad[0], len(values))}")
     # Models use the time since the first point; by rounding, two late times may have the same one.
     since = times - times[:, :1]
     steps = np.diff(since, axis=1)
@@ -96,7 +94,7 @@ def check_history(times: np.ndarray, indentations: np.ndarray) -> None:
     if bad.size:
         step = int(np.argmax(steps[bad[0]] <= 0.0)) + 1
         found = f"{float(times[bad[0], step])!r} after {float(times[bad[0], step - 1])!r}"
-        place = _place("in history", bad[0], len(times))
+        place = _place(bad[0], len(times))
         raise ValueError(f"Expected times that increase strictly. Received: {found}{place}")
     _within("indentations", indentations, -LARGEST_INDENTATION, LARGEST_INDENTATION)
     _within("times after the first", since, 0.0, LONGEST_HISTORY)
@@ -122,12 +120,12 @@ def checked_edge(edge: ArrayLike, shape: tuple[int, ...]) -> np.ndarray:
 def _within(name: str, values: np.ndarray, low: float, high: float) -> None:
     if values.size and not (values.min() >= low and values.max() <= high):
         row, column = np.argwhere((values < low) | (values > high))[0]
-        place = _place("in history", row, len(values))
+        place = _place(row, len(values))
         raise ValueError(
             f"Expected {name} within {low:g} and {high:g}. Received: {float(values[row, column])!r}{place}"
         )
 
 
-def _place(words: str, index: int, count: int) -> str:
-    """Where a value is, in words; nothing if there is only one place."""
-    return f" {words} {index}" if count > 1 else ""
+def _place(index: int, count: int) -> str:
+    """Where a value is, in words; nothing if there is only one history."""
+    return f" in history {index}" if count > 1 else ""

@@ -16,8 +16,6 @@ from surrogate.export.onnx_file import (
     BESIDE,
     ONNX_FORMAT,
     ONNX_FORMAT_VERSION,
-    ONNX_INTERFACE,
-    ONNX_METADATA,
     ONNX_NAME,
     PRETRAINED_FORMAT,
     read_sealed,
@@ -118,7 +116,6 @@ def _exported(path: Path, threads: int) -> OnnxFile:
     """
     content, session, metadata = read_sealed(path, threads, expected=EXPORTED, remedy="export it again")
     found, version = metadata.get("format"), metadata.get("format_version")
-    interface = [(item.name, item.type, len(item.shape)) for item in (*session.get_inputs(), *session.get_outputs())]
     words, cause = "", None
     if found == PRETRAINED_FORMAT:
         name = shortened(metadata.get("name", ""))
@@ -127,14 +124,9 @@ def _exported(path: Path, threads: int) -> OnnxFile:
         words = "which is not one"
     elif version != str(ONNX_FORMAT_VERSION):
         words = f"which is of version {shortened(str(version))}, not {ONNX_FORMAT_VERSION}"
-    elif missing := [key for key in ONNX_METADATA if key not in metadata]:
-        words = f"whose metadata lack {', '.join(missing)}"
-    elif sorted(interface) != sorted(ONNX_INTERFACE):
-        given = shortened(", ".join(name for name, _, _ in interface))
-        words = f"whose inputs and outputs ({given}) are not those of `surrogate export`"
     else:
         try:
             return OnnxFile(content, session, Scaling.from_json(metadata["scaling"], source=path), metadata, threads)
-        except ValueError as error:
-            words, cause = "whose scaling is damaged", error
+        except (KeyError, ValueError) as error:
+            words, cause = "which another program wrote", error
     raise ValueError(f"Expected {EXPORTED}. Received: {path}, {words}") from cause

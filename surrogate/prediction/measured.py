@@ -19,9 +19,8 @@ from bem.protocol import PiecewiseLinearProtocol, default_start_indentation
 from bem.scene import Scene
 from surrogate.data.features import edge_from_counts
 from surrogate.prediction.checks import check_history
-from surrogate.prediction.fitted_protocol import FittedProtocol
 from surrogate.prediction.predicted import PredictedTrajectory, predicted_trajectory
-from surrogate.prediction.protocol_fit import NotOneCycleError, fit_protocol
+from surrogate.prediction.protocol_fit import FittedProtocol, NotOneCycleError, fit_protocol
 from surrogate.prediction.validity import ExtrapolationWarning, dwell_ends, has_measurement_steps
 
 if TYPE_CHECKING:

@@ -16,7 +16,6 @@ import numpy as np
 from bem._support.wording import shortened
 from surrogate.architectures import build
 from surrogate.architectures.registry import require_source
-from surrogate.backend import import_keras
 from surrogate.data.features import channels
 from surrogate.data.scaling import Scaling
 from surrogate.export.onnx_file import session_of
@@ -149,9 +148,6 @@ class KerasNetwork(Network):
         super().__init__(scaling, name)
         self.model = model
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        return _unpickled, (self.model.get_config(), self.model.get_weights(), self.scaling, self.name)
-
     def scaled(self, sequence: np.ndarray, tabor: np.ndarray) -> np.ndarray:
         """Return the scaled force of shape `(batch, steps)`; the arguments are those of `Network.scaled`."""
         return np.asarray(self.model.predict_on_batch([sequence, tabor]))[..., 0]
@@ -165,15 +161,6 @@ class KerasNetwork(Network):
         from surrogate.export.onnx import file_content
 
         return file_content(self.model, self.scaling, name=self.name, architecture=self.name)
-
-
-def _unpickled(config: dict[str, Any], weights: list[np.ndarray], scaling: Scaling, name: str) -> KerasNetwork:
-    import_keras()
-    import keras
-
-    model = keras.Model.from_config(config)
-    model.set_weights(weights)
-    return KerasNetwork(model, scaling, name)
 
 
 def keras_network(folder: Path, run: dict[str, Any], scaling: Scaling) -> KerasNetwork:

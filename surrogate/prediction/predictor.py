@@ -12,7 +12,6 @@ Examples:
 from __future__ import annotations
 
 import time
-import warnings
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any, overload
 
@@ -35,12 +34,10 @@ from surrogate.prediction.validity import (
     RANGE_TOLERANCE,
     Excess,
     ExtrapolationWarning,
-    advice,
     excesses,
     history_quantities,
     of_history,
     warn_of_extrapolation,
-    worst,
 )
 
 if TYPE_CHECKING:
@@ -179,7 +176,11 @@ class Surrogate:
                 part = {name: values[rows] for name, values in quantities.items()}
                 words = [of_history(outside, row) for row in rows]
                 found |= zip(rows.tolist(), self._trajectories(part, counts, words, coverage, clock), strict=True)
-        self._warn(outside, len(protocols))
+        if outside:
+            far = np.count_nonzero(np.any([excess.beyond > 0.0 for excess in outside], axis=0))
+            infinite = "" if self.bands is None else ", and their bands are infinite"
+            where = f"{far} of {len(protocols)} protocols lie outside the training of {self.name}{infinite}"
+            warn_of_extrapolation(self.name, outside, where)
         return found[0] if single else [found[index] for index in range(len(protocols))]
 
     def predict_history(
@@ -279,19 +280,6 @@ class Surrogate:
                 f"know any standard linear solid. Received: modulus_ratio={float(ratio[other[0]])!r}"
             )
         return tabor, ratio
-
-    def _warn(self, outside: list[Excess], count: int) -> None:
-        """Warn at the caller of `predict`."""
-        if not outside:
-            return
-        rows, words = int(np.any([excess.beyond > 0.0 for excess in outside], axis=0).sum()), worst(outside)
-        infinite = "" if self.bands is None else ", and their bands are infinite"
-        warnings.warn(
-            f"{rows} of {count} protocols lie outside the training of {self.name}{infinite}: {'; '.join(words)}. "
-            f"Advice: {advice(words)}",
-            ExtrapolationWarning,
-            stacklevel=3,
-        )
 
     def _trajectories(
         self,

@@ -2,16 +2,20 @@
 
 The path is straight from the first point to the peak, constant over the dwell, and straight to the last point. It is
 fitted by least squares. The path is linear in the indentations of start, peak and end, so only the two times at which
-the dwell begins and ends are searched for: first among the points of the history, then between them. Two assumptions
+the dwell begins and ends are searched for: at the ends of a plateau, and from the points near the peak. Two assumptions
 hold unless the points contradict them: the dwell begins and ends where the sampling interval changes, and the path
 starts and ends at the expected indentation. Units as in `bem.protocol`.
 """
 
 from __future__ import annotations
 
-import numpy as np
+from dataclasses import dataclass, replace
 
-from surrogate.prediction.fitted_protocol import FittedProtocol
+import numpy as np
+from scipy.optimize import least_squares
+
+from bem.dataset.measurement_steps import FMS, measurement_grid
+from surrogate.prediction.validity import dwell_ends
 
 EXACT = 1e-6
 """Largest residual in an exact history, as a fraction of the range of the indentations; it allows for rounding."""
@@ -25,8 +29,90 @@ SMALLEST_RETURN = 0.1
 """Smallest change of indentation in each ramp, as a fraction of the travel."""
 FEWEST_POINTS = 4
 """Smallest number of points in a ramp, to determine its rate."""
-CANDIDATES, DECIMATED, BLOCKS = 32, 1000, 24
-"""Points in the first grid of the search, largest number of points it evaluates, and blocks for `LARGEST_BEND`."""
+PEAK = 0.05
+"""Depth below the largest indentation, as a fraction of their range, at which the search for the corners begins."""
+BLOCKS = 24
+"""Blocks for `LARGEST_BEND`."""
+
+
+@dataclass(frozen=True)
+class FittedProtocol:
+    """A path of two straight ramps with a dwell between them.
+
+    Args:
+        corners: Times of start, first and last point of the dwell, and end, shape `(4,)`. Without a dwell, the two in
+            the middle are equal.
+        start_indentation: Indentation at the start.
+        peak_indentation: Indentation during the dwell.
+        end_indentation: Indentation at the end.
+        residual: Root mean square difference between the indentations of the history and the path.
+        exact: Whether the points of the history lie on the path up to rounding.
+    """
+
+    corners: np.ndarray
+    start_indentation: float
+    peak_indentation: float
+    end_indentation: float
+    residual: float
+    exact: bool
+
+    @property
+    def loading_rate(self) -> float:
+        """Rate of indentation in loading."""
+        return float((self.peak_indentation - self.start_indentation) / (self.corners[1] - self.corners[0]))
+
+    @property
+    def dwell_time(self) -> float:
+        """Duration of the dwell."""
+        return float(self.corners[2] - self.corners[1])
+
+    @property
+    def unloading_rate(self) -> float:
+        """Rate of indentation in unloading, as a positive number."""
+        return float((self.peak_indentation - self.end_indentation) / (self.corners[3] - self.corners[2]))
+
+    @property
+    def travel(self) -> float:
+        """Difference between the peak and the lowest indentation."""
+        return self.peak_indentation - min(self.start_indentation, self.end_indentation)
+
+    def with_dwell(self, dwell_time: float) -> FittedProtocol:
+        """Return the path with a longer dwell of the same middle.
+
+        Each ramp gives at most a tenth of its duration to the dwell, which may then be shorter than `dwell_time`.
+        """
+        begin, first, second, end = self.corners
+        half = 0.5 * (dwell_time - self.dwell_time)
+        first, second = first - min(half, 0.1 * (first - begin)), second + min(half, 0.1 * (end - second))
+        return replace(self, corners=np.array([begin, first, second, end]))
+
+    def summary(self) -> dict[str, float]:
+        """Return the quantities of the protocol and the residual by name, ready for JSON."""
+        names = ("start_indentation", "peak_indentation", "end_indentation", "loading_rate", "dwell_time")
+        return {name: float(getattr(self, name)) for name in (*names, "unloading_rate", "residual")}
+
+    def levels(self) -> np.ndarray:
+        """Return the indentations at the corners, shape `(4,)`."""
+        return np.array([self.start_indentation, *[self.peak_indentation] * 2, self.end_indentation])
+
+    def measurement_steps(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return times and indentations of the fixed measurement steps, each of shape `(120,)`.
+
+        Raises:
+            ValueError: the path has no dwell.
+        """
+        unit = {"tabor": 1.0, "start_indentation": 0.0, "peak_indentation": 1.0}
+        rates = {"loading_rate": 1.0, "dwell_time": float(self.dwell_time > 0.0), "unloading_rate": 1.0}
+        (phase,), _ = measurement_grid(**unit, **rates, counts=FMS)
+        return np.interp(phase, range(4), self.corners), np.interp(phase, range(4), self.levels())
+
+    def words(self) -> str:
+        """Return the path and its residual as one line of text."""
+        return (
+            f"from {self.start_indentation:.4g} to {self.peak_indentation:.4g} at {self.loading_rate:.4g}, dwell "
+            f"{self.dwell_time:.4g}, to {self.end_indentation:.4g} at {self.unloading_rate:.4g}; the points differ by "
+            f"{self.residual:.2g} (rms), {100.0 * self.residual / self.travel:.2g} % of its travel"
+        )
 
 
 class NotOneCycleError(ValueError):
@@ -87,12 +173,15 @@ def _as_good(other: FittedProtocol, found: FittedProtocol, count: int) -> bool:
 
 
 def _searched(times: np.ndarray, indentations: np.ndarray) -> FittedProtocol:
-    """Return the least-squares path, with corners at points if it is then exact, otherwise anywhere between points."""
-    place = _nearest_points(times, indentations)
-    if len(times) > DECIMATED:
-        place = np.round(_between_points(times, indentations, place))
+    """Return the path with its corners at the plateau if it is then exact, otherwise that of least squares."""
+    place = np.clip(dwell_ends(indentations), 1, len(times) - 2).astype(np.float64)
     found = _path(times, indentations, place)
-    return found if found.exact else _path(times, indentations, _between_points(times, indentations, place))
+    if found.exact:
+        return found
+    near = np.flatnonzero(indentations >= indentations.max() - PEAK * np.ptp(indentations))
+    begins = (place, np.clip(near[[0, -1]], 1, len(times) - 2))
+    tried = [_path(times, indentations, _between_points(times, indentations, begin)) for begin in begins]
+    return min(tried, key=lambda one: one.residual)
 
 
 def _where_sampling_changes(times: np.ndarray) -> np.ndarray | None:
@@ -105,68 +194,31 @@ def _where_sampling_changes(times: np.ndarray) -> np.ndarray | None:
     return changes[[0, -1]].astype(np.float64) if 1 <= changes.size <= 2 else None
 
 
-def _hats(times: np.ndarray, first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the weights of start and end at all times, each `(pairs, steps)`, for corners of shape `(pairs, 1)`."""
+def _solved(
+    times: np.ndarray, indentations: np.ndarray, place: np.ndarray, ends: float | None = None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Fit the levels of start, peak and end, of which `ends` fixes two, to two corners at real-valued indices.
+
+    Returns the times of the corners, the levels, and the residuals of all points.
+    """
+    first, second = corners = np.interp(place, np.arange(len(times)), times)
     start = np.clip((first - times) / (first - times[0]), 0.0, 1.0)
     end = np.clip((times - second) / (times[-1] - second), 0.0, 1.0)
-    return start, end
-
-
-def _levels(
-    start: np.ndarray, end: np.ndarray, indentations: np.ndarray, ends: float | None
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return least-squares levels of start, peak and end, `(pairs, 3)`, and residuals of points, `(pairs, steps)`."""
-    peak = 1.0 - start - end
-    if ends is not None:
-        rest = indentations - ends * (start + end)
-        height = (peak * rest).sum(axis=-1) / (peak * peak).sum(axis=-1)
-        levels = np.stack([np.full_like(height, ends), height, np.full_like(height, ends)], axis=-1)
+    weights = np.stack([start, peak := 1.0 - start - end, end], axis=-1)
+    if ends is None:
+        levels = np.linalg.lstsq(weights, indentations, rcond=None)[0]
     else:
-        basis = np.stack([start, peak, end], axis=-1)
-        moments = np.swapaxes(basis, -1, -2) @ basis
-        levels = np.linalg.solve(moments, np.swapaxes(basis, -1, -2) @ indentations[:, np.newaxis])[..., 0]
-    path = start * levels[:, :1] + peak * levels[:, 1:2] + end * levels[:, 2:]
-    return levels, indentations - path
-
-
-def _residuals(
-    times: np.ndarray, indentations: np.ndarray, places: np.ndarray, ends: float | None = None
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the times of corners at real-valued indices, both `(pairs, 2)`, and the result of `_levels`."""
-    corners = np.interp(places, np.arange(len(times)), times)
-    return corners, *_levels(*_hats(times, corners[:, :1], corners[:, 1:]), indentations, ends)
-
-
-def _nearest_points(times: np.ndarray, indentations: np.ndarray) -> np.ndarray:
-    """Return the pair of points with the smallest residuals, by a search over successively finer grids."""
-    count = len(times)
-    kept = np.unique(np.linspace(0, count - 1, min(count, DECIMATED)).round().astype(int))
-    # A long history is decimated for the residuals; the corners may be at any of its points.
-    at, depth = np.searchsorted(kept, np.arange(count)), indentations[kept]
-    step = max(1, count // CANDIDATES)
-    around = np.append(np.arange(1, count - 1, step), count - 2)
-    firsts = seconds = around
-    while True:
-        pairs = np.array([(one, two) for one in np.unique(firsts) for two in np.unique(seconds) if one <= two])
-        inside = np.clip(at[pairs], 1, len(kept) - 2).astype(np.float64)
-        _, _, residuals = _residuals(times[kept], depth, inside)
-        best = pairs[int(np.argmin((residuals**2).sum(axis=-1)))]
-        if step == 1:
-            return best.astype(np.float64)
-        step = max(1, step // 4)
-        near = np.arange(-5, 6) * step
-        firsts, seconds = (np.clip(one + near, 1, count - 2) for one in best)
+        levels = np.array([ends, peak @ (indentations - ends * (start + end)) / (peak @ peak), ends])
+    return corners, levels, indentations - weights @ levels
 
 
 def _between_points(
     times: np.ndarray, indentations: np.ndarray, place: np.ndarray, ends: float | None = None
 ) -> np.ndarray:
     """Return real-valued indices of the corners with the least sum of squares, starting from `place`."""
-    from scipy.optimize import least_squares
 
     def residuals(found: np.ndarray) -> np.ndarray:
-        places = np.array([[found[0], min(found[0] + found[1], len(times) - 2.0)]])
-        return _residuals(times, indentations, places, ends)[2][0]
+        return _solved(times, indentations, np.array([found[0], min(found.sum(), len(times) - 2.0)]), ends)[2]
 
     last = len(times) - 2.0
     begin = np.clip([place[0], place[1] - place[0]], [1.0, 0.0], [last, last])
@@ -176,16 +228,11 @@ def _between_points(
 
 
 def _path(times: np.ndarray, indentations: np.ndarray, place: np.ndarray, ends: float | None = None) -> FittedProtocol:
-    corners, levels, residuals = _residuals(times, indentations, place[np.newaxis], ends)
-    start, peak, end = levels[0].tolist()
-    return FittedProtocol(
-        corners=np.array([times[0], *corners[0], times[-1]]),
-        start_indentation=start,
-        peak_indentation=peak,
-        end_indentation=end,
-        residual=float(np.sqrt(np.mean(residuals[0] ** 2))),
-        exact=bool(np.abs(residuals[0]).max() <= EXACT * np.ptp(indentations)),
-    )
+    corners, levels, residuals = _solved(times, indentations, place, ends)
+    rms, largest = float(np.sqrt(np.mean(residuals**2))), np.abs(residuals).max()
+    start, peak, end = levels.tolist()
+    exact = bool(largest <= EXACT * np.ptp(indentations))
+    return FittedProtocol(np.array([times[0], *corners, times[-1]]), start, peak, end, rms, exact)
 
 
 def _require_cycle(times: np.ndarray, indentations: np.ndarray, found: FittedProtocol) -> None:

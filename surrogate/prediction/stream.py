@@ -27,21 +27,23 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from bem._support.jit import in_python
 from bem._support.validation import real_array
 from bem._support.wording import shown
 from bem.protocol import LARGEST_INDENTATION, LARGEST_RATE
 from surrogate.data.features import channel_names
+from surrogate.data.physics import Motion, advance
 from surrogate.data.scaling import SYMLOG_PASSES, Scaling
 from surrogate.export.onnx_file import session_of
 from surrogate.export.step import FORCE, INPUT, NEXT, step_model
 from surrogate.prediction.checks import LONGEST_HISTORY, SHORTEST_STEP, checked_edge, real_number
-from surrogate.prediction.motion import Motion
 from surrogate.prediction.validity import warn_of_extrapolation
 from surrogate.prediction.watch import Seen, Watch
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
+_advance = in_python(advance)  # one point at a time, for which the compiled function takes longer to call
 AGREEMENT = 1e-5
 """Largest difference between stream, ONNX and Keras, as a share of the history's force range; tested."""
 
@@ -121,7 +123,7 @@ class Stream:
         self.name, self.tabor, self.modulus_ratio = name, tabor, modulus_ratio
         told = scaling.scale_tabor(np.array([tabor]))
         self._network = _StatefulSession(step_model(content, told, name))
-        self._motion = Motion(tabor, modulus_ratio)
+        self._motion, self._solid = Motion(), (tabor, math.nan if modulus_ratio is None else modulus_ratio)
         self._names = names = channel_names(scaling.features)
         self._mean, self._scale = np.array(scaling.channel_mean), np.array(scaling.channel_scale)
         self._force_mean, self._force_scale = scaling.force
@@ -165,7 +167,7 @@ class Stream:
                 f"Expected a finite time, and an indentation within +-{LARGEST_INDENTATION:g}. "
                 f"Received: time={time!r}, indentation={indentation!r}"
             )
-        if motion.began:
+        if motion.latest > -math.inf:
             since = time - motion.origin
             step = since - motion.time
             if not (step >= SHORTEST_STEP and since <= LONGEST_HISTORY):
@@ -179,7 +181,7 @@ class Stream:
                     f"time={time!r} after {motion.indentation!r} at {self.time!r}"
                 )
         force = self._advance(float(time), float(indentation), 1.0 if edge else 0.0)
-        if found := self._watch.see(time, indentation, bool(edge), motion.lee_radok < 0.0 < indentation):
+        if found := self._watch.see(time, indentation, bool(edge), self._motion.lee_radok < 0.0 < indentation):
             warn_of_extrapolation(self.name, found)
         return force
 
@@ -214,7 +216,7 @@ class Stream:
             raise
 
     def _advance(self, time: float, indentation: float, edge: float) -> float:
-        self._motion.advance(time, indentation, edge)
+        self._motion = _advance(self._motion, time, indentation, edge, *self._solid)
         values = []
         for name in self._names:
             value = getattr(self._motion, name)
@@ -229,13 +231,13 @@ class Stream:
         """Reset the state: the next step is the first one of a history."""
         for state in self._network.states:
             state[:] = 0.0
-        self._motion = Motion(self.tabor, self.modulus_ratio)
+        self._motion = Motion()
         self._watch.reset()
 
     def snapshot(self) -> Snapshot:
         """Return a copy of the state, so that later steps can be undone by `restore`."""
         states = [state.copy() for state in self._network.states]
-        return Snapshot(states, copy(self._motion), copy(self._watch.seen), self._owner)
+        return Snapshot(states, self._motion, copy(self._watch.seen), self._owner)
 
     def restore(self, snapshot: Snapshot) -> None:
         """Set the state to a snapshot of this stream, or of another one of the same model, Tabor parameter and solid.
@@ -247,4 +249,4 @@ class Stream:
             raise ValueError(f"Expected a snapshot of {self.name} at tabor={self.tabor:g}. Received: {shown(snapshot)}")
         for state, kept in zip(self._network.states, snapshot.states, strict=True):
             state[:] = kept
-        self._motion, self._watch.seen = copy(snapshot.motion), copy(snapshot.watch)
+        self._motion, self._watch.seen = snapshot.motion, copy(snapshot.watch)

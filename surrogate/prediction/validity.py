@@ -14,15 +14,13 @@ import warnings
 from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
 from bem.dataset.measurement_steps import proportional_counts
 from bem.protocol import default_start_indentation
 from surrogate.data.features import plateau
-
-Numbers = TypeVar("Numbers", float, np.ndarray)
 
 RANGE_TOLERANCE = 1e-6
 """Relative tolerance of all bounds, for rates that are computed from rounded times."""
@@ -90,12 +88,6 @@ class Excess:
         return f"{self.name} = {self.values[index]:.6g} lies outside [{self.low[index]:.6g}, {self.high[index]:.6g}]"
 
 
-def start_range(tabor: Numbers) -> tuple[Numbers, Numbers]:
-    """Return the lower and the upper bound of the indentation at start and end, of the shape of `tabor`."""
-    start = default_start_indentation(tabor)
-    return (1.0 + START_TOLERANCE) * start, (1.0 - START_TOLERANCE) * start
-
-
 def excesses(quantities: dict[str, np.ndarray], ranges: dict[str, tuple[float, float]]) -> list[Excess]:
     """Return the quantities that are outside their range.
 
@@ -127,7 +119,11 @@ def excesses(quantities: dict[str, np.ndarray], ranges: dict[str, tuple[float, f
 
 def bounds_of(ranges: dict[str, Any], tabor: Any) -> dict[str, tuple[Any, Any]]:
     """Return the bounds of all quantities by name; those of start and end if the Tabor parameter is known."""
-    ends = {} if tabor is None else dict.fromkeys(("start_indentation", "end_indentation"), start_range(tabor))
+    ends = {}
+    if tabor is not None:
+        start = default_start_indentation(tabor)
+        near = (1.0 + START_TOLERANCE) * start, (1.0 - START_TOLERANCE) * start
+        ends = {"start_indentation": near, "end_indentation": near}
     return {
         **POINTS,
         "bend": (0.0, BEND_TOLERANCE),
@@ -139,21 +135,17 @@ def bounds_of(ranges: dict[str, Any], tabor: Any) -> dict[str, tuple[Any, Any]]:
     }
 
 
-def worst(found: Iterable[Excess]) -> list[str]:
-    """Return, for each quantity, the value farthest outside its range, as text."""
-    return [excess.words(int(excess.beyond.argmax())) for excess in found]
-
-
-def warn_of_extrapolation(name: str, found: list[Excess]) -> None:
+def warn_of_extrapolation(name: str, found: list[Excess], where: str = "") -> None:
     """Issue one `ExtrapolationWarning` for all excesses, if there are any, at the caller of the calling method.
 
     Args:
         name: Name of the model.
-        found: What `excesses` returned.
+        found: What `excesses` returned; of each quantity, the value farthest outside is named.
+        where: What lies outside, in words; by default the model.
     """
     if found:
-        words = worst(found)
-        message = f"{name} extrapolates beyond its training: {'; '.join(words)}. Advice: {advice(words)}"
+        words = [excess.words(int(excess.beyond.argmax())) for excess in found]
+        message = f"{where or f'{name} extrapolates beyond its training'}: {'; '.join(words)}. Advice: {advice(words)}"
         warnings.warn(message, ExtrapolationWarning, stacklevel=3)
 
 

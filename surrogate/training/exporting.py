@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 
-from bem._support.outputs import whole_file
 from bem.dataset.designs import QUANTITIES
 from bem.dataset.measurement_steps import FMS, measurement_grid
 from surrogate.architectures.naming import split_name
@@ -14,7 +13,7 @@ from surrogate.architectures.registry import REGISTERED
 from surrogate.data.features import edge_from_counts
 from surrogate.export.keras_layers import NotExportableError
 from surrogate.export.onnx import banded_file, file_content
-from surrogate.export.onnx_file import ONNX_NAME, session_of
+from surrogate.export.onnx_file import session_of
 from surrogate.prediction.bands import LEVELS
 from surrogate.prediction.files import read_run, weights_sha256
 from surrogate.prediction.networks import KerasNetwork, keras_network
@@ -22,18 +21,6 @@ from surrogate.prediction.predictor import Surrogate
 
 AGREEMENT = 1e-3
 """Largest difference between ONNX and Keras for a registered architecture, as a fraction of a history's force range."""
-
-
-def export_folder(folder: Path) -> Path:
-    """Write `model.onnx` into a model directory; errors are those of `folder_content`.
-
-    Returns:
-        Path of the file.
-    """
-    target = folder / ONNX_NAME
-    with whole_file(target) as part:
-        part.write_bytes(folder_content(folder))
-    return target
 
 
 def folder_content(folder: Path) -> bytes:

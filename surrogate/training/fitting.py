@@ -24,7 +24,7 @@ import numpy as np
 
 from surrogate.data.examples import Examples
 from surrogate.training.recipe import Recipe
-from surrogate.training.run_folder import Progress, damage, read_progress, save_progress, sums_of
+from surrogate.training.run_folder import Progress, Report, damage, read_progress, save_progress, sums_of
 from surrogate.training.soap import Soap
 
 COLUMNS = {
@@ -40,10 +40,6 @@ BACKUP = ("backup/latest.weights.h5", "backup/training_metadata.json")
 """Files of Keras's newer backup; those of the older one end in `.bkp`."""
 VALIDATION_BATCH = 256
 """Trajectories in a batch of the validation set."""
-
-
-Report = Callable[[Progress, int], None]
-"""Called after each epoch, with the progress and the largest number of epochs."""
 
 
 @dataclass(frozen=True)

@@ -163,14 +163,12 @@ def differences(
     found: TrainingIdentity, wanted: TrainingIdentity, of: Iterable[str] = EVERYTHING, but: Iterable[str] = ()
 ) -> list[str]:
     """Return in which quantities `of` two trainings differ, `but` some, by the words of `WORDS`."""
-    one, other = found.facts(), wanted.facts()
-    return [WORDS[name] for name in of if name not in but and one[name] != other[name]]
+    facts = wanted.facts()
+    return facts_that_differ(found.facts(), {name: facts[name] for name in of}, but)
 
 
 def facts_that_differ(found: Mapping[str, Any], wanted: Mapping[str, Any], but: Iterable[str] = ()) -> list[str]:
-    """Return the words of `WORDS` in which a stored fingerprint differs from that of a training; `but` names some."""
-    # What was stored has gone through JSON.
-    wanted = json.loads(json.dumps(wanted))
+    """Return the words of `WORDS` for the wanted facts, `but` some, that other facts, such as stored ones, lack."""
     return [WORDS.get(name, name) for name, value in wanted.items() if name not in but and found.get(name) != value]
 
 

@@ -29,17 +29,16 @@ from surrogate.architectures.common import inputs, readout
 from surrogate.architectures.layers import AppendTabor
 from surrogate.backend import versions
 from surrogate.data.dataset import TrajectoryDataset
-from surrogate.data.examples import Examples, physical_channels, scaled_examples
+from surrogate.data.examples import Part, fitted_scaling, joined_examples, pieces, scaled_examples
 from surrogate.data.scaling import Scaling
 from surrogate.export.onnx import network_content
 from surrogate.export.onnx_file import ONNX_NAME, seal_folder, session_of, sha256
 from surrogate.prediction.bands import KNOWN, Bands, result_errors, results
 from surrogate.prediction.files import PUBLISHED_BANDED
 from surrogate.prediction.networks import NetworkFile
-from surrogate.training.fitting import Report, TrainingTask, fit, started, with_weights
-from surrogate.training.progress import reporter
+from surrogate.training.fitting import TrainingTask, fit, started, with_weights
 from surrogate.training.recipe import Cosine, Recipe
-from surrogate.training.run_folder import locked, require_same_run
+from surrogate.training.run_folder import Report, locked, reporter, require_same_run
 
 FEATURES = "F"
 RUN_FORMAT = "viscoelastic-contact-pretrained"
@@ -49,8 +48,6 @@ FITTED = 8_000
 """Trajectories at the edges to which the expected errors of the bands are fitted."""
 SCALED = 60_000
 """Trajectories in the box from which the scaling of a new model is computed."""
-AT_ONCE = 10_000
-"""Trajectories whose channels are in memory at a time."""
 
 
 @dataclass(frozen=True)
@@ -127,10 +124,6 @@ class Data:
         )
 
 
-Part = tuple[TrajectoryDataset, np.ndarray]
-"""A data set and some of its trajectories."""
-
-
 def network(units: tuple[int, ...]) -> keras.Model:
     """Build an untrained network: LSTMs of so many units each, and the readout that all models share."""
     sequence, tabor = inputs(FEATURES)
@@ -138,16 +131,6 @@ def network(units: tuple[int, ...]) -> keras.Model:
     for number, size in enumerate(units, 1):
         hidden = layers.LSTM(size, return_sequences=True, name=f"lstm_{number}")(hidden)
     return keras.Model([sequence, tabor], readout(hidden))
-
-
-def _pieces(rows: np.ndarray) -> list[np.ndarray]:
-    return [rows[first : first + AT_ONCE] for first in range(0, len(rows), AT_ONCE)]
-
-
-def examples(parts: list[Part], scaling: Scaling) -> Examples:
-    """Return the scaled trajectories of several parts, one after the other."""
-    found = [scaled_examples(dataset, some, scaling) for dataset, rows in parts for some in _pieces(rows)]
-    return Examples(*map(np.concatenate, zip(*(vars(one).values() for one in found), strict=True)))
 
 
 def train_model(
@@ -167,27 +150,20 @@ def train_model(
     recipe, (training, choosing, calibrating) = definition.recipe, data.divided(definition.held_out)
     model = started(lambda: network(definition.units), recipe.seed)
     if start is None:
-        box, rows = data.box, training[0][1][:SCALED]
-        scaling = Scaling.fit(
-            physical_channels(box, rows, FEATURES),
-            tabor=box.protocols["tabor"][rows],
-            force=box.force[rows],
-            features=FEATURES,
-            protocols={name: np.array(bounds) for name, bounds in RANGES.items()},
-            dataset_sha256=data.sha256,
-        )
+        box, ranges = (data.box, training[0][1][:SCALED]), {name: np.array(bounds) for name, bounds in RANGES.items()}
+        scaling = fitted_scaling([box], FEATURES, ranges, data.sha256)
     else:
         model.set_weights(weights_of(start / ONNX_NAME))
         scaling = replace(Scaling.load(start / "scaling.json"), dataset_sha256=data.sha256)
-    asked = {"units": definition.units, "dataset": data.sha256, "recipe": recipe.as_dict()}
+    asked = {"units": list(definition.units), "dataset": data.sha256, "recipe": recipe.as_dict()}
     asked |= {"start": sha256(start / ONNX_NAME)} if start else {}
     with locked(folder):
         require_same_run(folder, asked)
         progress = fit(
             TrainingTask(
                 model=model,
-                training=examples(training, scaling),
-                validation=examples(choosing, scaling),
+                training=joined_examples(training, scaling),
+                validation=joined_examples(choosing, scaling),
                 recipe=recipe,
                 folder=folder,
                 facts=asked,
@@ -230,7 +206,7 @@ def train_model(
 def calibrate(folder: Path, trained: NetworkFile, parts: list[Part]) -> None:
     """Write `bands.npz` of a trained network: expected errors fitted to the first part, quantiles of the others."""
     scaling, found = trained.scaling, []
-    for dataset, rows in ((dataset, some) for dataset, all_rows in parts for some in _pieces(all_rows)):
+    for dataset, rows in pieces(parts):
         one = scaled_examples(dataset, rows, scaling)
         scaled = trained.scaled(one.sequence, one.tabor).astype(np.float64)
         times, indentations = dataset.grid(rows)

@@ -6,7 +6,6 @@ published (`surrogate.training.identity`) are skipped by the caller, and every o
 
 from __future__ import annotations
 
-import csv
 import signal
 import subprocess
 import sys
@@ -22,9 +21,6 @@ STOP_FILE = "STOP"
 """Name of the file in the directory of the runs that stops them after their current epoch."""
 STOPPED = 75
 """Exit status of a run that stopped on request and can be resumed (EX_TEMPFAIL)."""
-
-STATUS_SECONDS = 300.0
-"""Interval at which the progress of the runs is logged."""
 
 
 class StopRequest:
@@ -66,7 +62,7 @@ def run_queue(
         command: Returns the arguments of `python -m surrogate` for a name.
         folder: Directory of the runs. Each process appends its output to `NAME/log.txt` in it.
         jobs: Largest number of processes at a time.
-        log: Called with one line of text when a run starts or ends, and with its progress.
+        log: Called with one line of text when a run starts or ends.
         poll_seconds: Interval between two looks at processes and stop requests.
 
     Returns:
@@ -79,7 +75,6 @@ def run_queue(
         plain_name(name, "a run's name")
     should_stop = StopRequest(folder)
     queue, running, ended = list(waiting), {}, {}
-    last_status = time.monotonic()
     asked: set[str] = set()
     # The trainings may belong to the terminal that sends Ctrl-C, or not.
     undo.append(lambda: [process.send_signal(signal.SIGINT) for process in list(running.values())])
@@ -103,19 +98,4 @@ def run_queue(
             ended[name] = STOPPED if name in asked and status < 0 else status
             outcome = {0: "done", STOPPED: "stopped, to be resumed"}.get(ended[name])
             log(f"{name}: {outcome or f'failed with status {ended[name]}, see {folder / name}/log.txt'}")
-        if time.monotonic() - last_status >= STATUS_SECONDS:
-            last_status = time.monotonic()
-            for name in running:
-                log(f"{name}: {standing(folder / name / 'history.csv')}")
     return ended
-
-
-def standing(history: Path) -> str:
-    """Return the progress of a run as text, from its `history.csv`."""
-    if not history.exists():
-        return "in its first epoch"
-    with history.open(encoding="utf-8") as file:
-        rows = list(csv.DictReader(file))
-    if not rows:
-        return "in its first epoch"
-    return f"epoch {rows[-1]['epoch']}, validation MSE {float(rows[-1]['validation_mse']):.2e}"

@@ -27,23 +27,47 @@ The weights with the smallest validation error are kept in every case. Recipe `p
 from __future__ import annotations
 
 import json
-import math
-import reprlib
-from collections.abc import Sequence
 from dataclasses import MISSING, asdict, dataclass, fields, replace
 from importlib import resources
 from pathlib import Path
-from typing import Any, get_args, get_type_hints
+from typing import Any
 
 from bem._support.text_files import read_toml
+from bem._support.validation import finite_number, instance, whole_number
+from bem._support.wording import shortened, shown
 
-OPTIMIZERS = ("adam", "soap")
-LOOPS = ("fit",)
-KINDS = {int: "a whole number", float: "a finite number", str: "a text"}
+WHOLE = {"seed": 0, "batch_size": 1, "epochs": 1, "patience": 0, "stop_after": 1}
+"""Smallest value of each whole number."""
+NUMBERS: dict[str, dict[str, float]] = {
+    "learning_rate": {"above": 0.0},
+    "gradient_norm": {"above": 0.0},
+    "factor": {"above": 0.0},
+    "minimum_rate": {"low": 0.0},
+    "warmup_epochs": {"low": 0.0},
+    "weight_average": {"above": 0.0, "high": 1.0},
+    "dropout_until": {"low": 0.0, "high": 1.0},
+}
+"""Bounds of each other number, as `bem._support.validation.finite_number` takes them."""
+CHOICES = {"optimizer": ("adam", "soap"), "loop": ("fit",)}
+
+
+class _Checked:
+    """Checks the fields of a table when it is made."""
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            if value is None:
+                continue
+            if name in WHOLE:
+                whole_number(name, value, low=WHOLE[name])
+            elif name in NUMBERS:
+                finite_number(name, value, **NUMBERS[name])
+            elif value not in CHOICES.get(name, (value,)):
+                raise ValueError(f"{name} must be {' or '.join(CHOICES[name])}; received {shown(value)}")
 
 
 @dataclass(frozen=True)
-class Cosine:
+class Cosine(_Checked):
     """Learning-rate schedule: a linear warm-up, then a cosine decay to zero at the last epoch.
 
     Args:
@@ -54,7 +78,7 @@ class Cosine:
 
 
 @dataclass(frozen=True)
-class Plateau:
+class Plateau(_Checked):
     """Learning-rate schedule on a plateau of the validation error, with early stopping.
 
     Args:
@@ -71,7 +95,7 @@ class Plateau:
 
 
 @dataclass(frozen=True)
-class Recipe:
+class Recipe(_Checked):
     """All hyperparameters of a training; the docstring of the module explains the fields.
 
     Raises:
@@ -92,21 +116,8 @@ class Recipe:
     plateau: Plateau | None = None
 
     def __post_init__(self) -> None:
-        for name in ("batch_size", "epochs", "learning_rate"):
-            if not getattr(self, name) > 0:
-                raise ValueError(f"Expected {name} above zero. Received: {name}={getattr(self, name)!r}")
-        if self.seed < 0:
-            raise ValueError(f"Expected a seed of zero or above. Received: seed={self.seed!r}")
-        if self.optimizer not in OPTIMIZERS:
-            raise ValueError(f"Expected optimizer {' or '.join(OPTIMIZERS)}. Received: optimizer={self.optimizer!r}")
-        if self.weight_average is not None and not 0.0 < self.weight_average <= 1.0:
-            raise ValueError(f"Expected weight_average in (0, 1]. Received: weight_average={self.weight_average!r}")
-        if self.dropout_until is not None and not 0.0 <= self.dropout_until <= 1.0:
-            raise ValueError(f"Expected dropout_until in [0, 1]. Received: dropout_until={self.dropout_until!r}")
-        if self.loop is not None and self.loop not in LOOPS:
-            raise ValueError(f"Expected loop {' or '.join(LOOPS)}, or no such key. Received: loop={self.loop!r}")
-        if self.plateau and not self.plateau.stop_after > 0:
-            raise ValueError(f"Expected stop_after above zero. Received: stop_after={self.plateau.stop_after!r}")
+        super().__post_init__()
+        instance("name", self.name, (str,))
         if self.cosine and self.plateau:
             raise ValueError("Expected at most one of [cosine] and [plateau]. Received: both")
 
@@ -129,8 +140,9 @@ class Recipe:
             raise ValueError(f"Expected a training recipe in TOML. Received: {source} ({error})") from error
         for key, kind in (("cosine", Cosine), ("plateau", Plateau)):
             if key in content:
-                content[key] = kind(**_checked(content[key], kind, f"the table [{key}]", source))
-        return cls(**_checked(content, cls, "a training recipe", source))
+                content[key] = _made(kind, content[key], f"the table [{key}]", source)
+        found: Recipe = _made(cls, content, "a training recipe", source)
+        return found
 
     def with_overrides(self, **overrides: Any) -> Recipe:
         """Return a copy with fields replaced by keyword; a value of `None` keeps the field.
@@ -155,41 +167,24 @@ class Recipe:
         return "\n".join([*lines, *tables]) + "\n"
 
 
-def _checked(content: Any, kind: type, what: str, source: str | Path) -> dict[str, Any]:
-    """Return the content of a TOML table after checking it against the fields of a data class.
+def _made(kind: type, content: Any, what: str, source: str | Path) -> Any:
+    """Return a data class made of a TOML table.
 
     Raises:
-        ValueError: a key is missing or unknown, or a value has another type; the message says what is allowed.
+        ValueError: a key is missing or unknown, or a value is not allowed; the message says what is.
     """
     if not isinstance(content, dict):
-        raise ValueError(f"Expected {what}. Received: {reprlib.repr(content)} in {source}")
-    needed = [field.name for field in fields(kind) if field.default is MISSING]
-    optional = [field.name for field in fields(kind) if field.default is not MISSING]
-    found = {
-        "without": [key for key in needed if key not in content],
-        "with": [key for key in content if key not in (*needed, *optional)],
+        raise ValueError(f"Expected {what}. Received: {shown(content)} in {source}")
+    keys = {field.name: field.default is MISSING for field in fields(kind)}
+    wrong = {
+        "without": [key for key, needed in keys.items() if needed and key not in content],
+        "with": [key for key in content if key not in keys],
     }
-    if any(found.values()):
-        allowed = f"Expected {', '.join(needed)}" if needed else f"Expected no keys but {', '.join(optional)}"
-        allowed += f", and optionally {', '.join(optional)}," if needed and optional else ""
-        received = " and ".join(f"{word} {_listed(keys)}" for word, keys in found.items() if keys)
-        raise ValueError(f"{allowed} in {what}. Received: {source} {received}")
-    hints = get_type_hints(kind)
-    for key, value in content.items():
-        wanted = next(one for one in (*get_args(hints[key]), hints[key]) if one is not type(None))
-        if wanted in KINDS and not _is_a(wanted, value):
-            raise ValueError(
-                f"Expected {KINDS[wanted]} as {key} in {what}. Received: {reprlib.repr(value)} in {source}"
-            )
-    return content
-
-
-def _is_a(kind: type, value: Any) -> bool:
-    if kind is float:
-        return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
-    return isinstance(value, kind) and not isinstance(value, bool)
-
-
-def _listed(keys: Sequence[str], most: int = 5) -> str:
-    shown = ", ".join(key if len(key) < 30 else reprlib.repr(key) for key in keys[:most])
-    return f"{shown} and {len(keys) - most} more" if len(keys) > most else shown
+    if any(wrong.values()):
+        allowed = ", ".join(key if needed else f"optionally {key}" for key, needed in keys.items())
+        received = " and ".join(f"{word} {shortened(', '.join(found))}" for word, found in wrong.items() if found)
+        raise ValueError(f"Expected {allowed} in {what}. Received: {source} {received}")
+    try:
+        return kind(**content)
+    except ValueError as error:
+        raise ValueError(f"{error} in {source}") from error

@@ -10,15 +10,18 @@ from __future__ import annotations
 import csv
 import hashlib
 import json
-from collections.abc import Iterator, Mapping
+import sys
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from datetime import timedelta
 from pathlib import Path
 from typing import Any
 
 from filelock import FileLock, Timeout
 
 from bem._support.outputs import write_whole
+from surrogate.export.onnx_file import sha256
 from surrogate.training.identity import TrainingIdentity, facts_that_differ
 
 HISTORY_COLUMNS = ("epoch", "learning_rate", "train_mse", "validation_mse", "validation_mae", "seconds", "cpu_seconds")
@@ -64,6 +67,35 @@ class Progress:
     def cpu_seconds(self) -> float:
         """Processor seconds of all epochs so far."""
         return self.history[-1]["cpu_seconds"] if self.history else 0.0
+
+
+Report = Callable[[Progress, int], None]
+"""Called after each epoch, with the progress and the largest number of epochs."""
+
+
+def epoch_line(done: Progress, epochs: int) -> str:
+    """Return the result of the latest epoch as one line of text."""
+    row = done.history[-1]
+    left = timedelta(seconds=round((epochs - done.epoch) * done.seconds / done.epoch))
+    return (
+        f"epoch {row['epoch']}/{epochs}  train MSE {row['train_mse']:.3e}  "
+        f"validation MSE {row['validation_mse']:.3e}  rate {row['learning_rate']:.2e}  "
+        f"{row['seconds']:.0f} s, at most {left} left"
+    )
+
+
+@contextmanager
+def reporter(name: str) -> Iterator[Report]:
+    """Yield a function that displays the result of an epoch of the run `name`."""
+    if not sys.stdout.isatty():
+        yield lambda *given: print(epoch_line(*given), flush=True)
+        return
+    from rich.progress import BarColumn, TextColumn
+    from rich.progress import Progress as Bar
+
+    with Bar(TextColumn(name), BarColumn(), TextColumn("{task.fields[line]}")) as bar:
+        task = bar.add_task(name, total=None, line="")
+        yield lambda done, epochs: bar.update(task, completed=done.epoch, total=epochs, line=epoch_line(done, epochs))
 
 
 @contextmanager
@@ -116,7 +148,7 @@ def read_progress(folder: Path) -> tuple[Progress, dict[str, Any], list[str]] | 
 
 def sums_of(files: list[Path]) -> list[str]:
     """Return the SHA-256 sums of files; an empty text for one that is missing."""
-    return [_sum(path.read_bytes()) if path.is_file() else "" for path in files]
+    return [sha256(path) if path.is_file() else "" for path in files]
 
 
 def damage(path: Path, folder: Path) -> ValueError:

@@ -11,24 +11,25 @@ from pathlib import Path
 import keras
 import numpy as np
 
+from bem._support.outputs import write_whole
 from bem._support.provenance import host
 from surrogate.architectures import build
 from surrogate.architectures.registry import source_of
 from surrogate.backend import has_fused_lstm, versions
 from surrogate.data.dataset import Split, TrajectoryDataset
-from surrogate.data.examples import physical_channels, scaled_examples
+from surrogate.data.examples import Part, fitted_scaling, joined_examples, scaled_examples
 from surrogate.data.metrics import summary
 from surrogate.data.scaling import Scaling
 from surrogate.export.keras_layers import NotExportableError
 from surrogate.export.onnx_file import ONNX_NAME
 from surrogate.prediction.networks import KerasNetwork
 from surrogate.training.evaluation import evaluate, write_errors
-from surrogate.training.exporting import export_folder
-from surrogate.training.fitting import Report, TrainingTask, fit, started, with_weights
+from surrogate.training.exporting import folder_content
+from surrogate.training.fitting import TrainingTask, fit, started, with_weights
 from surrogate.training.identity import TrainingIdentity
 from surrogate.training.model_directory import model_name, publish
 from surrogate.training.recipe import Recipe
-from surrogate.training.run_folder import Progress, locked, require_same_run
+from surrogate.training.run_folder import Progress, Report, locked, require_same_run
 
 __all__ = ["RUN_FORMAT", "Run", "execute", "extra_indices", "fit_scaling", "publish"]
 
@@ -78,6 +79,12 @@ class Run:
         return self.label or self.architecture
 
     @property
+    def training(self) -> list[Part]:
+        """The data sets to train on, and the trajectories of each."""
+        own = (self.dataset, self.split.train)
+        return [own] if self.extra is None else [own, (self.extra, extra_indices(self))]
+
+    @property
     def identity(self) -> TrainingIdentity:
         """The identity of the training: all that decides its result."""
         return TrainingIdentity.of(
@@ -93,21 +100,11 @@ class Run:
 
 def fit_scaling(run: Run) -> Scaling:
     """Return the scaling: the statistics of the run's training set, with the trajectories of the extra data set."""
-    sources = [(run.dataset, run.split.train)]
-    if run.extra:
-        sources.append((run.extra, extra_indices(run)))
-    protocols = [dataset.protocols_of(indices) for dataset, indices in sources]
-    merged = {name: np.concatenate([part[name] for part in protocols]) for name in protocols[0]}
+    protocols = [dataset.protocols_of(rows) for dataset, rows in run.training]
+    ranges = {name: np.concatenate([part[name] for part in protocols]) for name in protocols[0]}
     if run.dataset.modulus_ratio is not None:
-        merged["modulus_ratio"] = np.array([run.dataset.modulus_ratio])
-    return Scaling.fit(
-        np.concatenate([physical_channels(dataset, indices, run.features) for dataset, indices in sources]),
-        tabor=merged["tabor"],
-        force=np.concatenate([dataset.force[indices] for dataset, indices in sources]),
-        features=run.features,
-        protocols=merged,
-        dataset_sha256=run.dataset.sha256,
-    )
+        ranges["modulus_ratio"] = np.array([run.dataset.modulus_ratio])
+    return fitted_scaling(run.training, run.features, ranges, run.dataset.sha256)
 
 
 def extra_indices(run: Run) -> np.ndarray:
@@ -141,7 +138,7 @@ def execute(
         run: What to train.
         folder: Directory of the run.
         should_stop: Called after each epoch; `True` ends the training early, and a later call resumes it.
-        report: See `surrogate.training.fitting.Report`.
+        report: See `surrogate.training.run_folder.Report`.
         log: Called with messages, one line of text each.
         command: The command line, recorded in `run.json`.
 
@@ -158,24 +155,23 @@ def execute(
         log(f"The {keras.backend.backend()} backend has no fused LSTM on this device; the LSTM runs step by step")
 
     scaling = fit_scaling(run)
-    training = scaled_examples(run.dataset, run.split.train, scaling)
-    if run.extra:
-        training = training.joined(scaled_examples(run.extra, extra_indices(run), scaling))
+    training = joined_examples(run.training, scaling)
     facts = run.identity.fingerprint
     with locked(folder):
         require_same_run(folder, facts)
         validation = scaled_examples(run.dataset, run.split.validation, scaling)
         progress = fit(TrainingTask(model, training, validation, run.recipe, folder, facts, should_stop, report))
         if progress.finished:
-            _write_model(run, folder, model, scaling, progress, examples=len(training), command=command, log=log)
+            _write_model(
+                run, folder, KerasNetwork(model, scaling), progress, examples=len(training), command=command, log=log
+            )
     return progress
 
 
 def _write_model(
     run: Run,
     folder: Path,
-    model: keras.Model,
-    scaling: Scaling,
+    trained: KerasNetwork,
     progress: Progress,
     *,
     examples: int,
@@ -185,21 +181,26 @@ def _write_model(
     target = folder / "model"
     target.mkdir(exist_ok=True)
     # A new model has no optimizer, whose state Keras would write into the weights file.
-    with_weights(build(run.architecture, features=run.features), model).save_weights(target / "model.weights.h5")
-    scaling.save(target / "scaling.json")
+    with_weights(build(run.architecture, features=run.features), trained.model).save_weights(
+        target / "model.weights.h5"
+    )
+    trained.scaling.save(target / "scaling.json")
     run.split.save(target / "split.json")
     shutil.copyfile(folder / "history.csv", target / "history.csv")
     (target / "recipe.toml").write_text(run.recipe.to_toml(), encoding="utf-8")
 
     parts = {"validation": run.split.validation, "test": run.split.test}
-    network = KerasNetwork(model, scaling)
-    errors = {part: evaluate(network, run.dataset, indices) for part, indices in parts.items()}
+    errors = {part: evaluate(trained, run.dataset, indices) for part, indices in parts.items()}
     write_errors(target / "test_errors.csv", run.split.test, errors["test"])
     cost = {"epochs": progress.epoch, "best_epoch": progress.best_epoch}
     cost |= {"seconds": progress.seconds, "cpu_seconds": progress.cpu_seconds}
     _write_json(
         target / "metrics.json",
-        {"parameters": model.count_params(), **cost, **{part: summary(values) for part, values in errors.items()}},
+        {
+            "parameters": trained.model.count_params(),
+            **cost,
+            **{part: summary(values) for part, values in errors.items()},
+        },
     )
     content = {
         "format": RUN_FORMAT,
@@ -225,7 +226,7 @@ def _write_model(
         content["architecture_file"] = asdict(source)
     _write_json(target / "run.json", content)
     try:
-        export_folder(target)
+        write_whole(target / ONNX_NAME, folder_content(target))
     except NotExportableError as error:
         (target / ONNX_NAME).unlink(missing_ok=True)
         log(f"{run.name}: no {ONNX_NAME} is written, so the model predicts with backend='keras' only. {error}")

@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 from surrogate.architectures.naming import names
 from surrogate.cli import app as cli
 from surrogate.data.dataset import TrajectoryDataset
-from surrogate.training.queue import STOPPED, run_queue, standing
+from surrogate.training.queue import STOPPED, run_queue
 from surrogate.training.recipe import Recipe
 
 runner = CliRunner()
@@ -146,7 +146,6 @@ def test_stop_file_ends_after_the_epoch_and_the_same_command_resumes(least, opti
     result = runner.invoke(cli.app, ["train", "M1-concat", *options])
     assert result.exit_code == STOPPED
     assert "stopped after epoch 1" in result.output
-    assert "epoch 1, validation MSE" in standing(tmp_path / "runs" / "M1-concat" / "history.csv")
     (tmp_path / "runs" / "STOP").unlink()
     assert runner.invoke(cli.app, ["train", "M1-concat", *options]).exit_code == 0
 

@@ -11,75 +11,72 @@ from tests.surrogate.prediction.predicting import FLAGS, PROTOCOL, refused
 HEADER = "tabor,peak_indentation,loading_rate,dwell_time,unloading_rate\n"
 
 
+PROTOCOLS = [
+    ("", "which is empty"),
+    (HEADER, "at least one row"),
+    (HEADER + "1,2,3\n", "5 values in every row. Received: 3 in row 1"),
+    (HEADER + "1,20,10,1,ten\n", "finite numbers. Received: 'ten' as unloading_rate in row 1"),
+    (HEADER + "1,20,10,1,nan\n", "'nan' as unloading_rate"),
+    (HEADER + "-1,20,10,1,10\n", "tabor must be"),
+    ("tabor,depth\n1,2\n", "the columns tabor, peak_indentation.*Received: depth, tabor in"),
+    ("tabor,tabor\n1,2\n", "every column once"),
+    (",".join(f"c{i}" for i in range(10**5)) + "\n", "the columns tabor.*Received: c0, c1, .* in "),
+    ("a" * 10**5 + "," + "a" * 10**5 + "\n", "every column once"),
+    (HEADER + "1,20,10,1," + 10**5 * "x" + "\n", "finite numbers. Received: 'xxx.*' as unloading_rate in row 1"),
+    (HEADER + '"1,20,10,1,10\n', "comma-separated numbers under a header"),
+    (HEADER + "1,20,10,1,1_0\n", "finite numbers. Received: '1_0'"),
+    (HEADER + "1,20,10,1,\u0661\n", "finite numbers"),
+    (
+        HEADER + "1,20,10,1,10\n\n \n1,20,0,1,10\n",
+        r"loading_rate must be .*; received 0\.0 in row 2 \(line 5\) of \S+in.csv$",
+    ),
+    (
+        HEADER + "1,20,10,1,10\n0,20,1,1,10\n",
+        r"tabor must be .*; received 0\.0 in row 2 \(line 3\) of \S+in.csv$",
+    ),
+    (HEADER + "1,20,10,1,10\n1,20,1e-12,1e-9,10\n", r"outlast the rounding .*; received .* in row 2 \(line 3\)"),
+    ("1,20,10,1,10\n1,20,10,1,10\n", "a header that names the columns. Received: numbers in the first row"),
+]
+HISTORIES = [
+    ("time,indentation\n0,1\n1,2\n1,3\n", "times that increase strictly. Received: .*1.0"),
+    ("time,indentation\n0,1\n2,2\n1,3\n", "times that increase strictly"),
+    ("time,indentation,depth\n0,1,2\n", "the columns"),
+    ("time,indentation,edge\n0,1,\n", "finite numbers. Received: '' as edge in row 1"),
+    ("trajectory,time,indentation,force\n0,0,1,2\n1,1,2,2\n", "one trajectory"),
+    ("time,indentation,edge\n0,1,0\n1,2,0.5\n", r"zero or one. Received: 0.5 in row 2 \(line 3\)"),
+    ("time,indentation,tabor\n0,1,1\n1,2,2\n", r"the same Tabor parameter.*2.0 in row 2 \(line 3\)"),
+    ("time,indentation,tabor\n0,1,3\n1,2,3\n", "the file's Tabor parameter 3.0. Received: --tabor 1.0"),
+]
+OBJECTS = [
+    ("[" * 100_000, "nested too deeply"),
+    ('[{"tabor": 1, "tabor": 2}]', "'tabor' twice in one object"),
+    (json.dumps([PROTOCOL | {"tabor": 10**400}]), "finite numbers. Received: 1000.*as tabor in row 1"),
+    (json.dumps([PROTOCOL | {"tabor": 1.0}, PROTOCOL]), "the same names in every object.*in row 2 of"),
+    ('[{"tabor": 1' + 5000 * "0" + "}]", "Expected JSON"),
+    (json.dumps([PROTOCOL | {"tabor": [1]}]), "finite numbers"),
+    (json.dumps([PROTOCOL | {"tabor": True}]), "finite numbers. Received: True"),
+    ("null", "a JSON list of protocols"),
+    ("[]", "a JSON list of protocols"),
+    ("[1, 2", "Expected JSON"),
+    ("[1, 2]", "a JSON list of protocols"),
+    ('{"time": [0, 1], "indentation": [0]}', "lists of equal length"),
+]
+
+
 @pytest.mark.parametrize(
-    ("text", "words"),
+    ("name", "text", "options", "words"),
     [
-        ("", "which is empty"),
-        (HEADER, "at least one row"),
-        (HEADER + "1,2,3\n", "5 values in every row. Received: 3 in row 1"),
-        (HEADER + "1,20,10,1,ten\n", "finite numbers. Received: 'ten' as unloading_rate in row 1"),
-        (HEADER + "1,20,10,1,nan\n", "'nan' as unloading_rate"),
-        (HEADER + "-1,20,10,1,10\n", "tabor must be"),
-        ("tabor,depth\n1,2\n", "the columns tabor, peak_indentation.*Received: depth, tabor in"),
-        ("tabor,tabor\n1,2\n", "every column once"),
-        (",".join(f"c{i}" for i in range(10**5)) + "\n", "the columns tabor.*Received: c0, c1, .* in "),
-        ("a" * 10**5 + "," + "a" * 10**5 + "\n", "every column once"),
-        (HEADER + "1,20,10,1," + 10**5 * "x" + "\n", "finite numbers. Received: 'xxx.*' as unloading_rate in row 1"),
-        (HEADER + '"1,20,10,1,10\n', "comma-separated numbers under a header"),
-        (HEADER + "1,20,10,1,1_0\n", "finite numbers. Received: '1_0'"),
-        (HEADER + "1,20,10,1,\u0661\n", "finite numbers"),
-        (
-            HEADER + "1,20,10,1,10\n\n \n1,20,0,1,10\n",
-            r"loading_rate must be .*; received 0\.0 in row 2 \(line 5\) of \S+in.csv$",
-        ),
-        (
-            HEADER + "1,20,10,1,10\n0,20,1,1,10\n",
-            r"tabor must be .*; received 0\.0 in row 2 \(line 3\) of \S+in.csv$",
-        ),
-        (HEADER + "1,20,10,1,10\n1,20,1e-12,1e-9,10\n", r"outlast the rounding .*; received .* in row 2 \(line 3\)"),
-        ("1,20,10,1,10\n1,20,10,1,10\n", "a header that names the columns. Received: numbers in the first row"),
+        *(("in.csv", text, [], words) for text, words in PROTOCOLS),
+        *(("in.csv", text, ["--tabor", 1.0], words) for text, words in HISTORIES),
+        *(("in.json", text, [], words) for text, words in OBJECTS),
     ],
 )
-def test_malformed_protocols(command, tmp_path, text, words):
-    (tmp_path / "in.csv").write_text(text)
+def test_malformed_files(name, text, options, words, command, tmp_path):
+    (tmp_path / name).write_text(text)
     kept = tmp_path / "out.csv"
     kept.write_text("what was there before")
-    error = refused(command, ["predict", "M1-concat", "--in", tmp_path / "in.csv", "--out", kept], folder=tmp_path)
-    assert re.search(words, error)
-
-
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ("time,indentation\n0,1\n1,2\n1,3\n", "times that increase strictly. Received: .*1.0"),
-        ("time,indentation\n0,1\n2,2\n1,3\n", "times that increase strictly"),
-        ("time,indentation,depth\n0,1,2\n", "the columns"),
-        ("time,indentation,edge\n0,1,\n", "finite numbers. Received: '' as edge in row 1"),
-    ],
-)
-def test_malformed_histories(command, tmp_path, text, words):
-    (tmp_path / "in.csv").write_text(text)
-    words_in = ["predict", "M1-concat", "--in", tmp_path / "in.csv", "--tabor", 1.0, "--out", tmp_path / "out.json"]
-    assert re.search(words, refused(command, words_in, folder=tmp_path))
-
-
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ("[" * 100_000, "nested too deeply"),
-        ('[{"tabor": 1, "tabor": 2}]', "'tabor' twice in one object"),
-        (json.dumps([PROTOCOL | {"tabor": 10**400}]), "finite numbers. Received: 1000.*as tabor in row 1"),
-        (json.dumps([PROTOCOL | {"tabor": 1.0}, PROTOCOL]), "the same names in every object.*in row 2 of"),
-        ('[{"tabor": 1' + 5000 * "0" + "}]", "Expected JSON"),
-        (json.dumps([PROTOCOL | {"tabor": [1]}]), "finite numbers"),
-        (json.dumps([PROTOCOL | {"tabor": True}]), "finite numbers. Received: True"),
-        ("null", "a JSON list of protocols"),
-        ("[]", "a JSON list of protocols"),
-    ],
-)
-def test_malformed_json(command, tmp_path, text, words):
-    (tmp_path / "in.json").write_text(text)
-    assert re.search(words, refused(command, ["predict", "M1-concat", "--in", tmp_path / "in.json"], folder=tmp_path))
+    given = ["predict", "M1-concat", "--in", tmp_path / name, *options, "--out", kept]
+    assert re.search(words, refused(command, given, folder=tmp_path))
 
 
 @pytest.fixture
@@ -117,32 +114,13 @@ def test_the_files_it_writes_are_read_back(command, written, tmp_path):
     assert json.loads(out)[0]["pull_off_force"] == pytest.approx(first["pull_off_force"], rel=1e-12)
 
 
-def test_histories_that_contradict_themselves(command, tmp_path):
-    for text, options, words in (
-        ("trajectory,time,indentation,force\n0,0,1,2\n1,1,2,2\n", ["--tabor", 1], "one trajectory"),
-        ("time,indentation,tabor\n0,1,1\n1,2,2\n", [], r"the same Tabor parameter.*2.0 in row 2 \(line 3\)"),
-        ("time,indentation,tabor\n0,1,1\n1,2,1\n", ["--tabor", 3], "Received: --tabor 3.0"),
-        ("time,indentation,edge\n0,1,0\n1,2,0.5\n", ["--tabor", 1], r"zero or one. Received: 0.5 in row 2 \(line 3\)"),
-    ):
-        (tmp_path / "in.csv").write_text(text)
-        assert re.search(
-            words, refused(command, ["predict", "M1-concat", "--in", tmp_path / "in.csv", *options], folder=tmp_path)
-        )
-
-
 def test_other_mistakes(command, tmp_path, published):
-    (tmp_path / "in.json").write_text("[1, 2")
-    (tmp_path / "list.json").write_text("[1, 2]")
-    (tmp_path / "uneven.json").write_text('{"time": [0, 1], "indentation": [0]}')
     (tmp_path / "binary.csv").write_bytes(b"\xff\xfe\x00\x80")
     (tmp_path / "good.csv").write_text(HEADER + "1,20,10,1,10\n")
     (tmp_path / "history.csv").write_text("time,indentation\n0,1\n1,2\n")
     (tmp_path / "foreign.onnx").write_text("not a graph")
     whole = ["M1-concat", "--tabor", 1.0, *FLAGS]
     for words, expected in (
-        (["M1-concat", "--in", tmp_path / "in.json"], "Expected JSON"),
-        (["M1-concat", "--in", tmp_path / "list.json"], "a JSON list of protocols"),
-        (["M1-concat", "--in", tmp_path / "uneven.json", "--tabor", 1], "lists of equal length"),
         (["M1-concat", "--in", tmp_path / "binary.csv"], "text in UTF-8"),
         (["M1-concat", "--in", tmp_path / "absent.csv"], "which does not exist"),
         (["M1-concat", "--in", tmp_path / "in.xlsx"], "called .csv or .json"),

@@ -3,24 +3,23 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from surrogate.data.features import (
+    channels,
     edge_from_counts,
     edge_from_indentations,
     plateau,
-    smoothed_acceleration,
-    velocity,
 )
 
 
 def test_velocity_is_the_backward_difference():
     times, indentations = np.array([[0.0, 1.0, 3.0, 3.5]]), np.array([[0.0, 2.0, 2.0, 1.0]])
-    np.testing.assert_array_equal(velocity(times, indentations), [[0.0, 2.0, 0.0, -2.0]])
+    np.testing.assert_array_equal(channels(times, indentations, 0 * times)[..., 2], [[0.0, 2.0, 0.0, -2.0]])
 
 
 def test_acceleration_of_steady_motion_fades():
     times = np.linspace(0.0, 1.0, 11)[None]
     a = 0.3
     expected = [0.0, 20.0 * a, 20.0 * a * (1 - a), 20.0 * a * (1 - a) ** 2]
-    np.testing.assert_allclose(smoothed_acceleration(times, 2.0 * times)[0, :4], expected)
+    np.testing.assert_allclose(channels(times, 2.0 * times, times, "C")[0, :4, 3], expected)
 
 
 def test_found_edges_equal_the_known_ones(grid):

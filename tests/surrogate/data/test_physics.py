@@ -5,7 +5,6 @@ from bem import LoadingProtocol, Scene, StandardLinearSolid
 from bem.dataset.measurement_steps import measurement_grid
 from bem.reference_solutions import hereditary_hertz
 from surrogate.data.features import channel_names, channels, edge_from_indentations
-from surrogate.data.physics import physics_channels
 from surrogate.data.scaling import Scaling
 
 PROTOCOL = {"peak_indentation": 20.0, "loading_rate": 10.0, "dwell_time": 1.0, "unloading_rate": 10.0}
@@ -19,7 +18,7 @@ def test_the_force_is_that_of_lee_and_radok_while_the_contact_grows():
     counts = (2000, 800, 50)
     times, indentations = histories(counts)
     tabor, ratio = np.array([1.0, 0.5]), np.array([0.1, 0.3])
-    force = physics_channels(times, indentations, tabor, ratio)[0]
+    force = channels(times, indentations, 0 * times, "F", tabor=tabor, modulus_ratio=ratio)[..., 5]
     for row in range(2):
         scene = Scene(tabor[row], StandardLinearSolid(ratio[row]))
         path = LoadingProtocol(**PROTOCOL).history(tabor[row])
@@ -32,7 +31,7 @@ def test_the_force_is_that_of_lee_and_radok_while_the_contact_grows():
 def test_the_memories_forget_by_the_two_times_of_the_solid():
     times = np.array([[0.0, 1.0, 3.0]])
     indentations = np.array([[0.0, 2.0, 2.0]])
-    found = physics_channels(times, indentations, np.ones(1), np.array([0.25]))[2:, 0]
+    found = channels(times, indentations, 0 * times, "F", tabor=np.ones(1), modulus_ratio=0.25)[0, :, 7:9].T
     for memory, time in zip(found, (0.25, 1.0), strict=True):
         risen = 2.0 * time * (1.0 - np.exp(-1.0 / time))
         np.testing.assert_allclose(memory, [0.0, risen, risen * np.exp(-2.0 / time)], rtol=1e-12)

@@ -14,9 +14,8 @@ import surrogate.training.fitting as fitting
 from surrogate.prediction.predictor import ExtrapolationWarning
 from surrogate.training.fitting import BACKUP
 from surrogate.training.model_directory import MODEL_FILES, publish
-from surrogate.training.progress import epoch_line
 from surrogate.training.recipe import Recipe
-from surrogate.training.run_folder import HISTORY_COLUMNS, locked, set_aside
+from surrogate.training.run_folder import HISTORY_COLUMNS, epoch_line, locked, set_aside
 from surrogate.training.runs import Run, execute, extra_indices
 from tests.surrogate.conftest import build_by, build_tiny, scenes
 from tests.surrogate.training.short_runs import COSINE, StopAfter, history, recipe, weights
