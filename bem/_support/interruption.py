@@ -134,7 +134,9 @@ def interruptible(function: Callable[..., _Result], *arguments: Any) -> _Result:
     try:
         # `Thread.start` and `Future.result` are Python, in which a handler that raises would leave half of something.
         _thread.start_new_thread(work, ())
-        ended.acquire()
+        # Again and again, because a signal that arrives in the instant before a wait does not end it.
+        while not ended.acquire(timeout=_PATIENCE):
+            pass
     except BaseException:
         stop[0] = 1
         ended.acquire(timeout=_PATIENCE)
