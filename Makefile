@@ -272,9 +272,9 @@ measurements: $(addprefix measure-,$(MEASUREMENTS))  ## All measurements except 
 TEST_WORKERS ?= 2
 .PHONY: test test-slow test-newest-keras golden-trajectories lint format check-lock lock clean
 test: check-lock lint  ## Everything continuous integration runs: lock, lint, format, types, fast tests
-	$(PY) -m pytest -n $(TEST_WORKERS) --dist loadfile
+	$(PY) -m pytest -n $(TEST_WORKERS) --max-worker-restart 0 --dist loadfile
 test-slow: setup  ## Run the long tests
-	$(PY) -m pytest -n $(TEST_WORKERS) -m slow
+	$(PY) -m pytest -n $(TEST_WORKERS) --max-worker-restart 0 -m slow
 
 test-newest-keras: .venv-newest/.installed  ## Test the architectures with the newest Keras under PyTorch, in .venv-newest (2 GB)
 	KERAS_BACKEND=torch .venv-newest/bin/python -m pytest tests/surrogate/architectures
