@@ -22,7 +22,8 @@ def test_every_tool_is_measured_and_missing_models_are_named(cost):
     assert cost["tools"][0]["errors"]["force"]["largest"] == 0.0
     assert all(tool["failures"] == 0 for tool in cost["tools"])
     assert [tools[key]["protocols"] for key in list(tools)[1:4]] == [2, 2, 1]
-    assert all(tool["repeats"] == 2 and len(tool["run_totals"]) == 2 for tool in cost["tools"][1:])
+    one_at_a_time = [tool for tool in cost["tools"][1:] if tool.get("way") != "ONNX batch"]
+    assert all(tool["repeats"] == 2 and len(tool["run_totals"]) == 2 for tool in one_at_a_time)
     assert all(tool["seconds"]["count"] == tool["protocols"] for tool in cost["tools"][1:])
     assert len(cost["missing"]) == 18
 
