@@ -27,9 +27,9 @@ def seconds_of(case: Case, ways: dict[str, tools.Predict], config: dict[str, Any
     repetitions, batch = config["repetitions"], config["batch"]
     calls = {
         "solver": (lambda: tools.solver_at(config["accuracy"])(case), repetitions, 1),
-        "keras_call": (lambda: tools.predictions(ways["Keras call"], [case]), repetitions, 1),
-        "predictor": (lambda: tools.predictions(ways["ONNX"], [case]), repetitions, 1),
-        "predictor_batch": (lambda: tools.predictions(ways["ONNX"], [case] * batch), BATCHES, batch),
+        "keras_call": (lambda: ways["Keras call"]([case]), repetitions, 1),
+        "predictor": (lambda: ways["ONNX"]([case]), repetitions, 1),
+        "predictor_batch": (lambda: ways["ONNX"]([case] * batch), BATCHES, batch),
     }
     return {way: float(np.median(timed(call, count))) / share for way, (call, count, share) in calls.items()}
 
