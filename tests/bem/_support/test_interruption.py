@@ -1,5 +1,6 @@
 """Ctrl-C ends every command in one line, and a signal handler that raises ends a simulation, not the process."""
 
+import _thread
 import os
 import random
 import signal
@@ -49,6 +50,26 @@ def test_a_handler_that_raises_stops_the_function(number, handler):
     with pytest.raises(KeyboardInterrupt):
         interruptible(function, "all")
     assert ended == ["all"]
+
+
+def test_a_signal_in_the_instant_before_the_wait_is_heard():
+    """`interrupt_main` notes a signal without waking who waits, as one that arrives just before does."""
+    heard = []
+
+    def function(stop):
+        _thread.interrupt_main()
+        until = time.monotonic() + LATEST
+        while not stop[0] and time.monotonic() < until:
+            time.sleep(1e-3)
+        heard.append(stop[0])
+
+    former = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            interruptible(function)
+    finally:
+        signal.signal(signal.SIGINT, former)
+    assert heard == [1]
 
 
 def test_other_threads_hear_of_no_signal_and_errors_come_through():
