@@ -110,7 +110,8 @@ $(T)/%.md: $(DRAWING) | $(INSTALLED)
 $(F)/figure-1.pdf $(F)/figure-2.pdf $(F)/figure-3.pdf $(T)/protocols-dataset.md: $(S)/dataset_examples.json
 $(F)/figure-2.pdf: $(DATASET)
 $(F)/figure-4.pdf $(F)/figure-architectures.pdf: $(S)/architecture_graphs.json
-$(F)/figure-5.pdf $(F)/figure-mse-mae.pdf $(F)/figure-learning-curves.pdf $(T)/models.md: $(S)/model_comparison.json
+$(F)/figure-5.pdf $(F)/figure-mse-mae.pdf $(F)/figure-learning-curves.pdf $(F)/figure-ranking.pdf $(T)/models.md \
+	$(T)/ranking.md: $(S)/model_comparison.json
 $(F)/figure-5.pdf $(T)/persson-brener.md: $(S)/persson_brener.json
 $(F)/figure-6.pdf $(F)/graphical-abstract.pdf $(T)/protocols-canonical.md: $(S)/canonical_regimes.json
 $(F)/figure-7.pdf $(F)/graphical-abstract.pdf $(T)/quartiles.md: $(S)/error_statistics.json
@@ -134,7 +135,7 @@ $(S)/dataset_examples.json: $(SOLVER)
 $(S)/dataset_statistics.json: $(DATASET)
 $(S)/canonical_regimes.json: $(SOLVER) $(MEASURED)/canonical_times.json $(M1)
 $(S)/persson_brener.json: $(SOLVER) $(M1)
-$(S)/error_statistics.json: $(DATASET) $(M1)
+$(S)/error_statistics.json: $(DATASET) $(M1) $(wildcard $(MODELS)/M1-concat-paper/test_errors.csv)
 $(S)/fms_transfer.json: $(SOLVER) $(DATASET) $(M1)
 $(S)/model_comparison.json: $(DATASET) $(ALL_MODELS)
 $(S)/architecture_graphs.json: $(wildcard surrogate/architectures/*.py)
@@ -179,13 +180,14 @@ ONLY ?=
 EPOCHS ?=
 TRAINING = --dataset $(DATASET) --threads 1 --runs $(OUT)/training --models $(MODELS)
 # A training that is interrupted has published the models that it finished.
-models: $(DATASET) | $(INSTALLED)  ## Train and publish the models that are not published yet (hours)
-	status=0; $(VENV)/bin/surrogate train-all --recipe $(RECIPE) --jobs $(JOBS) $(addprefix --only ,$(ONLY)) \
+models: $(DATASET) | $(INSTALLED)  ## Train and publish the models that are not published yet (hours; RECIPE=paper: days, as MODEL-paper)
+	status=0; $(VENV)/bin/surrogate train-all --recipe $(RECIPE) $(addprefix --suffix=-,$(filter paper,$(RECIPE))) --jobs $(JOBS) $(addprefix --only ,$(ONLY)) \
 		$(addprefix --epochs ,$(EPOCHS)) $(TRAINING) || status=$$?; [ ! -e $(MODELS) ] || $(SUMS) $(MODELS); exit $$status
 
 # Models besides the 18: MODEL trained in another way, unless LABEL is published. Inputs C have the least error of A to D.
 MODEL ?= M1-concat
-BESIDE := model-paper-recipe model-inputs-c model-large model-8-epochs model-15-epochs model-60-epochs
+INPUTS := model-inputs-a model-inputs-b model-inputs-c
+BESIDE := model-paper-recipe $(INPUTS) model-large model-8-epochs model-15-epochs model-60-epochs
 LABEL = $(MODEL)-$*
 HOW = --recipe swift --epochs $(or $(EPOCHS),$(*:%-epochs=%))
 .PHONY: $(BESIDE)
@@ -195,9 +197,10 @@ $(BESIDE): model-%: $(DATASET) | $(INSTALLED)
 model-paper-recipe: LABEL = $(MODEL)-paper
 model-paper-recipe: HOW = --recipe paper $(addprefix --epochs ,$(EPOCHS))
 model-paper-recipe:  ## Train MODEL, by default M1-concat, by the paper's own recipe, as MODEL-paper (hours)
-model-inputs-c: LABEL = $(MODEL)-inputs-C
-model-inputs-c: HOW = --recipe swift --features C $(addprefix --epochs ,$(EPOCHS))
-model-inputs-c:  ## Train it on the input representation C, as MODEL-inputs-C
+$(INPUTS): SET = $(shell echo $(@:model-inputs-%=%) | tr abc ABC)
+$(INPUTS): LABEL = $(MODEL)-inputs-$(SET)$(addprefix -,$(filter paper,$(RECIPE)))
+$(INPUTS): HOW = --recipe $(RECIPE) --features $(SET) $(addprefix --epochs ,$(EPOCHS))
+model-inputs-c:  ## Train it on the input representation C, as MODEL-inputs-C (also model-inputs-a, -b; RECIPE=paper)
 model-large: HOW = --recipe swift --features C --extra $(OUT)/dataset/extra.h5 --epochs $(or $(EPOCHS),5)
 model-large: $(if $(wildcard $(MODELS)/$(MODEL)-large/run.json),,$(OUT)/dataset/extra.h5)  ## Train it on ten times the data (simulated first) and inputs C
 model-budgets: model-8-epochs model-15-epochs model-60-epochs  ## Train it for 8, 15 and 60 epochs, for the figure of error against core minutes

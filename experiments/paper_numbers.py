@@ -10,6 +10,8 @@ from pathlib import Path
 from typing import Any
 
 PAPER_VALUES = Path(__file__).parent / "paper_values"
+PAPER_RECIPE = "{}-paper"
+"""Label under which a model, trained by the paper's own recipe, is published."""
 
 
 @functools.cache

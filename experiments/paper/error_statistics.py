@@ -14,6 +14,7 @@ import numpy as np
 from scipy.stats import spearmanr
 
 from experiments.common import require_dataset
+from experiments.paper_numbers import PAPER_RECIPE
 from surrogate.training.identity import read_identity
 
 KEYS = ("model",)
@@ -100,5 +101,11 @@ def held_out_errors(folder: Path, dataset: Path) -> dict[str, np.ndarray]:
 
 
 def study(config: dict[str, Any], models: Path, dataset: Path) -> dict[str, Any]:
-    """Error statistics of one model."""
-    return {"config": config, **statistics(held_out_errors(models / config["model"], dataset))}
+    """Error statistics of one model, and of the same architecture trained by the paper's recipe, or `None`."""
+    paper = models / PAPER_RECIPE.format(config["model"])
+    trained = (paper / "run.json").is_file()
+    return {
+        "config": config,
+        **statistics(held_out_errors(models / config["model"], dataset)),
+        "by_paper_recipe": statistics(held_out_errors(paper, dataset)) if trained else None,
+    }

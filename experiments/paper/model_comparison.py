@@ -16,13 +16,15 @@ from pathlib import Path
 from typing import Any
 
 from experiments.common import dataset_digest
-from experiments.paper_numbers import paper_values
+from experiments.paper_numbers import PAPER_RECIPE, paper_values
 from surrogate.architectures.naming import CONDITIONINGS, PAPER_FAMILIES, names, paper_names
 from surrogate.training.identity import ALIKE, HELD_OUT, TrainingIdentity, differences, read_identity
 
 METRICS = ("mse", "mae", "dtw_rmse")
 REFERENCE = "M1-concat"
 """The reference model: the others must be trained as it was, and the second family is the best of the others."""
+INPUT_LABELS = {"D": REFERENCE} | {features: f"{REFERENCE}-inputs-{features}" for features in "ABC"}
+"""Labels of the reference model by its input representation."""
 
 
 def read_history(path: Path) -> dict[str, list[float]]:
@@ -128,6 +130,32 @@ def comparison(found: dict[str, dict[str, Any]]) -> dict[str, Any]:
     }
 
 
+def by_paper_recipe(beside: dict[str, dict[str, Any]]) -> dict[str, Any]:
+    """The trainings by the paper's recipe; what needs one that is missing is `None`."""
+    labels = {name: PAPER_RECIPE.format(name) for name in paper_names()}
+    trained = {name: beside[label] for name, label in labels.items() if label in beside}
+    hours = {name: one["hours"] for name, one in trained.items()}
+    complete = len(trained) == len(labels)
+    inputs = {
+        features: beside.get(PAPER_RECIPE.format(label), {}).get("validation_mse")
+        for features, label in INPUT_LABELS.items()
+    }
+    return {
+        "trained": list(trained),
+        "mse": {name: one["mse"] for name, one in trained.items()}
+        | {
+            f"features-{features}": beside[PAPER_RECIPE.format(label)]["mse"]
+            for features, label in INPUT_LABELS.items()
+            if inputs[features] is not None
+        },
+        "longest_training": max(hours, key=hours.__getitem__) if complete else None,
+        "longest_training_hours": max(hours.values()) if complete else None,
+        "most_epochs": max(one["epochs"] for one in trained.values()) if complete else None,
+        "validation_mse": inputs,
+        "all_improve_over_a": all(inputs[name] < inputs["A"] for name in "BCD") if all(inputs.values()) else None,
+    }
+
+
 def study(models: Path, dataset: Path) -> dict[str, Any]:
     """Compare the published models.
 
@@ -154,4 +182,5 @@ def study(models: Path, dataset: Path) -> dict[str, Any]:
         "differences": trained_otherwise(lineages, digest),
         "expected": len(paper_names()),
         "comparison": comparison(found),
+        "by_paper_recipe": by_paper_recipe(beside),
     }

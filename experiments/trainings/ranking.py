@@ -62,6 +62,40 @@ def contenders(claim: dict[str, Any]) -> tuple[str, dict[str, list[str]]]:
     return first, known[kind]
 
 
+def by_paper_recipe(claim: dict[str, Any], mse: dict[str, float], spread: dict[str, Any]) -> dict[str, Any]:
+    """Decision on a ranking from one training of each model by the paper's recipe.
+
+    The order of two contenders is a tie if their errors differ by less than those of two seeds of one of the models.
+
+    Args:
+        claim: The claim.
+        mse: Held-out errors by model.
+        spread: `min` and `max` over the seeds of our recipe, by model and metric.
+
+    Returns:
+        `lacking`, the models that are not trained yet; if there is none, also `first`, `level` and `decision`.
+    """
+    champion, known = contenders(claim)
+    models = [name for names in known.values() for name in names]
+    lacking = [name for name in models if name not in mse]
+    if lacking:
+        return {"lacking": lacking}
+    errors = {label: min(mse[name] for name in names) for label, names in known.items()}
+    ends = [spread[name]["test_mse"] for name in models if name in spread]
+    apart = max((one["max"] / one["min"] for one in ends), default=np.inf)
+    decisions = {}
+    for label in known.keys() - {champion}:
+        ratio = errors[label] / errors[champion]
+        decided = statistics.HOLDS if ratio > apart else statistics.FAILS
+        decisions[label] = decided if max(ratio, 1.0 / ratio) > apart else statistics.TIE
+    return {
+        "lacking": [],
+        "first": min(errors, key=errors.__getitem__),
+        "level": [champion, *(label for label in known if decisions.get(label) == statistics.TIE)],
+        "decision": statistics.verdict(list(decisions.values())),
+    }
+
+
 def read_seed(folder: Path) -> dict[str, Any]:
     """Errors of one training on the test set, and its settings.
 

@@ -17,11 +17,12 @@ from paper_figures.style import drawing, models_style
 from surrogate.architectures.naming import paper_names
 
 
-def draw_sizes(axes: Axes, models: dict[str, Any], ranking: Any = None) -> None:
+def draw_sizes(axes: Axes, content: Any, ranking: Any = None) -> None:
     """Number of parameters against DTW-RMSE, with the paper's reference model."""
+    models = content["models"]
     paper = drawing.paper_values("reference_model")
     axes.plot(paper["parameters"] / 1e3, paper["dtw_rmse"], **models_style.paper_marker(paper["name"]))
-    draw_models(axes, models, "parameters", "dtw_rmse", ranking, factor=1e-3)
+    draw_models(axes, content, "parameters", "dtw_rmse", ranking, factor=1e-3)
     # The least error is named, and its marker is in front and smaller: a model of about the same size may lie on it.
     best = min(models, key=lambda name: models[name]["dtw_rmse"])
     of_seeds = models_style.seeds_of(ranking, best) >= models_style.SEVERAL
@@ -77,7 +78,7 @@ def draw_data_efficiency(axes: Axes, content: dict[str, Any]) -> None:
     ends = ([max(mean + sign * sd, 0.1 * mean) for mean, sd in zip(means, deviations, strict=True)] for sign in (-1, 1))
     axes.fill_between(percents, *ends, color=look["color"], alpha=0.2, linewidth=0)
     axes.errorbar(percents, means, deviations, capsize=2, label=f"mean of {folds} folds", **look)
-    whole = {"markeredgecolor": drawing.BLACK, "markeredgewidth": 0.9}
+    whole = {"markerfacecolor": "white", "markeredgecolor": look["color"], "markeredgewidth": 0.9}
     axes.plot(100.0, content["full"]["mse"], label=f"all, {content['full']['epochs']} epochs", **look | whole)
     axes.legend(loc="upper right")
     for axis in (axes.xaxis, axes.yaxis):
@@ -88,13 +89,13 @@ def compose(model_comparison: Any, persson_brener: Any, data_efficiency: Any, ra
     """Draw figure 5; (a) and (b) show the spread over seeds of `ranking`."""
     drawn = drawing.figure(height=5.4)
     panels = drawn.subplots(2, 2)
-    draw_curves(panels[0, 0], model_comparison["models"], "concat", ranking)
+    draw_curves(panels[0, 0], model_comparison, "concat", ranking)
     panels[0, 0].set_title("concatenated models", loc="right")
-    draw_sizes(panels[0, 1], model_comparison["models"], ranking)
+    draw_sizes(panels[0, 1], model_comparison, ranking)
     draw_effective_energy(panels[1, 0], persson_brener)
     draw_data_efficiency(panels[1, 1], data_efficiency)
     drawing.letters(panels.flat)
     handles = models_style.handles(drawing.paper_values("reference_model")["name"])
-    drawn.legend(handles=handles, loc="outside upper center", ncols=10, columnspacing=1.2, handlelength=1.4)
+    drawn.legend(handles=handles, loc="outside upper center", ncols=11, columnspacing=1.0, handlelength=1.4)
     models_style.write_states(drawn, model_comparison, ranking, paper_names())
     return drawn

@@ -12,11 +12,16 @@ SHOWN = ("FiLM", "gated")
 """Conditionings, one panel each."""
 
 
-def draw_curves(axes: Axes, models: dict[str, Any], conditioning: str, ranking: Any = None) -> None:
-    """Draw the validation MSE over the epochs of the trained models of a conditioning.
+def draw_curves(axes: Axes, content: Any, conditioning: str, ranking: Any = None) -> None:
+    """Draw the validation MSE over the epochs of the models of a conditioning in `model_comparison`, by both recipes.
 
-    A model with two seeds or more is drawn as their median, in a band from the least to the largest.
+    A model with two seeds or more is drawn as their median, in a band from the least to the largest. A training by the
+    paper's recipe has a marker with a black edge.
     """
+    models = content["models"]
+    for name, found in models_style.trained_by_paper_recipe(content).items():
+        if name.endswith(conditioning):
+            models_style.draw_curve(axes, found["history"], models_style.recipe_marker(name), "_")
     names = {family: f"{family}-{conditioning}" for family in PAPER_FAMILIES}
     for family, name in names.items():
         if name not in models:
@@ -26,7 +31,8 @@ def draw_curves(axes: Axes, models: dict[str, Any], conditioning: str, ranking: 
             models_style.draw_curves_of_seeds(axes, ranking["curves"][name], look, family)
         else:
             models_style.draw_curve(axes, models[name]["history"], look, family)
-    axes.set(xlabel="epoch", ylabel="validation MSE", yscale="log")
+    axes.set(xlabel="epoch", ylabel="validation MSE", xscale="log", yscale="log")
+    drawing.log_labels(axes.xaxis)
 
 
 def compose(model_comparison: Any, ranking: Any = None) -> Figure:
@@ -34,7 +40,7 @@ def compose(model_comparison: Any, ranking: Any = None) -> Figure:
     drawn = drawing.figure(height=2.7)
     panels = drawn.subplots(1, 2, sharex=True, sharey=True)
     for axes, conditioning, name in zip(panels, SHOWN, "ab", strict=True):
-        draw_curves(axes, model_comparison["models"], conditioning, ranking)
+        draw_curves(axes, model_comparison, conditioning, ranking)
         if axes.lines:
             axes.legend(loc="upper right", ncols=2)
         axes.set_title(conditioning, loc="right")

@@ -1,6 +1,6 @@
 """Held-out MSE against MAE of every trained model; the colour is the family, the marker the conditioning.
 
-The second panel is the part of the first that holds the models that are trained here.
+The second panel is the part of the first that holds the models that are trained by our recipe.
 """
 
 from typing import Any
@@ -12,11 +12,14 @@ from paper_figures.style import drawing, models_style
 from surrogate.architectures.naming import paper_names
 
 
-def draw_models(
-    axes: Axes, models: dict[str, Any], x: str, y: str, ranking: Any = None, *, factor: float = 1.0
-) -> None:
-    """Draw one marker for each model, or median and range of its seeds if it has two; `factor` scales parameters."""
-    for name, found in models.items():
+def draw_models(axes: Axes, content: Any, x: str, y: str, ranking: Any = None, *, factor: float = 1.0) -> None:
+    """Draw one marker for each training by the paper's recipe and for each by ours, in `model_comparison`.
+
+    A model with two seeds is drawn as their median and range; `factor` scales parameters.
+    """
+    for name, found in models_style.trained_by_paper_recipe(content).items():
+        axes.plot(factor * found[x], found[y], **models_style.recipe_marker(name))
+    for name, found in content["models"].items():
         place = factor * found[x] if x == "parameters" else f"test_{x}"
         if not models_style.draw_spread(axes, ranking, name, place, f"test_{y}"):
             axes.plot(factor * found[x], found[y], label=name, zorder=3, **models_style.marker(name))
@@ -25,12 +28,13 @@ def draw_models(
 def compose(model_comparison: Any, ranking: Any = None) -> Figure:
     """Draw the trained models, with the spread over their seeds, and the paper's best model."""
     paper = drawing.paper_values("reference_model")
+    ours = model_comparison | {"beside": {}}
     drawn = drawing.figure(height=3.2)
     panels = drawn.subplots(1, 2, width_ratios=(1.0, 1.6))
     for axes in panels:
         if axes is panels[0]:
             axes.plot(paper["mse"], paper["mae"], **models_style.paper_marker(paper["name"]))
-        draw_models(axes, model_comparison["models"], "mse", "mae", ranking)
+        draw_models(axes, model_comparison if axes is panels[0] else ours, "mse", "mae", ranking)
         axes.set(xscale="log", yscale="log", xlabel="held-out MSE of the scaled force")
         axes.margins(0.1)
         for axis in (axes.xaxis, axes.yaxis):
@@ -38,6 +42,6 @@ def compose(model_comparison: Any, ranking: Any = None) -> Figure:
     panels[0].set_ylabel("held-out MAE of the scaled force")
     drawing.letters(panels)
     handles = models_style.handles(paper["name"])
-    drawn.legend(handles=handles, loc="outside upper center", ncols=10, columnspacing=1.0, handlelength=1.2)
+    drawn.legend(handles=handles, loc="outside upper center", ncols=11, columnspacing=0.9, handlelength=1.2)
     models_style.write_states(drawn, model_comparison, ranking, paper_names())
     return drawn

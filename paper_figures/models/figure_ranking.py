@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from experiments.trainings.ranking import COLUMNS
 from paper_figures.style import drawing, models_style
 from surrogate.architectures.naming import CONDITIONINGS, PAPER_FAMILIES, paper_names
 
@@ -28,20 +29,29 @@ LEAST_SPAN = 6.0
 """Least ratio of the upper to the lower end of an axis."""
 
 
-def limits(ranking: Any, metric: str) -> tuple[float, float]:
+def error_of(found: dict[str, Any], metric: str) -> float:
+    """An error of a model in `model_comparison`, of the name that it has in `ranking`."""
+    column = COLUMNS[metric]
+    return found["test"][column]["median"] if "percent" in column else found[column]
+
+
+def limits(ranking: Any, metric: str, by_recipe: dict[str, Any]) -> tuple[float, float]:
     """Ends of an axis that shows all seeds and intervals of the paper's models, and at least two labels."""
     spreads = [ranking["spread"][name][metric] for name in paper_names() if name in ranking["spread"]]
     ends = [value for spread in spreads for value in spread.values()] or [1.0]
+    ends += [error_of(found, metric) for found in by_recipe.values()]
     low, high = min(ends) / 1.2, max(ends) * 1.2
     wider = max(1.0, np.sqrt(LEAST_SPAN * low / high))
     return low / wider, high * wider
 
 
-def draw_errors(axes: Axes, ranking: Any, metric: str) -> None:
-    """Draw seeds and intervals of all models in one panel."""
+def draw_errors(axes: Axes, ranking: Any, metric: str, by_recipe: dict[str, Any]) -> None:
+    """Draw seeds and intervals of all models in one panel, and their errors by the paper's recipe."""
     for place, family in enumerate(PAPER_FAMILIES):
         for shift, conditioning in zip((-APART, 0.0, APART), CONDITIONINGS, strict=True):
             name = f"{family}-{conditioning}"
+            if name in by_recipe:
+                axes.plot(place + shift, error_of(by_recipe[name], metric), **models_style.recipe_marker(name))
             rows, spread = ranking["models"].get(name, []), ranking["spread"].get(name, {}).get(metric)
             if not rows:
                 continue
@@ -59,19 +69,21 @@ def draw_errors(axes: Axes, ranking: Any, metric: str) -> None:
     axes.set_xticklabels(PAPER_FAMILIES)
     axes.tick_params(axis="x", length=0, which="both")
     axes.set_ylabel(SHOWN[metric])
-    axes.set_ylim(limits(ranking, metric))
+    axes.set_ylim(limits(ranking, metric, by_recipe))
     drawing.log_labels(axes.yaxis)
 
 
-def compose(ranking: Any) -> Figure:
+def compose(ranking: Any, model_comparison: Any) -> Figure:
     """Draw the errors by family."""
+    by_recipe = models_style.trained_by_paper_recipe(model_comparison)
     drawn = drawing.figure(height=2.9)
     panels = drawn.subplots(1, len(SHOWN))
     for axes, metric, name in zip(panels, SHOWN, "abc", strict=True):
-        draw_errors(axes, ranking, metric)
+        draw_errors(axes, ranking, metric, by_recipe)
         drawing.letter(axes, name)
     handles = [
         *models_style.conditioning_handles(),
+        models_style.recipe_handle(),
         Line2D([], [], color="0.2", linewidth=0.7, label="median over seeds"),
         Patch(
             color="0.5", alpha=0.35, linewidth=0, label=f"{100 * ranking['confidence']:g} % interval over the test set"

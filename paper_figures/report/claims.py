@@ -24,6 +24,7 @@ from typing import Any
 
 from experiments.paper_numbers import paper_rows, paper_values, stated
 from experiments.places import Places
+from experiments.trainings.ranking import by_paper_recipe
 
 REPRODUCED, BETTER, TIE, DIFFERS, NOT_COMPARABLE, NOT_YET = (
     "reproduced",
@@ -50,6 +51,7 @@ class Finding:
     ours: Any
     verdict: str
     why: str
+    by_ours: Any = None
 
     @property
     def ratio(self) -> float | None:
@@ -134,31 +136,46 @@ def tolerance_of(claim: dict[str, Any]) -> float | None:
 
 
 def judge(claim: dict[str, Any], results: Results) -> Finding:
-    """Find our number for a claim and compare it; a ranking is judged by all seeds if these decide it."""
-    if "ranking" in claim and (ranked := by_seeds(claim, results)):
-        return ranked
+    """Find our number for a claim and compare it; that by our recipe stands beside it."""
+    if "ranking" in claim:
+        return judge_ranking(claim, results)
     ours = results.find(claim) if claim.get("source") else None
+    beside = results.at(claim["by_ours"]) if "by_ours" in claim else None
+    beside = beside if beside is None else _reduced(beside, claim)
     if ours is None and (claim["rule"] != "none" or claim.get("beyond")):
         places = [claim[key] for key in ("source", "than", "over") if key in claim]
         lacking = next(place for place in places if results.at(place) is None)
         made = (
             f"`{claim['made_by']}` makes it" if "made_by" in claim else results.places.advice(lacking.partition(":")[0])
         )
-        return Finding(claim, None, NOT_YET, f"{made}.")
+        return Finding(claim, None, NOT_YET, f"{made}.", beside)
     found = verdict(claim["rule"], claim.get("value"), ours, claim.get("tolerance"))
-    return Finding(claim, ours, found, f"{claim['why']} One training each." if "ranking" in claim else claim["why"])
+    return Finding(claim, ours, found, claim["why"], beside)
 
 
-def by_seeds(claim: dict[str, Any], results: Results) -> Finding | None:
-    """Finding on a ranking from several seeds of each model; `None` if there are too few seeds."""
-    found = (results.content("ranking") or {"claims": {}})["claims"].get(claim["ranking"])
-    if not found or found["decision"] not in BY_SEEDS:
-        return None
-    word = BY_SEEDS[found["decision"]]
+def judge_ranking(claim: dict[str, Any], results: Results) -> Finding:
+    """Judge a ranking by one training of each model by the paper's recipe; beside it what the seeds of ours decide."""
+    ranking = results.content("ranking")
+    found = (ranking or {"claims": {}})["claims"].get(claim["ranking"])
+    if found and found["decision"] in BY_SEEDS:
+        beside = f"{_ranked_first(claim, found)}, {found['decision']}"
+    else:
+        one = results.find(claim)
+        beside = None if one is None else f"{one}, one training each"
+    mse = results.at("model_comparison:by_paper_recipe/mse") or {}
+    decided = by_paper_recipe(claim, mse, (ranking or {}).get("spread", {}))
+    if decided["lacking"]:
+        made = claim.get("made_by", "make models RECIPE=paper")
+        return Finding(claim, None, NOT_YET, f"`{made}` trains the {len(decided['lacking'])} missing models.", beside)
+    why = "One training each. An order is decided if the errors differ by more than those of the seeds of our recipe."
+    return Finding(claim, _ranked_first(claim, decided), BY_SEEDS[decided["decision"]], why, beside)
+
+
+def _ranked_first(claim: dict[str, Any], found: dict[str, Any]) -> str:
     whole = claim["value"] == "true"
+    word = BY_SEEDS[found["decision"]]
     ours = {REPRODUCED: claim["value"], TIE: " = ".join(found["level"]), DIFFERS: "false" if whole else found["first"]}
-    why = "By held-out MSE, with seeds and test trajectories resampled; `make table-ranking` shows each order."
-    return Finding(claim, ours[word], word, why)
+    return ours[word]
 
 
 def text_claims() -> list[dict[str, Any]]:
@@ -189,7 +206,9 @@ def table_claims() -> list[dict[str, Any]]:
             "says": f"{row['quartile']}: {word} of {column.replace('_percent', ' error').replace('_', ' ')}",
             "value": row[f"{column}_{part}"],
             "unit": "%" if "percent" in column else "",
-            "source": f"error_statistics:quartiles/{row['quartile']}/{column}/{part}",
+            "source": f"error_statistics:by_paper_recipe/quartiles/{row['quartile']}/{column}/{part}",
+            "by_ours": f"error_statistics:quartiles/{row['quartile']}/{column}/{part}",
+            "made_by": "make model-paper-recipe",
         }
         for row, column, (part, word) in product(paper_rows("quartiles"), columns, parts.items())
     ]

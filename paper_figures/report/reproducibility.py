@@ -10,6 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from bem._support.wording import markdown_table
+from experiments.paper.model_comparison import INPUT_LABELS
+from experiments.paper_numbers import PAPER_RECIPE
 from experiments.trainings import ranking as rankings
 from experiments.trainings.ranking_statistics import FAILS, HOLDS, NOT_DECIDED, TIE
 from paper_figures.models.figure_features import LABELS
@@ -18,8 +20,6 @@ from paper_figures.style.writing import number
 from paper_figures.tables.table_ranking import chance_text, says
 from surrogate.architectures.naming import paper_names
 
-PAPER_RECIPE_LABEL = "{}-paper"
-"""Label under which `make model-paper-recipe` publishes a model."""
 DECISIONS = {HOLDS: "Hold", TIE: "Are ties", FAILS: "Fail", NOT_DECIDED: "Are not decided"}
 """Headings of the statements, by the decision on their orders."""
 MEDIANS = {"pull_off_force_percent": "median pull-off error", "hysteresis_percent": "median hysteresis error"}
@@ -42,18 +42,19 @@ def seeds_text(ranking: Any) -> str:
     return f"{sum(present)} of {wanted * len(names)} trainings; {whole} of {len(names)} models have all {wanted} seeds"
 
 
-def statements_text(ranking: Any) -> str:
-    """One line for each decision, with the statements that it is about, and the table of the statements."""
+def statements_text(models: Path, ranking: Any) -> str:
+    """One line for each decision of the seeds, with the statements that it is about, and the table of both recipes."""
     words: dict[str, list[str]] = {decision: [] for decision in DECISIONS}
     for claim in rankings.ranked():
         words[ranking["claims"][claim["ranking"]]["decision"]].append(says(claim["ranking"]))
     lines = [f"- **{label}**: {', '.join(words[key]) or 'none'}." for key, label in DECISIONS.items()]
-    return "\n".join([*lines, "", statements_table(ranking)])
+    return "\n".join([*lines, "", statements_table(models, ranking)])
 
 
-def statements_table(ranking: Any) -> str:
-    """One row for each ranking of the paper: the decision of the seeds, and the first contender."""
-    header, rows = ["the paper says", "its first", "by seeds", "orders decided", "least sure order", "first here"], []
+def statements_table(models: Path, ranking: Any) -> str:
+    """One row for each ranking of the paper: its decision by the paper's recipe and by the seeds of ours."""
+    header = ["the paper says", "its first", "by its recipe", "by seeds", "orders decided", "least sure order"]
+    header, rows, mse = [*header, "first by seeds"], [], by_recipe(models)
     for claim in rankings.ranked():
         champion, _ = rankings.contenders(claim)
         found = ranking["claims"][claim["ranking"]]
@@ -64,9 +65,31 @@ def statements_table(ranking: Any) -> str:
         if least:
             chance = chance_text(least["probability"]["test_mse"], ranking["resamples"])
             order = f"{least['better']} before {least['worse']}: {chance}"
-        cells = (says(claim["ranking"]), champion, f"**{found['decision']}**", f"{len(decided)} of {len(pairs)}", order)
-        rows.append([*cells, found["first"] or "not trained yet"])
-    return markdown_table(header, rows, "lllrll")
+        theirs = rankings.by_paper_recipe(claim, mse, ranking["spread"])
+        lacking = f"not yet: {len(theirs['lacking'])} to train"
+        rows.append(
+            [
+                says(claim["ranking"]),
+                champion,
+                lacking if theirs["lacking"] else f"**{theirs['decision']}**",
+                f"**{found['decision']}**",
+                f"{len(decided)} of {len(pairs)}",
+                order,
+                found["first"] or "not trained yet",
+            ]
+        )
+    return markdown_table(header, rows, "llllrll")
+
+
+def by_recipe(models: Path) -> dict[str, float]:
+    """Held-out MSE of each model and input representation that was trained by the paper's recipe."""
+    labels = {name: name for name in paper_names()} | {f"features-{name}": one for name, one in INPUT_LABELS.items()}
+    folders = {name: models / PAPER_RECIPE.format(label) for name, label in labels.items()}
+    return {
+        name: _trained(folder)[0]["test"]["mse"]["mean"]
+        for name, folder in folders.items()
+        if (folder / "run.json").is_file()
+    }
 
 
 def spread_table(ranking: Any) -> str:
@@ -98,7 +121,7 @@ def inputs_table(step_length: Any, feature_sets: Any, ranking: Any) -> str:
 
 def training_table(models: Path) -> str:
     """The paper's model trained by the paper's recipe: its epochs, and its errors compared with the paper's."""
-    folder = models / PAPER_RECIPE_LABEL.format("M1-concat")
+    folder = models / PAPER_RECIPE.format("M1-concat")
     if not (folder / "run.json").is_file():
         return "Not trained yet: `make model-paper-recipe`."
     metrics, by_recipe = _trained(folder)
@@ -120,7 +143,7 @@ def recipe_table(models: Path, ranking: Any) -> str:
     header = ["model", "epochs", "ended by", "held-out MSE", "of seeds", "median pull-off error (%)", "of seeds"]
     rows, errors = [], {}
     for name in paper_names():
-        folder = models / PAPER_RECIPE_LABEL.format(name)
+        folder = models / PAPER_RECIPE.format(name)
         if not (folder / "run.json").is_file() or not ranking["models"].get(name):
             continue
         metrics, by_recipe = _trained(folder)

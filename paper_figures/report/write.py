@@ -17,6 +17,7 @@ import typer
 from bem._support.command_line import run_main
 from bem._support.wording import markdown_table
 from experiments.paper_numbers import paper_values, with_stated
+from experiments.trainings.ranking import contenders
 from paper_figures.report.claims import (
     VERDICTS,
     Finding,
@@ -72,23 +73,43 @@ def tolerance_text(claim: dict[str, Any]) -> str:
     return percent_text(tolerance) + (f": {claim['because'].lower()}".rstrip(".") if "because" in claim else "")
 
 
-def row(finding: Finding) -> list[str]:
-    """One row of a table; a claim that is not the paper's has no tolerance and no verdict."""
+def row(finding: Finding, trained: bool) -> list[str]:
+    """One row of a table; a claim that is not the paper's has no tolerance and no verdict.
+
+    `trained` tells whether the table has a column for the numbers by our recipe.
+    """
     claim, unit = finding.claim, finding.claim.get("unit", "")
-    ours = finding.ours if not isinstance(finding.ours, float) else float(f"{finding.ours:.3g}")
+    ours = [finding.ours]
+    if trained:
+        ours += [finding.by_ours]
+        if not ({"by_ours", "ranking"} & claim.keys()):
+            ours.reverse()
+    values = [claim.get("value"), *ours]
+    rounded = [float(f"{one:.3g}") if isinstance(one, float) else one for one in values]
     ratio = "-" if finding.ratio is None else number(finding.ratio, 2)
-    cells = [claim["says"], claim["place"], value_text(claim.get("value"), unit), value_text(ours, unit), ratio]
+    cells = [claim["says"], claim["place"], *(value_text(one, unit) for one in rounded), ratio]
     if not claim.get("beyond"):
-        cells += [tolerance_text(claim), f"**{finding.verdict}**"]
+        mark = " ‡" if "ranking" in claim and of_guessed_sizes(claim) else ""
+        cells += [tolerance_text(claim), f"**{finding.verdict}**{mark}"]
     return [*cells, finding.why]
+
+
+def of_guessed_sizes(claim: dict[str, Any]) -> bool:
+    """Whether a ranking is about an architecture whose sizes the paper does not tell."""
+    sizes = paper_values("structure")["sizes"]
+    models = [name for names in contenders(claim)[1].values() for name in names]
+    return any(sizes.get(name.split("-")[0], {}).get("how") == "guessed" for name in models)
 
 
 def section(group: str, findings: list[Finding]) -> str:
     """A heading and its table."""
+    trained = any("by_ours" in one.claim or "ranking" in one.claim for one in findings)
     header = ["what", "place", "paper", "here", "ratio", "tolerance", "verdict", "why"]
+    header[3:4] = ["by its recipe", "by ours"] if trained else ["here"]
     if findings[0].claim.get("beyond"):
         header = ["what", "beside", "paper", "here", "ratio", "why"]
-    return f"## {group}\n\n{markdown_table(header, [row(finding) for finding in findings], 'llrrr')}"
+    align = "llrrrr" if trained else "llrrr"
+    return f"## {group}\n\n{markdown_table(header, [row(finding, trained) for finding in findings], align)}"
 
 
 def overview(findings: list[Finding]) -> str:

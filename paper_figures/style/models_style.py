@@ -13,6 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from experiments.paper_numbers import PAPER_RECIPE
 from paper_figures.style import drawing
 from surrogate.architectures.naming import CONDITIONINGS, PAPER_FAMILIES, paper_names, split_name
 
@@ -46,6 +47,17 @@ def step_marker(name: str) -> dict[str, Any]:
     """As `marker`, but smaller and hollow, so that the measurement steps of a predicted force stay apart."""
     small = {"markersize": 3.2, "markerfacecolor": "none", "markeredgecolor": color(name), "markeredgewidth": 0.6}
     return marker(name) | small
+
+
+def recipe_marker(name: str) -> dict[str, Any]:
+    """Keywords of `Axes.plot` for a model trained by the paper's recipe: its marker, with a black edge."""
+    return marker(name) | {"markeredgecolor": drawing.BLACK, "markeredgewidth": 0.8, "zorder": 4}
+
+
+def trained_by_paper_recipe(content: Any) -> dict[str, Any]:
+    """The models that were also trained by the paper's recipe, by name, from the result `model_comparison`."""
+    labels = {name: PAPER_RECIPE.format(name) for name in paper_names()}
+    return {name: content["beside"][label] for name, label in labels.items() if label in content["beside"]}
 
 
 def seeds_of(ranking: Any, name: str) -> int:
@@ -132,6 +144,12 @@ def conditioning_handles() -> list[Line2D]:
     ]
 
 
+def recipe_handle() -> Line2D:
+    """Legend entry of the models trained by the paper's recipe."""
+    look = {"marker": "o", "color": "0.6", "markeredgecolor": drawing.BLACK, "markeredgewidth": 0.8}
+    return Line2D([], [], linestyle="", markersize=5.0, label="black edge: paper's recipe", **look)
+
+
 def paper_marker(name: str) -> dict[str, Any]:
     """Keywords of `Axes.plot` for the paper's own point of a model: its marker, hollow, in the paper's colour."""
     hollow = {"color": "none", "markeredgecolor": drawing.PAPER, "markeredgewidth": 1.0, "markersize": 7.0}
@@ -141,7 +159,7 @@ def paper_marker(name: str) -> dict[str, Any]:
 def handles(paper: str) -> list[Line2D]:
     """Legend entries of families, conditionings and the paper's own point."""
     theirs = Line2D([], [], label=f"paper's {paper}", **paper_marker(paper))
-    return [*family_handles(), *conditioning_handles(), theirs]
+    return [*family_handles(), *conditioning_handles(), theirs, recipe_handle()]
 
 
 def missing_note(missing: Sequence[str], differences: Mapping[str, Sequence[str]] | None = None) -> str:

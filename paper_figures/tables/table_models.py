@@ -1,17 +1,19 @@
 """Table: the trained models with their parameters, held-out errors, epochs and cost; missing models are named.
 
-Models that were trained differently (another recipe, more data, fewer epochs) follow the 18 paper models; their names
-state the difference.
+A model that was also trained by the paper's recipe has two rows, of which this comes first. Models that were trained
+differently (more data, fewer epochs, other inputs) follow; their names state the difference.
 """
 
 from typing import Any
 
+from experiments.paper_numbers import PAPER_RECIPE
 from paper_figures.style import drawing, models_style
 from paper_figures.style.writing import Table, caption, number
 
 HEADER = [
     "Model",
     "Parameters",
+    "Sizes",
     "MSE",
     "MAE",
     "DTW-RMSE",
@@ -28,10 +30,12 @@ MEDIANS = ("nmae", "pull_off_force", "hysteresis")
 
 
 def row(name: str, found: dict[str, Any], batch: str = "-") -> list[str]:
-    """One row for a model."""
+    """One row for a model, named as it is published."""
+    sizes = drawing.paper_values("structure")["sizes"].get(name.split("-")[0])
     return [
         name,
         f"{found['parameters']:,}",
+        sizes["how"] if sizes else "-",
         *(number(found[metric], 3) for metric in ("mse", "mae", "dtw_rmse")),
         *(number(found["test"][f"{name}_percent"]["median"], 2) for name in MEDIANS),
         found["recipe"]["name"],
@@ -47,6 +51,7 @@ def paper_row(paper: dict[str, Any]) -> list[str]:
     return [
         f"{paper['name']}, paper",
         f"{paper['parameters']:,}",
+        "-",
         *(number(paper[name], 3) for name in ("mse", "mae", "dtw_rmse")),
         *(number(paper[key], 2) if (key := f"{name}_percent") in paper else "-" for name in MEDIANS),
         *["-"] * 5,
@@ -56,10 +61,11 @@ def paper_row(paper: dict[str, Any]) -> list[str]:
 def compose(model_comparison: Any, training_speed: Any = None, model_forces: Any = None) -> Table:
     """Write the table, best model first."""
     ranking = model_comparison["comparison"]["ranking"]
+    sizes = drawing.paper_values("structure")["sizes"]
     note = models_style.missing_note(model_comparison["missing"])
     words = " ".join(
         [
-            caption("models"),
+            caption("models", sizes="; ".join(f"{name} ({one['how']}), {one['what']}" for name, one in sizes.items())),
             *([f"{note[0].upper()}{note[1:]}."] if note else []),
             *model_comparison["outdated"].values(),
             models_style.forces_note(model_forces),
@@ -67,9 +73,11 @@ def compose(model_comparison: Any, training_speed: Any = None, model_forces: Any
     )
     measured = training_speed["models"].items() if training_speed else ()
     batches = {name: number(1e3 * one["seconds_per_batch"]["median"], 2) for name, one in measured}
-    cells = [
-        paper_row(drawing.paper_values("reference_model")),
-        *(row(name, model_comparison["models"][name], batches.get(name, "-")) for name in ranking),
-        *(row(name, found) for name, found in model_comparison["beside"].items()),
-    ]
+    by_recipe = models_style.trained_by_paper_recipe(model_comparison)
+    cells = [paper_row(drawing.paper_values("reference_model"))]
+    for name in ranking:
+        cells += [row(PAPER_RECIPE.format(name), by_recipe[name])] if name in by_recipe else []
+        cells.append(row(name, model_comparison["models"][name], batches.get(name, "-")))
+    shown = {one[0] for one in cells}
+    cells += [row(name, found) for name, found in model_comparison["beside"].items() if name not in shown]
     return Table(HEADER, cells, words.strip())

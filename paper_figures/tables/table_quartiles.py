@@ -20,26 +20,34 @@ def cell(mean: float, sd: float, digits: int) -> str:
 
 
 def rows(content: dict[str, Any]) -> list[list[str]]:
-    """Two rows for each quartile: the paper's and ours."""
+    """Rows for each quartile: the paper's, those of a training by its recipe, and those by ours."""
     paper, found = {row["quartile"]: row for row in paper_rows("quartiles")}, []
+    by_recipe = {"its recipe": content["by_paper_recipe"], "our recipe": content}
     for name in QUARTILES:
-        theirs, ours = paper[name], content["quartiles"][name]
-        found.append(
-            [name, "paper"]
-            + [cell(f * theirs[f"{c}_mean"], f * theirs[f"{c}_sd"], d) for c, (_, f, d) in COLUMNS.items()]
-        )
-        found.append(
-            ["", "here"] + [cell(f * ours[c]["mean"], f * ours[c]["sd"], d) for c, (_, f, d) in COLUMNS.items()]
-        )
+        theirs = paper[name]
+        sources = {"paper": {c: {part: theirs[f"{c}_{part}"] for part in ("mean", "sd")} for c in COLUMNS}}
+        sources |= {source: one["quartiles"][name] for source, one in by_recipe.items() if one}
+        for source, one in sources.items():
+            cells = [cell(f * one[c]["mean"], f * one[c]["sd"], d) for c, (_, f, d) in COLUMNS.items()]
+            found.append([name if source == "paper" else "", source, *cells])
     return found
 
 
 def compose(error_statistics: Any) -> Table:
     """Write the table."""
-    overall = error_statistics["overall"]
-    force, loop = (overall[f"{name}_percent"]["median"] for name in ("pull_off_force", "hysteresis"))
-    floor = overall["resolution_floor_percent"]
-    model, count = error_statistics["config"]["model"], error_statistics["trajectories"]
-    words = caption("quartiles", model=model, trajectories=count, force=force, loop=loop, floor=floor)
+    by_recipe = {"its recipe": error_statistics["by_paper_recipe"], "our recipe": error_statistics}
+    medians = (
+        f"{one['overall']['pull_off_force_percent']['median']:.2g} and "
+        f"{one['overall']['hysteresis_percent']['median']:.2g} % by {recipe}"
+        for recipe, one in by_recipe.items()
+        if one
+    )
+    words = caption(
+        "quartiles",
+        model=error_statistics["config"]["model"],
+        trajectories=error_statistics["trajectories"],
+        medians=", ".join(medians),
+        floor=error_statistics["overall"]["resolution_floor_percent"],
+    )
     header = ["Quartile", "Source", *(heading for heading, _, _ in COLUMNS.values())]
     return Table(header, rows(error_statistics), words)

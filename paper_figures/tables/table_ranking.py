@@ -40,13 +40,14 @@ def chance_text(chance: float, resamples: int) -> str:
     return f"> {1.0 - least:.3f}" if chance > 0.5 else f"< {least:.3f}"
 
 
-def errors_table(ranking: Any) -> Table:
-    """One row for each model that has a seed, best first."""
+def errors_table(ranking: Any, by_recipe: dict[str, Any]) -> Table:
+    """One row for each model that has a seed, best first; `by_recipe` are the errors by the paper's recipe."""
     found, spread, expected = ranking["models"], ranking["spread"], ranking["seeds_expected"]
     order = sorted(found, key=lambda name: spread[name]["test_mse"]["median"])
     rows = [
         [
             name,
+            number(by_recipe[name]) if name in by_recipe else "-",
             f"{len(found[name])} of {expected}",
             *(error_text(spread[name][metric], len(found[name])) for metric in METRICS),
             number(spread[name]["validation_mse"]["median"]),
@@ -55,7 +56,11 @@ def errors_table(ranking: Any) -> Table:
     ]
     left_out = " ".join(f"{label} is {sentence}." for label, sentence in ranking["left_out"].items())
     words = caption("ranking", confidence=100 * ranking["confidence"], resamples=ranking["resamples"])
-    return Table(["Model", "Seeds", *METRICS.values(), "Validation MSE"], rows, f"{words} {left_out}".strip())
+    return Table(
+        ["Model", "MSE by the paper's recipe", "Seeds", *METRICS.values(), "Validation MSE"],
+        rows,
+        f"{words} {left_out}".strip(),
+    )
 
 
 def orders_table(ranking: Any) -> Table:
@@ -80,6 +85,7 @@ def orders_table(ranking: Any) -> Table:
     return Table(["Ranking", "Order", "Seeds, or orders decided", "P", "Decision"], rows, words)
 
 
-def compose(ranking: Any) -> dict[str, Table]:
+def compose(ranking: Any, model_comparison: Any) -> dict[str, Table]:
     """Write both tables."""
-    return {"ranking": errors_table(ranking), "ranking-orders": orders_table(ranking)}
+    by_recipe = model_comparison["by_paper_recipe"]["mse"]
+    return {"ranking": errors_table(ranking, by_recipe), "ranking-orders": orders_table(ranking)}

@@ -158,6 +158,7 @@ def train_all(
     threads: Annotated[int, typer.Option(help="Number of threads of each.")] = 1,
     runs: RunsOption = RUNS,
     models: ModelsOption = MODELS,
+    suffix: Annotated[str, typer.Option(help="Text that the name of each published model ends with, as -paper.")] = "",
 ) -> None:
     """Train each model that is not published, or was trained differently. The same command resumes it."""
     say_what_is_kept(RESUMED)
@@ -165,7 +166,7 @@ def train_all(
     wanted = list(dict.fromkeys(only)) if only else names()
     for name in wanted:
         split_name(name)
-        require_place(models / name)
+        require_place(models / model_name(name + suffix))
     from surrogate.data.dataset import TrajectoryDataset
     from surrogate.training.identity import TrainingIdentity, trained_otherwise
     from surrogate.training.recipe import Recipe
@@ -176,17 +177,19 @@ def train_all(
     waiting = []
     for name in wanted:
         identity = TrainingIdentity.of(name, data, split, chosen)
-        reason = trained_otherwise(models / name, identity) if (models / name).exists() else "not published"
+        label = name + suffix
+        reason = trained_otherwise(models / label, identity) if (models / label).exists() else "not published"
         if not reason:
             continue
         if reason != "not published":
-            typer.echo(f"{name}: outdated, {reason}; it is trained again")
-        if (aside := set_aside(runs / name, identity)) is not None:
-            typer.echo(f"{name}: the checkpoint of another training is kept in {aside}")
-        waiting.append(name)
+            typer.echo(f"{label}: outdated, {reason}; it is trained again")
+        if (aside := set_aside(runs / label, identity)) is not None:
+            typer.echo(f"{label}: the checkpoint of another training is kept in {aside}")
+        waiting.append(label)
 
-    def command(name: str) -> list[str]:
+    def command(label: str) -> list[str]:
         options = {
+            "label": label if suffix else None,
             "recipe": recipe,
             "dataset": dataset,
             "epochs": epochs,
@@ -197,7 +200,7 @@ def train_all(
         }
         flags = [[f"--{option}", str(value)] for option, value in options.items() if value is not None]
         flags += [["--architecture", str(file)] for file in architecture or ()]
-        return ["train", name, "--replace", *(word for flag in flags for word in flag)]
+        return ["train", label.removesuffix(suffix), "--replace", *(word for flag in flags for word in flag)]
 
     typer.echo(f"{len(waiting)} of {len(wanted)} models to train, {jobs} at a time")
     ended = run_queue(waiting, command, folder=runs, jobs=jobs, log=typer.echo)

@@ -73,6 +73,7 @@ def errors():
     moments = {"mean": 2.0, "sd": 1.0, "median": 1.5, "p90": 6.0}
     return {
         "config": {"model": "M1-concat"},
+        "by_paper_recipe": None,
         "trajectories": 8,
         "quartiles": {
             name: {column: {"mean": 2e-3, "sd": 1e-3} for column in ("mse", *PERCENTS)}

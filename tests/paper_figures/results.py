@@ -9,7 +9,8 @@ PERCENTS = ("pull_off_force_percent", "hysteresis_percent", "pull_off_time_perce
 HISTORY = {"epoch": [1.0, 2.0, 3.0], "validation_mse": [0.3, 0.1, 0.2]}
 
 
-def comparison(trained):
+def comparison(trained, by_recipe=()):
+    """A comparison of these models; those `by_recipe` were trained by the paper's recipe too, with twice the error."""
     one = {"median": 2.0}
     models = {
         name: {
@@ -28,8 +29,11 @@ def comparison(trained):
     }
     missing = [name for name in names() if name not in trained]
     beside = {"M1-concat-large": models[trained[0]] | {"training_trajectories": 120_000}}
+    twice = {name: {key: 2 * models[name][key] for key in ("mse", "mae", "dtw_rmse")} for name in by_recipe}
+    beside |= {f"{name}-paper": models[name] | errors | {"recipe": {"name": "paper"}} for name, errors in twice.items()}
     common = {"missing": missing, "outdated": {}, "differences": {}, "beside": beside}
-    return {"models": models, **common, "comparison": {"ranking": list(trained)}}
+    by_paper_recipe = {"mse": {name: errors["mse"] for name, errors in twice.items()}}
+    return {"models": models, **common, "comparison": {"ranking": list(trained)}, "by_paper_recipe": by_paper_recipe}
 
 
 def outdated(content, *names_):

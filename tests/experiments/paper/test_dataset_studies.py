@@ -118,9 +118,10 @@ def test_the_report_is_of_the_published_data_set(tmp_path):
     write_result(tmp_path / "studies" / "dataset_statistics.json", "dataset_statistics", content)
     results = Results(tmp_path, ROOT / "published")
     claims = [claim for claim in text_claims() if claim.get("source", "").startswith("dataset_statistics:")]
+    claims = [claim for claim in claims if claim["group"] != "Training"]
     assert len(claims) > 5
     report = (ROOT / "REPRODUCTION.md").read_text(encoding="utf-8").splitlines()
-    lines = [f"| {' | '.join(row(judge(claim, results)))} |" for claim in claims]
+    lines = [f"| {' | '.join(row(judge(claim, results), trained=False))} |" for claim in claims]
     assert set(lines) <= set(report), "run `make report`"
 
 

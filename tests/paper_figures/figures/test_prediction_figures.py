@@ -34,6 +34,10 @@ def test_figure_7_counts_every_trajectory_once(errors):
         drawn.draw_without_rendering()
         highest = max(patch.get_window_extent().y1 for patch in axes.patches)
         assert axes.get_legend().get_window_extent().y0 > highest
+    other = errors | {"overall": {name: one | {"median": 3.0} for name, one in errors["overall"].items()}}
+    for axes in figure_7.compose(other | {"by_paper_recipe": errors}).axes[:2]:
+        labels = [text.get_text() for text in axes.get_legend().get_texts()]
+        assert labels == ["our recipe, median 3 %", "median 1.5 %", "90th percentile 6 %"]
     points = drawn.axes[2].lines
     assert sum(len(line.get_xdata()) for line in points) == 8
     legend = drawn.legends[0]

@@ -3,10 +3,10 @@
 import pytest
 
 from paper_figures.models import figure_ranking
-from paper_figures.style import models_style
+from paper_figures.style import drawing, models_style
 from paper_figures.tables import table_ranking
 from surrogate.architectures.naming import names
-from tests.paper_figures.results import ranking
+from tests.paper_figures.results import comparison, ranking
 
 
 def test_every_seed_is_a_point_and_every_interval_a_bar():
@@ -14,11 +14,13 @@ def test_every_seed_is_a_point_and_every_interval_a_bar():
     content = ranking(seeds)
     # The study of the inputs is not drawn, so that its larger errors do not widen the axes.
     content["spread"]["features-A"] = {metric: {"min": 1e3, "max": 1e3} for metric in figure_ranking.SHOWN}
-    drawn = figure_ranking.compose(content)
+    drawn = figure_ranking.compose(content, comparison(names(), by_recipe=["M2-FiLM"]))
     for axes, metric in zip(drawn.axes, figure_ranking.SHOWN, strict=True):
         assert axes.get_yscale() == "log"
         points = {line.get_label(): line for line in axes.lines if line.get_label() in seeds}
         assert list(points) == names()
+        (theirs,) = [line for line in axes.lines if line.get_markeredgecolor() == drawing.BLACK]
+        assert theirs.get_color() == models_style.color("M2-FiLM")
         for name, line in points.items():
             assert line.get_ydata().tolist() == [row[metric] for row in content["models"][name]]
             assert line.get_color() == models_style.color(name)
@@ -32,19 +34,20 @@ def test_every_seed_is_a_point_and_every_interval_a_bar():
 
 
 def test_without_any_seed_both_are_made():
-    figure_ranking.compose(ranking({})).draw_without_rendering()
-    assert table_ranking.compose(ranking({}))["ranking"].rows == []
+    trained = comparison(["M1-concat"])
+    figure_ranking.compose(ranking({}), trained).draw_without_rendering()
+    assert table_ranking.compose(ranking({}), trained)["ranking"].rows == []
 
 
 def test_tables():
     content = ranking({"M1-concat": 3, "M2-concat": 1})
     content["left_out"] = {"M3-FiLM/seed-0": "left out, because"}
     content["spread"]["M1-concat"]["validation_mse"] = {"median": 0.007}
-    first, second = table_ranking.compose(content).values()
+    first, second = table_ranking.compose(content, comparison(["M1-concat"], by_recipe=["M1-concat"])).values()
     rows = first.rows
-    assert rows[0][:3] == ["M1-concat", "3 of 3", "6.00e-05 [4.80e-05, 7.80e-05], seeds 5.00e-05 to 7.00e-05"]
+    assert rows[0][:4] == ["M1-concat", "0.002", "3 of 3", "6.00e-05 [4.80e-05, 7.80e-05], seeds 5.00e-05 to 7.00e-05"]
     assert rows[0][-1] == "0.007"
-    assert rows[1][:3] == ["M2-concat", "1 of 3", "1.00e-04 [8.00e-05, 1.30e-04]"]
+    assert rows[1][:4] == ["M2-concat", "-", "1 of 3", "1.00e-04 [8.00e-05, 1.30e-04]"]
     assert len(rows) == 2
     assert "M3-FiLM/seed-0 is left out, because." in first.caption
     assert second.rows == [

@@ -9,17 +9,17 @@ from paper_figures.report import reproducibility
 from paper_figures.report.reproducibility import recipe_table
 
 
-def test_the_page_says_what_seeds_decide_and_what_they_do_not():
+def test_the_page_says_what_seeds_decide_and_what_they_do_not(tmp_path):
     """One order decided, and the others not, whatever is published by now."""
     ranked = Places().read("ranking", "docs-numbers")
     for pair in ranked["pairs"]:
         pair["probability"]["test_mse"] = 0.0 if pair["claim"] == "d_better_than_c" else None
     for name, claim in ranked["claims"].items():
         claim |= {"decision": "fails", "first": "C"} if name == "d_better_than_c" else {"decision": "not decided"}
-    text = reproducibility.statements_text(ranked)
+    text = reproducibility.statements_text(tmp_path, ranked)
     assert text.startswith("- **Hold**: none.\n- **Are ties**: none.\n- **Fail**: D better than C.\n- **Are not")
     lines = {line.split(" | ")[0].strip("| "): line for line in text.splitlines()}
-    assert "| **fails** | 1 of 1 | D before C: < 0.001 | C |" in lines["D better than C"]
+    assert "| not yet: 2 to train | **fails** | 1 of 1 | D before C: < 0.001 | C |" in lines["D better than C"]
 
 
 def test_a_missing_result_names_the_command_that_makes_it(tmp_path):

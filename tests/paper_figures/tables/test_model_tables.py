@@ -23,22 +23,37 @@ def test_tables(regimes, errors, cracks):
     ]
     rows = table_quartiles.compose(errors).rows
     assert rows[0][:3] == ["Q1", "paper", r"0.0853 $\pm$ 0.0229"]
-    assert rows[1][:3] == ["", "here", r"2 $\pm$ 1"]
+    assert rows[1][:3] == ["", "our recipe", r"2 $\pm$ 1"]
+    both = table_quartiles.compose(errors | {"by_paper_recipe": errors}).rows
+    assert [row[1] for row in both[:4]] == ["paper", "its recipe", "our recipe", "paper"]
     overall = {"pull_off_force_percent": {"median": 1.5}, "hysteresis_percent": {"median": 0.7}}
     caption = table_quartiles.compose(errors | {"overall": errors["overall"] | overall}).caption
-    assert "pull-off force 1.5 %, hysteresis 0.7 %" in caption
+    assert "1.5 and 0.7 % by our recipe" in caption
     table = table_persson_brener.compose(cracks)
     assert table.rows[1] == ["2", "1", "2", "2.2", "2", "2.1", "2.2", "2.3"]
     assert "1.25 % beyond" in table.caption
     assert "surrogate 1.0 % and 3.0 %" in table.caption
     speed = {"models": {"M1-concat": {"seconds_per_batch": {"median": 0.361}}}}
     rows = table_models.compose(comparison(["M1-concat"]), speed).rows
-    assert rows[0] == ["M1-concat, paper", "473,729", "5.00e-04", "0.0092", "0.0148", "-", "2.2", "1.1", *["-"] * 5]
+    assert rows[0] == [
+        "M1-concat, paper",
+        "473,729",
+        "-",
+        "5.00e-04",
+        "0.0092",
+        "0.0148",
+        "-",
+        "2.2",
+        "1.1",
+        *["-"] * 5,
+    ]
     errors = ["0.001", "0.01", "0.02", "0.7", "2", "2"]
-    assert rows[1] == ["M1-concat", "100,000", *errors, "swift", "9,960", "3", "1800", "360"]
-    assert rows[2] == ["M1-concat-large", "100,000", *errors, "swift", "120,000", "3", "1800", "-"]
+    assert rows[1] == ["M1-concat", "100,000", "stated", *errors, "swift", "9,960", "3", "1800", "360"]
+    assert rows[2] == ["M1-concat-large", "100,000", "stated", *errors, "swift", "120,000", "3", "1800", "-"]
     unmeasured = table_models.compose(comparison(["M1-concat"]))
     assert unmeasured.rows[1][-1] == "-"
     assert "17 of 18" in unmeasured.caption
-    rows = table_models.compose(comparison(["M2-FiLM", "M1-concat"])).rows
-    assert [row[0] for row in rows[1:3]] == ["M2-FiLM", "M1-concat"]  # in the order of the ranking
+    rows = table_models.compose(comparison(["M2-FiLM", "M1-concat"], by_recipe=["M1-concat"])).rows
+    # In the order of the ranking, by the paper's recipe first.
+    assert [row[0] for row in rows[1:]] == ["M2-FiLM", "M1-concat-paper", "M1-concat", "M1-concat-large"]
+    assert [row[2] for row in rows[1:3]] == ["guessed", "stated"]

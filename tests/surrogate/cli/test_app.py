@@ -186,6 +186,17 @@ def test_queue_runs_what_is_missing_and_reports_failures(options, tmp_path, monk
     assert asked["M1-concat"][:2] == ["train", "M1-concat"]
     assert " --epochs 7 --threads 1" in " ".join(asked["M1-concat"])
 
+    asked.clear()
+    publish_as(tmp_path / "models" / "M1-gated-paper", data, recipe, architecture="M1-gated")
+    result = runner.invoke(cli.app, ["train-all", *options, "--epochs", "7", "--suffix", "-paper"])
+    assert result.exit_code == 0, result.output
+    assert len(asked) == 17
+    assert "M1-gated-paper" not in asked
+    assert asked["M1-FiLM-paper"][:2] == ["train", "M1-FiLM"]
+    assert " --label M1-FiLM-paper " in " ".join(asked["M1-FiLM-paper"])
+    refused = runner.invoke(cli.app, ["train-all", *options, "--suffix", "/../x"])
+    assert "a name to publish under" in str(refused.exception)
+
 
 def test_the_published_models_are_of_the_published_data_set(tmp_path, monkeypatch):
     monkeypatch.chdir(Path(__file__).parents[3])
