@@ -18,8 +18,6 @@ from types import TracebackType
 from bem._support.interruption import undo, whole
 
 IMAGES, FILMS = (".png", ".pdf", ".svg"), (".gif", ".mp4")
-UNFINISHED = ".writing"
-"""Suffix of a file that is still being written."""
 LONGEST_NAME = 64
 _PLAIN_NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]*")
 
@@ -149,15 +147,15 @@ def write_whole(path: Path, content: str | bytes | memoryview, scratch: Path | N
     Args:
         path: The file.
         content: All of it; text is written in UTF-8.
-        scratch: Folder to write it in first, on the same file system; that of `path` by default.
+        scratch: Where it is written first, on the same file system; a new name beside `path` by default.
 
     Raises:
         OSError: nothing was written, and what was at `path` is untouched.
     """
-    unfinished = (scratch or path.parent) / f".{secrets.token_hex(6)}{UNFINISHED}"
+    unfinished = scratch or path.with_name(f".{secrets.token_hex(6)}.writing")
     with whole:
         try:
-            with unfinished.open("xb") as file:
+            with unfinished.open("wb") as file:
                 file.write(content.encode() if isinstance(content, str) else content)
                 file.flush()
                 os.fsync(file.fileno())

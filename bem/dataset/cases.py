@@ -77,6 +77,7 @@ class Cases(Job):
 
     finite_in = "native/"  # a trajectory that never unloads has no pull-off force
     layout, form = LAYOUT, FORMAT
+    without_trajectory = {"outcome": "null"}  # noqa: RUF012
 
     def __init__(self, cases: Iterable[tuple[Scene, Protocol]], accuracy: str | float = "standard") -> None:
         resolve_accuracy(accuracy)
@@ -113,10 +114,6 @@ class Cases(Job):
         """The whole trajectory, also one that ends early; the results of a completed one."""
         known = {f"native/{name}": getattr(trajectory, name) for name in ARRAYS} | {"outcome": outcome_text(trajectory)}
         return known, {f"scalars/{name}": float(getattr(trajectory, name)) for name in RESULTS}
-
-    def failed(self, index: int, reason: str, known: Record | None = None) -> Record:
-        """As `Job.failed`; no trajectory is `null` in JSON."""
-        return super().failed(index, reason, {"outcome": "null"} | (known or {}))
 
     def read(self, path: Path) -> tuple[Columns, dict[str, Any]]:
         """Arrays and root attributes of a complete file; see `load_cases` for its errors."""

@@ -101,7 +101,7 @@ def write_file(
         path: where it goes.
         columns: arrays by their path in the file; each gets its unit as an attribute.
         attributes: root attributes; dictionaries and lists become JSON.
-        scratch: folder of the temporary file, on the same file system; that of `path` by default.
+        scratch: the temporary name, on the same file system; a new one beside `path` by default.
         form: name of the format, whose version is 1.
 
     Raises:

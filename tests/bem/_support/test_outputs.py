@@ -151,7 +151,7 @@ def test_a_full_standard_output_is_one_sentence():
 def test_a_file_is_replaced_whole(content, tmp_path):
     path = tmp_path / "a.json"
     path.write_text("former")
-    write_whole(path, content, tmp_path)
+    write_whole(path, content, tmp_path / "first")
     assert path.read_bytes() == "gr\u00fcn\n".encode()
     assert list(tmp_path.iterdir()) == [path]
 
