@@ -23,7 +23,7 @@ from bem import protocol as protocols
 from bem import scene as scenes
 from bem._support.wording import shown
 from bem.accuracy import resolve_accuracy
-from bem.dataset.checks import faults_of_attributes, faults_of_columns, require
+from bem.dataset.checks import check_attributes, check_columns
 from bem.dataset.file import read_file
 from bem.dataset.jobs import Job, Solver, solver_name
 from bem.dataset.records import RESULTS, Columns, Record, layout_of, untabulate
@@ -139,9 +139,9 @@ def _read(path: Path) -> tuple[Columns, dict[str, Any], list[Case]]:
 
 
 def _cases(columns: Columns, attributes: dict[str, Any], _: h5py.File) -> tuple[Columns, dict[str, Any], list[Case]]:
-    require(faults_of_attributes(attributes, ("cases", "count", "accuracy", "solver")))
+    check_attributes(attributes, ("cases", "count", "accuracy", "solver"))
     layout = {**LAYOUT, "scene": np.dtype(object), "protocol": np.dtype(object)}
-    require(faults_of_columns(columns, layout, attributes["campaign"]["count"]))
+    check_columns(columns, layout, attributes["campaign"]["count"])
     rows = zip(columns["scene"], columns["protocol"], untabulate(columns, LAYOUT), strict=True)
     cases = [
         Case(
