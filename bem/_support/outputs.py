@@ -92,7 +92,8 @@ class Outputs:
                 target.stat()
             # Short, so that only the name the user chose can be too long.
             part = target.with_name(f".{secrets.token_hex(4)}.part{target.suffix}")
-            _try_name(target)
+            with suppress(FileNotFoundError):
+                target.lstat()  # the error of the operating system for a name that it does not accept
             with whole:
                 part.touch(exist_ok=False)
                 self._targets[path], self._parts[path] = target, part
@@ -101,9 +102,13 @@ class Outputs:
         done: list[tuple[Path, Path | None]] = []
         try:
             for path, part in self._parts.items():
+                target, former = self._targets[path], None
                 with _refusals(path):
-                    done.append((self._targets[path], self._set_aside(path)))
-                    part.replace(self._targets[path])
+                    # Renamed, so that it can come back; a single file is replaced at once.
+                    if len(self._parts) > 1 and target.exists():
+                        former = target.replace(part.with_name(f"{part.name}.former"))
+                    done.append((target, former))
+                    part.replace(target)
         except ValueError:
             for target, former in done:
                 if former is None:
@@ -114,13 +119,6 @@ class Outputs:
         for _, former in done:
             if former is not None:
                 former.unlink(missing_ok=True)
-
-    def _set_aside(self, path: Path) -> Path | None:
-        """Rename what a file will replace, so that it can come back; a single file is replaced at once."""
-        target, part = self._targets[path], self._parts[path]
-        if len(self._parts) == 1 or not target.exists():
-            return None
-        return target.replace(part.with_name(f"{part.name}.former"))
 
     def _discard(self) -> None:
         for part in self._parts.values():
@@ -177,13 +175,8 @@ def require_output(path: str | Path) -> None:
     Raises:
         ValueError: `path` is a directory, lies in none, or cannot be written.
     """
-    path = Path(path)
-    outputs = Outputs(path)
-    with whole:
-        try:
-            outputs._reserve(path)
-        finally:
-            outputs._discard()
+    with Outputs(Path(path)) as outputs:
+        outputs.forgo(Path(path))
 
 
 def require_suffix(path: str | Path | None, suffixes: tuple[str, ...]) -> None:
@@ -213,14 +206,6 @@ def plain_name(name: str, what: str) -> str:
             f"'-'; received {reprlib.repr(name)}"
         )
     return name
-
-
-def _try_name(target: Path) -> None:
-    """Raise the error of the operating system for a name that it does not accept."""
-    try:
-        target.lstat()
-    except FileNotFoundError:
-        return
 
 
 @contextmanager

@@ -12,6 +12,18 @@ FloatArray = NDArray[np.float64]
 _LARGEST_WHOLE_NUMBER = 2**63 - 1
 
 
+class Valued:
+    """Equality and hash of a frozen dataclass by the values of its fields, some of which are arrays."""
+
+    def __eq__(self, other: object) -> bool:
+        if type(other) is not type(self):
+            return NotImplemented
+        return all(np.array_equal(mine, vars(other)[name]) for name, mine in vars(self).items())
+
+    def __hash__(self) -> int:
+        return hash(tuple(one.tobytes() if isinstance(one, np.ndarray) else one for one in vars(self).values()))
+
+
 def _bounds(low: float | None, high: float | None, above: float | None, below: float | None) -> str:
     limits = {"greater than": above, "at least": low, "less than": below, "at most": high}
     parts = [f"{words} {limit:g}" for words, limit in limits.items() if limit is not None]

@@ -91,14 +91,6 @@ class Journal:
     def __exit__(self, *_: object) -> None:
         os.close(self._file)
 
-    def discard(self) -> None:
-        """Remove batches that remain although their data set is complete, unless another process is using them."""
-        if self.path.exists():
-            with suppress(CampaignError, OSError):
-                self._lock()
-                self.path.unlink()
-                os.close(self._file)
-
     def _others(self) -> list[Path]:
         folder = self.out.with_name(f"{self.out.name}.parts")
         if folder.is_dir():

@@ -6,6 +6,7 @@ Workers, interruptions and the order of arrival do not change the numbers, only 
 import os
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -92,8 +93,9 @@ def run_campaign(
     complete = existing(campaign, path, identity, replace=replace)
     journal = Journal(path, identity, replace=replace)
     if complete:
-        # A process killed right after the file was in place could not remove its parts.
-        journal.discard()
+        if journal.path.exists():  # a process killed right after the file was in place could not remove it
+            with suppress(CampaignError, ValueError), journal:
+                journal.remove()
         failures = _failures(complete[0])
         if not (retry_failed and failures):
             progress(len(complete[0]["index"]), failures.total())
