@@ -82,7 +82,11 @@ class Journal:
             )
         try:
             self._lock()
-            self._read()
+            try:
+                self._read()
+            except BaseException:
+                os.close(self._file)
+                raise
         except OSError as error:
             raise CampaignError(f"cannot write beside {str(self.out)!r} ({error.strerror or error})") from error
         self._clock = time.perf_counter()

@@ -2,8 +2,6 @@ import dataclasses
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from bem import Elastic, HardContact, LoadingProtocol, Scene, StandardLinearSolid, simulate
 from bem.protocol import default_start_indentation
@@ -68,37 +66,6 @@ def test_the_energy_lost_in_a_jump_is_what_the_branches_leave():
     time, depth = [0.0, 1.0, 2.0, 2.0, 3.0, 4.0], [0.0, -1.0, -2.0, -2.0, -3.0, -4.0]
     jumping = trajectory_of(time, depth, [1.0, 1.0, 1.0, 0.0, 0.0, 0.0], jump_times=[2.0])
     assert jumping.work() == pytest.approx(2.0)  # tension 1 over a travel of 2, nothing after the jump
-
-
-@given(
-    st.lists(st.floats(-5.0, 5.0), min_size=3, max_size=8),
-    st.lists(st.floats(-5.0, 5.0), min_size=3, max_size=8),
-    st.lists(st.floats(0.0, 1.0), min_size=1, max_size=20),
-)
-def test_interpolation_never_overshoots_nor_reaches_across_a_jump(before, after, parts):
-    time = np.concatenate([np.linspace(0.0, 1.0, len(before)), np.linspace(1.0, 2.0, len(after))])
-    jumping = trajectory_of(time, -time, [*before, *after], jump_times=[1.0])
-    rounding = 1e-12 * 5.0
-    for part in parts:
-        left, right = jumping.at(np.array([part * (1.0 - 1e-9), 1.0 + part]))
-        for value, times, forces, x in (
-            (left, np.linspace(0.0, 1.0, len(before)), before, part * (1.0 - 1e-9)),
-            (right, np.linspace(1.0, 2.0, len(after)), after, 1.0 + part),
-        ):
-            panel = min(max(np.searchsorted(times, x, side="right") - 1, 0), len(times) - 2)
-            low, high = sorted(forces[panel : panel + 2])
-            assert low - rounding <= value <= high + rounding
-
-
-def test_exactly_at_a_jump_the_force_is_the_one_after():
-    jumping = trajectory_of([0.0, 1.0, 1.0, 2.0], [0.0, -1.0, -1.0, -2.0], [1.0, 2.0, -3.0, -4.0], jump_times=[1.0])
-    assert jumping.at(1.0) == -3.0
-    assert jumping.at(1.0 - 1e-12) == pytest.approx(2.0)
-
-
-def test_times_outside_are_refused():
-    with pytest.raises(ValueError, match="times must lie between"):
-        elliptic_loop(9).at(1e3)
 
 
 def test_pull_off_is_the_largest_force_while_unloading():

@@ -12,10 +12,7 @@ from bem.cli.arguments import parse_material
 from bem.cli.summary import readable, title
 from bem.materials import Elastic, PronySeries, StandardLinearSolid
 from bem.plots import draw_trajectory
-from bem.trajectory import Statistics, Trajectory
-
-COUNTS = {"steps": 3, "iterations": 3, "factorisations": 1, "nodes": 10.0, "unknowns_per_solve": 8.0, "grid_nodes": 100}
-STATS = Statistics(**COUNTS, steps_by_phase={"unloading": 3}, seconds=0.001)
+from tests.bem.test_trajectory import trajectory_of
 
 CASE = {
     "tabor": "0.5",
@@ -71,9 +68,7 @@ def test_a_contact_that_did_not_come_off_is_named():
 
 def test_negative_work_never_reads_as_dissipation():
     def work_line(force):
-        time = np.arange(3.0)
-        radius, unloading = np.zeros(3), np.array([False, True, True])
-        loop = Trajectory(time, np.array([2.0, 1.0, 0.0]), force, radius, "completed", (), STATS, 4e-3, unloading)
+        loop = trajectory_of(range(3), [2.0, 1.0, 0.0], force, unloading=[False, True, True])
         (line,) = [line for line in readable(loop).splitlines() if line.startswith("work")]
         return line
 
@@ -120,9 +115,6 @@ def test_materials_have_words(text, material):
     [
         {"tabor": "-1"},
         {"tabor": "0.2", "peak_indentation": "-1"},
-        {"loading_rate": "0"},
-        {"unloading_rate": "nan"},
-        {"dwell_time": "-1"},
         {"material": "sls:2"},
         {"material": "honey"},
         {"material": "prony:0.3"},

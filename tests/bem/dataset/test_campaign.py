@@ -48,11 +48,6 @@ def test_histories_are_the_solvers_own(plan, undisturbed):
             assert file["scalars/pull_off_force"][row] == found.pull_off_force
 
 
-def test_numbers_do_not_depend_on_the_number_of_workers(plan, undisturbed, tmp_path):
-    run_campaign(plan, tmp_path / "one.h5", solver=stand_in.solve, workers=1)
-    assert_same_numbers(tmp_path / "one.h5", undisturbed)
-
-
 @pytest.mark.usefixtures("in_this_process")
 def test_failures_are_recorded_with_their_reason(tmp_path):
     plan = Campaign(count=200, seed=1)
