@@ -127,15 +127,11 @@ class Journal:
             self._append(json.dumps(self.identity).encode())
 
     def _append(self, content: bytes) -> None:
-        before, rest = os.fstat(self._file).st_size, _digest(self.path, content) + content + MARK
+        rest = _digest(self.path, content) + content + MARK
         with whole:
-            try:
-                while rest:
-                    rest = rest[os.write(self._file, rest) :]
-                os.fsync(self._file)
-            except OSError:
-                os.ftruncate(self._file, before)
-                raise
+            while rest:
+                rest = rest[os.write(self._file, rest) :]
+            os.fsync(self._file)
 
     def add(self, columns: Columns, core_seconds: float, origin: dict[str, Any]) -> None:
         """Save a batch, the seconds that its worker took, and the versions and host of that worker.

@@ -128,14 +128,9 @@ def run_campaign(
 
 
 def _done(campaign: Job, parts: Sequence[Columns], *, retry_failed: bool) -> dict[int, Record]:
-    """The records of some parts by their index; a failed one counts unless it is tried again or was done already."""
-    wanted = frozenset(campaign.indices.tolist())
-    done: dict[int, Record] = {}
-    for record in (record for columns in parts for record in untabulate(columns, campaign.layout)):
-        index, completed = record["index"], record["status"] == COMPLETED
-        if index in wanted and (completed or not (retry_failed or index in done)):
-            done[index] = record
-    return done
+    """The records of some parts by their index, later ones first; a failed one counts unless it is tried again."""
+    records = (record for columns in parts for record in untabulate(columns, campaign.layout))
+    return {record["index"]: record for record in records if record["status"] == COMPLETED or not retry_failed}
 
 
 def merge(shards: Sequence[str | Path], out: str | Path, *, command: str = "", replace: bool = False) -> Summary:
