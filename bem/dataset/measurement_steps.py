@@ -37,12 +37,9 @@ def checked_counts(counts: Sequence[int]) -> tuple[int, int, int]:
     Raises:
         ValueError: naming what is allowed and what was received.
     """
-    try:
-        whole = [int(count) for count in counts if isinstance(count, int | np.integer) and not isinstance(count, bool)]
-        sound = len(whole) == len(counts) == 3 and min(np.subtract(whole, (2, 0, 1))) >= 0
-    except TypeError:
-        sound = False
-    if not sound:
+    given = list(counts) if np.iterable(counts) else []
+    whole = [int(count) for count in given if isinstance(count, int | np.integer) and not isinstance(count, bool)]
+    if not len(whole) == len(given) == 3 or np.any(np.subtract(whole, (2, 0, 1)) < 0):
         raise ValueError(
             "counts must be three integers, at least 2 (loading), 0 (dwell) and 1 (unloading); "
             f"received {shown(counts)}"
