@@ -51,21 +51,22 @@ def test_traversed_backwards_the_loop_would_create_energy():
     assert backwards.hysteresis == pytest.approx(loop.hysteresis, rel=1e-9)
 
 
-def test_a_linear_spring_stores_and_returns():
-    depth = np.concatenate([np.linspace(0.0, 3.0, 20), np.linspace(3.0, 0.0, 30)[1:]])
-    assert trajectory_of(np.arange(depth.size), depth, -2.0 * depth).work() == pytest.approx(0.0, abs=1e-12)
+THERE_AND_BACK = np.concatenate([np.linspace(0.0, 3.0, 20), np.linspace(3.0, 0.0, 30)[1:]])
 
 
-def test_a_dwell_does_no_work():
-    depth = [0.0, 1.0, 2.0, 2.0, 2.0, 1.0, 0.0]
-    force = [0.0, -1.0, -2.0, -1.0, 0.0, 0.0, 0.0]
-    assert trajectory_of(range(7), depth, force).work() == pytest.approx(2.0)
-
-
-def test_the_energy_lost_in_a_jump_is_what_the_branches_leave():
-    time, depth = [0.0, 1.0, 2.0, 2.0, 3.0, 4.0], [0.0, -1.0, -2.0, -2.0, -3.0, -4.0]
-    jumping = trajectory_of(time, depth, [1.0, 1.0, 1.0, 0.0, 0.0, 0.0], jump_times=[2.0])
-    assert jumping.work() == pytest.approx(2.0)  # tension 1 over a travel of 2, nothing after the jump
+@pytest.mark.parametrize(
+    ("depth", "force", "jumps", "work", "turnover"),
+    [
+        (THERE_AND_BACK, -2.0 * THERE_AND_BACK, {}, 0.0, 18.0),  # a spring stores and returns
+        ([0, 1, 2, 2, 2, 1, 0], [0, -1, -2, -1, 0, 0, 0], {}, 2.0, 2.0),  # a dwell does no work
+        ([0, -1, -2, -2, -3, -4], [1, 1, 1, 0, 0, 0], {"jump_times": [2.0]}, 2.0, 2.0),  # nothing after the jump
+    ],
+)
+def test_the_work_of_a_history_and_its_turnover_without_a_sign(depth, force, jumps, work, turnover):
+    time = np.array([0.0, 1.0, 2.0, 2.0, 3.0, 4.0]) if jumps else np.arange(len(depth))
+    found = trajectory_of(time, depth, force, **jumps)
+    assert found.work() == pytest.approx(work, abs=1e-12)
+    assert found.turnover() == pytest.approx(turnover)
 
 
 def test_pull_off_is_the_largest_force_while_unloading():
@@ -100,12 +101,6 @@ def test_the_summary_is_plain_data():
     assert summary["accuracy"] == 4e-3
     assert summary["detached"] is True
     assert summary["work"] == -0.5
-
-
-def test_the_turnover_has_no_sign():
-    depth = np.concatenate([np.linspace(0.0, 3.0, 20), np.linspace(3.0, 0.0, 30)[1:]])
-    spring = trajectory_of(np.arange(depth.size), depth, -2.0 * depth)
-    assert spring.turnover() == pytest.approx(2.0 * 3.0**2)
 
 
 def test_the_far_field_is_the_attraction_of_undeformed_surfaces_with_half_of_the_gap_bridged():
