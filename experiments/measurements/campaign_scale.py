@@ -103,7 +103,7 @@ def under_dask(count: int, workers: int, seconds: float) -> dict[str, float]:
 
     campaign = Campaign(count=count)
     batches = campaign.batches(campaign.indices, workers)
-    count_of = len(batches)
+    number = len(batches)
     options = {"host": "127.0.0.1", "dashboard_address": None, "silence_logs": 50}
     # Without these, workers profile themselves every hundredth of a second, and one that answers late is dropped.
     settings = {"distributed.worker.profile.enabled": False, "distributed.scheduler.worker-ttl": None}
@@ -126,7 +126,7 @@ def under_dask(count: int, workers: int, seconds: float) -> dict[str, float]:
             time.sleep(IDLE_SECONDS)
             idle = (idle + spent()) / (time.perf_counter() - started)
             before, started = spent(), time.perf_counter()
-            for _, arrival in progress(executor.run(batches, Asleep(seconds)), "Dask, batches", count_of):
+            for _, arrival in progress(executor.run(batches, Asleep(seconds)), "Dask, batches", number):
                 tabulate(arrival.records, campaign.layout)
             cost, wall = spent() - before, time.perf_counter() - started
     central, of_workers = np.maximum(cost - idle * wall, 0.0) / count
