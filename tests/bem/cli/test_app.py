@@ -136,11 +136,8 @@ def test_a_mistake_is_one_sentence_with_what_was_received(changes):
 
 def test_on_the_command_line_a_mistake_exits_with_2_and_without_a_traceback():
     result = subprocess.run([sys.executable, "-m", "bem", *command(tabor="-1")], capture_output=True, text=True)
-    assert result.returncode == 2
-    assert result.stdout == ""
+    assert (result.returncode, result.stdout, result.stderr.count("\n")) == (2, "", 1)
     assert result.stderr.startswith("bem: tabor must be a finite number at least 1e-06")
-    assert result.stderr.count("\n") == 1
-    assert "Traceback" not in result.stderr
 
 
 SI = ["--radius", "50um", "--work-of-adhesion", "50mJ/m2", "--modulus", "2MPa", "--peak-indentation", "1um"]
@@ -208,9 +205,7 @@ def test_a_cycle_or_forces_must_be_given(words, message):
 def test_the_help_begins_with_a_simulation_and_tells_of_si_units():
     words = CliRunner().invoke(app, ["--help"]).stdout
     assert "--show-completion" in words
-    assert [words.index(name) for name in ("simulate ", "fit ", "campaign ")] == sorted(
-        words.index(name) for name in ("simulate ", "fit ", "campaign ")
-    )
+    assert words.index("simulate ") < words.index("fit ") < words.index("campaign ")
     assert "--radius" in CliRunner().invoke(app, ["simulate", "--help"]).stdout
 
 
