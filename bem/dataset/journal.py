@@ -41,9 +41,9 @@ def _digest(path: Path, content: bytes) -> bytes:
     return hashlib.sha256(path.suffixes[-2].encode() + content).digest()
 
 
-def _entries(path: Path) -> Iterator[bytes | None]:
-    """The contents of a journal's entries, `None` for those that are damaged."""
-    for entry in path.read_bytes().split(MARK)[:-1]:
+def _entries(path: Path, journal: bytes) -> Iterator[bytes | None]:
+    """The contents of the entries of a `journal`, `None` for those that are damaged."""
+    for entry in journal.split(MARK)[:-1]:
         content = entry[_DIGEST:]
         yield content if entry[:_DIGEST] == _digest(path, content) else None
 
@@ -74,7 +74,7 @@ class Journal:
     def __enter__(self) -> Self:
         others = self._others()
         if others and not self.path.exists() and not self.replace:
-            theirs = next(_entries(others[0]), None)
+            theirs = next(_entries(others[0], others[0].read_bytes()), None)
             why = differences(self.identity, json.loads(theirs)) if theirs else f"{str(others[0])!r} is damaged"
             raise ValueError(
                 f"out must name a new file or the same campaign; received {str(self.out)!r}, where another one is "
@@ -113,9 +113,9 @@ class Journal:
         raise CampaignError(f"another campaign is writing {str(self.out)!r}; wait for it or end it")
 
     def _read(self) -> None:
-        content = self.path.read_bytes()
-        os.ftruncate(self._file, content.rfind(MARK) + len(MARK) if MARK in content else 0)
-        for number, entry in enumerate(_entries(self.path)):
+        journal = self.path.read_bytes()
+        os.ftruncate(self._file, journal.rfind(MARK) + len(MARK) if MARK in journal else 0)
+        for number, entry in enumerate(_entries(self.path, journal)):
             if entry is None:
                 self.damaged += 1
             elif number:
@@ -123,7 +123,7 @@ class Journal:
                     columns = dict(file)
                 self.costs.append(json.loads(str(columns.pop("cost"))))
                 self.batches.append(columns)
-        if MARK not in content:
+        if MARK not in journal:
             self._append(json.dumps(self.identity).encode())
 
     def _append(self, content: bytes) -> None:
