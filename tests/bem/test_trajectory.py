@@ -69,6 +69,11 @@ def test_the_work_of_a_history_and_its_turnover_without_a_sign(depth, force, jum
     assert found.turnover() == pytest.approx(turnover)
 
 
+def test_the_history_jumps_where_the_contact_does():
+    jumping = trajectory_of([0.0, 1.0, 1.0, 2.0], [0.0, -1.0, -1.0, -2.0], [1.0, 2.0, -3.0, -4.0], jump_times=[1.0])
+    assert jumping.at([1.0 - 1e-12, 1.0]).tolist() == pytest.approx([2.0, -3.0])
+
+
 def test_pull_off_is_the_largest_force_while_unloading():
     history = trajectory_of(
         range(6), [0, 1, 2, 1, 0, -1], [3.0, 0.0, -5.0, 1.0, 2.0, 0.5], unloading=[0, 0, 1, 1, 1, 1]
