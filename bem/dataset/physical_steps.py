@@ -29,7 +29,7 @@ from numpy.typing import ArrayLike
 
 from bem._support.jit import kernel
 from bem._support.validation import FloatArray
-from bem.dataset.measurement_steps import PHYSICAL, checked_counts, require_dwell, require_increasing
+from bem.dataset.measurement_steps import PHYSICAL, checked_counts, require_steps
 from bem.materials import Material, StandardLinearSolid, relaxation_spectrum
 from bem.protocol import default_start_indentation
 
@@ -102,9 +102,8 @@ def physical_grid(
             "peak_indentation must lie above 0, and the start indentation below; received protocol "
             f"{row} with {float(protocols[1, row])!r} and a start of {float(protocols[5, row])!r}"
         )
-    require_dwell(counts[1], protocols[3])
     times, indentations, *_ = on_steps(protocols, strengths, rates, np.array(counts), _PLACE)
-    require_increasing(times, protocols[:5].T, "the quantities")
+    require_steps(times, counts[1], protocols[3], protocols[:5].T, "the quantities")
     return times, indentations
 
 
