@@ -1,6 +1,8 @@
 import itertools
 import pickle
 from collections import deque
+from concurrent.futures import Future
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import replace
 
 import numpy as np
@@ -9,7 +11,7 @@ import pytest
 import bem.dataset.jobs
 from bem.dataset.campaign import Campaign
 from bem.dataset.designs import Design
-from bem.dataset.executors import CampaignError
+from bem.dataset.executors import CampaignError, Executor
 from bem.dataset.file import load_dataset
 from bem.dataset.jobs import BATCHES_PER_WORKER, LARGEST_BATCH, SHARE_OF_REST, results
 from bem.dataset.run import run_campaign
@@ -43,6 +45,38 @@ def test_a_batch_that_takes_long_is_returned_in_pieces(workers, largest, plan, m
     arrivals = list(results(plan, plan.indices, Here(), stand_in.solve))
     assert [record["index"] for one in arrivals for record in one.records] == list(range(120))
     assert {len(one.records) for one in arrivals[:-1]} == {largest}
+
+
+class Mortal(Executor):
+    """Workers that die of some items as often as is told."""
+
+    died, in_flight, patience = BrokenProcessPool, 2, 3
+
+    def __init__(self, deaths):
+        self.deaths, self.begun = deaths, []
+
+    def submit(self, task, batch):
+        self.begun.append(len(batch))
+        future, deadly = Future(), [index for index, _ in batch if self.deaths.get(index, 0)]
+        if deadly:
+            self.deaths[deadly[0]] -= 1
+            future.set_exception(BrokenProcessPool())
+        else:
+            future.set_result(task(batch))
+        return future
+
+
+@pytest.mark.parametrize(
+    ("deaths", "begun", "given_up"),
+    [({2: 2}, [4, 3, 4, 4], []), ({2: 5}, [4, 3, 4, 4, 1, 1, 1, 1, 1, 1], []), ({2: 9}, [4, 3, 4, 4] + 6 * [1], [2])],
+)
+def test_a_batch_whose_worker_dies_is_begun_again_then_divided_and_its_item_given_up(deaths, begun, given_up):
+    items = [(index, None) for index in range(7)]
+    executor = Mortal(deaths)
+    outcomes = list(executor.run(deque([tuple(items[:4]), tuple(items[4:])]), len))
+    assert executor.begun == begun
+    assert sorted(item for batch, _ in outcomes for item in batch) == items
+    assert [batch[0][0] for batch, result in outcomes if result is None] == given_up
 
 
 def test_a_batch_travels_with_its_own_protocols_only():
