@@ -78,11 +78,8 @@ class Accuracy:
             curvature=0.05 * ratio ** (0.7 if tight else 0.5),
             growth=1.0 + 0.24 * wider,
             widest=0.12 * wider,
-            far_gap=_far_gap(ratio),
             prediction=0.022 * ratio ** (0.75 if tight else 1.0),
-            residual=min(2e-5 * ratio, 1e-4),
-            fold_increment=_fold_increment(ratio),
-            longest_step=_longest_step(ratio),
+            **_shared(ratio),
         )
 
     def branch_controls(self, tabor: float, fineness: float = 1.0, exponent: float = PARABOLOID) -> BranchControls:
@@ -113,11 +110,8 @@ class Accuracy:
             curvature=4e-3 * ratio,
             growth=1.0 + 0.15 * capped,
             widest=0.07 * capped,
-            far_gap=_far_gap(ratio),
             prediction=0.03 * ratio**0.75,
-            residual=min(2e-5 * ratio, 1e-4),
-            fold_increment=_fold_increment(ratio),
-            longest_step=_longest_step(ratio),
+            **_shared(ratio),
         )
 
 
@@ -126,16 +120,14 @@ def flatness(exponent: float) -> float:
     return min((PARABOLOID / exponent) ** 0.5, 1.0)
 
 
-def _far_gap(ratio: float) -> float:
-    return 20.0 * min(max(ratio, 0.02), 2.0) ** -0.3
-
-
-def _fold_increment(ratio: float) -> float:
-    return 3e-4 * min(ratio, 1.0) ** 0.5
-
-
-def _longest_step(ratio: float) -> float:
-    return min(0.1 * ratio**0.3, 0.2)
+def _shared(ratio: float) -> dict[str, float]:
+    """What all controls have in common."""
+    return {
+        "far_gap": 20.0 * min(max(ratio, 0.02), 2.0) ** -0.3,
+        "residual": min(2e-5 * ratio, 1e-4),
+        "fold_increment": 3e-4 * min(ratio, 1.0) ** 0.5,
+        "longest_step": min(0.1 * ratio**0.3, 0.2),
+    }
 
 
 def resolve_accuracy(accuracy: str | float) -> Accuracy:

@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from bem._support.jit import kernel
-from bem._support.validation import FloatArray, finite_number, finite_vector
+from bem._support.validation import FloatArray, Valued, finite_number, finite_vector
 from bem._support.wording import shown
 
 _NARROWEST = -700.0  # logarithm of the smallest distance from a pole, short of underflow
@@ -100,7 +100,7 @@ class StandardLinearSolid(Material):
 
 
 @dataclass(frozen=True, eq=False, init=False)
-class PronySeries(Material):
+class PronySeries(Valued, Material):
     """A solid with a spectrum of retardation times.
 
     Args:
@@ -149,14 +149,6 @@ class PronySeries(Material):
     def times(self) -> FloatArray:
         """Retardation times, increasing, shape (m,)."""
         return self.retardation_times
-
-    def __eq__(self, other: object) -> bool:
-        if not isinstance(other, PronySeries):
-            return NotImplemented
-        return np.array_equal(self.strengths, other.strengths) and np.array_equal(self.times, other.times)
-
-    def __hash__(self) -> int:
-        return hash((self.strengths.tobytes(), self.times.tobytes()))
 
     def __repr__(self) -> str:
         return f"PronySeries(compliances={self.strengths.tolist()}, times={self.times.tolist()})"

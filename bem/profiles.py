@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from bem._support.quantities import UNITS
-from bem._support.tabular import INSTALL
+from bem._support.tabular import labelled
 from bem._support.validation import FloatArray, real_array
 from bem._support.wording import shown
 from bem.indenter import PARABOLOID
@@ -76,14 +76,7 @@ class Profiles:
         Raises:
             ImportError: xarray is not installed.
         """
-        try:
-            import xarray as xr
-        except ImportError as error:
-            raise ImportError(f"a labelled data set needs xarray; {INSTALL}") from error
-        variables: dict[str, Any] = {
-            name: (along, values, {"units": unit}) for name, (along, values, unit) in self._variables().items()
-        }
-        return xr.Dataset(variables, attrs={"tabor": self.tabor, "exponent": self.exponent})
+        return labelled(self._variables(), {"tabor": self.tabor, "exponent": self.exponent})
 
     def to_hdf5(self, path: str | Path) -> None:
         """Write the profiles to a new HDF5 file: one data set a variable, with the attribute `units`."""

@@ -13,7 +13,7 @@ from typing import Literal, TypeVar, overload
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bem._support.validation import FloatArray, finite_number, finite_vector, strictly_increasing
+from bem._support.validation import FloatArray, Valued, finite_number, finite_vector, strictly_increasing
 from bem._support.wording import shown
 
 Phase = Literal["loading", "dwell", "unloading"]
@@ -54,8 +54,19 @@ def _phases(changes: FloatArray) -> tuple[Phase, ...]:
     return tuple(names[int(sign)] for sign in np.sign(changes))
 
 
+class _Linear(Valued):
+    """A history that is linear between its instants."""
+
+    times: FloatArray
+
+    @property
+    def duration(self) -> float:
+        """Time from the first to the last instant."""
+        return float(self.times[-1] - self.times[0])
+
+
 @dataclass(frozen=True, eq=False, init=False)
-class PiecewiseLinearProtocol:
+class PiecewiseLinearProtocol(_Linear):
     """An indentation history that is linear between given instants.
 
     Args:
@@ -87,11 +98,6 @@ class PiecewiseLinearProtocol:
         object.__setattr__(self, "phases", tuple(phases))
 
     @property
-    def duration(self) -> float:
-        """Time from the first to the last instant."""
-        return float(self.times[-1] - self.times[0])
-
-    @property
     def rates(self) -> FloatArray:
         """Signed indentation rate of each segment, shape (n - 1,)."""
         return np.diff(self.indentations) / np.diff(self.times)
@@ -100,18 +106,9 @@ class PiecewiseLinearProtocol:
         """Indentation at `time` (any shape); constant before the first and after the last instant."""
         return np.interp(np.asarray(time, dtype=np.float64), self.times, self.indentations)
 
-    def __eq__(self, other: object) -> bool:
-        if not isinstance(other, PiecewiseLinearProtocol):
-            return NotImplemented
-        same_path = np.array_equal(self.times, other.times) and np.array_equal(self.indentations, other.indentations)
-        return same_path and self.phases == other.phases
-
-    def __hash__(self) -> int:
-        return hash((self.times.tobytes(), self.indentations.tobytes(), self.phases))
-
 
 @dataclass(frozen=True, eq=False, init=False)
-class ForceProtocol:
+class ForceProtocol(_Linear):
     """A history of the force that is linear between given instants: load control, dead loads, creep.
 
     The sphere starts in contact, in equilibrium under the first force. Where the force comes to exceed what the contact
@@ -144,19 +141,6 @@ class ForceProtocol:
     def phases(self) -> tuple[Phase, ...]:
         """Segments in which compression grows are 'loading', those in which it falls or tension grows 'unloading'."""
         return _phases(-np.diff(self.forces))
-
-    @property
-    def duration(self) -> float:
-        """Time from the first to the last instant."""
-        return float(self.times[-1] - self.times[0])
-
-    def __eq__(self, other: object) -> bool:
-        if not isinstance(other, ForceProtocol):
-            return NotImplemented
-        return np.array_equal(self.times, other.times) and np.array_equal(self.forces, other.forces)
-
-    def __hash__(self) -> int:
-        return hash((self.times.tobytes(), self.forces.tobytes()))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -18,8 +18,6 @@ from types import TracebackType
 from bem._support.interruption import undo, whole
 
 IMAGES, FILMS = (".png", ".pdf", ".svg"), (".gif", ".mp4")
-UNFINISHED = ".writing"
-"""Suffix of a file that is still being written."""
 LONGEST_NAME = 64
 _PLAIN_NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]*")
 
@@ -94,7 +92,8 @@ class Outputs:
                 target.stat()
             # Short, so that only the name the user chose can be too long.
             part = target.with_name(f".{secrets.token_hex(4)}.part{target.suffix}")
-            _try_name(target)
+            with suppress(FileNotFoundError):
+                target.lstat()  # the error of the operating system for a name that it does not accept
             with whole:
                 part.touch(exist_ok=False)
                 self._targets[path], self._parts[path] = target, part
@@ -103,9 +102,13 @@ class Outputs:
         done: list[tuple[Path, Path | None]] = []
         try:
             for path, part in self._parts.items():
+                target, former = self._targets[path], None
                 with _refusals(path):
-                    done.append((self._targets[path], self._set_aside(path)))
-                    part.replace(self._targets[path])
+                    # Renamed, so that it can come back; a single file is replaced at once.
+                    if len(self._parts) > 1 and target.exists():
+                        former = target.replace(part.with_name(f"{part.name}.former"))
+                    done.append((target, former))
+                    part.replace(target)
         except ValueError:
             for target, former in done:
                 if former is None:
@@ -116,13 +119,6 @@ class Outputs:
         for _, former in done:
             if former is not None:
                 former.unlink(missing_ok=True)
-
-    def _set_aside(self, path: Path) -> Path | None:
-        """Rename what a file will replace, so that it can come back; a single file is replaced at once."""
-        target, part = self._targets[path], self._parts[path]
-        if len(self._parts) == 1 or not target.exists():
-            return None
-        return target.replace(part.with_name(f"{part.name}.former"))
 
     def _discard(self) -> None:
         for part in self._parts.values():
@@ -149,15 +145,15 @@ def write_whole(path: Path, content: str | bytes | memoryview, scratch: Path | N
     Args:
         path: The file.
         content: All of it; text is written in UTF-8.
-        scratch: Folder to write it in first, on the same file system; that of `path` by default.
+        scratch: Where it is written first, on the same file system; a new name beside `path` by default.
 
     Raises:
         OSError: nothing was written, and what was at `path` is untouched.
     """
-    unfinished = (scratch or path.parent) / f".{secrets.token_hex(6)}{UNFINISHED}"
+    unfinished = scratch or path.with_name(f".{secrets.token_hex(6)}.writing")
     with whole:
         try:
-            with unfinished.open("xb") as file:
+            with unfinished.open("wb") as file:
                 file.write(content.encode() if isinstance(content, str) else content)
                 file.flush()
                 os.fsync(file.fileno())
@@ -179,13 +175,8 @@ def require_output(path: str | Path) -> None:
     Raises:
         ValueError: `path` is a directory, lies in none, or cannot be written.
     """
-    path = Path(path)
-    outputs = Outputs(path)
-    with whole:
-        try:
-            outputs._reserve(path)
-        finally:
-            outputs._discard()
+    with Outputs(Path(path)) as outputs:
+        outputs.forgo(Path(path))
 
 
 def require_suffix(path: str | Path | None, suffixes: tuple[str, ...]) -> None:
@@ -215,14 +206,6 @@ def plain_name(name: str, what: str) -> str:
             f"'-'; received {reprlib.repr(name)}"
         )
     return name
-
-
-def _try_name(target: Path) -> None:
-    """Raise the error of the operating system for a name that it does not accept."""
-    try:
-        target.lstat()
-    except FileNotFoundError:
-        return
 
 
 @contextmanager

@@ -25,6 +25,23 @@ class Column(NamedTuple):
     unit: str
 
 
+def labelled(variables: dict[str, Any], attributes: dict[str, Any], **coordinates: Any) -> xr.Dataset:
+    """An `xarray.Dataset` of variables, each with its dimensions, values and unit.
+
+    Raises:
+        ImportError: xarray is not installed.
+    """
+    try:
+        import xarray as xr
+    except ImportError as error:
+        raise ImportError(f"a labelled data set needs xarray; {INSTALL}") from error
+    parts = (
+        {name: (along, values, {"units": unit}) for name, (along, values, unit) in one.items()}
+        for one in (variables, coordinates)
+    )
+    return xr.Dataset(*parts, attrs=attributes)
+
+
 def _typeset(text: str) -> str:
     """HTML of a fact, its units in symbols."""
     escaped = html.escape(text)
@@ -100,12 +117,6 @@ class Tabular(ABC):
         Raises:
             ImportError: xarray is not installed.
         """
-        try:
-            import xarray as xr
-        except ImportError as error:
-            raise ImportError(f"a labelled data set needs xarray; {INSTALL}") from error
-        variables: dict[str, Any] = {
-            name: ("record", column.values, {"units": column.unit}) for name, column in self.columns().items()
-        }
+        variables = {name: ("record", *column) for name, column in self.columns().items()}
         time = variables.pop("time")
-        return xr.Dataset(variables, coords={"time": time}, attrs=self.attributes())
+        return labelled(variables, self.attributes(), time=time)

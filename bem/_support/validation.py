@@ -1,6 +1,7 @@
 """Small validators whose messages name the quantity, what is allowed and what was received."""
 
 from numbers import Real
+from operator import ge, gt, le, lt
 from typing import Any
 
 import numpy as np
@@ -12,10 +13,16 @@ FloatArray = NDArray[np.float64]
 _LARGEST_WHOLE_NUMBER = 2**63 - 1
 
 
-def _bounds(low: float | None, high: float | None, above: float | None, below: float | None) -> str:
-    limits = {"greater than": above, "at least": low, "less than": below, "at most": high}
-    parts = [f"{words} {limit:g}" for words, limit in limits.items() if limit is not None]
-    return " " + " and ".join(parts) if parts else ""
+class Valued:
+    """Equality and hash of a frozen dataclass by the values of its fields, some of which are arrays."""
+
+    def __eq__(self, other: object) -> bool:
+        if type(other) is not type(self):
+            return NotImplemented
+        return all(np.array_equal(mine, vars(other)[name]) for name, mine in vars(self).items())
+
+    def __hash__(self) -> int:
+        return hash(tuple(one.tobytes() if isinstance(one, np.ndarray) else one for one in vars(self).values()))
 
 
 def finite_number(
@@ -42,15 +49,11 @@ def finite_number(
         number = float(value) if isinstance(value, Real) and not isinstance(value, bool | np.bool_) else np.nan
     except OverflowError:
         number = np.inf
-    allowed = (
-        np.isfinite(number)
-        and (low is None or number >= low)
-        and (high is None or number <= high)
-        and (above is None or number > above)
-        and (below is None or number < below)
-    )
-    if not allowed:
-        raise ValueError(f"{name} must be a finite number{_bounds(low, high, above, below)}; received {shown(value)}")
+    bounds = (("greater than", above, gt), ("at least", low, ge), ("less than", below, lt), ("at most", high, le))
+    given = [(words, limit, holds) for words, limit, holds in bounds if limit is not None]
+    if not (np.isfinite(number) and all(holds(number, limit) for _, limit, holds in given)):
+        allowed = " and ".join(f"{words} {limit:g}" for words, limit, _ in given)
+        raise ValueError(f"{name} must be a finite number{' ' if allowed else ''}{allowed}; received {shown(value)}")
     return number
 
 

@@ -23,7 +23,7 @@ from bem import protocol as protocols
 from bem import scene as scenes
 from bem._support.wording import shown
 from bem.accuracy import resolve_accuracy
-from bem.dataset.checks import faults_of_attributes, faults_of_columns, require
+from bem.dataset.checks import check_attributes, check_columns
 from bem.dataset.file import read_file
 from bem.dataset.jobs import Job, Solver, solver_name
 from bem.dataset.records import RESULTS, Columns, Record, layout_of, untabulate
@@ -77,6 +77,7 @@ class Cases(Job):
 
     finite_in = "native/"  # a trajectory that never unloads has no pull-off force
     layout, form = LAYOUT, FORMAT
+    without_trajectory = {"outcome": "null"}  # noqa: RUF012
 
     def __init__(self, cases: Iterable[tuple[Scene, Protocol]], accuracy: str | float = "standard") -> None:
         resolve_accuracy(accuracy)
@@ -114,10 +115,6 @@ class Cases(Job):
         known = {f"native/{name}": getattr(trajectory, name) for name in ARRAYS} | {"outcome": outcome_text(trajectory)}
         return known, {f"scalars/{name}": float(getattr(trajectory, name)) for name in RESULTS}
 
-    def failed(self, index: int, reason: str, known: Record | None = None) -> Record:
-        """As `Job.failed`; no trajectory is `null` in JSON."""
-        return super().failed(index, reason, {"outcome": "null"} | (known or {}))
-
     def read(self, path: Path) -> tuple[Columns, dict[str, Any]]:
         """Arrays and root attributes of a complete file; see `load_cases` for its errors."""
         return _read(path)[:2]
@@ -142,9 +139,9 @@ def _read(path: Path) -> tuple[Columns, dict[str, Any], list[Case]]:
 
 
 def _cases(columns: Columns, attributes: dict[str, Any], _: h5py.File) -> tuple[Columns, dict[str, Any], list[Case]]:
-    require(faults_of_attributes(attributes, ("cases", "count", "accuracy", "solver")))
+    check_attributes(attributes, ("cases", "count", "accuracy", "solver"))
     layout = {**LAYOUT, "scene": np.dtype(object), "protocol": np.dtype(object)}
-    require(faults_of_columns(columns, layout, attributes["campaign"]["count"]))
+    check_columns(columns, layout, attributes["campaign"]["count"])
     rows = zip(columns["scene"], columns["protocol"], untabulate(columns, LAYOUT), strict=True)
     cases = [
         Case(

@@ -78,11 +78,19 @@ class Design:
     def __post_init__(self) -> None:
         if self.name not in DESIGNS:
             raise ValueError(f"design must be one of {', '.join(DESIGNS)}; received {shown(self.name)}")
-        ratio = _checked_ratio(self.modulus_ratio, self.name)
+        ratio, limits = self.modulus_ratio, {"above": 0.0, "high": 1.0}
+        if isinstance(ratio, list | tuple):
+            low, high = _checked_range("modulus_ratio", ratio, **limits)
+            ratio = (low, high) if low < high else low
+        else:
+            ratio = finite_number("modulus_ratio", ratio, **limits)
+        if isinstance(ratio, tuple) and self.name == "paper":
+            raise ValueError(f"a range of modulus_ratio needs the design {' or '.join(DESIGNS[1:])}; received 'paper'")
         unknown = sorted(set(self.ranges) - set(QUANTITIES))
         if unknown:
             raise ValueError(f"ranges must name some of {', '.join(QUANTITIES)}; received {shown(unknown[0])}")
-        merged = {name: _checked_range(name, self.ranges.get(name, PAPER_RANGES[name])) for name in QUANTITIES}
+        merged = PAPER_RANGES | dict(self.ranges)
+        merged = {name: _checked_range(name, merged[name], low=low, high=high) for name, (low, high) in _LIMITS.items()}
         object.__setattr__(self, "ranges", merged)
         object.__setattr__(self, "modulus_ratio", ratio)
 
@@ -145,28 +153,15 @@ class Design:
         return dict(zip(drawn, np.clip(values, *bounds).T.copy(), strict=True))
 
 
-def _checked_range(name: str, bounds: Any) -> tuple[float, float]:
+def _checked_range(name: str, bounds: Any, **limits: float) -> tuple[float, float]:
     try:
         low, high = bounds
     except (TypeError, ValueError):
         raise ValueError(f"range of {name} must be two numbers, low and high; received {shown(bounds)}") from None
-    smallest, largest = _LIMITS[name]
-    low = finite_number(f"lower bound of {name}", low, low=smallest, high=largest)
-    return _ordered(name, low, finite_number(f"upper bound of {name}", high, low=smallest, high=largest))
-
-
-def _checked_ratio(ratio: Any, design: str) -> float | tuple[float, float]:
-    if not isinstance(ratio, list | tuple):
-        return finite_number("modulus_ratio", ratio, above=0.0, high=1.0)
-    if len(ratio) != 2:
-        raise ValueError(f"modulus_ratio must be a number, or two, low and high; received {shown(ratio)}")
-    low, high = _ordered("modulus_ratio", *(finite_number("modulus_ratio", one, above=0.0, high=1.0) for one in ratio))
-    if design == "paper" and low < high:
-        raise ValueError(f"a range of modulus_ratio needs the design {' or '.join(DESIGNS[1:])}; received 'paper'")
-    return (low, high) if low < high else low
-
-
-def _ordered(name: str, low: float, high: float) -> tuple[float, float]:
+    low, high = (
+        finite_number(f"lower bound of {name}", low, **limits),
+        finite_number(f"upper bound of {name}", high, **limits),
+    )
     if low > high:
         raise ValueError(f"range of {name} must have its lower bound first; received {low!r} to {high!r}")
     return low, high

@@ -4,12 +4,11 @@ Both return futures. When a worker dies, its batch is started again. A batch who
 into its items, which run alone; an item whose worker still dies is given up.
 """
 
-import functools
 import os
 import threading
 import time
-from collections import deque
-from collections.abc import Callable, Iterable, Iterator
+from collections import Counter, deque
+from collections.abc import Callable, Iterator
 from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
@@ -22,15 +21,10 @@ from loky import cpu_count, get_reusable_executor
 from bem._support.interruption import deaf_processes
 from bem._support.validation import whole_number
 from bem._support.wording import shown
-from bem.materials import StandardLinearSolid
-from bem.protocol import LoadingProtocol
-from bem.scene import Scene
 
 Batch = tuple[tuple[int, Any], ...]
 """Trajectories of a campaign, each with its index and all that a worker needs to know of it."""
 Task = Callable[[Batch], Any]
-Outcome = tuple[Batch, Any]
-"""A batch and what the task returned for it, `None` where the worker died every time."""
 
 SCHEMES = ("tcp", "tls", "ucx", "ws", "wss")
 ONE_THREAD = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL", "BLIS", "NUMBA", "NUMEXPR")}
@@ -60,32 +54,38 @@ class Executor:
         """Return the result of a batch, or raise `died`."""
         return future.result()
 
-    def run(self, batches: Iterable[Batch], task: Task) -> Iterator[Outcome]:
-        """Outcomes in the order they arrive; batches are started in the order given."""
-        waiting, suspects = deque((batch, 1) for batch in batches), deque[Batch]()
-        running: dict[Future, tuple[Batch, int]] = {}
+    def run(self, batches: deque[Batch], task: Task) -> Iterator[tuple[Batch, Any]]:
+        """Each batch with what the task returned, `None` where the worker died every time, in the order of arrival.
+
+        Batches are taken from `batches` in their order; the caller may append others meanwhile.
+        """
+        running: dict[Future, Batch] = {}
         ended: SimpleQueue[Future] = SimpleQueue()
+        deaths: Counter[int] = Counter()  # of batches, by the index of their first item
+        suspects: list[Batch] = []
         alone = False
-        while waiting or running or suspects:
-            if not waiting and not running:
+        while batches or running or suspects:
+            if not batches and not running:
                 alone = True
-                waiting.append((suspects.popleft(), 1))
-            while waiting and len(running) < self.in_flight:
-                batch, attempt = waiting.popleft()
+                batches.append(suspects.pop(0))
+            while batches and len(running) < self.in_flight:
+                batch = batches.popleft()
                 future = self.submit(task, batch)
-                running[future] = batch, attempt
+                running[future] = batch
                 future.add_done_callback(ended.put)
             future = ended.get()
-            batch, attempt = running.pop(future)
+            batch = running.pop(future)
             try:
                 result = self.result(future)
             except self.died:
-                if attempt < self.patience:
-                    waiting.appendleft((batch, attempt + 1))
+                deaths[batch[0][0]] += 1
+                if deaths[batch[0][0]] < self.patience:
+                    batches.appendleft(batch)
                 elif alone:
                     yield batch, None
                 else:
-                    suspects.extend((item,) for item in batch)
+                    del deaths[batch[0][0]]
+                    suspects += [(item,) for item in batch]
             else:
                 yield batch, result
 
@@ -131,16 +131,6 @@ def _begin_worker(parent: int) -> None:
         os._exit(1)
 
     threading.Thread(target=watch, daemon=True).start()
-
-
-@functools.cache
-def warm_solver() -> Callable[..., Any]:
-    """The solver with its kernels loaded, so that no trajectory is charged for that."""
-    from bem.solver.simulation import simulate
-
-    protocol = LoadingProtocol(peak_indentation=2.0, loading_rate=10.0, dwell_time=0.1, unloading_rate=10.0)
-    simulate(Scene(tabor=1.0, material=StandardLinearSolid(0.1)), protocol, "draft")
-    return simulate
 
 
 class ClusterExecutor(Executor):

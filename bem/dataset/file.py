@@ -18,7 +18,7 @@ from bem._support.outputs import write_whole
 from bem._support.quantities import UNITS
 from bem._support.validation import FloatArray
 from bem._support.wording import shortened
-from bem.dataset.checks import InconsistentError, faults_of_attributes, faults_of_dataset, require
+from bem.dataset.checks import InconsistentError, check_attributes, check_dataset
 from bem.dataset.designs import QUANTITIES
 from bem.dataset.records import COMPLETED, SCALARS, Columns, grid_of
 from bem.dataset.sealed_file import (
@@ -101,7 +101,7 @@ def write_file(
         path: where it goes.
         columns: arrays by their path in the file; each gets its unit as an attribute.
         attributes: root attributes; dictionaries and lists become JSON.
-        scratch: folder of the temporary file, on the same file system; that of `path` by default.
+        scratch: the temporary name, on the same file system; a new one beside `path` by default.
         form: name of the format, whose version is 1.
 
     Raises:
@@ -182,10 +182,9 @@ def load_dataset(path: str | Path, *, native: bool = False) -> Dataset:
 
 def _dataset(columns: Columns, attributes: dict[str, Any], file: h5py.File) -> Dataset:
     counts = tuple(int(count) for count in file["fms"].attrs["counts"])
-    require(faults_of_attributes(attributes))
-    require(faults_of_dataset(columns, attributes["campaign"], counts))
-    loading, dwell, unloading = counts
-    return Dataset(columns, attributes, (loading, dwell, unloading))
+    check_attributes(attributes)
+    check_dataset(columns, attributes["campaign"], counts)
+    return Dataset(columns, attributes, counts)  # type: ignore[arg-type]
 
 
 def _plain(value: Any) -> Any:

@@ -37,12 +37,9 @@ def checked_counts(counts: Sequence[int]) -> tuple[int, int, int]:
     Raises:
         ValueError: naming what is allowed and what was received.
     """
-    try:
-        whole = [int(count) for count in counts if isinstance(count, int | np.integer) and not isinstance(count, bool)]
-        sound = len(whole) == len(counts) == 3 and min(np.subtract(whole, (2, 0, 1))) >= 0
-    except TypeError:
-        sound = False
-    if not sound:
+    given = list(counts) if np.iterable(counts) else []
+    whole = [int(count) for count in given if isinstance(count, int | np.integer) and not isinstance(count, bool)]
+    if not len(whole) == len(given) == 3 or np.any(np.subtract(whole, (2, 0, 1)) < 0):
         raise ValueError(
             "counts must be three integers, at least 2 (loading), 0 (dwell) and 1 (unloading); "
             f"received {shown(counts)}"
@@ -84,7 +81,6 @@ def measurement_grid(
     given = (start_indentation, peak_indentation, loading_rate, dwell_time, unloading_rate)
     columns = (np.atleast_1d(np.asarray(values, dtype=np.float64))[:, np.newaxis] for values in given)
     delta_0, delta_l, v_load, dwell, v_unload = np.broadcast_arrays(*columns)
-    require_dwell(n_dwell, dwell)
     if np.any(backward := ~(delta_l > delta_0)):
         row = int(np.flatnonzero(backward)[0])
         raise ValueError(
@@ -103,29 +99,23 @@ def measurement_grid(
     # Weights rather than differences, so that peak and start are met exactly.
     rise = np.concatenate([loading, flat, 1.0 - unloading])
     indentations = delta_0 * (1.0 - rise) + delta_l * rise
-    require_increasing(times, np.concatenate([t1, t2, t3], axis=1), "phase times")
+    require_steps(times, n_dwell, dwell, np.concatenate([t1, t2, t3], axis=1), "phase times")
     return times, indentations
 
 
-def require_dwell(points: int, dwell_time: FloatArray) -> None:
-    """Refuse dwell points of protocols, of dwell times of any shape, that have no dwell.
+def require_steps(times: FloatArray, points: int, dwell_time: FloatArray, known: FloatArray, name: str) -> None:
+    """Refuse instants (B, N) that coincide, and dwell `points` of protocols, of any shape, that have no dwell.
+
+    What is `known` (B, m) of each protocol, by its `name`, is shown.
 
     Raises:
-        ValueError: naming both.
+        ValueError: naming the protocol, or points and dwell.
     """
     if points and np.any(dwell_time <= 0.0):
         raise ValueError(
             "counts must ask for no dwell points where dwell_time is 0; "
             f"received {points} with a dwell_time of {float(dwell_time.min())!r}"
         )
-
-
-def require_increasing(times: FloatArray, known: FloatArray, name: str) -> None:
-    """Refuse instants (B, N) that coincide; what is `known` (B, m) of each protocol, by its `name`, is shown.
-
-    Raises:
-        ValueError: naming the protocol.
-    """
     if np.any(wrong := ~np.all(np.diff(times, axis=1) > 0.0, axis=1)):
         row = int(np.flatnonzero(wrong)[0])
         raise ValueError(

@@ -1,9 +1,9 @@
 """Measurement steps that follow the physics: most of them where the contact separates.
 
 Fifty equally spaced unloading points step over a narrow pull-off peak (`experiments.surrogates.measurement_floor`
-measures by how much). These steps know protocol, Tabor parameter and material alone. They rest on the force of Lee and
-Radok without adhesion, whose memory of indentation^(3/2) is carried on through the unloading: it crosses zero shortly
-before the pull-off. With offsets s of the indentation below that crossing,
+measures by how much). These steps know protocol, Tabor parameter and modulus ratio alone. They rest on the force of Lee
+and Radok without adhesion, whose memory of indentation^(3/2) is carried on through the unloading: it crosses zero
+shortly before the pull-off. With offsets s of the indentation below that crossing,
 
 - loading points are equally spaced;
 - dwell points, and a quarter of the unloading points before the crossing, are spaced half by time, half by the change
@@ -29,8 +29,8 @@ from numpy.typing import ArrayLike
 
 from bem._support.jit import kernel
 from bem._support.validation import FloatArray
-from bem.dataset.measurement_steps import PHYSICAL, checked_counts, require_dwell, require_increasing
-from bem.materials import Material, StandardLinearSolid, relaxation_spectrum
+from bem.dataset.measurement_steps import PHYSICAL, checked_counts, require_steps
+from bem.materials import StandardLinearSolid
 from bem.protocol import default_start_indentation
 
 _FIRST = 0.05  # smallest offset after the crossing, in h0
@@ -59,8 +59,7 @@ def physical_grid(
     loading_rate: ArrayLike,
     dwell_time: ArrayLike,
     unloading_rate: ArrayLike,
-    material: Material | Sequence[Material] | None = None,
-    modulus_ratio: ArrayLike | None = None,
+    modulus_ratio: ArrayLike,
     counts: Sequence[int] = PHYSICAL,
     start_indentation: ArrayLike | None = None,
 ) -> tuple[FloatArray, FloatArray]:
@@ -69,8 +68,7 @@ def physical_grid(
     Args:
         tabor, peak_indentation, loading_rate, dwell_time, unloading_rate: one value for each of B protocols, shape (B,)
             or scalar.
-        material: one for all, or one for each.
-        modulus_ratio: shape (B,) or scalar, of standard linear solids, instead of `material`.
+        modulus_ratio: shape (B,) or scalar, of standard linear solids.
         counts: points in the loading, dwell and unloading phases, N in all.
         start_indentation: shape (B,) or scalar; by default -pi^(2/3) mu.
 
@@ -79,8 +77,8 @@ def physical_grid(
         start, at the peak, at the end of the dwell and at the end.
 
     Raises:
-        ValueError: neither or both of material and modulus ratio, fewer than 8 unloading points, dwell points asked of
-            a protocol without dwell, a peak not above zero, a start not below it, or instants that coincide in double
+        ValueError: a modulus ratio not above 0 and at most 1, fewer than 8 unloading points, dwell points asked of a
+            protocol without dwell, a peak not above zero, a start not below it, or instants that coincide in double
             precision.
     """
     counts = checked_counts(counts)
@@ -90,21 +88,15 @@ def physical_grid(
         start_indentation = default_start_indentation(np.asarray(tabor, dtype=np.float64))
     given = (tabor, peak_indentation, loading_rate, dwell_time, unloading_rate, start_indentation)
     protocols = np.stack(np.broadcast_arrays(*(np.atleast_1d(np.asarray(one, np.float64)) for one in given)))
-    if (material is None) == (modulus_ratio is None):
-        raise ValueError("steps need either a material or a modulus_ratio; received neither or both")
-    if material is None:
-        strengths, rates = solids(np.broadcast_to(np.asarray(modulus_ratio, np.float64), protocols.shape[1:]))
-    else:
-        strengths, rates = relaxation(material, protocols.shape[1])
+    strengths, rates = solids(np.broadcast_to(np.asarray(modulus_ratio, np.float64), protocols.shape[1:]))
     if np.any(wrong := ~((protocols[1] > 0.0) & (protocols[5] < 0.0))):
         row = int(np.flatnonzero(wrong)[0])
         raise ValueError(
             "peak_indentation must lie above 0, and the start indentation below; received protocol "
             f"{row} with {float(protocols[1, row])!r} and a start of {float(protocols[5, row])!r}"
         )
-    require_dwell(counts[1], protocols[3])
     times, indentations, *_ = on_steps(protocols, strengths, rates, np.array(counts), _PLACE)
-    require_increasing(times, protocols[:5].T, "the quantities")
+    require_steps(times, counts[1], protocols[3], protocols[:5].T, "the quantities")
     return times, indentations
 
 
@@ -115,24 +107,6 @@ def solids(modulus_ratio: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         StandardLinearSolid(float(modulus_ratio[bad][0]))  # says what is allowed
     rates = 1.0 / modulus_ratio[:, np.newaxis]
     return rates - 1.0, rates
-
-
-def relaxation(material: Material | Sequence[Material], count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Relaxation strengths g and rates r of materials, each (count, m): E(t)/E0 = 1 + sum_j g_j exp(-r_j t).
-
-    Shorter spectra are filled with strengths of zero.
-    """
-    one = [material] if isinstance(material, Material) else list(material)
-    if len(one) not in (1, count):
-        raise ValueError(f"material must be one, or one for each of {count} protocols; received {len(one)}")
-    spectra = {number: relaxation_spectrum(solid) for number, solid in {id(solid): solid for solid in one}.items()}
-    both = np.zeros((2, len(one), max(1, *(times.size for _, times in spectra.values()))))
-    both[1] = 1.0
-    for row, solid in enumerate(one):
-        moduli, times = spectra[id(solid)]
-        both[0, row, : times.size], both[1, row, : times.size] = moduli, 1.0 / times
-    strengths, rates = np.broadcast_to(both, (2, count, both.shape[2]))
-    return np.ascontiguousarray(strengths), np.ascontiguousarray(rates)
 
 
 @kernel

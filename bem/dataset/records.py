@@ -18,15 +18,9 @@ COMPLETED, FAILED = 0, 1
 """Values of `status`."""
 
 RESULTS = ("pull_off_force", "pull_off_time", "hysteresis", "max_compression", "end_force")
-SCALARS = {
-    **dict.fromkeys(RESULTS, np.float64),
-    "solver_seconds": np.float64,
-    "steps": np.int32,
-    "rejections": np.int32,
-    "iterations": np.int32,
-    "nodes": np.float64,
-    "jump_count": np.int32,
-}
+_COUNTS = dict.fromkeys(("steps", "rejections", "iterations"), np.int32)
+SCALARS = dict.fromkeys((*RESULTS, "solver_seconds"), np.float64) | _COUNTS
+SCALARS |= {"nodes": np.float64, "jump_count": np.int32}
 JUMP_QUANTITIES = ("time", "indentation", "force_before", "force_after")
 NATIVE_QUANTITIES = ("time", "indentation", "force", "contact_radius")
 

@@ -5,7 +5,8 @@ Workers, interruptions and the order of arrival do not change the numbers, only 
 
 import os
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,15 +17,16 @@ from bem._support.outputs import require_output, require_suffix
 from bem._support.provenance import merged, peak_memory, provenance
 from bem._support.wording import shown
 from bem.dataset.campaign import Campaign
-from bem.dataset.checkpoints import CampaignCheckpoint, CampaignError, differences
-from bem.dataset.executors import ClusterExecutor, LocalExecutor
+from bem.dataset.executors import CampaignError, ClusterExecutor, LocalExecutor
 from bem.dataset.file import SUFFIXES, load_dataset, write_file
 from bem.dataset.jobs import Job, Solver, results
-from bem.dataset.records import COMPLETED, Columns, Record
+from bem.dataset.journal import Journal, differences
+from bem.dataset.records import COMPLETED, Columns, Record, tabulate, untabulate
 from bem.dataset.sealed_file import DamagedFileError
 
 Progress = Callable[[int, int], None]
 """Called with the number of trajectories that are done and of those that failed."""
+SECONDS = ("wall_seconds", "core_seconds")
 
 
 @dataclass(frozen=True)
@@ -89,52 +91,46 @@ def run_campaign(
         raise ValueError(f"workers must not be given with cluster, which has its own; received {shown(workers)}")
     local = LocalExecutor(workers) if cluster is None else None
     complete = existing(campaign, path, identity, replace=replace)
-    checkpoint = CampaignCheckpoint(path, identity, replace=replace)
+    journal = Journal(path, identity, replace=replace)
     if complete:
-        # A process killed right after the file was in place could not remove its parts.
-        checkpoint.discard()
+        if journal.path.exists():  # a process killed right after the file was in place could not remove it
+            with suppress(CampaignError, ValueError), journal:
+                journal.remove()
         failures = _failures(complete[0])
         if not (retry_failed and failures):
             progress(len(complete[0]["index"]), failures.total())
             return summary_of(path, *complete)
-        checkpoint = CampaignCheckpoint(path, identity | {"retry_failed": True}, replace=replace)
+        journal = Journal(path, identity | {"retry_failed": True}, replace=replace)
     if path.absolute().parent.is_dir():  # others are made; a complete file is only read
         require_output(path)
-    with local or ClusterExecutor(cluster) as executor, checkpoint:
-        parts: list[Columns] = []
+    with local or ClusterExecutor(cluster) as executor, journal:
         if complete := existing(campaign, path, identity, replace=replace):  # another process may have completed it
-            parts = [complete[0]]
-            checkpoint.take(complete[1])
-        done = _done(campaign, [*parts, *checkpoint.load()], retry_failed=retry_failed)
+            journal.batches.insert(0, complete[0])
+            journal.costs.insert(0, {name: complete[1][name] for name in (*SECONDS, "versions", "host")})
+        done = _done(campaign, journal.batches, retry_failed=retry_failed)
         failed = sum(record["status"] != COMPLETED for record in done.values())
         progress(len(done), failed)
         missing = np.array([index for index in campaign.indices.tolist() if index not in done], dtype=np.int64)
         memory = 0
         for arrival in results(campaign, missing, executor, solver):
-            checkpoint.add(campaign.columns(arrival.records), arrival.seconds, arrival.origin)
+            journal.add(tabulate(arrival.records, campaign.layout), arrival.seconds, arrival.origin)
             done |= {record["index"]: record for record in arrival.records}
             failed += sum(record["status"] != COMPLETED for record in arrival.records)
             memory = max(memory, arrival.memory)
             progress(len(done), failed)
-        columns = campaign.columns(done.values())
-        attributes = {"campaign": identity, **checkpoint.seconds, "workers": executor.workers}
         # The sum of each process's largest memory is an upper bound of what all held at once.
-        attributes["peak_memory"] = peak_memory() + executor.workers * memory
-        attributes |= provenance(command) | merged(checkpoint.origins)
-        save_campaign(campaign, path, columns, attributes, checkpoint.folder)
-        checkpoint.remove(others=replace)
-    return summary_of(path, columns, attributes, len(missing), checkpoint.damaged)
+        cost = {"workers": executor.workers, "peak_memory": peak_memory() + executor.workers * memory}
+        cost |= _joined(journal.costs, sum)
+        whole = tabulate(done.values(), campaign.layout), {"campaign": identity} | provenance(command) | cost
+        save_campaign(campaign, path, *whole, scratch=journal.path.with_suffix(".writing"))
+        journal.remove()
+    return summary_of(path, *whole, len(missing), journal.damaged)
 
 
 def _done(campaign: Job, parts: Sequence[Columns], *, retry_failed: bool) -> dict[int, Record]:
-    """The records of some parts by their index; a failed one counts unless it is tried again or was done already."""
-    wanted = frozenset(campaign.indices.tolist())
-    done: dict[int, Record] = {}
-    for record in (record for columns in parts for record in campaign.records(columns)):
-        index, completed = record["index"], record["status"] == COMPLETED
-        if index in wanted and (completed or not (retry_failed or index in done)):
-            done[index] = record
-    return done
+    """The records of some parts by their index, later ones first; a failed one counts unless it is tried again."""
+    records = (record for columns in parts for record in untabulate(columns, campaign.layout))
+    return {record["index"]: record for record in records if record["status"] == COMPLETED or not retry_failed}
 
 
 def merge(shards: Sequence[str | Path], out: str | Path, *, command: str = "", replace: bool = False) -> Summary:
@@ -150,7 +146,7 @@ def merge(shards: Sequence[str | Path], out: str | Path, *, command: str = "", r
     require_suffix(out, SUFFIXES)
     out = followed(Path(out))
     records: dict[int, Record] = {}
-    origins: list[dict[str, Any]] = []
+    found: list[dict[str, Any]] = []
     identity: dict[str, Any] = {}
     for path in shards:
         dataset = load_dataset(path, native=True)
@@ -161,31 +157,29 @@ def merge(shards: Sequence[str | Path], out: str | Path, *, command: str = "", r
             raise ValueError(f"shards must belong to one campaign; received {str(path)!r}: {difference}")
         if not records.keys().isdisjoint(dataset.columns["index"].tolist()):
             raise ValueError(f"shards must not overlap; received {str(path)!r}, shard {theirs['shard']}, a second time")
-        origins.append(dataset.attributes)
-        records |= {record["index"]: record for record in campaign.records(dataset.columns)}
+        found.append(dataset.attributes)
+        records |= {record["index"]: record for record in untabulate(dataset.columns, campaign.layout)}
     absent = sorted(set(range(identity["count"])) - records.keys())
     if absent:
         raise ValueError(
             f"shards must hold all {identity['count']} trajectories; received files without {len(absent)} of them, "
             f"the first being trajectory {absent[0]}"
         )
-    whole = Campaign.of(identity)
+    campaign = Campaign.of(identity)
     # A merged file of this campaign is made anew: its shards may have been completed since.
-    existing(whole, out, identity, replace=replace)
-    columns = whole.columns(records.values())
-    attributes = {"campaign": identity} | provenance(command) | _joined(origins)
-    save_campaign(whole, out, columns, attributes)
-    return summary_of(out, columns, attributes)
+    existing(campaign, out, identity, replace=replace)
+    cost = {"workers": sum(one["workers"] for one in found)} | _joined(found, max)
+    cost["peak_memory"] = max(one.get("peak_memory", 0) for one in found)
+    whole = tabulate(records.values(), campaign.layout), {"campaign": identity} | provenance(command) | cost
+    save_campaign(campaign, out, *whole)
+    return summary_of(out, *whole)
 
 
-def _joined(shards: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """Cost and origin of shards that were computed side by side."""
-    wall, core, workers = ([found[name] for found in shards] for name in ("wall_seconds", "core_seconds", "workers"))
+def _joined(parts: Sequence[Mapping[str, Any]], wall: Callable[[list[float]], float]) -> dict[str, Any]:
+    """Cost and origin of parts; `wall` is `sum` where one was computed after the other, `max` where side by side."""
+    seconds = {name: of([part[name] for part in parts]) for name, of in zip(SECONDS, (wall, sum), strict=True)}
     names = ("versions", "host", "git_revision")
-    origins = merged({name: found[name] for name in names if name in found} for found in shards)
-    memory = max(found.get("peak_memory", 0) for found in shards)
-    cost = {"wall_seconds": max(wall), "core_seconds": sum(core), "workers": sum(workers), "peak_memory": memory}
-    return cost | origins
+    return seconds | merged({name: part[name] for name in names if name in part} for part in parts)
 
 
 def followed(path: Path) -> Path:
@@ -219,7 +213,7 @@ def existing(
 def save_campaign(
     campaign: Job, path: Path, columns: Columns, attributes: dict[str, Any], scratch: Path | None = None
 ) -> None:
-    """Write the file of a campaign, whose identity is among the attributes; `scratch` holds it until it is complete.
+    """Write the file of a campaign, whose identity is among the attributes; `scratch` is where it is written first.
 
     Raises:
         CampaignError: it could not be written.
@@ -237,7 +231,7 @@ def summary_of(
     path: Path, columns: Columns, attributes: dict[str, Any], computed: int = 0, damaged: int = 0
 ) -> Summary:
     """Summary of a file with these arrays and attributes, of which this call computed some trajectories."""
-    seconds = (float(attributes[name]) for name in ("wall_seconds", "core_seconds"))
+    seconds = (float(attributes[name]) for name in SECONDS)
     return Summary(path, len(columns["index"]), computed, _failures(columns), *seconds, damaged)
 
 

@@ -15,7 +15,7 @@ import mmap
 import re
 import struct
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -143,21 +143,13 @@ def _is_written_to(content: BinaryIO, first_block: int) -> bool:
 
 
 def _may_be_opened(content: BinaryIO, path: Path) -> bool:
-    """Whether a file without a seal has its published sum or, without one, does not hang the HDF5 library."""
-    published = _published_sum(path)
-    if published is not None:
-        content.seek(0)
-        return hashlib.file_digest(content, "sha256").hexdigest() == published
+    """Whether a file without a seal has its sum in `SHA256SUMS` or, without one, does not hang the HDF5 library."""
+    with suppress(OSError, ValueError):
+        for line in path.with_name("SHA256SUMS").read_text(encoding="utf-8").splitlines():
+            if line.split()[1:] == [path.name]:
+                content.seek(0)
+                return hashlib.file_digest(content, "sha256").hexdigest() == line.split()[0]
     return not _hangs(content)
-
-
-def _published_sum(path: Path) -> str | None:
-    """The sum that a file `SHA256SUMS` beside a file states for it; `None` where there is none."""
-    try:
-        lines = path.with_name("SHA256SUMS").read_text(encoding="utf-8").splitlines()
-    except (OSError, ValueError):
-        return None
-    return next((line.split()[0] for line in lines if line.split()[1:] == [path.name]), None)
 
 
 def _hangs(content: BinaryIO) -> bool:

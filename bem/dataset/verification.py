@@ -20,7 +20,7 @@ from bem.dataset.designs import QUANTITIES, agree
 from bem.dataset.executors import LocalExecutor
 from bem.dataset.file import load_dataset
 from bem.dataset.jobs import Solver, results
-from bem.dataset.records import FAILED, Record
+from bem.dataset.records import FAILED, Record, untabulate
 
 JUDGED = ("pull-off force", "hysteresis", "force history, mean", "force history, any step")
 """What is compared with the allowed difference; `differences` says how."""
@@ -101,7 +101,7 @@ def verify(
             raise ValueError(f"protocols must be those of the design; received {str(path)!r} with another {name}")
     rows = np.random.default_rng(seed).permutation(len(dataset))[: whole_number("sample", sample, low=1)]
     indentations = dataset.grid()[1]
-    written = campaign.records(dataset.columns)
+    written = untabulate(dataset.columns, campaign.layout)
     chosen = {written[row]["index"]: (written[row], indentations[row]) for row in np.sort(rows)}
     allowed = 2.0 * resolve_accuracy(campaign.accuracy).target
     found: dict[int, tuple[dict[str, float], bool]] = {}

@@ -10,14 +10,11 @@ Elastic Solids (2000), chapter 4; Maugis and Barquins, J. Phys. D 16 (1983) 1843
 Solids 59 (2011) 145, for other profiles.
 """
 
-from typing import Literal
-
 import numpy as np
 from numpy.typing import ArrayLike
 
 from bem._support.jit import in_python
 from bem._support.validation import FloatArray
-from bem._support.wording import shown
 from bem.indenter import PARABOLOID, depth_factor
 from bem.reference_solutions import hertz
 
@@ -50,38 +47,27 @@ def pull_off_force(exponent: float = PARABOLOID) -> float:
     return float(force_from_contact_radius(ratio ** (1.0 / (exponent - 0.5)), exponent))
 
 
-def contact_radius_from_indentation(
-    indentation: ArrayLike, tabor: ArrayLike, *, branch: Literal["stable", "unstable"] = "stable"
-) -> FloatArray:
-    """Contact radius at an indentation, on the branch that is stable or unstable at fixed indentation.
+def contact_radius_from_indentation(indentation: ArrayLike, tabor: ArrayLike) -> FloatArray:
+    """Contact radius at an indentation, on the branch that is stable at fixed indentation.
 
     Newton's method on y^4 - sqrt(2 pi) y = indentation/mu with y = sqrt(a): the quartic is convex, so it converges
-    monotonically from an upper bound (stable branch) or from zero (unstable branch).
+    monotonically from an upper bound.
 
     Returns:
-        radius of the broadcast shape; NaN below the fold, and for the unstable branch also above indentation zero.
+        radius of the broadcast shape; NaN below the fold.
     """
-    if branch not in ("stable", "unstable"):
-        raise ValueError(f"branch must be 'stable' or 'unstable'; received {shown(branch)}")
     depth = np.asarray(indentation, dtype=np.float64) / np.asarray(tabor, dtype=np.float64)
     fold = float(fold_indentation(1.0))
-    # The fold itself must not be lost to the rounding of indentation/tabor.
-    exists = depth >= fold * (1.0 + 4.0 * np.finfo(float).eps)
-    if branch == "unstable":
-        exists &= depth <= 0.0
-    target = np.clip(depth, fold, None if branch == "stable" else 0.0)
-    root = np.zeros_like(target)
-    if branch == "stable":
-        root = np.maximum(target, 0.0) ** 0.25 + (2.0 * np.pi) ** (1.0 / 6.0)
+    target = np.maximum(depth, fold)
+    root = np.maximum(target, 0.0) ** 0.25 + (2.0 * np.pi) ** (1.0 / 6.0)
     for _ in range(80):
         slope = 4.0 * root**3 - np.sqrt(2.0 * np.pi)
         excess = root**4 - np.sqrt(2.0 * np.pi) * root - target
         root = root - np.divide(excess, slope, out=np.zeros_like(root), where=(slope != 0.0) & (excess > 0.0))
-    return np.where(exists, root**2, np.nan)
+    # The fold itself must not be lost to the rounding of indentation/tabor.
+    return np.where(depth >= fold * (1.0 + 4.0 * np.finfo(float).eps), root**2, np.nan)
 
 
-def force_from_indentation(
-    indentation: ArrayLike, tabor: ArrayLike, *, branch: Literal["stable", "unstable"] = "stable"
-) -> FloatArray:
-    """Force at an indentation; NaN where the branch has no contact. See `contact_radius_from_indentation`."""
-    return force_from_contact_radius(contact_radius_from_indentation(indentation, tabor, branch=branch))
+def force_from_indentation(indentation: ArrayLike, tabor: ArrayLike) -> FloatArray:
+    """Force at an indentation; NaN below the fold. See `contact_radius_from_indentation`."""
+    return force_from_contact_radius(contact_radius_from_indentation(indentation, tabor))

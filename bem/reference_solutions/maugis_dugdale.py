@@ -27,17 +27,15 @@ RADIUS_UNIT = (4.0 / (3.0 * np.pi)) ** (1.0 / 3.0)
 INDENTATION_UNIT = (16.0 / (9.0 * np.pi**2)) ** (1.0 / 3.0)
 
 
-def maugis_parameter(tabor: ArrayLike, *, cohesive_traction: float = PEAK_TRACTION) -> FloatArray:
-    """Maugis' lambda, 1.157 mu for the default cohesive traction, the largest of the Lennard-Jones law (1.03)."""
-    return 2.0 * (9.0 / (16.0 * np.pi)) ** (1.0 / 3.0) * cohesive_traction * np.asarray(tabor, dtype=np.float64)
+def maugis_parameter(tabor: ArrayLike) -> FloatArray:
+    """Maugis' lambda, 1.157 mu, as the cohesive traction is the largest of the Lennard-Jones law (1.03)."""
+    return 2.0 * (9.0 / (16.0 * np.pi)) ** (1.0 / 3.0) * PEAK_TRACTION * np.asarray(tabor, dtype=np.float64)
 
 
-def solution_at_angle(
-    angle: ArrayLike, tabor: ArrayLike, *, cohesive_traction: float = PEAK_TRACTION
-) -> tuple[FloatArray, FloatArray, FloatArray]:
+def solution_at_angle(angle: ArrayLike, tabor: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Contact radius, indentation and force at theta in (0, pi/2), theta = arccos(a/c); shapes broadcast."""
     theta = np.asarray(angle, dtype=np.float64)
-    lam = maugis_parameter(tabor, cohesive_traction=cohesive_traction)
+    lam = maugis_parameter(tabor)
     tangent, secant = np.tan(theta), 1.0 / np.cos(theta)
     # The leading terms cancel at small angles, where the series is exact to rounding.
     series = theta**3 * (4.0 / 3.0 + theta**2 * (4.0 / 5.0 + theta**2 * (136.0 / 315.0)))
@@ -64,29 +62,27 @@ def _smallest(function: Callable[[ArrayLike], FloatArray]) -> tuple[float, float
     return (LARGEST_ANGLE, float(values[-1])) if values[-1] <= found.fun else (float(found.x), float(found.fun))
 
 
-def force_from_indentation(
-    indentation: ArrayLike, tabor: float, *, cohesive_traction: float = PEAK_TRACTION
-) -> FloatArray:
+def force_from_indentation(indentation: ArrayLike, tabor: float) -> FloatArray:
     """Force on the branch stable at fixed indentation; NaN where it holds no contact. Shape of `indentation`."""
     mu = finite_number("tabor", tabor, above=0.0)
     # The fold ends the branch that is stable at fixed indentation.
-    last, _ = _smallest(lambda theta: solution_at_angle(theta, mu, cohesive_traction=cohesive_traction)[1])
+    last, _ = _smallest(lambda theta: solution_at_angle(theta, mu)[1])
     first = SMALLEST_ANGLE
 
     def misfit(theta: float, wanted: float) -> float:
-        return float(solution_at_angle(theta, mu, cohesive_traction=cohesive_traction)[1]) - wanted
+        return float(solution_at_angle(theta, mu)[1]) - wanted
 
     def one(wanted: float) -> float:
         if not misfit(last, wanted) <= 0.0 <= misfit(first, wanted):
             return np.nan
         theta = brentq(misfit, first, last, args=(wanted,), xtol=1e-15)
-        return float(solution_at_angle(theta, mu, cohesive_traction=cohesive_traction)[2])
+        return float(solution_at_angle(theta, mu)[2])
 
     depths = np.asarray(indentation, dtype=np.float64)
     return np.array([one(float(depth)) for depth in depths.ravel()]).reshape(depths.shape)
 
 
-def pull_off_force(tabor: float, *, cohesive_traction: float = PEAK_TRACTION) -> float:
+def pull_off_force(tabor: float) -> float:
     """Largest force on the way to separation, between 1.5 (JKR) and 2 (DMT)."""
     mu = finite_number("tabor", tabor, above=0.0)
-    return -_smallest(lambda theta: -solution_at_angle(theta, mu, cohesive_traction=cohesive_traction)[2])[1]
+    return -_smallest(lambda theta: -solution_at_angle(theta, mu)[2])[1]

@@ -24,10 +24,11 @@ import typer
 
 from bem._support.wording import markdown_table
 from bem.dataset.campaign import Campaign
-from bem.dataset.checkpoints import CampaignCheckpoint
 from bem.dataset.executors import Batch, ClusterExecutor
 from bem.dataset.file import Dataset, load_dataset
 from bem.dataset.jobs import Arrival
+from bem.dataset.journal import Journal
+from bem.dataset.records import tabulate, untabulate
 from bem.dataset.run import save_campaign
 from experiments.measurements.harness import in_fresh_process, progress, timed
 
@@ -35,7 +36,7 @@ DASK_WORKERS, DASK_TRAJECTORIES, STUB_SECONDS = 8, 12_450, 0.008
 IDLE_SECONDS = 5.0
 STARTS = {
     "command": "import bem.cli.campaign, bem.dataset.run",
-    "worker": "from bem.dataset import campaign, executors\nexecutors.warm_solver()",
+    "worker": "from bem.dataset import campaign, jobs\njobs.warm_solver()",
 }
 
 
@@ -59,20 +60,22 @@ def run_seconds(count: int, workers: int) -> dict[str, float]:
 def saved(dataset: Dataset, folder: Path) -> dict[str, float]:
     """Processor seconds and bytes of the saving process for each trajectory, from a replay of a data set."""
     campaign, count = Campaign.of(dataset.attributes["campaign"]), len(dataset)
-    records = campaign.records(dataset.columns)
+    records = untabulate(dataset.columns, campaign.layout)
     order = {record["index"]: record for record in records}
-    with CampaignCheckpoint(folder / "saved.h5", campaign.identity()) as checkpoint:
+    with Journal(folder / "saved.h5", campaign.identity()) as journal:
 
         def save() -> None:
             for batch in campaign.batches(campaign.indices, 2):
-                checkpoint.add(campaign.columns([order[index] for index, _ in batch]), 1.0, {})
+                journal.add(tabulate([order[index] for index, _ in batch], campaign.layout), 1.0, {})
 
         (saving,) = timed(save, first=False)
-        checkpoint.remove()
+        journal.remove()
     whole = folder / "whole.h5"
     names = ("wall_seconds", "core_seconds", "workers", "versions", "host", "git_revision", "command")
     attributes = {name: dataset.attributes[name] for name in names} | {"campaign": campaign.identity()}
-    (writing,) = timed(lambda: save_campaign(campaign, whole, campaign.columns(records), attributes), first=False)
+    (writing,) = timed(
+        lambda: save_campaign(campaign, whole, tabulate(records, campaign.layout), attributes), first=False
+    )
     return {"saving": saving / count, "writing": writing / count, "bytes": whole.stat().st_size / count}
 
 
@@ -100,6 +103,7 @@ def under_dask(count: int, workers: int, seconds: float) -> dict[str, float]:
 
     campaign = Campaign(count=count)
     batches = campaign.batches(campaign.indices, workers)
+    number = len(batches)
     options = {"host": "127.0.0.1", "dashboard_address": None, "silence_logs": 50}
     # Without these, workers profile themselves every hundredth of a second, and one that answers late is dropped.
     settings = {"distributed.worker.profile.enabled": False, "distributed.scheduler.worker-ttl": None}
@@ -122,8 +126,8 @@ def under_dask(count: int, workers: int, seconds: float) -> dict[str, float]:
             time.sleep(IDLE_SECONDS)
             idle = (idle + spent()) / (time.perf_counter() - started)
             before, started = spent(), time.perf_counter()
-            for _, arrival in progress(executor.run(batches, Asleep(seconds)), "Dask, batches", len(batches)):
-                campaign.columns(arrival.records)
+            for _, arrival in progress(executor.run(batches, Asleep(seconds)), "Dask, batches", number):
+                tabulate(arrival.records, campaign.layout)
             cost, wall = spent() - before, time.perf_counter() - started
     central, of_workers = np.maximum(cost - idle * wall, 0.0) / count
     return {"workers": workers, "seconds": seconds, "central": central, "scheduling": central + of_workers}

@@ -1,3 +1,5 @@
+import dataclasses
+
 import numpy as np
 import pytest
 from PIL import Image
@@ -102,12 +104,8 @@ def test_the_filmstrip_marks_its_pictures_on_the_force_history(trajectory):
     assert [title.split("  ")[1] for title in titles] == list(moments(trajectory))
 
 
-def test_without_profiles_there_is_no_picture_of_the_contact(tmp_path):
-    trajectory = bem.simulate(SCENE, PROTOCOL, "draft")
+def test_what_is_no_film_is_refused(trajectory, tmp_path):
     with pytest.raises(ValueError, match="needs profiles: pass profiles=80"):
-        trajectory.animate(tmp_path / "contact.gif")
-
-
-def test_a_film_of_another_format_is_refused(trajectory, tmp_path):
+        dataclasses.replace(trajectory, profiles=None).animate(tmp_path / "contact.gif")
     with pytest.raises(ValueError, match=r"must end in .gif or .mp4; received"):
         trajectory.animate(tmp_path / "contact.avi")

@@ -31,14 +31,11 @@ OTHERS = (*(law() for law in LAWS.values() if issubclass(law, TractionLaw)), Con
 GAPS = (0.93, 1.0, 1.01, 1.04, 1.2, 1.5, 1.9, 1.98, 2.05, 3.0)
 
 
-def test_equilibrium_and_peak():
+def test_equilibrium_peak_and_work_of_adhesion():
     assert traction(1.0) == 0.0
     assert slope(GAP_AT_PEAK) == pytest.approx(0.0, abs=1e-14)
     assert traction(GAP_AT_PEAK) == pytest.approx(PEAK_TRACTION, rel=1e-14)
     assert pytest.approx(1.0264, abs=1e-4) == PEAK_TRACTION
-
-
-def test_work_of_adhesion_is_one():
     assert quad(traction, 1.0, np.inf)[0] == pytest.approx(1.0, rel=1e-10)
 
 
@@ -51,17 +48,11 @@ def test_values_match_the_formula_and_slope_its_derivative(gap):
 
 
 @given(st.floats(0.8, 100.0))
-def test_tail_force_is_the_integral_of_the_traction(gap):
-    integral = quad(traction, gap, np.inf, epsabs=0.0, epsrel=1e-11)[0]
-    assert tail_force(gap) == pytest.approx(2.0 * integral, rel=1e-8, abs=1e-9)
-
-
-@pytest.mark.parametrize("gap", [0.8, 1.0, 1.5, 10.0])
-def test_energies_are_integrals_of_the_traction_and_of_the_potential(gap):
-    attraction = quad(traction, gap, np.inf, epsabs=0.0, epsrel=1e-11)[0]
-    assert potential(gap) == pytest.approx(-attraction, rel=1e-8)
-    beyond = quad(potential, gap, np.inf, epsabs=0.0, epsrel=1e-11)[0]
-    assert tail_energy(gap) == pytest.approx(2.0 * beyond, rel=1e-8)
+def test_force_and_energies_are_integrals_of_the_traction_and_of_the_potential(gap):
+    attraction, beyond = (quad(of, gap, np.inf, epsabs=0.0, epsrel=1e-11)[0] for of in (traction, potential))
+    assert tail_force(gap) == pytest.approx(2.0 * attraction, rel=1e-8, abs=1e-9)
+    assert potential(gap) == pytest.approx(-attraction, rel=1e-8, abs=1e-9)
+    assert tail_energy(gap) == pytest.approx(2.0 * beyond, rel=1e-8, abs=1e-9)
 
 
 def test_kernels_are_compiled_and_the_laws_are_values():

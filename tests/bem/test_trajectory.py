@@ -2,8 +2,6 @@ import dataclasses
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from bem import Elastic, HardContact, LoadingProtocol, Scene, StandardLinearSolid, simulate
 from bem.protocol import default_start_indentation
@@ -53,52 +51,28 @@ def test_traversed_backwards_the_loop_would_create_energy():
     assert backwards.hysteresis == pytest.approx(loop.hysteresis, rel=1e-9)
 
 
-def test_a_linear_spring_stores_and_returns():
-    depth = np.concatenate([np.linspace(0.0, 3.0, 20), np.linspace(3.0, 0.0, 30)[1:]])
-    assert trajectory_of(np.arange(depth.size), depth, -2.0 * depth).work() == pytest.approx(0.0, abs=1e-12)
+THERE_AND_BACK = np.concatenate([np.linspace(0.0, 3.0, 20), np.linspace(3.0, 0.0, 30)[1:]])
 
 
-def test_a_dwell_does_no_work():
-    depth = [0.0, 1.0, 2.0, 2.0, 2.0, 1.0, 0.0]
-    force = [0.0, -1.0, -2.0, -1.0, 0.0, 0.0, 0.0]
-    assert trajectory_of(range(7), depth, force).work() == pytest.approx(2.0)
-
-
-def test_the_energy_lost_in_a_jump_is_what_the_branches_leave():
-    time, depth = [0.0, 1.0, 2.0, 2.0, 3.0, 4.0], [0.0, -1.0, -2.0, -2.0, -3.0, -4.0]
-    jumping = trajectory_of(time, depth, [1.0, 1.0, 1.0, 0.0, 0.0, 0.0], jump_times=[2.0])
-    assert jumping.work() == pytest.approx(2.0)  # tension 1 over a travel of 2, nothing after the jump
-
-
-@given(
-    st.lists(st.floats(-5.0, 5.0), min_size=3, max_size=8),
-    st.lists(st.floats(-5.0, 5.0), min_size=3, max_size=8),
-    st.lists(st.floats(0.0, 1.0), min_size=1, max_size=20),
+@pytest.mark.parametrize(
+    ("depth", "force", "jumps", "work", "turnover"),
+    [
+        (THERE_AND_BACK, -2.0 * THERE_AND_BACK, {}, 0.0, 18.0),  # a spring stores and returns
+        ([0, 1, 2, 2, 2, 1, 0], [0, -1, -2, -1, 0, 0, 0], {}, 2.0, 2.0),  # a dwell does no work
+        ([0, -1, -2, -2, -3, -4], [1, 1, 1, 0, 0, 0], {"jump_times": [2.0]}, 2.0, 2.0),  # nothing after the jump
+    ],
 )
-def test_interpolation_never_overshoots_nor_reaches_across_a_jump(before, after, parts):
-    time = np.concatenate([np.linspace(0.0, 1.0, len(before)), np.linspace(1.0, 2.0, len(after))])
-    jumping = trajectory_of(time, -time, [*before, *after], jump_times=[1.0])
-    rounding = 1e-12 * 5.0
-    for part in parts:
-        left, right = jumping.at(np.array([part * (1.0 - 1e-9), 1.0 + part]))
-        for value, times, forces, x in (
-            (left, np.linspace(0.0, 1.0, len(before)), before, part * (1.0 - 1e-9)),
-            (right, np.linspace(1.0, 2.0, len(after)), after, 1.0 + part),
-        ):
-            panel = min(max(np.searchsorted(times, x, side="right") - 1, 0), len(times) - 2)
-            low, high = sorted(forces[panel : panel + 2])
-            assert low - rounding <= value <= high + rounding
+def test_the_work_of_a_history_and_its_turnover_without_a_sign(depth, force, jumps, work, turnover):
+    time = np.array([0.0, 1.0, 2.0, 2.0, 3.0, 4.0]) if jumps else np.arange(len(depth))
+    found = trajectory_of(time, depth, force, **jumps)
+    assert found.work() == pytest.approx(work, abs=1e-12)
+    assert found.turnover() == pytest.approx(turnover)
 
 
-def test_exactly_at_a_jump_the_force_is_the_one_after():
-    jumping = trajectory_of([0.0, 1.0, 1.0, 2.0], [0.0, -1.0, -1.0, -2.0], [1.0, 2.0, -3.0, -4.0], jump_times=[1.0])
-    assert jumping.at(1.0) == -3.0
-    assert jumping.at(1.0 - 1e-12) == pytest.approx(2.0)
-
-
-def test_times_outside_are_refused():
-    with pytest.raises(ValueError, match="times must lie between"):
-        elliptic_loop(9).at(1e3)
+def test_the_history_jumps_where_the_contact_does():
+    # In a dwell, where nothing else tells the two sides apart.
+    jumping = trajectory_of([0.0, 1.0, 1.0, 2.0], np.zeros(4), [1.0, 2.0, -3.0, -4.0], jump_times=[1.0])
+    assert jumping.at([1.0 - 1e-12, 1.0]).tolist() == pytest.approx([2.0, -3.0])
 
 
 def test_pull_off_is_the_largest_force_while_unloading():
@@ -133,12 +107,6 @@ def test_the_summary_is_plain_data():
     assert summary["accuracy"] == 4e-3
     assert summary["detached"] is True
     assert summary["work"] == -0.5
-
-
-def test_the_turnover_has_no_sign():
-    depth = np.concatenate([np.linspace(0.0, 3.0, 20), np.linspace(3.0, 0.0, 30)[1:]])
-    spring = trajectory_of(np.arange(depth.size), depth, -2.0 * depth)
-    assert spring.turnover() == pytest.approx(2.0 * 3.0**2)
 
 
 def test_the_far_field_is_the_attraction_of_undeformed_surfaces_with_half_of_the_gap_bridged():

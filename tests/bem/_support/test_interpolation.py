@@ -22,19 +22,9 @@ def test_integrals_are_those_of_the_curves_between():
     times = np.array([0.0, 1.0, 2.0, 2.0, 3.0, 4.0])
     history = ForceInterpolant(times, np.array([0.0, 1.0, 2.0, 5.0, 5.0, 4.0]), [2.0], [3.0])
     assert history.ranges == [(0, 3), (3, 5), (4, 6)]
+    assert ForceInterpolant([0.0, 1.0, 1.0, 2.0], np.ones(4), [1.0], [1.0]).ranges == [(0, 2), (2, 4)]
     np.testing.assert_allclose(history.integrals(), [2.0, 5.0, 4.5], rtol=1e-14)
     np.testing.assert_array_equal(history.at([1.0, 2.0, 3.0, 3.5]), [1.0, 5.0, 5.0, 4.5])
-
-
-def test_a_jump_at_a_corner_is_a_jump():
-    history = ForceInterpolant([0.0, 1.0, 1.0, 2.0], [0.0, 1.0, 3.0, 3.0], [1.0], [1.0])
-    assert history.ranges == [(0, 2), (2, 4)]
-    assert history.at(1.0) == 3.0
-
-
-def test_a_corner_that_is_no_instant_is_refused():
-    with pytest.raises(ValueError, match="corner_times must be instants"):
-        ForceInterpolant([0.0, 1.0, 2.0], [0.0, 1.0, 0.0], [], [1.5])
 
 
 def test_the_history_bends_where_the_protocol_does():
@@ -77,31 +67,38 @@ def test_resampling_never_overshoots_even_across_jumps(steps, data):
     assert np.all(found <= upper + 1e-12)
 
 
-def test_a_jump_is_kept_sharp():
-    times = [0.0, 1.0, 1.0, 2.0]
-    force = [0.0, 1.0, -1.0, -2.0]
-    found = ForceInterpolant(times, force, [1.0]).at([0.5, 1.0 - 1e-9, 1.0, 1.5])
-    np.testing.assert_allclose(found, [0.5, 1.0, -1.0, -1.5], atol=1e-8)
-
-
-def test_jumps_at_the_ends_and_twice_in_one_place():
-    assert ForceInterpolant([0.0, 0.0, 1.0], [5.0, 1.0, 1.0], [0.0]).at(0.0) == 1.0
-    assert ForceInterpolant([0.0, 1.0, 1.0], [5.0, 5.0, 2.0], [1.0]).at(1.0) == 2.0
-    assert ForceInterpolant([0.0, 1.0, 1.0, 1.0, 2.0], [5.0, 5.0, 2.0, 0.0, 0.0], [1.0, 1.0]).at(1.0) == 0.0
+@pytest.mark.parametrize(
+    ("times", "force", "jumps", "corners", "wanted", "found"),
+    [
+        ([0, 1, 1, 2], [0, 1, -1, -2], [1], [], [0.5, 1.0 - 1e-9, 1.0, 1.5], [0.5, 1.0, -1.0, -1.5]),
+        ([0, 1, 1, 2], [0, 1, 3, 3], [1], [1], [1.0], [3.0]),  # a jump at a corner is a jump
+        ([0, 0, 1], [5, 1, 1], [0], [], [0.0], [1.0]),  # at the ends, and twice in one place
+        ([0, 1, 1], [5, 5, 2], [1], [], [1.0], [2.0]),
+        ([0, 1, 1, 1, 2], [5, 5, 2, 0, 0], [1, 1], [], [1.0], [0.0]),
+    ],
+)
+def test_a_jump_is_kept_sharp_and_counts_as_what_comes_after(times, force, jumps, corners, wanted, found):
+    history = ForceInterpolant(times, force, jumps, corners)
+    np.testing.assert_allclose(history.at(wanted), found, atol=1e-8)
 
 
 @pytest.mark.parametrize(
-    ("times", "jumps", "wanted", "message"),
+    ("times", "jumps", "corners", "wanted", "message"),
     [
-        ([0.0, 2.0, 1.0], [], [0.5], "non-decreasing"),
-        ([0.0, 1.0, 2.0], [], [2.5], r"times must lie between 0\.0 and 2\.0; received 2\.5"),
-        ([0.0, 1.0, 2.0], [], [np.nan], "times must lie between"),
-        ([0.0, 1.0, 2.0], [1.0], [0.5], "jump_times must each be listed before and after"),
+        ([0.0, 2.0, 1.0], [], [], [0.5], "non-decreasing"),
+        ([0.0, 1.0, 2.0], [], [], [2.5], r"times must lie between 0\.0 and 2\.0; received 2\.5"),
+        ([0.0, 1.0, 2.0], [], [], [np.nan], "times must lie between"),
+        ([0.0, 1.0, 2.0], [1.0], [], [0.5], "jump_times must each be listed before and after"),
+        ([0.0, 1.0, 2.0], [], [1.5], [0.5], "corner_times must be instants"),
+        *(
+            ([0.0, 1.0, 2.0], [], [], wanted, "times must be real numbers; received")
+            for wanted in (1j, [0.5, "a"], [[0.1], [0.2, 0.3]], {})
+        ),
     ],
 )
-def test_bad_resampling(times, jumps, wanted, message):
+def test_bad_resampling(times, jumps, corners, wanted, message):
     with pytest.raises(ValueError, match=message):
-        ForceInterpolant(times, [0.0, 1.0, 2.0], jumps).at(wanted)
+        ForceInterpolant(times, [0.0, 1.0, 2.0], jumps, corners).at(wanted)
 
 
 @pytest.mark.parametrize("start", [0.0, -1e6])
@@ -111,9 +108,3 @@ def test_a_time_a_rounding_outside_is_the_end(start):
     np.testing.assert_array_equal(history.at(outside), [1.0, 3.0])
     with pytest.raises(ValueError, match="times must lie between"):
         history.at(12.3 + 1e-6 * (1.0 - start))
-
-
-@pytest.mark.parametrize("wanted", [1j, [0.5, "a"], [[0.1], [0.2, 0.3]], {}])
-def test_times_are_real_numbers(wanted):
-    with pytest.raises(ValueError, match="times must be real numbers; received"):
-        ForceInterpolant([0.0, 1.0, 2.0], [0.0, 1.0, 2.0], []).at(wanted)

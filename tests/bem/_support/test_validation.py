@@ -18,14 +18,11 @@ def test_only_finite_real_numbers_pass(value):
 
 
 @pytest.mark.parametrize("value", [3, 3.0, np.float32(3), np.int64(3)])
-def test_any_real_type_becomes_a_float(value):
+def test_any_real_type_becomes_a_float_within_its_bounds(value):
     assert type(finite_number("x", value, low=3.0, high=3.0)) is float
-
-
-@pytest.mark.parametrize("bound", [{"low": 2.1}, {"high": 1.9}, {"above": 2.0}, {"below": 2.0}])
-def test_bounds(bound):
-    with pytest.raises(ValueError, match=r"received 2\.0"):
-        finite_number("x", 2.0, **bound)
+    for bound in ({"low": 3.1}, {"high": 2.9}, {"above": 3.0}, {"below": 3.0}):
+        with pytest.raises(ValueError, match=r"received .*3"):
+            finite_number("x", value, **bound)
 
 
 def test_vectors_are_read_only_copies():

@@ -12,10 +12,7 @@ from bem.cli.arguments import parse_material
 from bem.cli.summary import readable, title
 from bem.materials import Elastic, PronySeries, StandardLinearSolid
 from bem.plots import draw_trajectory
-from bem.trajectory import Statistics, Trajectory
-
-COUNTS = {"steps": 3, "iterations": 3, "factorisations": 1, "nodes": 10.0, "unknowns_per_solve": 8.0, "grid_nodes": 100}
-STATS = Statistics(**COUNTS, steps_by_phase={"unloading": 3}, seconds=0.001)
+from tests.bem.test_trajectory import trajectory_of
 
 CASE = {
     "tabor": "0.5",
@@ -71,9 +68,7 @@ def test_a_contact_that_did_not_come_off_is_named():
 
 def test_negative_work_never_reads_as_dissipation():
     def work_line(force):
-        time = np.arange(3.0)
-        radius, unloading = np.zeros(3), np.array([False, True, True])
-        loop = Trajectory(time, np.array([2.0, 1.0, 0.0]), force, radius, "completed", (), STATS, 4e-3, unloading)
+        loop = trajectory_of(range(3), [2.0, 1.0, 0.0], force, unloading=[False, True, True])
         (line,) = [line for line in readable(loop).splitlines() if line.startswith("work")]
         return line
 
@@ -120,9 +115,6 @@ def test_materials_have_words(text, material):
     [
         {"tabor": "-1"},
         {"tabor": "0.2", "peak_indentation": "-1"},
-        {"loading_rate": "0"},
-        {"unloading_rate": "nan"},
-        {"dwell_time": "-1"},
         {"material": "sls:2"},
         {"material": "honey"},
         {"material": "prony:0.3"},
@@ -144,11 +136,8 @@ def test_a_mistake_is_one_sentence_with_what_was_received(changes):
 
 def test_on_the_command_line_a_mistake_exits_with_2_and_without_a_traceback():
     result = subprocess.run([sys.executable, "-m", "bem", *command(tabor="-1")], capture_output=True, text=True)
-    assert result.returncode == 2
-    assert result.stdout == ""
+    assert (result.returncode, result.stdout, result.stderr.count("\n")) == (2, "", 1)
     assert result.stderr.startswith("bem: tabor must be a finite number at least 1e-06")
-    assert result.stderr.count("\n") == 1
-    assert "Traceback" not in result.stderr
 
 
 SI = ["--radius", "50um", "--work-of-adhesion", "50mJ/m2", "--modulus", "2MPa", "--peak-indentation", "1um"]
@@ -216,9 +205,7 @@ def test_a_cycle_or_forces_must_be_given(words, message):
 def test_the_help_begins_with_a_simulation_and_tells_of_si_units():
     words = CliRunner().invoke(app, ["--help"]).stdout
     assert "--show-completion" in words
-    assert [words.index(name) for name in ("simulate ", "fit ", "campaign ")] == sorted(
-        words.index(name) for name in ("simulate ", "fit ", "campaign ")
-    )
+    assert words.index("simulate ") < words.index("fit ") < words.index("campaign ")
     assert "--radius" in CliRunner().invoke(app, ["simulate", "--help"]).stdout
 
 

@@ -13,7 +13,8 @@ import typer
 from typer.testing import CliRunner
 
 from bem.cli.campaign import register
-from bem.dataset.checkpoints import CampaignError
+from bem.dataset.executors import CampaignError
+from bem.dataset.journal import MARK
 from bem.dataset.run import run_campaign
 from bem.dataset.sealed_file import arrays, open_dataset
 from tests.bem.dataset import stand_in
@@ -62,8 +63,13 @@ def children(parent):
     return list(map(int, Path(f"/proc/{parent}/task/{parent}/children").read_text(encoding="utf-8").split()))
 
 
+def journals(out):
+    return sorted(out.parent.glob(f"{out.name}.*.parts"))
+
+
 def parts(out):
-    return list(out.with_name(out.name + ".parts").glob("campaign-*/part-*.npz"))
+    """The batches in all journals, each as it was written."""
+    return [entry for path in journals(out) for entry in path.read_bytes().split(MARK)[1:-1]]
 
 
 def await_parts(out, process, at_least):
@@ -119,7 +125,7 @@ def begun(plan, out, monkeypatch, solver=stand_in.solve):
         with pytest.raises(CampaignError, match="unplugged"):
             run_campaign(plan, out, solver=solver, replace=True)
     assert not out.exists()
-    return out.with_name(out.name + ".parts")
+    return journals(out)
 
 
 class Here:
@@ -137,4 +143,6 @@ class Here:
         pass
 
     def run(self, batches, task):
-        return ((batch, task(batch)) for batch in batches)
+        while batches:
+            batch = batches.popleft()
+            yield batch, task(batch)

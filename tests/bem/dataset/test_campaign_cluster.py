@@ -10,8 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from bem.dataset.checkpoints import CampaignError
-from bem.dataset.executors import ClusterExecutor, scheduler_address
+from bem.dataset.executors import CampaignError, ClusterExecutor, scheduler_address
 from bem.dataset.run import run_campaign
 from tests.bem.dataset import stand_in
 from tests.bem.dataset.helpers import HANG, assert_same_numbers, await_parts, command, start_command

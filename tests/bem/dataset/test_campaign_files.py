@@ -8,7 +8,7 @@ import pytest
 from h5py._objects import phil
 
 from bem.dataset.campaign import Campaign
-from bem.dataset.checkpoints import CampaignError
+from bem.dataset.executors import CampaignError
 from bem.dataset.file import load_dataset
 from bem.dataset.run import merge, run_campaign
 from bem.dataset.sealed_file import DamagedFileError

@@ -14,6 +14,7 @@ import pytest
 
 from bem.dataset.campaign import Campaign
 from bem.dataset.file import load_dataset
+from bem.dataset.journal import MARK
 from bem.dataset.run import run_campaign
 from tests.bem.dataset import stand_in
 from tests.bem.dataset.helpers import (
@@ -23,6 +24,7 @@ from tests.bem.dataset.helpers import (
     begun,
     children,
     command,
+    journals,
     parts,
     run_here,
     start_command,
@@ -111,13 +113,12 @@ def test_control_c_reaches_the_workers_too_and_ends_all(undisturbed_slow, tmp_pa
 )
 def test_changed_options_on_what_was_interrupted_are_refused(changed, message, interrupted, tmp_path):
     out = shutil.copytree(interrupted, tmp_path / "copy") / "data.h5"
-    kept = {path: path.read_bytes() for path in parts(out)}
+    kept = {path: path.read_bytes() for path in out.parent.iterdir()}
     result = command("campaign", "--count", 120, "--seed", 4, "--out", out, *changed)
     assert (result.exit_code, result.stderr.count("\n")) == (2, 1)
     assert message in result.stderr
     assert "may be replaced with --replace" in result.stderr
-    assert {path: path.read_bytes() for path in parts(out)} == kept
-    assert not out.exists()
+    assert {path: path.read_bytes() for path in out.parent.iterdir()} == kept
 
 
 @pytest.mark.parametrize(
@@ -142,16 +143,15 @@ def test_options_that_change_no_number_continue_what_was_interrupted(options, in
 @pytest.mark.usefixtures("in_this_process")
 def test_damaged_parts_are_told_and_computed_again(interrupted, tmp_path):
     out = shutil.copytree(interrupted, tmp_path / "copy") / "data.h5"
-    first, second, third, *_ = parts(out)
-    first.write_bytes(first.read_bytes()[:-100])
-    second.write_bytes(b"")
-    content = bytearray(third.read_bytes())
-    content[len(content) // 2] ^= 1
-    third.write_bytes(content)
-    # Whole, but of another campaign: it has the name it had there.
+    (path,) = journals(out)
+    about, first, _, third, *rest, _ = path.read_bytes().split(MARK)
+    changed = bytearray(third)
+    changed[len(changed) // 2] ^= 1
+    # The last one is whole, but of another campaign.
     begun(Campaign(count=40, seed=1), tmp_path / "other.h5", pytest.MonkeyPatch())
-    for path in parts(tmp_path / "other.h5")[:1]:
-        (first.parent / path.name).write_bytes(path.read_bytes())
+    other = parts(tmp_path / "other.h5")[0]
+    cut = parts(tmp_path / "other.h5")[1][:1000]  # as if its process had been killed
+    path.write_bytes(MARK.join([about, first[:-100], b"", bytes(changed), *rest, other, cut]))
     result = command("campaign", "--count", 120, "--seed", 4, "--out", out, solver=stand_in.slow)
     assert (result.exit_code, result.stderr) == (0, "")
     assert result.stdout.startswith("4 damaged parts of an earlier run were computed again\n")

@@ -67,9 +67,12 @@ def test_sobol_covers_each_octant_evenly():
         ({"ranges": {"tabor": 1.0}}, "range of tabor must be two numbers"),
         ({"ranges": {"radius": (1.0, 2.0)}}, "received 'radius'"),
         ({"modulus_ratio": 0.0}, "modulus_ratio must be a finite number greater than 0"),
-        ({"modulus_ratio": (0.1, 2.0)}, "modulus_ratio must be a finite number greater than 0 and at most 1"),
+        (
+            {"modulus_ratio": (0.1, 2.0)},
+            "upper bound of modulus_ratio must be a finite number greater than 0 and at most 1",
+        ),
         ({"modulus_ratio": (0.5, 0.1), "name": "sobol"}, "range of modulus_ratio must have its lower bound first"),
-        ({"modulus_ratio": (0.1, 0.5, 1.0)}, "modulus_ratio must be a number, or two, low and high"),
+        ({"modulus_ratio": (0.1, 0.5, 1.0)}, "range of modulus_ratio must be two numbers, low and high"),
         (
             {"modulus_ratio": (0.1, 0.5)},
             "a range of modulus_ratio needs the design log-uniform or sobol or edges or corners",

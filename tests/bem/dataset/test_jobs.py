@@ -1,52 +1,82 @@
-import json
+import itertools
 import pickle
+from collections import deque
+from concurrent.futures import Future
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 import bem.dataset.jobs
 from bem.dataset.campaign import Campaign
-from bem.dataset.checkpoints import CampaignError
 from bem.dataset.designs import Design
+from bem.dataset.executors import CampaignError, Executor
 from bem.dataset.file import load_dataset
-from bem.dataset.jobs import BATCHES_PER_WORKER, LONGEST_BATCH, SHARE_OF_REST, batches_of, expected_seconds, results
+from bem.dataset.jobs import BATCHES_PER_WORKER, LARGEST_BATCH, SHARE_OF_REST, results
 from bem.dataset.run import run_campaign
 from bem.trajectory import Jump
 from tests.bem.dataset import stand_in
 from tests.bem.dataset.helpers import Here
 
-PRICE = json.loads((Path(__file__).parents[3] / "published" / "accuracy_price.json").read_text())["levels"]
+
+@pytest.mark.parametrize(("count", "workers"), [(3000, 2), (3000, 1), (120, 8), (1, 4), (0, 1)])
+def test_batches_hold_every_trajectory_once_and_shrink(count, workers):
+    plan = Campaign(count=3000)
+    batches = plan.batches(np.arange(count), workers)
+    assert sorted(index for batch in batches for index, _ in batch) == list(range(count))
+    for batch in batches:
+        assert [case for _, case in batch] == plan.cases_of(np.array([index for index, _ in batch]))
+    sizes = np.array([len(batch) for batch in batches])
+    rest = count - np.cumsum(sizes) + sizes
+    least = max(count / (BATCHES_PER_WORKER * workers), 1.0)
+    assert np.all(sizes <= np.minimum(np.maximum(rest / (SHARE_OF_REST * workers), least), LARGEST_BATCH))
+    assert np.all(sizes[:-1] >= sizes[1:])
 
 
-@pytest.mark.parametrize(("count", "workers"), [(3000, 2), (3000, 1), (120, 8), (1, 4)])
-def test_batches_hold_every_trajectory_once_the_costliest_first_and_shrink(count, workers):
-    cost = expected_seconds(Campaign().cases_of(np.arange(count)), "standard")
-    batches = batches_of(np.arange(count), cost, workers)
-    assert sorted(index for batch in batches for index in batch) == list(range(count))
-    shares = np.array([cost[list(batch)].sum() for batch in batches])
-    rest = np.sum(cost) - np.cumsum(shares) + shares
-    least = np.sum(cost) / (BATCHES_PER_WORKER * workers)
-    single = np.array([len(batch) == 1 for batch in batches])
-    assert np.all(single | (shares <= 1.001 * np.maximum(rest / (SHARE_OF_REST * workers), least)))
-    assert cost[list(batches[0])].min() >= cost[list(batches[-1])].max()
+@pytest.mark.parametrize(("workers", "largest"), [(1, 4), (200, 7)])
+def test_a_batch_that_takes_long_is_returned_in_pieces(workers, largest, plan, monkeypatch):
+    """They are longer with many workers, so that one process can save them."""
+    clock = itertools.count()
+    monkeypatch.setattr("time.perf_counter", lambda: 0.3 * next(clock))
+    monkeypatch.setattr(Here, "workers", workers)
+    whole = tuple(enumerate(plan.cases_of(plan.indices)))
+    monkeypatch.setattr(Campaign, "batches", lambda *_: deque([whole]))
+    arrivals = list(results(plan, plan.indices, Here(), stand_in.solve))
+    assert [record["index"] for one in arrivals for record in one.records] == list(range(120))
+    assert {len(one.records) for one in arrivals[:-1]} == {largest}
 
 
-def test_batches_of_many_workers_are_long_enough_to_be_saved():
-    seconds = np.full(1_000_000, 0.006)
-    batches = batches_of(np.arange(len(seconds)), seconds, workers=1000)
-    assert len(batches[0]) == pytest.approx(seconds.sum() / (SHARE_OF_REST * 1000) / 0.006, rel=0.01)
-    assert max(map(len, batches_of(np.arange(len(seconds)), 100.0 * seconds, 1000))) == 16  # 10 s of 0.6 s each
+class Mortal(Executor):
+    """Workers that die of some items as often as is told."""
+
+    died, in_flight, patience = BrokenProcessPool, 2, 3
+
+    def __init__(self, deaths):
+        self.deaths, self.begun = deaths, []
+
+    def submit(self, task, batch):
+        self.begun.append(len(batch))
+        future, deadly = Future(), [index for index, _ in batch if self.deaths.get(index, 0)]
+        if deadly:
+            self.deaths[deadly[0]] -= 1
+            future.set_exception(BrokenProcessPool())
+        else:
+            future.set_result(task(batch))
+        return future
 
 
-@pytest.mark.parametrize("level", PRICE, ids=lambda level: level["accuracy"])
-def test_no_batch_is_expected_to_keep_a_worker_long(level):
-    seconds = expected_seconds(Campaign().cases_of(np.arange(3000)), level["accuracy"])
-    measured = level["seconds"]["mean"]
-    assert measured / 3.0 < seconds.mean() < 3.0 * measured
-    batches = batches_of(np.arange(3000), seconds, workers=2)
-    assert all(len(batch) == 1 or seconds[list(batch)].sum() <= LONGEST_BATCH for batch in batches)
+@pytest.mark.parametrize(
+    ("deaths", "begun", "given_up"),
+    [({2: 2}, [4, 3, 4, 4], []), ({2: 5}, [4, 3, 4, 4, 1, 1, 1, 1, 1, 1], []), ({2: 9}, [4, 3, 4, 4] + 6 * [1], [2])],
+)
+def test_a_batch_whose_worker_dies_is_begun_again_then_divided_and_its_item_given_up(deaths, begun, given_up):
+    items = [(index, None) for index in range(7)]
+    executor = Mortal(deaths)
+    outcomes = list(executor.run(deque([tuple(items[:4]), tuple(items[4:])]), len))
+    assert executor.begun == begun
+    assert sorted(item for batch, _ in outcomes for item in batch) == items
+    assert [batch[0][0] for batch, result in outcomes if result is None] == given_up
 
 
 def test_a_batch_travels_with_its_own_protocols_only():
@@ -57,7 +87,7 @@ def test_a_batch_travels_with_its_own_protocols_only():
 
         def run(self, batches, task):
             sizes.extend(len(pickle.dumps((task, batch))) / (10 + len(batch)) for batch in batches)
-            return ((batch, task(batch)) for batch in batches[:1])
+            yield (batch := batches.popleft()), task(batch)
 
     sizes = []
     arrivals = list(results(plan, plan.indices, Pool(), stand_in.solve))
@@ -80,7 +110,7 @@ def test_where_the_work_was_done_is_recorded(tmp_path, monkeypatch):
 def test_workers_with_another_solver_end_the_campaign(plan):
     class Other(Here):
         def run(self, batches, task):
-            return ((batch, task(batch)._replace(solver_version="older")) for batch in batches)
+            return ((batch, replace(task(batch), solver_version="older")) for batch in batches)
 
     with pytest.raises(CampaignError, match="the workers run another version of the solver"):
         next(results(plan, plan.indices, Other(), stand_in.solve))

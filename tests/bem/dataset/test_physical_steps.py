@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from bem import Elastic, LoadingProtocol, PronySeries, Scene, StandardLinearSolid, simulate
+from bem import LoadingProtocol, Scene, StandardLinearSolid, simulate
 from bem.dataset.measurement_steps import FMS, PHYSICAL, measurement_grid
-from bem.dataset.physical_steps import FACTORS, on_steps, physical_grid, relaxation, solids
+from bem.dataset.physical_steps import FACTORS, on_steps, physical_grid, solids
 
 # Protocols with pull-off peaks of different widths, the second narrower than a uniform step.
 PROTOCOLS = {
@@ -58,28 +58,10 @@ def test_without_memory_the_force_vanishes_at_first_touch():
     assert np.all(soft > 0.3)
 
 
-def test_relaxation_is_the_inverse_of_retardation():
-    moduli, times = np.array([4.0, 0.5, 2.0]), np.array([1e-3, 0.2, 30.0])
-    strengths, rates = relaxation(PronySeries.from_moduli(moduli, times), 1)
-    order = np.argsort(rates[0])[::-1]
-    np.testing.assert_allclose(1.0 / rates[0, order], times, rtol=1e-8)
-    np.testing.assert_allclose(strengths[0, order], moduli, rtol=1e-8)
-
-
-@pytest.mark.parametrize("several", [False, True])
-def test_any_material_gives_the_steps_of_the_solid_that_it_is(several):
-    expected = physical_grid(**PROTOCOLS, modulus_ratio=[0.1, 1.0] if several else 0.1)
-    one = PronySeries([0.9], [1.0])
-    found = physical_grid(**PROTOCOLS, material=[one, Elastic()] if several else one)
-    np.testing.assert_allclose(found, expected, rtol=1e-12)
-
-
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"modulus_ratio": None}, "either a material or a modulus_ratio"),
         ({"modulus_ratio": 1.5}, "modulus_ratio must be"),
-        ({"material": [Elastic()] * 3, "modulus_ratio": None}, r"one for each of 2 protocols; received 3"),
         ({"counts": (22, 8, 7)}, "at least 8 unloading points; received 7"),
         ({"dwell_time": 0.0}, "no dwell points"),
         ({"peak_indentation": -0.1}, "must lie above 0"),

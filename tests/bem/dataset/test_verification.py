@@ -3,7 +3,7 @@ import pytest
 
 from bem.dataset.campaign import Campaign
 from bem.dataset.file import load_dataset
-from bem.dataset.records import RESULTS, SCALARS
+from bem.dataset.records import RESULTS, SCALARS, untabulate
 from bem.dataset.verification import JUDGED, differences, verify
 from tests.bem.dataset import stand_in
 from tests.bem.dataset.helpers import altered, command, put
@@ -22,7 +22,7 @@ def scaled(name, factor):
 
 
 def first(dataset):
-    return Campaign.of(dataset.attributes["campaign"]).records(dataset.columns)[0]
+    return untabulate(dataset.columns, Campaign.of(dataset.attributes["campaign"]).layout)[0]
 
 
 def judged(path, **more):

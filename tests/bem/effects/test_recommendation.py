@@ -162,12 +162,6 @@ def test_errors_name_what_is_allowed(arguments, message):
         recommend(**given)
 
 
-def test_the_name_in_the_package_is_the_function():
-    import bem.effects.recommendation  # the module, which must not take the function's place
-
-    assert callable(bem.recommend)
-
-
 def test_a_stiff_spring_is_left_out_and_a_soft_one_is_kept():
     protocol = LoadingProtocol(
         peak_indentation=5.0, loading_rate=5.0, dwell_time=0.0, unloading_rate=5.0, start_indentation=-9.0

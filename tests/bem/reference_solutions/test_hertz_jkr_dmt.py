@@ -37,21 +37,10 @@ def test_jkr_stable_branch_inverts_the_radius(tabor, radius):
     assert jkr.contact_radius_from_indentation(indentation, tabor) == pytest.approx(a, rel=1e-10)
 
 
-@given(st.floats(0.1, 20.0), st.floats(0.001, 0.99))
-def test_jkr_unstable_branch_inverts_the_radius(tabor, fraction):
-    a = fraction * jkr.FOLD_RADIUS
-    indentation = jkr.indentation_from_contact_radius(a, tabor)
-    found = jkr.contact_radius_from_indentation(indentation, tabor, branch="unstable")
-    assert found == pytest.approx(a, rel=1e-8)
-
-
 def test_jkr_has_no_contact_beyond_the_fold():
     beyond = 1.001 * jkr.fold_indentation(2.0)
     assert np.isnan(jkr.force_from_indentation(beyond, 2.0))
     assert jkr.force_from_indentation(jkr.fold_indentation(2.0), 2.0) == pytest.approx(jkr.FOLD_FORCE, rel=1e-6)
-    assert np.isnan(jkr.force_from_indentation(0.1, 2.0, branch="unstable"))
-    with pytest.raises(ValueError, match="branch must be 'stable' or 'unstable'; received 'other'"):
-        jkr.force_from_indentation(0.1, 2.0, branch="other")
 
 
 def test_jkr_approaches_hertz_when_pressed_deep():
