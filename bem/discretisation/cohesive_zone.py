@@ -78,11 +78,11 @@ def _root(value: float, exponent: float) -> float:
 def edge_resistance(
     tabor: float,
     contact_radius: float,
-    slowest: float,
+    slowest: float | np.ndarray,
     strengths: np.ndarray,
     times: np.ndarray,
     exponent: float = PARABOLOID,
-) -> float:
+) -> np.ndarray:
     """How much viscosity holds a moving contact edge back, from 0 (elastic, or slow) to 1.
 
     An edge that nothing holds back sticks at the nodes of a mesh that is too coarse for it. What counts is how far the
@@ -93,17 +93,17 @@ def edge_resistance(
     Args:
         tabor: Tabor parameter.
         contact_radius: the largest, in beta.
-        slowest: smallest speed of indentation, in h0 per unit time; 0 where it never changes.
+        slowest: smallest speeds of indentation, in h0 per unit time, of any shape; 0 where it never changes.
         strengths, times: (m,) of the material; none are elastic.
         exponent: of the indenter.
     """
-    if strengths.size == 0 or slowest == 0.0:
-        return 0.0
+    if strengths.size == 0:
+        return np.zeros(np.shape(slowest))
     glassy = 1.0 - float(np.sum(strengths))
     creep = float(np.sum(strengths)) / glassy
     delay = float(np.min(times)) * min(creep / 9.0, 1.0)
     width = in_python(edge_width)(contact_radius, tabor, exponent)
     growth = contact_radius if exponent == PARABOLOID else contact_radius ** (exponent - 1.0)
     travel = slowest * delay / (exponent * in_python(depth_factor)(exponent) * tabor * growth * width)
-    resistance = min(creep, 1.0) * min(max(1.0 + 0.5 * math.log10(travel / 0.1), 0.0), 1.0)
-    return round(resistance, 3)  # so that the rounding of a material's numbers does not choose another grid
+    resistance = min(creep, 1.0) * np.clip(1.0 + 0.5 * np.log10(np.maximum(travel, 1e-300) / 0.1), 0.0, 1.0)
+    return np.round(resistance, 3)  # so that the rounding of a material's numbers does not choose another grid

@@ -29,6 +29,8 @@ class Discretisation(NamedTuple):
     """The nodes of one scene."""
 
     grid: Grid  # the first, if it moves
+    wide: Grid  # of twice the spacing, which resolves the first segments of the protocol
+    wide_segments: int  # so many
     series: np.ndarray  # of the kernel, for the next; (0, 0) where the grid stays
     remembers: bool  # whether the material has a memory
     own_mesh: Mesh  # of the user, in use from beginning to end; empty where nodes follow the edge
@@ -46,7 +48,7 @@ def first_mesh(interface: Interface, controls: Controls, scheme: Discretisation)
     """The mesh to start from, before anything touches."""
     if scheme.fixed:
         return scheme.own_mesh
-    grid, tabor = scheme.grid, interface.tabor
+    grid, tabor = scheme.wide if scheme.wide_segments > 0 else scheme.grid, interface.tabor
     width = edge_width(0.0, tabor, interface.exponent)
     window = edge_window(0.0, 1.0, width)
     wanted = spacing_at_edge(grid, controls, 0.0, width, window)

@@ -78,6 +78,14 @@ def master_grid(
     return grid_around(ends, kernel_series(), controls, 0.0, width, 1.0, np.full(2, np.inf))
 
 
+def widened(grid: Grid) -> tuple[Grid, Grid]:
+    """An equally spaced grid, with one node more if it must, and one of twice the spacing that ends where it does."""
+    size = grid.size // 2 + 1
+    matrix = _MATRIX.of_size(256 * math.ceil(2 * size / 256))
+    grids = [grid._replace(size=n, places=np.arange(n), unit_influence=matrix) for n in (2 * size - 1, size)]
+    return grids[0], grids[1]._replace(spacing=2.0 * grid.spacing)
+
+
 def needs_to_move(
     tabor: float, peak_indentation: float, controls: Controls, remembers: bool, exponent: float = PARABOLOID
 ) -> bool:

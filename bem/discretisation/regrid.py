@@ -1,9 +1,10 @@
-"""The memory carried from one moving grid to the next (`bem.discretisation.master_grid`).
+"""The memory carried from one grid to the next (`bem.discretisation.master_grid`).
 
-A node of both grids keeps its value. A new node gets the cubic through the four old nodes around it, limited to the
-values of the two next to it: linear fields are exact, and nothing rises beyond its neighbours. A node that is left out
-hands on what it differs from the line between those that remain, so that the force, the integral of sigma r dr, is
-conserved: the surface far away does not feel the change.
+From an equally spaced grid to one of half the spacing, cubics through four nodes give the values between the old ones.
+Moving grids lie on one lattice: a node of both keeps its value. A new node gets the cubic through the four old nodes
+around it, limited to the values of the two next to it: linear fields are exact, and nothing rises beyond its
+neighbours. A node that is left out hands on what it differs from the line between those that remain, so that the force,
+the integral of sigma r dr, is conserved: the surface far away does not feel the change.
 """
 
 from typing import NamedTuple
@@ -24,7 +25,7 @@ class Remembered(NamedTuple):
 @kernel
 def same_grid(one: Grid, other: Grid) -> bool:
     """Whether two grids of one scene have the same nodes."""
-    return not moves(one) or same_places(one.places, other.places)
+    return one.spacing == other.spacing and (not moves(one) or same_places(one.places, other.places))
 
 
 @kernel
@@ -33,7 +34,7 @@ def carried(remembered: Remembered, old: Grid, new: Grid) -> Remembered:
     if remembered.traction.size == 0 or same_grid(new, old):
         return remembered
     moved = np.empty(new.size)
-    regrid(old.places, remembered.traction, new.places, moved)
+    carry(old, remembered.traction, new, moved)
     return Remembered(moved, remembered.response)
 
 
@@ -46,6 +47,20 @@ def same_places(one: np.ndarray, other: np.ndarray) -> bool:
     for j in range(one.size):
         different += one[j] != other[j]
     return different == 0
+
+
+@kernel
+def carry(old: Grid, values: np.ndarray, new: Grid, out: np.ndarray) -> None:
+    """Carry `values` (N,) from one moving grid to another, or to half of an equal spacing, into `out` (M,)."""
+    if moves(new):
+        regrid(old.places, values, new.places, out)
+        return
+    last = values.size - 1
+    for j in range(values.size):
+        out[2 * j] = values[j]
+        if j < last:
+            outer = values[abs(j - 1)] + values[min(j + 2, last)]  # even at the axis
+            out[2 * j + 1] = (9.0 * (values[j] + values[j + 1]) - outer) / 16.0
 
 
 @kernel

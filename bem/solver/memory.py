@@ -17,7 +17,7 @@ so the new traction enters with one factor only, `response` = 1 - sum_i c_i g_i,
   and Wanner, Solving Ordinary Differential Equations II, 1996, sections IV.3 and V.1).
 
 The vectors live on the master grid (see `bem.discretisation.master_grid`), so a new choice of nodes loses
-nothing, and are carried over where that grid moves.
+nothing, and are carried over where that grid moves or becomes finer.
 An elastic scene has no terms: nothing here is then evaluated. Source: `bem.materials`; paper, Eq. (displacement), whose
 history sum is replaced.
 """
@@ -30,7 +30,7 @@ from bem._support.jit import kernel, kernel_part
 from bem._support.linear_algebra import copy_into
 from bem.discretisation.master_grid import Grid
 from bem.discretisation.mesh import prolong
-from bem.discretisation.regrid import Remembered, regrid, same_grid
+from bem.discretisation.regrid import Remembered, carry, same_grid
 from bem.discretisation.state import State
 from bem.materials import recursion_step
 
@@ -76,9 +76,9 @@ def memory_on(memory: Memory, old: Grid, new: Grid) -> Memory:
     copy_into(moved.steps, memory.steps)
     if memory.strengths.size > 0:
         for k in range(DEPTH):
-            regrid(old.places, memory.traction[k], new.places, moved.traction[k])
+            carry(old, memory.traction[k], new, moved.traction[k])
             for i in range(memory.strengths.size):
-                regrid(old.places, memory.vectors[k, i], new.places, moved.vectors[k, i])
+                carry(old, memory.vectors[k, i], new, moved.vectors[k, i])
     return moved
 
 

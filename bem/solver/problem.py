@@ -15,7 +15,7 @@ from bem.discretisation.cohesive_zone import edge_resistance, largest_contact_ra
 from bem.discretisation.following import Discretisation
 from bem.discretisation.hat_influence import kernel_series
 from bem.discretisation.influence import require_mesh
-from bem.discretisation.master_grid import master_grid, moves, needs_to_move
+from bem.discretisation.master_grid import master_grid, moves, needs_to_move, widened
 from bem.discretisation.mesh import fixed_mesh
 from bem.indenter import PARABOLOID, depth_factor, tension_without_deformation
 from bem.protocol import ForceProtocol, PiecewiseLinearProtocol
@@ -82,7 +82,8 @@ def problem_of(
     tabor, shape, k = scene.tabor, scene.exponent, material.modulus_ratio
     strengths, deepest = np.array(material.strengths), deepest_indentation(scene, path)
     hard = interface.nonadhesive
-    controls = accuracy.line_controls() if hard else accuracy.controls(_edge_resistance(scene, path, deepest))
+    resistances = _edge_resistances(scene, path, deepest)
+    controls = accuracy.line_controls() if hard else accuracy.controls(float(resistances.min()))
     controls = _for_scene(controls, scene)
     pressed = max(float(hertz.contact_radius_from_indentation(deepest, tabor, shape)), 1e-9)
     if hard and mesh is None:
@@ -102,6 +103,13 @@ def problem_of(
         if needs_to_move(tabor, deepest, controls, strengths.size > 0, shape):  # it interpolates by lines
             controls = _for_scene(accuracy.line_controls(), scene)
         grid = master_grid(tabor, deepest, controls, strengths.size > 0, shape)
+    wide, wide_segments = grid, 0
+    if grid.smooth and resistances[0] > resistances.min():
+        finest = accuracy.controls(float(resistances.min())).edge_spacing
+        while accuracy.controls(float(resistances[wide_segments])).edge_spacing >= 2.0 * finest:
+            wide_segments += 1
+        if wide_segments:
+            grid, wide = widened(grid)
     reach = float(radii[-1]) if mesh is not None else grid.spacing * float(grid.places[-1])
     if strengths.size > 0 and _presses_again(path):
         controls = controls._replace(prediction=_DENT * controls.prediction)
@@ -116,7 +124,7 @@ def problem_of(
         strengths=strengths,
         times=np.array(material.times),
         device=device_of(scene, isinstance(path, ForceProtocol), force_scale),
-        scheme=Discretisation(grid, series, strengths.size > 0, own_mesh, mesh is not None),
+        scheme=Discretisation(grid, wide, wide_segments, series, strengths.size > 0, own_mesh, mesh is not None),
         scales=Scales(force_scale, force_weight, 1.0 if strengths.size else _LOCAL_WEIGHT_ELASTIC),
         # Extrapolation adds the errors of three states up to sevenfold; the step must not be chosen by them.
         force_error=_NOISE * controls.prediction / force_weight,
@@ -187,16 +195,28 @@ def _for_scene(controls: Controls, scene: Scene) -> Controls:
     return controls._replace(edge_spacing=fineness * flat * controls.edge_spacing, widest=flat**2 * controls.widest)
 
 
-def _edge_resistance(scene: Scene, path: Path, deepest: float) -> float:
-    """How much viscosity holds the edge back where it is slowest; nothing under a force, where the sphere may stop."""
+def _edge_resistances(scene: Scene, path: Path, deepest: float) -> np.ndarray:
+    """How much viscosity holds the edge back where it is slowest in the cycle of each segment, (s - 1,).
+
+    Nothing does under a force, where the sphere may stop.
+    """
     if isinstance(path, ForceProtocol):
-        return 0.0
+        return np.zeros(path.times.size - 1)
     radius, shape = largest_contact_radius(deepest, scene.tabor, scene.exponent), scene.exponent
-    speeds = np.abs(path.rates)
-    slowest = float(np.min(speeds[speeds > 0.0], initial=np.inf))
-    slowest = slowest if np.isfinite(slowest) else 0.0  # nothing moves but the edge itself
+    slowest = _slowest_of_cycles(path.rates)
     if scene.spring is not None:  # it takes up part of the stage's motion
         depth = max(deepest, 1.0)
         stiffness = (1.0 + 1.0 / shape) * float(hertz.force_from_indentation(depth, scene.tabor, shape)) / depth
-        slowest /= 1.0 - stiffness / scene.spring
+        slowest = slowest / (1.0 - stiffness / scene.spring)
     return edge_resistance(scene.tabor, radius, slowest, scene.material.strengths, scene.material.times, shape)
+
+
+def _slowest_of_cycles(rates: np.ndarray) -> np.ndarray:
+    """Smallest speed in the cycle of each segment (s - 1,), a rise and the fall that follows; 0 where nothing moves."""
+    moving = np.flatnonzero(rates)
+    if not moving.size:
+        return np.zeros(rates.size)
+    rises = rates[moving] > 0.0
+    first = np.flatnonzero(np.insert(~rises[:-1] | rises[1:], 0, True))  # of each cycle, among those that move
+    slowest = np.minimum.reduceat(np.abs(rates[moving]), first)
+    return np.repeat(slowest, np.diff([0, *moving[first[1:]], rates.size]))

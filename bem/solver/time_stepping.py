@@ -13,6 +13,7 @@ import numpy as np
 from bem._support.jit import kernel, kernel_part
 from bem.discretisation.cohesive_zone import edge_width
 from bem.discretisation.following import first_mesh, same_nodes, select_mesh
+from bem.discretisation.mesh import condense
 from bem.discretisation.regrid import Remembered, carried
 from bem.discretisation.state import State, edge_left_window, energy_of
 from bem.indenter import depth_factor
@@ -143,6 +144,17 @@ def _jumped(problem: Problem, before: State, after: State) -> bool:
     width = edge_width(before.edge, problem.interface.tabor, problem.interface.exponent)
     force = abs(after.force - before.force) > _JUMP_IN_FORCE * max(abs(before.force), problem.scales.force)
     return force or abs(after.edge - before.edge) > _JUMP_IN_WIDTHS * width
+
+
+@kernel_part
+def _on_finer_grid(problem: Problem, progress: Progress) -> Progress:
+    """The contact on a grid of half the spacing; other nodes are chosen after the next step."""
+    scheme, state, old = problem.scheme, progress.state, progress.state.mesh
+    nowhere = np.array([np.inf, -np.inf])
+    mesh = condense(scheme.grid, problem.interface.tabor, 2 * old.nodes, nowhere, scheme.remembers)
+    moved = State(mesh, state.depth, state.gap, state.traction, state.force, state.edge)
+    memory = memory_on(progress.memory, old.grid, scheme.grid)
+    return Progress(moved, memory, new_factor(state.gap.size), progress.records, progress.mesh_chosen, COMPLETED)
 
 
 @kernel_part
@@ -306,6 +318,8 @@ def march(
         for k in range(segment_steps.size):
             steps = work[STEPS]
             segment = segment_of(problem, times, controls, k, last_rise)
+            if 0 < k == problem.scheme.wide_segments:
+                progress = _on_finer_grid(problem, progress)
             progress = follow(problem, segment, progress, instants, stop, work)
             segment_steps[k] = work[STEPS] - steps
             if progress.outcome != COMPLETED:

@@ -1,8 +1,10 @@
 import numpy as np
 import pytest
 
+from bem.accuracy import resolve_accuracy
 from bem.discretisation.influence import force_weights
-from bem.discretisation.regrid import regrid, same_places
+from bem.discretisation.master_grid import master_grid, widened
+from bem.discretisation.regrid import carry, regrid, same_grid, same_places
 
 RNG = np.random.default_rng(5)
 LAST = 4096
@@ -62,3 +64,19 @@ def test_the_same_nodes_keep_everything():
     assert same_places(nodes, nodes.copy())
     assert not same_places(nodes, nodes[:-1])
     assert not same_places(nodes, np.append(nodes[:-1], LAST + 1))
+
+
+@pytest.mark.parametrize("peak", [10.0, 10.6])
+def test_half_the_spacing_keeps_the_old_nodes_and_a_smooth_even_field(peak):
+    grid = master_grid(1.0, peak, resolve_accuracy("standard").controls())
+    fine, wide = widened(grid)
+    assert (fine.spacing, wide.spacing) == (grid.spacing, 2.0 * grid.spacing)
+    assert grid.size <= fine.size <= grid.size + 1
+    assert fine.spacing * fine.places[-1] == wide.spacing * wide.places[-1]
+    assert len(fine.unit_influence) >= fine.size
+    assert not same_grid(fine, wide)
+    values, exact = (np.cos(20.0 * one.places * one.spacing / fine.size) for one in (wide, fine))
+    moved = np.empty(fine.size)
+    carry(wide, values, fine, moved)
+    np.testing.assert_array_equal(moved[::2], values)
+    np.testing.assert_allclose(moved[:-2], exact[:-2], atol=1e-4)

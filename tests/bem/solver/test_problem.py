@@ -39,3 +39,26 @@ def test_a_scene_without_a_spring_has_no_compliance():
     accuracy = resolve_accuracy("draft")
     assert problem_of(Scene(1.0), PATH, accuracy).device.compliance == 0.0
     assert problem_of(Scene(1.0, spring=4.0), PATH, accuracy).device.compliance == 0.25
+
+
+FAST, SLOW, HOLD = [20.0, 0.0, -20.0], [1e-3, -1e-3], [0.0]
+
+
+@pytest.mark.parametrize(
+    ("rates", "wide"),
+    [
+        (FAST, 0),
+        (SLOW + FAST, 0),  # what is remembered of a slow edge is as fine as it is
+        ([1e-3, 0.0, -20.0], 0),  # one cycle
+        (FAST + SLOW, 3),
+        (FAST + HOLD + SLOW, 4),
+        (FAST + FAST + [-1e-3] + FAST, 6),
+        (HOLD + FAST + [1e-3] + FAST, 4),
+    ],
+)
+def test_the_grid_has_twice_the_spacing_until_a_cycle_needs_the_finer_one(rates, wide):
+    times = np.arange(len(rates) + 1.0)
+    path = PiecewiseLinearProtocol(times, np.cumsum([-3.0, *rates]))
+    scheme = problem_of(Scene(1.0, StandardLinearSolid(0.1)), path, resolve_accuracy("standard")).scheme
+    assert scheme.wide_segments == wide
+    assert scheme.wide.spacing == (2.0 if wide else 1.0) * scheme.grid.spacing

@@ -93,6 +93,21 @@ def test_an_impossible_scene_says_so_with_the_figure_before_it_starts():
     assert trajectory.stats.steps == 0
 
 
+@pytest.mark.parametrize(("tabor", "last"), [(0.5, -2.0), (2.5, -6.0), (2.5, 21.0)])
+def test_a_slow_last_drift_does_not_double_the_grid_of_what_precedes_it(tabor, last):
+    times, depths = [0.0, 0.4, 0.5, 0.9, 1.3, 5001.3], [-5.5, 20.0, 20.0, -5.5, 20.0 if last > 0.0 else -5.5, last]
+    usual = run(protocol=PiecewiseLinearProtocol(times[:-1], depths[:-1]), tabor=tabor, accuracy="standard")
+    followed = run(protocol=PiecewiseLinearProtocol(times, depths), tabor=tabor, accuracy="standard")
+    fine = run(protocol=PiecewiseLinearProtocol(times, depths), tabor=tabor, accuracy=4e-4)
+    assert followed.stats.nodes < 1.3 * usual.stats.nodes
+    assert followed.stats.grid_nodes > 1.8 * usual.stats.grid_nodes
+    scale = np.abs(fine.force).max()
+    at = np.linspace(0.0, times[-1], 400)
+    np.testing.assert_allclose(followed.at(at), fine.at(at), rtol=0.0, atol=1e-3 * scale)
+    drift = at > times[-2]
+    np.testing.assert_allclose(followed.at(at[drift]), fine.at(at[drift]), rtol=4e-3, atol=4e-3)
+
+
 @pytest.mark.parametrize("material", [Elastic(), SOFT])
 def test_a_users_mesh_agrees_with_the_one_that_follows_the_edge(material):
     own = run(material=material, accuracy="standard", mesh=uniform_mesh(7.0, 200))
