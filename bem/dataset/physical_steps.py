@@ -89,11 +89,15 @@ def physical_grid(
     if start_indentation is None:
         start_indentation = default_start_indentation(np.asarray(tabor, dtype=np.float64))
     given = (tabor, peak_indentation, loading_rate, dwell_time, unloading_rate, start_indentation)
-    protocols = np.stack(np.broadcast_arrays(*(np.atleast_1d(np.asarray(one, np.float64)) for one in given)))
+    protocols = np.empty((len(given), max(map(np.size, given))))
+    for row, values in enumerate(given):
+        protocols[row] = values
     if (material is None) == (modulus_ratio is None):
         raise ValueError("steps need either a material or a modulus_ratio; received neither or both")
     if material is None:
-        strengths, rates = solids(np.broadcast_to(np.asarray(modulus_ratio, np.float64), protocols.shape[1:]))
+        ratios = np.empty(protocols.shape[1])
+        ratios[:] = modulus_ratio
+        strengths, rates = solids(ratios)
     else:
         strengths, rates = relaxation(material, protocols.shape[1])
     if np.any(wrong := ~((protocols[1] > 0.0) & (protocols[5] < 0.0))):
