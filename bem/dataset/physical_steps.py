@@ -87,8 +87,12 @@ def physical_grid(
     if start_indentation is None:
         start_indentation = default_start_indentation(np.asarray(tabor, dtype=np.float64))
     given = (tabor, peak_indentation, loading_rate, dwell_time, unloading_rate, start_indentation)
-    protocols = np.stack(np.broadcast_arrays(*(np.atleast_1d(np.asarray(one, np.float64)) for one in given)))
-    strengths, rates = solids(np.broadcast_to(np.asarray(modulus_ratio, np.float64), protocols.shape[1:]))
+    protocols = np.empty((len(given), max(map(np.size, given))))
+    for row, values in enumerate(given):
+        protocols[row] = values
+    ratios = np.empty(protocols.shape[1])
+    ratios[:] = modulus_ratio
+    strengths, rates = solids(ratios)
     if np.any(wrong := ~((protocols[1] > 0.0) & (protocols[5] < 0.0))):
         row = int(np.flatnonzero(wrong)[0])
         raise ValueError(

@@ -129,7 +129,7 @@ def channels(
     edge: np.ndarray,
     features: str = "D",
     *,
-    tabor: np.ndarray | None = None,
+    tabor: np.ndarray | float | None = None,
     modulus_ratio: np.ndarray | float | None = None,
 ) -> np.ndarray:
     """Return the physical (unscaled) channels of a feature set.
@@ -150,14 +150,13 @@ def channels(
     """
     names = channel_names(features)
     if features not in NEEDS_MATERIAL:
-        tabor, modulus_ratio = np.array(np.nan), np.nan
+        tabor, modulus_ratio = np.nan, np.nan
     elif tabor is None or modulus_ratio is None:
         raise ValueError(f"Expected tabor and modulus_ratio for feature set {features}. Received: none")
     from surrogate.data.physics import Motion, of_histories
 
     histories = [np.ascontiguousarray(one, dtype=np.float64) for one in (times, indentations, edge)]
-    solids = [np.broadcast_to(np.asarray(one, dtype=np.float64), len(times)).copy() for one in (tabor, modulus_ratio)]
-    found: np.ndarray = of_histories(
-        Motion(), *histories, *solids, np.array([Motion._fields.index(one) for one in names])
-    )
+    solids = np.empty((2, len(times)))
+    solids[0], solids[1] = tabor, modulus_ratio
+    found: np.ndarray = of_histories(Motion(), *histories, *solids, np.array([*map(Motion._fields.index, names)]))
     return found

@@ -211,13 +211,11 @@ def _transform_channels(channels: np.ndarray, features: str) -> np.ndarray:
             f"Expected {len(names)} channels ({', '.join(names)}) for feature set {features}. "
             f"Received: channels of shape {channels.shape}"
         )
-    columns = []
-    for index, name in enumerate(names):
-        column = np.asarray(channels[..., index], dtype=np.float64)
-        for _ in range(SYMLOG_PASSES[name]):
-            column = symlog(column)
-        columns.append(column)
-    return np.stack(columns, axis=-1)
+    transformed = np.array(channels, dtype=np.float64)
+    passes = np.array([SYMLOG_PASSES[name] for name in names])
+    for done in range(passes.max()):
+        transformed[..., passes > done] = symlog(transformed[..., passes > done])
+    return transformed
 
 
 def _moments(transformed: np.ndarray, axis: tuple[int, ...] | None = None) -> tuple[np.ndarray, np.ndarray]:

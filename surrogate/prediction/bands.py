@@ -11,6 +11,7 @@ conformal predictors).
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations_with_replacement
@@ -22,6 +23,7 @@ from bem._support.jit import kernel
 from bem._support.monotone import monotone_integral, monotone_slopes
 from bem.dataset.designs import OUTERMOST, QUANTITIES
 from surrogate.data.scaling import Scaling
+from surrogate.prediction.predicted import Doubt
 
 GROUPS = 8
 LEVELS = np.array([0.0, 0.25, 0.5, 0.6, 0.7, 0.8, 0.85, 0.9, 0.925, 0.95, 0.975, 0.99])
@@ -35,6 +37,7 @@ UNSEEN = 1e3
 RESULTS = ("pull_off", "pull_off_time", "hysteresis")
 BANDS = ("force", "curve")
 """Intervals of results, and bands of the scaled force: at each step by itself, and of all steps at once."""
+_LEAST = 1e-4  # of a quantity, for its logarithm
 _FACTORS = np.array(list(combinations_with_replacement(range(len(KNOWN) + 2), 3))).T
 
 
@@ -73,8 +76,7 @@ class Bands:
             The bands.
         """
         bounds = np.array([ranges[name] for name in KNOWN], dtype=np.float64)
-        places = _places(known, bounds)
-        terms, corner = _terms(places), _corner(places)
+        terms, corner = _placed(known, bounds)
         outside = np.arange(len(known)) >= fitted
         found: list[tuple[np.ndarray, ...]] = []
 
@@ -111,16 +113,11 @@ class Bands:
         Returns:
             Those of `RESULTS`, in the units of `result_errors`, shape `(batch,)`, and of `BANDS`, `(batch, steps)`.
         """
-        places = _places(known, self.ranges)
-        corner, sizes = _corner(places), self.coefficients @ _terms(places).T
-        right = min(max(int(np.searchsorted(LEVELS, coverage)), 1), len(LEVELS) - 1)
+        right = min(max(int(LEVELS.searchsorted(coverage)), 1), len(LEVELS) - 1)
         part = (coverage - LEVELS[right - 1]) / (LEVELS[right] - LEVELS[right - 1])
         table = (1.0 - part) * self.quantiles[..., right - 1] + part * self.quantiles[..., right]
-        found = {}
-        for row, name in enumerate((*RESULTS, *BANDS)):
-            found[name] = np.exp(sizes[row]) * table[row, _cells(corner, sizes[row], self.edges[row])]
-        force = len(RESULTS)
-        shape = self.shape[np.searchsorted(self.edges[force], sizes[force])]
+        half, group = _half_widths(*_placed(known, self.ranges), self.coefficients, self.edges, table)
+        found, shape = dict(zip((*RESULTS, *BANDS), half, strict=True)), self.shape[group[len(RESULTS)]]
         return found | {name: found[name][:, np.newaxis] * shape for name in BANDS}
 
     @property
@@ -134,12 +131,11 @@ class Bands:
         indentations: np.ndarray,
         force: np.ndarray,
         scaling: Scaling,
-        quantities: dict[str, np.ndarray],
+        quantities: Mapping[str, np.ndarray],
         counts: Sequence[int],
         coverage: float,
-        outside: Sequence[tuple[str, ...]],
-    ) -> dict[str, Sequence[Any]]:
-        """Return what bands add to predicted trajectories.
+    ) -> list[Doubt]:
+        """Return what bands add to each of the predicted trajectories.
 
         Args:
             times, indentations, force: Predicted histories of shape `(batch, steps)`.
@@ -147,37 +143,14 @@ class Bands:
             quantities: Protocols and modulus ratios by name, each of shape `(batch,)`.
             counts: Points of loading, dwell and unloading.
             coverage: The share of true values that the bands are to contain.
-            outside: What of each history lies outside the training; its bands are then infinite.
-
-        Returns:
-            The fields of `surrogate.prediction.predicted.PredictedTrajectory`, a value of each per history.
         """
         found = results(times, indentations, force, np.array(counts))
         pull_off, instant, sharpness, work, pressing = found
-        widths = self.widths(np.column_stack([*(quantities[name] for name in KNOWN), sharpness]), coverage)
-        far = np.array([bool(words) for words in outside])
-        for name in BANDS:
-            widths[name][far] = np.inf
-        begin, signs = times[:, sum(counts[:2]) - 1], np.array([[-1.0], [1.0]])
-        unit = _loop_unit(work, pressing)
-        ends = {
-            "pull_off": pull_off * np.exp(signs * widths["pull_off"]),
-            "pull_off_time": begin + (instant - begin) * np.exp(signs * widths["pull_off_time"]),
-            "hysteresis": np.maximum(np.abs(work) + signs * widths["hysteresis"] * unit, 0.0),
-        }
-        scaled = scaling.scale_force(force)
-        fields: dict[str, Any] = {
-            "modulus_ratio": quantities["modulus_ratio"].tolist(),
-            "coverage": [coverage] * len(force),
-            "readings": list(zip(pull_off.tolist(), instant.tolist(), work.tolist(), strict=True)),
-        }
-        for name, both in ends.items():
-            both[:, far] = [[-np.inf], [np.inf]]
-            fields[f"{name}_interval"] = list(map(tuple, both.T.tolist()))
-        for name in BANDS:
-            fields[f"{name}_lower"] = scaling.unscale_force(scaled - widths[name])
-            fields[f"{name}_upper"] = scaling.unscale_force(scaled + widths[name])
-        return fields
+        widths = self.widths(np.array([*(quantities[name] for name in KNOWN), sharpness]).T, coverage)
+        widths["hysteresis"] *= _loop_unit(work, pressing)
+        each = [zip(*rows, strict=True) for rows in ((pull_off, instant, work), [widths[name] for name in RESULTS])]
+        bands = zip(*(widths[name] for name in BANDS), strict=True)
+        return [Doubt(coverage, scaling, *one) for one in zip(*each, bands, strict=True)]
 
     def as_arrays(self) -> dict[str, np.ndarray]:
         """Return what to store; `Bands(**arrays)` is the inverse."""
@@ -241,32 +214,52 @@ def results(times: np.ndarray, indentations: np.ndarray, force: np.ndarray, coun
     return found
 
 
-def _places(known: np.ndarray, bounds: np.ndarray) -> np.ndarray:
-    """Where the quantities lie in the logarithms of their ranges, from -1 to 1, and the sharpness; shape (batch, 7)."""
-    low, high = np.log(bounds).T
-    logs = np.log(np.maximum(known, 1e-4))
-    places = np.empty_like(logs)
-    places[:, :-1] = np.clip((2.0 * logs[:, :-1] - low - high) / (high - low), -1.0, 1.0)
-    places[:, -1] = 1.0 + logs[:, -1] / 4.0
-    return places
+@kernel
+def _placed(known: np.ndarray, bounds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Where quantities and sharpness (batch, 7) lie in the ranges (6, 2).
+
+    Returns:
+        The constant, the places in the logarithms of the ranges, from -1 to 1, and their products of two and three,
+        shape (batch, 120); and the number of the corner, -1 outside all of them, shape (batch,).
+    """
+    batch, count = known.shape
+    terms, corner = np.ones((batch, _FACTORS.shape[1])), np.empty(batch, np.int64)
+    places = np.ones(count + 1)
+    for row in range(batch):
+        number, outermost = 0, True
+        for i in range(count - 1):
+            low, high = math.log(bounds[i, 0]), math.log(bounds[i, 1])
+            place = (2.0 * math.log(max(known[row, i], _LEAST)) - low - high) / (high - low)
+            places[i + 1] = place = min(max(place, -1.0), 1.0)
+            number += (place > 0.0) << i
+            outermost = outermost and abs(place) >= 1.0 - 2.0 * OUTERMOST - 1e-9
+        places[count] = 1.0 + math.log(max(known[row, count - 1], _LEAST)) / 4.0
+        corner[row] = number if outermost else -1
+        for term in range(terms.shape[1]):
+            for factor in _FACTORS[:, term]:
+                terms[row, term] *= places[factor]
+    return terms, corner
 
 
-def _corner(places: np.ndarray) -> np.ndarray:
-    """Number of the corner in which a protocol lies, shape (batch,); -1 outside all of them."""
-    inner, bound = places[:, :-1], 1.0 - 2.0 * OUTERMOST
-    number = (inner > 0.0) @ (1 << np.arange(inner.shape[1]))
-    return np.where((np.abs(inner) >= bound - 1e-9).all(axis=1), number, -1)
+@kernel
+def _half_widths(
+    terms: np.ndarray, corner: np.ndarray, coefficients: np.ndarray, edges: np.ndarray, table: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Half-widths by a `table` of quantiles (5, cells), and groups of the expected errors, each of shape (5, batch)."""
+    half, group = np.empty((len(edges), len(terms))), np.empty((len(edges), len(terms)), np.int64)
+    for row in range(len(terms)):
+        for kind in range(len(edges)):
+            size = 0.0
+            for term in range(terms.shape[1]):
+                size += terms[row, term] * coefficients[kind, term]
+            group[kind, row] = np.searchsorted(edges[kind], size)
+            cell = corner[row] if corner[row] >= 0 else CORNERS + group[kind, row]
+            half[kind, row] = math.exp(size) * table[kind, cell]
+    return half, group
 
 
 def _cells(corner: np.ndarray, size: np.ndarray, edges: np.ndarray) -> np.ndarray:
     return np.where(corner >= 0, corner, CORNERS + np.searchsorted(edges, size))
-
-
-def _terms(places: np.ndarray) -> np.ndarray:
-    """Constant, places and their products of two and three, shape `(batch, 120)`."""
-    extended = np.concatenate([np.ones((len(places), 1)), places], axis=1)
-    first, second, third = (extended[:, one] for one in _FACTORS)
-    return first * second * third
 
 
 def _quantiles(errors: np.ndarray) -> np.ndarray:

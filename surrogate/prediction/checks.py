@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from bem._support.jit import kernel
 from bem._support.validation import real_array
 from bem._support.wording import shown
 from bem.materials import Elastic, StandardLinearSolid
@@ -46,9 +47,9 @@ def contacts(scene: Scene | Sequence[Scene], count: int) -> tuple[np.ndarray, np
     scenes = [scene] if isinstance(scene, Scene) else list(scene) if isinstance(scene, Iterable) else [scene]
     if len(scenes) not in (1, count):
         raise ValueError(f"Expected one scene, or one for each of {count} histories. Received: {len(scenes)}")
-    values = np.array([_contact(one, index if len(scenes) > 1 else None) for index, one in enumerate(scenes)])
-    tabor, ratio = np.broadcast_to(values.reshape(-1, 2), (count, 2)).T.copy()
-    return tabor, ratio
+    values = np.empty((2, count))
+    values[:] = np.transpose([_contact(one, index if len(scenes) > 1 else None) for index, one in enumerate(scenes)])
+    return values[0], values[1]
 
 
 def _contact(scene: Scene, index: int | None) -> tuple[float, float]:
@@ -83,6 +84,8 @@ def check_history(times: np.ndarray, indentations: np.ndarray) -> None:
             "Expected times and indentations of the same shape (batch, steps). "
             f"Received: times of shape {times.shape}, indentations of shape {indentations.shape}"
         )
+    if _sound(np.ascontiguousarray(times), np.ascontiguousarray(indentations)):
+        return
     for name, values in (("times", times), ("indentations", indentations)):
         bad = np.flatnonzero(~np.isfinite(values).all(axis=1))
         if bad.size:
@@ -100,6 +103,23 @@ def check_history(times: np.ndarray, indentations: np.ndarray) -> None:
     _within("times after the first", since, 0.0, LONGEST_HISTORY)
     _within("time steps", steps, SHORTEST_STEP, LONGEST_HISTORY)
     _within("rates", np.diff(indentations, axis=1) / steps, -LARGEST_RATE, LARGEST_RATE)
+
+
+@kernel
+def _sound(times: np.ndarray, indentations: np.ndarray) -> bool:
+    """Whether histories (batch, steps) pass the checks of values; the functions around this one find what is wrong."""
+    for row in range(len(times)):
+        before = 0.0
+        for step in range(times.shape[1]):
+            since, depth = times[row, step] - times[row, 0], indentations[row, step]
+            if not (abs(depth) <= LARGEST_INDENTATION and since <= LONGEST_HISTORY):
+                return False
+            if step:
+                passed = since - before
+                if not (passed >= SHORTEST_STEP and abs(depth - indentations[row, step - 1]) <= LARGEST_RATE * passed):
+                    return False
+            before = since
+    return True
 
 
 def checked_edge(edge: ArrayLike, shape: tuple[int, ...]) -> np.ndarray:

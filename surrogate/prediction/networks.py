@@ -54,11 +54,13 @@ class Network:
                 memory.
         """
         given = [times, indentations, tabor, ratio, edge]
+        if len(times) <= self.batch:
+            return self._force(*given)
         parts = [
             self._force(*(None if one is None else one[at : at + self.batch] for one in given))
             for at in range(0, len(times), self.batch)
         ]
-        return parts[0] if len(parts) == 1 else np.concatenate(parts)
+        return np.concatenate(parts)
 
     def _force(self, times: Any, indentations: Any, tabor: Any, ratio: Any, edge: Any) -> np.ndarray:
         """Return the forces of one batch."""
@@ -134,9 +136,10 @@ class NetworkFile(OnnxNetwork):
 
     def scaled(self, sequence: np.ndarray, tabor: np.ndarray) -> np.ndarray:
         """Return the scaled force of shape `(batch, steps)`; the arguments are those of `Network.scaled`."""
-        told = np.broadcast_to(tabor[:, np.newaxis], (*sequence.shape[:2], 1))
-        inputs = np.concatenate([sequence, told], axis=2).transpose(1, 0, 2)
-        return self.run({"inputs": np.ascontiguousarray(inputs)}).T
+        batch, steps, width = sequence.shape
+        inputs = np.empty((steps, batch, width + 1), dtype=np.float32)
+        inputs[..., :-1], inputs[..., -1] = sequence.transpose(1, 0, 2), tabor[:, 0]
+        return self.run({"inputs": inputs}).T
 
 
 class KerasNetwork(Network):

@@ -2,18 +2,35 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from bem._support.tabular import Column
 from bem.trajectory import Statistics, Trajectory, far_field
 
+if TYPE_CHECKING:
+    from surrogate.data.scaling import Scaling
+
 FORCE_DOUBT = 0.05
 """Error of a predicted force at the end of a protocol, in pi R dgamma; it is smaller for 90 % of the test set."""
 INTERVALS = ("pull_off_interval", "pull_off_time_interval", "hysteresis_interval")
 """Fields of a prediction with bands."""
+
+
+class Doubt(NamedTuple):
+    """What a model with bands says of one trajectory beside its forces; intervals are computed when they are read."""
+
+    coverage: float
+    scaling: Scaling
+    readings: tuple[float, float, float]
+    """Pull-off force, its time, and the work, which are not those of the steps alone."""
+    half_widths: tuple[float, float, float]
+    """Of the logarithms of pull-off force and pull-off time since the dwell, and of the hysteresis."""
+    bands: tuple[np.ndarray, np.ndarray]
+    """Half-widths of the scaled force at each step by itself, and at all steps at once, shape (steps,)."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -28,7 +45,7 @@ class PredictedTrajectory(Trajectory):
 
     Of a model with bands, pull-off force and time are those of a parabola through the highest step of the unloading and
     its neighbours, and the hysteresis is that of monotone cubics through the steps. Outside the ranges of the training,
-    which `extrapolated` names, every band is infinite.
+    which `extrapolated` names, every band is infinite. Without bands, intervals and bands are `None`.
     """
 
     extrapolated: tuple[str, ...] = ()
@@ -37,30 +54,71 @@ class PredictedTrajectory(Trajectory):
     """Name of the model."""
     modulus_ratio: float | None = None
     """Modulus ratio of the solid, of a model with bands."""
-    coverage: float | None = None
-    """Share of true values that the bands are made to contain."""
-    pull_off_interval: tuple[float, float] | None = None
-    """Low and high of the pull-off force; the next two are those of its time and of the hysteresis."""
-    pull_off_time_interval: tuple[float, float] | None = None
-    hysteresis_interval: tuple[float, float] | None = None
-    force_lower: np.ndarray | None = None
-    force_upper: np.ndarray | None = None
-    """Band of the force at each step by itself, shape (steps,)."""
-    curve_lower: np.ndarray | None = None
-    curve_upper: np.ndarray | None = None
-    """Band that holds the force at all steps at once, likewise."""
-    readings: tuple[float, float, float] | None = None
-    """Pull-off force, its time, and the work, where they are not those of the steps alone."""
+    doubt: Doubt | None = None
+    """Of a model with bands, from what intervals and bands are computed."""
 
     @property
     def pull_off_force(self) -> float:
         """Largest force while unloading, tension positive."""
-        return super().pull_off_force if self.readings is None else self.readings[0]
+        return super().pull_off_force if self.doubt is None else float(self.doubt.readings[0])
 
     @property
     def pull_off_time(self) -> float:
         """Time of the pull-off force."""
-        return super().pull_off_time if self.readings is None else self.readings[1]
+        return super().pull_off_time if self.doubt is None else float(self.doubt.readings[1])
+
+    @property
+    def coverage(self) -> float | None:
+        """Share of true values that intervals and bands are made to contain."""
+        return self.doubt and self.doubt.coverage
+
+    @property
+    def pull_off_interval(self) -> tuple[float, float] | None:
+        """Low and high of the pull-off force."""
+        return self._interval(0, lambda width: self.pull_off_force * np.exp(width))
+
+    @property
+    def pull_off_time_interval(self) -> tuple[float, float] | None:
+        """Low and high of its time."""
+        begin = self.time[self.unloading.argmax()]
+        return self._interval(1, lambda width: begin + (self.pull_off_time - begin) * np.exp(width))
+
+    @property
+    def hysteresis_interval(self) -> tuple[float, float] | None:
+        """Low and high of the hysteresis."""
+        return self._interval(2, lambda width: max(self.hysteresis + width, 0.0))
+
+    def _interval(self, row: int, end: Callable[[float], float]) -> tuple[float, float] | None:
+        if self.doubt is None:
+            return None
+        width = self.doubt.half_widths[row]
+        return (-np.inf, np.inf) if self.extrapolated else (float(end(-width)), float(end(width)))
+
+    @property
+    def force_lower(self) -> np.ndarray | None:
+        """Lower end of the band of the force at each step by itself, shape (steps,)."""
+        return self._band(0, -1.0)
+
+    @property
+    def force_upper(self) -> np.ndarray | None:
+        """Upper end likewise."""
+        return self._band(0, 1.0)
+
+    @property
+    def curve_lower(self) -> np.ndarray | None:
+        """Lower end of the band that holds the force at all steps at once, shape (steps,)."""
+        return self._band(1, -1.0)
+
+    @property
+    def curve_upper(self) -> np.ndarray | None:
+        """Upper end likewise."""
+        return self._band(1, 1.0)
+
+    def _band(self, row: int, sign: float) -> np.ndarray | None:
+        if self.doubt is None:
+            return None
+        scaling, width = self.doubt.scaling, np.inf if self.extrapolated else self.doubt.bands[row]
+        return scaling.unscale_force(scaling.scale_force(self.force) + sign * width)
 
     @property
     def detached(self) -> bool:
@@ -73,8 +131,8 @@ class PredictedTrajectory(Trajectory):
 
     def work(self) -> float:
         """Return the integral of -P d(delta) over the history."""
-        if self.readings is not None:
-            return self.readings[2]
+        if self.doubt is not None:
+            return float(self.doubt.readings[2])
         # NumPy 2.0 has `trapezoid`; its type stubs do not.
         return -float(np.trapezoid(self.force, self.indentation))  # type: ignore[attr-defined, unused-ignore]
 
@@ -108,7 +166,8 @@ def predicted_trajectory(
     extrapolated: tuple[str, ...],
     model: str,
     seconds: float,
-    **bands: Any,
+    modulus_ratio: float | None = None,
+    doubt: Doubt | None = None,
 ) -> PredictedTrajectory:
     """Return the trajectory of one predicted history.
 
@@ -120,7 +179,8 @@ def predicted_trajectory(
         extrapolated: The quantities outside the ranges of the training set, as text.
         model: Name of the model.
         seconds: Wall-clock time of the prediction, in seconds.
-        **bands: Further fields, of a model with bands.
+        modulus_ratio: Modulus ratio of the solid, of a model with bands.
+        doubt: What such a model says beside.
 
     Returns:
         The trajectory, with the interface of `bem.Trajectory`.
@@ -137,5 +197,6 @@ def predicted_trajectory(
         unloading=np.arange(len(times)) >= unloading_from,
         extrapolated=extrapolated,
         model=model,
-        **bands,
+        modulus_ratio=modulus_ratio,
+        doubt=doubt,
     )

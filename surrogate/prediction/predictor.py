@@ -159,10 +159,12 @@ class Surrogate:
         tabor, ratio = self._contacts(scene, len(protocols))
         if not protocols:
             return []
-        paths = [(one.peak_indentation, one.loading_rate, one.dwell_time, one.unloading_rate) for one in protocols]
-        quantities = dict(zip(QUANTITIES, [tabor, *np.array(paths, dtype=np.float64).T], strict=True))
-        start = np.array([one.start(mu) for one, mu in zip(protocols, tabor.tolist(), strict=True)])
-        quantities |= {"modulus_ratio": ratio, "start_indentation": start}
+        paths = [
+            (mu, one.peak_indentation, one.loading_rate, one.dwell_time, one.unloading_rate, one.start(mu))
+            for one, mu in zip(protocols, tabor.tolist(), strict=True)
+        ]
+        quantities = dict(zip((*QUANTITIES, "start_indentation"), np.array(paths, dtype=np.float64).T, strict=True))
+        quantities["modulus_ratio"] = ratio
         outside = excesses(quantities, self.scaling.ranges)
         if self.bands is not None:
             shortest = self.scaling.ranges["dwell_time"][0]
@@ -297,9 +299,9 @@ class Surrogate:
         force = self.network.force(
             times, indentations, quantities["tabor"], ratio, edge_from_counts(counts, len(ratio))
         )
-        bands: dict[str, Sequence[Any]] = {}
+        doubts: Sequence[Any] = [None] * len(ratio)
         if self.bands is not None:
-            bands = self.bands.around(times, indentations, force, self.scaling, quantities, counts, coverage, outside)
+            doubts = self.bands.around(times, indentations, force, self.scaling, quantities, counts, coverage)
         seconds = (time.perf_counter() - clock) / len(ratio)
         return [
             predicted_trajectory(
@@ -310,9 +312,10 @@ class Surrogate:
                 extrapolated=words,
                 model=self.name,
                 seconds=seconds,
-                **{name: values[row] for name, values in bands.items()},
+                modulus_ratio=None if doubt is None else float(ratio[row]),
+                doubt=doubt,
             )
-            for row, words in enumerate(outside)
+            for row, (words, doubt) in enumerate(zip(outside, doubts, strict=True))
         ]
 
     def _excesses(

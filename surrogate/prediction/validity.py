@@ -109,12 +109,12 @@ def excesses(quantities: dict[str, np.ndarray], ranges: dict[str, tuple[float, f
     for row, name in enumerate(names):
         low[row], high[row] = bounds[name]
     below, above = low - values, values - high
-    beyond = np.maximum(below, above)
     outside = (below > RANGE_TOLERANCE * np.abs(low)) | (above > RANGE_TOLERANCE * np.abs(high))
-    return [
-        Excess(names[row], values[row], low[row], high[row], np.where(outside[row], beyond[row], 0.0))
-        for row in np.flatnonzero(outside.any(axis=1))
-    ]
+    if not outside.any():
+        return []
+    beyond = np.where(outside, np.maximum(below, above), 0.0)
+    rows = np.flatnonzero(outside.any(axis=1))
+    return [Excess(names[row], values[row], low[row], high[row], beyond[row]) for row in rows]
 
 
 def bounds_of(ranges: dict[str, Any], tabor: Any) -> dict[str, tuple[Any, Any]]:

@@ -9,8 +9,7 @@ from surrogate.prediction.bands import (
     RESULTS,
     UNSEEN,
     Bands,
-    _corner,
-    _places,
+    _placed,
     result_errors,
 )
 
@@ -36,7 +35,7 @@ def calibrated(count=20_000, seed=0, fitted=4000, corners=400):
 def test_intervals_cover_as_asked_in_easy_and_hard_cases_and_in_every_corner():
     bands = calibrated(60_000, fitted=8000)
     known, errors, force = drawn(20_000, 1, 300)
-    corner = _corner(_places(known, bands.ranges))
+    _, corner = _placed(known, bands.ranges)
     assert np.bincount(corner[20_000:]).tolist() == [300] * CORNERS
     box = np.arange(len(known)) < 20_000
     for coverage in (0.5, 0.77, 0.9, 0.99):
