@@ -92,8 +92,8 @@ report: studies | $(INSTALLED)  ## Write REPRODUCTION.md: each number of the pap
 ##@ Figures, tables and studies (short)
 
 COST_FIGURES := figure-effects figure-accuracy-cost figure-cost-growth figure-amortisation figure-training-cost figure-peers \
-	figure-surrogate-map figure-measurement-floor figure-inverse figure-broad-band
-COST_TABLES := table-effects table-recommendations table-accuracy-cost table-peers table-hard-cases table-surrogates
+	figure-surrogate-map figure-measurement-floor figure-inverse
+COST_TABLES := table-stand-ins table-recommendations table-accuracy-cost table-peers table-hard-cases table-surrogates
 .PHONY: cost-figures $(PAPER_FIGURES) $(PAPER_TABLES) $(COST_FIGURES) $(COST_TABLES)
 cost-figures: $(COST_FIGURES) $(COST_TABLES)  ## All figures and tables of costs, errors and difficult cases
 $(PAPER_FIGURES) $(COST_FIGURES): %: $(OUT)/figures/%.pdf
@@ -261,7 +261,7 @@ measure-%: | $(INSTALLED)  ## Any measurement, with its usual options (BUSY=yes 
 	OMP_NUM_THREADS=1 $(PY) -m experiments $(subst -,_,$*) $(PLACES) --configs $(CONFIGS) $(if $(BUSY),--busy)
 	$(if $(filter-out pull-off-place,$*),$(SUMS) $(MEASURED)/$(subst -,_,$*).*)
 MEASUREMENTS := effects effect-pairs recommendations canonical-times accuracy-cost cost-growth campaign-scale training-speed training-cost \
-	amortisation hard-case-map measurement-floor pull-off-place errors-by-place pretrained-errors inverse-problem broad-band \
+	amortisation hard-case-map measurement-floor pull-off-place errors-by-place pretrained-errors inverse-problem \
 	surrogate-map lab-coverage stream-latency
 # Two simultaneous measurements would disturb each other.
 .NOTPARALLEL: measurements
@@ -286,7 +286,7 @@ test-newest-keras: .venv-newest/.installed  ## Test the architectures with the n
 	$(@D)/bin/python -m pip install --quiet --disable-pip-version-check torch==2.13.0
 	@touch $@
 golden-trajectories: setup  ## Update the trajectories that guard the solver's results, after its version was raised
-	$(PY) -m experiments golden_trajectories
+	$(PY) -m tests.bem.solver.golden_trajectories
 lint: setup  ## Check style, and the types of the public interface
 	$(PY) -m ruff check .
 	$(PY) -m ruff format --check .

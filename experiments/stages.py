@@ -47,10 +47,8 @@ def core_seconds(name: str, published: Path, labels: Sequence[str] = ()) -> floa
         if not all(run.is_file() for run in runs):
             return None
         speed = Places(published=published).path("training_speed")
-        batch = batch_seconds(read_json(speed)) if speed.is_file() else {}
-        return sum(
-            training_seconds(run.parent, batch) if batch else float(read_json(run)["cpu_seconds"]) for run in runs
-        )
+        batch = batch_seconds(read_json(speed) if speed.is_file() else None)
+        return sum(training_seconds(run.parent, batch) for run in runs)
     if name == "dataset" and (path := published / "dataset.h5").is_file():
         from bem.dataset.sealed_file import open_dataset
 
@@ -94,9 +92,7 @@ def main(
         print(describe(one, stages, published, hours=hours), flush=True)
     if name is None:
         total = sum(hours_of(one, stages, published)[0] for one in stages)
-        print(
-            f"about {total:.0f} hours in total on two cores; the same command continues an interrupted run", flush=True
-        )
+        print(f"about {total:.0f} hours in total on two cores; the same command continues an interrupted run")
 
 
 if __name__ == "__main__":

@@ -41,13 +41,7 @@ CONTROLS = {
     "steps": ("prediction", np.geomspace(4.0, 0.01, 9)),
 }
 """Control of the accuracy that is varied, and its factors. Below these, the residual would decide the steps."""
-CENTRE = {
-    "tabor": 1.0,
-    "peak_indentation": 10.0,
-    "loading_rate": 10.0,
-    "dwell_time": 0.1,
-    "unloading_rate": 10.0,
-}
+CENTRE = dict(zip(PAPER_RANGES, (1.0, 10.0, 10.0, 0.1, 10.0), strict=True))
 RANGES = {
     "tabor": np.geomspace(0.2, 3.2, 7),
     "peak_indentation": np.geomspace(2.0, 100.0, 7),
@@ -57,6 +51,19 @@ BASELINE_NODES = (50, 100, 200, 400)
 BASELINE_STEPS = (50, 100, 200, 400, 800)
 LEAST_REPEATS = 3
 LARGEST_BASELINE = (500, 4000)  # nodes, steps of one segment
+
+
+def point(run: Callable[[], Trajectory], repeats: int) -> dict[str, Any]:
+    """Cost of a simulation; the first run, which counts too, gives its sizes."""
+    runs: list[Trajectory] = []
+    seconds = timed(lambda: runs.append(run()), repeats, first=False)
+    stats = runs[0].stats
+    return {
+        "seconds": spread(seconds),
+        **{name: getattr(stats, name) for name in ("nodes", "grid_nodes", "steps", "iterations", "factorisations")},
+        "iterations_per_step": stats.iterations / stats.steps,
+        "completed": runs[0].completed,
+    }
 
 
 def controlled(repeats: int, **factors: float) -> dict[str, Any]:
@@ -69,27 +76,15 @@ def controlled(repeats: int, **factors: float) -> dict[str, Any]:
     controls = usual._replace(**{name: factor * getattr(usual, name) for name, factor in factors.items()})
     # `simulate` accepts a target error, not single controls.
     with patch.object(Accuracy, "controls", return_value=controls):
-        found = _timed(lambda: simulate(SCENE, PROTOCOL), repeats)
+        found = point(lambda: simulate(SCENE, PROTOCOL), repeats)
     if not found.pop("completed"):
         raise RuntimeError(f"the simulation must complete; it did not with {factors}")
     return {**factors, **found}
 
 
 def solver_seconds(quantities: dict[str, float], repeats: int) -> dict[str, Any]:
-    """Seconds of the solver at standard accuracy."""
-    return _timed(lambda: Case.of(quantities).run("standard"), repeats)
-
-
-def _timed(run: Callable[[], Trajectory], repeats: int) -> dict[str, Any]:
-    runs: list[Trajectory] = []
-    seconds = timed(lambda: runs.append(run()), repeats, first=False)
-    stats = runs[0].stats
-    return {
-        "seconds": spread(seconds),
-        **{name: getattr(stats, name) for name in ("nodes", "grid_nodes", "steps", "iterations", "factorisations")},
-        "iterations_per_step": stats.iterations / stats.steps,
-        "completed": runs[0].completed,
-    }
+    """Cost of the solver at standard accuracy."""
+    return point(lambda: Case.of(quantities).run("standard"), repeats)
 
 
 def resolution(quantities: dict[str, float]) -> tuple[int, int]:
@@ -103,11 +98,9 @@ def resolution(quantities: dict[str, float]) -> tuple[int, int]:
 
 
 def baseline_seconds(quantities: dict[str, float], nodes: int, steps: int, repeats: int) -> dict[str, Any]:
-    """Seconds of the paper's discretisation at one resolution."""
-    case = Case.of(quantities)
-    return _timed(
-        lambda: simulate_paper_method(case.scene, case.protocol, nodes=nodes, steps=steps, most_work=1e14), repeats
-    )
+    """Cost of the paper's discretisation at one resolution."""
+    case, size = Case.of(quantities), {"nodes": nodes, "steps": steps}
+    return point(lambda: simulate_paper_method(case.scene, case.protocol, **size, most_work=1e14), repeats)
 
 
 def a_step(point: dict[str, Any]) -> dict[str, Any]:
@@ -139,14 +132,9 @@ def over_the_data_set(path: Path) -> dict[str, Any]:
 
 
 def study(
-    dataset: Path,
-    *,
-    repeats: Annotated[int, typer.Option(help="Runs of each point; the median counts.")] = 7,
-    finest: Annotated[int, typer.Option(help="Most nodes of the paper's discretisation.")] = LARGEST_BASELINE[0],
+    dataset: Path, *, repeats: Annotated[int, typer.Option(min=LEAST_REPEATS, help="Runs of each point.")] = 7
 ) -> dict[str, Any]:
-    """Measure all growth curves."""
-    if repeats < LEAST_REPEATS:
-        raise ValueError(f"repeats must be at least {LEAST_REPEATS}; received {repeats}")
+    """Measure all growth curves; medians of the runs count."""
     over_data_set = over_the_data_set(dataset)
     controlled(1)
     solver_seconds(CENTRE, 1)
@@ -156,17 +144,17 @@ def study(
         return fitted([point(value) for value in progress(list(values), name)], name)
 
     def resolved(quantities: dict[str, float]) -> dict[str, Any]:
-        nodes, steps = resolution(quantities)
-        return quantities | baseline_seconds(quantities, min(nodes, finest), steps, LEAST_REPEATS)
+        return quantities | baseline_seconds(quantities, *resolution(quantities), LEAST_REPEATS)
 
     solver = {
         name: curve(name, factors.tolist(), lambda factor, control=control: controlled(repeats, **{control: factor}))
         for name, (control, factors) in CONTROLS.items()
     }
     solver["nodes"] = fitted([a_step(point) for point in solver["nodes"]["points"]], "nodes")
-    sizes = [nodes for nodes in BASELINE_NODES if nodes <= finest]
     baseline = {
-        "nodes": curve("nodes", sizes, lambda nodes: a_step(baseline_seconds(CENTRE, nodes, 100, LEAST_REPEATS))),
+        "nodes": curve(
+            "nodes", BASELINE_NODES, lambda nodes: a_step(baseline_seconds(CENTRE, nodes, 100, LEAST_REPEATS))
+        ),
         "steps": curve("steps", BASELINE_STEPS, lambda steps: baseline_seconds(CENTRE, 50, steps, LEAST_REPEATS)),
     }
     for name, values in RANGES.items():

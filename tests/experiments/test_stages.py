@@ -13,7 +13,8 @@ from tests.data_files import editing
 def publish(folder, labels, seconds):
     for label in labels:
         (folder / "models" / label).mkdir(parents=True)
-        (folder / "models" / label / "run.json").write_text(json.dumps({"cpu_seconds": seconds}), encoding="utf-8")
+        run = {"cpu_seconds": seconds, "architecture": label}
+        (folder / "models" / label / "run.json").write_text(json.dumps(run), encoding="utf-8")
 
 
 def test_a_stage_of_which_nothing_is_published_shows_an_estimate(tmp_path):
