@@ -91,7 +91,7 @@ report: studies | $(INSTALLED)  ## Write REPRODUCTION.md: each number of the pap
 
 ##@ Figures, tables and studies (short)
 
-COST_FIGURES := figure-effects figure-accuracy-cost figure-cost-growth figure-amortisation figure-training-cost figure-peers \
+COST_FIGURES := figure-effects figure-accuracy-cost figure-amortisation figure-training-cost figure-peers \
 	figure-surrogate-map figure-measurement-floor figure-inverse
 COST_TABLES := table-stand-ins table-recommendations table-accuracy-cost table-peers table-hard-cases table-surrogates
 .PHONY: cost-figures $(PAPER_FIGURES) $(PAPER_TABLES) $(COST_FIGURES) $(COST_TABLES)
@@ -260,7 +260,7 @@ BUSY ?=
 measure-%: | $(INSTALLED)  ## Any measurement, with its usual options (BUSY=yes publishes it even if the machine was busy)
 	OMP_NUM_THREADS=1 $(PY) -m experiments $(subst -,_,$*) $(PLACES) --configs $(CONFIGS) $(if $(BUSY),--busy)
 	$(if $(filter-out pull-off-place,$*),$(SUMS) $(MEASURED)/$(subst -,_,$*).*)
-MEASUREMENTS := effects effect-pairs recommendations canonical-times accuracy-cost cost-growth campaign-scale training-speed training-cost \
+MEASUREMENTS := effects effect-pairs recommendations canonical-times accuracy-cost campaign-scale training-speed training-cost \
 	amortisation hard-case-map measurement-floor pull-off-place errors-by-place pretrained-errors inverse-problem \
 	surrogate-map lab-coverage stream-latency
 # Two simultaneous measurements would disturb each other.

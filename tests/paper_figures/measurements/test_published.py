@@ -3,12 +3,11 @@
 import json
 from importlib import import_module
 
-import numpy as np
 import pytest
 
 from experiments.places import Places
 from paper_figures.__main__ import modules
-from paper_figures.measurements import figure_cost_growth, figure_effects
+from paper_figures.measurements import figure_effects
 from paper_figures.style import drawing
 from paper_figures.style.writing import Table
 from paper_figures.tables import table_recommendations
@@ -18,7 +17,6 @@ PARTS = (".measurements.", "table_accuracy_cost", "stand_ins", "recommendations"
 SHOWN = [name for name, module in modules().items() if any(part in module for part in PARTS)]
 SEVERAL = {
     "table-accuracy-cost": {"accuracy-cost", "fastest-tool"},
-    "figure-cost-growth": {"figure-cost-growth", "cost-growth"},
     "figure-amortisation": {"figure-amortisation", "amortisation"},
     "figure-surrogate-map": {"figure-surrogate-map", "figure-surrogate-worst", "surrogate-map"},
 }
@@ -66,15 +64,3 @@ def test_recommendations_are_counted_of_those_simplified():
     some, nothing = ([cell(one) for cell in table_recommendations.COLUMNS.values()] for one in (row, none))
     assert {"4 of 5", "0.02 (0.06)"} <= set(some)
     assert {"0 of 0", "-"} <= set(nothing)
-
-
-def test_bars_of_the_growth_end_at_the_quartiles():
-    points = [
-        {"nodes": float(x), "seconds": SPREAD | {"median": 1e-3 * x, "low": 0.9e-3 * x, "high": 1.2e-3 * x}}
-        for x in (1, 2, 4)
-    ]
-    axes = drawing.figure(height=2.0).subplots()
-    figure_cost_growth.draw(axes, {"points": points, "exponent": 1.0}, "nodes", "solver")
-    ends = [segment[:, 1] for segment in axes.collections[0].get_segments()]
-    np.testing.assert_allclose(ends, [[0.9e-3 * x, 1.2e-3 * x] for x in (1, 2, 4)])
-    assert figure_cost_growth._power(0.25, 0.01) == "0.25 ± 0.01"
