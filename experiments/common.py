@@ -44,8 +44,6 @@ def read_config(path: Path, *keys: str) -> dict[str, Any]:
         FileNotFoundError: The file does not exist.
         ValueError: The file is not TOML, or holds other keys.
     """
-    if not path.is_file():
-        raise FileNotFoundError(f"configuration not found; received {str(path)!r}")
     try:
         content = read_toml(path)
     except ValueError as error:

@@ -11,12 +11,17 @@ from __future__ import annotations
 
 import inspect
 import json
+import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from importlib import import_module
 from pathlib import Path
+from types import ModuleType
 from typing import Annotated, Any
 
 import typer
+
+from bem._support.command_line import run_main
 
 HERE = Path(__file__).parent
 CONFIGS = HERE / "configs"
@@ -76,9 +81,8 @@ class Places:
             return f"`make {target}` makes it"
         if self.path(name).parent.name == "studies":
             return f"`make {asked_by}` makes it"
-        return (
-            f"`make measure-{target}` makes it" if any(HERE.glob(f"*/{name}.py")) else "restore it from the repository"
-        )
+        measured = any(HERE.glob(f"*/{name}.py"))
+        return f"`make measure-{target}` makes it" if measured else "restore it from the repository"
 
     def arguments(self, function: Callable[..., Any], asked_by: str) -> dict[str, Any]:
         """Arguments of a study, or of what composes a figure or a table, by the names of its parameters.
@@ -145,3 +149,17 @@ def replaced(pairs: list[str] | None) -> dict[str, Path]:
     if wrong := [pair for pair, (name, _, file) in split.items() if not (name and file)]:
         raise ValueError(f"--take must be NAME=FILE; received {wrong[0]!r}")
     return {name: Path(file) for name, _, file in split.values()}
+
+
+def run_named(program: str, known: Mapping[str, str], command_of: Callable[[ModuleType, str], Any]) -> None:
+    """Run the module that the command line names, with the options that follow the name.
+
+    `known` are the modules by name, and `command_of` gives the command of one.
+    """
+    name, *rest = sys.argv[1:] or [""]
+    if name not in known:
+        print(f"python -m {program}: Expected one of {', '.join(known)}; received {name!r}", file=sys.stderr)
+        sys.exit(2)
+    sys.argv[:] = [f"{program} {name}", *rest]
+    module, called = import_module(known[name]), f"python -m {program} {name}"
+    run_main(command_of(module, name), called, program=called, help=module.__doc__)

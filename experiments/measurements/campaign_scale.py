@@ -29,7 +29,7 @@ from bem.dataset.executors import Batch, ClusterExecutor
 from bem.dataset.file import Dataset, load_dataset
 from bem.dataset.jobs import Arrival
 from bem.dataset.run import save_campaign
-from experiments.measurements.harness import in_fresh_process, progress, timed
+from experiments.measurements.harness import CLOCK, in_fresh_process, progress
 
 DASK_WORKERS, DASK_TRAJECTORIES, STUB_SECONDS = 8, 12_450, 0.008
 IDLE_SECONDS = 5.0
@@ -59,21 +59,19 @@ def run_seconds(count: int, workers: int) -> dict[str, float]:
 def saved(dataset: Dataset, folder: Path) -> dict[str, float]:
     """Processor seconds and bytes of the saving process for each trajectory, from a replay of a data set."""
     campaign, count = Campaign.of(dataset.attributes["campaign"]), len(dataset)
-    records = campaign.records(dataset.columns)
+    records, whole = campaign.records(dataset.columns), folder / "whole.h5"
     order = {record["index"]: record for record in records}
     with CampaignCheckpoint(folder / "saved.h5", campaign.identity()) as checkpoint:
-
-        def save() -> None:
+        with CLOCK:
             for batch in campaign.batches(campaign.indices, 2):
                 checkpoint.add(campaign.columns([order[index] for index, _ in batch]), 1.0, {})
-
-        (saving,) = timed(save, first=False)
+        saving = CLOCK.seconds
         checkpoint.remove()
-    whole = folder / "whole.h5"
     names = ("wall_seconds", "core_seconds", "workers", "versions", "host", "git_revision", "command")
     attributes = {name: dataset.attributes[name] for name in names} | {"campaign": campaign.identity()}
-    (writing,) = timed(lambda: save_campaign(campaign, whole, campaign.columns(records), attributes), first=False)
-    return {"saving": saving / count, "writing": writing / count, "bytes": whole.stat().st_size / count}
+    with CLOCK:
+        save_campaign(campaign, whole, campaign.columns(records), attributes)
+    return {"saving": saving / count, "writing": CLOCK.seconds / count, "bytes": whole.stat().st_size / count}
 
 
 @dataclass(frozen=True)
