@@ -234,7 +234,7 @@ cards: setup  ## Write the cards of the data set and of each published model, an
 HOURS ?= yes
 from-scratch:
 	+@for stage in dataset models more-models feature-sets data-efficiency paper; do \
-		$(PY) -m experiments.stages $$stage $(if $(filter no,$(HOURS)),--no-hours); \
+		$(if $(filter no,$(HOURS)),echo "stage $$stage",$(PY) -m experiments.stages $$stage); \
 		[ $$stage != paper ] || [ -f $(MEASURED)/canonical_times.json ] || \
 			$(MAKE) --no-print-directory measure-canonical-times BUSY=yes; \
 		$(MAKE) --no-print-directory $$stage; \

@@ -18,17 +18,7 @@ from typing import Annotated, Any
 import typer
 
 from experiments.common import CONFIGS
-from experiments.places import (
-    Places,
-    PublishedFolder,
-    ResultsFolder,
-    Take,
-    files_of,
-    options_of,
-    replaced,
-    run_named,
-    with_options,
-)
+from experiments.places import Places, PublishedFolder, ResultsFolder, options_of, run_named, taken, with_options
 
 HERE = Path(__file__).parent
 
@@ -47,22 +37,19 @@ def command_of(module: ModuleType, name: str) -> Any:
         results: ResultsFolder = Path("results"),
         published: PublishedFolder = Path("published"),
         configs: Annotated[Path, typer.Option(help="Folder of the TOML files of studies.")] = CONFIGS,
-        take: Take = None,
         out: Annotated[Path | None, typer.Option(help="Result file to write.")] = None,
         busy: Annotated[bool, typer.Option("--busy", help="Publish seconds of a busy machine, too.")] = False,
         **options: Any,
     ) -> None:
         from experiments.measurements.harness import publish, stated
 
-        taken = {one: path for one in files_of(study) if (path := options.pop(one))}
-        taken |= replaced(take) | ({name: out} if out else {})
-        places = Places(results, published, configs, taken)
+        places = Places(results, published, configs, taken(study, options) | ({name: out} if out else {}))
         own = {one: options[one] for one in options_of(study)}  # in their order, whatever that of the command line
         content = study(**places.arguments(study, name), **own)
         if content is not None:
             publish(places.path(name), " ".join([name, *stated(own)]), content, busy=busy)
 
-    return with_options(command, study, files_of(study))
+    return with_options(command, study)
 
 
 def main() -> None:

@@ -12,7 +12,7 @@ from __future__ import annotations
 import inspect
 import json
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from importlib import import_module
 from pathlib import Path
@@ -37,7 +37,6 @@ OWN_FILES = {
 
 ResultsFolder = Annotated[Path, typer.Option(help="Folder of results, figures and tables.")]
 PublishedFolder = Annotated[Path, typer.Option(help="Folder of published files.")]
-Take = Annotated[list[str] | None, typer.Option(help="NAME=FILE: read this file instead.")]
 
 
 @dataclass(frozen=True)
@@ -125,30 +124,26 @@ def files_of(function: Callable[..., Any]) -> list[str]:
     return [name for name in inspect.signature(function).parameters if name not in known]
 
 
-def with_options(
-    command: Callable[..., None], function: Callable[..., Any], files: Sequence[str] = ()
-) -> Callable[..., None]:
-    """A command whose last parameter, `**options`, is replaced by options for files and by those of a function."""
+def with_options(command: Callable[..., None], function: Callable[..., Any]) -> Callable[..., None]:
+    """A command whose last parameter, `**options`, is replaced by options for what a function reads, and by its own.
+
+    Args:
+        command: The command.
+        function: A study, or what composes a figure or a table.
+    """
     *shared, _ = inspect.signature(command, eval_str=True).parameters.values()
     found = inspect.signature(function, eval_str=True).parameters
     kind, read = inspect.Parameter.KEYWORD_ONLY, Annotated[Path | None, typer.Option(help="Read this instead.")]
-    paths = [inspect.Parameter(name, kind, default=None, annotation=read) for name in files]
+    paths = [inspect.Parameter(name, kind, default=None, annotation=read) for name in files_of(function)]
     every = [*shared, *paths, *(found[name] for name in options_of(function))]
     command.__signature__ = inspect.Signature(every)  # type: ignore[attr-defined]
     command.__annotations__ = {parameter.name: parameter.annotation for parameter in every}
     return command
 
 
-def replaced(pairs: list[str] | None) -> dict[str, Path]:
-    """Convert `NAME=FILE ...` to files by name.
-
-    Raises:
-        ValueError: A pair lacks its name or its file.
-    """
-    split = {pair: pair.partition("=") for pair in pairs or ()}
-    if wrong := [pair for pair, (name, _, file) in split.items() if not (name and file)]:
-        raise ValueError(f"--take must be NAME=FILE; received {wrong[0]!r}")
-    return {name: Path(file) for name, _, file in split.values()}
+def taken(function: Callable[..., Any], options: dict[str, Any]) -> dict[str, Path]:
+    """Files that the options of `with_options` name, by name; the other options stay."""
+    return {one: path for one in files_of(function) if (path := options.pop(one))}
 
 
 def run_named(program: str, known: Mapping[str, str], command_of: Callable[[ModuleType, str], Any]) -> None:

@@ -18,7 +18,7 @@ from typing import Annotated, Any
 import typer
 
 from bem._support.outputs import plain_name, write_whole
-from experiments.places import Places, PublishedFolder, ResultsFolder, Take, replaced, run_named, with_options
+from experiments.places import Places, PublishedFolder, ResultsFolder, run_named, taken, with_options
 
 HERE = Path(__file__).parent
 CAPTIONS = HERE / "captions.toml"
@@ -88,13 +88,12 @@ def command_of(module: ModuleType, name: str) -> Any:
     def command(
         results: ResultsFolder = Path("results"),
         published: PublishedFolder = Path("published"),
-        take: Take = None,
         under: Annotated[str | None, typer.Option(help="Write to this subfolder of figures and tables.")] = None,
         **options: Any,
     ) -> None:
         if not name.startswith("table-"):
             words_of(name)  # before the figure is drawn
-        places = Places(results, published, taken=replaced(take))
+        places = Places(results, published, taken=taken(module.compose, options))
         arguments = places.arguments(module.compose, name)
         products = module.compose(**arguments, **options)
         inner = plain_name(under, "--under") if under else ""

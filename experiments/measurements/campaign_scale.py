@@ -14,7 +14,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from statistics import median
 from typing import Annotated, Any
@@ -74,16 +74,10 @@ def saved(dataset: Dataset, folder: Path) -> dict[str, float]:
     return {"saving": saving / count, "writing": CLOCK.seconds / count, "bytes": whole.stat().st_size / count}
 
 
-@dataclass(frozen=True)
-class Asleep:
-    """A stand-in for a batch of simulations, which sleeps and returns records of the usual size."""
-
-    seconds: float
-
-    def __call__(self, batch: Batch) -> Arrival:
-        """Sleep for each trajectory of the batch."""
-        time.sleep(self.seconds * len(batch))
-        return Arrival([Campaign().failed(index, "") for index, _ in batch], self.seconds * len(batch))
+def asleep(seconds: float, batch: Batch) -> Arrival:
+    """Sleep for each trajectory of a batch, in place of its simulations, and return records of the usual size."""
+    time.sleep(seconds * len(batch))
+    return Arrival([Campaign().failed(index, "") for index, _ in batch], seconds * len(batch))
 
 
 def under_dask(count: int, workers: int, seconds: float) -> dict[str, float]:
@@ -115,12 +109,12 @@ def under_dask(count: int, workers: int, seconds: float) -> dict[str, float]:
 
         with ClusterExecutor(cluster.scheduler_address) as executor:
             with distributed.Client(cluster, set_as_default=False) as client:
-                client.run(Asleep(0.0), ((0, ()),))  # every worker imports what it needs
+                client.run(asleep, 0.0, ((0, ()),))  # every worker imports what it needs
             idle, started = -spent(), time.perf_counter()
             time.sleep(IDLE_SECONDS)
             idle = (idle + spent()) / (time.perf_counter() - started)
             before, started = spent(), time.perf_counter()
-            for _, arrival in progress(executor.run(batches, Asleep(seconds)), "Dask, batches", len(batches)):
+            for _, arrival in progress(executor.run(batches, partial(asleep, seconds)), "Dask, batches", len(batches)):
                 campaign.columns(arrival.records)
             cost, wall = spent() - before, time.perf_counter() - started
     central, of_workers = np.maximum(cost - idle * wall, 0.0) / count

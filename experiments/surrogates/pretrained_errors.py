@@ -120,30 +120,24 @@ def cost(models: dict[str, Any], hidden: Hidden) -> dict[str, dict[str, float]]:
     def of(name: str, model: Any) -> dict[str, tuple[Callable[[int], Any], int]]:
         stream = streamed(model, name, hidden)
 
-        def single(turn: int) -> None:
-            for row in range(few):
-                asked(name, model, some[turn].part(slice(row, row + 1)))
-
         def step(turn: int) -> None:
             steps[name] = sum(stream(row) for row in range(turn, few * ROUNDS, ROUNDS))
 
         return {
-            f"{name}/batch": (lambda _: asked(name, model, hidden), len(hidden)),
-            f"{name}/single": (single, few),
-            f"{name}/gradient": (lambda turn: gradient(of_model(model, name), some[turn], count_of(name)), few),
-            f"{name}/step": (step, 1),
+            "batch": (lambda _: asked(name, model, hidden), len(hidden)),
+            "single": (lambda turn: [asked(name, model, some[turn].part(slice(i, i + 1))) for i in range(few)], few),
+            "gradient": (lambda turn: gradient(of_model(model, name), some[turn], count_of(name)), few),
+            "step": (step, 1),
         }
 
-    calls: dict[str, tuple[Callable[[int], Any], int]] = {"solver": (solved, few)}
-    for name, model in models.items():
-        calls |= of(name, model)
-    seconds = in_turn(calls, ROUNDS)
+    ways = {name: of(name, model) for name, model in models.items()}
+    calls = {(name, kind): call for name, each in ways.items() for kind, call in each.items()}
+    seconds = in_turn({"solver": (solved, few)} | calls, ROUNDS)
     each = seconds["solver"]
-    found = {"solver": {"batch": each, "single": each, "gradient": 2 * len(QUANTITIES) * each}}
-    found["solver"]["step"] = each * few / steps["solver"]
-    for name in models:
-        found[name] = {kind: seconds[f"{name}/{kind}"] for kind in ("batch", "single", "gradient", "step")}
-        found[name]["step"] /= steps[name]
+    found = {"solver": {"batch": each, "single": each, "gradient": 2 * len(QUANTITIES) * each, "step": each * few}}
+    found |= {name: {kind: seconds[name, kind] for kind in ways[name]} for name in models}
+    for name, row in found.items():
+        row["step"] /= steps[name]
     return found
 
 

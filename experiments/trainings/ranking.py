@@ -73,20 +73,17 @@ def read_seed(folder: Path) -> dict[str, Any]:
         errors = read_errors(folder / "test_errors.csv")
         test, curve = metrics["test"], read_history(folder / "history.csv")["validation_mse"]
         how = {name: "median" if "percent" in name else "mean" for name in COLUMNS}
+        row = {"seed": int(run["seed"]), "backend": run["backend"]}
+        row |= {name: float(test[column][how[name]]) for name, column in COLUMNS.items()}
         return {
-            "seed": int(run["seed"]),
+            "seed": row["seed"],
             "data set": run["dataset_sha256"],
             "recipe": read_toml(folder / "recipe.toml") | {"seed": None},
             "inputs": run["features"],
             "architecture": run["architecture"],
             "test part": errors["trajectory"].astype(int).tolist(),
             "errors": {name: errors[column] for name, column in COLUMNS.items()},
-            "row": {
-                "seed": int(run["seed"]),
-                "backend": run["backend"],
-                **{name: float(test[column][how[name]]) for name, column in COLUMNS.items()},
-                "validation_mse": min(curve),
-            },
+            "row": row | {"validation_mse": min(curve)},
             "curve": curve,
         }
     except (OSError, ValueError, LookupError, TypeError) as error:

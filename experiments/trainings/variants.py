@@ -9,7 +9,7 @@ of the published files. Result files keep learning curves and held-out errors, n
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
@@ -171,12 +171,12 @@ def kept_folder(variant: Variant, data: TrajectoryDataset, *, work: Path, models
 
 def earlier_trainings(out: Path) -> list[dict[str, Any]]:
     """Earlier results of `collect`, anywhere in the result file of a study; empty if there is no such file."""
+    found: list[dict[str, Any]] = []
 
-    def within(content: Any) -> Iterator[dict[str, Any]]:
-        if isinstance(content, dict) and "training" in content:
-            yield content
-        elif isinstance(content, dict | list):
-            for part in content.values() if isinstance(content, dict) else content:
-                yield from within(part)
+    def see(part: dict[str, Any]) -> dict[str, Any]:
+        found.extend([part] if "training" in part else [])
+        return part
 
-    return list(within(json.loads(out.read_text(encoding="utf-8")))) if out.is_file() else []
+    if out.is_file():
+        json.loads(out.read_text(encoding="utf-8"), object_hook=see)
+    return found
