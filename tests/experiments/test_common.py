@@ -1,10 +1,6 @@
-"""What the studies share: relative errors and result files that are written whole."""
+"""What the studies share: result files that are written whole."""
 
 from experiments import common
-
-
-def test_a_relative_error_is_that_of_the_reference():
-    assert common.percent(3.0, 2.0) == common.percent(-1.0, -2.0) == 50.0
 
 
 def test_a_result_takes_the_place_of_the_old_one_and_is_not_written_over_it(tmp_path):
