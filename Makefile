@@ -91,9 +91,9 @@ report: studies | $(INSTALLED)  ## Write REPRODUCTION.md: each number of the pap
 
 ##@ Figures, tables and studies (short)
 
-COST_FIGURES := figure-effects figure-accuracy-cost figure-cost-growth figure-amortisation figure-training-cost figure-peers \
-	figure-surrogate-map figure-measurement-floor figure-inverse figure-broad-band
-COST_TABLES := table-effects table-recommendations table-accuracy-cost table-peers table-hard-cases table-surrogates
+COST_FIGURES := figure-effects figure-accuracy-cost figure-amortisation figure-training-cost figure-peers \
+	figure-surrogate-map figure-measurement-floor figure-inverse
+COST_TABLES := table-stand-ins table-recommendations table-accuracy-cost table-peers table-hard-cases table-surrogates
 .PHONY: cost-figures $(PAPER_FIGURES) $(PAPER_TABLES) $(COST_FIGURES) $(COST_TABLES)
 cost-figures: $(COST_FIGURES) $(COST_TABLES)  ## All figures and tables of costs, errors and difficult cases
 $(PAPER_FIGURES) $(COST_FIGURES): %: $(OUT)/figures/%.pdf
@@ -237,7 +237,7 @@ cards: setup  ## Write the cards of the data set and of each published model, an
 HOURS ?= yes
 from-scratch:
 	+@for stage in dataset models more-models feature-sets data-efficiency paper; do \
-		$(PY) -m experiments.stages $$stage $(if $(filter no,$(HOURS)),--no-hours); \
+		$(if $(filter no,$(HOURS)),echo "stage $$stage",$(PY) -m experiments.stages $$stage); \
 		[ $$stage != paper ] || [ -f $(MEASURED)/canonical_times.json ] || \
 			$(MAKE) --no-print-directory measure-canonical-times BUSY=yes; \
 		$(MAKE) --no-print-directory $$stage; \
@@ -263,8 +263,8 @@ BUSY ?=
 measure-%: | $(INSTALLED)  ## Any measurement, with its usual options (BUSY=yes publishes it even if the machine was busy)
 	OMP_NUM_THREADS=1 $(PY) -m experiments $(subst -,_,$*) $(PLACES) --configs $(CONFIGS) $(if $(BUSY),--busy)
 	$(if $(filter-out pull-off-place,$*),$(SUMS) $(MEASURED)/$(subst -,_,$*).*)
-MEASUREMENTS := effects effect-pairs recommendations canonical-times accuracy-cost cost-growth campaign-scale training-speed training-cost \
-	amortisation hard-case-map measurement-floor pull-off-place errors-by-place pretrained-errors inverse-problem broad-band \
+MEASUREMENTS := effects effect-pairs recommendations canonical-times accuracy-cost campaign-scale training-speed training-cost \
+	amortisation hard-case-map measurement-floor pull-off-place errors-by-place pretrained-errors inverse-problem \
 	surrogate-map lab-coverage stream-latency
 # Two simultaneous measurements would disturb each other.
 .NOTPARALLEL: measurements
@@ -289,7 +289,7 @@ test-newest-keras: .venv-newest/.installed  ## Test the architectures with the n
 	$(@D)/bin/python -m pip install --quiet --disable-pip-version-check torch==2.13.0
 	@touch $@
 golden-trajectories: setup  ## Update the trajectories that guard the solver's results, after its version was raised
-	$(PY) -m experiments golden_trajectories
+	$(PY) -m tests.bem.solver.golden_trajectories
 lint: setup  ## Check style, and the types of the public interface
 	$(PY) -m ruff check .
 	$(PY) -m ruff format --check .
@@ -335,9 +335,9 @@ docs: setup $(TUTORIALS)  ## Build the documentation into build/site, with its t
 docs-numbers: setup  ## Write the published numbers into all documents
 	$(PY) tools/fill.py
 
-readme-pictures: setup graphical-abstract figure-effects  ## Update the pictures of the README, with its own commands, and of docs/effects.md
+readme-pictures: setup graphical-abstract figure-effects figure-accuracy-cost  ## Update the pictures of the README, with its own commands, and of the guide
 	grep '^$(VENV)/bin/.*--plot ' README.md | sed -E 's/--(plot|filmstrip|animate) /&docs\/images\//g' | bash -ex
-	cp $(addprefix $(OUT)/figures/,graphical-abstract.png figure-effects.png) docs/images/
+	cp $(addprefix $(OUT)/figures/,graphical-abstract.png figure-effects.png figure-accuracy-cost.png) docs/images/
 
 DEMO_MODEL ?= published/models/M1-concat/model.onnx
 DEMO_PORT ?= 8000

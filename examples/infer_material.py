@@ -26,6 +26,7 @@ from scipy.interpolate import PchipInterpolator
 
 import surrogate
 from bem import LoadingProtocol, Scene, StandardLinearSolid, simulate
+from bem.plots import COLOURS
 from bem.protocol import default_start_indentation
 from surrogate.posterior import Likelihood, Prior, Sample, batches, search, widened
 
@@ -40,6 +41,7 @@ NOISE = 0.01
 CALIBRATION, LEAST = 256, 100
 """Simulations that measure the surrogate's error, and fewest samples."""
 SURROGATE, IGNORED, SOLVER = "surrogate", "surrogate, its error ignored", "solver"
+SHADES = {SURROGATE: COLOURS["fast"], IGNORED: COLOURS["M5"], SOLVER: COLOURS["solver"]}
 Show = Callable[[list, str], Iterable]
 
 
@@ -168,7 +170,8 @@ def draw(found: Inference, true: tuple[float, ...], path: str) -> None:
     for column, (axes, name, expected) in enumerate(zip(panels, PRIOR.bounds, true, strict=True)):
         for tool, sample in found.posteriors.items():
             values, bins = np.exp(sample.logarithms[:, column]), 25 if tool == SOLVER else 80
-            axes.hist(values, bins, weights=sample.weights, density=True, histtype="step", label=tool)
+            look = {"histtype": "step", "color": SHADES[tool], "label": tool}
+            axes.hist(values, bins, weights=sample.weights, density=True, **look)
         axes.axvline(expected, color="0.6", linestyle="--", label="true")
         summaries = [sample.summary() for sample in found.posteriors.values()]
         margin = max(one["sd"][column] for one in summaries)

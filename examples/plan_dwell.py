@@ -19,6 +19,7 @@ import numpy as np
 from bem import StandardLinearSolid
 from bem.lab import Setup
 from bem.lab.units import readable
+from bem.plots import COLOURS
 
 BEAD = Setup(
     radius=50e-6,
@@ -28,6 +29,7 @@ BEAD = Setup(
     material=StandardLinearSolid(modulus_ratio=0.1),
 )
 APPROACHES = (2e-7, 2e-6, 2e-5, 2e-4)  # m/s
+COLORS = [COLOURS[name] for name in ("M1", "M5", "M3", "M2")]  # which readers of all eyes tell apart
 RETRACTION = 2e-5  # m/s
 DEPTH, START = 0.5e-6, -1.5e-6  # m
 DWELLS = (0.0, *np.geomspace(1e-3, 3.0, 11))  # s
@@ -70,8 +72,8 @@ def draw(forces: np.ndarray, dwell: float | None, path: str | Path) -> None:
 
     figure = Figure(figsize=(5.5, 3.8), layout="constrained")
     axes = figure.subplots()
-    for approach, column in zip(APPROACHES, forces.T, strict=True):
-        axes.plot(DWELLS, column, ".-", linewidth=1.2, clip_on=False, zorder=3, label=in_print(approach))
+    for approach, column, color in zip(APPROACHES, forces.T, COLORS, strict=True):
+        axes.plot(DWELLS, column, ".-", color=color, linewidth=1.2, clip_on=False, zorder=3, label=in_print(approach))
     if dwell is not None:
         axes.axvline(dwell, color="0.6", linewidth=0.8)
         words = f"within {100 * TOLERANCE:.0f} %"

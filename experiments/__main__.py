@@ -1,9 +1,9 @@
 """Run one study: `python -m experiments NAME ...`.
 
-A module with a function `study` returns the content of one result, or `None` for nothing to write. The runner supplies
-the arguments of the function, as `experiments.places` describes, each with an option that names another file, and
-writes the result under the name of the module; what `stated` keeps of the options is the command that the result
-states. A module with a function `main` writes no result.
+A study is a module with a function `study`, which returns the content of one result, or `None` for nothing to write.
+The runner supplies the arguments of the function, as `experiments.places` describes, each with an option that names
+another file, and writes the result under the name of the module; what `stated` keeps of the options is the command that
+the result states.
 """
 
 if __name__ == "__main__":  # before the imports that take long
@@ -11,75 +11,50 @@ if __name__ == "__main__":  # before the imports that take long
 
     end_on_interrupt("python -m experiments")
 
-import re
-import sys
-from collections.abc import Callable
-from importlib import import_module
 from pathlib import Path
+from types import ModuleType
 from typing import Annotated, Any
 
 import typer
 
-from bem._support.command_line import run_main
 from experiments.common import CONFIGS
-from experiments.places import (
-    Places,
-    PublishedFolder,
-    ResultsFolder,
-    Take,
-    files_of,
-    options_of,
-    replaced,
-    with_options,
-)
+from experiments.places import Places, PublishedFolder, ResultsFolder, options_of, run_named, taken, with_options
 
 HERE = Path(__file__).parent
-RUNS = re.compile(r"^def (?:main|study)\(", re.MULTILINE)
 
 
 def modules() -> dict[str, str]:
-    """Module of each study, by the name of the study; modules without `main` or `study` are shared code."""
-    files = sorted(path for path in HERE.glob("*/*.py") if RUNS.search(path.read_text(encoding="utf-8")))
+    """Module of each study, by the name of the study; modules without a function `study` are shared code."""
+    files = sorted(path for path in HERE.glob("*/*.py") if "\ndef study(" in path.read_text(encoding="utf-8"))
     return {path.stem: f"experiments.{path.parent.name}.{path.stem}" for path in files}
 
 
-def main() -> None:
-    """Run the study that the command line names, with the options that follow the name."""
-    name, *rest = sys.argv[1:] or [""]
-    known = modules()
-    if name not in known:
-        print(f"python -m experiments: Expected one of {', '.join(known)}; received {name!r}", file=sys.stderr)
-        sys.exit(2)
-    sys.argv[:] = [f"experiments {name}", *rest]
-    module = import_module(known[name])
-    called = f"python -m experiments {name}"
-    main = command_of(module.study, name) if hasattr(module, "study") else module.main
-    run_main(main, called, program=called, help=module.__doc__)
-
-
-def command_of(study: Callable[..., Any], name: str) -> Callable[..., None]:
+def command_of(module: ModuleType, name: str) -> Any:
     """The command of a study, which publishes what it returns."""
+    study = module.study
 
     def command(
         results: ResultsFolder = Path("results"),
         published: PublishedFolder = Path("published"),
         configs: Annotated[Path, typer.Option(help="Folder of the TOML files of studies.")] = CONFIGS,
-        take: Take = None,
         out: Annotated[Path | None, typer.Option(help="Result file to write.")] = None,
         busy: Annotated[bool, typer.Option("--busy", help="Publish seconds of a busy machine, too.")] = False,
         **options: Any,
     ) -> None:
         from experiments.measurements.harness import publish, stated
 
-        taken = {one: path for one in files_of(study) if (path := options.pop(one))}
-        taken |= replaced(take) | ({name: out} if out else {})
-        places = Places(results, published, configs, taken)
+        places = Places(results, published, configs, taken(study, options) | ({name: out} if out else {}))
         own = {one: options[one] for one in options_of(study)}  # in their order, whatever that of the command line
         content = study(**places.arguments(study, name), **own)
         if content is not None:
             publish(places.path(name), " ".join([name, *stated(own)]), content, busy=busy)
 
-    return with_options(command, study, files_of(study))
+    return with_options(command, study)
+
+
+def main() -> None:
+    """Run the study that the command line names."""
+    run_named("experiments", modules(), command_of)
 
 
 if __name__ == "__main__":

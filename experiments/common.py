@@ -44,8 +44,6 @@ def read_config(path: Path, *keys: str) -> dict[str, Any]:
         FileNotFoundError: The file does not exist.
         ValueError: The file is not TOML, or holds other keys.
     """
-    if not path.is_file():
-        raise FileNotFoundError(f"configuration not found; received {str(path)!r}")
     try:
         content = read_toml(path)
     except ValueError as error:
@@ -171,8 +169,3 @@ def scenes(tabor: ArrayLike, modulus_ratio: ArrayLike = MODULUS_RATIO) -> list[S
 
     pairs = zip(*(one.tolist() for one in np.broadcast_arrays(np.atleast_1d(tabor), modulus_ratio)), strict=True)
     return [Scene(mu, StandardLinearSolid(ratio)) for mu, ratio in pairs]
-
-
-def percent(value: float, reference: float) -> float:
-    """Relative error in percent."""
-    return 100.0 * abs(value - reference) / abs(reference)

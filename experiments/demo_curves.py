@@ -34,7 +34,7 @@ from bem.dataset.designs import QUANTITIES, Design
 from bem.dataset.measurement_steps import PHYSICAL, measurement_grid
 from bem.dataset.physical_steps import physical_grid
 from experiments.common import DATASET, MODELS, MODULUS_RATIO, simulated
-from experiments.measurements.cases import ANY_SOLID
+from experiments.measurements.cases import ANY_SOLID, rows_of
 from experiments.paper_numbers import paper_rows
 from surrogate.data.dataset import Split, TrajectoryDataset
 
@@ -112,9 +112,8 @@ def paper_curve(row: dict[str, Any]) -> dict[str, Any]:
 
 def held_out_curves(dataset: TrajectoryDataset, split: Split, count: int) -> list[dict[str, Any]]:
     """Select trajectories of the test part of the data set."""
-    found = []
-    for row in split.test[spread(dataset.protocols_of(split.test), count)].tolist():
-        protocol = {name: float(dataset.protocols[name][row]) for name in QUANTITIES}
+    found, chosen = [], split.test[spread(dataset.protocols_of(split.test), count)]
+    for row, protocol in zip(chosen.tolist(), rows_of(dataset.protocols_of(chosen)), strict=True):
         results = SimpleNamespace(**{name: dataset.scalars[name][row] for name in RESULTS})
         found.append(entry(f"data-set-{row}", "test", protocol, results, dataset.force[row]))
     return found
@@ -123,11 +122,8 @@ def held_out_curves(dataset: TrajectoryDataset, split: Split, count: int) -> lis
 def other_solids(count: int) -> list[dict[str, Any]]:
     """Draw protocols and modulus ratios: entries without results and force."""
     drawn = Design("log-uniform", modulus_ratio=ANY_SOLID).protocols(count, SEED)
-    names = (*QUANTITIES, "modulus_ratio")
-    return [
-        {"name": f"solid-{row + 1}", "kind": "solid", "protocol": {name: float(drawn[name][row]) for name in names}}
-        for row in range(count)
-    ]
+    rows = rows_of({name: drawn[name] for name in (*QUANTITIES, "modulus_ratio")})
+    return [{"name": f"solid-{number}", "kind": "solid", "protocol": row} for number, row in enumerate(rows, 1)]
 
 
 def physical_curve(curve: dict[str, Any]) -> dict[str, Any]:

@@ -11,12 +11,17 @@ from __future__ import annotations
 
 import inspect
 import json
-from collections.abc import Callable, Mapping, Sequence
+import sys
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from importlib import import_module
 from pathlib import Path
+from types import ModuleType
 from typing import Annotated, Any
 
 import typer
+
+from bem._support.command_line import run_main
 
 HERE = Path(__file__).parent
 CONFIGS = HERE / "configs"
@@ -32,7 +37,6 @@ OWN_FILES = {
 
 ResultsFolder = Annotated[Path, typer.Option(help="Folder of results, figures and tables.")]
 PublishedFolder = Annotated[Path, typer.Option(help="Folder of published files.")]
-Take = Annotated[list[str] | None, typer.Option(help="NAME=FILE: read this file instead.")]
 
 
 @dataclass(frozen=True)
@@ -76,9 +80,8 @@ class Places:
             return f"`make {target}` makes it"
         if self.path(name).parent.name == "studies":
             return f"`make {asked_by}` makes it"
-        return (
-            f"`make measure-{target}` makes it" if any(HERE.glob(f"*/{name}.py")) else "restore it from the repository"
-        )
+        measured = any(HERE.glob(f"*/{name}.py"))
+        return f"`make measure-{target}` makes it" if measured else "restore it from the repository"
 
     def arguments(self, function: Callable[..., Any], asked_by: str) -> dict[str, Any]:
         """Arguments of a study, or of what composes a figure or a table, by the names of its parameters.
@@ -121,27 +124,37 @@ def files_of(function: Callable[..., Any]) -> list[str]:
     return [name for name in inspect.signature(function).parameters if name not in known]
 
 
-def with_options(
-    command: Callable[..., None], function: Callable[..., Any], files: Sequence[str] = ()
-) -> Callable[..., None]:
-    """A command whose last parameter, `**options`, is replaced by options for files and by those of a function."""
+def with_options(command: Callable[..., None], function: Callable[..., Any]) -> Callable[..., None]:
+    """A command whose last parameter, `**options`, is replaced by options for what a function reads, and by its own.
+
+    Args:
+        command: The command.
+        function: A study, or what composes a figure or a table.
+    """
     *shared, _ = inspect.signature(command, eval_str=True).parameters.values()
     found = inspect.signature(function, eval_str=True).parameters
     kind, read = inspect.Parameter.KEYWORD_ONLY, Annotated[Path | None, typer.Option(help="Read this instead.")]
-    paths = [inspect.Parameter(name, kind, default=None, annotation=read) for name in files]
+    paths = [inspect.Parameter(name, kind, default=None, annotation=read) for name in files_of(function)]
     every = [*shared, *paths, *(found[name] for name in options_of(function))]
     command.__signature__ = inspect.Signature(every)  # type: ignore[attr-defined]
     command.__annotations__ = {parameter.name: parameter.annotation for parameter in every}
     return command
 
 
-def replaced(pairs: list[str] | None) -> dict[str, Path]:
-    """Convert `NAME=FILE ...` to files by name.
+def taken(function: Callable[..., Any], options: dict[str, Any]) -> dict[str, Path]:
+    """Files that the options of `with_options` name, by name; the other options stay."""
+    return {one: path for one in files_of(function) if (path := options.pop(one))}
 
-    Raises:
-        ValueError: A pair lacks its name or its file.
+
+def run_named(program: str, known: Mapping[str, str], command_of: Callable[[ModuleType, str], Any]) -> None:
+    """Run the module that the command line names, with the options that follow the name.
+
+    `known` are the modules by name, and `command_of` gives the command of one.
     """
-    split = {pair: pair.partition("=") for pair in pairs or ()}
-    if wrong := [pair for pair, (name, _, file) in split.items() if not (name and file)]:
-        raise ValueError(f"--take must be NAME=FILE; received {wrong[0]!r}")
-    return {name: Path(file) for name, _, file in split.values()}
+    name, *rest = sys.argv[1:] or [""]
+    if name not in known:
+        print(f"python -m {program}: Expected one of {', '.join(known)}; received {name!r}", file=sys.stderr)
+        sys.exit(2)
+    sys.argv[:] = [f"{program} {name}", *rest]
+    module, called = import_module(known[name]), f"python -m {program} {name}"
+    run_main(command_of(module, name), called, program=called, help=module.__doc__)

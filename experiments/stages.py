@@ -47,10 +47,8 @@ def core_seconds(name: str, published: Path, labels: Sequence[str] = ()) -> floa
         if not all(run.is_file() for run in runs):
             return None
         speed = Places(published=published).path("training_speed")
-        batch = batch_seconds(read_json(speed)) if speed.is_file() else {}
-        return sum(
-            training_seconds(run.parent, batch) if batch else float(read_json(run)["cpu_seconds"]) for run in runs
-        )
+        batch = batch_seconds(read_json(speed) if speed.is_file() else None)
+        return sum(training_seconds(run.parent, batch) for run in runs)
     if name == "dataset" and (path := published / "dataset.h5").is_file():
         from bem.dataset.sealed_file import open_dataset
 
@@ -70,20 +68,17 @@ def hours_of(name: str, stages: dict[str, dict[str, Any]], published: Path) -> t
     return (stage["estimate"] if taken is None else taken / 3600.0) / stage["jobs"], taken is not None
 
 
-def describe(name: str, stages: dict[str, dict[str, Any]], published: Path = PUBLISHED, *, hours: bool = True) -> str:
+def describe(name: str, stages: dict[str, dict[str, Any]], published: Path = PUBLISHED) -> str:
     """One line about a stage: its place, what it does, and its expected hours."""
-    place = list(stages).index(name) + 1
-    if not hours:
-        return f"stage {place} of {len(stages)}, {name}"
     expected, measured = hours_of(name, stages, published)
     text = f"{expected:.2g} hours" if expected >= 1.0 else f"{60.0 * expected:.0f} minutes"
     text += "" if measured else " by estimate"
+    place = list(stages).index(name) + 1
     return f"stage {place} of {len(stages)}, {name}: {stages[name]['does']}, about {text}"
 
 
 def main(
     name: Annotated[str | None, typer.Argument(help="A stage; all of them by default.")] = None,
-    hours: Annotated[bool, typer.Option(help="Print what the stage does and how long it takes.")] = True,
     published: Annotated[Path, typer.Option(help="Folder of published files.")] = PUBLISHED,
 ) -> None:
     """Print what each stage does and how long it takes."""
@@ -91,12 +86,10 @@ def main(
     if name is not None and name not in stages:
         raise typer.BadParameter(f"expected one of {', '.join(stages)}; received {name!r}")
     for one in [name] if name else stages:
-        print(describe(one, stages, published, hours=hours), flush=True)
+        print(describe(one, stages, published), flush=True)
     if name is None:
         total = sum(hours_of(one, stages, published)[0] for one in stages)
-        print(
-            f"about {total:.0f} hours in total on two cores; the same command continues an interrupted run", flush=True
-        )
+        print(f"about {total:.0f} hours in total on two cores; the same command continues an interrupted run")
 
 
 if __name__ == "__main__":

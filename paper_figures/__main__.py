@@ -9,18 +9,16 @@ if __name__ == "__main__":  # before the imports that take long
 
     end_on_interrupt("python -m paper_figures")
 
-import sys
 import tomllib
 from collections.abc import Sequence
-from importlib import import_module
 from pathlib import Path
+from types import ModuleType
 from typing import Annotated, Any
 
 import typer
 
-from bem._support.command_line import run_main
 from bem._support.outputs import plain_name, write_whole
-from experiments.places import Places, PublishedFolder, ResultsFolder, Take, replaced, with_options
+from experiments.places import Places, PublishedFolder, ResultsFolder, run_named, taken, with_options
 
 HERE = Path(__file__).parent
 CAPTIONS = HERE / "captions.toml"
@@ -84,26 +82,18 @@ def save(products: Any, name: str, figures: Path, tables: Path) -> list[Path]:
     return beside
 
 
-def main() -> None:
-    """Draw the figure or write the table that the command line names, with the options that follow the name."""
-    name, *rest = sys.argv[1:] or [""]
-    known = modules()
-    if name not in known:
-        print(f"python -m paper_figures: Expected one of {', '.join(known)}; received {name!r}", file=sys.stderr)
-        sys.exit(2)
-    sys.argv[:] = [f"paper_figures {name}", *rest]
-    module = import_module(known[name])
+def command_of(module: ModuleType, name: str) -> Any:
+    """The command of a figure or a table, which writes what is composed."""
 
     def command(
         results: ResultsFolder = Path("results"),
         published: PublishedFolder = Path("published"),
-        take: Take = None,
         under: Annotated[str | None, typer.Option(help="Write to this subfolder of figures and tables.")] = None,
         **options: Any,
     ) -> None:
-        if ".tables." not in known[name]:
+        if not name.startswith("table-"):
             words_of(name)  # before the figure is drawn
-        places = Places(results, published, taken=replaced(take))
+        places = Places(results, published, taken=taken(module.compose, options))
         arguments = places.arguments(module.compose, name)
         products = module.compose(**arguments, **options)
         inner = plain_name(under, "--under") if under else ""
@@ -111,8 +101,12 @@ def main() -> None:
         for place in save(products, name, results / "figures" / inner, results / "tables" / inner):
             write_whole(place, caption(name, sources))
 
-    called = f"python -m paper_figures {name}"
-    run_main(with_options(command, module.compose), called, program=called, help=module.__doc__)
+    return with_options(command, module.compose)
+
+
+def main() -> None:
+    """Draw the figure or write the table that the command line names."""
+    run_named("paper_figures", modules(), command_of)
 
 
 if __name__ == "__main__":

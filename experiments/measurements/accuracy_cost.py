@@ -75,32 +75,20 @@ def without_learning(cases: list[Case], exact: np.ndarray, repeats: int, finest:
 
 
 def surrogates(
-    cases: list[Case], models: Path, exact: np.ndarray, repeats: int
-) -> tuple[list[dict[str, Any]], list[str]]:
-    """Every published model in each way of calling it, and the missing models.
-
-    A model that cannot be loaded is listed as missing, with the reason; the others are still measured.
-    """
-    rows, absent = [], tools.missing(models)
-    for name in progress(tools.published(models), "surrogates"):
-        try:
-            calls, identity = tools.ways_to_call(name, models)
-        except (OSError, ValueError, KeyError) as error:
-            absent.append(f"{name} ({str(error).splitlines()[0]})")
-            continue
+    cases: list[Case], models: Path, exact: np.ndarray, repeats: int, old: list[str]
+) -> list[dict[str, Any]]:
+    """Every published model in each way of calling it, and the models of any solid; `old` are marked."""
+    rows = []
+    for name in progress([*tools.published(models), *tools.NAMES], "surrogates"):
+        if name in tools.NAMES:
+            kind, before, more = name, "", {}
+            calls = {"ONNX": tools.pretrained(name)}
+        else:
+            calls, more = tools.ways_to_call(name, models)
+            kind, before, more["outdated"] = "surrogate", f"{name}, ", name in old
         for way, (answers, seconds) in timed_ways(calls, cases, repeats, name).items():
-            more = {**identity, "way": way}
-            rows.append(report("surrogate", f"{name}, {way}", answers, seconds, exact, **more))
-    return rows, absent
-
-
-def pretrained(cases: list[Case], exact: np.ndarray, repeats: int) -> list[dict[str, Any]]:
-    """The models of any solid, by the predictor."""
-    return [
-        report(name, way, answers, seconds, exact, way=way)
-        for name in tools.NAMES
-        for way, (answers, seconds) in timed_ways({"ONNX": tools.pretrained(name)}, cases, repeats, name).items()
-    ]
+            rows.append(report(kind, f"{before}{way}", answers, seconds, exact, way=way, **more))
+    return rows
 
 
 def timed_ways(
@@ -135,15 +123,13 @@ def study(
     rows = [report("measurement steps", "", steps, np.full((1, len(cases)), np.nan), exact)]
     with threadpool_limits(limits=1), without_extrapolation_warnings():
         rows += without_learning(cases, exact, repeats, finest)
-        found, absent = surrogates(cases, models, exact, repeats)
-        rows += [{**row, "outdated": row["model"] in old} for row in found]
-        rows += pretrained(cases, exact, repeats)
+        rows += surrogates(cases, models, exact, repeats, old)
     return {
         "protocols": len(cases),
         "repeats": repeats,
         "truth_target": tools.EXACT_TARGET,
         "solver": SOLVER_VERSION,
         "tools": rows,
-        "missing": absent,
+        "missing": tools.missing(models),
         "outdated": old,
     }

@@ -14,7 +14,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from statistics import median
 from typing import Annotated, Any
@@ -30,7 +30,7 @@ from bem.dataset.jobs import Arrival
 from bem.dataset.journal import Journal
 from bem.dataset.records import tabulate, untabulate
 from bem.dataset.run import save_campaign
-from experiments.measurements.harness import in_fresh_process, progress, timed
+from experiments.measurements.harness import CLOCK, in_fresh_process, progress
 
 DASK_WORKERS, DASK_TRAJECTORIES, STUB_SECONDS = 8, 12_450, 0.008
 IDLE_SECONDS = 5.0
@@ -60,35 +60,25 @@ def run_seconds(count: int, workers: int) -> dict[str, float]:
 def saved(dataset: Dataset, folder: Path) -> dict[str, float]:
     """Processor seconds and bytes of the saving process for each trajectory, from a replay of a data set."""
     campaign, count = Campaign.of(dataset.attributes["campaign"]), len(dataset)
-    records = untabulate(dataset.columns, campaign.layout)
+    records, whole = untabulate(dataset.columns, campaign.layout), folder / "whole.h5"
     order = {record["index"]: record for record in records}
     with Journal(folder / "saved.h5", campaign.identity()) as journal:
-
-        def save() -> None:
+        with CLOCK:
             for batch in campaign.batches(campaign.indices, 2):
                 journal.add(tabulate([order[index] for index, _ in batch], campaign.layout), 1.0, {})
-
-        (saving,) = timed(save, first=False)
+        saving = CLOCK.seconds
         journal.remove()
-    whole = folder / "whole.h5"
     names = ("wall_seconds", "core_seconds", "workers", "versions", "host", "git_revision", "command")
     attributes = {name: dataset.attributes[name] for name in names} | {"campaign": campaign.identity()}
-    (writing,) = timed(
-        lambda: save_campaign(campaign, whole, tabulate(records, campaign.layout), attributes), first=False
-    )
-    return {"saving": saving / count, "writing": writing / count, "bytes": whole.stat().st_size / count}
+    with CLOCK:
+        save_campaign(campaign, whole, tabulate(records, campaign.layout), attributes)
+    return {"saving": saving / count, "writing": CLOCK.seconds / count, "bytes": whole.stat().st_size / count}
 
 
-@dataclass(frozen=True)
-class Asleep:
-    """A stand-in for a batch of simulations, which sleeps and returns records of the usual size."""
-
-    seconds: float
-
-    def __call__(self, batch: Batch) -> Arrival:
-        """Sleep for each trajectory of the batch."""
-        time.sleep(self.seconds * len(batch))
-        return Arrival([Campaign().failed(index, "") for index, _ in batch], self.seconds * len(batch))
+def asleep(seconds: float, batch: Batch) -> Arrival:
+    """Sleep for each trajectory of a batch, in place of its simulations, and return records of the usual size."""
+    time.sleep(seconds * len(batch))
+    return Arrival([Campaign().failed(index, "") for index, _ in batch], seconds * len(batch))
 
 
 def under_dask(count: int, workers: int, seconds: float) -> dict[str, float]:
@@ -121,12 +111,12 @@ def under_dask(count: int, workers: int, seconds: float) -> dict[str, float]:
 
         with ClusterExecutor(cluster.scheduler_address) as executor:
             with distributed.Client(cluster, set_as_default=False) as client:
-                client.run(Asleep(0.0), ((0, ()),))  # every worker imports what it needs
+                client.run(asleep, 0.0, ((0, ()),))  # every worker imports what it needs
             idle, started = -spent(), time.perf_counter()
             time.sleep(IDLE_SECONDS)
             idle = (idle + spent()) / (time.perf_counter() - started)
             before, started = spent(), time.perf_counter()
-            for _, arrival in progress(executor.run(batches, Asleep(seconds)), "Dask, batches", number):
+            for _, arrival in progress(executor.run(batches, partial(asleep, seconds)), "Dask, batches", len(batches)):
                 tabulate(arrival.records, campaign.layout)
             cost, wall = spent() - before, time.perf_counter() - started
     central, of_workers = np.maximum(cost - idle * wall, 0.0) / count

@@ -24,21 +24,9 @@ HIDDEN_SEED = 901
 """Seed of the hidden protocols; the trainings use others."""
 ANY_SOLID = (0.01, 1.0)
 """Modulus ratios of the solids that the pretrained models know."""
-BEYOND = {
-    "tabor": (0.02, 6.4),
-    "peak_indentation": (0.2, 1000.0),
-    "loading_rate": (1e-3, 1e5),
-    "dwell_time": (1e-6, 1e3),
-    "unloading_rate": (1e-3, 1e5),
-}
+BEYOND = dict(zip(QUANTITIES, ((0.02, 6.4), (0.2, 1e3), (1e-3, 1e5), (1e-6, 1e3), (1e-3, 1e5)), strict=True))
 DEEPEST = 200.0  # largest peak indentation times tabor^1.5, beyond the box: the nodes of the master grid are limited
-STIFF = {
-    "tabor": (0.01, 0.5),
-    "peak_indentation": (0.05, 30.0),
-    "loading_rate": (1e-3, 1e4),
-    "dwell_time": (1e-4, 1e5),
-    "unloading_rate": (1e-3, 1e4),
-}
+STIFF = dict(zip(QUANTITIES, ((0.01, 0.5), (0.05, 30.0), (1e-3, 1e4), (1e-4, 1e5), (1e-3, 1e4)), strict=True))
 EDGES = {
     "tabor": ("Tabor parameter", (0.2, 1.0, 2.0, 3.2)),
     "unloading_rate": ("Unloading rate", (0.1, 10.0, 100.0, 1000.0)),
@@ -87,8 +75,7 @@ def held_out(count: int, dataset: Path) -> list[Case]:
     from surrogate.data.dataset import TrajectoryDataset
 
     data = TrajectoryDataset.load(dataset)
-    columns = {name: values[data.split(0).test[:count]] for name, values in data.protocols.items()}
-    return [Case.of(row) for row in rows_of(columns)]
+    return [Case.of(row) for row in rows_of(data.protocols_of(data.split(0).test[:count]))]
 
 
 def rows_of(columns: dict[str, np.ndarray]) -> list[dict[str, float]]:
@@ -118,11 +105,7 @@ def drawn(where: str, count: int, seed: int, design: str = "log-uniform") -> dic
 
 @dataclass(frozen=True)
 class Hidden:
-    """Protocols off the paper's grid, which no training has seen.
-
-    Args:
-        quantities: The columns.
-    """
+    """Protocols off the paper's grid, which no training has seen, as columns."""
 
     quantities: dict[str, np.ndarray]
 
@@ -148,8 +131,7 @@ class Hidden:
 
     def protocols(self) -> list[LoadingProtocol]:
         """The protocols as a user writes them."""
-        rows = rows_of({name: self.quantities[name] for name in QUANTITIES[1:]})
-        return [LoadingProtocol(**row) for row in rows]
+        return [LoadingProtocol(**row) for row in rows_of({name: self.quantities[name] for name in QUANTITIES[1:]})]
 
     def simulated(self, accuracy: str | float = "standard") -> Iterator[Trajectory]:
         """Simulate one after the other."""

@@ -12,8 +12,8 @@ Sources: the modules of `bem.reference_solutions`. Units as there.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from types import ModuleType
+from typing import NamedTuple
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -30,8 +30,7 @@ LONG_RANGE, SHORT_RANGE = 0.4, 2.0
 RELAXED = 2.0  # retardation times before and during unloading, from which on the contact counts as relaxed
 
 
-@dataclass(frozen=True)
-class Form:
+class Form(NamedTuple):
     """A closed form: its name, its regime, and the tool."""
 
     name: str
@@ -100,9 +99,11 @@ def _relaxed(case: Case) -> bool:
     return times[2] >= RELAXED and times[3] - times[2] >= RELAXED
 
 
-def _elastic(form: ModuleType, pull_off: Callable[[float], float]) -> Callable[[Case], np.ndarray]:
+def _elastic(form: ModuleType) -> Callable[[Case], np.ndarray]:
     def found(case: Case) -> np.ndarray:
-        return answer(pull_off(case.scene.tabor), form.force_from_indentation(case.depths, case.scene.tabor))
+        tabor = case.scene.tabor
+        pull_off = form.PULL_OFF_FORCE if form is not maugis_dugdale else form.pull_off_force(tabor)
+        return answer(pull_off, form.force_from_indentation(case.depths, tabor))
 
     return found
 
@@ -112,16 +113,8 @@ FORMS = (
     Form("Hertz, rubbery", lambda c: slow(c) and hardly_adhesive(c), lambda c: _hertz(c, 1.0)),
     Form("Hertz, glassy", lambda c: fast(c) and hardly_adhesive(c, GLASSY), lambda c: _hertz(c, GLASSY)),
     Form("Lee and Radok, until the peak", hardly_adhesive, _lee_radok),
-    Form(
-        "DMT, rubbery",
-        lambda c: slow(c) and c.scene.tabor <= LONG_RANGE,
-        _elastic(dmt, lambda _: dmt.PULL_OFF_FORCE),
-    ),
-    Form("Maugis-Dugdale, rubbery", slow, _elastic(maugis_dugdale, maugis_dugdale.pull_off_force)),
-    Form(
-        "JKR, rubbery",
-        lambda c: slow(c) and c.scene.tabor >= SHORT_RANGE,
-        _elastic(jkr, lambda _: jkr.PULL_OFF_FORCE),
-    ),
+    Form("DMT, rubbery", lambda c: slow(c) and c.scene.tabor <= LONG_RANGE, _elastic(dmt)),
+    Form("Maugis-Dugdale, rubbery", slow, _elastic(maugis_dugdale)),
+    Form("JKR, rubbery", lambda c: slow(c) and c.scene.tabor >= SHORT_RANGE, _elastic(jkr)),
     Form("Persson-Brener, pull-off", lambda c: _relaxed(c) and c.scene.tabor >= SHORT_RANGE, _retreat),
 )

@@ -14,15 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bem import (
-    Elastic,
-    ForceProtocol,
-    HardContact,
-    LennardJones,
-    PiecewiseLinearProtocol,
-    Scene,
-    simulate,
-)
+from bem import Elastic, ForceProtocol, HardContact, LennardJones, PiecewiseLinearProtocol, Scene, simulate
 from bem._support.wording import markdown_table
 from bem.materials import Material
 from bem.reference_solutions import hertz
@@ -35,6 +27,13 @@ MATERIALS: dict[int, Material] = {0: Elastic(), 1: SLS, 3: THREE}
 DEVICES = ("stage", "spring", "force")
 LARGEST = {"relaxation": 1.1, "adhesion": 0.5, "cycles": 2.0, "spring": 1.5, "force": 2.0}
 """Aims: the largest ratio of seconds, without relaxation or adhesion to with it, with one of the others to without."""
+WORDS = {
+    "relaxation": "without relaxation to with it",
+    "adhesion": "without adhesion to with it",
+    "cycles": f"{CYCLES} elastic cycles to one",
+    "spring": "behind a spring to without",
+    "force": "by force to by indentation",
+}
 
 
 class Effects(NamedTuple):
@@ -107,15 +106,8 @@ def pairs() -> list[tuple[str, Effects, Effects]]:
 def page_text(effect_pairs: Any) -> str:
     """The pairs as a table, one row an effect, for docs/effects.md."""
     table = []
-    words = {name: f"without {name} to with it" for name in ("relaxation", "adhesion")}
-    words |= {
-        "cycles": f"{CYCLES} elastic cycles to one",
-        "spring": "behind a spring to without",
-        "force": "by force to by indentation",
-    }
-    for effect, text in words.items():
-        rows = [row for row in effect_pairs["pairs"] if row["effect"] == effect]
-        ratios = np.array([row["ratios"] for row in rows])
+    for effect, text in WORDS.items():
+        ratios = np.array([row["ratios"] for row in effect_pairs["pairs"] if row["effect"] == effect])
         over = int(np.sum(ratios > LARGEST[effect]))
         numbers = (f"{np.median(ratios):.2f}", f"{ratios.max():.2f}", f"{LARGEST[effect]:g}", str(over))
         table.append([text, str(ratios.size), *numbers])

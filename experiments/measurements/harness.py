@@ -113,12 +113,12 @@ def run(
     return np.array(answers), np.array(runs)
 
 
-def in_turn(calls: Mapping[str, tuple[Callable[[int], Any], int]], rounds: int) -> dict[str, float]:
+def in_turn(calls: Mapping[Item, tuple[Callable[[int], Any], int]], rounds: int) -> dict[Item, float]:
     """Median processor seconds of a case by several calls that take turns, so that a slow moment hits all of them.
 
     `calls` are functions of the round's number, with the cases of one call; the first round is not counted.
     """
-    spent: dict[str, list[float]] = {name: [] for name in calls}
+    spent: dict[Item, list[float]] = {name: [] for name in calls}
     for turn in range(-1, rounds):
         for name, (call, cases) in calls.items():
             with CLOCK:

@@ -69,40 +69,32 @@ def simulated(tabor: float, accuracy: str | float, *, adhesive: bool = True) -> 
     return completed(simulate(scene, PROTOCOL, accuracy))
 
 
-def by_the_paper(tabor: float, nodes: int) -> float:
-    """Largest tension by the paper's discretisation."""
-    scene = Scene(tabor, Elastic())
-    return completed(simulate_paper_method(scene, PROTOCOL, nodes=nodes, steps=STEPS)).pull_off_force
-
-
 def by_form(form: ModuleType, tabor: float) -> float:
     """Largest tension by JKR or DMT, which also compute a whole force curve."""
     form.force_from_indentation(DEPTHS, tabor)
     return form.PULL_OFF_FORCE
 
 
-def compression(accuracy: str | float, exact: float) -> float:
-    """Largest compression without adhesion by the solver, over the exact one."""
-    return float(simulated(TABORS[0], accuracy, adhesive=False).force.min()) / exact
-
-
 def runs(finest: int) -> Iterator[Run]:
     """All tools on all problems."""
     for tabor in TABORS:
-        problem = f"tabor {tabor:g}"
+        problem, scene = f"tabor {tabor:g}", Scene(tabor, Elastic())
         yield Run(problem, "closed form", "JKR", partial(by_form, jkr, tabor))
         yield Run(problem, "closed form", "DMT", partial(by_form, dmt, tabor))
         yield Run(problem, "closed form", "Maugis-Dugdale", partial(maugis_dugdale.pull_off_force, tabor))
         for one in ACCURACIES:
             yield Run(problem, "solver", str(one), lambda mu=tabor, one=one: simulated(mu, one).pull_off_force)
         for nodes in NODES:
-            yield Run(problem, "paper's discretisation", f"{nodes} nodes", partial(by_the_paper, tabor, nodes))
+            method = partial(simulate_paper_method, scene, PROTOCOL, nodes=nodes, steps=STEPS)
+            find = lambda method=method: completed(method()).pull_off_force  # noqa: E731
+            yield Run(problem, "paper's discretisation", f"{nodes} nodes", find)
         for grid in (one for one in GRIDS if one <= finest):
             find = partial(adhesion_largest_tension, tabor, grid, START)
             yield Run(problem, "Adhesion", f"{grid} x {grid}", find, 1)
     exact = float(hertz.force_from_indentation(START, TABORS[0]))
     for one in ACCURACIES:
-        yield Run(HERTZ, "solver", str(one), partial(compression, one, exact))
+        find = lambda one=one: float(simulated(TABORS[0], one, adhesive=False).force.min()) / exact  # noqa: E731
+        yield Run(HERTZ, "solver", str(one), find)
     for grid in GRIDS:
         yield Run(HERTZ, "tamaas", f"{grid} x {grid}", partial(tamaas_hertz, TABORS[0], grid, START), 3)
 

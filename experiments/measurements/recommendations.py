@@ -28,6 +28,7 @@ from bem.dataset.designs import PAPER_RANGES, Design
 from bem.effects.recommendation import difference
 from bem.effects.scene_effects import IndentationProtocol
 from bem.protocol import history_of
+from experiments.measurements.cases import rows_of
 from experiments.measurements.harness import CLOCK, Count, progress, timed
 from experiments.measurements.statistics import spread
 
@@ -45,8 +46,7 @@ def sample(name: str, count: int, seed: int = 4) -> list[tuple[Scene, Indentatio
     wider["tabor"] = (0.05, 5.0)
     drawn = Design("log-uniform", wider if name == "wider" else {}).protocols(count, seed)
     cases: list[tuple[Scene, IndentationProtocol]] = []
-    for i in range(count):
-        quantities = {key: float(values[i]) for key, values in drawn.items()}
+    for quantities in rows_of(drawn):
         tabor = quantities.pop("tabor")
         ratio = 0.1 if name in ("paper", "two loads") else float(10.0 ** generator.uniform(-2.0, -0.1))
         material: StandardLinearSolid | PronySeries = StandardLinearSolid(ratio)
@@ -54,10 +54,9 @@ def sample(name: str, count: int, seed: int = 4) -> list[tuple[Scene, Indentatio
             weights = generator.dirichlet(np.ones(TERMS))
             material = PronySeries(0.9 * weights, np.sort(10.0 ** generator.uniform(-3.0, 3.0, TERMS)))
         law = HardContact() if name == "no adhesion" else LennardJones()
-        protocol: IndentationProtocol = LoadingProtocol(**quantities)
-        if name == "two loads":
-            protocol = two_loads(LoadingProtocol(**quantities), tabor, float(generator.uniform(0.0, 0.9)))
-        cases.append((Scene(tabor, material, law), protocol))
+        once = LoadingProtocol(**quantities)
+        twice = name == "two loads" and two_loads(once, tabor, float(generator.uniform(0.0, 0.9)))
+        cases.append((Scene(tabor, material, law), twice or once))
     return cases
 
 

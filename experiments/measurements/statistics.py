@@ -51,14 +51,6 @@ def spread(values: Sequence[float] | np.ndarray) -> dict[str, float]:
     return {"count": int(array.size), "mean": float(array.mean()), **found}
 
 
-def exponent(x: Sequence[float], y: Sequence[float]) -> tuple[float, float]:
-    """Slope of log y over log x by linear least squares, and its standard error."""
-    from scipy.stats import linregress  # half a second to import
-
-    found = linregress(np.log(x), np.log(y))
-    return float(found.slope), float(found.stderr)
-
-
 def quantiles(errors: np.ndarray) -> dict[str, float]:
     """Median, 90th and 99th percentile in percent."""
     return {f"p{100 * level:.0f}": 100.0 * float(np.quantile(errors, level)) for level in LEVELS}

@@ -17,7 +17,7 @@ import numpy as np
 from bem import Trajectory, simulate_paper_method
 from bem.dataset.designs import QUANTITIES
 from bem.dataset.measurement_steps import FIRST_UNLOADING, FMS, PHYSICAL, measurement_grid
-from bem.dataset.physical_steps import physical_grid
+from bem.dataset.records import grid_of
 from bem.solver.version import SOLVER_VERSION
 from experiments.common import MODULUS_RATIO, dataset_digest, load_surrogate, scenes, without_extrapolation_warnings
 from experiments.measurements.cases import Case, Hidden
@@ -121,13 +121,10 @@ def predicted(model: Any, name: str, hidden: Hidden, **options: Any) -> list[Tra
 
 def streamed(model: Any, name: str, hidden: Hidden) -> Callable[[int], int]:
     """What takes all steps of one protocol, on the measurement steps of the model's training, and counts them."""
+    kind, counts = ("physical", PHYSICAL) if name in NAMES else ("uniform", FMS)
+    ratio = hidden.quantities["modulus_ratio"] if name in NAMES else MODULUS_RATIO
     protocols = {quantity: hidden.quantities[quantity] for quantity in QUANTITIES}
-    if name in NAMES:
-        times, indentations = physical_grid(**protocols, modulus_ratio=hidden.quantities["modulus_ratio"])
-        counts, ratio = PHYSICAL, hidden.quantities["modulus_ratio"]
-    else:
-        times, indentations = measurement_grid(**protocols)
-        counts, ratio = FMS, MODULUS_RATIO
+    times, indentations = grid_of(kind, protocols, ratio, counts)
     edges = (counts[0] - 1, counts[0] + counts[1] - 1)
     points = [list(zip(*pair, strict=True)) for pair in zip(times.tolist(), indentations.tolist(), strict=True)]
     with without_extrapolation_warnings():

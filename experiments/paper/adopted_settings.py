@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from bem.dataset.designs import PAPER_RANGES
+from bem.dataset.designs import PAPER_RANGES, QUANTITIES
 from bem.dataset.measurement_steps import FMS
 from bem.protocol import default_start_indentation
 from bem.reference_solutions import dmt, jkr
@@ -27,8 +27,7 @@ from surrogate.training.recipe import Recipe
 def recipe() -> dict[str, Any]:
     """The recipe `paper`, with the keys of its plateau at the top level."""
     found = Recipe.load("paper").as_dict()
-    plateau = found.pop("plateau")
-    return found | plateau
+    return found | found.pop("plateau")
 
 
 def layers() -> dict[str, Any]:
@@ -55,13 +54,11 @@ def crack_protocol() -> dict[str, Any]:
     Raises:
         ValueError: The protocols differ in more than the unloading rate.
     """
-    protocols = paper_rows("persson_brener_protocols")
-    fixed = {name: {row[name] for row in protocols} for name in common.QUANTITIES if name != "unloading_rate"}
-    if any(len(values) > 1 for values in fixed.values()):
-        raise ValueError(f"protocols must differ in the unloading rate alone; received {fixed}")
+    first, *others = ({name: row[name] for name in QUANTITIES[:-1]} for row in paper_rows("persson_brener_protocols"))
+    if any(other != first for other in others):
+        raise ValueError(f"protocols must differ in the unloading rate alone; received {[first, *others]}")
     defaults = inspect.signature(theory.length_scale).parameters
-    found = {name: values.pop() for name, values in fixed.items()}
-    return {**found, **{name: float(defaults[name].default) for name in ("alpha", "radius_over_gap")}}
+    return first | {name: float(defaults[name].default) for name in ("alpha", "radius_over_gap")}
 
 
 def study(configs: Path) -> dict[str, Any]:

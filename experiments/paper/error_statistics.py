@@ -65,20 +65,17 @@ def statistics(errors: dict[str, np.ndarray]) -> dict[str, Any]:
         }
         for column in ("mse", "mae", "dtw_rmse", *PERCENTS, "native_pull_off_force_percent", "resolution_floor_percent")
     }
-    force = errors["pull_off_force_percent"]
     correlations = {
-        "pull_off_and_hysteresis": float(spearmanr(force, errors["hysteresis_percent"]).statistic),
-        "pull_off_and_nmae": float(spearmanr(force, errors["nmae_percent"]).statistic),
+        f"pull_off_and_{name}": float(spearmanr(errors["pull_off_force_percent"], errors[f"{name}_percent"]).statistic)
+        for name in ("hysteresis", "nmae")
     }
     return {
         "trajectories": int(quartile.size),
         "quartiles": table,
         "overall": overall,
         "spearman": correlations,
-        "per_trajectory": {
-            **{name: errors[name].tolist() for name in ("mse", *PERCENTS)},
-            "quartile": quartile.tolist(),
-        },
+        "per_trajectory": {name: errors[name].tolist() for name in ("mse", *PERCENTS)}
+        | {"quartile": quartile.tolist()},
     }
 
 

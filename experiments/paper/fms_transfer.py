@@ -15,8 +15,9 @@ from bem import Trajectory
 from bem.dataset.measurement_steps import measurement_grid, proportional_counts
 from experiments import common
 from experiments.common import require_dataset
+from experiments.measurements.cases import rows_of
+from experiments.measurements.harness import progress
 from experiments.paper_numbers import paper_rows
-from experiments.progress import progress
 
 KEYS = ("model", "modulus_ratio", "accuracy", "steps", "sample", "trajectories")
 
@@ -54,17 +55,11 @@ def held_out(models: Path, dataset: Path, config: dict[str, Any]) -> tuple[dict[
     from surrogate.data.dataset import Split, TrajectoryDataset
 
     require_dataset(models / config["model"], dataset)
-    data = TrajectoryDataset.load(dataset)
-    indices = Split.load(models / config["model"] / "split.json").test
-    if config["trajectories"]:
-        indices = indices[: config["trajectories"]]
-    protocols = data.protocols_of(indices)
-    rows = [{name: float(values[row]) for name, values in protocols.items()} for row in range(len(indices))]
-    simulations = [
-        common.simulated(row, modulus_ratio=config["modulus_ratio"], accuracy=config["accuracy"])
-        for row in progress(rows, "held-out trajectories")
-    ]
-    return protocols, simulations
+    indices = Split.load(models / config["model"] / "split.json").test[: config["trajectories"] or None]
+    protocols = TrajectoryDataset.load(dataset).protocols_of(indices)
+    how = {name: config[name] for name in ("modulus_ratio", "accuracy")}
+    rows = progress(rows_of(protocols), "held-out trajectories")
+    return protocols, [common.simulated(row, **how) for row in rows]
 
 
 def errors_on_grid(

@@ -10,11 +10,10 @@ on conditioning and learning curves.
 from __future__ import annotations
 
 import csv
-import json
-import tomllib
 from pathlib import Path
 from typing import Any
 
+from bem._support.text_files import read_json, read_toml
 from experiments.common import dataset_digest
 from experiments.paper_numbers import PAPER_RECIPE, paper_values
 from surrogate.architectures.naming import CONDITIONINGS, PAPER_FAMILIES, names, paper_names
@@ -48,23 +47,17 @@ def paper_mse() -> float:
 
 def read_model(folder: Path) -> dict[str, Any]:
     """Training and held-out errors of a model directory."""
-    metrics = json.loads((folder / "metrics.json").read_text(encoding="utf-8"))
-    run = json.loads((folder / "run.json").read_text(encoding="utf-8"))
+    metrics, run = (read_json(folder / f"{name}.json") for name in ("metrics", "run"))
     history = read_history(folder / "history.csv")
     return {
-        "parameters": metrics["parameters"],
-        "test": metrics["test"],
+        **{name: metrics[name] for name in ("parameters", "test", "epochs", "best_epoch")},
         **{name: metrics["test"][name]["mean"] for name in METRICS},
+        **{name: run[name] for name in ("backend", "versions", "training_trajectories")},
         "validation_mse": min(history["validation_mse"]),
-        "epochs": metrics["epochs"],
-        "best_epoch": metrics["best_epoch"],
         "core_seconds": metrics["cpu_seconds"],
         "hours": metrics["cpu_seconds"] / 3600.0,
         "minutes_to_paper_mse": minutes_to(history, paper_mse()),
-        "backend": run["backend"],
-        "versions": run["versions"],
-        "recipe": tomllib.loads((folder / "recipe.toml").read_text(encoding="utf-8")),
-        "training_trajectories": run["training_trajectories"],
+        "recipe": read_toml(folder / "recipe.toml"),
         "history": history,
     }
 
@@ -99,11 +92,11 @@ def outdated(found: dict[str, TrainingIdentity], dataset: str, models: Path) -> 
     sentences = {}
     for name, words in trained_otherwise(found, dataset).items():
         # `make models` does not train a model that has a label of its own.
-        advice = (
+        again = (
             "`make models` trains it again" if name in names() else f"remove {str(models / name)!r} and train it again"
         )
         other = " and ".join(words)
-        sentences[name] = f"{name} is left out, because its {other} is not that of the comparison: {advice}."
+        sentences[name] = f"{name} is left out, because its {other} is not that of the comparison: {again}."
     return sentences
 
 
@@ -115,9 +108,8 @@ def comparison(found: dict[str, dict[str, Any]]) -> dict[str, Any]:
     ranking = sorted(found, key=lambda name: found[name]["mse"])
     best = {}
     for family in PAPER_FAMILIES:
-        members = {conditioning: f"{family}-{conditioning}" for conditioning in CONDITIONINGS}
-        complete = all(name in found for name in members.values())
-        best[family] = min(members, key=lambda c: found[members[c]]["mse"]) if complete else None
+        members = [name for name in ranking if name.startswith(f"{family}-")]
+        best[family] = members[0].split("-")[1] if len(members) == len(CONDITIONINGS) else None
     complete = len(found) == len(paper_names())
     others = [name.split("-")[0] for name in ranking if name.split("-")[0] != REFERENCE.split("-")[0]]
     return {

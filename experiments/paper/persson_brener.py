@@ -77,18 +77,11 @@ def point(protocol: dict[str, float], trained: Any, config: dict[str, Any]) -> d
 def summary(points: list[dict[str, float]]) -> dict[str, float]:
     """Median and largest deviations, in percent."""
     columns = {name: np.array([one[name] for one in points]) for name in points[0] if name != "protocol"}
-    pairs = {
-        "solver_against_theory": ("solver", "theory"),
-        "solver_against_theory_at_own_velocity": ("solver", "theory_at_own_velocity"),
-        "surrogate_against_theory": ("surrogate", "theory"),
-    }
     found = {}
-    for name, (value, reference) in pairs.items():
-        deviation = 100.0 * np.abs(columns[value] / columns[reference] - 1.0)
-        found |= {
-            f"{name}_median_percent": float(np.median(deviation)),
-            f"{name}_largest_percent": float(deviation.max()),
-        }
+    for value, reference in (("solver", "theory"), ("solver", "theory_at_own_velocity"), ("surrogate", "theory")):
+        deviation, name = 100.0 * np.abs(columns[value] / columns[reference] - 1.0), f"{value}_against_{reference}"
+        found[f"{name}_median_percent"] = float(np.median(deviation))
+        found[f"{name}_largest_percent"] = float(deviation.max())
     return found
 
 

@@ -39,14 +39,13 @@ def errors(dataset: Dataset, reference: Dataset) -> dict[str, FloatArray]:
     for name, values in reference.protocols.items():
         if not agree(values[rows], dataset.protocols[name][rows]):
             raise ValueError(f"data sets must begin with the same protocols; received different {name}")
-    found = {}
-    for name in ("pull_off_force", "hysteresis"):
-        exact = reference.scalars[name][rows]
-        found[name] = np.abs(dataset.scalars[name][rows] - exact) / np.abs(exact)
+    found = {
+        name: np.abs(dataset.scalars[name][rows] / reference.scalars[name][rows] - 1.0)
+        for name in ("pull_off_force", "hysteresis")
+    }
     exact = reference.force[rows].astype(np.float64)
     difference = dataset.force[rows].astype(np.float64) - exact
-    found["force"] = np.sqrt(np.mean(difference**2, axis=1)) / np.ptp(exact, axis=1)
-    return found
+    return found | {"force": np.sqrt(np.mean(difference**2, axis=1)) / np.ptp(exact, axis=1)}
 
 
 def price(datasets: dict[str, Dataset]) -> list[dict[str, Any]]:

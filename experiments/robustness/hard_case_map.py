@@ -13,16 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from bem import (
-    Elastic,
-    HardContact,
-    LoadingProtocol,
-    PiecewiseLinearProtocol,
-    Scene,
-    StandardLinearSolid,
-    Trajectory,
-    simulate,
-)
+from bem import Elastic, HardContact, LoadingProtocol, PiecewiseLinearProtocol, Scene, StandardLinearSolid, simulate
 from bem.accuracy import resolve_accuracy
 from bem.effects.scene_effects import IndentationProtocol
 from bem.protocol import default_start_indentation
@@ -51,11 +42,9 @@ def cycles(tabor: float, depth: float, rate: float, count: int) -> PiecewiseLine
 
 def creeping(tabor: float, above: float, hold: float) -> PiecewiseLinearProtocol:
     """Press, relax, retract to an indentation that is `above` the rubbery fold of JKR, and hold there."""
-    start = default_start_indentation(tabor)
-    near = jkr.fold_indentation(tabor) + above
-    return PiecewiseLinearProtocol(
-        [0.0, 1.0, 21.0, 31.0, 31.0 + hold, 41.0 + hold], [start, 3.0, 3.0, near, near, start]
-    )
+    start, near = default_start_indentation(tabor), jkr.fold_indentation(tabor) + above
+    times = [0.0, 1.0, 21.0, 31.0, 31.0 + hold, 41.0 + hold]
+    return PiecewiseLinearProtocol(times, [start, 3.0, 3.0, near, near, start])
 
 
 def extremes() -> dict[str, tuple[Scene, IndentationProtocol]]:
@@ -85,11 +74,6 @@ def extremes() -> dict[str, tuple[Scene, IndentationProtocol]]:
     }
 
 
-def energy(trajectory: Trajectory) -> float:
-    """Work of the trajectory over its turnover; NaN if it did not complete."""
-    return trajectory.work() / trajectory.turnover() if trajectory.completed else np.nan
-
-
 def relative_change(value: float, reference: float) -> float:
     """Change of a force from its reference; zero where both vanish, as without adhesion."""
     return 0.0 if value == reference else abs(value / reference - 1.0) if reference else np.inf
@@ -108,7 +92,7 @@ def compared(scene: Scene, protocol: IndentationProtocol) -> dict[str, Any]:
         "refined_pull_off_force": fine.pull_off_force,
         "change": relative_change(coarse.pull_off_force, fine.pull_off_force) if both else np.nan,
         "work_change": abs(coarse.work() - fine.work()) / fine.turnover() if both else np.nan,
-        "energy": energy(coarse),
+        "energy": coarse.work() / coarse.turnover() if coarse.completed else np.nan,
         "end_over_pull_off": coarse.end_force / coarse.pull_off_force if coarse.pull_off_force else np.nan,
         "jumps": len(coarse.jumps),
         "steps": coarse.stats.steps,
@@ -119,13 +103,11 @@ def compared(scene: Scene, protocol: IndentationProtocol) -> dict[str, Any]:
 def extreme(name: str, scene: Scene, protocol: IndentationProtocol) -> dict[str, Any]:
     """One named extreme, compared with its refinement and at the coarser accuracies."""
     found = compared(scene, protocol)
-    coarse = {}
-    for accuracy in COARSER:
-        trajectory = simulate(scene, protocol, accuracy)
-        coarse[str(accuracy)] = {
-            "status": trajectory.status,
-            "change": relative_change(trajectory.pull_off_force, found["refined_pull_off_force"]),
-        }
+    runs = {str(accuracy): simulate(scene, protocol, accuracy) for accuracy in COARSER}
+    exact = found["refined_pull_off_force"]
+    coarse = {
+        key: {"status": one.status, "change": relative_change(one.pull_off_force, exact)} for key, one in runs.items()
+    }
     return {"name": name, **found, "coarse": coarse}
 
 

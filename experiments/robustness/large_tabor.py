@@ -7,7 +7,7 @@ that it met. Some that complete are simulated again with a quarter of the target
 
 from __future__ import annotations
 
-from itertools import pairwise
+from itertools import cycle, pairwise
 from typing import Annotated, Any
 
 import numpy as np
@@ -18,6 +18,7 @@ from bem._support.wording import markdown_table
 from bem.accuracy import resolve_accuracy
 from bem.reference_solutions import hertz
 from bem.trajectory import is_completed
+from experiments.measurements.cases import rows_of
 from experiments.measurements.harness import CLOCK, Count, Jobs, Seed, in_parallel
 
 DEVICES = ("stage", "spring", "force")
@@ -40,10 +41,7 @@ def drawn(count: int, seed: int) -> list[dict[str, Any]]:
         "spring": between(0.1, 10.0),
         "modulus_ratio": np.where(generator.random(count) < 0.25, 1.0, between(0.01, 0.9)),
     }
-    return [
-        {"device": DEVICES[row % len(DEVICES)], **{name: float(values[row]) for name, values in columns.items()}}
-        for row in range(count)
-    ]
+    return [{"device": device, **row} for device, row in zip(cycle(DEVICES), rows_of(columns))]
 
 
 def case(row: dict[str, Any]) -> tuple[Scene, LoadingProtocol | ForceProtocol]:
@@ -52,16 +50,11 @@ def case(row: dict[str, Any]) -> tuple[Scene, LoadingProtocol | ForceProtocol]:
     material = Elastic() if ratio == 1.0 else StandardLinearSolid(ratio)
     scene = Scene(tabor, material, spring=row["spring"] if row["device"] == "spring" else None)
     peak, rate = row["depth"] * tabor, row["rate"] * tabor
-    if row["device"] != "force":
-        return scene, LoadingProtocol(
-            peak_indentation=peak,
-            loading_rate=rate,
-            dwell_time=DWELL,
-            unloading_rate=rate,
-            start_indentation=-3 * tabor,
-        )
-    press, ramp = float(hertz.force_from_indentation(peak, tabor)), peak / rate
-    return scene, ForceProtocol([0.0, ramp, ramp + DWELL, 2.0 * ramp + DWELL], [0.0, press, press, 1.0])
+    if row["device"] == "force":
+        press, ramp = float(hertz.force_from_indentation(peak, tabor)), peak / rate
+        return scene, ForceProtocol([0.0, ramp, ramp + DWELL, 2.0 * ramp + DWELL], [0.0, press, press, 1.0])
+    ramps = {"peak_indentation": peak, "loading_rate": rate, "dwell_time": DWELL, "unloading_rate": rate}
+    return scene, LoadingProtocol(**ramps, start_indentation=-3 * tabor)
 
 
 def solved(row: dict[str, Any], refine: bool) -> dict[str, Any]:

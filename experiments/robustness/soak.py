@@ -9,7 +9,6 @@ soak; they are identified by the version of the solver, its accuracy and their p
 
 from __future__ import annotations
 
-import resource
 from collections import Counter
 from pathlib import Path
 from typing import Annotated, Any
@@ -17,7 +16,6 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from bem._support.provenance import peak_memory
 from bem.solver.version import SOLVER_VERSION
 from bem.trajectory import is_completed
 from experiments.measurements.cases import Case, drawn, rows_of
@@ -27,30 +25,23 @@ KEPT = Path("results/soak")
 CHUNK = 250
 CHUNKS_FOR_MEMORY = 8
 ACCURACY = "standard"
-RECORDED = ("status", "raised", "silent", "spikes", "spike_share", "seconds")
-"""Recorded quantities of a protocol."""
 
 
 def soaked(point: dict[str, float]) -> dict[str, Any]:
     """Simulate one protocol: its status, and whether its results are finite. An exception becomes the status."""
+    found = {"raised": False, "silent": False, "spikes": 0, "spike_share": 0.0, "seconds": 0.0}
     try:
         trajectory = Case.of(point).run(ACCURACY)
     except Exception as error:
-        status = f"{type(error).__name__}: {error}"
-        return {"status": status, "raised": True, "silent": False, "spikes": 0, "spike_share": 0.0, "seconds": 0.0}
+        return found | {"status": f"{type(error).__name__}: {error}", "raised": True}
     arrays = (trajectory.time, trajectory.indentation, trajectory.force, trajectory.contact_radius)
     scalars = (trajectory.pull_off_force, trajectory.pull_off_time, trajectory.hysteresis, trajectory.end_force)
     finite = all(np.all(np.isfinite(values)) for values in arrays) and bool(np.all(np.isfinite(scalars)))
-    judged = trajectory.completed and finite
-    spikes = lone_spikes(trajectory.force, trajectory.pull_off_force) if judged else np.empty(0)
-    return {
-        "status": trajectory.status,
-        "raised": False,
-        "silent": trajectory.completed and not finite,
-        "spikes": len(spikes),
-        "spike_share": float(spikes.max(initial=0.0)),
-        "seconds": trajectory.stats.seconds,
-    }
+    found |= {"status": trajectory.status, "seconds": trajectory.stats.seconds}
+    if not (trajectory.completed and finite):
+        return found | {"silent": trajectory.completed}
+    spikes = lone_spikes(trajectory.force, trajectory.pull_off_force)
+    return found | {"spikes": len(spikes), "spike_share": float(spikes.max(initial=0.0))}
 
 
 def lone_spikes(force: np.ndarray, scale: float) -> np.ndarray:
@@ -70,55 +61,34 @@ def lone_spikes(force: np.ndarray, scale: float) -> np.ndarray:
     return out[alone] / np.ptp(force)
 
 
-def memory_bytes() -> int:
-    """Resident memory of this process, or its peak if the system does not report the present value."""
-    status = Path("/proc/self/statm")
-    if status.is_file():
-        return int(status.read_text(encoding="utf-8").split()[1]) * resource.getpagesize()
-    return peak_memory()
-
-
 def chunk(where: str, first: int, count: int, seed: int, folder: Path) -> dict[str, Any]:
-    """Simulate protocols `first` to `first` + CHUNK of `count`, or read them if they were simulated before."""
+    """Results of protocols `first` to `first` + CHUNK of `count`, kept, and the memory (bytes) after them."""
     points = rows_of(drawn(where, count, seed))[first : first + CHUNK]
-    key = fingerprint(solver=SOLVER_VERSION, accuracy=ACCURACY, protocols=points, recorded=RECORDED)
-    return kept(folder / f"{where}-{first}-{key}.json", lambda: chunk_of(where, first, points))
 
+    def simulated() -> dict[str, Any]:
+        import psutil
 
-def chunk_of(where: str, first: int, points: list[dict[str, float]]) -> dict[str, Any]:
-    """Simulate some protocols, numbered from `first`, and count how they ended."""
-    found = [soaked(point) for point in points]
-    return {
-        "where": where,
-        "count": len(points),
-        "statuses": Counter(one["status"].split(" (at")[0] for one in found),
-        "raised": sum(one["raised"] for one in found),
-        "silent": sum(one["silent"] for one in found),
-        "spikes": sum(one["spikes"] > 0 for one in found),
-        "slowest": max(one["seconds"] for one in found),
-        "notable": [
-            {"index": first + i, **point, **one}
-            for i, (point, one) in enumerate(zip(points, found, strict=True))
-            if not is_completed(one["status"]) or one["silent"] or one["spikes"]
-        ],
-        "memory_bytes": memory_bytes(),
-    }
+        rows = [{"index": first + i, **point, **soaked(point)} for i, point in enumerate(points)]
+        return {"rows": rows, "memory": psutil.Process().memory_info().rss}
+
+    key = fingerprint(solver=SOLVER_VERSION, accuracy=ACCURACY, protocols=points)
+    return kept(folder / f"{where}-rows-{first}-{key}.json", simulated)
 
 
 def summary(chunks: list[dict[str, Any]]) -> dict[str, Any]:
-    """Summary of all chunks."""
-    statuses = sum((Counter(one["statuses"]) for one in chunks), Counter())
-    memory = np.array([one["memory_bytes"] for one in chunks], dtype=float)
+    """Summary of all chunks; `notable` are the first that did not complete, or not as they should."""
+    rows = [row for one in chunks for row in one["rows"]]
+    memory = np.array([one["memory"] for one in chunks], dtype=float)
     half, enough = len(memory) // 2, len(memory) >= CHUNKS_FOR_MEMORY
-    growth = float(memory[half:].mean() / memory[:half].mean() - 1.0) if enough else None
+    wrong = [row for row in rows if not is_completed(row["status"]) or row["silent"] or row["spikes"]]
     return {
-        "protocols": sum(one["count"] for one in chunks),
-        **{name: sum(one[name] for one in chunks) for name in ("raised", "silent", "spikes")},
-        "largest_spike_share": max((case["spike_share"] for one in chunks for case in one["notable"]), default=0.0),
-        "statuses": dict(statuses.most_common()),
-        "slowest_seconds": max(one["slowest"] for one in chunks),
-        "memory_growth": growth,
-        "notable": [case for one in chunks for case in one["notable"]][:50],
+        "protocols": len(rows),
+        **{name: sum(row[name] > 0 for row in rows) for name in ("raised", "silent", "spikes")},
+        "largest_spike_share": max(row["spike_share"] for row in rows),
+        "statuses": dict(Counter(row["status"].split(" (at")[0] for row in rows).most_common()),
+        "slowest_seconds": max(row["seconds"] for row in rows),
+        "memory_growth": float(memory[half:].mean() / memory[:half].mean() - 1.0) if enough else None,
+        "notable": wrong[:50],
     }
 
 

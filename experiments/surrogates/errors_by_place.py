@@ -36,14 +36,9 @@ def judged(model: Any, name: str, hidden: Hidden, exact: Sequence[Trajectory]) -
         pressing = abs(float(np.trapezoid(true.force[:turn], true.indentation[:turn])))  # type: ignore[attr-defined]
         unit = max(true.hysteresis, 0.01 * pressing)
         force = true.at(np.minimum(one.time, true.time[-1]))
-        inside = [
-            low <= value <= high
-            for (low, high), value in (
-                (one.pull_off_interval, true.pull_off_force),
-                (one.pull_off_time_interval, true.pull_off_time),
-                (one.hysteresis_interval, true.hysteresis),
-            )
-        ]
+        intervals = one.pull_off_interval, one.pull_off_time_interval, one.hysteresis_interval
+        values = true.pull_off_force, true.pull_off_time, true.hysteresis
+        inside = [low <= value <= high for (low, high), value in zip(intervals, values, strict=True)]
         inside.append(np.mean((one.force_lower <= force) & (force <= one.force_upper)))
         inside.append(np.all((one.curve_lower <= force) & (force <= one.curve_upper)))
         errors = abs(one.pull_off_force / true.pull_off_force - 1.0), abs(one.hysteresis - true.hysteresis) / unit
@@ -69,13 +64,6 @@ def places(hidden: Hidden) -> np.ndarray:
     return np.log(values / low) / np.log(high / low)
 
 
-def divided(hidden: Hidden) -> dict[str, np.ndarray]:
-    """The rows at each of the twelve edges, by name."""
-    at = places(hidden)
-    ends = {"low": at <= OUTERMOST, "high": at >= 1.0 - OUTERMOST}
-    return {f"{end} {name}": ends[end][row] for row, name in enumerate(RANGES) for end in ends}
-
-
 def study(
     *,
     count: Count = 20_000,
@@ -86,14 +74,16 @@ def study(
     content: dict[str, Any] = {"count": count, "corner": corner, "coverage": COVERAGE, "models": {}}
     box = Hidden(Design("log-uniform", modulus_ratio=ANY_SOLID).protocols(count, seed))
     corners = Hidden(Design("corners", modulus_ratio=ANY_SOLID).protocols(64 * corner, seed))
-    number = (1 << np.arange(6)) @ (places(corners) > 0.5)
+    number, at = (1 << np.arange(6)) @ (places(corners) > 0.5), places(box)
+    ends = {"low": at <= OUTERMOST, "high": at >= 1.0 - OUTERMOST}
+    edges = {f"{end} {name}": ends[end][row] for row, name in enumerate(RANGES) for end in ends}
     exact = [list(one.simulated()) for one in (box, corners)]
     for name in BANDED:
         model = surrogate.load(name)
         found, there = (judged(model, name, *pair) for pair in zip((box, corners), exact, strict=True))
         content["models"][name] = rows = {
             "box": summary(found, np.ones(count, dtype=bool)),
-            "edges": {words: summary(found, chosen) for words, chosen in divided(box).items() if chosen.any()},
+            "edges": {words: summary(found, chosen) for words, chosen in edges.items() if chosen.any()},
             "corners": [summary(there, number == one) for one in range(64)],
         }
         for place, one in (("box", rows["box"]), *rows["edges"].items(), *enumerate(rows["corners"])):

@@ -33,11 +33,8 @@ def cost(model: Any, points: np.ndarray, likelihood: Likelihood) -> dict[str, fl
     def by_solver(turn: int) -> None:
         likelihood(example.simulated(np.roll(points, -turn * TIMED, axis=0)[:TIMED]))
 
-    calls = {
-        example.SURROGATE: (lambda _: likelihood(example.predicted(model, batch)), len(batch)),
-        example.SOLVER: (by_solver, TIMED),
-    }
-    return in_turn(calls, ROUNDS)
+    by_surrogate = lambda _: likelihood(example.predicted(model, batch))  # noqa: E731
+    return in_turn({example.SURROGATE: (by_surrogate, len(batch)), example.SOLVER: (by_solver, TIMED)}, ROUNDS)
 
 
 def densities(sample: Sample, bounds: np.ndarray, bins: int) -> list[dict[str, np.ndarray]]:
@@ -51,12 +48,10 @@ def densities(sample: Sample, bounds: np.ndarray, bins: int) -> list[dict[str, n
 
 def pairs(sample: Sample, bounds: np.ndarray, bins: int = 50) -> list[dict[str, Any]]:
     """Histograms of neighbouring parameters."""
-    values, found = np.exp(sample.logarithms), []
-    for first, second in ((0, 1), (1, 2)):
-        density, x, y = np.histogram2d(
-            values[:, first], values[:, second], bins, bounds[[first, second]], weights=sample.weights
-        )
-        found.append({"parameters": [first, second], "x": x, "y": y, "density": density})
+    values, found = np.exp(sample.logarithms).T, []
+    for pair in ([0, 1], [1, 2]):
+        density, x, y = np.histogram2d(*values[pair], bins, bounds[pair], weights=sample.weights)
+        found.append({"parameters": pair, "x": x, "y": y, "density": density})
     return found
 
 
@@ -64,9 +59,8 @@ def described(found: example.Inference) -> dict[str, Any]:
     """Summaries and histograms of the posteriors, on the same bounds; of pairs for the surrogate alone."""
     summaries = {name: sample.summary() for name, sample in found.posteriors.items()}
     margin = 2.0 * np.max([one["sd"] for one in summaries.values()], axis=0)
-    low = np.min([one["low"] for one in summaries.values()], axis=0) - margin
-    high = np.max([one["high"] for one in summaries.values()], axis=0) + margin
-    bounds = np.column_stack([low, high])
+    low, high = (np.array([one[end] for one in summaries.values()]) for end in ("low", "high"))
+    bounds = np.column_stack([low.min(axis=0) - margin, high.max(axis=0) + margin])
     return {
         name: {
             "samples": len(sample),
@@ -106,9 +100,5 @@ def study(
         "spent": found.seconds,
         "searched": found.searched,
         "solver_shown": np.exp(solver.logarithms[chosen]),
-        "curve": {
-            "time": example.instants(),
-            "measured": measured,
-            "mean": example.simulated(np.log([mean]))[0],
-        },
+        "curve": {"time": example.instants(), "measured": measured, "mean": example.simulated(np.log([mean]))[0]},
     }

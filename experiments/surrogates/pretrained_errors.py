@@ -46,18 +46,14 @@ PullOff = Callable[[Hidden], Iterable[float]]
 """Pull-off forces of some protocols."""
 
 
-def neighbours(hidden: Hidden, count: int = len(QUANTITIES)) -> Hidden:
-    """Protocols with each of the first `count` quantities less, then with each more: 2 `count` n rows."""
-    base = np.log([hidden.quantities[name] for name in QUANTITIES])
-    one = np.eye(len(QUANTITIES))[:count]
-    moved = base + STEP * np.concatenate([-one, one])[:, :, np.newaxis]
-    rows = np.exp(moved).transpose(1, 0, 2).reshape(len(QUANTITIES), -1)
-    return Hidden(dict(zip(QUANTITIES, rows, strict=True)))
-
-
 def gradient(pull_off: PullOff, hidden: Hidden, count: int = len(QUANTITIES)) -> np.ndarray:
     """Derivatives of the logarithm of the pull-off force by those of the first `count` quantities, shape (n, count)."""
-    logs = np.log(np.fromiter(pull_off(neighbours(hidden, count)), float)).reshape(2, count, len(hidden))
+    base, one = np.log([hidden.quantities[name] for name in QUANTITIES]), np.eye(len(QUANTITIES))[:count]
+    # Each quantity less, then each more: 2 `count` n protocols.
+    moved = base + STEP * np.concatenate([-one, one])[:, :, np.newaxis]
+    rows = np.exp(moved).transpose(1, 0, 2).reshape(len(QUANTITIES), -1)
+    forces = pull_off(Hidden(dict(zip(QUANTITIES, rows, strict=True))))
+    logs = np.log(np.fromiter(forces, float)).reshape(2, count, len(hidden))
     return (logs[1] - logs[0]).T / (2.0 * STEP)
 
 
@@ -76,14 +72,10 @@ def of_model(model: Any, name: str) -> PullOff:
     return lambda hidden: (one.pull_off_force for one in predicted(model, name, hidden))
 
 
-def gradient_errors(found: np.ndarray, true: np.ndarray) -> dict[str, dict[str, float] | None]:
-    """Errors of gradients (n, 5) or (n, 6): of the common quantities as a share of the gradient, and of the last one.
-
-    The derivative by the modulus ratio may vanish: its error is absolute, in hundredths.
-    """
-    common = np.linalg.norm(found[:, :COMMON] - true[:, :COMMON], axis=1) / np.linalg.norm(true[:, :COMMON], axis=1)
-    last = np.abs(found[:, COMMON] - true[:, COMMON]) if found.shape[1] > COMMON else None
-    return {"common": quantiles(common), "modulus_ratio": None if last is None else quantiles(last)}
+def gradient_errors(found: np.ndarray, true: np.ndarray) -> dict[str, dict[str, float]]:
+    """Errors of gradients (n, 5) or (n, 6), of the quantities that all tools know, as a share of the gradient."""
+    size = np.linalg.norm(true[:, :COMMON], axis=1)
+    return {"common": quantiles(np.linalg.norm(found[:, :COMMON] - true[:, :COMMON], axis=1) / size)}
 
 
 def compare(name: str, model: Any, hidden: Hidden, truth: np.ndarray) -> dict[str, Any]:
@@ -128,30 +120,24 @@ def cost(models: dict[str, Any], hidden: Hidden) -> dict[str, dict[str, float]]:
     def of(name: str, model: Any) -> dict[str, tuple[Callable[[int], Any], int]]:
         stream = streamed(model, name, hidden)
 
-        def single(turn: int) -> None:
-            for row in range(few):
-                asked(name, model, some[turn].part(slice(row, row + 1)))
-
         def step(turn: int) -> None:
             steps[name] = sum(stream(row) for row in range(turn, few * ROUNDS, ROUNDS))
 
         return {
-            f"{name}/batch": (lambda _: asked(name, model, hidden), len(hidden)),
-            f"{name}/single": (single, few),
-            f"{name}/gradient": (lambda turn: gradient(of_model(model, name), some[turn], count_of(name)), few),
-            f"{name}/step": (step, 1),
+            "batch": (lambda _: asked(name, model, hidden), len(hidden)),
+            "single": (lambda turn: [asked(name, model, some[turn].part(slice(i, i + 1))) for i in range(few)], few),
+            "gradient": (lambda turn: gradient(of_model(model, name), some[turn], count_of(name)), few),
+            "step": (step, 1),
         }
 
-    calls: dict[str, tuple[Callable[[int], Any], int]] = {"solver": (solved, few)}
-    for name, model in models.items():
-        calls |= of(name, model)
-    seconds = in_turn(calls, ROUNDS)
+    ways = {name: of(name, model) for name, model in models.items()}
+    calls = {(name, kind): call for name, each in ways.items() for kind, call in each.items()}
+    seconds = in_turn({"solver": (solved, few)} | calls, ROUNDS)
     each = seconds["solver"]
-    found = {"solver": {"batch": each, "single": each, "gradient": 2 * len(QUANTITIES) * each}}
-    found["solver"]["step"] = each * few / steps["solver"]
-    for name in models:
-        found[name] = {kind: seconds[f"{name}/{kind}"] for kind in ("batch", "single", "gradient", "step")}
-        found[name]["step"] /= steps[name]
+    found = {"solver": {"batch": each, "single": each, "gradient": 2 * len(QUANTITIES) * each, "step": each * few}}
+    found |= {name: {kind: seconds[name, kind] for kind in ways[name]} for name in models}
+    for name, row in found.items():
+        row["step"] /= steps[name]
     return found
 
 

@@ -8,6 +8,7 @@ beyond either bound by 5, 20 and 100 %, the others are random inside the box, an
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import product
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -18,7 +19,7 @@ from bem.dataset.designs import PAPER_RANGES, Design
 from bem.dataset.file import Dataset, load_dataset
 from bem.dataset.measurement_steps import FIRST_UNLOADING, measurement_grid
 from experiments.common import MODULUS_RATIO, load_surrogate, scenes, without_extrapolation_warnings
-from experiments.measurements.cases import Hidden
+from experiments.measurements.cases import Hidden, results_of
 from experiments.measurements.harness import Count, Seed, progress
 from experiments.measurements.statistics import force_error, spread
 from experiments.measurements.tools import left_out
@@ -37,21 +38,23 @@ def errors(predicted: np.ndarray, truth: np.ndarray, pull_off: np.ndarray) -> di
 
 def over_the_box(predict: Predict, dataset: Dataset, rows: np.ndarray) -> tuple[dict[str, Any], np.ndarray]:
     """Protocols and errors of the test trajectories, and the predicted forces of shape (n, 120)."""
-    times, indentations = (values[rows] for values in dataset.grid())
     protocols = {name: values[rows] for name, values in dataset.protocols.items()}
-    predicted = predict(times, indentations, protocols["tabor"])
-    truth = dataset.force[rows].astype(np.float64)
-    found = errors(predicted, truth, dataset.scalars["pull_off_force"][rows])
+    predicted = predict(*(values[rows] for values in dataset.grid()), protocols["tabor"])
+    found = errors(predicted, dataset.force[rows].astype(np.float64), dataset.scalars["pull_off_force"][rows])
     return {"index": rows, "protocols": protocols, "errors": found}, predicted
 
 
 def worst(content: dict[str, Any], dataset: Dataset, predicted: np.ndarray) -> list[dict[str, Any]]:
     """The trajectories with the largest force errors, with exact and predicted forces."""
+
+    def of(part: str, place: int) -> dict[str, float]:
+        return {name: float(values[place]) for name, values in content[part].items()}
+
     return [
         {
             "index": int(content["index"][place]),
-            "protocol": {name: float(values[place]) for name, values in content["protocols"].items()},
-            "errors": {name: float(values[place]) for name, values in content["errors"].items()},
+            "protocol": of("protocols", place),
+            "errors": of("errors", place),
             "force": dataset.force[content["index"][place]].astype(np.float64),
             "predicted": predicted[place],
         }
@@ -61,21 +64,15 @@ def worst(content: dict[str, Any], dataset: Dataset, predicted: np.ndarray) -> l
 
 def out_of_range(predict: Predict, count: int, seed: int) -> list[dict[str, Any]]:
     """Errors with one quantity beyond one of its bounds."""
-    drawn = Design("log-uniform").protocols(count, seed)
-    places = [
-        (name, side, share, low / (1.0 + share) if side == "below" else high * (1.0 + share))
-        for name, (low, high) in PAPER_RANGES.items()
-        for side in ("below", "above")
-        for share in BEYOND
-    ]
-    rows = []
-    for name, side, share, value in progress(places, "out of range"):
+    drawn, rows = Design("log-uniform").protocols(count, seed), []
+    for name, side, share in progress(list(product(PAPER_RANGES, ("below", "above"), BEYOND)), "out of range"):
+        low, high = PAPER_RANGES[name]
+        value = low / (1.0 + share) if side == "below" else high * (1.0 + share)
         columns = drawn | {name: np.full(count, value)}
         times, indentations = measurement_grid(**columns)
         true = list(Hidden(columns | {"modulus_ratio": np.full(count, MODULUS_RATIO)}).simulated())
         force = np.array([one.at(np.minimum(row, one.time[-1])) for one, row in zip(true, times, strict=True)])
-        pull_off = np.array([one.pull_off_force for one in true])
-        found = errors(predict(times, indentations, columns["tabor"]), force, pull_off)
+        found = errors(predict(times, indentations, columns["tabor"]), force, results_of(true)[:, 0])
         summary = {key: spread(values) for key, values in found.items()}
         rows.append({"quantity": name, "side": side, "beyond": share, "value": value, "errors": summary})
     return rows

@@ -30,31 +30,19 @@ def break_even(surrogate: dict[str, Any], solver: dict[str, Any]) -> float | Non
     return (surrogate["fixed_seconds"] - solver["fixed_seconds"]) / saved if saved > 0.0 else None
 
 
-def paper_lines() -> list[dict[str, Any]]:
-    """The paper's solver and surrogate."""
-    dataset, cost = paper_values("dataset"), paper_values("cost")
-    total = 3600.0 * dataset["cpu_hours"]
-    return [
-        line("paper's solver", "paper", 0.0, total / dataset["trajectories"]),
-        line("paper's surrogate", "paper", total + 3600.0 * cost["training_hours"], cost["surrogate_seconds"]),
-    ]
-
-
 def study(accuracy_cost: Any, dataset: Path, models: Path, training_speed: Any = None) -> dict[str, Any]:
     """Collect the costs and the break-even numbers of queries."""
-    tools = accuracy_cost["tools"]
-    data = load_dataset(dataset)
+    tools, data = accuracy_cost["tools"], load_dataset(dataset)
     data_seconds = float(data.scalars["solver_seconds"].sum())
     solver = [
         line(f"solver, {tool['setting']}", "solver", 0.0, tool["seconds"]["mean"], errors=tool["errors"])
         for tool in tools
         if tool["kind"] == "solver" and tool["setting"] in ("draft", "standard", "reference")
     ]
-    batch = batch_seconds(training_speed)
     surrogates: list[dict[str, Any]] = []
     absent: dict[str, list[str]] = {"unmeasured": [], "retrained": []}
     for name in published(models):
-        training = training_seconds(models / name, batch)
+        training = training_seconds(models / name, batch_seconds(training_speed))
         calls = [tool for tool in tools if tool.get("model") == name]
         current = [tool for tool in calls if tool.get("weights_sha256") == weights_sha256(models / name)]
         if not current:
@@ -63,17 +51,22 @@ def study(accuracy_cost: Any, dataset: Path, models: Path, training_speed: Any =
             more = {"errors": tool["errors"], "training_seconds": training, "way": tool["way"]}
             query = tool["seconds"]["mean"]
             surrogates.append(line(tool["setting"], "surrogate", data_seconds + training, query, **more))
-    paper = paper_lines()
+    theirs, cost = paper_values("dataset"), paper_values("cost")
+    total = 3600.0 * theirs["cpu_hours"]
+    paper = line("paper's solver", "paper", 0.0, total / theirs["trajectories"])
+    fixed = total + 3600.0 * cost["training_hours"]
+    trained = line("paper's surrogate", "paper", fixed, cost["surrogate_seconds"])
     crossings = [
         {"surrogate": one["name"], "solver": other["name"], "queries": break_even(one, other)}
-        for one, others in [*((s, solver) for s in surrogates), (paper[1], [paper[0], *solver])]
+        for one, others in [*((s, solver) for s in surrogates), (trained, [paper, *solver])]
         for other in others
     ]
-    absent = {"missing": missing(models), **absent, "outdated": outdated(models, dataset)}
     return {
         "data_set_seconds": data_seconds,
         "data_set_trajectories": len(data),
-        "lines": [*solver, *surrogates, *paper],
+        "lines": [*solver, *surrogates, paper, trained],
         "break_even": crossings,
+        "missing": missing(models),
         **absent,
+        "outdated": outdated(models, dataset),
     }

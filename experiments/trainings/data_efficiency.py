@@ -67,12 +67,9 @@ def result(config: dict[str, Any], trained: dict[tuple[float, int], dict[str, An
     shares = [share(percent, folds) for percent, folds in present.items() if folds]
     complete = len(trained) == 1 + len(config["percents"]) * config["folds"]
     means = [trained[WHOLE]["mse"], *(one["mse_mean"] for one in shares)]
-    summary = {
-        "folds": config["folds"],
-        "grows_as_data_shrink": bool(np.all(np.diff(means) > 0.0)),
-    }
-    if not complete:
-        summary = dict.fromkeys(summary)
+    grows = bool(np.all(np.diff(means) > 0.0))
+    summary = {"folds": config["folds"], "grows_as_data_shrink": grows}
+    summary = summary if complete else dict.fromkeys(summary)
     return {"config": config, "complete": complete, "summary": summary, "full": trained[WHOLE], "shares": shares}
 
 

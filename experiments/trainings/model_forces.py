@@ -9,13 +9,13 @@ joined the training; the errors alone then decide.
 
 from __future__ import annotations
 
-import json
 import math
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from bem._support.text_files import read_json
 from experiments import common
 from experiments.paper.error_statistics import read_errors
 from experiments.progress import progress
@@ -48,20 +48,13 @@ def error_difference(folder: Path, data: TrajectoryDataset) -> float:
     return float(abs(found.mean() / errors["mse"].mean() - 1.0))
 
 
-def standing(folder: Path, data: TrajectoryDataset) -> dict[str, Any]:
-    """Whether one model belongs to a data set, with the evidence."""
-    run = json.loads((folder / "run.json").read_text(encoding="utf-8"))
-    train = Split.load(folder / "split.json").train
-    agree = None if run.get("extra_dataset_sha256") else forces_agree(folder, data, train)
-    difference = error_difference(folder, data)
-    return {"belongs": agree is not False and difference <= SAME_ERROR, "error_difference": difference}
-
-
 def study(dataset: Path, models: Path) -> dict[str, Any]:
     """Compare every published model with the shipped file."""
-    data = TrajectoryDataset.load(dataset)
-    found = {}
+    data, found = TrajectoryDataset.load(dataset), {}
     for path in progress(sorted(models.glob("[!.]*/run.json")), "models"):
-        found[path.parent.name] = standing(path.parent, data)
+        folder, two = path.parent, read_json(path).get("extra_dataset_sha256")
+        agree = two or forces_agree(folder, data, Split.load(folder / "split.json").train)
+        difference = error_difference(folder, data)
+        found[folder.name] = {"belongs": bool(agree and difference <= SAME_ERROR), "error_difference": difference}
     others = [name for name, one in found.items() if not one["belongs"]]
     return {"forces_sha256": data.forces_sha256, "models": found, "others": others}

@@ -107,20 +107,17 @@ def read_seed(folder: Path) -> dict[str, Any]:
         errors = read_errors(folder / "test_errors.csv")
         test, curve = metrics["test"], read_history(folder / "history.csv")["validation_mse"]
         how = {name: "median" if "percent" in name else "mean" for name in COLUMNS}
+        row = {"seed": int(run["seed"]), "backend": run["backend"]}
+        row |= {name: float(test[column][how[name]]) for name, column in COLUMNS.items()}
         return {
-            "seed": int(run["seed"]),
+            "seed": row["seed"],
             "data set": run["dataset_sha256"],
             "recipe": read_toml(folder / "recipe.toml") | {"seed": None},
             "inputs": run["features"],
             "architecture": run["architecture"],
             "test part": errors["trajectory"].astype(int).tolist(),
             "errors": {name: errors[column] for name, column in COLUMNS.items()},
-            "row": {
-                "seed": int(run["seed"]),
-                "backend": run["backend"],
-                **{name: float(test[column][how[name]]) for name, column in COLUMNS.items()},
-                "validation_mse": min(curve),
-            },
+            "row": row | {"validation_mse": min(curve)},
             "curve": curve,
         }
     except (OSError, ValueError, LookupError, TypeError) as error:
@@ -135,6 +132,11 @@ def found_seeds(seeds: Path, digest: str) -> tuple[dict[str, list[dict[str, Any]
     ours = {folder: one for folder, one in folders.items() if one["data set"] == digest}
     found: dict[str, list[dict[str, Any]]] = {name: [] for name in (*paper_names(), *(n for (n,) in INPUTS.values()))}
     left_out = {}
+
+    def usual(trainings: list[dict[str, Any]], word: str) -> Any:
+        frequency = Counter(json.dumps(one[word], sort_keys=True) for one in trainings)
+        return json.loads(frequency.most_common(1)[0][0])
+
     for folder, one in folders.items():
         name = folder.parent.name
         architecture = REFERENCE if name.startswith("features-") else name
@@ -142,7 +144,7 @@ def found_seeds(seeds: Path, digest: str) -> tuple[dict[str, list[dict[str, Any]
         # The study of input representations has its own recipe.
         alike = [two for other, two in ours.items() if (other.parent.name in paper_names()) == (name in paper_names())]
         words = [] if folder in ours else ["data set"]
-        words += [word for word in ("recipe", "test part") if not words and one[word] != _usual(alike, word)]
+        words += [word for word in ("recipe", "test part") if not words and one[word] != usual(alike, word)]
         if name not in found or (one["architecture"], one["inputs"]) != (architecture, inputs):
             words.append("model")
         if f"seed-{one['seed']}" != folder.name:
@@ -152,12 +154,6 @@ def found_seeds(seeds: Path, digest: str) -> tuple[dict[str, list[dict[str, Any]
         else:
             found[name].append(one)
     return {name: sorted(rows, key=lambda one: one["seed"]) for name, rows in found.items() if rows}, left_out
-
-
-def _usual(trainings: list[dict[str, Any]], word: str) -> Any:
-    """The most frequent value of a setting."""
-    frequency = Counter(json.dumps(one[word], sort_keys=True) for one in trainings)
-    return json.loads(frequency.most_common(1)[0][0])
 
 
 def ranked() -> list[dict[str, Any]]:
@@ -170,34 +166,32 @@ def rankings(errors: dict[str, dict[str, np.ndarray]], rows: dict[str, list[dict
 
     `errors` are arrays of shape (seeds, trajectories), by model and metric; `rows` has one row for each seed, by model.
     """
-
-    def ends(name: str, metric: str) -> dict[str, float]:
-        values = [row[metric] for row in rows[name]]
-        return {"min": min(values), "median": float(np.median(values)), "max": max(values)}
-
     spread: dict[str, dict[str, Any]] = {name: {} for name in errors}
     drawn: dict[str, dict[str, np.ndarray]] = {metric: {} for metric in COLUMNS}
     for name, by_metric in errors.items():
         indices = statistics.resampled(by_metric["test_mse"].shape[1], RESAMPLES)
+        for metric in (*COLUMNS, "validation_mse"):
+            values = [row[metric] for row in rows[name]]
+            spread[name][metric] = {"min": min(values), "median": float(np.median(values)), "max": max(values)}
         for metric in COLUMNS:
             replicates = statistics.replicates(by_metric[metric], indices, metric)
-            low, high = statistics.interval(replicates)
-            spread[name][metric] = {"low": low, "high": high, **ends(name, metric)}
+            spread[name][metric] |= dict(zip(("low", "high"), statistics.interval(replicates), strict=True))
             drawn[metric][name] = statistics.hierarchical(replicates, name)
-        spread[name]["validation_mse"] = ends(name, "validation_mse")
     seeds = {name: len(found) for name, found in rows.items()}
     pairs, claims = [], {}
     for claim in ranked():
         champion, known = contenders(claim)
         found = statistics.duels(champion, known, drawn, seeds)
         pairs += [{"claim": claim["ranking"], **pair} for pair in found]
+        present = {label: [name for name in names if name in spread] for label, names in known.items()}
         medians = {
-            label: min((spread[name]["test_mse"]["median"] for name in names if name in spread), default=np.inf)
-            for label, names in known.items()
+            label: min(spread[name]["test_mse"]["median"] for name in names)
+            for label, names in present.items()
+            if names
         }
         claims[claim["ranking"]] = {
             "paper": champion,
-            "first": min(medians, key=medians.__getitem__) if np.isfinite(min(medians.values())) else None,
+            "first": min(medians, key=medians.__getitem__, default=None),
             "level": [champion, *(pair["worse"] for pair in found if pair["decision"] == statistics.TIE)],
             "decision": statistics.verdict([pair["decision"] for pair in found]),
         }
@@ -206,17 +200,15 @@ def rankings(errors: dict[str, dict[str, np.ndarray]], rows: dict[str, list[dict
 
 def study(dataset: Path, seeds: Path) -> dict[str, Any]:
     """Rank the published seeds; `curves` holds the validation errors by model, seed and epoch."""
-    data = TrajectoryDataset.load(dataset)
-    digest = data.sha256
+    digest = TrajectoryDataset.load(dataset).sha256
     found, left_out = found_seeds(seeds, digest)
     errors = {
         name: {metric: np.array([one["errors"][metric] for one in trainings]) for metric in COLUMNS}
         for name, trainings in found.items()
     }
     rows = {name: [one["row"] for one in trainings] for name, trainings in found.items()}
-    present = {name: {row["seed"] for row in found} for name, found in rows.items()}
-    missing = {name: [s for s in range(EXPECTED) if s not in present.get(name, set())] for name in paper_names()}
-    missing = {name: absent for name, absent in missing.items() if absent}
+    present = {name: {row["seed"] for row in rows.get(name, ())} for name in paper_names()}
+    missing = {name: [seed for seed in range(EXPECTED) if seed not in seen] for name, seen in present.items()}
     return {
         "dataset_sha256": digest,
         "confidence": statistics.CONFIDENCE,
@@ -224,7 +216,7 @@ def study(dataset: Path, seeds: Path) -> dict[str, Any]:
         "seeds_expected": EXPECTED,
         "models": rows,
         "curves": {name: [one["curve"] for one in trainings] for name, trainings in found.items()},
-        "missing": missing,
+        "missing": {name: absent for name, absent in missing.items() if absent},
         "left_out": left_out,
         **rankings(errors, rows),
     }

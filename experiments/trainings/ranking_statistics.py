@@ -80,10 +80,7 @@ def verdict(decisions: Sequence[str]) -> str:
 
     The ranking fails if one order fails, and holds only if all orders hold.
     """
-    for word in (FAILS, NOT_DECIDED, TIE):
-        if word in decisions:
-            return word
-    return HOLDS
+    return next((word for word in (FAILS, NOT_DECIDED, TIE) if word in decisions), HOLDS)
 
 
 def duels(
@@ -100,21 +97,13 @@ def duels(
         drawn: What `hierarchical` returns, by metric and model.
         seeds: Number of seeds by model; zero for a model that is absent.
     """
-
-    def least(label: str) -> int:
-        return min(seeds.get(name, 0) for name in contenders[label])
-
-    def chance(metric: str, other: str) -> float:
-        better, worse = ([drawn[metric][name] for name in contenders[label]] for label in (champion, other))
-        return probability(better, worse)
-
     found = []
-    for other in contenders:
-        if other == champion:
-            continue
-        both = [least(champion), least(other)]
-        enough = min(both) >= LEAST_SEEDS
-        chances = {metric: chance(metric, other) if enough else None for metric in STATISTICS}
+    for other in (label for label in contenders if label != champion):
+        pair = champion, other
+        both = [min(seeds.get(name, 0) for name in contenders[label]) for label in pair]
+        chances: dict[str, float | None] = dict.fromkeys(STATISTICS)
+        for metric in STATISTICS if min(both) >= LEAST_SEEDS else ():
+            chances[metric] = probability(*([drawn[metric][name] for name in contenders[label]] for label in pair))
         ruling = decision(chances["test_mse"])
         found.append({"better": champion, "worse": other, "seeds": both, "probability": chances, "decision": ruling})
     return found

@@ -12,12 +12,12 @@ validation. Otherwise they are those that the training took.
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from bem._support.text_files import read_json
 from experiments.common import dataset_digest
 from experiments.paper.model_comparison import REFERENCE, minutes_to, outdated, paper_mse, published, read_model
 from surrogate.architectures.naming import names
@@ -43,7 +43,8 @@ def epoch_seconds(trajectories: int, recipe: dict[str, Any], each: float) -> flo
 
 def training_seconds(folder: Path, batch: dict[tuple[str, str], float]) -> float:
     """Core seconds of a published model's training: of its batches if measured, otherwise as its record states."""
-    run, recipe = json.loads((folder / "run.json").read_text(encoding="utf-8")), read_identity(folder).recipe
+    run = read_json(folder / "run.json")
+    recipe = read_identity(folder).recipe if batch else {"name": ""}
     each = batch.get((recipe["name"], run["architecture"]))
     if each is None:
         return float(run["cpu_seconds"])
@@ -53,10 +54,11 @@ def training_seconds(folder: Path, batch: dict[tuple[str, str], float]) -> float
 def trained(folder: Path, batch: float | None = None) -> dict[str, Any]:
     """One published model: its learning curve, and its held-out error at the end; `batch` is the seconds of one."""
     found = read_model(folder)
+    history = found["history"]
     if batch is not None:
         each = epoch_seconds(found["training_trajectories"], found["recipe"], batch)
-        found["history"]["cpu_seconds"] = spent = [epoch * each for epoch in found["history"]["epoch"]]
-        found["core_seconds"] = spent[-1]
+        history["cpu_seconds"] = [epoch * each for epoch in history["epoch"]]
+        found["core_seconds"] = history["cpu_seconds"][-1]
     return {
         "name": folder.name,
         "recipe": found["recipe"]["name"],
@@ -64,10 +66,10 @@ def trained(folder: Path, batch: float | None = None) -> dict[str, Any]:
         "training_trajectories": found["training_trajectories"],
         "core_minutes": found["core_seconds"] / 60.0,
         "test_mse": found["mse"],
-        "minutes_to_paper_mse": minutes_to(found["history"], paper_mse()),
+        "minutes_to_paper_mse": minutes_to(history, paper_mse()),
         "history": {
-            "core_minutes": [seconds / 60.0 for seconds in found["history"]["cpu_seconds"]],
-            "best_mse": np.minimum.accumulate(found["history"]["validation_mse"]).tolist(),
+            "core_minutes": [seconds / 60.0 for seconds in history["cpu_seconds"]],
+            "best_mse": np.minimum.accumulate(history["validation_mse"]).tolist(),
         },
     }
 

@@ -37,11 +37,9 @@ def seconds_of_batches(name: str, recipe: Any, batches: int, repeats: int) -> li
     keras.utils.clear_session()
     model = with_fused_lstm(surrogate.build(name))
     compile_by(recipe, model, batches)
-    draw, (size, steps, channels) = np.random.default_rng(0), (recipe.batch_size, sum(FMS), model.input_shape[0][-1])
-    sequence, tabor, force = (
-        draw.normal(size=shape).astype(np.float32) for shape in ((size, steps, channels), (size, 1), (size, steps, 1))
-    )
-
+    draw, size, steps = np.random.default_rng(0), recipe.batch_size, sum(FMS)
+    shapes = (size, steps, model.input_shape[0][-1]), (size, 1), (size, steps, 1)
+    sequence, tabor, force = (draw.normal(size=shape).astype(np.float32) for shape in shapes)
     length = getattr(model.optimizer, "basis_every", BLOCK)
 
     def block() -> None:

@@ -9,7 +9,7 @@ of the published files. Result files keep learning curves and held-out errors, n
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
@@ -17,7 +17,6 @@ from typing import Annotated, Any, TypeVar
 import typer
 
 from experiments.paper.model_comparison import read_model
-from experiments.progress import progress
 from surrogate.data.dataset import TrajectoryDataset
 from surrogate.training.identity import TrainingIdentity, differences, read_identity
 from surrogate.training.model_directory import model_name
@@ -116,24 +115,21 @@ def train_variants(
             done[place] = collect(variant, data[place], folder) | taken
     waiting = {variant.label: place for place, variant in variants.items() if place not in done}
     publish(done)
-    trained = progress(waiting.values(), "trainings")
+    print(f"{len(waiting)} of {len(variants)} trainings to do, {jobs} at a time", flush=True)
 
     def log(line: str) -> None:
         print(line, flush=True)
-        if place := waiting.get(line.removesuffix(": done")) if line.endswith(": done") else None:
-            done[place] = collect(variants[place], data[place], work / "models" / variants[place].label)
+        label, ended, _ = line.partition(": done")
+        if ended and label in waiting:
+            place = waiting[label]
+            done[place] = collect(variants[place], data[place], work / "models" / label)
             publish(done)
-            next(trained, None)
+            print(f"{len(done)} of {len(variants)} trainings done", flush=True)
 
-    next(trained, None)
-    print(f"{len(waiting)} of {len(variants)} trainings to do, {jobs} at a time", flush=True)
-    ended = run_queue(
-        list(waiting),
-        lambda label: variants[waiting[label]].command(dataset=dataset, work=work),
-        folder=work / "runs",
-        jobs=jobs,
-        log=log,
-    )
+    def command(label: str) -> list[str]:
+        return variants[waiting[label]].command(dataset=dataset, work=work)
+
+    ended = run_queue(list(waiting), command, folder=work / "runs", jobs=jobs, log=log)
     if any(status not in (0, STOPPED) for status in ended.values()):
         raise RuntimeError(f"a training failed; its log is in {str(work / 'runs')!r}")
     if len(done) < len(variants):
@@ -159,15 +155,12 @@ def kept_folder(variant: Variant, data: TrajectoryDataset, *, work: Path, models
     Raises:
         ValueError: Its own directory holds another training.
     """
-
-    def others(folder: Path) -> list[str]:
-        return differences(read_identity(folder), variant.identity(data), but=("backend",))
-
-    own = work / "models" / variant.label
+    wanted, own = variant.identity(data), work / "models" / variant.label
     if not (own / "run.json").is_file():
-        candidates = sorted(path.parent for path in models.glob(f"{variant.architecture}*/run.json"))
-        return next((folder for folder in candidates if not others(folder)), None)
-    if other := others(own):
+        published = sorted(path.parent for path in models.glob(f"{variant.architecture}*/run.json"))
+        alike = (one for one in published if not differences(read_identity(one), wanted, but=("backend",)))
+        return next(alike, None)
+    if other := differences(read_identity(own), wanted, but=("backend",)):
         raise ValueError(
             f"training {variant.label!r} must come from {variant.architecture}, recipe {variant.recipe!r} and the data "
             f"set of digest {data.sha256[:12]}; received one of another {', '.join(other)}: remove {str(own)!r} to "
@@ -178,12 +171,12 @@ def kept_folder(variant: Variant, data: TrajectoryDataset, *, work: Path, models
 
 def earlier_trainings(out: Path) -> list[dict[str, Any]]:
     """Earlier results of `collect`, anywhere in the result file of a study; empty if there is no such file."""
+    found: list[dict[str, Any]] = []
 
-    def within(content: Any) -> Iterator[dict[str, Any]]:
-        if isinstance(content, dict) and "training" in content:
-            yield content
-        elif isinstance(content, dict | list):
-            for part in content.values() if isinstance(content, dict) else content:
-                yield from within(part)
+    def see(part: dict[str, Any]) -> dict[str, Any]:
+        found.extend([part] if "training" in part else [])
+        return part
 
-    return list(within(json.loads(out.read_text(encoding="utf-8")))) if out.is_file() else []
+    if out.is_file():
+        json.loads(out.read_text(encoding="utf-8"), object_hook=see)
+    return found

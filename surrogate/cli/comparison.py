@@ -9,8 +9,6 @@ from typing import Any
 import numpy as np
 
 MOST_DRAWN = 12
-COLOURS = ("#E69F00", "#56B4E9", "#009E73", "#CC79A7", "#D55E00", "#0072B2")
-"""Of the predictions, in turn; those of Okabe and Ito."""
 
 ERRORS = (
     "pull_off_percent",
@@ -76,11 +74,14 @@ def plot_predictions(path: Path, predicted: Sequence[Any], simulated: Sequence[A
     """
     from matplotlib.figure import Figure
 
-    from bem.plots import FORCE_LABEL, INDENTATION_LABEL
+    from bem.plots import COLOURS, FORCE_LABEL, INDENTATION_LABEL
 
     figure = Figure(figsize=(9.0, 3.8), layout="constrained")
     history, loop = figure.subplots(1, 2, sharey=True)
     shown = predicted[:MOST_DRAWN]
+    # The first prediction has the colour of its tool, several are told apart by those of the families.
+    tools = [shown[0].model.partition("-")[0], *(f"M{number}" for number in range(1, 7))]
+    colours = [COLOURS[tool] for tool in dict.fromkeys(tools) if tool in COLOURS]
     for axes, quantity, label in (
         (history, "time", r"time $t/\tau$"),
         (loop, "indentation", INDENTATION_LABEL),
@@ -89,16 +90,16 @@ def plot_predictions(path: Path, predicted: Sequence[Any], simulated: Sequence[A
         for number, found in enumerate(shown):
             first = number == 0
             # Wide and light, so that it shows beside the solver's dashes where the two agree.
-            colour = COLOURS[number % len(COLOURS)]
+            colour = colours[number % len(colours)]
             label_once = found.model if first else None
-            axes.plot(getattr(found, quantity), found.force, color=colour, linewidth=2.5, label=label_once)
+            axes.plot(getattr(found, quantity), found.force, color=colour, alpha=0.6, linewidth=2.5, label=label_once)
             if quantity == "time" and found.force_lower is not None and not found.extrapolated:
                 axes.fill_between(
                     found.time, found.force_lower, found.force_upper, color=colour, alpha=0.25, linewidth=0
                 )
             if simulated:
                 other = simulated[number]
-                style = {"color": "black", "linestyle": "--", "linewidth": 1.0}
+                style = {"color": COLOURS["solver"], "linestyle": "--", "linewidth": 1.0}
                 axes.plot(getattr(other, quantity), other.force, **style, label="solver" if first else None)
         axes.set_xlabel(label)
         axes.spines[["top", "right"]].set_visible(False)

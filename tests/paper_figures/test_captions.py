@@ -42,6 +42,6 @@ def test_the_command_writes_the_caption(tmp_path, examples):
     path = tmp_path / "examples.json"
     path.write_text(json.dumps(examples), encoding="utf-8")
     command = [sys.executable, "-m", "paper_figures", "figure-3", "--results", str(tmp_path)]
-    subprocess.run([*command, "--take", f"dataset_examples={path}"], cwd=ROOT, check=True)
+    subprocess.run([*command, "--dataset-examples", str(path)], cwd=ROOT, check=True)
     written = (tmp_path / "figures" / "figure-3.md").read_text(encoding="utf-8")
     assert written == caption("figure-3", [path])

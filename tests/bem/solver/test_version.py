@@ -5,7 +5,7 @@ import json
 import pytest
 
 from bem.solver.version import SOLVER_VERSION
-from experiments.robustness.golden_trajectories import GOLDEN, computed
+from tests.bem.solver.golden_trajectories import GOLDEN, computed
 
 ANOTHER_PROCESSOR = 2e-4
 """Relative difference that other last digits make where they change the choice of a step."""

@@ -1,30 +1,14 @@
-"""What each effect costs, and where a simpler scene stands in for it."""
+"""What each effect changes, and where a simpler scene stands in for it."""
 
 import types
 
 import numpy as np
 import pytest
 
-from bem import Elastic, HardContact, Scene, StandardLinearSolid
+from bem import Scene
 from experiments.measurements import effects
 
 KINDS = [f"{name}, {kind}" for name in ("DMT-like", "JKR-like") for kind in ("elastic", "one relaxation")]
-
-
-SCENES = {
-    "Hertz": Scene(1.0, Elastic(), HardContact()),
-    "adhesion": Scene(1.0),
-    "full": Scene(1.0, StandardLinearSolid(0.1)),
-}
-
-
-def test_an_absent_effect_costs_no_vector():
-    rows = {name: effects.row(name, scene, 1) for name, scene in SCENES.items()}
-    assert [row["memory_vectors"] for row in rows.values()] == [0, 0, 1]
-    assert rows["Hertz"]["error"] < 1e-4
-    relaxing = effects.row("Hertz, one relaxation", Scene(1.0, StandardLinearSolid(0.1), HardContact()), 1)
-    assert relaxing["closed_form"] == "Lee and Radok"
-    assert relaxing["error"] < 1e-3
 
 
 def test_curves_are_over_depth_in_units_of_all_scenes(monkeypatch):

@@ -8,7 +8,7 @@ import pytest
 from experiments import progress
 from experiments.measurements import harness
 from experiments.measurements.harness import Clock, plain, stated
-from experiments.measurements.statistics import exponent, force_error, spread
+from experiments.measurements.statistics import force_error, spread
 
 
 def test_plain_holds_nothing_json_cannot():
@@ -16,15 +16,11 @@ def test_plain_holds_nothing_json_cannot():
     assert json.dumps(plain(content), allow_nan=False) == '{"a": [1.0, null], "b": [3, null], "c": true}'
 
 
-def test_spread_and_exponent():
+def test_spread():
     assert spread([1.0, 2.0, 3.0, np.nan])["median"] == 2.0
     assert spread([])["count"] == 0
     found = spread(range(101))
     assert [found[name] for name in ("low", "high", "p95", "largest")] == [25.0, 75.0, 95.0, 100.0]
-    # A straight line through 0, 1, 0 at -1, 0, 1: slope 0, sum of squares 2/3 with one degree of freedom, over 2.
-    assert exponent(np.exp([-1.0, 0.0, 1.0]), np.exp([0.0, 1.0, 0.0])) == pytest.approx((0.0, 3.0**-0.5))
-    slope, error = exponent([1.0, 2.0, 4.0], [3.0, 12.0, 48.0])
-    assert (slope, error) == (pytest.approx(2.0), pytest.approx(0.0, abs=1e-12))
 
 
 def test_force_error_counts_what_is_said():

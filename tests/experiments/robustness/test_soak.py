@@ -43,18 +43,18 @@ def test_a_soak_counts_and_is_not_computed_again(tmp_path, monkeypatch):
         found = content[where]
         assert found["raised"] == found["silent"] == 0
         assert found["statuses"] == {"completed": found["protocols"]}
-    monkeypatch.setattr(soak, "chunk_of", None)
+    monkeypatch.setattr(soak, "soaked", None)
     assert soaked(48, 12, tmp_path)["inside"] == inside
 
 
 def test_memory_grows_from_the_first_half_of_the_chunks_to_the_second():
-    common = {"statuses": {}, "count": 1, "raised": 0, "silent": 0, "spikes": 0, "notable": [], "slowest": 1.0}
-    chunks = [common | {"memory_bytes": size} for size in [100] * 4 + [150] * 4]
+    row = {"status": "completed", "raised": False, "silent": False, "spikes": 0, "spike_share": 0.0, "seconds": 1.0}
+    chunks = [{"rows": [row], "memory": size} for size in [100] * 4 + [150] * 4]
     assert soak.summary(chunks)["memory_growth"] == pytest.approx(0.5)
 
 
 def test_chunks_belong_to_their_solver_accuracy_and_protocols(tmp_path, monkeypatch):
-    monkeypatch.setattr(soak, "chunk_of", lambda *_: {})
+    monkeypatch.setattr(soak, "soaked", lambda _: {})
 
     def kept(seed):
         soak.chunk("inside", 0, 4, seed, tmp_path)

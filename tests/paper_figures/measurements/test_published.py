@@ -3,23 +3,20 @@
 import json
 from importlib import import_module
 
-import numpy as np
 import pytest
 
 from experiments.places import Places
 from paper_figures.__main__ import modules
-from paper_figures.measurements import figure_broad_band, figure_cost_growth, figure_effects
+from paper_figures.measurements import figure_effects
 from paper_figures.style import drawing
 from paper_figures.style.writing import Table
-from paper_figures.tables import table_effects, table_recommendations
+from paper_figures.tables import table_recommendations
 from tests.paper_figures.results import SPREAD, UNKNOWN
 
-PARTS = (".measurements.", "table_accuracy_cost", "effects", "recommendations", "peers", "hard_cases", "surrogates")
+PARTS = (".measurements.", "table_accuracy_cost", "stand_ins", "recommendations", "peers", "hard_cases", "surrogates")
 SHOWN = [name for name, module in modules().items() if any(part in module for part in PARTS)]
 SEVERAL = {
-    "table-effects": {"effects", "stand-ins"},
     "table-accuracy-cost": {"accuracy-cost", "fastest-tool"},
-    "figure-cost-growth": {"figure-cost-growth", "cost-growth"},
     "figure-amortisation": {"figure-amortisation", "amortisation"},
     "figure-surrogate-map": {"figure-surrogate-map", "figure-surrogate-worst", "surrogate-map"},
 }
@@ -52,14 +49,6 @@ def test_what_is_published_is_drawn(name, tmp_path):
             assert all(axes.has_data() or not axes.axison for axes in product.axes)
 
 
-def test_a_row_of_the_effects_has_microseconds():
-    (row, *_) = published("effects")["rows"]
-    cells = {
-        name: cell(row | {"seconds_per_step": 2e-5, "error": None}) for name, cell in table_effects.COLUMNS.items()
-    }
-    assert (cells["Time a step (µs)"], cells["Difference (%)"]) == ("20", "-")
-
-
 def test_the_tolerance_of_stand_ins_is_drawn_in_percent():
     axes = drawing.figure(height=2.0).subplots()
     figure_effects.draw_stand_ins(axes, published("effects") | {"tolerance": 0.07})
@@ -75,24 +64,3 @@ def test_recommendations_are_counted_of_those_simplified():
     some, nothing = ([cell(one) for cell in table_recommendations.COLUMNS.values()] for one in (row, none))
     assert {"4 of 5", "0.02 (0.06)"} <= set(some)
     assert {"0 of 0", "-"} <= set(nothing)
-
-
-def test_shallower_preloads_are_dotted():
-    axes, content = drawing.figure(height=2.0).subplots(), published("broad_band")
-    names = list(dict.fromkeys(curve["name"] for curve in content["curves"]))
-    figure_broad_band.draw_amplification(axes, content["curves"], names, 0.1, "amplification")
-    deepest = max(curve["preload"] for curve in content["curves"])
-    lines = [line.get_linestyle() for line, _ in zip(axes.lines, content["curves"], strict=False)]
-    assert lines == ["-" if curve["preload"] == deepest else ":" for curve in content["curves"]]
-
-
-def test_bars_of_the_growth_end_at_the_quartiles():
-    points = [
-        {"nodes": float(x), "seconds": SPREAD | {"median": 1e-3 * x, "low": 0.9e-3 * x, "high": 1.2e-3 * x}}
-        for x in (1, 2, 4)
-    ]
-    axes = drawing.figure(height=2.0).subplots()
-    figure_cost_growth.draw(axes, {"points": points, "exponent": 1.0}, "nodes", "solver")
-    ends = [segment[:, 1] for segment in axes.collections[0].get_segments()]
-    np.testing.assert_allclose(ends, [[0.9e-3 * x, 1.2e-3 * x] for x in (1, 2, 4)])
-    assert figure_cost_growth._power(0.25, 0.01) == "0.25 ± 0.01"

@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from bem import PiecewiseLinearProtocol, Scene, StandardLinearSolid, simulate
+from bem.plots import COLOURS
 from surrogate.cli.comparison import plot_predictions, solver_errors
 from surrogate.prediction.predicted import predicted_trajectory
 
@@ -40,7 +41,8 @@ def test_the_solver_is_told_from_the_predictions_where_they_agree(tmp_path, monk
     for axes in drawn[0].axes:
         predicted, solver = axes.lines[1::2], axes.lines[2::2]
         assert len(solver) == len(predicted) == 3
-        assert {line.get_color() for line in solver} == {"black"}
+        assert {line.get_color() for line in solver} == {COLOURS["solver"]}
+        assert predicted[0].get_color() == COLOURS["M1"]
         assert {line.get_linestyle() for line in solver} == {"--"}
         assert solver[0].get_linewidth() < predicted[0].get_linewidth()
         assert len({line.get_color() for line in predicted}) == 3
