@@ -93,7 +93,6 @@ def under_dask(count: int, workers: int, seconds: float) -> dict[str, float]:
 
     campaign = Campaign(count=count)
     batches = campaign.batches(campaign.indices, workers)
-    number = len(batches)
     options = {"host": "127.0.0.1", "dashboard_address": None, "silence_logs": 50}
     # Without these, workers profile themselves every hundredth of a second, and one that answers late is dropped.
     settings = {"distributed.worker.profile.enabled": False, "distributed.scheduler.worker-ttl": None}
