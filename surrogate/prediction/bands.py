@@ -143,6 +143,9 @@ class Bands:
             quantities: Protocols and modulus ratios by name, each of shape `(batch,)`.
             counts: Points of loading, dwell and unloading.
             coverage: The share of true values that the bands are to contain.
+
+        Returns:
+            One for each trajectory.
         """
         found = results(times, indentations, force, np.array(counts))
         pull_off, instant, sharpness, work, pressing = found
