@@ -22,8 +22,13 @@ from surrogate.training.identity import ALIKE, HELD_OUT, TrainingIdentity, diffe
 METRICS = ("mse", "mae", "dtw_rmse")
 REFERENCE = "M1-concat"
 """The reference model: the others must be trained as it was, and the second family is the best of the others."""
-INPUT_LABELS = {"D": REFERENCE} | {features: f"{REFERENCE}-inputs-{features}" for features in "ABC"}
-"""Labels of the reference model by its input representation."""
+PAPER_TRAINED = {name: PAPER_RECIPE.format(name) for name in paper_names()}
+"""Labels of the models trained by the paper's recipe."""
+PAPER_TRAINED_INPUTS = {features: PAPER_RECIPE.format(f"{REFERENCE}-inputs-{features}") for features in "ABC"}
+PAPER_TRAINED_INPUTS["D"] = PAPER_TRAINED[REFERENCE]
+"""The same of the reference model, by its input representation."""
+PAPER_TRAINED_CONTENDERS = PAPER_TRAINED | {f"features-{name}": one for name, one in PAPER_TRAINED_INPUTS.items()}
+"""Both, by their names in the rankings."""
 
 
 def read_history(path: Path) -> dict[str, list[float]]:
@@ -124,27 +129,19 @@ def comparison(found: dict[str, dict[str, Any]]) -> dict[str, Any]:
 
 def by_paper_recipe(beside: dict[str, dict[str, Any]]) -> dict[str, Any]:
     """The trainings by the paper's recipe; what needs one that is missing is `None`."""
-    labels = {name: PAPER_RECIPE.format(name) for name in paper_names()}
-    trained = {name: beside[label] for name, label in labels.items() if label in beside}
-    hours = {name: one["hours"] for name, one in trained.items()}
-    complete = len(trained) == len(labels)
-    inputs = {
-        features: beside.get(PAPER_RECIPE.format(label), {}).get("validation_mse")
-        for features, label in INPUT_LABELS.items()
-    }
+    found = {name: beside[label] for name, label in PAPER_TRAINED_CONTENDERS.items() if label in beside}
+    trained = {name: one for name, one in found.items() if name in PAPER_TRAINED}
+    complete = len(trained) == len(PAPER_TRAINED)
+    longest = max(trained, key=lambda name: trained[name]["hours"]) if complete else None
+    inputs = {name: found.get(f"features-{name}", {}).get("validation_mse") for name in "ABCD"}
     return {
         "trained": list(trained),
-        "mse": {name: one["mse"] for name, one in trained.items()}
-        | {
-            f"features-{features}": beside[PAPER_RECIPE.format(label)]["mse"]
-            for features, label in INPUT_LABELS.items()
-            if inputs[features] is not None
-        },
-        "longest_training": max(hours, key=hours.__getitem__) if complete else None,
-        "longest_training_hours": max(hours.values()) if complete else None,
+        "mse": {name: one["mse"] for name, one in found.items()},
+        "longest_training": longest,
+        "longest_training_hours": trained[longest]["hours"] if longest else None,
         "most_epochs": max(one["epochs"] for one in trained.values()) if complete else None,
         "validation_mse": inputs,
-        "all_improve_over_a": all(inputs[name] < inputs["A"] for name in "BCD") if all(inputs.values()) else None,
+        "all_improve_over_a": max(inputs[name] for name in "BCD") < inputs["A"] if all(inputs.values()) else None,
     }
 
 

@@ -166,7 +166,7 @@ def judge_ranking(claim: dict[str, Any], results: Results) -> Finding:
     decided = by_paper_recipe(claim, mse, (ranking or {}).get("spread", {}))
     if decided["lacking"]:
         made = claim.get("made_by", "make models RECIPE=paper")
-        return Finding(claim, None, NOT_YET, f"`{made}` trains the {len(decided['lacking'])} missing models.", beside)
+        return Finding(claim, None, NOT_YET, f"`{made}` trains what is missing: {len(decided['lacking'])}.", beside)
     why = "One training each. An order is decided if the errors differ by more than those of the seeds of our recipe."
     return Finding(claim, _ranked_first(claim, decided), BY_SEEDS[decided["decision"]], why, beside)
 

@@ -10,8 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from bem._support.wording import markdown_table
-from experiments.paper.model_comparison import INPUT_LABELS
-from experiments.paper_numbers import PAPER_RECIPE
+from experiments.paper.model_comparison import PAPER_TRAINED, PAPER_TRAINED_CONTENDERS
 from experiments.trainings import ranking as rankings
 from experiments.trainings.ranking_statistics import FAILS, HOLDS, NOT_DECIDED, TIE
 from paper_figures.models.figure_features import LABELS
@@ -54,7 +53,7 @@ def statements_text(models: Path, ranking: Any) -> str:
 def statements_table(models: Path, ranking: Any) -> str:
     """One row for each ranking of the paper: its decision by the paper's recipe and by the seeds of ours."""
     header = ["the paper says", "its first", "by its recipe", "by seeds", "orders decided", "least sure order"]
-    header, rows, mse = [*header, "first by seeds"], [], by_recipe(models)
+    header, rows, mse = [*header, "first by seeds"], [], paper_trained_errors(models)
     for claim in rankings.ranked():
         champion, _ = rankings.contenders(claim)
         found = ranking["claims"][claim["ranking"]]
@@ -81,10 +80,9 @@ def statements_table(models: Path, ranking: Any) -> str:
     return markdown_table(header, rows, "llllrll")
 
 
-def by_recipe(models: Path) -> dict[str, float]:
+def paper_trained_errors(models: Path) -> dict[str, float]:
     """Held-out MSE of each model and input representation that was trained by the paper's recipe."""
-    labels = {name: name for name in paper_names()} | {f"features-{name}": one for name, one in INPUT_LABELS.items()}
-    folders = {name: models / PAPER_RECIPE.format(label) for name, label in labels.items()}
+    folders = {name: models / label for name, label in PAPER_TRAINED_CONTENDERS.items()}
     return {
         name: _trained(folder)[0]["test"]["mse"]["mean"]
         for name, folder in folders.items()
@@ -121,7 +119,7 @@ def inputs_table(step_length: Any, feature_sets: Any, ranking: Any) -> str:
 
 def training_table(models: Path) -> str:
     """The paper's model trained by the paper's recipe: its epochs, and its errors compared with the paper's."""
-    folder = models / PAPER_RECIPE.format("M1-concat")
+    folder = models / PAPER_TRAINED["M1-concat"]
     if not (folder / "run.json").is_file():
         return "Not trained yet: `make model-paper-recipe`."
     metrics, by_recipe = _trained(folder)
@@ -142,8 +140,8 @@ def recipe_table(models: Path, ranking: Any) -> str:
     """Errors of the models that were also trained by the paper's recipe, those of their seeds, and both orders."""
     header = ["model", "epochs", "ended by", "held-out MSE", "of seeds", "median pull-off error (%)", "of seeds"]
     rows, errors = [], {}
-    for name in paper_names():
-        folder = models / PAPER_RECIPE.format(name)
+    for name, label in PAPER_TRAINED.items():
+        folder = models / label
         if not (folder / "run.json").is_file() or not ranking["models"].get(name):
             continue
         metrics, by_recipe = _trained(folder)

@@ -13,7 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from experiments.paper_numbers import PAPER_RECIPE
+from experiments.paper.model_comparison import PAPER_TRAINED
 from paper_figures.style import drawing
 from surrogate.architectures.naming import CONDITIONINGS, PAPER_FAMILIES, paper_names, split_name
 
@@ -56,8 +56,7 @@ def recipe_marker(name: str) -> dict[str, Any]:
 
 def trained_by_paper_recipe(content: Any) -> dict[str, Any]:
     """The models that were also trained by the paper's recipe, by name, from the result `model_comparison`."""
-    labels = {name: PAPER_RECIPE.format(name) for name in paper_names()}
-    return {name: content["beside"][label] for name, label in labels.items() if label in content["beside"]}
+    return {name: content["beside"][label] for name, label in PAPER_TRAINED.items() if label in content["beside"]}
 
 
 def seeds_of(ranking: Any, name: str) -> int:

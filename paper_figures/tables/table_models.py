@@ -6,7 +6,7 @@ differently (more data, fewer epochs, other inputs) follow; their names state th
 
 from typing import Any
 
-from experiments.paper_numbers import PAPER_RECIPE
+from experiments.paper.model_comparison import PAPER_TRAINED
 from paper_figures.style import drawing, models_style
 from paper_figures.style.writing import Table, caption, number
 
@@ -76,7 +76,7 @@ def compose(model_comparison: Any, training_speed: Any = None, model_forces: Any
     by_recipe = models_style.trained_by_paper_recipe(model_comparison)
     cells = [paper_row(drawing.paper_values("reference_model"))]
     for name in ranking:
-        cells += [row(PAPER_RECIPE.format(name), by_recipe[name])] if name in by_recipe else []
+        cells += [row(PAPER_TRAINED[name], by_recipe[name])] if name in by_recipe else []
         cells.append(row(name, model_comparison["models"][name], batches.get(name, "-")))
     shown = {one[0] for one in cells}
     cells += [row(name, found) for name, found in model_comparison["beside"].items() if name not in shown]

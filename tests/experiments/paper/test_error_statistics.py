@@ -145,6 +145,30 @@ def test_only_models_trained_alike_are_compared_and_the_others_say_why(tmp_path,
     assert sentences["M1-concat-large"].endswith(remove)
 
 
+def test_what_needs_every_training_by_the_papers_recipe_waits_for_the_last():
+    def one(mse, hours):
+        return {"mse": mse, "validation_mse": 2.0 * mse, "hours": hours, "epochs": int(hours)}
+
+    beside = {f"{name}-paper": one(1e-4, rank + 1.0) for rank, name in enumerate(names())}
+    beside |= {
+        f"M1-concat-inputs-{name}-paper": one(mse, 1.0) for name, mse in zip("ABC", (9e-4, 3e-4, 2e-4), strict=True)
+    }
+    found = model_comparison.by_paper_recipe(beside)
+    assert (found["longest_training"], found["longest_training_hours"], found["most_epochs"]) == ("M6-gated", 18.0, 18)
+    assert found["mse"]["features-D"] == found["mse"]["M1-concat"] == 1e-4
+    assert found["validation_mse"] == {"A": 18e-4, "B": 6e-4, "C": 4e-4, "D": 2e-4}
+    assert found["all_improve_over_a"] is True
+
+    del beside["M6-gated-paper"]
+    beside["M1-concat-inputs-B-paper"] = one(1e-3, 1.0)
+    found = model_comparison.by_paper_recipe(beside)
+    assert (found["longest_training"], found["most_epochs"], found["all_improve_over_a"]) == (None, None, False)
+    del beside["M1-concat-inputs-B-paper"]
+    found = model_comparison.by_paper_recipe(beside)
+    assert len(found["trained"]) == 17
+    assert found["all_improve_over_a"] is None
+
+
 def test_a_family_beyond_the_papers_stands_beside_the_eighteen(tmp_path, dataset, monkeypatch):
     monkeypatch.setitem(FAMILIES, "M7", "one more")
     for name in names():

@@ -226,7 +226,7 @@ def test_beside_a_ranking_stands_what_the_seeds_of_our_recipe_decide(decision, o
     results.read = {"model_comparison": {"comparison": {"best": "M1-FiLM"}}, "ranking": content}
     finding = reproduction.judge(claim, results)
     assert (finding.verdict, finding.ours, finding.by_ours) == ("not yet", None, ours)
-    assert finding.why == "`make models RECIPE=paper` trains the 18 missing models."
+    assert finding.why == "`make models RECIPE=paper` trains what is missing: 18."
 
 
 @pytest.mark.parametrize(
