@@ -62,7 +62,7 @@ def caption(name: str, sources: Sequence[Path]) -> str:
 
 
 def save(products: Any, name: str, figures: Path, tables: Path) -> list[Path]:
-    """Write the figures as PDF and PNG, and the tables as Markdown, CSV and LaTeX.
+    """Write the figures as PDF and PNG, and the tables as Markdown, CSV and LaTeX; print where one of each is.
 
     Returns:
         where the caption of each figure belongs.
@@ -76,8 +76,10 @@ def save(products: Any, name: str, figures: Path, tables: Path) -> list[Path]:
     for stem, product in products.items():
         if isinstance(product, Table):
             product.save(stem, tables)
+            print(tables / f"{stem}.md")
         else:
             drawing.save(product, stem, figures)
+            print(figures / f"{stem}.pdf")
             beside.append(figures / f"{stem}.md")
     return beside
 
