@@ -235,9 +235,11 @@ cards: setup  ## Write the cards of the data set and of each published model, an
 	$(SUMS) $(PUBLISHED)/README.md $(PUBLISHED)/dataset.croissant.json $(PUBLISHED)/models $(PUBLISHED)/pretrained
 
 HOURS ?= yes
+STAGES := dataset models more-models feature-sets data-efficiency paper
 from-scratch:
-	+@for stage in dataset models more-models feature-sets data-efficiency paper; do \
-		$(if $(filter no,$(HOURS)),echo "stage $$stage",$(PY) -m experiments.stages $$stage); \
+	+@place=0; for stage in $(STAGES); do \
+		place=$$((place + 1)); \
+		$(if $(filter no,$(HOURS)),echo "stage $$place of $(words $(STAGES)): $$stage",$(PY) -m experiments.stages $$stage); \
 		[ $$stage != paper ] || [ -f $(MEASURED)/canonical_times.json ] || \
 			$(MAKE) --no-print-directory measure-canonical-times BUSY=yes; \
 		$(MAKE) --no-print-directory $$stage; \
