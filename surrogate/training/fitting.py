@@ -257,8 +257,11 @@ def _callbacks(task: TrainingTask, batches: Batches, progress: Progress) -> list
     plateau: list[keras.callbacks.Callback] = []
     if recipe.plateau:
         rule = recipe.plateau
+        threshold = {} if rule.least_gain is None else {"min_delta": rule.least_gain}
         plateau = [
-            callbacks.ReduceLROnPlateau(factor=rule.factor, patience=rule.patience, min_lr=rule.minimum_rate),
+            callbacks.ReduceLROnPlateau(
+                factor=rule.factor, patience=rule.patience, min_lr=rule.minimum_rate, **threshold
+            ),
             callbacks.EarlyStopping(patience=rule.stop_after),
         ]
     averaging = []

@@ -18,10 +18,11 @@ At most one table sets the learning-rate schedule; without a table the learning 
 - `[cosine]`: a linear warm-up over `warmup_epochs`, then a cosine decay to zero at the last epoch.
 - `[plateau]`: the learning rate is multiplied by `factor` after `patience` epochs without a smaller validation error,
   down to `minimum_rate`. Early stopping ends the training after `stop_after` such epochs. An epoch counts as better if
-  its error is smaller; for Keras's `ReduceLROnPlateau`, if it is smaller by more than 1e-4.
+  its error is smaller; for the learning rate, if it is smaller by more than `least_gain`, by default Keras's 1e-4.
 
 The weights with the smallest validation error are kept in every case. Recipe `paper` is the paper's, of its section
-"Training and hyperparameters".
+"Training and hyperparameters", with Keras's defaults for all that it does not state; `paper-as-worded` halves the rate
+by the words of that section, without Keras's threshold.
 """
 
 from __future__ import annotations
@@ -43,6 +44,7 @@ NUMBERS: dict[str, dict[str, float]] = {
     "gradient_norm": {"above": 0.0},
     "factor": {"above": 0.0},
     "minimum_rate": {"low": 0.0},
+    "least_gain": {"low": 0.0},
     "warmup_epochs": {"low": 0.0},
     "weight_average": {"above": 0.0, "high": 1.0},
     "dropout_until": {"low": 0.0, "high": 1.0},
@@ -86,12 +88,15 @@ class Plateau(_Checked):
         patience: Epochs without a smaller validation error before that.
         minimum_rate: Smallest learning rate.
         stop_after: Epochs without a smaller validation error before training stops.
+        least_gain: Decrease of the validation error that the learning rate counts as one, `min_delta` of Keras's
+            `ReduceLROnPlateau`; `None` is Keras's default, 1e-4. Early stopping counts any decrease.
     """
 
     factor: float
     patience: int
     minimum_rate: float
     stop_after: int
+    least_gain: float | None = None
 
 
 @dataclass(frozen=True)
@@ -154,7 +159,7 @@ class Recipe(_Checked):
 
     def as_dict(self) -> dict[str, Any]:
         """Return the fields that are not `None`, tables as dictionaries."""
-        return {name: value for name, value in asdict(self).items() if value is not None}
+        return asdict(self, dict_factory=lambda pairs: {name: value for name, value in pairs if value is not None})
 
     def to_toml(self) -> str:
         """Return the recipe as TOML, which `load` reads."""

@@ -29,12 +29,12 @@ def run_of(dataset, folder, table="", **given):
     return Run("M1-concat", dataset, dataset.split(), recipe(folder, table, **changes), **given)
 
 
-def rates_by_hand(errors, rate):
+def rates_by_hand(errors, rate, least_gain=1e-4):
     """Learning rates of the epochs by the documented rule of `ReduceLROnPlateau`, whose min_delta is 1e-4."""
     found, best, wait = [], np.inf, 0
     for error in errors:
         found.append(rate)
-        better = error < best - 1e-4
+        better = error < best - least_gain
         best, wait = (error, 0) if better else (best, wait + 1)
         if wait >= RULE["patience"] and rate > RULE["minimum_rate"]:
             rate, wait = max(rate * RULE["factor"], RULE["minimum_rate"]), 0
@@ -105,6 +105,16 @@ def test_learning_rate_and_early_stopping_follow_keras(on_a_plateau):
     metrics = json.loads((folder / "whole/model/metrics.json").read_text())
     assert metrics["validation"]["mse"]["mean"] == pytest.approx(whole.best_mse, rel=1e-4)
     assert [path.name for path in (folder / "whole/best").iterdir()] == [f"{whole.best_epoch:05d}.weights.h5"]
+
+
+@pytest.mark.parametrize("least_gain", [0.0, 10.0])
+def test_the_least_gain_decides_what_a_plateau_is(least_gain, dataset, tiny, tmp_path):
+    run = run_of(dataset, tmp_path, f"{PLATEAU}least_gain = {least_gain}\n", epochs=6, rate=0.01)
+    execute(run, tmp_path / "run")
+    rows = history(tmp_path / "run")
+    rates = [row["learning_rate"] for row in rows]
+    assert rates == pytest.approx(rates_by_hand([row["validation_mse"] for row in rows], 0.01, least_gain), rel=1e-6)
+    assert (rates[-1] < rates[0]) == (least_gain == 10.0)
 
 
 def test_validation_is_by_the_averaged_weights(least, dataset, tmp_path, monkeypatch):

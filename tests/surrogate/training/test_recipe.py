@@ -7,6 +7,11 @@ def test_packaged_recipes():
     paper, swift = Recipe.load("paper"), Recipe.load("swift")
     assert (paper.batch_size, paper.learning_rate, paper.epochs, paper.plateau.stop_after) == (8, 1e-4, 2000, 30)
     assert (paper.loop, swift.loop) == ("fit", None)
+    worded = Recipe.load("paper-as-worded")
+    assert (worded.plateau.least_gain, paper.plateau.least_gain) == (0.0, None)
+    assert worded.with_overrides(name="paper", plateau=paper.plateau) == paper
+    # What a recipe is known by has no key for a default, so that trainings from before the key stay the same.
+    assert "least_gain" not in paper.as_dict()["plateau"]
     assert (swift.optimizer, swift.batch_size, swift.learning_rate, swift.epochs) == ("soap", 64, 4e-3, 30)
     assert swift.with_overrides(epochs=3, seed=None).epochs == 3
 
@@ -30,7 +35,7 @@ def test_values_out_of_range_are_refused(change, words):
 
 
 def test_an_unknown_recipe_is_told_the_known():
-    with pytest.raises(FileNotFoundError, match="paper, swift"):
+    with pytest.raises(FileNotFoundError, match="paper, paper-as-worded, swift"):
         Recipe.load("slow")
 
 
@@ -50,8 +55,8 @@ WHOLE = 'name = "mine"\nseed = 0\nbatch_size = 8\nepochs = 3\nlearning_rate = 1e
         ),
         (
             f"{WHOLE}[plateau]\npatience = 3\n",
-            "Expected factor, patience, minimum_rate, stop_after in the table [plateau]. Received: {} without factor, "
-            "minimum_rate, stop_after",
+            "Expected factor, patience, minimum_rate, stop_after, optionally least_gain in the table [plateau]. "
+            "Received: {} without factor, minimum_rate, stop_after",
         ),
         (
             f"{WHOLE}[cosine]\nwarm = 1\n",
