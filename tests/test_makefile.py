@@ -37,10 +37,10 @@ def test_targets_of_the_paper_data_models_and_development_keep_their_names(targe
     assert captions().keys() - targets == {"figure-own-architecture"}
     assert modules().keys() == captions().keys()
     wanted = """setup setup-small verify paper figures tables report cost-figures studies dataset accuracy-price models
-        model-paper-recipe model-as-worded model-inputs-c model-large model-budgets more-models pretrained feature-sets data-efficiency
-        ranking model-forces cards paper-from-scratch smoke measurements test test-slow test-newest-keras lint format
-        golden-trajectories check-lock lock clean docs docs-numbers readme-pictures demo demo-build test-demo
-        demo-curves demo-models help help-all"""
+        model-paper-recipe model-as-worded model-inputs-c model-large model-budgets more-models pretrained
+        feature-sets data-efficiency ranking model-forces cards paper-from-scratch smoke measurements test
+        test-slow test-newest-keras lint format golden-trajectories check-lock lock clean docs docs-numbers
+        readme-pictures demo demo-build test-demo demo-curves demo-models help help-all"""
     assert targets - captions().keys() == set(wanted.split())
 
 
