@@ -81,26 +81,3 @@ def test_a_step_that_cannot_be_taken_leaves_a_status_and_the_state():
     assert (contact.time, contact.indentation) == before
     assert np.isfinite(contact.advance(1.0, indentation=0.0))
     assert contact.status == "completed"
-
-
-@pytest.mark.parametrize(
-    ("given", "message"),
-    [
-        ({}, "an indentation or a force, not both; received indentation=None, force=None"),
-        ({"indentation": 1.0, "force": 1.0}, "an indentation or a force, not both; received indentation=1.0"),
-        ({"indentation": np.nan}, "indentation must be a finite number"),
-        ({"force": 1e12}, "force must be a finite number"),
-    ],
-)
-def test_other_steps_are_refused(given, message):
-    with pytest.raises(ValueError, match=message):
-        Contact(Scene(1.0, SLS)).advance(1.0, **given)
-
-
-def test_other_durations_and_starts_are_refused():
-    with pytest.raises(ValueError, match="duration must be a finite number greater than 0; received 0"):
-        Contact(Scene(1.0, SLS)).advance(0.0, force=0.0)
-    with pytest.raises(ValueError, match="initial_state must be 'relaxed' or 'glassy'; received 'soft'"):
-        Contact(Scene(1.0, SLS), initial_state="soft")
-    with pytest.raises(ValueError, match="scene must be"):
-        Contact("a scene")

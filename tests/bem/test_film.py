@@ -63,20 +63,6 @@ def test_the_moments_of_a_contact_are_among_its_profiles(trajectory):
     assert all(np.abs(trajectory.profiles.time - time).min() < 1e-3 for time in named.values())
 
 
-@pytest.mark.parametrize(
-    ("asked", "message"),
-    [
-        (1, "profiles must be .* 2 .*10000; received 1"),
-        ([0.5, 0.5], "profiles must be 1 to 10000 increasing instants, or their number; received"),
-        ([0.5, 99.0], "profiles must lie within the protocol, from 0 to .*; received instants from 0.5 to 99"),
-        ("all", "profiles"),
-    ],
-)
-def test_other_instants_are_refused(asked, message):
-    with pytest.raises(ValueError, match=message):
-        bem.simulate(SCENE, PROTOCOL, profiles=asked)
-
-
 def test_profiles_become_tables(trajectory, tmp_path):
     table = trajectory.profiles.to_xarray()
     assert table["gap"].dims == ("profile", "node")

@@ -5,6 +5,7 @@ import pytest
 
 from bem import (
     ConstantStress,
+    Contact,
     Elastic,
     ForceProtocol,
     HardContact,
@@ -14,15 +15,25 @@ from bem import (
     Scene,
     StandardLinearSolid,
     TractionLaw,
+    recommend,
     simulate,
     simulate_paper_method,
 )
 from bem.accuracy import resolve_accuracy
+from bem.dataset.campaign import Campaign
+from bem.dataset.designs import Design
+from bem.dataset.measurement_steps import measurement_grid, proportional_counts
+from bem.dataset.physical_steps import physical_grid
+from bem.discretisation.influence import require_mesh
+from bem.discretisation.mesh import uniform_mesh
+from bem.materials_library import fit_prony
+from bem.reference_solutions import persson_brener
 
 CYCLE = {"peak_indentation": 10.0, "loading_rate": 2.0, "dwell_time": 0.5, "unloading_rate": 4.0}
 SCENE, PROTOCOL = Scene(1.0, StandardLinearSolid(0.1)), LoadingProtocol(**CYCLE)
 PAIRS = [0.0, 1.0], [0.0, 1.0]
 SPEED = r"must be a finite number at least 1e-12 and at most 1e\+12; received"
+DISC = "uniform_mesh needs a radius > 0 and a count of at least 3"
 
 
 def scene(**changes):
@@ -39,6 +50,43 @@ def simulated(**changes):
 
 def by_the_paper(**changes):
     return simulate_paper_method(**{"scene": SCENE, "protocol": PROTOCOL} | changes)
+
+
+def uniform_steps(**changes):
+    return measurement_grid(**CYCLE | {"tabor": 1.0} | changes)
+
+
+def physical_steps(**changes):
+    return physical_grid(**CYCLE | {"tabor": 1.0, "modulus_ratio": 0.1} | changes)
+
+
+def drawn(**changes):
+    return Design("paper").protocols(**{"count": 1, "seed": 0} | changes)
+
+
+def meshed(radii):
+    return require_mesh(np.array(radii))
+
+
+def disc(radius=1.0, count=10):
+    return uniform_mesh(radius, count)
+
+
+def fitted(**changes):
+    good = {"frequency": [1.0, 10.0, 100.0], "storage": [1.0, 1.5, 2.0], "loss": [0.1, 0.2, 0.1]}
+    return fit_prony(**good | changes)
+
+
+def recommended(**changes):
+    return recommend(**{"scene": SCENE, "protocol": PROTOCOL, "tolerance": 0.1} | changes)
+
+
+def advanced(duration=1.0, **step):
+    return Contact(SCENE).advance(duration, **step)
+
+
+def begun(contact=SCENE, **changes):
+    return Contact(contact, **changes)
 
 
 def each(call, name, message, *values):
@@ -74,10 +122,96 @@ REFUSED = [
     *each(by_the_paper, "scene", "adhesion of the scene must be one of LennardJones", scene(adhesion=HardContact())),
     *each(by_the_paper, "scene", "the paper's method knows no spring", scene(spring=1.0)),
     *each(by_the_paper, "protocol", "protocol must be one of", None),
+    *each(simulated, "profiles", r"profiles must be .* 2 .*10000; received 1", 1),
+    *each(
+        simulated, "profiles", "profiles must be 1 to 10000 increasing instants, or their number; received", [0.5, 0.5]
+    ),
+    *each(
+        simulated,
+        "profiles",
+        "profiles must lie within the protocol, from 0 to .*; received instants from 0.5 to 99",
+        [0.5, 99.0],
+    ),
+    *each(simulated, "profiles", "profiles", "all"),
+    (advanced, {}, "an indentation or a force, not both; received indentation=None, force=None"),
+    (advanced, {"indentation": 1.0, "force": 1.0}, "an indentation or a force, not both; received indentation=1.0"),
+    *each(advanced, "indentation", "indentation must be a finite number", np.nan),
+    *each(advanced, "force", "force must be a finite number", 1e12),
+    (advanced, {"duration": 0.0, "force": 0.0}, "duration must be a finite number greater than 0; received 0"),
+    *each(begun, "initial_state", "initial_state must be 'relaxed' or 'glassy'; received 'soft'", "soft"),
+    *each(begun, "contact", "scene must be", "a scene"),
+    *each(recommended, "tolerance", "tolerance must be a finite number at least 0.001", 0.0),
+    *each(
+        recommended, "quantity", "quantity must be one of force, pull_off_force, hysteresis; received 'speed'", "speed"
+    ),
+    *each(recommended, "best", "best must be one of cheapest, fewest; received 'quickest'", "quickest"),
+    *each(recommended, "scene", "scene must be one of", 1.0),
+    *each(recommended, "protocol", "protocol must be one of", 1.0),
+    *each(recommended, "protocol", r"must be one of LoadingProtocol\(\.\.\.\), Piecewise", ForceProtocol(*PAIRS)),
+    *each(disc, "radius", f"{DISC}; received", 0.0, -1.0, np.nan, np.inf),
+    *each(disc, "count", f"{DISC}; received", 2),
+    *each(meshed, "radii", "^mesh must .*; received", [0.0, 1.0], [0.1, 1.0, 2.0], [0.0, 1.0, 1.0], [0.0, np.nan, 2.0]),
+    *each(meshed, "radii", "^mesh must .*; received", [[0.0, 1.0, 2.0]], [0.0, 2.0, 1.0]),
+    *each(fitted, "frequency", "frequency must be strictly increasing", [1.0, 0.5, 2.0]),
+    *each(fitted, "storage", "storage must be greater than 0; received -1.0", [1.0, -1.0, 2.0]),
+    *each(fitted, "loss", "loss must have as many values as frequency; received 4 and 3", [1.0] * 4),
+    *each(fitted, "terms", "terms must be a whole number from 1 to 100; received 0", 0),
+    (fitted, {"storage": [1e-9, 1e-7, 1e-5], "loss": [1.0, 10.0, 100.0]}, "the moduli are those of a fluid"),
+]
+"""What describes a contact or is asked of one."""
+OF_DATA_SETS = [
+    *each(Campaign, "count", "count must be a whole number from 1 to 559872; received '12'", "12"),
+    *each(Campaign, "seed", "seed must be a whole number", -1),
+    *each(Campaign, "counts", "counts must be three integers", (50.9, 20, 50), 120),
+    (Campaign, {"shard": (4, 5), "count": 3}, "shards must be a whole number from 1 to 3; received 5"),
+    *each(Campaign, "steps", "steps must be one of uniform, physical; received 'even'", "even"),
+    *each(Campaign, "shard", "shard must be a whole number from 1 to 5; received 0", (0, 5)),
+    *each(Design, "name", "design must be one of paper, log-uniform, sobol, edges, corners; received 'latin'", "latin"),
+    *each(Design, "ranges", "range of tabor must have its lower bound first", {"tabor": (3.0, 1.0)}),
+    *each(Design, "ranges", "lower bound of tabor must be a finite number at least 1e-06", {"tabor": (0.0, 1.0)}),
+    *each(Design, "ranges", "upper bound of tabor must be a finite number", {"tabor": (1.0, np.nan)}),
+    *each(Design, "ranges", "range of tabor must be two numbers", {"tabor": 1.0}),
+    *each(Design, "ranges", "received 'radius'", {"radius": (1.0, 2.0)}),
+    *each(Design, "modulus_ratio", "modulus_ratio must be a finite number greater than 0", 0.0),
+    *each(
+        Design,
+        "modulus_ratio",
+        "upper bound of modulus_ratio must be a finite number greater than 0 and at most 1",
+        (0.1, 2.0),
+    ),
+    (Design, {"modulus_ratio": (0.5, 0.1), "name": "sobol"}, "range of modulus_ratio must have its lower bound first"),
+    *each(Design, "modulus_ratio", "range of modulus_ratio must be two numbers, low and high", (0.1, 0.5, 1.0)),
+    *each(
+        Design,
+        "modulus_ratio",
+        "a range of modulus_ratio needs the design log-uniform or sobol or edges or corners",
+        (0.1, 0.5),
+    ),
+    *each(drawn, "count", "must be a whole number from", 0, True, 1.5, np.nan, 10**30, 559_873),
+    *each(drawn, "seed", "must be a whole number from", -1, 0.5),
+    *each(proportional_counts, "total", "total must be an integer of at least 6", 5, -1, 120.0, True),
+    *each(uniform_steps, "counts", "counts must be three integers", (1, 1, 1)),
+    *each(uniform_steps, "dwell_time", "counts must ask for no dwell points where dwell_time is 0", 0.0),
+    (
+        uniform_steps,
+        {"peak_indentation": 1e3, "loading_rate": 1e-12},
+        "increasing in double precision; received protocol 0",
+    ),
+    (
+        uniform_steps,
+        {"tabor": 0.2, "peak_indentation": [1.0, -1.0]},
+        r"received protocol 1 with -1\.0 and a start of -0\.4",
+    ),
+    *each(physical_steps, "modulus_ratio", "modulus_ratio must be", 1.5),
+    *each(physical_steps, "counts", "at least 8 unloading points; received 7", (22, 8, 7)),
+    *each(physical_steps, "dwell_time", "no dwell points", 0.0),
+    *each(physical_steps, "peak_indentation", "must lie above 0", -0.1),
+    *each(physical_steps, "start_indentation", "the start indentation below", 0.5),
+    (physical_steps, {"unloading_rate": 1e20, "loading_rate": 1e-10}, "strictly increasing"),
 ]
 
 
-@pytest.mark.parametrize(("call", "changes", "message"), REFUSED)
+@pytest.mark.parametrize(("call", "changes", "message"), REFUSED + OF_DATA_SETS)
 def test_a_wrong_quantity_is_named(call, changes, message):
     with pytest.raises(ValueError, match=message) as found:
         call(**changes)
@@ -127,6 +261,16 @@ def test_what_is_no_spectrum_is_named(make, amounts, times, message):
         (lambda: PronySeries([0.5, 0.5], [1.0, 2.0]), "sum less than 1"),
         (lambda: PiecewiseLinearProtocol(*PAIRS, ("loading", "dwell")), "phases must name each of the 1 segments"),
         (lambda: cycle(dwell_time=1e-300).history(1.0), "the dwell phase must outlast the rounding of its start time"),
+        (
+            lambda: persson_brener.effective_energy(-1.0, 0.1),
+            "crack_velocity must be finite and at least 0; received -1",
+        ),
+        (
+            lambda: persson_brener.effective_energy(1.0, 0.0),
+            "modulus_ratio must be greater than 0 and at most 1; received 0",
+        ),
+        (lambda: persson_brener.crack_velocity(11.0, 0.1), "effective_energy must lie between 1 and 1/modulus_ratio"),
+        (lambda: persson_brener.crack_velocity(1.0, 1.0), "modulus_ratio must be greater than 0 and less than 1"),
     ],
 )
 def test_what_cannot_be_is_named(call, message):

@@ -89,23 +89,6 @@ def test_another_campaign_does_not_overwrite_unless_asked(undisturbed, tmp_path)
     assert_same_numbers(copy, tmp_path / "fresh.h5")
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({"count": "12"}, "count must be a whole number from 1 to 559872; received '12'"),
-        ({"seed": -1}, "seed must be a whole number"),
-        ({"counts": (50.9, 20, 50)}, "counts must be three integers"),
-        ({"counts": 120}, "counts must be three integers"),
-        ({"shard": (4, 5), "count": 3}, "shards must be a whole number from 1 to 3; received 5"),
-        ({"steps": "even"}, "steps must be one of uniform, physical; received 'even'"),
-        ({"shard": (0, 5)}, "shard must be a whole number from 1 to 5; received 0"),
-    ],
-)
-def test_impossible_campaigns_are_refused(arguments, message):
-    with pytest.raises(ValueError, match=message):
-        Campaign(**arguments)
-
-
 @pytest.mark.usefixtures("in_this_process")
 def test_a_link_stays_one_and_what_it_leads_to_is_written(tmp_path):
     (tmp_path / "there").mkdir()

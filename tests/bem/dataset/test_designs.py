@@ -57,41 +57,6 @@ def test_sobol_covers_each_octant_evenly():
         np.testing.assert_array_equal(np.histogram(place, 16, (0.0, 1.0))[0], 16)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({"name": "latin"}, "design must be one of paper, log-uniform, sobol, edges, corners; received 'latin'"),
-        ({"ranges": {"tabor": (3.0, 1.0)}}, "range of tabor must have its lower bound first"),
-        ({"ranges": {"tabor": (0.0, 1.0)}}, "lower bound of tabor must be a finite number at least 1e-06"),
-        ({"ranges": {"tabor": (1.0, float("nan"))}}, "upper bound of tabor must be a finite number"),
-        ({"ranges": {"tabor": 1.0}}, "range of tabor must be two numbers"),
-        ({"ranges": {"radius": (1.0, 2.0)}}, "received 'radius'"),
-        ({"modulus_ratio": 0.0}, "modulus_ratio must be a finite number greater than 0"),
-        (
-            {"modulus_ratio": (0.1, 2.0)},
-            "upper bound of modulus_ratio must be a finite number greater than 0 and at most 1",
-        ),
-        ({"modulus_ratio": (0.5, 0.1), "name": "sobol"}, "range of modulus_ratio must have its lower bound first"),
-        ({"modulus_ratio": (0.1, 0.5, 1.0)}, "range of modulus_ratio must be two numbers, low and high"),
-        (
-            {"modulus_ratio": (0.1, 0.5)},
-            "a range of modulus_ratio needs the design log-uniform or sobol or edges or corners",
-        ),
-    ],
-)
-def test_impossible_designs_are_refused(arguments, message):
-    with pytest.raises(ValueError, match=message):
-        Design(**arguments)
-
-
-@pytest.mark.parametrize(
-    ("count", "seed"), [(0, 0), (True, 0), (1.5, 0), (np.nan, 0), (10**30, 0), (559_873, 0), (1, -1), (1, 0.5)]
-)
-def test_impossible_counts_and_seeds_are_refused(count, seed):
-    with pytest.raises(ValueError, match=r"must be a whole number from"):
-        Design("paper").protocols(count, seed)
-
-
 def test_a_phase_that_vanishes_in_double_precision_is_refused():
     design = Design("log-uniform", {"loading_rate": (1e-12, 1e-12), "unloading_rate": (1e12, 1e12)})
     with pytest.raises(ValueError, match=r"strictly increasing"):

@@ -1,5 +1,4 @@
 import numpy as np
-import pytest
 
 from bem import LoadingProtocol, Scene, StandardLinearSolid, simulate
 from bem.dataset.measurement_steps import FMS, PHYSICAL, measurement_grid
@@ -56,19 +55,3 @@ def test_without_memory_the_force_vanishes_at_first_touch():
     elastic, soft = (on_steps(protocols, *solids(k), np.array(PHYSICAL), nowhere)[2] for k in (np.ones(2), RATIOS))
     np.testing.assert_allclose(elastic, 0.0, atol=1e-12)
     assert np.all(soft > 0.3)
-
-
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"modulus_ratio": 1.5}, "modulus_ratio must be"),
-        ({"counts": (22, 8, 7)}, "at least 8 unloading points; received 7"),
-        ({"dwell_time": 0.0}, "no dwell points"),
-        ({"peak_indentation": -0.1}, "must lie above 0"),
-        ({"start_indentation": 0.5}, "the start indentation below"),
-        ({"unloading_rate": 1e20, "loading_rate": 1e-10}, "strictly increasing"),
-    ],
-)
-def test_what_has_no_such_steps_is_refused(changes, message):
-    with pytest.raises(ValueError, match=message):
-        physical_grid(**{**PROTOCOLS, "modulus_ratio": RATIOS, **changes})

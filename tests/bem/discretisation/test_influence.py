@@ -7,7 +7,6 @@ from scipy.integrate import quad
 from bem.discretisation.influence import (
     force_weights,
     influence_matrix,
-    require_mesh,
     unit_influence,
 )
 from bem.reference_solutions import displacements
@@ -62,14 +61,6 @@ def test_force_weights_integrate_piecewise_linear_tractions_exactly():
     weights = force_weights(radii)
     assert weights @ np.ones(5) == pytest.approx(2.5**2)
     assert weights @ radii == pytest.approx(2.0 / 3.0 * 2.5**3)
-
-
-@pytest.mark.parametrize(
-    "radii", [[0.0, 1.0], [0.1, 1.0, 2.0], [0.0, 1.0, 1.0], [0.0, np.nan, 2.0], [[0.0, 1.0, 2.0]], [0.0, 2.0, 1.0]]
-)
-def test_what_is_not_a_mesh_is_refused(radii):
-    with pytest.raises(ValueError, match=r"^mesh must .*; received"):
-        require_mesh(np.array(radii))
 
 
 def test_the_influence_at_unit_spacing_is_that_of_the_radii():

@@ -6,7 +6,6 @@ import pytest
 import bem
 from bem import (
     Elastic,
-    ForceProtocol,
     HardContact,
     LoadingProtocol,
     PiecewiseLinearProtocol,
@@ -143,23 +142,6 @@ def test_contact_radii_are_given_in_the_units_of_the_full_scene():
     radius = found.radius_scale * np.max(bem.simulate(found.scene, found.protocol).contact_radius)
     assert radius == pytest.approx(3.0, rel=0.02)
     assert recommend(scene, ramp(9.0, 1e-3), 0.05).radius_scale == 1.0
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({"tolerance": 0.0}, "tolerance must be a finite number at least 0.001"),
-        ({"quantity": "speed"}, "quantity must be one of force, pull_off_force, hysteresis; received 'speed'"),
-        ({"best": "quickest"}, "best must be one of cheapest, fewest; received 'quickest'"),
-        ({"scene": 1.0}, "scene must be one of"),
-        ({"protocol": 1.0}, "protocol must be one of"),
-        ({"protocol": ForceProtocol([0.0, 1.0], [0.0, -1.0])}, r"must be one of LoadingProtocol\(\.\.\.\), Piecewise"),
-    ],
-)
-def test_errors_name_what_is_allowed(arguments, message):
-    given = {"scene": Scene(1.0, SLS), "protocol": deep(1.0), "tolerance": 0.1} | arguments
-    with pytest.raises(ValueError, match=message):
-        recommend(**given)
 
 
 def test_a_stiff_spring_is_left_out_and_a_soft_one_is_kept():

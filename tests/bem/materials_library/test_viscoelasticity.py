@@ -84,22 +84,6 @@ def test_a_series_is_found_again_from_its_moduli():
     )
 
 
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"frequency": [1.0, 0.5, 2.0]}, "frequency must be strictly increasing"),
-        ({"storage": [1.0, -1.0, 2.0]}, "storage must be greater than 0; received -1.0"),
-        ({"loss": [1.0, 1.0, 1.0, 1.0]}, "loss must have as many values as frequency; received 4 and 3"),
-        ({"terms": 0}, "terms must be a whole number from 1 to 100; received 0"),
-        ({"storage": [1e-9, 1e-7, 1e-5], "loss": [1.0, 10.0, 100.0]}, "the moduli are those of a fluid"),
-    ],
-)
-def test_what_is_no_measurement_is_one_sentence(changes, message):
-    good = {"frequency": [1.0, 10.0, 100.0], "storage": [1.0, 1.5, 2.0], "loss": [0.1, 0.2, 0.1]}
-    with pytest.raises(ValueError, match=message):
-        fit_prony(**(good | changes))
-
-
 def test_the_shift_of_williams_landel_and_ferry():
     universal = {"reference": 0.0, "c1": 17.44, "c2": 51.6}
     assert wlf_shift(0.0, **universal) == 1.0
