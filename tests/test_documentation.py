@@ -15,6 +15,7 @@ import griffe
 import pytest
 
 from surrogate.prediction.files import PUBLISHED
+from tests.processes import ended, python
 from tests.surrogate.conftest import write_dataset
 from tools.guide import LEFTOVERS
 
@@ -41,12 +42,8 @@ def test_the_examples_of_the_guide_run(page, code, capsys):
 
 @pytest.mark.slow
 def test_the_guide_to_an_architecture_of_ones_own_works_and_leaves_nothing_behind(tmp_path):
-    text = (
-        (ROOT / "docs/train.md")
-        .read_text(encoding="utf-8")
-        .split("## An architecture of your own")[1]
-        .split("\n## ")[0]
-    )
+    page = (ROOT / "docs/train.md").read_text(encoding="utf-8")
+    text = page.split("## An architecture of your own")[1].split("\n## ")[0]
     (tmp_path / "my_model.py").write_text(textwrap.dedent(re.findall(r"```python\n(.*?)```", text, re.DOTALL)[0]))
     write_dataset(tmp_path / "published.h5", 60)
     blocks = [textwrap.dedent(block) for block in re.findall(r"```console\n(.*?)```", text, re.DOTALL)]
@@ -61,9 +58,7 @@ def test_the_guide_to_an_architecture_of_ones_own_works_and_leaves_nothing_behin
         program = [sys.executable, "-m", "surrogate"] if words[0] == "surrogate" else [sys.executable]
         words += ["--dataset", "published.h5"] if words[1] in ("train", "evaluate") else []
         environment = os.environ | {"PYTHONPATH": str(ROOT)}
-        done = subprocess.run(
-            [*program, *words[1:]], cwd=tmp_path, env=environment, capture_output=True, text=True, check=False
-        )
+        done = ended(*program, *words[1:], cwd=tmp_path, env=environment)
         assert done.returncode == 0, f"{command}: {done.stderr}"
     assert {path.name for path in tmp_path.rglob("*") if path.is_file()} == {"my_model.py", "published.h5"}
 
@@ -73,14 +68,7 @@ def test_the_guide_to_an_architecture_of_ones_own_works_and_leaves_nothing_behin
 def test_each_tutorial_runs(tutorial, tmp_path):
     environment = os.environ | {"PYTHONPATH": str(ROOT), "MPLBACKEND": "agg", "OMP_NUM_THREADS": "1"}
     environment["TMPDIR"] = str(tmp_path)
-    done = subprocess.run(
-        [sys.executable, "-W", "error::RuntimeWarning", tutorial],
-        cwd=tmp_path,
-        env=environment,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    done = python("-W", "error::RuntimeWarning", tutorial, cwd=tmp_path, env=environment)
     assert done.returncode == 0, done.stderr
     assert not re.search(r"\bnan\b", done.stdout)
 
@@ -120,7 +108,7 @@ def test_every_data_file_has_its_licence_in_the_table():
     table = (ROOT / "docs/index.md").read_text(encoding="utf-8").split("## Licences")[1]
     rows = [line.split(" | ") for line in table.splitlines() if line.startswith("| ") and "`" in line]
     licences = {pattern: row[1] for row in rows for pattern in re.findall(r"`([^`]+)`", row[0])}
-    listed = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    listed = ended("git", "ls-files", "-z", cwd=ROOT, check=True).stdout
     data = re.compile(r"\.(csv|h5|ibw|json|jpk|jpk-force-map|mplstyle|npz|onnx|png|svg|toml|txt|zip)")
     code = re.compile(
         r"requirements-newest\.txt|pyproject\.toml|docs/ruff\.toml|\.devcontainer/.*|demo/[^/]*\.json|demo/src/.*|tests/.*"
@@ -165,14 +153,8 @@ def test_a_function_with_parameters_states_what_it_returns():
 
 def test_the_site_builds_without_a_broken_link(tmp_path):
     # Tutorials that have not run yet are shown without results; `make docs` runs them.
-    result = subprocess.run(
-        [sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet", "--site-dir", str(tmp_path)],
-        cwd=ROOT,
-        env=os.environ | {"RUN_TUTORIALS": "false"},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    words = ("-m", "mkdocs", "build", "--strict", "--quiet", "--site-dir", tmp_path)
+    result = python(*words, cwd=ROOT, env=os.environ | {"RUN_TUTORIALS": "false"})
     assert result.returncode == 0, result.stdout + result.stderr
     assert "bem.solver.simulation.simulate" in (tmp_path / "api-bem.html").read_text(encoding="utf-8")
     assert "snapshot" in (tmp_path / "api-surrogate.html").read_text(encoding="utf-8")

@@ -11,6 +11,7 @@ import pytest
 
 from experiments.places import Places
 from paper_figures.__main__ import captions, modules
+from tests.processes import ended
 
 ROOT = Path(__file__).resolve().parents[1]
 MAKEFILE = (ROOT / "Makefile").read_text(encoding="utf-8")
@@ -18,8 +19,7 @@ pytestmark = pytest.mark.skipif(shutil.which("make") is None, reason="make is no
 
 
 def make(*words, check=True):
-    command = ["make", "--no-print-directory", *map(str, words)]
-    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=check)
+    return ended("make", "--no-print-directory", *words, cwd=ROOT, check=check)
 
 
 def commands(*words):
@@ -161,7 +161,7 @@ def test_what_was_published_until_then_is_listed_when_training_ends_otherwise(st
     for file in (".installed", "dataset.h5"):
         (tmp_path / file).touch()
     words = [f"VENV={tmp_path}", f"PUBLISHED={tmp_path}", "-o", f"{tmp_path}/.installed"]
-    done = subprocess.run(["make", "-s", "models", *words], cwd=ROOT, capture_output=True, text=True, check=False)
+    done = make("-s", "models", *words, check=False)
     assert done.returncode == (2 if status else 0)
     assert (f"Error {status}" in done.stderr) == (status != 0)
     noted = tmp_path / "noted"
@@ -172,8 +172,7 @@ def test_what_was_published_until_then_is_listed_when_training_ends_otherwise(st
 
 def test_a_part_of_the_data_set_is_not_published(tmp_path):
     def refused(*words):
-        command = ["make", "-s", "require-full-dataset", *words]
-        return "only all 12450" in subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False).stderr
+        return "only all 12450" in make("-s", "require-full-dataset", *words, check=False).stderr
 
     assert not refused()
     assert not refused("COUNT=5", f"PUBLISHED={tmp_path}/published")
@@ -200,8 +199,7 @@ SIGNS = ["", "two  words", "-x", "a;b", "$(shell touch made)", "`id`", "a|b", "a
     [*((name, "a;b") for name in sorted(NAMES | SETTINGS - {"NAMES"})), *(("OUT", one) for one in SIGNS)],
 )
 def test_a_variable_that_is_no_plain_word_is_refused_in_one_sentence(name, given, tmp_path):
-    command = ["make", "-n", "-f", ROOT / "Makefile", "help", f"{name}={given}"]
-    found = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    found = ended("make", "-n", "-f", ROOT / "Makefile", "help", f"{name}={given}", cwd=tmp_path)
     assert (found.returncode, found.stdout, found.stderr.count("\n")) == (2, "", 1)
     assert re.search(rf"\b{name} must be .*; received '.*'", found.stderr)
     assert not list(tmp_path.iterdir())
@@ -219,8 +217,7 @@ def python(tmp_path):
 
 
 def test_setting_up_says_what_it_does_before_it_takes_minutes(python, tmp_path):
-    command = ["make", "--no-print-directory", "setup", f"VENV={tmp_path}/venv", f"PYTHON={python}"]
-    first, *rest = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout.splitlines()
+    first, *rest = make("setup", f"VENV={tmp_path}/venv", f"PYTHON={python}").stdout.splitlines()
     assert first.startswith(f"Installing the locked packages into {tmp_path}/venv: about 3 GB on disk, 3 to 10 minutes")
     assert rest[0].startswith("-m pip install --disable-pip-version-check --require-hashes")  # which shows its progress
     assert rest[-2] == "Compiling the solver for this processor: about 80 seconds of one core"
@@ -235,23 +232,19 @@ def test_an_environment_of_another_checkout_is_refused(linked, tmp_path):
     (site.parents[2] / "pyvenv.cfg").touch()
     if linked:
         venv.symlink_to(other)
-    command = ["make", "--no-print-directory", "-n", "setup", f"VENV={venv}"]
     owners = {None: linked, ROOT: False, other: True}
     for owner, refused in owners.items():
         if owner is not None:
             (site / "__editable__.contact_trajectories-0.1.0.pth").write_text(f"{owner}\n", encoding="utf-8")
-        found = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+        found = make("-n", "setup", f"VENV={venv}", check=False)
         assert found.returncode == (2 if refused else 0)
         assert (f"must be an environment of this checkout; received one of {other}" in found.stderr) == refused
-    assert (
-        subprocess.run(["make", "-n", "help", command[-1]], cwd=ROOT, capture_output=True, check=False).returncode == 0
-    )
+    assert make("-n", "help", f"VENV={venv}", check=False).returncode == 0
 
 
 def test_a_small_installation_leaves_out_what_needs_keras_and_grows_when_asked(python, tmp_path):
     def run(*targets):
-        command = ["make", "--no-print-directory", *targets, f"VENV={tmp_path}/venv", f"PYTHON={python}"]
-        return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
+        return make(*targets, f"VENV={tmp_path}/venv", f"PYTHON={python}").stdout
 
     def refused(*targets):
         with pytest.raises(subprocess.CalledProcessError) as caught:

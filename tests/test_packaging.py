@@ -3,8 +3,6 @@
 import json
 import re
 import shutil
-import subprocess
-import sys
 import zipfile
 from email.parser import Parser
 from pathlib import Path
@@ -14,6 +12,7 @@ import pytest
 from surrogate.prediction.files import BANDED_FILES as FILES
 from surrogate.prediction.files import PUBLISHED
 from surrogate.prediction.files import PUBLISHED_BANDED as PRETRAINED
+from tests.processes import python
 
 ROOT = Path(__file__).resolve().parents[1]
 MODEL = {"model.onnx", "model.weights.h5", "run.json", "scaling.json", "metrics.json", "split.json"}
@@ -32,8 +31,8 @@ def wheel(tmp_path_factory):
         shutil.copytree(ROOT / name, source / name, ignore=shutil.ignore_patterns("__pycache__"))
     shutil.copytree(PUBLISHED / "M1-concat", source / "published" / "models" / "M1-concat")
     shutil.copytree(PRETRAINED, source / "published" / "pretrained")
-    command = [sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "--no-build-isolation", "--no-index"]
-    subprocess.run([*command, "--wheel-dir", source / "dist", source], check=True, capture_output=True)
+    words = ("-m", "pip", "wheel", "--quiet", "--no-deps", "--no-build-isolation", "--no-index")
+    python(*words, "--wheel-dir", source / "dist", source, check=True)
     (built,) = (source / "dist").glob("*.whl")
     return built
 
@@ -49,7 +48,7 @@ def site(wheel, tmp_path_factory):
 def isolated(site, code, cwd):
     """Run code that sees the unpacked wheel before the repository's own packages."""
     code = f"import sys; sys.path.insert(0, {str(site)!r})\n{code}"
-    result = subprocess.run([sys.executable, "-I", "-c", code], cwd=cwd, capture_output=True, text=True, check=False)
+    result = python("-I", "-c", code, cwd=cwd)
     assert result.returncode == 0, result.stderr
     return result.stdout.strip()
 

@@ -1,10 +1,11 @@
 """The whole path from no data to the report, on tiny data and one epoch, by the make target a reader would type."""
 
 import shutil
-import subprocess
 from pathlib import Path
 
 import pytest
+
+from tests.processes import ended
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -24,8 +25,7 @@ TABLES = {
 @pytest.mark.skipif(shutil.which("make") is None, reason="make is not installed")
 def test_smoke(tmp_path):
     folder = tmp_path / "smoke"
-    command = ["make", "smoke", f"SMOKE={folder}"]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    done = ended("make", "smoke", f"SMOKE={folder}", cwd=ROOT)
     assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-3000:]
     assert "stage 6 of 6" in done.stdout
     for suffix in ("pdf", "png"):

@@ -1,11 +1,11 @@
 """What the READMEs tell a stranger to type works, and prints what they say it prints."""
 
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+
+from tests.processes import python
 
 ROOT = Path(__file__).resolve().parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -39,13 +39,7 @@ def test_the_solver_examples_print_what_they_say(capsys):
 def test_the_first_commands_draw_their_pictures(program, tmp_path):
     command, picture = re.findall(rf"^\.venv/bin/{program} (.* --plot (\S+))$", README, flags=re.MULTILINE)[0]
     assert (ROOT / "docs/images" / picture).is_file()
-    subprocess.run(
-        [sys.executable, "-m", program, *command.split()],
-        cwd=tmp_path,
-        env={"PYTHONPATH": str(ROOT)},
-        check=True,
-        capture_output=True,
-    )
+    python("-m", program, *command.split(), cwd=tmp_path, env={"PYTHONPATH": str(ROOT)}, check=True)
     assert (tmp_path / picture).stat().st_size > 10_000
 
 
@@ -56,10 +50,5 @@ def test_what_it_links_to_exists(name):
 
 
 def test_its_numbers_are_those_of_the_data_set():
-    checked = subprocess.run(
-        [sys.executable, ROOT / "tools/fill.py", ROOT / "README.md", "--check"],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    checked = python(ROOT / "tools/fill.py", ROOT / "README.md", "--check")
     assert checked.returncode == 0, checked.stderr

@@ -2,11 +2,11 @@
 
 import os
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+
+from tests.processes import python
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -58,14 +58,8 @@ def test_a_type_checker_refuses_wrong_calls_and_passes_right_ones(tmp_path):
     (tmp_path / "program.py").write_text(PROGRAM, encoding="utf-8")
     # As installed packages: their own errors are not the user's.
     options = ["--config-file=", "--follow-imports=silent", "--ignore-missing-imports", "--no-pretty"]
-    result = subprocess.run(
-        [sys.executable, "-m", "mypy", *options, "--cache-dir", tmp_path / "cache", "program.py"],
-        cwd=tmp_path,
-        env=os.environ | {"MYPYPATH": str(ROOT)},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    words = ("-m", "mypy", *options, "--cache-dir", tmp_path / "cache", "program.py")
+    result = python(*words, cwd=tmp_path, env=os.environ | {"MYPYPATH": str(ROOT)})
     refused = {int(line) for line in re.findall(r"^program\.py:(\d+): error: ", result.stdout, flags=re.MULTILINE)}
     lines = PROGRAM.splitlines()
     assert refused == {number for number, line in enumerate(lines, 1) if line.endswith("# refused")}, result.stdout

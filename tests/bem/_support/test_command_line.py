@@ -1,6 +1,5 @@
 """A module run as a command ends in a sentence and a status, not in a traceback."""
 
-import subprocess
 import sys
 import tomllib
 from pathlib import Path
@@ -12,6 +11,7 @@ from typer.testing import CliRunner
 import bem.cli.app
 import surrogate.cli.app
 from bem._support.command_line import run_main, sentence
+from tests.processes import python
 
 
 def ended(main, arguments, monkeypatch):
@@ -63,8 +63,7 @@ def test_a_mistake_of_the_program_keeps_its_traceback(monkeypatch):
 
 
 def test_a_module_is_called_by_the_name_it_was_run_by():
-    command = [sys.executable, "-m", "paper_figures", "table-quartiles", "--results", "nowhere"]
-    ended = subprocess.run(command, capture_output=True, text=True, check=False)
+    ended = python("-m", "paper_figures", "table-quartiles", "--results", "nowhere")
     assert ended.returncode == 2
     assert ended.stderr.startswith("python -m paper_figures table-quartiles: ")
     assert ended.stderr.count("\n") == 1

@@ -17,6 +17,7 @@ import bem
 from bem._support.interruption import interruptible
 from bem.solver import simulation
 from bem.solver.time_stepping import INTERRUPTED, march
+from tests.processes import python
 
 ROOT = Path(__file__).parents[3]
 HANG = 600.0  # seconds after which a program that should end is taken to hang
@@ -150,14 +151,7 @@ print(latest)
 
 @pytest.mark.parametrize("work", ["simulate", "elastic", "paper", "fit"])
 def test_a_handler_that_raises_ends_work_at_once_without_a_crash(work):
-    run = subprocess.run(
-        [sys.executable, "-W", "ignore", "-c", ALARMS, work, "10"],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        timeout=HANG,
-        check=False,
-    )
+    run = python("-W", "ignore", "-c", ALARMS, work, "10", cwd=ROOT, timeout=HANG)
     assert (run.returncode, run.stderr) == (0, "")
     assert float(run.stdout) < LATEST
 
