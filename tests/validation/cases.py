@@ -82,6 +82,13 @@ def exchanged_energy(trajectory: Trajectory) -> float:
     return float(np.sum(force * np.abs(np.diff(trajectory.indentation))))
 
 
+def stage_area(found: Trajectory) -> float:
+    """Integral of -P d(stage) on a fine grid of instants; without a spring the stage is the sphere."""
+    times = np.linspace(found.time[0], found.time[-1], 200_001)
+    force, stage = found.at(times), np.interp(times, found.time, found.stage)
+    return -np.sum(0.5 * (force[1:] + force[:-1]) * np.diff(stage))
+
+
 def assert_sound(trajectory: Trajectory, *, created: float) -> None:
     """Completed, finite, and the loop creates no more than a fraction `created` of the energy it exchanges."""
     assert trajectory.completed, trajectory.status

@@ -5,7 +5,8 @@ The largest tensions and the two folds were found by an independent solver; the 
 
 import pytest
 
-from bem import LoadingProtocol, Scene, simulate
+from bem import LoadingProtocol, Scene
+from tests.validation.cases import completed
 
 LARGEST_TENSION = {
     0.02: 2.0,
@@ -26,9 +27,7 @@ def cycle(tabor, accuracy=1e-3, **changes):
     protocol = LoadingProtocol(
         peak_indentation=2.0, loading_rate=1.0, dwell_time=0.0, unloading_rate=1.0, start_indentation=lowest
     )
-    trajectory = simulate(Scene(tabor, **changes), protocol, accuracy)
-    assert trajectory.completed, trajectory.status
-    return trajectory
+    return completed(Scene(tabor, **changes), protocol, accuracy)
 
 
 @pytest.mark.parametrize(("tabor", "tension"), LARGEST_TENSION.items())

@@ -7,17 +7,10 @@ import numpy as np
 import pytest
 
 from bem import HardContact, LoadingProtocol, PiecewiseLinearProtocol, Scene, simulate
+from tests.validation.cases import stage_area
 
 DEEP = LoadingProtocol(peak_indentation=30.0, loading_rate=1.0, dwell_time=0.0, unloading_rate=1.0)
 SHALLOW = LoadingProtocol(peak_indentation=1.0, loading_rate=1.0, dwell_time=0.0, unloading_rate=1.0)
-
-
-def area_under(trajectory):
-    """Integral of -P d(delta) on a fine grid of instants."""
-    times = np.linspace(trajectory.time[0], trajectory.time[-1], 100_001)
-    force = trajectory.at(times)
-    indentation = np.interp(times, trajectory.time, trajectory.indentation)
-    return -np.sum(0.5 * (force[1:] + force[:-1]) * np.diff(indentation))
 
 
 @pytest.mark.parametrize("tabor", [1.1, 1.5, 2.0, 3.0])
@@ -49,7 +42,7 @@ def test_few_loops_miss_a_small_jump():
 def test_the_loop_area_is_the_energy_of_the_jumps(tabor):
     found = simulate(Scene(tabor), SHALLOW, 1e-3)
     lost = sum(jump.energy_lost for jump in found.jumps)
-    area = area_under(found)
+    area = stage_area(found)
     assert found.hysteresis == pytest.approx(lost)
     assert area == pytest.approx(lost, rel=5e-3)
     assert found.work() > 0.0
@@ -58,7 +51,7 @@ def test_the_loop_area_is_the_energy_of_the_jumps(tabor):
 @pytest.mark.parametrize("scene", [Scene(3.0), Scene(1.0), Scene(1.0, adhesion=HardContact())])
 def test_loading_alone_stores_the_work_that_is_put_in(scene):
     found = simulate(scene, PiecewiseLinearProtocol([0.0, 1.0], [0.0, 8.0]), 1e-3)
-    area = area_under(found)
+    area = stage_area(found)
     assert found.work() == pytest.approx(area, rel=5e-3)
 
 

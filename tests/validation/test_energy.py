@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from bem import Elastic, HardContact, LennardJones, LoadingProtocol, PiecewiseLinearProtocol, Scene, simulate
 from bem.materials import PronySeries, StandardLinearSolid
-from tests.validation.cases import exchanged_energy
+from tests.validation.cases import completed, exchanged_energy
 
 CREATED = 5e-3  # of the energy exchanged, what discretisation may seem to create at draft accuracy
 
@@ -33,8 +33,7 @@ materials = st.one_of(
 )
 def test_every_loop_dissipates(tabor, material, adhesion, peak, loading, dwell, unloading):
     protocol = LoadingProtocol(peak_indentation=peak, loading_rate=loading, dwell_time=dwell, unloading_rate=unloading)
-    trajectory = simulate(Scene(tabor=tabor, material=material, adhesion=adhesion), protocol, "draft")
-    assert trajectory.completed, trajectory.status
+    trajectory = completed(Scene(tabor=tabor, material=material, adhesion=adhesion), protocol, "draft")
     assert trajectory.work() >= -CREATED * exchanged_energy(trajectory)
 
 
@@ -49,8 +48,7 @@ def test_so_does_any_closed_history(depths, durations, ratio):
     path = [start, *depths, start]
     times = np.append(0.0, np.cumsum(10.0 ** np.array(durations)))[: len(path)]
     scene = Scene(tabor=1.0, material=StandardLinearSolid(ratio))
-    trajectory = simulate(scene, PiecewiseLinearProtocol(times, path), "draft")
-    assert trajectory.completed, trajectory.status
+    trajectory = completed(scene, PiecewiseLinearProtocol(times, path), "draft")
     assert trajectory.work() >= -CREATED * exchanged_energy(trajectory)
 
 

@@ -6,19 +6,11 @@ Sources: see `bem.reference_solutions.hertz` and `bem.reference_solutions.jkr`.
 import numpy as np
 import pytest
 
-from bem import (
-    Elastic,
-    ForceProtocol,
-    HardContact,
-    LoadingProtocol,
-    PiecewiseLinearProtocol,
-    PowerLaw,
-    Scene,
-    StandardLinearSolid,
-    simulate,
-)
+from bem import HardContact, PowerLaw, Scene, simulate
 from bem.discretisation.mesh import uniform_mesh
 from bem.indenter import tension_without_deformation
+from bem.materials import Elastic, StandardLinearSolid
+from bem.protocol import ForceProtocol, LoadingProtocol, PiecewiseLinearProtocol
 from bem.reference_solutions import hereditary_hertz, hertz, jkr
 from tests.validation.cases import completed
 

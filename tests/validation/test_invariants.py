@@ -91,11 +91,7 @@ def test_a_shift_in_time_changes_nothing():
 def test_cycles_after_a_long_rest_repeat_the_first():
     one = [START, 3.0, START]
     cycle = run(SCENE, PiecewiseLinearProtocol([0.0, 0.5, 1.0], one), "standard")
-    rested = run(
-        SCENE,
-        PiecewiseLinearProtocol([0.0, 0.5, 1.0, 41.0, 41.5, 42.0], [*one, *one]),
-        "standard",
-    )
+    rested = run(SCENE, PiecewiseLinearProtocol([0.0, 0.5, 1.0, 41.0, 41.5, 42.0], [*one, *one]), "standard")
     first = slice(0, cycle.time.size)
     np.testing.assert_allclose(rested.force[first], cycle.force, rtol=1e-9)
     times = np.linspace(0.0, 0.99, 80)  # interpolation smooths the corner at the end

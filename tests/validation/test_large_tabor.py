@@ -7,6 +7,7 @@ from bem import Elastic, LoadingProtocol, PiecewiseLinearProtocol, PronySeries, 
 from bem.discretisation import master_grid
 from bem.reference_solutions import jkr, persson_brener
 from experiments.paper.persson_brener import beta_over_length_scale
+from tests.validation.cases import completed
 
 MOVING = 20  # nodes; so that every contact has a grid that moves
 
@@ -17,8 +18,7 @@ def cycle(tabor, **changes):
 
 
 def test_the_elastic_pull_off_is_that_of_jkr_at_thirty():
-    trajectory = simulate(Scene(30.0), cycle(30.0))
-    assert trajectory.completed, trajectory.status
+    trajectory = completed(Scene(30.0), cycle(30.0))
     assert trajectory.pull_off_force == pytest.approx(jkr.PULL_OFF_FORCE, rel=5e-3)
     snap_in, snap_off = trajectory.jumps
     assert snap_off.indentation == pytest.approx(jkr.fold_indentation(30.0), rel=0.02)
@@ -70,8 +70,7 @@ def test_a_moving_grid_remembers_what_a_fixed_one_does(monkeypatch, material):
 
 
 def test_a_viscoelastic_contact_at_thirty_runs_through():
-    trajectory = simulate(Scene(30.0, StandardLinearSolid(0.1)), cycle(30.0, dwell_time=1.0))
-    assert trajectory.completed, trajectory.status
+    trajectory = completed(Scene(30.0, StandardLinearSolid(0.1)), cycle(30.0, dwell_time=1.0))
     assert trajectory.stats.steps < 3000
     assert 1.5 < trajectory.pull_off_force < 15.0
 
@@ -84,8 +83,7 @@ def test_a_slow_crack_follows_persson_and_brener_at_thirty():
     """
     mu, ratio, deep = 30.0, 0.1, 180.0
     path = PiecewiseLinearProtocol([0.0, deep * mu / 9.0], [deep, 0.0])
-    trajectory = simulate(Scene(mu, StandardLinearSolid(ratio)), path)
-    assert trajectory.completed, trajectory.status
+    trajectory = completed(Scene(mu, StandardLinearSolid(ratio)), path)
     radius = trajectory.contact_radius
     chosen = np.linspace(1.04 * radius[-1], 0.95 * radius[0], 20)
     force = trajectory.at(np.interp(-chosen, -radius, trajectory.time))

@@ -7,20 +7,12 @@ and Radok, J. Appl. Mech. 27 (1960) 438, on creep.
 import numpy as np
 import pytest
 
-from bem import (
-    Elastic,
-    ForceProtocol,
-    HardContact,
-    LoadingProtocol,
-    PiecewiseLinearProtocol,
-    PronySeries,
-    Scene,
-    StandardLinearSolid,
-    simulate,
-)
+from bem import HardContact, Scene, simulate
+from bem.materials import Elastic, PronySeries, StandardLinearSolid
+from bem.protocol import ForceProtocol, LoadingProtocol, PiecewiseLinearProtocol
 from bem.reference_solutions import hertz
 from bem.solver.simulation import count_unstable
-from tests.validation.cases import completed
+from tests.validation.cases import completed, stage_area
 
 SLS = StandardLinearSolid(0.1)
 CYCLE = LoadingProtocol(
@@ -190,13 +182,6 @@ def test_the_elastic_path_under_a_force_is_that_of_the_rigid_machine():
     path = PiecewiseLinearProtocol(pushed.time[inside], pushed.indentation[inside])
     rigid = completed(Scene(1.0), path, 1e-3)
     np.testing.assert_allclose(rigid.at(pushed.time[inside]), pushed.force[inside], atol=2e-3)
-
-
-def stage_area(found):
-    """Integral of -P d(stage) on a fine grid of instants."""
-    times = np.linspace(found.time[0], found.time[-1], 200_001)
-    force, stage = found.at(times), np.interp(times, found.time, found.stage)
-    return -np.sum(0.5 * (force[1:] + force[:-1]) * np.diff(stage))
 
 
 @pytest.mark.parametrize("spring", [0.4, 2.0])

@@ -7,8 +7,9 @@ not matter. Source: Maugis, J. Colloid Interface Sci. 150 (1992) 243; Johnson an
 import numpy as np
 import pytest
 
-from bem import LoadingProtocol, Scene, simulate
+from bem import LoadingProtocol, Scene
 from bem.reference_solutions import maugis_dugdale
+from tests.validation.cases import completed
 
 TABORS = (0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 3.0, 5.0)
 
@@ -19,8 +20,7 @@ def excess():
     found = []
     protocol = LoadingProtocol(peak_indentation=2.0, loading_rate=1.0, dwell_time=0.0, unloading_rate=1.0)
     for tabor in TABORS:
-        trajectory = simulate(Scene(tabor=tabor), protocol)
-        assert trajectory.completed, trajectory.status
+        trajectory = completed(Scene(tabor=tabor), protocol)
         found.append(trajectory.pull_off_force / maugis_dugdale.pull_off_force(tabor) - 1.0)
     return np.array(found)
 

@@ -2,7 +2,8 @@
 
 import pytest
 
-from bem import LoadingProtocol, Scene, StandardLinearSolid, simulate
+from bem import LoadingProtocol, Scene, StandardLinearSolid
+from tests.validation.cases import completed
 
 PROTOCOLS = {
     1: (0.2, 5.0, 10.0, 1.0, 200.0),
@@ -17,8 +18,7 @@ def test_pull_off_force_and_hysteresis(number):
     tabor, peak, loading, dwell, unloading = PROTOCOLS[number]
     scene = Scene(tabor=tabor, material=StandardLinearSolid(modulus_ratio=0.1))
     protocol = LoadingProtocol(peak_indentation=peak, loading_rate=loading, dwell_time=dwell, unloading_rate=unloading)
-    trajectory = simulate(scene, protocol, "standard")
-    assert trajectory.completed, trajectory.status
+    trajectory = completed(scene, protocol, "standard")
     pull_off, hysteresis = PULL_OFF_AND_HYSTERESIS[number]
     assert trajectory.pull_off_force == pytest.approx(pull_off, rel=5e-3)
     assert trajectory.hysteresis == pytest.approx(hysteresis, rel=5e-3)

@@ -3,15 +3,9 @@
 import numpy as np
 import pytest
 
-from bem import (
-    HardContact,
-    LennardJones,
-    LoadingProtocol,
-    PiecewiseLinearProtocol,
-    Scene,
-    StandardLinearSolid,
-    simulate,
-)
+from bem import HardContact, LennardJones, Scene, simulate
+from bem.materials import StandardLinearSolid
+from bem.protocol import LoadingProtocol, PiecewiseLinearProtocol
 
 MOST_STEPS = 8_000
 
@@ -55,12 +49,7 @@ def test_a_looser_accuracy_takes_no_more_steps_in_a_stiff_contact_without_adhesi
     assert draft.hysteresis == pytest.approx(standard.hysteresis, rel=0.01)
 
 
-def test_sixty_random_stiff_contacts_are_followed():
-    for case in drawn(60, seed=1):
-        assert_followed(*case)
-
-
-@pytest.mark.slow
-def test_three_thousand_random_stiff_contacts_are_followed():
-    for case in drawn(3000, seed=2):
+@pytest.mark.parametrize(("count", "seed"), [(60, 1), pytest.param(3000, 2, marks=pytest.mark.slow)])
+def test_random_stiff_contacts_are_followed(count, seed):
+    for case in drawn(count, seed):
         assert_followed(*case)

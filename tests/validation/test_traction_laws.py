@@ -7,15 +7,7 @@ this smoothing and of the standard accuracy together. Source: Maugis, J. Colloid
 import numpy as np
 import pytest
 
-from bem import (
-    ConstantStress,
-    Elastic,
-    Exponential,
-    LennardJones,
-    LoadingProtocol,
-    Scene,
-    StandardLinearSolid,
-)
+from bem import ConstantStress, Elastic, Exponential, LennardJones, LoadingProtocol, Scene, StandardLinearSolid
 from bem.reference_solutions import maugis_dugdale
 from bem.solver.simulation import count_unstable
 from tests.validation.cases import completed

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from bem import Elastic, LoadingProtocol, PiecewiseLinearProtocol, PronySeries, Scene, StandardLinearSolid, simulate
+from tests.validation.cases import completed
 
 DEPTHS = [-2.0, 4.0, -2.0]
 ACCURACY = 1e-3
@@ -15,9 +16,7 @@ ACCURACY = 1e-3
 
 def run(material, tabor, duration, **options):
     path = PiecewiseLinearProtocol([0.0, 0.5 * duration, duration], DEPTHS)
-    trajectory = simulate(Scene(tabor=tabor, material=material), path, ACCURACY, **options)
-    assert trajectory.completed, trajectory.status
-    return trajectory
+    return completed(Scene(tabor=tabor, material=material), path, ACCURACY, **options)
 
 
 def assert_same_loop(one, other, tolerance=2e-3):
