@@ -3,22 +3,7 @@
 import numpy as np
 import pytest
 
-from bem import (
-    ConstantStress,
-    Contact,
-    Elastic,
-    ForceProtocol,
-    HardContact,
-    LoadingProtocol,
-    PiecewiseLinearProtocol,
-    PronySeries,
-    Scene,
-    StandardLinearSolid,
-    TractionLaw,
-    recommend,
-    simulate,
-    simulate_paper_method,
-)
+from bem import ConstantStress, Contact, HardContact, Scene, TractionLaw, recommend, simulate, simulate_paper_method
 from bem.accuracy import resolve_accuracy
 from bem.dataset.campaign import Campaign
 from bem.dataset.designs import Design
@@ -26,7 +11,9 @@ from bem.dataset.measurement_steps import measurement_grid, proportional_counts
 from bem.dataset.physical_steps import physical_grid
 from bem.discretisation.influence import require_mesh
 from bem.discretisation.mesh import uniform_mesh
+from bem.materials import Elastic, PronySeries, StandardLinearSolid
 from bem.materials_library import fit_prony
+from bem.protocol import ForceProtocol, LoadingProtocol, PiecewiseLinearProtocol
 from bem.reference_solutions import persson_brener
 
 CYCLE = {"peak_indentation": 10.0, "loading_rate": 2.0, "dwell_time": 0.5, "unloading_rate": 4.0}

@@ -3,18 +3,9 @@
 import numpy as np
 import pytest
 
-from bem import (
-    Elastic,
-    ForceProtocol,
-    HardContact,
-    LoadingProtocol,
-    PiecewiseLinearProtocol,
-    PronySeries,
-    Scene,
-    StandardLinearSolid,
-    recommend,
-    simulate,
-)
+from bem import HardContact, Scene, recommend, simulate
+from bem.materials import Elastic, PronySeries, StandardLinearSolid
+from bem.protocol import ForceProtocol, LoadingProtocol, PiecewiseLinearProtocol
 from bem.small_effects import Lighter, lighter_scene
 from bem.solver import simulation
 from tests.validation.cases import corners_of_the_papers_box, drawn_from_the_papers_box

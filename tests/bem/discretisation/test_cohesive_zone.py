@@ -1,12 +1,7 @@
 import numpy as np
 import pytest
 
-from bem.discretisation.cohesive_zone import (
-    CRACK_LENGTH,
-    edge_resistance,
-    edge_width,
-    largest_contact_radius,
-)
+from bem.discretisation.cohesive_zone import CRACK_LENGTH, edge_resistance, edge_width, largest_contact_radius
 from bem.reference_solutions import jkr
 
 

@@ -1,16 +1,45 @@
+"""The displacement by a ring of traction, its integrals, and the matrix made of them."""
+
 from itertools import pairwise
 
 import numpy as np
 import pytest
 from scipy.integrate import quad
+from scipy.special import ellipe, ellipkm1
 
-from bem.discretisation.influence import (
-    force_weights,
-    influence_matrix,
-    unit_influence,
-)
+from bem.discretisation.elliptic_integrals import elliptic_integrals
+from bem.discretisation.hat_influence import hat_influence, kernel_series, second_integral
+from bem.discretisation.influence import force_weights, influence_matrix, unit_influence
+from bem.discretisation.ring_moments import ring_moments
 from bem.reference_solutions import displacements
-from tests.bem.discretisation.test_ring_moments import kernel_at_one
+
+
+def test_elliptic_integrals_agree_with_scipy():
+    complement = np.concatenate([[1e-300, 1e-30], np.geomspace(1e-16, 1.0, 200)])
+    first, second = elliptic_integrals(complement)
+    np.testing.assert_allclose(first, ellipkm1(complement), rtol=2e-15)
+    np.testing.assert_allclose(second, ellipe(1.0 - complement), rtol=1e-14)
+
+
+def kernel_at_one(t):
+    """G(1, t), the complementary parameter formed without cancellation."""
+    ratio = min(t, 1.0 / t)
+    return 4.0 / (np.pi * max(1.0, t)) * float(ellipkm1((1.0 - ratio) * (1.0 + ratio)))
+
+
+def moment_by_quadrature(x, power):
+    """Integral over (0, x) of G(1, t) t^power dt, with panels graded towards the logarithm at t = 1."""
+    graded = 2.0 ** -np.arange(0.0, 44.0)
+    points = np.concatenate([[0.0], 1.0 - graded, [1.0], 1.0 + graded[::-1], 2.0 ** np.arange(2.0, 12.0)])
+    limits = np.unique(np.append(points[points < x], x))
+    return sum(quad(lambda t: kernel_at_one(t) * t**power, a, b, epsrel=1e-13)[0] for a, b in pairwise(limits))
+
+
+@pytest.mark.parametrize("x", [1e-3, 0.3, 0.6999, 0.7001, 0.99, 1.0, 1.01, 1.0 / 0.7, 1.43, 3.0, 500.0])
+def test_ring_moments_agree_with_quadrature(x):
+    uniform, linear = ring_moments(np.array([x]))
+    assert uniform[0] == pytest.approx(moment_by_quadrature(x, 1), rel=1e-11)
+    assert linear[0] == pytest.approx(moment_by_quadrature(x, 2), rel=1e-11)
 
 
 @pytest.mark.parametrize("radii", [np.linspace(0.0, 1.0, 50), np.concatenate([[0.0], np.geomspace(1e-3, 1.0, 60)])])
@@ -76,3 +105,22 @@ def test_hats_away_from_the_diagonal_agree_with_quadrature(hat, observer):
 
     expected = sum(quad(integrand, hat + a, hat + a + 1.0, epsabs=0.0, epsrel=1e-13)[0] for a in (-1.0, 0.0))
     assert unit_influence(601)[hat, observer] == pytest.approx(expected, rel=3e-11)
+
+
+def test_the_quadrature_is_the_moments_of_the_kernel():
+    x = np.concatenate([np.linspace(0.02, 0.9, 20), np.linspace(1.1, 6.0, 20), [100.0, 3000.0]])
+    (uniform, linear), (to_one, linear_to_one) = ring_moments(x), ring_moments(np.ones(1))
+    expected = x * (uniform - to_one) - (linear - linear_to_one)
+    np.testing.assert_allclose(second_integral(x), expected, rtol=1e-10)
+
+
+def test_equal_spacing_gives_the_unit_influence():
+    np.testing.assert_allclose(hat_influence(np.arange(200), kernel_series()), unit_influence(200), rtol=2e-7)
+
+
+@pytest.mark.parametrize("places", [[0, 1, 2, 4, 8, 16, 64, 1024, 2048], [0, 3000, 6000, 6001, 6002, 6010, 9000]])
+def test_uneven_nodes_give_the_influence_matrix(places):
+    found = hat_influence(np.array(places), kernel_series())
+    expected = influence_matrix(np.array(places, dtype=float)).T
+    np.testing.assert_allclose(found[:-1], expected[:-1], rtol=2e-6)
+    assert np.all(found[-1] > expected[-1])  # the last hat is whole

@@ -3,18 +3,10 @@
 import numpy as np
 import pytest
 
-from bem import (
-    ConstantStress,
-    Elastic,
-    Exponential,
-    ForceProtocol,
-    HardContact,
-    PiecewiseLinearProtocol,
-    Scene,
-    StandardLinearSolid,
-    simulate,
-)
+from bem import ConstantStress, Exponential, HardContact, Scene, simulate
 from bem.discretisation.mesh import uniform_mesh
+from bem.materials import Elastic, StandardLinearSolid
+from bem.protocol import ForceProtocol, PiecewiseLinearProtocol
 from bem.solver import elastic_branch, simulation
 
 CYCLES = PiecewiseLinearProtocol([0.0, 1.0, 1.5, 2.0, 3.0], [-6.0, 2.0, -1.0, 3.0, -9.0])

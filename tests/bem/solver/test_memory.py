@@ -3,14 +3,7 @@ import pytest
 from scipy.integrate import quad
 
 from bem.materials import Elastic, PronySeries, StandardLinearSolid
-from bem.solver.memory import (
-    advance,
-    forget_rate,
-    new_memory,
-    remembered_in,
-    shortest_relaxation,
-    step_factors,
-)
+from bem.solver.memory import advance, forget_rate, new_memory, remembered_in, shortest_relaxation, step_factors
 
 BROAD = PronySeries([0.3, 0.25, 0.2], [0.02, 1.0, 40.0])
 

@@ -60,24 +60,20 @@ def test_monotone_histories_and_short_ones_are_left_alone():
         assert len(out) == count
 
 
+SHORT = ([0.0, 2.0, 2.0 + 1e-6, 2.0 + 2e-6], [0.468, 0.476, 0.474, 0.474])
+UNEQUAL = ([0.0, 5e-3, 5e-3 + 4e-5, 8e-3], [1.62, 1.953, 1.943, 1.4])
+
+
 @pytest.mark.parametrize(
-    ("times", "depths"),
-    [([0.0, 1.0, 1.0, 2.0], [0.0, -1.0, -1.0, -2.0]), ([0.0, 1.0, 2.0, 3.0], [0.0, 1.0, 0.0, -1.0])],
-    ids=["a jump", "a corner of the protocol"],
+    ("times", "forces", "depths"),
+    [
+        pytest.param([0.0, 1.0, 1.0, 2.0], [0.0, 2.0, 1.0, 0.5], [0.0, -1.0, -1.0, -2.0], id="a jump"),
+        pytest.param([0.0, 1.0, 2.0, 3.0], [0.0, 2.0, 1.0, 0.5], [0.0, 1.0, 0.0, -1.0], id="a corner of the protocol"),
+        pytest.param(*SHORT, None, id="rounding beside a tiny step"),
+        pytest.param(*UNEQUAL, None, id="steps of very unequal length"),
+    ],
 )
-def test_no_parabola_reaches_across(times, depths):
-    records = records_of(times, [0.0, 2.0, 1.0, 0.5], depths)
-    out, _ = with_peaks(records, np.ones(4, bool))
-    np.testing.assert_array_equal(out, records)
-
-
-def test_no_peak_grows_from_rounding_beside_a_tiny_step():
-    records = records_of([0.0, 2.0, 2.0 + 1e-6, 2.0 + 2e-6], [0.468, 0.476, 0.474, 0.474])
-    out, _ = with_peaks(records, np.ones(4, bool))
-    np.testing.assert_array_equal(out, records)
-
-
-def test_no_parabola_is_drawn_through_steps_of_very_unequal_length():
-    records = records_of([0.0, 5e-3, 5e-3 + 4e-5, 8e-3], [1.62, 1.953, 1.943, 1.4])
+def test_no_parabola_reaches_across(times, forces, depths):
+    records = records_of(times, forces, depths)
     out, _ = with_peaks(records, np.ones(4, bool))
     np.testing.assert_array_equal(out, records)

@@ -4,23 +4,13 @@ import functools
 import numpy as np
 import pytest
 
-from bem import (
-    ConstantStress,
-    Elastic,
-    ForceProtocol,
-    HardContact,
-    LennardJones,
-    LoadingProtocol,
-    PiecewiseLinearProtocol,
-    PronySeries,
-    Scene,
-    StandardLinearSolid,
-    simulate,
-    simulate_paper_method,
-)
+from bem import ConstantStress, HardContact, LennardJones, Scene, simulate, simulate_paper_method
 from bem.discretisation.mesh import uniform_mesh
+from bem.materials import Elastic, PronySeries, StandardLinearSolid
+from bem.protocol import ForceProtocol, LoadingProtocol, PiecewiseLinearProtocol
 from bem.reference_solutions import jkr
 from bem.solver import simulation
+from tests.validation.cases import completed
 
 SOFT = StandardLinearSolid(modulus_ratio=0.1)
 PROTOCOL = LoadingProtocol(peak_indentation=4.0, loading_rate=10.0, dwell_time=0.1, unloading_rate=10.0)
@@ -29,9 +19,7 @@ ARRAYS = ("time", "indentation", "force", "contact_radius")
 
 def run(material=SOFT, adhesion=None, tabor=1.0, protocol=PROTOCOL, accuracy="draft", **options):
     scene = Scene(tabor=tabor, material=material, adhesion=adhesion or LennardJones())
-    trajectory = simulate(scene, protocol, accuracy, **options)
-    assert trajectory.completed, trajectory.status
-    return trajectory
+    return completed(scene, protocol, accuracy, **options)
 
 
 def test_arrays_are_parallel_float64_and_meet_the_ends_of_the_protocol():
