@@ -1,7 +1,12 @@
-"""Programs that a test runs to their end."""
+"""Programs and commands that a test runs to their end, and the root of the repository, where most of them run."""
 
 import subprocess
 import sys
+from pathlib import Path
+
+from typer.testing import CliRunner
+
+ROOT = Path(__file__).resolve().parents[1]
 
 
 def ended(*words, **options):
@@ -11,3 +16,10 @@ def ended(*words, **options):
 
 def python(*words, **options):
     return ended(sys.executable, *words, **options)
+
+
+def succeeded(app, words):
+    """A command that ran in this process and ended well."""
+    result = CliRunner().invoke(app, words)
+    assert result.exit_code == 0, result.output
+    return result

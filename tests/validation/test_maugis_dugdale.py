@@ -5,7 +5,6 @@ not matter. Source: Maugis, J. Colloid Interface Sci. 150 (1992) 243; Johnson an
 """
 
 import numpy as np
-import pytest
 
 from bem import LoadingProtocol, Scene
 from bem.reference_solutions import maugis_dugdale
@@ -14,22 +13,11 @@ from tests.validation.cases import completed
 TABORS = (0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 3.0, 5.0)
 
 
-@pytest.fixture(scope="module")
-def excess():
-    """Relative excess of the pull-off force over Maugis's, for each Tabor parameter."""
-    found = []
+def test_the_shape_of_the_law_is_worth_six_per_cent_at_most_and_nothing_in_the_limits():
     protocol = LoadingProtocol(peak_indentation=2.0, loading_rate=1.0, dwell_time=0.0, unloading_rate=1.0)
-    for tabor in TABORS:
-        trajectory = completed(Scene(tabor=tabor), protocol)
-        found.append(trajectory.pull_off_force / maugis_dugdale.pull_off_force(tabor) - 1.0)
-    return np.array(found)
-
-
-def test_the_shape_of_the_law_is_worth_six_per_cent_at_most(excess):
+    found = np.array([completed(Scene(tabor=tabor), protocol).pull_off_force for tabor in TABORS])
+    excess = found / [maugis_dugdale.pull_off_force(tabor) for tabor in TABORS] - 1.0
     assert np.all((excess > 0.0) & (excess < 0.06)), excess
-
-
-def test_in_the_limits_it_is_worth_nothing(excess):
     middle = np.argmax(excess)
     assert np.all(np.diff(excess[: middle + 1]) > 0.0)
     assert np.all(np.diff(excess[middle:]) < 0.0)
