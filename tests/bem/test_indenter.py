@@ -14,6 +14,7 @@ from bem.dataset.cases import described, restored
 from bem.indenter import depth_factor, tension_without_deformation
 from bem.reference_solutions import hertz, jkr
 from surrogate.prediction.checks import contacts
+from tests.processes import succeeded
 
 CYCLE = LoadingProtocol(peak_indentation=2.0, loading_rate=5.0, dwell_time=0.0, unloading_rate=5.0)
 
@@ -82,8 +83,7 @@ def test_a_shape_is_written_and_read_and_none_is_not_written():
 @pytest.mark.parametrize("word", ["cone", "paraboloid", "power:3"])
 def test_a_shape_is_named_on_the_command_line(word):
     cycle = ["--tabor", "1", "--peak-indentation", "2", "--loading-rate", "5", "--unloading-rate", "5"]
-    found = CliRunner().invoke(app, ["simulate", *cycle, "--indenter", word, "--json"])
-    assert found.exit_code == 0, found.output
+    found = succeeded(app, ["simulate", *cycle, "--indenter", word, "--json"])
     assert json.loads(found.stdout)["status"] == "completed"
     refused = CliRunner().invoke(app, ["simulate", *cycle, "--indenter", "pyramid"])
     assert "indenter must be paraboloid, cone, or power:N" in str(refused.exception)

@@ -2,7 +2,6 @@
 
 import sys
 import tomllib
-from pathlib import Path
 
 import pytest
 import typer
@@ -11,7 +10,7 @@ from typer.testing import CliRunner
 import bem.cli.app
 import surrogate.cli.app
 from bem._support.command_line import run_main, sentence
-from tests.processes import python
+from tests.processes import ROOT, python
 
 
 def ended(main, arguments, monkeypatch):
@@ -79,7 +78,7 @@ def test_a_sentence_is_one_line_of_bounded_length():
 
 @pytest.mark.parametrize(("name", "app"), [("bem", bem.cli.app.app), ("surrogate", surrogate.cli.app.app)])
 def test_both_programs_tell_their_version(name, app):
-    project = tomllib.loads(Path(__file__).parents[3].joinpath("pyproject.toml").read_text(encoding="utf-8"))["project"]
+    project = tomllib.loads(ROOT.joinpath("pyproject.toml").read_text(encoding="utf-8"))["project"]
     told = CliRunner().invoke(app, ["--version"])
     assert (told.exit_code, told.output) == (0, f"{name} {project['version']}\n")
     assert "COMMAND" in CliRunner().invoke(app, ["--help"]).output

@@ -17,9 +17,8 @@ import bem
 from bem._support.interruption import interruptible
 from bem.solver import simulation
 from bem.solver.time_stepping import INTERRUPTED, march
-from tests.processes import python
+from tests.processes import ROOT, python
 
-ROOT = Path(__file__).parents[3]
 HANG = 600.0  # seconds after which a program that should end is taken to hang
 LATEST = 5.0  # seconds to react: one, on a machine that other tests keep busy
 

@@ -14,6 +14,7 @@ from bem.lab import ForceCurve
 from bem.lab.maps import read_map, to_xarray
 from experiments.robustness.lab_curves import CLASSES, write_map
 from tests.bem.lab.measurement import BEAD, TRUTH, measured
+from tests.processes import succeeded
 
 CONTACT = {
     "radius": "50e-6",
@@ -35,8 +36,7 @@ def options(*extra, **changes):
 
 def test_simulate_with_a_radius_is_in_si(tmp_path):
     path = tmp_path / "a.csv"
-    result = CliRunner().invoke(app, ["simulate", *options(csv=str(path))])
-    assert result.exit_code == 0, result.output
+    result = succeeded(app, ["simulate", *options(csv=str(path))])
     assert "pull-off force" in result.output
     assert "the pull-off force depends on the effective range" in result.output
     curve = ForceCurve.read(path)
@@ -47,8 +47,7 @@ def test_simulate_with_a_radius_is_in_si(tmp_path):
 def test_units_are_understood_in_the_command():
     plain = CliRunner().invoke(app, ["simulate-si", *options()])
     units = {"radius": "50um", "work_of_adhesion": "50mJ/m2", "modulus": "2MPa", "peak_indentation": "300 nm"}
-    named = CliRunner().invoke(app, ["simulate", *options(loading_rate="2um/s", retardation_time="100ms", **units)])
-    assert named.exit_code == 0, named.output
+    named = succeeded(app, ["simulate", *options(loading_rate="2um/s", retardation_time="100ms", **units)])
     assert plain.output == named.output
 
 
@@ -65,8 +64,7 @@ def test_a_material_may_be_an_entry_of_the_library(tmp_path):
     assert own.exit_code == 0, own.output
     assert own.output == given.output
     words = ["--tabor", "0.5", "--peak-indentation", "2", "--loading-rate", "10", "--unloading-rate", "10"]
-    run = CliRunner().invoke(app, ["simulate", *words, "--material", "sylgard_184_cured_at_100c"])
-    assert run.exit_code == 0, run.output
+    succeeded(app, ["simulate", *words, "--material", "sylgard_184_cured_at_100c"])
 
 
 def test_a_fit_holds_a_known_prony_series(tmp_path):
@@ -75,8 +73,7 @@ def test_a_fit_holds_a_known_prony_series(tmp_path):
     measured(series).shifted(contact_point=TRUTH["contact_point"]).write(tmp_path / "curve.csv")
     words = ["fit", str(tmp_path / "curve.csv"), "--radius", "50um", "--material", "prony:0.7@0.1"]
     words += ["--model", "solver", "--accuracy", "draft", "--out", str(tmp_path / "fit.json")]
-    run = CliRunner().invoke(app, words)
-    assert run.exit_code == 0, run.output
+    succeeded(app, words)
     found = json.loads((tmp_path / "fit.json").read_text())["values"]
     assert "retardation_time" not in found
     assert found["relaxed_modulus"] == pytest.approx(2e6, rel=0.03)
@@ -120,8 +117,7 @@ def test_fit_writes_its_json_and_its_picture(tmp_path):
     out, plot = tmp_path / "fit.json", tmp_path / "fit.png"
     words = ["fit", str(tmp_path / "curve.csv"), "--radius", "50e-6", "--free", "work_of_adhesion,force_offset"]
     words += ["--modulus", "2e6", "--material", "sls:0.3", "--retardation-time", "0.1", "--accuracy", "draft"]
-    result = CliRunner().invoke(app, [*words, "--out", str(out), "--plot", str(plot)])
-    assert result.exit_code == 0, result.output
+    result = succeeded(app, [*words, "--out", str(out), "--plot", str(plot)])
     found = json.loads(out.read_text())
     assert found["values"]["work_of_adhesion"] == pytest.approx(0.05, rel=0.05)
     assert f"{1e3 * found['values']['work_of_adhesion']:.4g} mJ/m^2" in result.output
@@ -163,8 +159,7 @@ def test_a_measurement_that_is_none_is_one_sentence_and_writes_nothing(
 
 def test_a_stiffness_moves_the_stage(tmp_path):
     path = tmp_path / "a.csv"
-    result = CliRunner().invoke(app, ["simulate", *options(csv=str(path), stiffness="50", material="elastic")])
-    assert result.exit_code == 0, result.output
+    succeeded(app, ["simulate", *options(csv=str(path), stiffness="50", material="elastic")])
     curve = ForceCurve.read(path)
     assert curve.stage.max() == pytest.approx(3e-7)
     np.testing.assert_allclose(curve.stage, curve.indentation - curve.force / 50.0, atol=1e-14)
@@ -174,10 +169,7 @@ def test_forces_in_place_of_a_cycle(tmp_path):
     given = {name: CONTACT[name] for name in ("radius", "work-of-adhesion", "modulus", "accuracy")}
     words = [word for name, value in given.items() for word in (f"--{name}", value)]
     plot = tmp_path / "creep.png"
-    run = CliRunner().invoke(
-        app, ["simulate", *words, "--times", "0,1,2", "--forces", "0,-5e-6,2e-5", "--plot", str(plot)]
-    )
-    assert run.exit_code == 0, run.output
+    run = succeeded(app, ["simulate", *words, "--times", "0,1,2", "--forces", "0,-5e-6,2e-5", "--plot", str(plot)])
     assert plot.stat().st_size > 10_000
     assert "pull-off force" in run.output
     for extra in (["--times", "0,1"], ["--times", "0,1", "--forces", "0,1", "--loading-rate", "1"], []):
@@ -208,16 +200,14 @@ def test_a_file_of_several_curves_is_never_silently_one(tmp_path, monkeypatch, c
     assert code == 2
     assert "the number of a curve must be given, from 0 to 2" in said
     assert "from 0 to 2; received 7" in failed([*words, "--number", "7"], monkeypatch, capsys)[1]
-    result = CliRunner().invoke(app, [*words, "--number", "2", "--model", "jkr", "--segment", "retract"])
-    assert result.exit_code == 0, result.output
+    result = succeeded(app, [*words, "--number", "2", "--model", "jkr", "--segment", "retract"])
     assert "JKR: elastic sphere" in result.output
 
 
 def test_a_map_is_one_line_a_curve_and_goes_on_where_it_was(tmp_path):
     path, out, plot = afm_map(tmp_path / "map.h5"), tmp_path / "map.csv", tmp_path / "map.png"
     words = ["fit-map", str(path), "--radius", "5um", "--out", str(out), "--plot", str(plot)]
-    result = CliRunner().invoke(app, words)
-    assert result.exit_code == 0, result.output
+    result = succeeded(app, words)
     assert "3 curves: 2 jkr" in result.output
     assert "1 without a fit: the curve shows no contact" in result.output
     assert plot.stat().st_size > 1000

@@ -19,8 +19,8 @@ from bem.dataset.run import run_campaign
 from bem.dataset.sealed_file import arrays, open_dataset
 from tests.bem.dataset import stand_in
 from tests.data_files import editing
+from tests.processes import ROOT
 
-ROOT = Path(__file__).parents[3]
 TIMINGS = ("scalars/solver_seconds",)
 HANG = 600.0  # seconds after which a process that should end is taken to hang, however busy the machine is
 app = typer.Typer()

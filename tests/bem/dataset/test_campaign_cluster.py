@@ -6,7 +6,6 @@ import subprocess
 import sys
 import time
 from collections import Counter
-from pathlib import Path
 
 import pytest
 
@@ -14,8 +13,7 @@ from bem.dataset.executors import CampaignError, ClusterExecutor, scheduler_addr
 from bem.dataset.run import run_campaign
 from tests.bem.dataset import stand_in
 from tests.bem.dataset.helpers import HANG, assert_same_numbers, await_parts, command, start_command
-
-ROOT = Path(__file__).parents[3]
+from tests.processes import ROOT
 
 
 def test_cluster_gives_the_same_numbers_with_a_worker_killed(plan, undisturbed_slow, tmp_path, monkeypatch):

@@ -13,17 +13,7 @@ from bem.dataset.campaign import Campaign
 from bem.dataset.executors import CampaignError
 from bem.dataset.file import load_dataset
 from bem.dataset.run import run_campaign
-from tests.bem.dataset import stand_in
-from tests.bem.dataset.helpers import (
-    HANG,
-    assert_same_numbers,
-    await_parts,
-    begun,
-    journals,
-    parts,
-    run_here,
-    start_command,
-)
+from tests.bem.dataset import helpers, stand_in
 from tests.data_files import editing
 
 
@@ -63,7 +53,7 @@ def test_failed_trajectories_are_computed_again_when_asked(mending):
     assert sorted(path.name for path in out.parent.iterdir()) == ["data.h5", "mended"]
 
 
-@pytest.mark.parametrize(("solver", "run"), [("solve", run_campaign), ("slow", run_here)])
+@pytest.mark.parametrize(("solver", "run"), [("solve", run_campaign), ("slow", helpers.run_here)])
 def test_a_folder_deleted_while_running_ends_in_one_sentence(solver, run, undisturbed, plan, tmp_path):
     out = tmp_path / "there" / "data.h5"
 
@@ -77,7 +67,7 @@ def test_a_folder_deleted_while_running_ends_in_one_sentence(solver, run, undist
     assert list(tmp_path.iterdir()) == []
     if solver == "solve":
         assert run_campaign(plan, out, solver=stand_in.solve).computed == 120
-        assert_same_numbers(out, undisturbed)
+        helpers.assert_same_numbers(out, undisturbed)
 
 
 @pytest.mark.parametrize("limit", [10_000, 500_000])
@@ -86,13 +76,13 @@ def test_real_write_errors_end_in_one_sentence(limit, tmp_path):
     before = f"import resource; resource.setrlimit(resource.RLIMIT_FSIZE, ({limit}, {limit}))"
     out = tmp_path / "data.h5"
     options = ("--count", 600, "--native", "--workers", 1)
-    process = start_command("campaign", *options, "--out", out, solver="solve", before=before)
-    _, errors = process.communicate(timeout=HANG)
+    process = helpers.start_command("campaign", *options, "--out", out, solver="solve", before=before)
+    _, errors = process.communicate(timeout=helpers.HANG)
     assert (process.returncode, errors.count("\n")) == (1, 1), errors
     assert "File too large" in errors
     assert "the same command continues" in errors
     assert not out.exists()
-    assert bool(parts(out)) == (limit > 50_000)
+    assert bool(helpers.parts(out)) == (limit > 50_000)
     assert not list(tmp_path.rglob("*.writing"))
 
 
@@ -116,33 +106,33 @@ def test_a_full_disk_ends_in_one_sentence_and_loses_nothing(room, plan, undistur
         )
         with pytest.raises(CampaignError, match=r"No space left on device.*the same command continues"):
             run_campaign(plan, out, solver=stand_in.solve)
-    assert len(parts(out)) == len(written) - 1
-    assert list(tmp_path.iterdir()) == journals(out)
+    assert len(helpers.parts(out)) == len(written) - 1
+    assert list(tmp_path.iterdir()) == helpers.journals(out)
     if room is not None:  # what was cut short is not taken for damage, also once more was written after it
-        kept = len(parts(out))
+        kept = len(helpers.parts(out))
         with pytest.raises(InterruptedError):
-            run_campaign(plan, out, solver=stand_in.solve, progress=lambda *_: stop(len(parts(out)) > kept))
+            run_campaign(plan, out, solver=stand_in.solve, progress=lambda *_: stop(len(helpers.parts(out)) > kept))
     found = run_campaign(plan, out, solver=stand_in.solve)
     assert (found.computed > 0, found.damaged) == (room is not None, 0)
-    assert_same_numbers(out, undisturbed)
+    helpers.assert_same_numbers(out, undisturbed)
 
 
 @pytest.mark.usefixtures("in_this_process")
 def test_a_damaged_description_is_told(plan, undisturbed, tmp_path, monkeypatch):
     out = tmp_path / "data.h5"
-    (path,) = begun(plan, out, monkeypatch)
+    (path,) = helpers.begun(plan, out, monkeypatch)
     path.write_bytes(path.read_bytes().replace(b'"design"', b'"resign"', 1))
     with pytest.raises(ValueError, match=r"may be replaced with --replace: '.*parts' is damaged"):
         run_campaign(Campaign(count=7), out, solver=stand_in.solve)
     assert run_campaign(plan, out, solver=stand_in.solve).computed == 0
-    assert_same_numbers(out, undisturbed)
+    helpers.assert_same_numbers(out, undisturbed)
 
 
 def test_two_campaigns_on_one_file_exclude_each_other(plan, tmp_path):
     out = tmp_path / "data.h5"
-    process = start_command("campaign", "--count", 4000, "--seed", 4, "--native", "--workers", 2, "--out", out)
+    process = helpers.start_command("campaign", "--count", 4000, "--seed", 4, "--native", "--workers", 2, "--out", out)
     try:
-        await_parts(out, process, 1)
+        helpers.await_parts(out, process, 1)
         with pytest.raises(CampaignError, match="another campaign is writing"):
             run_campaign(Campaign(count=4000, seed=4, native=True), out, solver=stand_in.slow)
     finally:
@@ -155,7 +145,7 @@ def test_two_campaigns_on_one_file_exclude_each_other(plan, tmp_path):
 @pytest.mark.usefixtures("in_this_process")
 def test_only_own_files_are_removed_and_those_of_a_former_version_refused(plan, tmp_path, monkeypatch):
     out = tmp_path / "data.h5"
-    begun(plan, out, monkeypatch)
+    helpers.begun(plan, out, monkeypatch)
     mine = [tmp_path / name for name in ("data.h5.writing", "data.h5.mine.parts", f"data_h5.{'0' * 16}.parts")]
     for path in mine:
         path.write_text("mine", encoding="utf-8")
@@ -171,7 +161,7 @@ def test_only_own_files_are_removed_and_those_of_a_former_version_refused(plan, 
 
 @pytest.mark.usefixtures("in_this_process")
 def test_a_link_in_place_of_a_journal_is_refused(tmp_path, monkeypatch):
-    (path,) = begun(Campaign(count=9), tmp_path / "data.h5", monkeypatch)
+    (path,) = helpers.begun(Campaign(count=9), tmp_path / "data.h5", monkeypatch)
     path.unlink()
     path.symlink_to("nowhere")
     with pytest.raises(CampaignError, match=r"cannot write beside '.*data.h5' \(Too many levels of symbolic links\)"):
@@ -181,7 +171,7 @@ def test_a_link_in_place_of_a_journal_is_refused(tmp_path, monkeypatch):
 @pytest.mark.usefixtures("in_this_process")
 def test_a_journal_that_outlives_its_file_is_removed(plan, undisturbed, tmp_path, monkeypatch):
     out = tmp_path / "data.h5"
-    begun(plan, out, monkeypatch)
+    helpers.begun(plan, out, monkeypatch)
     out.write_bytes(undisturbed.read_bytes())
     assert run_campaign(plan, out, solver=stand_in.solve).computed == 0
     assert list(tmp_path.iterdir()) == [out]
@@ -191,11 +181,11 @@ def test_a_journal_that_outlives_its_file_is_removed(plan, undisturbed, tmp_path
 def test_another_campaigns_parts_stay_until_the_one_that_replaces_it_is_complete(tmp_path, monkeypatch):
     first, second = Campaign(count=40, seed=1), Campaign(count=40, seed=2)
     out = tmp_path / "data.h5"
-    (theirs,) = begun(first, out, monkeypatch)
-    (ours,) = {*begun(second, out, monkeypatch)} - {theirs}
+    (theirs,) = helpers.begun(first, out, monkeypatch)
+    (ours,) = {*helpers.begun(second, out, monkeypatch)} - {theirs}
     assert run_campaign(first, out, solver=stand_in.solve).computed == 0
     assert len(load_dataset(out)) == 40
-    assert journals(out) == [ours]  # which may still continue
-    begun(first, tmp_path / "other.h5", monkeypatch)[0].rename(theirs)
+    assert helpers.journals(out) == [ours]  # which may still continue
+    helpers.begun(first, tmp_path / "other.h5", monkeypatch)[0].rename(theirs)
     assert run_campaign(second, out, solver=stand_in.solve, replace=True).computed == 0
     assert sorted(tmp_path.iterdir()) == [out]

@@ -8,22 +8,12 @@ import numpy as np
 import pytest
 
 import bem
-from bem import (
-    Cases,
-    Elastic,
-    ForceProtocol,
-    HardContact,
-    LoadingProtocol,
-    PiecewiseLinearProtocol,
-    PronySeries,
-    Scene,
-    StandardLinearSolid,
-    load_cases,
-    run_campaign,
-)
+from bem import Cases, HardContact, Scene, load_cases, run_campaign
 from bem.dataset.cases import described, restored, with_nan
 from bem.dataset.file import load_dataset
 from bem.dataset.sealed_file import DamagedFileError
+from bem.materials import Elastic, PronySeries, StandardLinearSolid
+from bem.protocol import ForceProtocol, LoadingProtocol, PiecewiseLinearProtocol
 from bem.trajectory import Statistics
 from tests.bem.dataset import stand_in
 from tests.bem.dataset.helpers import run_here

@@ -13,8 +13,9 @@ from bem.dataset.file import load_dataset
 from bem.dataset.sealed_file import BLOCK, SEALED, DamagedFileError, open_dataset
 from surrogate.data.dataset import TrajectoryDataset
 from tests.data_files import damaged, editing, unsealed
+from tests.processes import ROOT
 
-PUBLISHED = Path(__file__).parents[3] / "published" / "dataset.h5"
+PUBLISHED = ROOT / "published" / "dataset.h5"
 FUZZ = """
 import random, sys
 from pathlib import Path

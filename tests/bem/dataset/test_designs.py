@@ -1,13 +1,13 @@
 import csv
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from bem.cli.design_options import parse_ranges, parse_ratio, read_design_file
 from bem.dataset.designs import DESIGNS, PAPER_RANGES, QUANTITIES, Design
+from tests.processes import ROOT
 
-PAPER_VALUES = Path(__file__).parents[3] / "experiments" / "paper_values"
+PAPER_VALUES = ROOT / "experiments" / "paper_values"
 
 
 def stacked(protocols):

@@ -1,7 +1,6 @@
 """docs/dataset.md and docs/cluster.md say what a file holds; this compares."""
 
 import re
-from pathlib import Path
 
 import h5py
 import pytest
@@ -12,15 +11,10 @@ from bem.dataset.campaign import Campaign
 from bem.dataset.sealed_file import arrays
 from tests.bem.dataset import stand_in
 from tests.bem.dataset.helpers import run_here
+from tests.processes import ROOT
 
-ROOT = Path(__file__).parents[3]
 TEXT, CASES = ((ROOT / "docs" / f"{name}.md").read_text(encoding="utf-8") for name in ("dataset", "cluster"))
 PLAN = Campaign(count=40, native=True)
-
-
-@pytest.fixture(scope="module")
-def path(tmp_path_factory):
-    return run_here(PLAN, tmp_path_factory.mktemp("data") / "dataset.h5", solver=stand_in.solve).path
 
 
 @pytest.mark.parametrize(
@@ -47,7 +41,8 @@ def test_the_documented_tree_is_the_files(text, job, solver, attributes, tmp_pat
     assert {(name, kind, tuple(sizes[one] for one in shape.split(", "))) for name, kind, shape in rows} == found
 
 
-def test_the_documented_python_runs(path):
+def test_the_documented_python_runs(tmp_path):
+    path = run_here(PLAN, tmp_path / "dataset.h5", solver=stand_in.solve).path
     code = TEXT[TEXT.index("```python\n") + 10 :].split("```")[0]
     names = {}
     exec(code.replace("published/dataset.h5", str(path)), names)

@@ -7,21 +7,18 @@ from pathlib import Path
 import pytest
 
 import bem
+from tests.processes import ROOT
 
-PAGE = Path(__file__).parents[3] / "docs" / "effects.md"
+PAGE = ROOT / "docs" / "effects.md"
 COST = PAGE.with_name("cost.md")
 
 
 def test_the_files_the_page_names_are_there():
     home = Path(bem.__file__).parent
     here = {path.stem for path in home.rglob("*.py")}
-    named = set(names(PAGE.read_text(encoding="utf-8")))
+    named = set(re.findall(r"`(\w+)\.py`", PAGE.read_text(encoding="utf-8")))
     assert len(named) >= 8
     assert named <= here
-
-
-def names(cell):
-    return re.findall(r"`(\w+)\.py`", cell)
 
 
 @pytest.mark.parametrize(("page", "least"), [(PAGE, 10), (COST, 4)])

@@ -4,18 +4,12 @@ import numpy as np
 import pytest
 
 import bem
-from bem import (
-    Elastic,
-    HardContact,
-    LoadingProtocol,
-    PiecewiseLinearProtocol,
-    PronySeries,
-    Scene,
-    StandardLinearSolid,
-)
+from bem import HardContact, Scene
 from bem.dataset.designs import Design
 from bem.effects.recommendation import difference, operations, recommend
 from bem.effects.scene_effects import Effects, choices, reduced
+from bem.materials import Elastic, PronySeries, StandardLinearSolid
+from bem.protocol import LoadingProtocol, PiecewiseLinearProtocol
 from bem.scene import SMALLEST_TABOR
 
 SLS = StandardLinearSolid(0.1)
