@@ -1,6 +1,5 @@
 import json
 from base64 import b64decode
-from pathlib import Path
 
 import numpy as np
 import onnx
@@ -13,23 +12,11 @@ from experiments import demo_curves
 from experiments.paper_numbers import paper_rows
 from surrogate.data.dataset import Split, TrajectoryDataset
 from surrogate.training.exporting import banded_content
+from tests.processes import ROOT
 
-ROOT = Path(__file__).parents[2]
-
-
-@pytest.fixture(scope="module")
-def tracked():
-    return json.loads((ROOT / demo_curves.OUT).read_text(encoding="utf-8"))
-
-
-@pytest.fixture(scope="module")
-def solids():
-    return json.loads((ROOT / demo_curves.SOLIDS_OUT).read_text(encoding="utf-8"))
-
-
-@pytest.fixture(scope="module")
-def dataset():
-    return TrajectoryDataset.load(ROOT / demo_curves.DATASET)
+TRACKED, SOLIDS = (
+    json.loads((ROOT / path).read_text(encoding="utf-8")) for path in (demo_curves.OUT, demo_curves.SOLIDS_OUT)
+)
 
 
 def test_spread_takes_the_nearest_free_protocol():
@@ -54,14 +41,15 @@ def test_no_more_than_there_are():
         demo_curves.spread(protocols, 4)
 
 
-def test_tracked_curves_are_of_the_published_data_set(tracked, dataset):
+def test_tracked_curves_are_of_the_published_data_set():
     """Fails when the data set was published anew: run `make demo-curves`."""
-    assert tracked["dataset_sha256"] == dataset.sha256
-    assert tuple(tracked["counts"]) == dataset.points_per_phase
+    dataset = TrajectoryDataset.load(ROOT / demo_curves.DATASET)
+    assert TRACKED["dataset_sha256"] == dataset.sha256
+    assert tuple(TRACKED["counts"]) == dataset.points_per_phase
     test_part = set(
         (Split.load(ROOT / demo_curves.SPLIT) if (ROOT / demo_curves.SPLIT).is_file() else dataset.split()).test
     )
-    held_out = [curve for curve in tracked["curves"] if curve["kind"] == "test"]
+    held_out = [curve for curve in TRACKED["curves"] if curve["kind"] == "test"]
     assert len(held_out) == demo_curves.COUNT
     for curve in held_out:
         row = int(curve["name"].removeprefix("data-set-"))
@@ -70,33 +58,33 @@ def test_tracked_curves_are_of_the_published_data_set(tracked, dataset):
         np.testing.assert_allclose(curve["force"], dataset.force[row], rtol=1e-6)
 
 
-def test_tracked_curves_hold_the_papers_samples(tracked):
+def test_tracked_curves_hold_the_papers_samples():
     rows = paper_rows("canonical_protocols")
-    curves = [curve for curve in tracked["curves"] if curve["kind"] == "paper"]
+    curves = [curve for curve in TRACKED["curves"] if curve["kind"] == "paper"]
     assert [curve["name"] for curve in curves] == [f"paper-{row['sample']:g}" for row in rows]
     assert [curve["protocol"] for curve in curves] == [{name: row[name] for name in QUANTITIES} for row in rows]
 
 
-def test_a_sample_is_simulated_on_the_measurement_steps(tracked):
-    row = {"sample": 12.0, **tracked["curves"][11]["protocol"]}
+def test_a_sample_is_simulated_on_the_measurement_steps():
+    row = {"sample": 12.0, **TRACKED["curves"][11]["protocol"]}
     curve = demo_curves.paper_curve(row)
     assert curve["results"]["pull_off_force"] == pytest.approx(
-        tracked["curves"][11]["results"]["pull_off_force"], rel=5e-3
+        TRACKED["curves"][11]["results"]["pull_off_force"], rel=5e-3
     )
     assert len(curve["force"]) == 120
     assert max(curve["force"][69:]) <= curve["results"]["pull_off_force"]
 
 
-def test_tracked_solids_are_the_same_protocols_and_others(tracked, solids):
+def test_tracked_solids_are_the_same_protocols_and_others():
     """Fails when one of the two files was written alone: run `make demo-curves`."""
-    assert solids["dataset_sha256"] == tracked["dataset_sha256"]
-    assert tuple(solids["counts"]) == PHYSICAL
-    known = len(tracked["curves"])
-    for one, other in zip(solids["curves"][:known], tracked["curves"], strict=True):
+    assert SOLIDS["dataset_sha256"] == TRACKED["dataset_sha256"]
+    assert tuple(SOLIDS["counts"]) == PHYSICAL
+    known = len(TRACKED["curves"])
+    for one, other in zip(SOLIDS["curves"][:known], TRACKED["curves"], strict=True):
         assert (one["name"], one["kind"]) == (other["name"], other["kind"])
         assert one["protocol"] == {"modulus_ratio": 0.1} | other["protocol"]
         assert one["results"]["pull_off_force"] == pytest.approx(other["results"]["pull_off_force"], rel=2e-2)
-    others = solids["curves"][known:]
+    others = SOLIDS["curves"][known:]
     drawn = demo_curves.other_solids(demo_curves.SOLIDS)
     assert [{key: one[key] for key in ("name", "kind", "protocol")} for one in others] == drawn
     ratios = [one["protocol"]["modulus_ratio"] for one in others]
@@ -104,8 +92,8 @@ def test_tracked_solids_are_the_same_protocols_and_others(tracked, solids):
     assert max(ratios) > 0.3
 
 
-def test_a_solid_is_simulated_on_the_physical_steps(solids):
-    tracked = solids["curves"][-1]
+def test_a_solid_is_simulated_on_the_physical_steps():
+    tracked = SOLIDS["curves"][-1]
     curve = demo_curves.physical_curve({key: tracked[key] for key in ("name", "kind", "protocol")})
     np.testing.assert_allclose(curve["force"], tracked["force"], rtol=5e-3, atol=5e-3 * np.abs(tracked["force"]).max())
     assert len(curve["force"]) == sum(PHYSICAL)
@@ -114,17 +102,17 @@ def test_a_solid_is_simulated_on_the_physical_steps(solids):
     assert 0.97 * peak < max(curve["force"][sum(PHYSICAL[:2]) - 1 :]) <= 1.0001 * peak
 
 
-def test_the_tracked_contacts_are_those_of_the_curves_and_small(solids):
+def test_the_tracked_contacts_are_those_of_the_curves_and_small():
     """Fails when the file was not written with the others: run `make demo-curves`."""
     path = ROOT / demo_curves.CONTACTS_OUT
     content = json.loads(path.read_text(encoding="utf-8"))
-    assert content["dataset_sha256"] == solids["dataset_sha256"]
-    assert [one["name"] for one in content["contacts"]] == [one["name"] for one in solids["curves"]]
+    assert content["dataset_sha256"] == SOLIDS["dataset_sha256"]
+    assert [one["name"] for one in content["contacts"]] == [one["name"] for one in SOLIDS["curves"]]
     assert path.stat().st_size < 400_000
 
 
-def test_a_contact_lies_on_the_sphere_where_it_is_pressed(solids):
-    curve = solids["curves"][3]
+def test_a_contact_lies_on_the_sphere_where_it_is_pressed():
+    curve = SOLIDS["curves"][3]
     found = demo_curves.contact(curve)
     shape = len(found["times"]), demo_curves.NODES
     heights, levels = (

@@ -1,5 +1,3 @@
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -15,8 +13,7 @@ from paper_figures.report.claims import Results, judge, text_claims
 from paper_figures.report.write import row
 from paper_figures.tables import table_accuracy_price
 from tests.bem.dataset import stand_in
-
-ROOT = Path(__file__).resolve().parents[3]
+from tests.processes import ROOT
 
 
 @pytest.fixture(scope="module")

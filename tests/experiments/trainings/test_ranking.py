@@ -216,12 +216,7 @@ def test_inputs_have_seeds_and_an_equal_budget_of_their_own(tmp_path, studied):
     content = studied()
     assert content["left_out"] == {}
     assert content["claims"]["d_better_than_c"]["decision"] == "fails"
-    assert content["claims"]["best_input"] == {
-        "paper": "D",
-        "first": "C",
-        "level": ["D"],
-        "decision": "fails",
-    }
+    assert content["claims"]["best_input"] == {"paper": "D", "first": "C", "level": ["D"], "decision": "fails"}
 
 
 def test_a_ranking_that_is_not_known_is_refused():
