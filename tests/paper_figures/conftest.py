@@ -87,13 +87,7 @@ def errors():
 
 @pytest.fixture
 def cracks():
-    point = {
-        "unloading_rate": 1.0,
-        "theory": 2.0,
-        "theory_at_own_velocity": 2.1,
-        "solver": 2.2,
-        "surrogate": 2.3,
-    }
+    point = {"unloading_rate": 1.0, "theory": 2.0, "theory_at_own_velocity": 2.1, "solver": 2.2, "surrogate": 2.3}
     point["protocol"] = {"tabor": 3.24, "peak_indentation": 80.0, "loading_rate": 1.3895, "dwell_time": 3.0}
     points = [{**point, "point": k, "crack_velocity": 1.0 * k, "own_crack_velocity": 1.1 * k} for k in range(1, 15)]
     summary = {

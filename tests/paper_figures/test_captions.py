@@ -3,15 +3,14 @@
 import json
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
 from paper_figures.__main__ import caption, modules, save
 from paper_figures.style import drawing
 from paper_figures.style.writing import Table
+from tests.processes import ROOT
 
-ROOT = Path(__file__).resolve().parents[2]
 FIGURES = [name for name, module in modules().items() if not module.startswith("paper_figures.tables.")]
 
 

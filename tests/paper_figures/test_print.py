@@ -2,7 +2,6 @@
 
 from importlib import import_module
 from itertools import combinations
-from pathlib import Path
 
 import pytest
 from matplotlib import pyplot as plt
@@ -10,9 +9,11 @@ from matplotlib import pyplot as plt
 from bem.plots import COLOURS
 from experiments.places import Places
 from paper_figures.__main__ import modules
+from paper_figures.style import drawing
+from paper_figures.style.cost_style import sparse_ticks
 from tests.paper_figures import printed
+from tests.processes import ROOT
 
-ROOT = Path(__file__).resolve().parents[2]
 FIGURES = [name for name, module in modules().items() if ".tables." not in module and name != "figure-own-architecture"]
 LEAST = 6.5  # points
 APART = 10.0  # in CIELAB; two patches side by side differ from about 2
@@ -56,3 +57,14 @@ def test_colours_that_a_legend_tells_apart_differ_for_every_eye(drawn):
 
 def test_every_tool_has_a_colour_of_its_own():
     assert len(set(COLOURS.values())) == len(COLOURS)
+
+
+@pytest.mark.parametrize("label", [sparse_ticks, lambda axes: drawing.log_labels(axes.xaxis)], ids=["sparse", "all"])
+@pytest.mark.parametrize(("largest", "between"), [(50.0, True), (1e5, False)])
+def test_only_a_short_logarithmic_axis_has_ticks_between_powers_of_ten(label, largest, between):
+    axes = drawing.figure(height=2.0).subplots()
+    axes.set(xscale="log", xlim=(1.0, largest))
+    label(axes)
+    ticks = axes.get_xticks()
+    assert 10.0 in ticks
+    assert ({2.0, 5.0} <= set(ticks)) == between

@@ -8,12 +8,6 @@ from paper_figures.models import figure_fms_transfer
 from paper_figures.style import drawing, models_style
 
 
-def is_reference(line):
-    """Whether a line is drawn as M1-concat is."""
-    shape, color = models_style.marker("M1-concat")["marker"], models_style.color("M1-concat")
-    return (line.get_marker(), line.get_color()) == (shape, color)
-
-
 def test_figure_6_plots_solver_and_prediction(regimes):
     _, panel, _, _ = figure_6.compose(regimes).axes
     assert panel.get_title(loc="right") == r"$\mu = 3.2$, long dwell"
@@ -67,7 +61,8 @@ def test_graphical_abstract_states_the_medians(regimes, errors):
     assert "pull-off force 1.5 %, hysteresis 1.5 %" in text
     assert "6 ms a prediction, solver 10 ms" in text
     (predicted,) = [line for line in force.lines if line.get_label() == "M1-concat"]
-    assert is_reference(predicted)
+    assert predicted.get_marker() == models_style.marker("M1-concat")["marker"]
+    assert predicted.get_color() == models_style.color("M1-concat")
     assert predicted.get_ydata().tolist() == [0.5, -5.0]
 
 

@@ -2,7 +2,6 @@
 
 import json
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,6 +11,7 @@ from paper_figures.measurements import figure_accuracy_cost
 from paper_figures.style.cost_style import paper_seconds
 from paper_figures.tables import table_accuracy_cost
 from tests.paper_figures.results import SPREAD, UNKNOWN
+from tests.processes import ROOT
 
 
 def tool(kind, setting, error=0.01, **more):
@@ -80,7 +80,7 @@ def touching(axes):
 
 
 def test_no_name_touches_a_marker_or_a_line():
-    paths = [Path(__file__).parents[3] / f"published/measurements/{name}.json" for name in ("accuracy_cost", "peers")]
+    paths = [ROOT / f"published/measurements/{name}.json" for name in ("accuracy_cost", "peers")]
     if not all(path.is_file() for path in paths):
         pytest.skip("the measurements are not published here")
     drawn = figure_accuracy_cost.compose(*(json.loads(path.read_text(encoding="utf-8")) for path in paths))

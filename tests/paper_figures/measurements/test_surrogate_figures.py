@@ -1,17 +1,11 @@
 """Figures and tables of the pretrained models: cells and curves of published measurements, some changed."""
 
 import numpy as np
-import pytest
 
 from experiments.places import Places
 from paper_figures.measurements import figure_inverse, figure_measurement_floor
 from paper_figures.style import drawing
 from paper_figures.tables import table_surrogates
-
-
-@pytest.fixture(scope="module")
-def errors():
-    return Places().read("pretrained_errors", "table-surrogates")
 
 
 def test_the_share_above_an_error_is_in_percent():
@@ -21,11 +15,12 @@ def test_the_share_above_an_error_is_in_percent():
     assert [line.get_xdata().max() for line in axes.lines[:2]] == [20.0, 20.0]
 
 
-def test_table_of_surrogates(errors):
+def test_table_of_surrogates():
     levels = {"p50": 0.5, "p90": 2.0, "p99": 7.0}
     banded = dict.fromkeys(("pull_off", "hysteresis", "width"), levels) | {"covered": 0.91, "covered_fast": None}
     models = {"fast": {"paper": banded, "any": banded}, "M1-concat": {"paper": {**banded, "covered": 0.5}}}
     del models["M1-concat"]["paper"]["covered"]
+    errors = Places().read("pretrained_errors", "table-surrogates")
     seconds = errors["seconds"] | {"solver": {"batch": 3e-3}, "fast": {"batch": 1e-4, "single": 5e-4}}
     first, second, third = table_surrogates.rows({"models": models, "seconds": seconds})
     assert first == ["fast", "0.1", "0.5, 2, 7", "0.5, 2", "0.91", "", "0.5, 2", "0.100", "0.50", "30"]

@@ -47,8 +47,5 @@ def test_the_orders_by_both_recipes_are_stated(tmp_path):
     trained("M3-FiLM", 3e-4)
     trained("M4-concat", 3e-4)
     *rows, _, text = recipe_table(tmp_path, ranked).splitlines()
-    assert [row.split(" | ")[:3] for row in rows[2:]] == [
-        ["| M1-concat", "9", "recipe"],
-        ["| M3-FiLM", "9", "EPOCHS"],
-    ]
+    assert [row.split(" | ")[:3] for row in rows[2:]] == [["| M1-concat", "9", "recipe"], ["| M3-FiLM", "9", "EPOCHS"]]
     assert text == "Order by held-out MSE: M3-FiLM, M1-concat by the recipe `paper`; M1-concat, M3-FiLM by the seeds."

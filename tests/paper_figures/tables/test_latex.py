@@ -3,14 +3,13 @@
 import shutil
 import subprocess
 from importlib import import_module
-from pathlib import Path
 
 import pytest
 
 from experiments.places import Places
 from paper_figures.__main__ import modules, save
+from tests.processes import ROOT
 
-ROOT = Path(__file__).resolve().parents[3]
 PACKAGES = r"\usepackage[textwidth=180mm]{geometry}\usepackage{booktabs,tabularx}"
 HEAD = rf"\documentclass[a4paper]{{article}}{PACKAGES}\begin{{document}}"
 
