@@ -15,11 +15,10 @@ import griffe
 import pytest
 
 from surrogate.prediction.files import PUBLISHED
-from tests.processes import ended, python
+from tests.processes import ROOT, ended, python
 from tests.surrogate.conftest import write_dataset
 from tools.guide import LEFTOVERS
 
-ROOT = Path(__file__).resolve().parents[1]
 PAGES = sorted((ROOT / "docs").glob("*.md"))
 API_PAGES = ("api-bem", "api-surrogate", "laboratory")
 PUBLIC = ("bem", "bem.lab", "bem.materials_library", "surrogate")

@@ -7,11 +7,11 @@ name that begins its own.
 import ast
 from collections import Counter
 from graphlib import CycleError, TopologicalSorter
-from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).resolve().parents[1]
+from tests.processes import ROOT
+
 PACKAGES = ("bem", "surrogate", "experiments", "paper_figures")
 VOCABULARY = ("scene", "materials", "tractions", "protocol", "accuracy", "profiles", "trajectory", "plots", "film")
 VOCABULARY += ("small_effects", "indenter")
@@ -60,9 +60,7 @@ ALLOWED = {
     "surrogate.__main__": {"surrogate.cli", "bem._support"},
 }
 # Imports that still close a circle.
-TO_BE_MENDED = {
-    ("experiments.places", "experiments.common"),
-}
+TO_BE_MENDED = {("experiments.places", "experiments.common")}
 
 
 def room_of(module):

@@ -5,15 +5,13 @@ import re
 import shutil
 import subprocess
 from importlib import import_module
-from pathlib import Path
 
 import pytest
 
 from experiments.places import Places
 from paper_figures.__main__ import captions, modules
-from tests.processes import ended
+from tests.processes import ROOT, ended
 
-ROOT = Path(__file__).resolve().parents[1]
 MAKEFILE = (ROOT / "Makefile").read_text(encoding="utf-8")
 pytestmark = pytest.mark.skipif(shutil.which("make") is None, reason="make is not installed")
 

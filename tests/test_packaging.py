@@ -12,9 +12,8 @@ import pytest
 from surrogate.prediction.files import BANDED_FILES as FILES
 from surrogate.prediction.files import PUBLISHED
 from surrogate.prediction.files import PUBLISHED_BANDED as PRETRAINED
-from tests.processes import python
+from tests.processes import ROOT, python
 
-ROOT = Path(__file__).resolve().parents[1]
 MODEL = {"model.onnx", "model.weights.h5", "run.json", "scaling.json", "metrics.json", "split.json"}
 
 pytestmark = pytest.mark.skipif(

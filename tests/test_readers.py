@@ -18,8 +18,8 @@ from surrogate.data.dataset import Split
 from surrogate.data.scaling import Scaling
 from surrogate.training.recipe import Recipe
 from tests.data_files import damaged
+from tests.processes import ROOT
 
-ROOT = Path(__file__).parents[1]
 CURVE = "time (s),indentation (um),force (mN)\n" + "".join(f"{i},{i * 0.5:g},{-i * i:g}\n" for i in range(30))
 DESIGN = 'design = "independent"\ncount = 12\nseed = 3\naccuracy = 1e-3\n[ranges]\ntabor = [1.0, 5.0]\n'
 PROTOCOLS = [{"peak_indentation": 20.0, "loading_rate": 10.0, "dwell_time": 1.0, "unloading_rate": 10.0, "tabor": 1.0}]

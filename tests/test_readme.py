@@ -1,13 +1,11 @@
 """What the READMEs tell a stranger to type works, and prints what they say it prints."""
 
 import re
-from pathlib import Path
 
 import pytest
 
-from tests.processes import python
+from tests.processes import ROOT, python
 
-ROOT = Path(__file__).resolve().parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 SOLVER_README = (ROOT / "bem/README.md").read_text(encoding="utf-8")
 

@@ -3,9 +3,10 @@
 import os
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
+
+from tests.processes import ROOT
 
 HEAVY = {"numpy", "numba", "scipy", "h5py", "joblib", "rich", "matplotlib", "tensorflow", "keras"}
 SIMULATED = """
@@ -31,7 +32,7 @@ def test_simulating_loads_neither_files_nor_pictures_nor_learning():
 
 
 def test_reading_a_data_set_compiles_no_kernel(tmp_path):
-    path = Path(__file__).parents[1] / "published" / "dataset.h5"
+    path = ROOT / "published" / "dataset.h5"
     read = f"from surrogate.data.dataset import TrajectoryDataset; TrajectoryDataset.load({str(path)!r})"
     assert not loaded_by(read, NUMBA_CACHE_DIR=str(tmp_path)) & {"keras", "tensorflow", "joblib", "matplotlib"}
     assert not [file for file in tmp_path.rglob("*") if file.is_file()]

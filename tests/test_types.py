@@ -2,13 +2,10 @@
 
 import os
 import re
-from pathlib import Path
 
 import pytest
 
-from tests.processes import python
-
-ROOT = Path(__file__).resolve().parents[1]
+from tests.processes import ROOT, python
 
 PROGRAM = """
 import warnings

@@ -1,6 +1,5 @@
 """The pretrained models of the page in headless Chromium against Python; run by `make test-demo`."""
 
-import csv
 import json
 import warnings
 
@@ -12,8 +11,8 @@ from bem import LoadingProtocol, Scene, StandardLinearSolid
 from bem.lab import Setup
 from surrogate import ExtrapolationWarning
 from surrogate.data.metrics import nmae
+from tests.demo.check_in_browser import TOLERANCE, table
 
-TOLERANCE = 1e-4
 CASES = ("usual", "elastic", "fast", "slow", "brief", "outside")
 MODELS = ("fast", "accurate")
 
@@ -39,11 +38,6 @@ def python(model, protocols):
             [Scene(mu, StandardLinearSolid(one)) for mu, one in zip(tabor, ratio, strict=True)],
             [LoadingProtocol(**row) for row in rows],
         )
-
-
-def table(path):
-    with path.open(encoding="utf-8", newline="") as file:
-        return list(csv.DictReader(file))
 
 
 def column(rows, name):

@@ -9,8 +9,8 @@ import onnxruntime
 import pytest
 
 import surrogate
+from tests.processes import ROOT
 
-ROOT = Path(__file__).resolve().parents[2]
 DIST = ROOT / "demo" / "dist"
 OUT = Path(os.environ.get("DEMO_OUT", ROOT / "results" / "demo"))
 

@@ -2,7 +2,6 @@
 
 import importlib.util
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,8 +10,9 @@ import surrogate
 from surrogate.data.scaling import Scaling
 from surrogate.prediction.networks import KerasNetwork
 from surrogate.prediction.predictor import Surrogate
+from tests.processes import ROOT
 
-EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
+EXAMPLES = ROOT / "examples"
 
 
 def example(name):

@@ -2,7 +2,6 @@ import json
 import shutil
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
@@ -11,9 +10,9 @@ from experiments.places import Places
 from paper_figures.figures import figure_2
 from paper_figures.report import data_card
 from paper_figures.style import drawing
+from tests.processes import ROOT
 from tools import fill
 
-ROOT = Path(__file__).resolve().parents[2]
 HOURS = "<!-- fill paper_figures.report.data_card.paper_hours -->"
 
 

@@ -1,14 +1,15 @@
 import importlib.util
 import re
 import tomllib
-from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).resolve().parents[2]
+from tests.processes import ROOT
+
 SPEC = importlib.util.spec_from_file_location("lock", ROOT / "tools" / "lock.py")
 lock = importlib.util.module_from_spec(SPEC)
 SPEC.loader.exec_module(lock)
+TEXT = (ROOT / "requirements.lock").read_text(encoding="utf-8")
 
 
 @pytest.fixture
@@ -16,20 +17,15 @@ def settings():
     return tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 
 
-@pytest.fixture
-def text():
-    return (ROOT / "requirements.lock").read_text(encoding="utf-8")
-
-
 def test_the_locks_match():
     assert lock.main("check") == 0
 
 
-def test_the_small_lock_holds_the_same_versions_below_python_3_13(settings, text):
+def test_the_small_lock_holds_the_same_versions_below_python_3_13(settings):
     small = (ROOT / "requirements-small.lock").read_text(encoding="utf-8")
     below, full = (
         set(re.findall(r"^([\w.-]+==\S+) (?!; python_full_version >= '3.13')", one, re.MULTILINE))
-        for one in (small, text)
+        for one in (small, TEXT)
     )
     assert below <= full
     assert "keras" not in small
@@ -37,21 +33,21 @@ def test_the_small_lock_holds_the_same_versions_below_python_3_13(settings, text
     assert lock.problems(settings, small.replace("xarray==", "other=="), ("tables",)) == ["xarray is not in the lock"]
 
 
-def test_a_new_requirement_is_noticed(settings, text):
+def test_a_new_requirement_is_noticed(settings):
     settings["project"]["dependencies"].append("no-such-package>=1")
-    found = lock.problems(settings, text)
+    found = lock.problems(settings, TEXT)
     assert found[0].startswith("the dependencies in pyproject.toml changed")
     assert found[1] == "no-such-package is not in the lock"
 
 
-def test_a_moved_version_a_missing_hash_and_an_index_are_noticed(settings, text):
-    assert lock.problems(settings, re.sub(r"^numpy==[^ ]+", "numpy==1.26.4", text, flags=re.MULTILINE)) == [
+def test_a_moved_version_a_missing_hash_and_an_index_are_noticed(settings):
+    assert lock.problems(settings, re.sub(r"^numpy==[^ ]+", "numpy==1.26.4", TEXT, flags=re.MULTILINE)) == [
         "numpy<3,>=2.0 is required, 1.26.4 is locked"
     ]
-    assert lock.problems(settings, text + "\nextra==1.0\n") == ["extra==1.0 has no hash"]
-    assert lock.problems(settings, text + "\n--index-url https://example.org\n") == ["the lock names a package index"]
+    assert lock.problems(settings, TEXT + "\nextra==1.0\n") == ["extra==1.0 has no hash"]
+    assert lock.problems(settings, TEXT + "\n--index-url https://example.org\n") == ["the lock names a package index"]
 
 
-def test_what_is_installed_by_hand_is_not_in_the_lock(settings, text):
+def test_what_is_installed_by_hand_is_not_in_the_lock(settings):
     settings["project"]["optional-dependencies"]["peers"].append("no-such-package==1")
-    assert lock.problems(settings, text) == []
+    assert lock.problems(settings, TEXT) == []

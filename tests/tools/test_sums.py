@@ -1,14 +1,13 @@
 import json
 import subprocess
 import sys
-from pathlib import Path
 
 import h5py
 import pytest
 
+from tests.processes import ROOT
 from tools import sums
 
-ROOT = Path(__file__).resolve().parents[2]
 PUBLISHED = ROOT / "published"
 
 
