@@ -37,6 +37,7 @@ COLOURS = {
 PULL_OFF, JUMP, ZERO = COLOURS["M2"], COLOURS["M3"], {"color": "0.8", "linewidth": 0.8}
 
 FORCE_LABEL = r"force $P/(\pi R \Delta\gamma)$, tension positive"
+TIME_LABEL = r"time $t/\tau$"
 INDENTATION_LABEL = r"indentation $\delta/h_0$"
 STRETCHED = ", each phase to a scale of its own"
 POINTS_BETWEEN = 7
@@ -155,7 +156,7 @@ def draw_trajectory(trajectory: Any, title: str = "") -> Figure:
 
 def phases_label(trajectory: Any) -> str:
     """Label of an axis of time with the places of `bem.profiles.axis_of_phases`."""
-    return r"time $t/\tau$" + STRETCHED * (len(trajectory.corners) > 2)
+    return TIME_LABEL + STRETCHED * (len(trajectory.corners) > 2)
 
 
 def mark_phases(axes: Any, corners: FloatArray, written: Callable[[float], str] | None = None) -> None:

@@ -67,6 +67,8 @@ def _largest_since(simulated: Any, instants: np.ndarray) -> float:
 def plot_predictions(path: Path, predicted: Sequence[Any], simulated: Sequence[Any] | None = None) -> None:
     """Draw force over time and over indentation, bands where there are any, and dashed lines for the solver.
 
+    Each phase has a width of its own, as in `bem.Trajectory.plot`, unless the phases of the trajectories differ.
+
     Args:
         path: Image file; the suffix determines the format.
         predicted: Predicted trajectories; the first `MOST_DRAWN` are drawn.
@@ -74,7 +76,8 @@ def plot_predictions(path: Path, predicted: Sequence[Any], simulated: Sequence[A
     """
     from matplotlib.figure import Figure
 
-    from bem.plots import COLOURS, FORCE_LABEL, INDENTATION_LABEL
+    from bem.plots import COLOURS, FORCE_LABEL, INDENTATION_LABEL, TIME_LABEL, mark_phases, phases_label
+    from bem.profiles import places_of
 
     figure = Figure(figsize=(9.0, 3.8), layout="constrained")
     history, loop = figure.subplots(1, 2, sharey=True)
@@ -82,27 +85,33 @@ def plot_predictions(path: Path, predicted: Sequence[Any], simulated: Sequence[A
     # The first prediction has the colour of its tool, several are told apart by those of the families.
     tools = [shown[0].model.partition("-")[0], *(f"M{number}" for number in range(1, 7))]
     colours = [COLOURS[tool] for tool in dict.fromkeys(tools) if tool in COLOURS]
-    for axes, quantity, label in (
-        (history, "time", r"time $t/\tau$"),
-        (loop, "indentation", INDENTATION_LABEL),
-    ):
+    corners = shown[0].corners
+    phases = all(np.array_equal(one.corners, corners) for one in shown)
+    label = phases_label(shown[0]) if phases else TIME_LABEL
+
+    def across(trajectory: Any, quantity: str) -> np.ndarray:
+        values: np.ndarray = getattr(trajectory, quantity)
+        return np.interp(values, corners, places_of(corners)) if phases and quantity == "time" else values
+
+    for axes, quantity, words in ((history, "time", label), (loop, "indentation", INDENTATION_LABEL)):
         axes.axhline(0.0, color="0.8", linewidth=0.8)
         for number, found in enumerate(shown):
             first = number == 0
             # Wide and light, so that it shows beside the solver's dashes where the two agree.
             colour = colours[number % len(colours)]
             label_once = found.model if first else None
-            axes.plot(getattr(found, quantity), found.force, color=colour, alpha=0.6, linewidth=2.5, label=label_once)
+            axes.plot(across(found, quantity), found.force, color=colour, alpha=0.6, linewidth=2.5, label=label_once)
             if quantity == "time" and found.force_lower is not None and not found.extrapolated:
-                axes.fill_between(
-                    found.time, found.force_lower, found.force_upper, color=colour, alpha=0.25, linewidth=0
-                )
+                band = (across(found, quantity), found.force_lower, found.force_upper)
+                axes.fill_between(*band, color=colour, alpha=0.25, linewidth=0)
             if simulated:
                 other = simulated[number]
                 style = {"color": COLOURS["solver"], "linestyle": "--", "linewidth": 1.0}
-                axes.plot(getattr(other, quantity), other.force, **style, label="solver" if first else None)
-        axes.set_xlabel(label)
+                axes.plot(across(other, quantity), other.force, **style, label="solver" if first else None)
+        axes.set_xlabel(words)
         axes.spines[["top", "right"]].set_visible(False)
+    if phases:
+        mark_phases(history, corners)
     history.set_ylabel(FORCE_LABEL)
     loop.legend(frameon=False)
     figure.savefig(path, dpi=150)
