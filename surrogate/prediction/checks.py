@@ -84,42 +84,43 @@ def check_history(times: np.ndarray, indentations: np.ndarray) -> None:
             "Expected times and indentations of the same shape (batch, steps). "
             f"Received: times of shape {times.shape}, indentations of shape {indentations.shape}"
         )
-    if _sound(np.ascontiguousarray(times), np.ascontiguousarray(indentations)):
+    if (row := _first_unsound(np.ascontiguousarray(times), np.ascontiguousarray(indentations))) < 0:
         return
-    for name, values in (("times", times), ("indentations", indentations)):
-        bad = np.flatnonzero(~np.isfinite(values).all(axis=1))
-        if bad.size:
-            raise ValueError(f"Expected finite {name}. Received: NaN or infinity{_place(bad[0], len(values))}")
+    time, depth, place = times[row], indentations[row], f" in history {row}" if len(times) > 1 else ""
+    for name, values in (("times", time), ("indentations", depth)):
+        if not np.isfinite(values).all():
+            raise ValueError(f"Expected finite {name}. Received: NaN or infinity{place}")
     # Models use the time since the first point; by rounding, two late times may have the same one.
-    since = times - times[:, :1]
-    steps = np.diff(since, axis=1)
-    bad = np.flatnonzero((steps <= 0.0).any(axis=1))
-    if bad.size:
-        step = int(np.argmax(steps[bad[0]] <= 0.0)) + 1
-        found = f"{float(times[bad[0], step])!r} after {float(times[bad[0], step - 1])!r}"
-        place = _place(bad[0], len(times))
+    since = time - time[0]
+    steps = np.diff(since)
+    for step in np.flatnonzero(steps <= 0.0)[:1]:
+        found = f"{float(time[step + 1])!r} after {float(time[step])!r}"
         raise ValueError(f"Expected times that increase strictly. Received: {found}{place}")
-    _within("indentations", indentations, -LARGEST_INDENTATION, LARGEST_INDENTATION)
-    _within("times after the first", since, 0.0, LONGEST_HISTORY)
-    _within("time steps", steps, SHORTEST_STEP, LONGEST_HISTORY)
-    _within("rates", np.diff(indentations, axis=1) / steps, -LARGEST_RATE, LARGEST_RATE)
+    for name, values, low, high in (
+        ("indentations", depth, -LARGEST_INDENTATION, LARGEST_INDENTATION),
+        ("times after the first", since, 0.0, LONGEST_HISTORY),
+        ("time steps", steps, SHORTEST_STEP, LONGEST_HISTORY),
+        ("rates", np.diff(depth) / steps, -LARGEST_RATE, LARGEST_RATE),
+    ):
+        for value in values[(values < low) | (values > high)][:1].tolist():
+            raise ValueError(f"Expected {name} within {low:g} and {high:g}. Received: {value!r}{place}")
 
 
 @kernel
-def _sound(times: np.ndarray, indentations: np.ndarray) -> bool:
-    """Whether histories (batch, steps) pass the checks of values; the functions around this one find what is wrong."""
+def _first_unsound(times: np.ndarray, indentations: np.ndarray) -> int:
+    """Return the first history (batch, steps) that fails a check of values, or -1; the caller finds what is wrong."""
     for row in range(len(times)):
         before = 0.0
         for step in range(times.shape[1]):
             since, depth = times[row, step] - times[row, 0], indentations[row, step]
             if not (abs(depth) <= LARGEST_INDENTATION and since <= LONGEST_HISTORY):
-                return False
+                return row
             if step:
                 passed = since - before
                 if not (passed >= SHORTEST_STEP and abs(depth - indentations[row, step - 1]) <= LARGEST_RATE * passed):
-                    return False
+                    return row
             before = since
-    return True
+    return -1
 
 
 def checked_edge(edge: ArrayLike, shape: tuple[int, ...]) -> np.ndarray:
@@ -135,17 +136,3 @@ def checked_edge(edge: ArrayLike, shape: tuple[int, ...]) -> np.ndarray:
     if bad.size:
         raise ValueError(f"Expected edge marks of zero or one. Received: {bad[0]:g}")
     return edge
-
-
-def _within(name: str, values: np.ndarray, low: float, high: float) -> None:
-    if values.size and not (values.min() >= low and values.max() <= high):
-        row, column = np.argwhere((values < low) | (values > high))[0]
-        place = _place(row, len(values))
-        raise ValueError(
-            f"Expected {name} within {low:g} and {high:g}. Received: {float(values[row, column])!r}{place}"
-        )
-
-
-def _place(index: int, count: int) -> str:
-    """Where a value is, in words; nothing if there is only one history."""
-    return f" in history {index}" if count > 1 else ""
