@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from pathlib import Path
 
 import numpy as np
@@ -67,8 +66,5 @@ def evaluate_published(
 
 def write_errors(path: Path, indices: np.ndarray, errors: dict[str, np.ndarray]) -> None:
     """Write errors as CSV: one row per trajectory, with its index in the data set and each error."""
-    with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(["trajectory", *errors])
-        for row, index in enumerate(indices):
-            writer.writerow([int(index), *(f"{values[row]:.7g}" for values in errors.values())])
+    header, rows = ",".join(["trajectory", *errors]), np.column_stack([indices, *errors.values()])
+    np.savetxt(path, rows, ["%d", *["%.7g"] * len(errors)], delimiter=",", header=header, comments="")
