@@ -25,15 +25,17 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING
 
-from bem._support.lazy_names import lazy_names
+from bem._support.lazy_names import lazy_names, listed_names
 
 if TYPE_CHECKING:
     import keras
 
-    from surrogate.architectures.naming import names
-    from surrogate.architectures.registry import register
-    from surrogate.prediction.predictor import Surrogate
-    from surrogate.prediction.validity import ExtrapolationWarning
+    from surrogate.architectures.naming import names as names
+    from surrogate.architectures.registry import register as register
+    from surrogate.prediction.predictor import Surrogate as Surrogate
+    from surrogate.prediction.validity import ExtrapolationWarning as ExtrapolationWarning
+else:  # the imports above are the list of the names that load on first use
+    __getattr__, __dir__ = lazy_names(__name__, listed_names(__file__, __name__), globals())
 
 __all__ = ["ExtrapolationWarning", "Surrogate", "build", "load", "names", "register"]
 
@@ -121,14 +123,3 @@ if "keras" in sys.modules:
     _register_layers()
 else:
     sys.meta_path.insert(0, _KerasImport())
-
-
-# A type checker uses the imports above instead, so that it reports unknown names.
-if not TYPE_CHECKING:
-    home = {
-        "ExtrapolationWarning": "prediction.validity",
-        "Surrogate": "prediction.predictor",
-        "names": "architectures.naming",
-        "register": "architectures.registry",
-    }
-    __getattr__, __dir__ = lazy_names(__name__, home, globals())
