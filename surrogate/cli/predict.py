@@ -164,9 +164,8 @@ def _predict_protocols(
         ratios = [_solver_material(model, modulus_ratio, check=check)] * len(protocols)
     scenes = [_scene(mu, ratio) for mu, ratio in zip(tabor, ratios, strict=True)]
     known = scenes if model.modulus_ratio is None else [_scene(mu, model.modulus_ratio) for mu in tabor]
-    with warnings.catch_warnings():
-        # The command says it for each trajectory.
-        warnings.simplefilter("ignore", ExtrapolationWarning)
+    # The command says it for each trajectory.
+    with warnings.catch_warnings(action="ignore", category=ExtrapolationWarning):
         found = model.predict(known, protocols, coverage=0.9 if coverage is None else coverage)
     return [Answer(*one) for one in zip(scenes, protocols, found, found, strict=True)]
 

@@ -114,8 +114,7 @@ def _predicted(
 ) -> PredictedTrajectory:
     (words,) = model.extrapolated(times, indentations, scene, edge)
     clock = time.perf_counter()
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ExtrapolationWarning)
+    with warnings.catch_warnings(action="ignore", category=ExtrapolationWarning):
         force = model.predict_history(times, indentations, scene, edge)
     return predicted_trajectory(
         times,
