@@ -258,9 +258,7 @@ def main() -> None:
         with reporter(name) as report:
             made = train_model(name, definition, data, chosen.runs / name, start=start, command=command, report=report)
         target = chosen.publish / name
-        target.mkdir(parents=True, exist_ok=True)
-        for file in made.iterdir():
-            shutil.copyfile(file, target / file.name)
+        shutil.copytree(made, target, dirs_exist_ok=True)
         print(f"{name}: {target}")
 
 
