@@ -10,14 +10,6 @@ import numpy as np
 
 MOST_DRAWN = 12
 
-ERRORS = (
-    "pull_off_percent",
-    "pull_off_on_steps_percent",
-    "hysteresis_percent",
-    "hysteresis_on_steps_percent",
-    "force_rms",
-)
-
 
 def solver_force(times: np.ndarray, simulated: Any) -> np.ndarray:
     """Return the force of a `bem.Trajectory` at times of its protocol; NaN after the end of an unfinished one."""
@@ -35,13 +27,11 @@ def solver_errors(predicted: Any, simulated: Any) -> dict[str, Any]:
     """Compare a `PredictedTrajectory` with the `bem.Trajectory` of the same protocol.
 
     Returns:
-        `solver_status`, the status of the simulation, and the errors in `ERRORS`. Errors of pull-off force and
-        hysteresis are in percent, against the value of the solver and against that of the solver's force at the
-        measurement steps (`_on_steps`); they differ where a peak is narrower than a step. `force_rms` is the root mean
-        square difference of the force as a fraction of its range. Errors are NaN if the simulation did not finish.
+        `solver_status`, the status of the simulation, and the errors by name. Those of pull-off force and hysteresis
+        are in percent, against the value of the solver and against that of the solver's force at the measurement steps
+        (`_on_steps`); they differ where a peak is narrower than a step. `force_rms` is the root mean square difference
+        of the force as a fraction of its range. Errors are NaN if the simulation did not finish.
     """
-    if not simulated.completed:
-        return {"solver_status": simulated.status} | dict.fromkeys(ERRORS, np.nan)
     force = solver_force(predicted.time, simulated)
     on_steps = force[predicted.unloading].max() if predicted.unloading.any() else np.nan
     pull_off = _largest_since(simulated, predicted.time[predicted.unloading])
@@ -58,7 +48,7 @@ def solver_errors(predicted: Any, simulated: Any) -> dict[str, Any]:
 
 def _largest_since(simulated: Any, instants: np.ndarray) -> float:
     """Return the solver's largest force in the unloading phase of the prediction, the last one of several cycles."""
-    if instants.size == 0:
+    if instants.size == 0 or not simulated.completed:
         return np.nan
     last = simulated.unloading & (simulated.time >= instants[0])
     return float(simulated.force[last].max()) if last.any() else np.nan
