@@ -24,18 +24,9 @@ import numpy as np
 
 from surrogate.data.examples import Examples
 from surrogate.training.recipe import Recipe
-from surrogate.training.run_folder import Progress, Report, damage, read_progress, save_progress, sums_of
+from surrogate.training.run_folder import COLUMNS, Progress, Report, damage, read_progress, save_progress, sums_of
 from surrogate.training.soap import Soap
 
-COLUMNS = {
-    "learning_rate": "learning_rate",
-    "train_mse": "loss",
-    "validation_mse": "val_loss",
-    "validation_mae": "val_mae",
-    "seconds": "seconds",
-    "cpu_seconds": "cpu_seconds",
-}
-"""Columns of `history.csv` and their names in Keras's logs."""
 BACKUP = ("backup/latest.weights.h5", "backup/training_metadata.json")
 """Files of Keras's newer backup; those of the older one end in `.bkp`."""
 VALIDATION_BATCH = 256

@@ -24,8 +24,15 @@ from bem._support.outputs import write_whole
 from surrogate.export.onnx_file import sha256
 from surrogate.training.identity import TrainingIdentity, facts_that_differ
 
-HISTORY_COLUMNS = ("epoch", "learning_rate", "train_mse", "validation_mse", "validation_mae", "seconds", "cpu_seconds")
-"""Columns of `history.csv`: the epoch, from 1; the learning rate; errors of the scaled force; accumulated seconds."""
+COLUMNS = {
+    "learning_rate": "learning_rate",
+    "train_mse": "loss",
+    "validation_mse": "val_loss",
+    "validation_mae": "val_mae",
+    "seconds": "seconds",
+    "cpu_seconds": "cpu_seconds",
+}
+"""Columns of `history.csv` after `epoch`, from 1, and their names in Keras's logs; errors are of the scaled force."""
 
 PROGRESS = "progress.json"
 
@@ -35,7 +42,7 @@ class Progress:
     """Progress of a run.
 
     Args:
-        history: One row per epoch, with the columns `HISTORY_COLUMNS`; the seconds accumulate.
+        history: One row per epoch, with the columns of `history.csv`; the seconds accumulate.
         finished: Whether the training has ended by its recipe.
     """
 
@@ -123,7 +130,7 @@ def locked(folder: Path) -> Iterator[None]:
 def save_progress(folder: Path, progress: Progress, facts: Mapping[str, Any], files: list[Path]) -> None:
     """Write `history.csv` and, atomically, `progress.json`, with the sums of the files that a resumption will read."""
     with (folder / "history.csv").open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, HISTORY_COLUMNS, lineterminator="\n")
+        writer = csv.DictWriter(file, ["epoch", *COLUMNS], lineterminator="\n")
         writer.writeheader()
         writer.writerows(progress.history)
     content = json.dumps({"facts": facts, "history": progress.history, "sums": sums_of(files)})

@@ -15,7 +15,7 @@ from surrogate.prediction.predictor import ExtrapolationWarning
 from surrogate.training.fitting import BACKUP
 from surrogate.training.model_directory import MODEL_FILES, publish
 from surrogate.training.recipe import Recipe
-from surrogate.training.run_folder import HISTORY_COLUMNS, epoch_line, locked, set_aside
+from surrogate.training.run_folder import COLUMNS, epoch_line, locked, set_aside
 from surrogate.training.runs import Run, execute, extra_indices
 from tests.surrogate.conftest import build_by, build_tiny, scenes
 from tests.surrogate.training.short_runs import COSINE, StopAfter, history, recipe, weights
@@ -158,7 +158,7 @@ def test_training_learns_and_a_finished_run_is_complete(tiny, dataset, tmp_path)
     assert [line.split()[1] for line in seen] == [f"{epoch}/12" for epoch in range(1, 13)]
     assert seen[-1].endswith(", at most 0:00:00 left")
     first, *_, last = progress.history
-    assert set(first) == set(HISTORY_COLUMNS)
+    assert set(first) == {"epoch", *COLUMNS}
     assert last["train_mse"] < 0.5 * first["train_mse"]
     assert last["learning_rate"] < 1e-4
 
