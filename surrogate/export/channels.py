@@ -120,7 +120,9 @@ def _memories(graph: OnnxGraph, hertz: str) -> list[str]:
         for found, begin, later in ((decays, nothing, decay), (gains, start, gain)):
             column = graph.add("Concat", begin, later, axis=1)
             found.append(graph.add("Unsqueeze", column, graph.integers([0])))
-    memories = _recurrence(graph, *(graph.add("Concat", *rows, axis=0) for rows in (decays, gains)))
+    decay, gain = (graph.add("Concat", *rows, axis=0) for rows in (decays, gains))
+    start = graph.add("Gather", gain, graph.integers(0), axis=2)
+    memories = graph.scan(MEMORY, graph.add("Sub", start, start), decay, gain, axis=2)
     return [graph.add("Gather", memories, graph.integers(row), axis=0) for row in range(3)]
 
 
@@ -128,12 +130,6 @@ def _lost(graph: OnnxGraph, steps: str) -> str:
     """1 - exp(-x) of steps x > 0, as 2 t / (1 + t) with t = tanh(x / 2): short steps lose no digits."""
     half = graph.add("Tanh", graph.add("Mul", graph.number(0.5), steps))
     return graph.add("Div", graph.add("Add", half, half), graph.add("Add", graph.number(1.0), half))
-
-
-def _recurrence(graph: OnnxGraph, decays: str, gains: str) -> str:
-    """Add m_i = a_i m_(i-1) + b_i from zero, for arrays of shape `(memories, batch, steps)`."""
-    start = graph.add("Gather", gains, graph.integers(0), axis=2)
-    return graph.scan(MEMORY, graph.add("Sub", start, start), decays, gains, axis=2)
 
 
 def _moving_average(graph: OnnxGraph, source: str) -> str:

@@ -98,7 +98,8 @@ class Bands:
         quantiles = np.empty((len(found), CORNERS + GROUPS, len(LEVELS)))
         for row, error in enumerate([*errors, judged, largest]):
             _, edges, size = found[row]
-            cell, ratio = _cells(corner, size, edges), (error.T / np.exp(size)).T
+            cell = np.where(corner >= 0, corner, CORNERS + np.searchsorted(edges, size))
+            ratio = (error.T / np.exp(size)).T
             quantiles[row] = [_quantiles(ratio[outside & (cell == one)]) for one in range(CORNERS + GROUPS)]
         coefficients, edges, _ = map(np.stack, zip(*found, strict=True))
         return cls(bounds, coefficients, edges, shape, quantiles)
@@ -259,10 +260,6 @@ def _half_widths(
             cell = corner[row] if corner[row] >= 0 else CORNERS + group[kind, row]
             half[kind, row] = math.exp(size) * table[kind, cell]
     return half, group
-
-
-def _cells(corner: np.ndarray, size: np.ndarray, edges: np.ndarray) -> np.ndarray:
-    return np.where(corner >= 0, corner, CORNERS + np.searchsorted(edges, size))
 
 
 def _quantiles(errors: np.ndarray) -> np.ndarray:
