@@ -113,18 +113,14 @@ def locked(folder: Path) -> Iterator[None]:
         ValueError: another process is training there.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    lock = FileLock(folder / "lock", timeout=0)
     try:
-        lock.acquire()
+        with FileLock(folder / "lock", timeout=0):
+            yield
     except Timeout:
         raise ValueError(
             f"Expected a training folder that nobody uses; wait for the other training or end it, or choose another "
             f"folder with --runs. Received: {folder}, where another process is training"
         ) from None
-    try:
-        yield
-    finally:
-        lock.release()
 
 
 def save_progress(folder: Path, progress: Progress, facts: Mapping[str, Any], files: list[Path]) -> None:
