@@ -32,7 +32,7 @@ def solver_errors(predicted: Any, simulated: Any) -> dict[str, Any]:
         (`_on_steps`); they differ where a peak is narrower than a step. `force_rms` is the root mean square difference
         of the force as a fraction of its range. Errors are NaN if the simulation did not finish.
     """
-    force = solver_force(predicted.time, simulated)
+    force = np.where(simulated.completed, solver_force(predicted.time, simulated), np.nan)
     on_steps = force[predicted.unloading].max() if predicted.unloading.any() else np.nan
     pull_off = _largest_since(simulated, predicted.time[predicted.unloading])
     area = abs(float(np.trapezoid(force, predicted.indentation)))

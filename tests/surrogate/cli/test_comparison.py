@@ -1,5 +1,6 @@
 """What `surrogate predict --check` says of a prediction beside the solver."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -28,6 +29,9 @@ def test_of_several_cycles_the_last_unloading_is_compared():
     )
     assert simulated.pull_off_force > 1.5 * predicted.pull_off_force
     assert solver_errors(predicted, simulated)["pull_off_percent"] < 1.0
+    status, *errors = solver_errors(predicted, replace(simulated, status="stopped")).values()
+    assert status == "stopped"
+    assert np.isnan(errors).all()
 
 
 def test_the_solver_is_told_from_the_predictions_where_they_agree(tmp_path, monkeypatch):
