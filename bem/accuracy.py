@@ -47,6 +47,7 @@ class BranchControls(NamedTuple):
     first_gap: float  # on the axis; surfaces farther apart hardly deform
     step: float  # of the contact radius, as a fraction of it
     residual: float  # last relative change of a gap
+    ring: tuple[float, float]  # widest spacing on the ring where the traction falls, and how far that reaches, in beta
 
 
 @dataclass(frozen=True)
@@ -97,6 +98,7 @@ class Accuracy:
             first_gap=first_gap,
             step=0.2 * finer * fineness**0.5 * flat,
             residual=1e-3 * min(ratio, 1.0),
+            ring=(0.09 * min(fineness, 0.35) / tabor, 8.0 / tabor),
         )
 
     def line_controls(self) -> Controls:

@@ -28,6 +28,8 @@ _RATIO = 1.5  # of the widths of two levels
 _SUBDIVISION = 16  # places of the lattice in the smallest spacing; even, as each spacing is halved
 _AHEAD, _BEHIND = 1.0, 0.5  # extent of equal spacing outside and inside the edge, in widths
 _MOST_SPACINGS = 2**27  # in a contact radius
+Ring = tuple[float, float]
+NO_RING = math.inf, 0.0
 _FALL = 5.0  # power of the distance with which the traction is smoothed
 
 
@@ -41,8 +43,10 @@ class ScaledMeshes(NamedTuple):
     influence: np.ndarray  # (L, N, N): a row for each node's traction, a column for each observer
 
 
-def scaled_meshes(controls: BranchControls, levels: int, reach: float) -> ScaledMeshes:
+def scaled_meshes(controls: BranchControls, levels: int, reach: float, ring: Ring = NO_RING) -> ScaledMeshes:
     """The meshes of at least so many levels, each to the radius `reach` or beyond.
+
+    `ring` is that of the controls over the radius of the smallest contact, where a law needs it.
 
     Raises:
         MemoryError: where rounding of the influence would be felt, with the number of equal spacings it would take.
@@ -52,12 +56,12 @@ def scaled_meshes(controls: BranchControls, levels: int, reach: float) -> Scaled
         raise MemoryError(f"the contact edge needs {spacings} grid nodes, more than {_MOST_SPACINGS}")
     place = controls.edge_spacing, controls.growth, controls.widest
     beyond = 4.0 ** math.ceil(math.log(reach, 4.0))
-    return _together(*place, beyond, 4 * math.ceil(levels / 4))
+    return _together(*place, beyond, ring, 4 * math.ceil(levels / 4))
 
 
 @functools.lru_cache(maxsize=16)
-def _together(spacing: float, growth: float, widest: float, reach: float, levels: int) -> ScaledMeshes:
-    meshes = [_mesh(spacing, growth, widest, reach, level) for level in range(levels)]
+def _together(spacing: float, growth: float, widest: float, reach: float, ring: Ring, levels: int) -> ScaledMeshes:
+    meshes = [_mesh(spacing, growth, widest, reach, ring, level) for level in range(levels)]
     shape = levels, max(radii.size for radii, _, _ in meshes)
     found = ScaledMeshes(
         np.zeros(shape), np.zeros(levels, int), np.zeros(levels, int), np.zeros(shape), np.zeros((*shape, shape[1]))
@@ -71,13 +75,15 @@ def _together(spacing: float, growth: float, widest: float, reach: float, levels
 
 @functools.lru_cache(maxsize=64)
 def _mesh(
-    spacing: float, growth: float, widest: float, reach: float, level: int
+    spacing: float, growth: float, widest: float, reach: float, ring: Ring, level: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Radii, force weights and influence of one level."""
     width = _RATIO**-level
     edge = 2 * round(0.5 * _SUBDIVISION / (spacing * width))  # its place on the lattice
-    outside = edge + _offsets(_AHEAD * width * edge, growth, math.inf, (reach - 1.0) * edge)
-    inside = edge - _offsets(_BEHIND * width * edge, growth, widest * edge, edge)[:-1]
+    narrow, extent = max(ring[0] * width * edge, _SUBDIVISION), (ring[1] * width - 1.0) * edge
+    outside = edge + _offsets(_AHEAD * width * edge, growth, narrow, (reach - 1.0) * edge, max(extent, 0.0))
+    within = min(widest * edge, narrow) if level == 0 else widest * edge
+    inside = edge - _offsets(_BEHIND * width * edge, growth, within, edge)[:-1]
     # The innermost spacing, between the axis and the first node, is no shorter than half of the next.
     inside = inside[inside > (0.5 * (inside[-2] - inside[-1]) if inside.size > 1 else 0)]
     places = np.unique(np.concatenate([[0], inside, outside]))
@@ -92,12 +98,16 @@ def _mesh(
     return radii, weights, influence
 
 
-def _offsets(equal: float, growth: float, widest: float, reach: float) -> np.ndarray:
-    """Distances of nodes from the edge up to `reach`, even; equally spaced up to `equal`, then ever wider."""
+def _offsets(equal: float, growth: float, widest: float, reach: float, until: float = math.inf) -> np.ndarray:
+    """Distances of nodes from the edge up to `reach`, even; equally spaced up to `equal`, then ever wider.
+
+    The spacings are at most `widest` up to the distance `until`, and grow on from there.
+    """
     offsets = [0]
     while offsets[-1] < reach:
-        beyond = max(offsets[-1] - equal, 0.0)
-        offsets.append(offsets[-1] + 2 * round(0.5 * min(_SUBDIVISION + beyond * (growth - 1.0), widest)))
+        wide = _SUBDIVISION + max(offsets[-1] - equal, 0.0) * (growth - 1.0)
+        narrow = widest + max(offsets[-1] - until, 0.0) * (growth - 1.0)
+        offsets.append(offsets[-1] + 2 * round(0.5 * min(wide, narrow)))
     return np.array(offsets)
 
 

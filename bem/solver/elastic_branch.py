@@ -30,6 +30,7 @@ from bem.accuracy import Accuracy, BranchControls
 from bem.discretisation.cohesive_zone import largest_contact_radius
 from bem.discretisation.regrid import cubic
 from bem.discretisation.scaled_meshes import (
+    NO_RING,
     ScaledMeshes,
     level_of,
     nodes_within,
@@ -75,6 +76,7 @@ _CONTRACTION = 0.15  # of corrections, above which the matrix is factorised agai
 _TRUSTED = 0.3  # relative change of a gap up to which a factorisation is used again
 _OPEN_STEP = 1.2  # change of the logarithm of a gap, over the step of the contact radius
 _REFINEMENTS = 2  # of the rates, whose matrix is that of the last iteration but one
+_MOST_RING_NODES = 400  # narrower falls than 0.27 h0 would take a minute
 _PAST_FOLDS = 1.5  # contact radius beyond which nothing folds
 
 
@@ -501,11 +503,19 @@ class Branch:
         scale = in_python(smallest_scale)(tabor, shape)
         largest = max(1.3 * largest_contact_radius(deepest, tabor, shape), 2.0 * _PAST_FOLDS)
         reach = in_python(_reach)(self.interface, controls.far_gap, scale)
-        meshes = scaled_meshes(controls, in_python(level_of)(max(largest, scale), tabor, shape) + 1, 1.5 * reach)
-        points, gaps = np.empty(_MOST_POINTS, POINT), np.empty((_MOST_POINTS, meshes.radii.shape[1]))
-        works, work = np.zeros((_MOST_POINTS, len(COUNTS)), np.int64), new_work(most_work)
-        count, _ = follow(self.interface, meshes, controls, deepest, points, gaps, works, work)
-        works[count - 1] = work  # with what did not lead on
+        levels, work = in_python(level_of)(max(largest, scale), tabor, shape) + 1, new_work(most_work)
+        # A traction that falls steeply acts, before the surfaces meet, on a disk much wider than the smallest contact.
+        # Where the nodes at its rim are too few the curve of their equilibria breaks off, and takes more of them.
+        spacing, extent = controls.ring
+        rings = [NO_RING, (spacing / scale, extent / scale)] if extent < _MOST_RING_NODES * spacing else [NO_RING]
+        for ring in rings:
+            meshes = scaled_meshes(controls, levels, 1.5 * reach, ring)
+            points, gaps = np.empty(_MOST_POINTS, POINT), np.empty((_MOST_POINTS, meshes.radii.shape[1]))
+            works = np.zeros((_MOST_POINTS, len(COUNTS)), np.int64)
+            count, complete = follow(self.interface, meshes, controls, deepest, points, gaps, works, work)
+            works[count - 1] = work  # with what did not lead on
+            if complete or in_python(is_spent)(work):
+                break
         count = count if count > _FAR_POINTS else 0
         self._meshes, self._points = meshes, points[:count].copy()
         self._gaps, self._works = gaps[:count].copy(), works[:count].copy()
