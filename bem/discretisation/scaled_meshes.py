@@ -28,9 +28,11 @@ _RATIO = 1.5  # of the widths of two levels
 _SUBDIVISION = 16  # places of the lattice in the smallest spacing; even, as each spacing is halved
 _AHEAD, _BEHIND = 1.0, 0.5  # extent of equal spacing outside and inside the edge, in widths
 _MOST_SPACINGS = 2**27  # in a contact radius
-Ring = tuple[float, float]
-NO_RING = math.inf, 0.0
 _FALL = 5.0  # power of the distance with which the traction is smoothed
+
+Ring = tuple[float, float]
+NO_RING: Ring = math.inf, 0.0
+"""Widest spacing and extent of a ring of fine nodes, over the radius of the smallest contact: here none."""
 
 
 class ScaledMeshes(NamedTuple):

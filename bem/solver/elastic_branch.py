@@ -76,7 +76,7 @@ _CONTRACTION = 0.15  # of corrections, above which the matrix is factorised agai
 _TRUSTED = 0.3  # relative change of a gap up to which a factorisation is used again
 _OPEN_STEP = 1.2  # change of the logarithm of a gap, over the step of the contact radius
 _REFINEMENTS = 2  # of the rates, whose matrix is that of the last iteration but one
-_MOST_RING_NODES = 400  # narrower falls than 0.27 h0 would take a minute
+_MOST_RING_NODES = 400  # falls narrower than 0.28 h0 would take a minute
 _PAST_FOLDS = 1.5  # contact radius beyond which nothing folds
 
 

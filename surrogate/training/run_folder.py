@@ -114,13 +114,14 @@ def locked(folder: Path) -> Iterator[None]:
     """
     folder.mkdir(parents=True, exist_ok=True)
     try:
-        with FileLock(folder / "lock", timeout=0):
-            yield
+        lock = FileLock(folder / "lock", timeout=0).acquire()
     except Timeout:
         raise ValueError(
             f"Expected a training folder that nobody uses; wait for the other training or end it, or choose another "
             f"folder with --runs. Received: {folder}, where another process is training"
         ) from None
+    with lock:  # outside the `try`, so that a lock that times out during the training is not taken for this one
+        yield
 
 
 def save_progress(folder: Path, progress: Progress, facts: Mapping[str, Any], files: list[Path]) -> None:
