@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from bem._support.jit import kernel_part
+from bem._support.jit import kernel, kernel_part
 from bem.discretisation.regrid import Remembered
 from bem.discretisation.state import State, state_of
-from bem.solver.equilibrium import Factor, factorise, solve_adhesive, solve_nonadhesive
+from bem.solver.equilibrium import Factor, factorise, new_factor, solve_adhesive, solve_nonadhesive
 from bem.solver.extrapolation import (
     CONTROL,
     DEPTH,
@@ -23,6 +23,7 @@ from bem.solver.work import ITERATIONS, MULTIPLY_ADDS, count_factorisation
 from bem.tractions import force_of
 
 _STALE_AFTER = 8  # iterations in one step after which the kept factorisation is dropped
+_MOST_DEPTHS = 10  # tried until the prescribed force is met
 _BEND = 0.05  # change of the force's course in one step, over the force, from which its history is checked
 
 
@@ -86,6 +87,11 @@ def try_step(
             traction,
             work,
         )
+        if not solved and device.by_force:
+            predict(interface, recent, time, gap, traction, DEPTH, False)
+            depth = expected_depth(mesh, rigid + control, response, guess_gap, guess_traction)
+            solved = _solve_by_depth(problem, state, control, rigid + control, depth, response, gap, traction, work)
+            factor.order[0] = 0
         if solved and shortened:
             factorise(interface, influence, mesh.force_weights, gap, response, factor, work)
             solved = not factor.unstable[0]
@@ -108,6 +114,58 @@ def try_step(
         accepted, by_depth = _verdict(error, controls.prediction, min(recent.count[0], CONTROL), can_shrink)
         shrink = min(shrink, by_depth) if accepted else by_depth
     return gap, traction, accepted, shrink
+
+
+@kernel
+def _solve_by_depth(
+    problem: Problem,
+    state: State,
+    prescribed: float,
+    free: np.ndarray,
+    depth: float,
+    response: float,
+    gap: np.ndarray,
+    traction: np.ndarray,
+    work: np.ndarray,
+) -> bool:
+    """Solve at one indentation after another, by the secant method from `depth`, until the force is the prescribed one.
+
+    Slower than contact and numerical spring as a whole; but that spring is so soft that a node which passes a corner of
+    the traction law may throw the iteration out. Overwrites the predicted `gap` and `traction` (n,). `free` (n,) is the
+    `rigid_side` at indentation zero. The stability under the force is not judged.
+
+    Returns:
+        whether a solution was found.
+    """
+    interface, mesh = problem.interface, state.mesh
+    residual, factor = problem.controls.residual * min(1.0, 10.0 * response), new_factor(gap.size)
+    force_error = problem.force_error * max(abs(state.force), problem.scales.force)
+    last_depth, last_miss = np.nan, np.nan
+    for _ in range(_MOST_DEPTHS):
+        rhs = free - depth
+        if not solve_adhesive(
+            interface,
+            mesh.influence,
+            mesh.force_weights,
+            rhs,
+            response,
+            residual,
+            force_error,
+            factor,
+            gap,
+            traction,
+            work,
+        ):
+            return False
+        miss = force_of(interface, mesh.force_weights, gap, traction) - prescribed
+        if abs(miss) <= 0.1 * force_error:
+            return True
+        slope = (miss - last_miss) / (depth - last_depth)
+        if np.isnan(slope):
+            slope = -factor.stiffness[0]  # a deeper sphere is pressed harder
+        last_depth, last_miss = depth, miss
+        depth -= miss / slope
+    return False
 
 
 @kernel_part

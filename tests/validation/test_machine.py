@@ -7,7 +7,7 @@ and Radok, J. Appl. Mech. 27 (1960) 438, on creep.
 import numpy as np
 import pytest
 
-from bem import HardContact, Scene, simulate
+from bem import ConstantStress, HardContact, LennardJones, Scene, simulate
 from bem.materials import Elastic, PronySeries, StandardLinearSolid
 from bem.protocol import ForceProtocol, LoadingProtocol, PiecewiseLinearProtocol
 from bem.reference_solutions import hertz
@@ -164,6 +164,7 @@ def test_creep_of_a_series_under_a_growing_force():
         (Scene(1.0, SLS, HardContact(), spring=0.5), CYCLE),
         (Scene(1.0, SLS), ForceProtocol([0.0, 1.0, 2.0, 4.0], [0.0, -5.0, -5.0, 0.5])),
         (Scene(0.3, SLS), ForceProtocol([0.0, 0.1, 2.0, 4.0], [0.0, -5.0, -5.0, 0.5])),
+        (Scene(1.0, SLS, ConstantStress()), ForceProtocol([0.0, 1.0, 2.0, 4.0], [0.0, -5.0, -5.0, 0.5])),
     ],
 )
 def test_the_path_of_the_sphere_gives_the_same_force_back(scene, protocol):
@@ -174,6 +175,17 @@ def test_the_path_of_the_sphere_gives_the_same_force_back(scene, protocol):
     again = completed(Scene(scene.tabor, scene.material, scene.adhesion), path, 1e-3)
     force = found.force[first]
     assert np.max(np.abs(again.at(time) - force)) < 0.01 * np.ptp(force)
+
+
+def test_a_law_with_corners_takes_no_more_steps_under_a_force():
+    """Each step that failed at a corner of the law was taken for a fold, and the budget was spent on tiny ones."""
+    protocol = ForceProtocol([0.0, 0.23, 0.38], [0.0, -94.0, 0.0])
+    steep, smooth = (
+        completed(Scene(2.8, StandardLinearSolid(0.4), law), protocol, "draft")
+        for law in (ConstantStress(), LennardJones())
+    )
+    assert steep.stats.steps < 4 * smooth.stats.steps
+    assert steep.stats.fold_solves == smooth.stats.fold_solves == 0
 
 
 def test_the_elastic_path_under_a_force_is_that_of_the_rigid_machine():
