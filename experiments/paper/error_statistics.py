@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import spearmanr
 
+from bem._support.text_files import read_json
 from experiments.common import require_dataset
 from experiments.paper_numbers import PAPER_RECIPE
 from surrogate.training.identity import read_identity
@@ -98,9 +99,9 @@ def held_out_errors(folder: Path, dataset: Path) -> dict[str, np.ndarray]:
 
 
 def study(config: dict[str, Any], models: Path, dataset: Path) -> dict[str, Any]:
-    """Error statistics of one model, and of the same architecture trained by the paper's recipe, or `None`."""
+    """Error statistics of one model, and of the same architecture if the paper's recipe ended its training."""
     paper = models / PAPER_RECIPE.format(config["model"])
-    trained = (paper / "run.json").is_file()
+    trained = (paper / "run.json").is_file() and read_json(paper / "run.json").get("ended_by") == "recipe"
     return {
         "config": config,
         **statistics(held_out_errors(models / config["model"], dataset)),

@@ -58,6 +58,7 @@ def read_model(folder: Path) -> dict[str, Any]:
         **{name: metrics[name] for name in ("parameters", "test", "epochs", "best_epoch")},
         **{name: metrics["test"][name]["mean"] for name in METRICS},
         **{name: run[name] for name in ("backend", "versions", "training_trajectories")},
+        "ended_by": run.get("ended_by"),
         "validation_mse": min(history["validation_mse"]),
         "core_seconds": metrics["cpu_seconds"],
         "hours": metrics["cpu_seconds"] / 3600.0,
@@ -128,8 +129,9 @@ def comparison(found: dict[str, dict[str, Any]]) -> dict[str, Any]:
 
 
 def by_paper_recipe(beside: dict[str, dict[str, Any]]) -> dict[str, Any]:
-    """The trainings by the paper's recipe; what needs one that is missing is `None`."""
-    found = {name: beside[label] for name, label in PAPER_TRAINED_CONTENDERS.items() if label in beside}
+    """The trainings that the paper's recipe ended; what needs one that is missing is `None`."""
+    labelled = {name: beside[label] for name, label in PAPER_TRAINED_CONTENDERS.items() if label in beside}
+    found = {name: one for name, one in labelled.items() if one["ended_by"] == "recipe"}
     trained = {name: one for name, one in found.items() if name in PAPER_TRAINED}
     complete = len(trained) == len(PAPER_TRAINED)
     longest = max(trained, key=lambda name: trained[name]["hours"]) if complete else None

@@ -56,7 +56,7 @@ def recipe_marker(name: str) -> dict[str, Any]:
 
 def trained_by_paper_recipe(content: Any) -> dict[str, Any]:
     """The models that were also trained by the paper's recipe, by name, from the result `model_comparison`."""
-    return {name: content["beside"][label] for name, label in PAPER_TRAINED.items() if label in content["beside"]}
+    return {name: content["beside"][PAPER_TRAINED[name]] for name in content["by_paper_recipe"]["trained"]}
 
 
 def seeds_of(ranking: Any, name: str) -> int:

@@ -32,7 +32,8 @@ def comparison(trained, by_recipe=()):
     twice = {name: {key: 2 * models[name][key] for key in ("mse", "mae", "dtw_rmse")} for name in by_recipe}
     beside |= {f"{name}-paper": models[name] | errors | {"recipe": {"name": "paper"}} for name, errors in twice.items()}
     common = {"missing": missing, "outdated": {}, "differences": {}, "beside": beside}
-    by_paper_recipe = {"mse": {name: errors["mse"] for name, errors in twice.items()}}
+    mse = {name: errors["mse"] for name, errors in twice.items()}
+    by_paper_recipe = {"trained": list(twice), "mse": mse}
     return {"models": models, **common, "comparison": {"ranking": list(trained)}, "by_paper_recipe": by_paper_recipe}
 
 

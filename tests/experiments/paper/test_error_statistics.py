@@ -50,14 +50,19 @@ def write_errors(folder, rows):
         writer.writerows([[row, *[0.1 * row + 0.1] * len(COLUMNS)] for row in rows])
 
 
-def test_errors_are_read_from_a_model_directory(tmp_path, dataset):
+@pytest.mark.parametrize("ended_by", ["recipe", "--epochs"])
+def test_errors_are_read_from_a_model_directory(ended_by, tmp_path, dataset):
     write_errors(write_model(tmp_path / "M1-concat", 1.0, split=SPLIT | {"test": list(range(8))}), range(8))
     found = error_statistics.study({"model": "M1-concat"}, tmp_path, dataset)
     assert (found["trajectories"], found["by_paper_recipe"]) == (8, None)
     later = list(range(8, 16))
-    write_errors(write_model(tmp_path / "M1-concat-paper", 1.0, split=SPLIT | {"test": later}), later)
+    settings = {"split": SPLIT | {"test": later}, "ended_by": ended_by}
+    write_errors(write_model(tmp_path / "M1-concat-paper", 1.0, **settings), later)
     found = error_statistics.study({"model": "M1-concat"}, tmp_path, dataset)
-    assert found["by_paper_recipe"]["overall"]["mse"]["median"] == pytest.approx(1.25)
+    if ended_by == "recipe":
+        assert found["by_paper_recipe"]["overall"]["mse"]["median"] == pytest.approx(1.25)
+    else:
+        assert found["by_paper_recipe"] is None
     assert found["overall"]["mse"]["median"] == pytest.approx(0.45)
 
 
@@ -153,7 +158,8 @@ def test_only_models_trained_alike_are_compared_and_the_others_say_why(tmp_path,
 
 def test_what_needs_every_training_by_the_papers_recipe_waits_for_the_last():
     def one(mse, hours):
-        return {"mse": mse, "validation_mse": 2.0 * mse, "hours": hours, "epochs": int(hours)}
+        known = {"validation_mse": 2.0 * mse, "epochs": int(hours), "ended_by": "recipe"}
+        return known | {"mse": mse, "hours": hours}
 
     beside = {f"{name}-paper": one(1e-4, rank + 1.0) for rank, name in enumerate(names())}
     beside |= {
@@ -165,7 +171,7 @@ def test_what_needs_every_training_by_the_papers_recipe_waits_for_the_last():
     assert found["validation_mse"] == {"A": 18e-4, "B": 6e-4, "C": 4e-4, "D": 2e-4}
     assert found["all_improve_over_a"] is True
 
-    del beside["M6-gated-paper"]
+    beside["M6-gated-paper"]["ended_by"] = "--epochs"  # cut short, so that it is none
     beside["M1-concat-inputs-B-paper"] = one(1e-3, 1.0)
     found = model_comparison.by_paper_recipe(beside)
     assert (found["longest_training"], found["most_epochs"], found["all_improve_over_a"]) == (None, None, False)
