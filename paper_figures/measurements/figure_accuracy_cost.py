@@ -34,10 +34,8 @@ def draw(axes: Axes, tools: list[dict[str, Any]]) -> None:
         places = [place(tool) for tool in points]
         draw_line(axes, places, kind, kind, **{} if kind in ("solver", "paper's discretisation") else {"linestyle": ""})
         for tool, (seconds, error) in zip(points, places, strict=True):
-            color = KINDS[kind]["color"]
-            axes.plot(
-                [seconds] * 2, [error, 100.0 * tool["errors"]["pull_off_force"]["p95"]], color=color, linewidth=0.5
-            )
+            color, high = KINDS[kind]["color"], 100.0 * tool["errors"]["pull_off_force"]["p95"]
+            axes.plot([seconds] * 2, [error, high], color=color, linewidth=0.5)
             if tool["protocols"] < most:
                 axes.plot(seconds, error, markersize=3.5, markerfacecolor="white", **KINDS[kind])
             if kind == "solver" and tool["setting"] in NAMED:
@@ -57,21 +55,18 @@ def draw_others(axes: Axes, peers: dict[str, Any]) -> None:
     places = [(run["seconds"], 100.0 * run["error"]) for run in runs]
     look = {"color": COLOURS[PEER], "marker": "D", "markersize": 3.5, "linewidth": 1.0}
     axes.plot(*zip(*places, strict=True), label=f"{PEER}, elastic", **look)
-    seconds, error = (
-        paper_seconds()["paper's surrogate"],
-        drawing.paper_values("reference_model")["pull_off_force_percent"],
-    )
-    axes.plot(seconds, error, "*", color=drawing.PAPER, markersize=6)
-    beside(axes, "paper's surrogate", (seconds, error), drawing.PAPER, 0, 12)
-    solver = paper_seconds()["paper's solver (mean)"]
+    stated = paper_seconds()
+    at = stated["paper's surrogate"], drawing.paper_values("reference_model")["pull_off_force_percent"]
+    axes.plot(*at, "*", color=drawing.PAPER, markersize=6)
+    beside(axes, "paper's surrogate", at, drawing.PAPER, 0, 12)
+    solver = stated["paper's solver (mean)"]
     axes.axvline(solver, color=drawing.PAPER, linewidth=0.8, linestyle=":")
     drawing.beside(axes, solver, "paper's solver (mean)", height=0.5, shift=2, rotation=90, color=drawing.PAPER)
 
 
 def beside(axes: Axes, text: str, at: tuple[float, float], color: str, right: float, up: float = 0.0) -> None:
     """Write a name some points to the right of a marker, or to its left, and above it."""
-    side = {"ha": "right" if right < 0 else "left", "va": "center", "color": color}
-    axes.annotate(text, at, (right, up), textcoords="offset points", **side)
+    drawing.note(axes, text, at, (right, up), ha="right" if right < 0 else "left", va="center", color=color)
 
 
 def place(tool: dict[str, Any]) -> tuple[float, float]:

@@ -13,7 +13,6 @@ from matplotlib.figure import Figure
 from bem._support.wording import markdown_table
 from paper_figures.style import drawing
 
-STYLES = {"uniform": (drawing.RED, "o"), "physical": (drawing.BLUE, "^")}
 KEYS = ("pull_off", "pull_off_parabola", "hysteresis_trapezoids", "hysteresis_cubics")
 LEAST = 1e-5
 """Errors below are drawn there."""
@@ -24,8 +23,8 @@ def draw_example(axes: Axes, example: dict[str, Any]) -> None:
     depth, force = np.array(example["indentation"]), np.array(example["force"])
     axes.plot(depth, force, color=drawing.BLACK, linewidth=0.8, label="solver")
     for name, steps in example["steps"].items():
-        color, marker = STYLES[name]
-        axes.plot(steps["indentation"], steps["force"], marker, color=color, markersize=2.5, label=name)
+        look = {"linestyle": "", "markersize": 2.5, **drawing.STEPS[name]}
+        axes.plot(steps["indentation"], steps["force"], label=name, **look)
     top = int(force.argmax())
     axes.set(
         xlabel=drawing.INDENTATION,
@@ -42,7 +41,7 @@ def draw_errors(axes: Axes, kinds: dict[str, Any]) -> None:
         errors = np.maximum(np.sort(kind["pull_off_errors"])[::-1], LEAST)
         share = np.arange(1, errors.size + 1) / errors.size
         points = "+".join(map(str, kind["counts"]))
-        axes.loglog(100.0 * errors, share, color=STYLES[name][0], label=f"{name}, {points}")
+        axes.loglog(100.0 * errors, share, color=drawing.STEPS[name]["color"], label=f"{name}, {points}")
     for share in (0.1, 0.01):
         axes.axhline(share, color="0.7", linewidth=0.5, linestyle=":")
     axes.set(xlabel="error of the highest step (%)", ylabel="share of protocols above", ylim=(1e-3, 1.0))

@@ -17,6 +17,8 @@ names the target that makes it. Claims marked `beyond` are not in the paper and 
 from __future__ import annotations
 
 import math
+import operator
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
@@ -26,19 +28,19 @@ from experiments.paper_numbers import paper_rows, paper_values, stated
 from experiments.places import Places
 from experiments.trainings.ranking import by_paper_recipe
 
-REPRODUCED, BETTER, TIE, DIFFERS, NOT_COMPARABLE, NOT_YET = (
-    "reproduced",
-    "better",
-    "tie",
-    "differs",
-    "not comparable",
-    "not yet",
-)
-VERDICTS = (REPRODUCED, BETTER, TIE, DIFFERS, NOT_COMPARABLE, NOT_YET)
+VERDICTS = ("reproduced", "better", "tie", "differs", "not comparable", "not yet")
 """Verdicts, in the order of the overview."""
+REPRODUCED, BETTER, TIE, DIFFERS, NOT_COMPARABLE, NOT_YET = VERDICTS
 BY_SEEDS = {"holds": REPRODUCED, "tie": TIE, "fails": DIFFERS}
 """Verdict on a ranking, by the decision of several seeds."""
-RULES = ("count", "value", "error", "cost", "bound", "least", "text", "none")
+AGREE: dict[str, Callable[[Any, Any], bool]] = {
+    "count": operator.eq,
+    "text": lambda ours, theirs: str(ours).lower() == str(theirs).lower(),
+    "bound": operator.le,
+    "least": operator.ge,
+}
+"""Rules that have no tolerance: whether ours agrees with the paper's."""
+RULES = ("value", "error", "cost", "none", *AGREE)
 EXACT = 1e-6
 """Largest relative difference of a setting that counts as equal to the paper's."""
 
@@ -115,14 +117,8 @@ def verdict(rule: str, theirs: Any, ours: Any, tolerance: float | None = None) -
         raise ValueError(f"a rule must be one of {', '.join(RULES)}; received {rule!r}")
     if rule == "none":
         return NOT_COMPARABLE
-    if rule == "text":
-        return REPRODUCED if str(ours).lower() == str(theirs).lower() else DIFFERS
-    if rule == "count":
-        return REPRODUCED if ours == theirs else DIFFERS
-    if rule == "bound":
-        return REPRODUCED if ours <= theirs else DIFFERS
-    if rule == "least":
-        return REPRODUCED if ours >= theirs else DIFFERS
+    if rule in AGREE:
+        return REPRODUCED if AGREE[rule](ours, theirs) else DIFFERS
     width = tolerance_of({"rule": rule, "tolerance": tolerance})
     if abs(ours - theirs) <= width * abs(theirs):
         return REPRODUCED

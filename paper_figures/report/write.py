@@ -57,12 +57,11 @@ def value_text(value: Any, unit: str = "") -> str:
         return "-"
     if isinstance(value, bool):
         return str(value).lower()
-    if isinstance(value, int):
-        return f"{value:,}{' ' + unit if unit else ''}"
-    if isinstance(value, float):
-        text = f"{value:g}" if value == round(value, 4) and abs(value) >= 1e-3 else number(value)
-        return f"{text}{' ' + unit if unit else ''}"
-    return str(value)
+    if isinstance(value, str):
+        return value
+    plain = isinstance(value, float) and value == round(value, 4) and abs(value) >= 1e-3
+    text = f"{value:,}" if isinstance(value, int) else f"{value:g}" if plain else number(value)
+    return f"{text} {unit}".rstrip()
 
 
 def tolerance_text(claim: dict[str, Any]) -> str:
