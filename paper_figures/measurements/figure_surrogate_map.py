@@ -60,7 +60,7 @@ def draw_worst(axes: Axes, case: dict[str, Any], model: str) -> None:
     axes.plot(steps, case["force"], color=drawing.BLACK, linewidth=0.9)
     axes.plot(steps, case["predicted"], color=models_style.color(model), linewidth=0.9)
     protocol = case["protocol"]
-    axes.set_title(rf"$\mu$={protocol['tabor']:.3g}, $\hat\delta_l$={protocol['peak_indentation']:.3g}")
+    axes.set_title(rf"$\mu={protocol['tabor']:.3g}$, $\hat\delta_l={protocol['peak_indentation']:.3g}$")
 
 
 def rows_of(content: dict[str, Any]) -> list[list[str]]:

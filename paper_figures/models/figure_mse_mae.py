@@ -36,10 +36,10 @@ def compose(model_comparison: Any, ranking: Any = None) -> Figure:
             axes.plot(paper["mse"], paper["mae"], **models_style.paper_marker(paper["name"]))
         draw_models(axes, model_comparison if axes is panels[0] else ours, "mse", "mae", ranking)
         axes.set(xscale="log", yscale="log", xlabel="held-out MSE of the scaled force")
+        axes.set_ylabel("held-out MAE of the scaled force")
         axes.margins(0.1)
         for axis in (axes.xaxis, axes.yaxis):
             drawing.log_labels(axis)
-    panels[0].set_ylabel("held-out MAE of the scaled force")
     drawing.letters(panels)
     handles = models_style.handles(paper["name"])
     drawn.legend(handles=handles, loc="outside upper center", ncols=11, columnspacing=0.9, handlelength=1.2)

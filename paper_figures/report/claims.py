@@ -40,7 +40,7 @@ AGREE: dict[str, Callable[[Any, Any], bool]] = {
     "least": operator.ge,
 }
 """Rules that have no tolerance: whether ours agrees with the paper's."""
-RULES = ("value", "error", "cost", "none", *AGREE)
+RULES = ("count", "value", "error", "cost", "bound", "least", "text", "none")
 EXACT = 1e-6
 """Largest relative difference of a setting that counts as equal to the paper's."""
 
@@ -194,19 +194,21 @@ def followed(theirs: Any, ours: Any) -> bool:
 def table_claims() -> list[dict[str, Any]]:
     """Claims of the paper's tables: quartiles, timings, crack velocities."""
     common = paper_values("claims")["tables"]
-    columns = ("mse", "pull_off_force_percent", "hysteresis_percent", "pull_off_time_percent")
+    quantities = ("pull-off force", "hysteresis", "pull-off time")
+    columns = {"mse": "MSE"}
+    columns |= {f"{name.replace('-', '_').replace(' ', '_')}_percent": f"{name} error" for name in quantities}
     parts = {"mean": "mean", "sd": "standard deviation"}
     quartiles = [
         common["quartiles"]
         | {
-            "says": f"{row['quartile']}: {word} of {column.replace('_percent', ' error').replace('_', ' ')}",
+            "says": f"{row['quartile']}: {word} of the {label}",
             "value": row[f"{column}_{part}"],
             "unit": "%" if "percent" in column else "",
             "source": f"error_statistics:by_paper_recipe/quartiles/{row['quartile']}/{column}/{part}",
             "by_ours": f"error_statistics:quartiles/{row['quartile']}/{column}/{part}",
             "made_by": "make model-paper-recipe",
         }
-        for row, column, (part, word) in product(paper_rows("quartiles"), columns, parts.items())
+        for row, (column, label), (part, word) in product(paper_rows("quartiles"), columns.items(), parts.items())
     ]
     tools = {"solver": ("bem", "solver", "solver"), "surrogate": ("surrogate", "keras_call", "plain Keras call")}
     seconds = [
