@@ -81,11 +81,10 @@ def choices(tools: list[dict[str, Any]]) -> list[list[str]]:
 
 def page_text(accuracy_cost: Any) -> str:
     """The table of the fastest tools as Markdown, for docs/cost.md."""
-    count = (
-        f"{accuracy_cost['protocols']} held-out protocols, {_refined(accuracy_cost)} of which have a refined solution"
-    )
-    words = f"Measured on {count}, one core of {accuracy_cost['host']}.{_left_out(accuracy_cost)}"
-    return f"{markdown_table(CHOICES, choices(accuracy_cost['tools']))}\n\n{words}"
+    protocols, refined = accuracy_cost["protocols"], _refined(accuracy_cost)
+    few = f", {refined} of which have a refined solution" if refined < protocols else ""
+    words = f"Measured on {protocols} held-out protocols{few}, one core of {accuracy_cost['host']}."
+    return f"{markdown_table(CHOICES, choices(accuracy_cost['tools']))}\n\n{words}{_left_out(accuracy_cost)}"
 
 
 def solver_text(accuracy_cost: Any) -> str:
