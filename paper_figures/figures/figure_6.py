@@ -19,13 +19,8 @@ def draw_regime(axes: Axes, regime: dict[str, Any], model: str, color: str) -> N
     """Draw the solver's force as a line, the surrogate's steps as markers, and the number of the sample."""
     native, steps = regime["native"], regime["steps"]
     axes.plot(native["indentation"], native["force"], color=drawing.BLACK, linewidth=0.9, zorder=2)
-    axes.plot(
-        steps["indentation"],
-        steps["predicted"],
-        zorder=3,
-        label=f"({regime['sample']})",
-        **models_style.step_marker(model) | {"color": color, "markeredgecolor": color},
-    )
+    look = models_style.step_marker(model) | {"color": color, "markeredgecolor": color}
+    axes.plot(steps["indentation"], steps["predicted"], zorder=3, label=f"({regime['sample']})", **look)
     deepest = native["indentation"].index(max(native["indentation"]))
     turning = native["indentation"][deepest], native["force"][deepest]
     shift = CROWDED.get(regime["sample"], (5, 0))

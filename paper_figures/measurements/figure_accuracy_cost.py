@@ -6,7 +6,6 @@ at a time. Other software solves an elastic sphere. The figure reads the measure
 `experiments.measurements.accuracy_cost` and `experiments.measurements.peers`.
 """
 
-from collections.abc import Sequence
 from typing import Any
 
 from matplotlib.axes import Axes
@@ -19,20 +18,17 @@ from paper_figures.style.cost_style import KINDS, paper_seconds
 NAMED = ("draft", "standard", "reference")
 """Accuracies of the solver that are named."""
 PEER = "Adhesion"
-
-
-def draw_line(axes: Axes, places: Sequence[tuple[float, float]], kind: str, label: str, **style: Any) -> None:
-    """Join the settings of a tool, at their seconds and errors in percent."""
-    axes.plot(*zip(*places, strict=True), linewidth=1.0, markersize=3.5, label=label, **KINDS[kind] | style)
+PRETRAINED = ("fast", "accurate")
 
 
 def draw(axes: Axes, tools: list[dict[str, Any]]) -> None:
     """Draw the tools of this repository; the solver and the paper's discretisation are lines."""
     most = max(tool["protocols"] for tool in tools)
-    for kind in ("solver", "paper's discretisation", "fast", "accurate"):
+    for kind in ("solver", "paper's discretisation", *PRETRAINED):
         points = [tool for tool in tools if tool["kind"] == kind]
         places = [place(tool) for tool in points]
-        draw_line(axes, places, kind, kind, **{} if kind in ("solver", "paper's discretisation") else {"linestyle": ""})
+        look = {"linestyle": "" if kind in PRETRAINED else "-", "linewidth": 1.0, "markersize": 3.5}
+        axes.plot(*zip(*places, strict=True), label=kind, **KINDS[kind] | look)
         for tool, (seconds, error) in zip(points, places, strict=True):
             color, high = KINDS[kind]["color"], 100.0 * tool["errors"]["pull_off_force"]["p95"]
             axes.plot([seconds] * 2, [error, high], color=color, linewidth=0.5)

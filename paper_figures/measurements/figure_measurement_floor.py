@@ -13,7 +13,12 @@ from matplotlib.figure import Figure
 from bem._support.wording import markdown_table
 from paper_figures.style import drawing
 
-KEYS = ("pull_off", "pull_off_parabola", "hysteresis_trapezoids", "hysteresis_cubics")
+READINGS = {
+    "pull_off": "Highest step",
+    "pull_off_parabola": "Top of a parabola",
+    "hysteresis_trapezoids": "Hysteresis, trapezoids",
+    "hysteresis_cubics": "Hysteresis, monotone cubics",
+}
 LEAST = 1e-5
 """Errors below are drawn there."""
 
@@ -50,20 +55,13 @@ def draw_errors(axes: Axes, kinds: dict[str, Any]) -> None:
 
 def page_text(measurement_floor: Any) -> str:
     """A table of the errors for a page, in percent."""
-    heads = [
-        "Steps",
-        "Points",
-        "Highest step",
-        "Top of a parabola",
-        "Hysteresis, trapezoids",
-        "Hysteresis, monotone cubics",
-    ]
     found = []
     for name, kind in measurement_floor["kinds"].items():
-        cells = [kind[key] for key in KEYS]
+        cells = [kind[reading] for reading in READINGS]
         texts = [", ".join(f"{cell[level]:.2g}" for level in ("p50", "p90", "p99")) for cell in cells]
         found.append([name, " + ".join(map(str, kind["counts"])), *texts])
-    return f"{markdown_table(heads, found, 'llrrrr')}\n\nMeasured by `{measurement_floor['command']}`."
+    table = markdown_table(["Steps", "Points", *READINGS.values()], found, "llrrrr")
+    return f"{table}\n\nMeasured by `{measurement_floor['command']}`."
 
 
 def compose(measurement_floor: Any) -> Figure:

@@ -131,22 +131,12 @@ def compose(accuracy_cost: Any) -> dict[str, Table]:
     """Write the tables."""
     content = accuracy_cost
     paper = ", ".join(f"{name} {number(seconds)} s" for name, seconds in paper_seconds().items())
-    first = Table(
-        [*HEADER, *ERRORS.values()],
-        [row_of(tool) for tool in content["tools"]],
-        caption(
-            "accuracy-cost",
-            protocols=content["protocols"],
-            host=content["host"],
-            target=number(content["truth_target"]),
-            refined=_refined(content),
-            paper=paper,
-            left_out=_left_out(content),
+    about = {"protocols": content["protocols"], "host": content["host"], "left_out": _left_out(content)}
+    truth = {"target": number(content["truth_target"]), "refined": _refined(content)}
+    rows = [row_of(tool) for tool in content["tools"]]
+    return {
+        "accuracy-cost": Table(
+            [*HEADER, *ERRORS.values()], rows, caption("accuracy-cost", paper=paper, **about, **truth)
         ),
-    )
-    second = Table(
-        CHOICES,
-        choices(content["tools"]),
-        caption("fastest-tool", protocols=content["protocols"], host=content["host"], left_out=_left_out(content)),
-    )
-    return {"accuracy-cost": first, "fastest-tool": second}
+        "fastest-tool": Table(CHOICES, choices(content["tools"]), caption("fastest-tool", **about)),
+    }
