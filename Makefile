@@ -339,9 +339,10 @@ docs: setup $(TUTORIALS)  ## Build the documentation into build/site, with its t
 docs-numbers: setup  ## Write the published numbers into all documents
 	$(PY) tools/fill.py
 
-readme-pictures: setup graphical-abstract figure-effects figure-accuracy-cost  ## Update the pictures of the README, with its own commands, and of the guide
+readme-pictures: setup figure-effects figure-accuracy-cost  ## Update the pictures of README and guide, with their own commands
 	grep '^$(VENV)/bin/.*--plot ' README.md | sed -E 's/--(plot|filmstrip|animate) /&docs\/images\//g' | bash -ex
-	cp $(addprefix $(OUT)/figures/,graphical-abstract.png figure-effects.png figure-accuracy-cost.png) docs/images/
+	cp $(addprefix $(OUT)/figures/,figure-effects.png figure-accuracy-cost.png) docs/images/
+	for name in cantilever-pull-off measured-tissue plan-dwell plan-release; do $(PY) examples/$${name//-/_}.py docs/images/$$name.png || exit 1; done
 
 DEMO_MODEL ?= published/models/M1-concat/model.onnx
 DEMO_PORT ?= 8000

@@ -8,7 +8,8 @@ Each tick it asks the surrogate what the force would be a little higher and a li
 `restore`), takes the slope of force by indentation from that, and corrects the command by the measured error over that
 slope, or over the slope its own moves met where that was steeper: too small a correction is repaired by the next tick,
 too large a one makes the loop swing. What the moves do not explain, drift and relaxation, is averaged and countered.
-The surrogate's own bias drops out; only its slope is used.
+The surrogate's own bias drops out; only its slope is used. Its warnings are true: the loop moves otherwise than the
+protocols of its training.
 
 Run: `python examples/hold_force.py`.
 """

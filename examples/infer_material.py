@@ -42,6 +42,11 @@ CALIBRATION, LEAST = 256, 100
 """Simulations that measure the surrogate's error, and fewest samples."""
 SURROGATE, IGNORED, SOLVER = "surrogate", "surrogate, its error ignored", "solver"
 SHADES = {SURROGATE: COLOURS["fast"], IGNORED: COLOURS["M5"], SOLVER: COLOURS["solver"]}
+LABELS = {
+    "tabor": "Tabor parameter",
+    "modulus_ratio": "modulus ratio",
+    "retardation_time": "retardation time (s)",
+}
 Show = Callable[[list, str], Iterable]
 
 
@@ -176,7 +181,7 @@ def draw(found: Inference, true: tuple[float, ...], path: str) -> None:
         summaries = [sample.summary() for sample in found.posteriors.values()]
         margin = max(one["sd"][column] for one in summaries)
         low, high = min(one["low"][column] for one in summaries), max(one["high"][column] for one in summaries)
-        axes.set(xlabel=name.replace("_", " "), yticks=[], xlim=(low - 2.0 * margin, high + 2.0 * margin))
+        axes.set(xlabel=LABELS[name], yticks=[], xlim=(low - 2.0 * margin, high + 2.0 * margin))
     figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=4, frameon=False)
     figure.savefig(path, dpi=150)
 

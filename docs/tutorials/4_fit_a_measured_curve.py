@@ -3,8 +3,8 @@
 
 From a file of an indenter, in newtons and metres, to the modulus, the work of adhesion and their uncertainty.
 
-No openly licensed force curve of a soft adhesive sphere with its calibration is shipped, so this tutorial first writes
-a file as an instrument would: a simulated contact with noise, another zero of the position, and an offset of the force.
+A contact whose answer is known shows how near a fit comes. This tutorial first writes its file as an instrument would:
+a simulated contact with noise, another zero of the position, and an offset of the force.
 """
 
 # %%

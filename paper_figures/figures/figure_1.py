@@ -108,7 +108,7 @@ def draw_protocol(axes: Axes, example: dict[str, Any]) -> None:
         text = {"loading": r"$\hat v_L$", "dwell": r"$\hat t_D$", "unloading": r"$\hat v_U$"}[name]
         place, ha = ((0, 4), "center") if name == "dwell" else ((-5 if name == "loading" else 5, 2), None)
         ha = ha or ("right" if name == "loading" else "left")
-        axes.annotate(text, (middle, height), place, textcoords="offset points", color=color, ha=ha, fontsize=8)
+        drawing.note(axes, text, (middle, height), place, color=color, ha=ha, fontsize=8)
     axes.margins(y=0.14)
     axes.set(xlabel=drawing.TIME, ylabel=drawing.INDENTATION)
 
@@ -122,10 +122,10 @@ def draw_force(axes: Axes, example: dict[str, Any]) -> None:
     peak, low = (results["pull_off_time"], results["pull_off_force"]), int(np.argmin(force))
     axes.plot(*peak, "o", color=drawing.RED)
     axes.plot(time[low], force[low], "s", color=drawing.BLACK)
-    axes.annotate(r"$\hat P_\mathrm{po}$", peak, (-4, 5), textcoords="offset points", ha="right", color=drawing.RED)
-    axes.annotate(r"$\hat P_\mathrm{mc}$", (time[low], force[low]), (7, -3), textcoords="offset points")
+    drawing.note(axes, r"$\hat P_\mathrm{po}$", peak, (-4, 5), ha="right", color=drawing.RED)
+    drawing.note(axes, r"$\hat P_\mathrm{mc}$", (time[low], force[low]), (7, -3))
     axes.plot([peak[0], peak[0]], [force[low], peak[1]], color=drawing.RED, linestyle=":", linewidth=0.8)
-    axes.annotate(r"$\hat t_\mathrm{po}$", (peak[0], force[low]), (3, 0), textcoords="offset points", color=drawing.RED)
+    drawing.note(axes, r"$\hat t_\mathrm{po}$", (peak[0], force[low]), (3, 0), color=drawing.RED)
     axes.margins(y=0.14)
     axes.set(xlabel=drawing.TIME, ylabel=drawing.FORCE)
 

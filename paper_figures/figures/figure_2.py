@@ -38,7 +38,6 @@ def draw_example(axes: Axes, example: dict[str, Any]) -> None:
     axes.margins(y=0.12)
     protocol = example["protocol"]
     axes.set_title(rf"$\mu={protocol['tabor']:g}$, $\hat\delta_l={protocol['peak_indentation']:g}$", loc="right")
-    drawing.letter(axes, example["name"])
     axes.set_xlabel(drawing.TIME)
     axes.set_ylabel(r"force $\hat P$")
 
@@ -92,6 +91,5 @@ def compose(dataset_examples: Any, dataset: Path) -> Figure:
     text = f"without {len(rows) - len(ratio)} never compressed"
     panels[2, 1].annotate(text, (0.97, 0.97), xycoords="axes fraction", ha="right", va="top")
     draw_cost(panels[2, 2], data, drawing.paper_values("dataset"))
-    for axes, name in zip(panels[2], "ghi", strict=True):
-        drawing.letter(axes, name)
+    drawing.letters(panels.flat)
     return drawn

@@ -35,17 +35,16 @@ def compose(dataset_examples: Any) -> Figure:
     upper, lower = drawn.subfigures(2, 1)
     first, second = upper.subplots(1, 2), lower.subplots(1, 3)
     labels = {"indentation": drawing.INDENTATION, "time": drawing.TIME, "force": drawing.FORCE}
-    for axes, name, quantity in zip(first, "ab", ("indentation", "force"), strict=True):
+    for axes, quantity in zip(first, ("indentation", "force"), strict=True):
         draw_native(axes, native["time"], native[quantity], content["phase_times"])
         axes.margins(y=0.15)
         axes.set(xlabel=drawing.TIME, ylabel=labels[quantity])
-        drawing.letter(axes, name)
-    for axes, name, quantity in zip(second, "cde", labels, strict=True):
+    for axes, quantity in zip(second, labels, strict=True):
         for boundary in np.cumsum(FMS)[:2] + 0.5:
             axes.axvline(boundary, color="0.8", linewidth=0.6, zorder=0)
         draw_points(axes, index, steps[quantity])
         axes.set(xlabel=r"measurement step $j$", ylabel=labels[quantity])
-        drawing.letter(axes, name)
+    drawing.letters([*first, *second])
     marks = [
         Line2D([], [], color=color, marker=".", label=f"{phase}, {count} steps")
         for (phase, color), count in zip(drawing.PHASES.items(), FMS, strict=True)

@@ -14,6 +14,7 @@ from paper_figures.style.schematics import (
     TABOR_FILL,
     arrow,
     box,
+    elbow,
     line,
     node,
 )
@@ -44,18 +45,14 @@ def draw_lstm(axes: Axes) -> None:
     arrow(axes, (2.44, 4.5), (4.21, 4.5))
     arrow(axes, (4.69, 4.5), (9.8, 4.5))
     arrow(axes, (2.2, 2.5), (2.2, 4.26))
-    line(axes, (3.7, 2.5), (3.7, 3.4))
-    arrow(axes, (3.7, 3.4), (4.21, 3.4))
-    line(axes, (5.2, 2.5), (5.2, 3.4))
-    arrow(axes, (5.2, 3.4), (4.69, 3.4))
+    elbow(axes, (3.7, 2.5), (3.7, 3.4), (4.21, 3.4))
+    elbow(axes, (5.2, 2.5), (5.2, 3.4), (4.69, 3.4))
     arrow(axes, (4.45, 3.64), (4.45, 4.26))
     arrow(axes, (6.7, 2.5), (6.7, 3.16))
     line(axes, (8.0, 4.5), (8.0, 4.1))
     box(axes, 8.0, 3.8, "tanh", LSTM_FILL, width=0.9, height=0.55)
-    line(axes, (8.0, 3.52), (8.0, 3.4))
-    arrow(axes, (8.0, 3.4), (6.94, 3.4))
-    line(axes, (6.7, 3.64), (6.7, 3.95), (7.3, 3.95), (7.3, 1.4))
-    arrow(axes, (7.3, 1.4), (9.8, 1.4))
+    elbow(axes, (8.0, 3.52), (8.0, 3.4), (6.94, 3.4))
+    elbow(axes, (6.7, 3.64), (6.7, 3.95), (7.3, 3.95), (7.3, 1.4), (9.8, 1.4))
     arrow(axes, (1.6, 0.2), (1.6, 1.4))
     for x, y, text, ha in (
         (0.15, 4.75, "$c_{j-1}$", "left"),
@@ -82,17 +79,8 @@ def draw_tcn(axes: Axes) -> None:
     arrow(axes, (4.0, y + 0.24), (4.0, 6.5))
     line(axes, (4.0, 0.05), (4.0, 0.5))
     line(axes, (4.0, 0.25), (8.0, 0.25), (8.0, 2.45))
-    box(
-        axes,
-        8.0,
-        2.9,
-        "identity, or Conv 1 point\nwhere the width changes",
-        PLAIN_FILL,
-        width=3.5,
-        height=0.9,
-    )
-    line(axes, (8.0, 3.35), (8.0, y + 0.02))
-    arrow(axes, (8.0, y + 0.02), (4.22, y + 0.02))
+    box(axes, 8.0, 2.9, "identity, or Conv 1 point\nwhere the width changes", PLAIN_FILL, width=3.5, height=0.9)
+    elbow(axes, (8.0, 3.35), (8.0, y + 0.02), (4.22, y + 0.02))
     axes.text(3.6, 0.05, r"$z^{(l-1)}$", ha="right")
     axes.text(3.6, 6.05, r"$z^{(l)}$", ha="right")
     axes.set_ylim(0.0, 6.5)
@@ -127,11 +115,10 @@ def draw_model(axes: Axes, graph: dict[str, Any], channels: list[str]) -> None:
     x, bottom, top = 5.5, 0.5, 5.5
     step = (top - bottom) / (len(layers) - 1)
     arrow(axes, (1.35, 3.9), (1.35, 3.2))
-    line(axes, (2.6, 4.4), (3.1, 4.4), (3.1, bottom + 0.1))
+    elbow(axes, (2.6, 4.4), (3.1, 4.4), (3.1, bottom + 0.1), (x - 1.5, bottom + 0.1))
     line(axes, (2.6, 2.7), (3.1, 2.7))
-    arrow(axes, (3.1, bottom + 0.1), (x - 1.5, bottom + 0.1))
-    line(axes, (2.6, 1.0), (2.75, 1.0), (2.75, bottom - 0.15), linestyle=":", color=drawing.RED)
-    arrow(axes, (2.75, bottom - 0.15), (x - 1.5, bottom - 0.15), linestyle=":", color=drawing.RED)
+    corner = (2.75, bottom - 0.15)
+    elbow(axes, (2.6, 1.0), (2.75, 1.0), corner, (x - 1.5, corner[1]), linestyle=":", color=drawing.RED)
     for index, layer in enumerate(layers):
         y = bottom + index * step
         box(axes, x, y, layer["label"], fills.get(layer["kind"], PLAIN_FILL), width=3.0, height=0.66)

@@ -29,17 +29,10 @@ def draw_sizes(axes: Axes, content: Any, ranking: Any = None) -> None:
     error = ranking["spread"][best]["test_dtw_rmse"]["median"] if of_seeds else models[best]["dtw_rmse"]
     place = models[best]["parameters"] / 1e3, error
     axes.plot(*place, **models_style.marker(best) | {"markersize": 4.8}, zorder=3.5)
-    leader = {"arrowstyle": "-", "linewidth": 0.5, "color": models_style.color(best), "shrinkB": 2}
-    axes.annotate(
-        f"least error: {best}",
-        place,
-        (52, -9),
-        textcoords="offset points",
-        ha="center",
-        va="center",
-        color=models_style.color(best),
-        arrowprops=leader,
-    )
+    color = models_style.color(best)
+    leader = {"arrowstyle": "-", "linewidth": 0.5, "color": color, "shrinkB": 2}
+    look = {"ha": "center", "va": "center", "color": color, "arrowprops": leader}
+    drawing.note(axes, f"least error: {best}", place, (52, -9), **look)
     axes.set(xlabel="learnable parameters (thousands)", ylabel="held-out DTW-RMSE", yscale="log", xlim=(100, 720))
     axes.margins(y=0.2)
     drawing.log_labels(axes.yaxis)

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from paper_figures.style import drawing, models_style
 
-PANELS = {"a": (1, 2, 3), "b": (4, 5, 6), "c": (7, 8, 9), "d": (10, 11, 12)}
+PANELS = ((1, 2, 3), (4, 5, 6), (7, 8, 9), (10, 11, 12))
 CROWDED = {7: (42, 14), 10: (42, 14)}
 """Offset in points of the numbers of those samples whose turning point lies among other loops."""
 
@@ -19,18 +19,13 @@ def draw_regime(axes: Axes, regime: dict[str, Any], model: str, color: str) -> N
     """Draw the solver's force as a line, the surrogate's steps as markers, and the number of the sample."""
     native, steps = regime["native"], regime["steps"]
     axes.plot(native["indentation"], native["force"], color=drawing.BLACK, linewidth=0.9, zorder=2)
-    axes.plot(
-        steps["indentation"],
-        steps["predicted"],
-        zorder=3,
-        label=f"({regime['sample']})",
-        **models_style.step_marker(model) | {"color": color, "markeredgecolor": color},
-    )
+    look = models_style.step_marker(model) | {"color": color, "markeredgecolor": color}
+    axes.plot(steps["indentation"], steps["predicted"], zorder=3, label=f"({regime['sample']})", **look)
     deepest = native["indentation"].index(max(native["indentation"]))
     turning = native["indentation"][deepest], native["force"][deepest]
-    place = {"xytext": CROWDED.get(regime["sample"], (5, 0)), "textcoords": "offset points", "va": "center"}
+    shift = CROWDED.get(regime["sample"], (5, 0))
     leader = {"arrowstyle": "-", "linewidth": 0.5, "shrinkB": 3} if regime["sample"] in CROWDED else None
-    axes.annotate(f"({regime['sample']})", turning, color=color, arrowprops=leader, **place)
+    drawing.note(axes, f"({regime['sample']})", turning, shift, va="center", color=color, arrowprops=leader)
 
 
 def compose(canonical_regimes: Any) -> Figure:
@@ -38,7 +33,9 @@ def compose(canonical_regimes: Any) -> Figure:
     regimes = {one["sample"]: one for one in canonical_regimes["regimes"]}
     shades = drawing.tints(models_style.color(canonical_regimes["config"]["model"]), 3)
     drawn = drawing.figure(height=5.2)
-    for axes, (name, samples) in zip(drawn.subplots(2, 2).flat, PANELS.items(), strict=True):
+    panels = drawn.subplots(2, 2).ravel()
+    drawing.letters(panels)
+    for axes, samples in zip(panels, PANELS, strict=True):
         drawing.zero_line(axes)
         for sample, color in zip(samples, shades, strict=True):
             draw_regime(axes, regimes[sample], canonical_regimes["config"]["model"], color)
@@ -46,7 +43,6 @@ def compose(canonical_regimes: Any) -> Figure:
         tabor = regimes[samples[0]]["protocol"]["tabor"]
         dwell = "long" if max(regimes[sample]["protocol"]["dwell_time"] for sample in samples) > 0.1 else "short"
         axes.set_title(rf"$\mu = {tabor:g}$, {dwell} dwell", loc="right")
-        drawing.letter(axes, name)
         axes.set(xlabel=drawing.INDENTATION, ylabel=drawing.FORCE)
         solver = axes.plot([], [], color=drawing.BLACK, linewidth=0.9)[0]
         marks, numbers = axes.get_legend_handles_labels()

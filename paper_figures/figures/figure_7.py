@@ -60,19 +60,10 @@ def draw_relation(axes: Axes, content: dict[str, Any], x: str, y: str, correlati
     columns = content["per_trajectory"]
     quartile = np.array(columns["quartile"])
     across, up = (np.clip(np.array(columns[name]), LOWEST, None) for name in (x, y))
-    for q, name in enumerate(QUARTILES):
+    look = {"markersize": 3.0, "markeredgewidth": 0, "alpha": 0.75, "rasterized": True}
+    for q, (name, color) in enumerate(zip(QUARTILES, COLORS, strict=True)):
         rows = quartile == q
-        axes.plot(
-            across[rows],
-            up[rows],
-            ".",
-            color=COLORS[q],
-            markersize=3.0,
-            markeredgewidth=0,
-            alpha=0.75,
-            label=name,
-            rasterized=True,
-        )
+        axes.plot(across[rows], up[rows], ".", color=color, label=name, **look)
     axes.set(xscale="log", yscale="log", xlabel=LABELS[x], ylabel=LABELS[y])
     axes.set_title(f"rank correlation {drawing.written(correlation, '.2f')}", loc="right")
     for axis, values in ((axes.xaxis, across), (axes.yaxis, up)):

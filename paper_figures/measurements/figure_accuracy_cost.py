@@ -6,7 +6,6 @@ at a time. Other software solves an elastic sphere. The figure reads the measure
 `experiments.measurements.accuracy_cost` and `experiments.measurements.peers`.
 """
 
-from collections.abc import Sequence
 from typing import Any
 
 from matplotlib.axes import Axes
@@ -19,25 +18,20 @@ from paper_figures.style.cost_style import KINDS, paper_seconds
 NAMED = ("draft", "standard", "reference")
 """Accuracies of the solver that are named."""
 PEER = "Adhesion"
-
-
-def draw_line(axes: Axes, places: Sequence[tuple[float, float]], kind: str, label: str, **style: Any) -> None:
-    """Join the settings of a tool, at their seconds and errors in percent."""
-    axes.plot(*zip(*places, strict=True), linewidth=1.0, markersize=3.5, label=label, **KINDS[kind] | style)
+PRETRAINED = ("fast", "accurate")
 
 
 def draw(axes: Axes, tools: list[dict[str, Any]]) -> None:
     """Draw the tools of this repository; the solver and the paper's discretisation are lines."""
     most = max(tool["protocols"] for tool in tools)
-    for kind in ("solver", "paper's discretisation", "fast", "accurate"):
+    for kind in ("solver", "paper's discretisation", *PRETRAINED):
         points = [tool for tool in tools if tool["kind"] == kind]
         places = [place(tool) for tool in points]
-        draw_line(axes, places, kind, kind, **{} if kind in ("solver", "paper's discretisation") else {"linestyle": ""})
+        look = {"linestyle": "" if kind in PRETRAINED else "-", "linewidth": 1.0, "markersize": 3.5}
+        axes.plot(*zip(*places, strict=True), label=kind, **KINDS[kind] | look)
         for tool, (seconds, error) in zip(points, places, strict=True):
-            color = KINDS[kind]["color"]
-            axes.plot(
-                [seconds] * 2, [error, 100.0 * tool["errors"]["pull_off_force"]["p95"]], color=color, linewidth=0.5
-            )
+            color, high = KINDS[kind]["color"], 100.0 * tool["errors"]["pull_off_force"]["p95"]
+            axes.plot([seconds] * 2, [error, high], color=color, linewidth=0.5)
             if tool["protocols"] < most:
                 axes.plot(seconds, error, markersize=3.5, markerfacecolor="white", **KINDS[kind])
             if kind == "solver" and tool["setting"] in NAMED:
@@ -57,21 +51,18 @@ def draw_others(axes: Axes, peers: dict[str, Any]) -> None:
     places = [(run["seconds"], 100.0 * run["error"]) for run in runs]
     look = {"color": COLOURS[PEER], "marker": "D", "markersize": 3.5, "linewidth": 1.0}
     axes.plot(*zip(*places, strict=True), label=f"{PEER}, elastic", **look)
-    seconds, error = (
-        paper_seconds()["paper's surrogate"],
-        drawing.paper_values("reference_model")["pull_off_force_percent"],
-    )
-    axes.plot(seconds, error, "*", color=drawing.PAPER, markersize=6)
-    beside(axes, "paper's surrogate", (seconds, error), drawing.PAPER, 0, 12)
-    solver = paper_seconds()["paper's solver (mean)"]
+    stated = paper_seconds()
+    at = stated["paper's surrogate"], drawing.paper_values("reference_model")["pull_off_force_percent"]
+    axes.plot(*at, "*", color=drawing.PAPER, markersize=6)
+    beside(axes, "paper's surrogate", at, drawing.PAPER, 0, 12)
+    solver = stated["paper's solver (mean)"]
     axes.axvline(solver, color=drawing.PAPER, linewidth=0.8, linestyle=":")
     drawing.beside(axes, solver, "paper's solver (mean)", height=0.5, shift=2, rotation=90, color=drawing.PAPER)
 
 
 def beside(axes: Axes, text: str, at: tuple[float, float], color: str, right: float, up: float = 0.0) -> None:
     """Write a name some points to the right of a marker, or to its left, and above it."""
-    side = {"ha": "right" if right < 0 else "left", "va": "center", "color": color}
-    axes.annotate(text, at, (right, up), textcoords="offset points", **side)
+    drawing.note(axes, text, at, (right, up), ha="right" if right < 0 else "left", va="center", color=color)
 
 
 def place(tool: dict[str, Any]) -> tuple[float, float]:

@@ -67,7 +67,7 @@ def compose(amortisation: Any) -> dict[str, Figure | Table]:
             axes.plot(at, height, "o", color=STYLES[one["surrogate"]][0], zorder=4, **edge)
     size = amortisation["data_set_trajectories"]
     axes.axvline(size, color="0.7", linewidth=0.7, zorder=0)
-    drawing.beside(axes, size, "size of the data set", height=0.98, shift=-2, rotation=90, color="0.4")
+    drawing.beside(axes, size, "size of the data set", height=1.0, shift=-2, rotation=90, color="0.4")
     axes.set(xlabel="queries", ylabel="core time in all (h)", xlim=(1, 1e8))
     axes.set_ylim(bottom=1e-5)
     drawn.legend(loc="outside right upper")

@@ -21,14 +21,12 @@ STYLES = {
     "ten relaxations": (drawing.ORANGE, "-"),
     "no adhesion": (drawing.RED, ":"),
 }
-BANDS = {
-    "rubbery": drawing.GREEN,
-    "glassy": drawing.BLUE,
+BANDS = {name: color for name, (color, _) in STYLES.items()} | {
     "all effects": "0.8",
     "glassy, no adhesion": drawing.BLACK,
-    "no adhesion": drawing.RED,
 }
 """The colours of what is recommended; an elastic limit has that of its curve."""
+TOLERANCE = {"color": "0.4", "linewidth": 0.8, "linestyle": (0, (5, 3))}
 LABELS = {
     "DMT-like": r"DMT-like ($\mu=0.2$)",
     "JKR-like": r"JKR-like ($\mu=3.2$)",
@@ -76,7 +74,7 @@ def draw_stand_ins(axes: Axes, content: dict[str, Any]) -> None:
         color, line = STYLES[name]
         errors = [100.0 * point["errors"][name] for point in points]
         axes.plot(rates, errors, color=color, linestyle=line, marker=".", label=LABELS.get(name, name).split(" (")[0])
-    axes.axhline(100.0 * content["tolerance"], color="0.4", linewidth=0.8, linestyle=(0, (5, 3)))
+    axes.axhline(100.0 * content["tolerance"], **TOLERANCE)
     axes.set(xscale="log", yscale="log", xlabel=r"rate $\hat v/\mu$", ylabel=r"rms $\Delta\hat P$ / range (%)")
     axes.set_ylim(0.08, 1.5e3)
     edges = np.sqrt(np.array(rates)[1:] * np.array(rates)[:-1])
@@ -102,11 +100,11 @@ def draw_ranges(axes: Axes, content: dict[str, Any]) -> None:
             errors = [100.0 * point[f"{name}, {kind}"] for point in points]
             label = name if kind == "elastic" else None
             axes.plot(tabors, errors, line, color=STYLES[name][0], marker=".", label=label)
-    axes.axhline(100.0 * content["tolerance"], color="0.4", linewidth=0.8, linestyle=(0, (5, 3)))
+    axes.axhline(100.0 * content["tolerance"], **TOLERANCE)
     axes.set(xscale="log", yscale="log", xlabel=r"Tabor parameter $\mu$", ylabel=r"rms $\Delta\hat P$ / range (%)")
     axes.plot([], [], "-", color="0.4", label="elastic")
     axes.plot([], [], ":", color="0.4", label="one relaxation")
-    axes.plot([], [], color="0.4", linewidth=0.8, linestyle=(0, (5, 3)), label="tolerance")
+    axes.plot([], [], label="tolerance", **TOLERANCE)
     below(axes)
 
 

@@ -13,8 +13,12 @@ from matplotlib.figure import Figure
 from bem._support.wording import markdown_table
 from paper_figures.style import drawing
 
-STYLES = {"uniform": (drawing.RED, "o"), "physical": (drawing.BLUE, "^")}
-KEYS = ("pull_off", "pull_off_parabola", "hysteresis_trapezoids", "hysteresis_cubics")
+READINGS = {
+    "pull_off": "Highest step",
+    "pull_off_parabola": "Top of a parabola",
+    "hysteresis_trapezoids": "Hysteresis, trapezoids",
+    "hysteresis_cubics": "Hysteresis, monotone cubics",
+}
 LEAST = 1e-5
 """Errors below are drawn there."""
 
@@ -24,8 +28,8 @@ def draw_example(axes: Axes, example: dict[str, Any]) -> None:
     depth, force = np.array(example["indentation"]), np.array(example["force"])
     axes.plot(depth, force, color=drawing.BLACK, linewidth=0.8, label="solver")
     for name, steps in example["steps"].items():
-        color, marker = STYLES[name]
-        axes.plot(steps["indentation"], steps["force"], marker, color=color, markersize=2.5, label=name)
+        look = {"linestyle": "", "markersize": 2.5, **drawing.STEPS[name]}
+        axes.plot(steps["indentation"], steps["force"], label=name, **look)
     top = int(force.argmax())
     axes.set(
         xlabel=drawing.INDENTATION,
@@ -42,7 +46,7 @@ def draw_errors(axes: Axes, kinds: dict[str, Any]) -> None:
         errors = np.maximum(np.sort(kind["pull_off_errors"])[::-1], LEAST)
         share = np.arange(1, errors.size + 1) / errors.size
         points = "+".join(map(str, kind["counts"]))
-        axes.loglog(100.0 * errors, share, color=STYLES[name][0], label=f"{name}, {points}")
+        axes.loglog(100.0 * errors, share, color=drawing.STEPS[name]["color"], label=f"{name}, {points}")
     for share in (0.1, 0.01):
         axes.axhline(share, color="0.7", linewidth=0.5, linestyle=":")
     axes.set(xlabel="error of the highest step (%)", ylabel="share of protocols above", ylim=(1e-3, 1.0))
@@ -51,20 +55,13 @@ def draw_errors(axes: Axes, kinds: dict[str, Any]) -> None:
 
 def page_text(measurement_floor: Any) -> str:
     """A table of the errors for a page, in percent."""
-    heads = [
-        "Steps",
-        "Points",
-        "Highest step",
-        "Top of a parabola",
-        "Hysteresis, trapezoids",
-        "Hysteresis, monotone cubics",
-    ]
     found = []
     for name, kind in measurement_floor["kinds"].items():
-        cells = [kind[key] for key in KEYS]
+        cells = [kind[reading] for reading in READINGS]
         texts = [", ".join(f"{cell[level]:.2g}" for level in ("p50", "p90", "p99")) for cell in cells]
         found.append([name, " + ".join(map(str, kind["counts"])), *texts])
-    return f"{markdown_table(heads, found, 'llrrrr')}\n\nMeasured by `{measurement_floor['command']}`."
+    table = markdown_table(["Steps", "Points", *READINGS.values()], found, "llrrrr")
+    return f"{table}\n\nMeasured by `{measurement_floor['command']}`."
 
 
 def compose(measurement_floor: Any) -> Figure:

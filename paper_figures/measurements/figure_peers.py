@@ -47,7 +47,9 @@ def draw(axes: Axes, runs: list[dict[str, Any]]) -> None:
             if error == LEAST:
                 axes.plot(second, error, "v", color=style["color"], markersize=5)
             if tool == "closed form" or run["setting"] in ENDS.get(tool, ()):
-                name(axes, run["setting"].replace(" x ", "×"), (second, error), style["color"])
+                text = run["setting"].replace(" x ", "×")
+                across, up, ha, va = SIDES.get(text, LEFT)
+                drawing.note(axes, text, (second, error), (across, up), ha=ha, va=va, color=style["color"])
     axes.set(xscale="log", yscale="log", xlabel="time, one core (s)", xlim=(3e-6, 3e2), ylim=(0.25 * LEAST, 60.0))
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_locator(LogLocator(numticks=12))
@@ -56,19 +58,13 @@ def draw(axes: Axes, runs: list[dict[str, Any]]) -> None:
     axes.xaxis.set_major_locator(LogLocator(base=100.0))
 
 
-def name(axes: Axes, text: str, place: tuple[float, float], color: str) -> None:
-    """Write a name beside a marker, on a side without a line."""
-    across, up, ha, va = SIDES.get(text, LEFT)
-    axes.annotate(text, place, xytext=(across, up), textcoords="offset points", ha=ha, va=va, color=color)
-
-
 def compose(peers: Any) -> Figure:
     """Draw the figure."""
     drawn = drawing.figure(height=2.9)
     panels = drawn.subplots(1, len(TITLES), sharey=True)
-    for axes, (problem, title), panel in zip(panels, TITLES.items(), "abc", strict=True):
+    drawing.letters(panels)
+    for axes, (problem, title) in zip(panels, TITLES.items(), strict=True):
         draw(axes, [run for run in peers["runs"] if run["problem"] == problem])
-        drawing.letter(axes, panel)
         axes.set_title(title)
     panels[0].set_ylabel("error (%)")
     handles = [

@@ -10,10 +10,10 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator
+from scipy.stats import binned_statistic_2d
 
 from bem.dataset.designs import PAPER_RANGES
 from paper_figures.style import drawing, models_style
-from paper_figures.style.cost_style import sparse_ticks
 from paper_figures.style.writing import Table, caption, median_and_p95, percent
 
 LABELS = {name: f"{name.replace('_', ' ')} {symbol}" for name, symbol in drawing.SYMBOLS.items()}
@@ -28,16 +28,10 @@ def draw_map(drawn: Figure, axes: Axes, test: dict[str, Any], across: str, up: s
     x, y = (np.log10(test["protocols"][name]) for name in (across, up))
     edges = [np.linspace(*np.log10(PAPER_RANGES[name]), BINS + 1) for name in (across, up)]
     error = 100.0 * np.array(test["errors"]["force"])
-    cell = np.full((BINS, BINS), np.nan)
-    column, row = (np.clip(np.digitize(v, e) - 1, 0, BINS - 1) for v, e in zip((x, y), edges, strict=True))
-    for i in range(BINS):
-        for j in range(BINS):
-            inside = (column == i) & (row == j)
-            if inside.any():
-                cell[j, i] = np.median(error[inside])
-    mesh = axes.pcolormesh(10.0 ** edges[0], 10.0 ** edges[1], cell, norm=LogNorm())
+    cell = binned_statistic_2d(x, y, error, "median", bins=edges).statistic
+    mesh = axes.pcolormesh(10.0 ** edges[0], 10.0 ** edges[1], cell.T, norm=LogNorm())
     axes.set(xscale="log", yscale="log", xlabel=LABELS[across], ylabel=LABELS[up])
-    sparse_ticks(axes)
+    drawing.log_labels(axes.xaxis)
     bar = drawn.colorbar(mesh, ax=axes, label="median force error (%)")
     bar.ax.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 3.0, 4.0, 6.0)))
     bar.ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
@@ -66,7 +60,7 @@ def draw_worst(axes: Axes, case: dict[str, Any], model: str) -> None:
     axes.plot(steps, case["force"], color=drawing.BLACK, linewidth=0.9)
     axes.plot(steps, case["predicted"], color=models_style.color(model), linewidth=0.9)
     protocol = case["protocol"]
-    axes.set_title(rf"$\mu$={protocol['tabor']:.3g}, $\hat\delta_l$={protocol['peak_indentation']:.3g}")
+    axes.set_title(rf"$\mu={protocol['tabor']:.3g}$, $\hat\delta_l={protocol['peak_indentation']:.3g}$")
 
 
 def rows_of(content: dict[str, Any]) -> list[list[str]]:

@@ -32,27 +32,13 @@ def draw_time(axes: Axes, content: dict[str, Any]) -> None:
     references = [model for model in content["models"] if model["name"] == REFERENCE]
     longest_left = max((run["core_minutes"] for run in references), default=float("inf"))
     for run in [*references, *content["beside"]]:
-        axes.loglog(
-            run["core_minutes"],
-            run["test_mse"],
-            label="held-out, end of a run",
-            zorder=4,
-            **models_style.marker(REFERENCE),
-        )
+        at = (run["core_minutes"], run["test_mse"])
+        axes.loglog(*at, label="held-out, end of a run", zorder=4, **models_style.marker(REFERENCE))
         words = run["name"].removeprefix(f"{REFERENCE}-").replace("-", " ") if run["name"] != REFERENCE else ""
         # Names of trainings that took no longer than the reference are to the left, the others to the right.
-        left = words and run["core_minutes"] <= longest_left
-        place = {"xytext": (-5, 0), "ha": "right"} if left else {"xytext": (5, 0), "ha": "left"}
-        at = (run["core_minutes"], run["test_mse"])
-        axes.annotate(
-            words or f"{run['epochs']} epochs",
-            at,
-            textcoords="offset points",
-            va="center",
-            bbox=LEGIBLE,
-            zorder=3.5,
-            **place,
-        )
+        shift, side = (-5, "right") if words and run["core_minutes"] <= longest_left else (5, "left")
+        look = {"ha": side, "va": "center", "bbox": LEGIBLE, "zorder": 3.5}
+        drawing.note(axes, words or f"{run['epochs']} epochs", at, (shift, 0), **look)
     axes.axhline(content["paper_mse"], color=drawing.PAPER, linewidth=0.8, linestyle="--", label="paper's held-out")
     reached = content["minutes_to_paper_mse"]
     if reached is not None:

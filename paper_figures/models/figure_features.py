@@ -33,10 +33,6 @@ LABELS = {
 FOLD = 0
 STEPS = {"sets": "uniform", "physical": "physical"}
 """Parts of the result, and their measurement steps."""
-STEP_STYLES = {
-    "uniform": {"color": drawing.RED, "marker": "o"},
-    "physical": {"color": drawing.BLUE, "marker": "^"},
-}
 READINGS = {"pull_off": "pull-off force", "hysteresis_trapezoids": "hysteresis"}
 FLOOR = "the solver's own forces"
 """What a perfect model of the steps would have."""
@@ -66,8 +62,8 @@ def draw_hidden(axes: Axes, content: dict[str, Any], reading: str) -> None:
     for name in LABELS:
         columns[name] = {kind: _hidden(content, part, name) for part, kind in STEPS.items()}
     columns = {name: found for name, found in columns.items() if any(found.values())}
-    for kind, shift in zip(STEP_STYLES, (-0.12, 0.12), strict=True):
-        look, label = STEP_STYLES[kind], f"{kind} steps"
+    for kind, shift in zip(drawing.STEPS, (-0.12, 0.12), strict=True):
+        look, label = drawing.STEPS[kind], f"{kind} steps"
         for place, found in enumerate(columns.values()):
             if errors := found.get(kind):
                 at, low, high = place + shift, errors[reading]["p50"], errors[reading]["p90"]

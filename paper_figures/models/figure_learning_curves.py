@@ -39,12 +39,12 @@ def compose(model_comparison: Any, ranking: Any = None) -> Figure:
     """Draw both panels, with the spread over seeds."""
     drawn = drawing.figure(height=2.7)
     panels = drawn.subplots(1, 2, sharex=True, sharey=True)
-    for axes, conditioning, name in zip(panels, SHOWN, "ab", strict=True):
+    for axes, conditioning in zip(panels, SHOWN, strict=True):
         draw_curves(axes, model_comparison, conditioning, ranking)
         if axes.lines:
             axes.legend(loc="upper right", ncols=2)
         axes.set_title(conditioning, loc="right")
-        drawing.letter(axes, name)
+    drawing.letters(panels)
     shown = [name for name in paper_names() if name.endswith(SHOWN)]
     models_style.write_states(drawn, model_comparison, ranking, shown)
     return drawn

@@ -78,9 +78,9 @@ def compose(ranking: Any, model_comparison: Any) -> Figure:
     by_recipe = models_style.trained_by_paper_recipe(model_comparison)
     drawn = drawing.figure(height=2.9)
     panels = drawn.subplots(1, len(SHOWN))
-    for axes, metric, name in zip(panels, SHOWN, "abc", strict=True):
+    for axes, metric in zip(panels, SHOWN, strict=True):
         draw_errors(axes, ranking, metric, by_recipe)
-        drawing.letter(axes, name)
+    drawing.letters(panels)
     handles = [
         *models_style.conditioning_handles(),
         models_style.recipe_handle(),

@@ -17,6 +17,8 @@ names the target that makes it. Claims marked `beyond` are not in the paper and 
 from __future__ import annotations
 
 import math
+import operator
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
@@ -26,18 +28,18 @@ from experiments.paper_numbers import paper_rows, paper_values, stated
 from experiments.places import Places
 from experiments.trainings.ranking import by_paper_recipe
 
-REPRODUCED, BETTER, TIE, DIFFERS, NOT_COMPARABLE, NOT_YET = (
-    "reproduced",
-    "better",
-    "tie",
-    "differs",
-    "not comparable",
-    "not yet",
-)
-VERDICTS = (REPRODUCED, BETTER, TIE, DIFFERS, NOT_COMPARABLE, NOT_YET)
+VERDICTS = ("reproduced", "better", "tie", "differs", "not comparable", "not yet")
 """Verdicts, in the order of the overview."""
+REPRODUCED, BETTER, TIE, DIFFERS, NOT_COMPARABLE, NOT_YET = VERDICTS
 BY_SEEDS = {"holds": REPRODUCED, "tie": TIE, "fails": DIFFERS}
 """Verdict on a ranking, by the decision of several seeds."""
+AGREE: dict[str, Callable[[Any, Any], bool]] = {
+    "count": operator.eq,
+    "text": lambda ours, theirs: str(ours).lower() == str(theirs).lower(),
+    "bound": operator.le,
+    "least": operator.ge,
+}
+"""Rules that have no tolerance: whether ours agrees with the paper's."""
 RULES = ("count", "value", "error", "cost", "bound", "least", "text", "none")
 EXACT = 1e-6
 """Largest relative difference of a setting that counts as equal to the paper's."""
@@ -115,14 +117,8 @@ def verdict(rule: str, theirs: Any, ours: Any, tolerance: float | None = None) -
         raise ValueError(f"a rule must be one of {', '.join(RULES)}; received {rule!r}")
     if rule == "none":
         return NOT_COMPARABLE
-    if rule == "text":
-        return REPRODUCED if str(ours).lower() == str(theirs).lower() else DIFFERS
-    if rule == "count":
-        return REPRODUCED if ours == theirs else DIFFERS
-    if rule == "bound":
-        return REPRODUCED if ours <= theirs else DIFFERS
-    if rule == "least":
-        return REPRODUCED if ours >= theirs else DIFFERS
+    if rule in AGREE:
+        return REPRODUCED if AGREE[rule](ours, theirs) else DIFFERS
     width = tolerance_of({"rule": rule, "tolerance": tolerance})
     if abs(ours - theirs) <= width * abs(theirs):
         return REPRODUCED
@@ -198,19 +194,21 @@ def followed(theirs: Any, ours: Any) -> bool:
 def table_claims() -> list[dict[str, Any]]:
     """Claims of the paper's tables: quartiles, timings, crack velocities."""
     common = paper_values("claims")["tables"]
-    columns = ("mse", "pull_off_force_percent", "hysteresis_percent", "pull_off_time_percent")
+    quantities = ("pull-off force", "hysteresis", "pull-off time")
+    columns = {"mse": "MSE"}
+    columns |= {f"{name.replace('-', '_').replace(' ', '_')}_percent": f"{name} error" for name in quantities}
     parts = {"mean": "mean", "sd": "standard deviation"}
     quartiles = [
         common["quartiles"]
         | {
-            "says": f"{row['quartile']}: {word} of {column.replace('_percent', ' error').replace('_', ' ')}",
+            "says": f"{row['quartile']}: {word} of the {label}",
             "value": row[f"{column}_{part}"],
             "unit": "%" if "percent" in column else "",
             "source": f"error_statistics:by_paper_recipe/quartiles/{row['quartile']}/{column}/{part}",
             "by_ours": f"error_statistics:quartiles/{row['quartile']}/{column}/{part}",
             "made_by": "make model-paper-recipe",
         }
-        for row, column, (part, word) in product(paper_rows("quartiles"), columns, parts.items())
+        for row, (column, label), (part, word) in product(paper_rows("quartiles"), columns.items(), parts.items())
     ]
     tools = {"solver": ("bem", "solver", "solver"), "surrogate": ("surrogate", "keras_call", "plain Keras call")}
     seconds = [

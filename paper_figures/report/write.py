@@ -19,6 +19,7 @@ from bem._support.wording import markdown_table
 from experiments.paper_numbers import paper_values, with_stated
 from experiments.trainings.ranking import contenders
 from paper_figures.report.claims import (
+    NOT_YET,
     VERDICTS,
     Finding,
     Results,
@@ -57,12 +58,11 @@ def value_text(value: Any, unit: str = "") -> str:
         return "-"
     if isinstance(value, bool):
         return str(value).lower()
-    if isinstance(value, int):
-        return f"{value:,}{' ' + unit if unit else ''}"
-    if isinstance(value, float):
-        text = f"{value:g}" if value == round(value, 4) and abs(value) >= 1e-3 else number(value)
-        return f"{text}{' ' + unit if unit else ''}"
-    return str(value)
+    if isinstance(value, str):
+        return value
+    plain = isinstance(value, float) and value == round(value, 4) and abs(value) >= 1e-3
+    text = f"{value:,}" if isinstance(value, int) else f"{value:g}" if plain else number(value)
+    return f"{text} {unit}".rstrip()
 
 
 def tolerance_text(claim: dict[str, Any]) -> str:
@@ -102,14 +102,22 @@ def of_guessed_sizes(claim: dict[str, Any]) -> bool:
 
 
 def section(group: str, findings: list[Finding]) -> str:
-    """A heading and its table."""
+    """A heading and its table; what all rows have in common, reason or tolerance, is said once above it."""
     trained = any("by_ours" in one.claim or "ranking" in one.claim for one in findings)
     header = ["what", "place", "paper", "here", "ratio", "tolerance", "verdict", "why"]
     header[3:4] = ["by its recipe", "by ours"] if trained else ["here"]
     if findings[0].claim.get("beyond"):
         header = ["what", "beside", "paper", "here", "ratio", "why"]
-    align = "llrrrr" if trained else "llrrr"
-    return f"## {group}\n\n{markdown_table(header, [row(finding, trained) for finding in findings], align)}"
+    rows, said = [row(finding, trained) for finding in findings], []
+    waiting = {finding.why for finding in findings if finding.verdict == NOT_YET}
+    for name, words in (("why", "{}"), ("tolerance", "Tolerance: {}.")):
+        cells = {one[header.index(name)] for one in rows} if name in header else ()
+        if len(rows) > 1 and len(cells) == 1 and not cells & {"-", *waiting}:
+            said.append(words.format(*cells))
+            place = header.index(name)
+            header, rows = (header[:place] + header[place + 1 :], [one[:place] + one[place + 1 :] for one in rows])
+    table = markdown_table(header, rows, "llrrrr" if trained else "llrrr")
+    return "\n\n".join([f"## {group}", *([" ".join(said)] if said else []), table])
 
 
 def overview(findings: list[Finding]) -> str:

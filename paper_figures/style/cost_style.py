@@ -1,8 +1,5 @@
 """Style of the figures of cost: one colour and marker for each tool, and the paper's own seconds."""
 
-from matplotlib.axes import Axes
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
-
 from bem.plots import COLOURS
 from paper_figures.style import drawing
 
@@ -22,12 +19,3 @@ def paper_seconds() -> dict[str, float]:
         "paper's solver (mean)": 3600.0 * paper["cpu_hours"] / paper["trajectories"],
         "paper's surrogate": drawing.paper_values("cost")["surrogate_seconds"],
     }
-
-
-def sparse_ticks(axes: Axes) -> None:
-    """Set ticks at 1, 2 and 5 on a logarithmic x axis of less than two decades, which has few powers of ten."""
-    low, high = axes.get_xlim()
-    if high < 100.0 * low:
-        axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-        axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    axes.xaxis.set_minor_formatter(NullFormatter())

@@ -27,6 +27,8 @@ COLUMN, DOUBLE_COLUMN = 88 / 25.4, 180 / 25.4
 BLUE, RED, GREEN, VIOLET, ORANGE, SKY = FAMILIES = [COLOURS[f"M{number}"] for number in range(1, 7)]
 """Colours of the six families, and of what is no tool in figures without them."""
 BLACK, PAPER = COLOURS["solver"], COLOURS["paper"]
+STEPS = {"uniform": {"color": RED, "marker": "o"}, "physical": {"color": BLUE, "marker": "^"}}
+"""Looks of the two kinds of measurement steps."""
 PHASES = {"loading": BLUE, "dwell": ORANGE, "unloading": GREEN}
 SYMBOLS = {
     "tabor": r"$\mu$",
@@ -53,15 +55,10 @@ def figure(*, width: float = DOUBLE_COLUMN, height: float) -> Figure:
     return plt.figure(figsize=(width, height))
 
 
-def letter(axes: Axes, name: str) -> None:
-    """Put the panel letter above the left corner of a panel."""
-    axes.set_title(f"({name})", loc="left", fontweight="bold")
-
-
 def letters(panels: Iterable[Axes]) -> None:
-    """Put the letters a, b, c, ... above panels, in their order."""
+    """Put the letters a, b, c, ... above the left corners of panels, in their order."""
     for axes, name in zip(panels, ascii_lowercase, strict=False):
-        letter(axes, name)
+        axes.set_title(f"({name})", loc="left", fontweight="bold")
 
 
 def zero_line(axes: Axes) -> None:
@@ -79,6 +76,11 @@ def by_phase(axes: Axes, time: np.ndarray, values: np.ndarray, phase_times: Sequ
 def written(value: float, form: str = "g") -> str:
     """A number in a format, with the same minus sign as at the ticks of an axis."""
     return Formatter.fix_minus(format(value, form))
+
+
+def note(axes: Axes, text: str, at: tuple[float, float], shift: tuple[float, float], **style: Any) -> None:
+    """Write text at a shift in points from a place in the data."""
+    axes.annotate(text, at, shift, textcoords="offset points", **style)
 
 
 def beside(axes: Axes, x: float, text: str, *, height: float, shift: float, **style: Any) -> None:

@@ -100,11 +100,8 @@ def draw_curves_of_seeds(axes: Axes, curves: Sequence[Sequence[float]], look: Ma
     """Draw median and range over the seeds of the validation error, over the epochs that all seeds have."""
     epochs = range(1, min(map(len, curves)) + 1)
     rows = np.array([curve[: len(epochs)] for curve in curves])
-    middle = np.median(rows, axis=0)
     axes.fill_between(epochs, rows.min(axis=0), rows.max(axis=0), color=look["color"], alpha=0.25, linewidth=0)
-    axes.plot(epochs, middle, color=look["color"], linewidth=1.0, label=label)
-    least = int(middle.argmin())
-    axes.plot(epochs[least], middle[least], **look)
+    draw_curve(axes, {"epoch": epochs, "validation_mse": list(np.median(rows, axis=0))}, look, label)
 
 
 def spread_line(ranking: Any, drawn: Sequence[str]) -> str:

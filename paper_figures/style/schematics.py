@@ -48,6 +48,12 @@ def line(axes: Axes, *points: tuple[float, float], **style: Any) -> None:
     axes.plot(*zip(*points, strict=True), **{"color": "0.2", "linewidth": 0.8, "zorder": 1} | style)
 
 
+def elbow(axes: Axes, *points: tuple[float, float], **style: Any) -> None:
+    """Draw a line through points that ends in an arrow."""
+    line(axes, *points[:-1], **style)
+    arrow(axes, points[-2], points[-1], **style)
+
+
 def blank(axes: Axes, width: float, height: float) -> None:
     """Prepare an empty panel without axes, of the given size in units that are equal in both directions."""
     axes.set(xlim=(0.0, width), ylim=(0.0, height), aspect="equal")

@@ -81,11 +81,10 @@ def choices(tools: list[dict[str, Any]]) -> list[list[str]]:
 
 def page_text(accuracy_cost: Any) -> str:
     """The table of the fastest tools as Markdown, for docs/cost.md."""
-    count = (
-        f"{accuracy_cost['protocols']} held-out protocols, {_refined(accuracy_cost)} of which have a refined solution"
-    )
-    words = f"Measured on {count}, one core of {accuracy_cost['host']}.{_left_out(accuracy_cost)}"
-    return f"{markdown_table(CHOICES, choices(accuracy_cost['tools']))}\n\n{words}"
+    protocols, refined = accuracy_cost["protocols"], _refined(accuracy_cost)
+    few = f", {refined} of which have a refined solution" if refined < protocols else ""
+    words = f"Measured on {protocols} held-out protocols{few}, one core of {accuracy_cost['host']}."
+    return f"{markdown_table(CHOICES, choices(accuracy_cost['tools']))}\n\n{words}{_left_out(accuracy_cost)}"
 
 
 def solver_text(accuracy_cost: Any) -> str:
@@ -132,22 +131,12 @@ def compose(accuracy_cost: Any) -> dict[str, Table]:
     """Write the tables."""
     content = accuracy_cost
     paper = ", ".join(f"{name} {number(seconds)} s" for name, seconds in paper_seconds().items())
-    first = Table(
-        [*HEADER, *ERRORS.values()],
-        [row_of(tool) for tool in content["tools"]],
-        caption(
-            "accuracy-cost",
-            protocols=content["protocols"],
-            host=content["host"],
-            target=number(content["truth_target"]),
-            refined=_refined(content),
-            paper=paper,
-            left_out=_left_out(content),
+    about = {"protocols": content["protocols"], "host": content["host"], "left_out": _left_out(content)}
+    truth = {"target": number(content["truth_target"]), "refined": _refined(content)}
+    rows = [row_of(tool) for tool in content["tools"]]
+    return {
+        "accuracy-cost": Table(
+            [*HEADER, *ERRORS.values()], rows, caption("accuracy-cost", paper=paper, **about, **truth)
         ),
-    )
-    second = Table(
-        CHOICES,
-        choices(content["tools"]),
-        caption("fastest-tool", protocols=content["protocols"], host=content["host"], left_out=_left_out(content)),
-    )
-    return {"accuracy-cost": first, "fastest-tool": second}
+        "fastest-tool": Table(CHOICES, choices(content["tools"]), caption("fastest-tool", **about)),
+    }

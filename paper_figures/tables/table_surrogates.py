@@ -58,8 +58,7 @@ def rows(content: dict[str, Any]) -> list[list[str]]:
 
 def page_text(pretrained_errors: Any) -> str:
     """The table for a page, and how it was made."""
-    table = markdown_table(HEADS, rows(pretrained_errors), "ll" + 8 * "r")
-    return f"{table}\n\nMeasured by `{pretrained_errors['command']}`."
+    return Table(HEADS, rows(pretrained_errors), f"Measured by `{pretrained_errors['command']}`.").page("ll" + 8 * "r")
 
 
 CALLS = ["Tool", "Batch (ms)", "Single (ms)", "Step (µs)", "Gradient (ms)", "Gradient error (%), median, p90"]

@@ -35,6 +35,11 @@ def test_figure_mse_mae_plots_the_trained_and_names_the_rest(trained):
     assert ("17 of 18" in note) == (len(trained) == 1)
 
 
+def test_figure_mse_mae_shows_the_paper_recipe_in_its_first_panel_only():
+    panels = figure_mse_mae.compose(comparison(names(), ["M1-concat"])).axes
+    assert [sum(line.get_markeredgecolor() == drawing.BLACK for line in axes.lines) for axes in panels] == [1, 0]
+
+
 def test_figure_5_with_one_model(cracks):
     curves, sizes, energies, _ = figure_5.compose(comparison(["M1-concat"]), cracks, efficiency()).axes
     assert curves.lines[0].get_ydata().tolist() == HISTORY["validation_mse"]

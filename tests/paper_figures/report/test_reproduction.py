@@ -97,6 +97,23 @@ def results(tmp_path):
     return reproduction.Results(tmp_path, tmp_path)
 
 
+def test_what_all_rows_of_a_section_have_in_common_is_said_once():
+    def finding(number, why, verdict="better"):
+        claim = {"says": f"row {number}", "place": "table 1", "value": 2.0, "rule": "cost"}
+        return reproduction.Finding(claim, 1.0, verdict, why)
+
+    text = reproduction_report.section("Costs", [finding(1, "Another processor."), finding(2, "Another processor.")])
+    assert text.startswith(
+        "## Costs\n\nAnother processor. Tolerance: 25 %.\n\n| what | place | paper | here | ratio | verdict |\n"
+    )
+    assert text.endswith("| row 2 | table 1 | 2 | 1 | 0.5 | **better** |")
+    text = reproduction_report.section(
+        "Costs", [finding(1, "`make it`.", "not yet"), finding(2, "`make it`.", "not yet")]
+    )
+    assert text.startswith("## Costs\n\nTolerance: 25 %.\n\n")
+    assert text.count("| `make it`. |") == 2
+
+
 def test_settings_and_our_own_numbers_are_not_counted(results):
     results.read["adopted_settings"] = {"recipe": {"batch_size": 8, "epochs": 100}}
     findings = {claim["says"]: reproduction.judge(claim, results) for claim in CLAIMS}

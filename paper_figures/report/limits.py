@@ -1,0 +1,41 @@
+"""Numbers of `docs/limits.md` that are published measurements; other rows of the page name a command or a test."""
+
+from typing import Any
+
+from bem.accuracy import resolve_accuracy
+from paper_figures.style.writing import number
+
+
+def hard_cases_text(hard_case_map: Any) -> str:
+    """How many random cases in and beyond the paper's box change by more than the target when refined."""
+    target = resolve_accuracy(hard_case_map["accuracy"]).target
+    changes = {
+        where: [row["change"] for row in hard_case_map["map"] if row["where"] == where]
+        for where in ("inside", "beyond")
+    }
+    missed = {where: sum(change > target for change in found) for where, found in changes.items()}
+    beyond = changes["beyond"]
+    return (
+        f"{missed['beyond']} of {len(beyond)} random cases far beyond it at `{hard_case_map['accuracy']}` "
+        f"({100.0 * target:g} %) change by more than the target when refined, at most by {100.0 * max(beyond):.1f} %; "
+        f"{missed['inside'] or 'none'} of {len(changes['inside'])} inside"
+    )
+
+
+def campaign_text(campaign_scale: Any) -> str:
+    """How much faster two processes of a campaign are than one, and what their starts take."""
+    one, two = campaign_scale["runs"]
+    count, start = campaign_scale["count"], campaign_scale["start"]
+    return (
+        f"{one['wall'] / two['wall']:.2f} times over {count:,} trajectories of "
+        f"{1e3 * one['processor'] / count:.0f} ms, "
+        f"starts included; 1.9 was the aim. A worker starts in {start['worker']:.1f} s, the command in "
+        f"{start['command']:.1f} s"
+    )
+
+
+def draft_text(accuracy_cost: Any) -> str:
+    """The errors of the pull-off force at draft accuracy."""
+    errors = next(tool for tool in accuracy_cost["tools"] if tool["setting"] == "draft")["errors"]["pull_off_force"]
+    worst, usual = (number(100.0 * errors[name], 2) for name in ("largest", "p95"))
+    return f"by {usual} % (95th percentile) and by at most {worst} % on {accuracy_cost['protocols']} held-out protocols"
