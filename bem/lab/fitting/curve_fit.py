@@ -23,7 +23,6 @@ from bem.lab.curve import ForceCurve
 from bem.lab.fitting.measurement import Measurement, Segment, measurement_of
 from bem.lab.fitting.regression import Fitted, Regression
 from bem.lab.fitting.result import FitError, FitResult, Rung, result_of
-from bem.lab.fitting.sentences import ADEQUATE
 from bem.lab.fitting.simulated import bias_of_range, memories, search
 from bem.lab.fitting.starts import hertz_line, pulled, windows_of_depth
 from bem.lab.models import CONTACT_POINT, LADDER, Model
@@ -99,12 +98,12 @@ def fit(
     except NoContactError as error:
         raise FitError(f"the fit did not converge: the solver does not complete the contact ({error})") from error
     setup, sentences = best.model.setup_of(best.values, data.path.setup), []
-    if best.model.name == "solver" and setup.range_is_effective and best.misfit <= ADEQUATE:
+    if best.model.name == "solver" and setup.range_is_effective and best.adequate:
         sentences.append(bias_of_range(best))
     windows: list[float] = []
-    if best.misfit > ADEQUATE and setup.half_angle is None:
+    if not best.adequate and setup.half_angle is None:
         windows = windows_of_depth(data, start, to_si("weight_near", weight_near, "length"))
-    zero = free is None and best.model.adhesive and best.misfit <= ADEQUATE and climb.needs_no_adhesion(best)
+    zero = free is None and best.model.adhesive and best.adequate and climb.needs_no_adhesion(best)
     if zero:
         sentences.append("Hertz describes the curve as well: the work of adhesion may be zero.")
     result = result_of(curve, best, climb.rungs, climb.alike(best), windows, sentences)
@@ -165,7 +164,7 @@ class Climb:
         adheres = best.model.adhesive or best.misfit < _BETTER * hertz.misfit
         if best.misfit > CLEAN and adheres:
             self.rung("maugis")
-        relaxes = best.misfit > ADEQUATE or self._relaxes(best if adheres else hertz)
+        relaxes = not best.adequate or self._relaxes(best if adheres else hertz)
         if relaxes and self.rung("ting").misfit > CLEAN and not adheres:
             self.rung("ting_power_law")
         if relaxes and adheres and (self.best().model.adhesive or self.best().beyond_chance):
@@ -178,7 +177,7 @@ class Climb:
         """The rung of the lowest criterion so far, with the independent points of the one that fits best."""
         closest = self._closest()
         best = min(self.fits.values(), key=lambda each: each.criterion(closest.independent))
-        if best.misfit > ADEQUATE:
+        if not best.adequate:
             return closest
         if not self.alike(best):
             return best
@@ -227,7 +226,7 @@ class Climb:
     def _start(self, model: Model) -> dict[str, float]:
         """First guesses, from what simpler rungs found."""
         hertz, pull = self.fits.get("hertz"), 2.0 if model.name == "dmt" else 1.5
-        start = self.start | (hertz.values if hertz and not hertz.at_bound else {})
+        start = self.start | (hertz.values if hertz and not hertz.at_bound and model.name != "solver" else {})
         start["work_of_adhesion"] = pulled(self.data) / (pull * np.pi * self.data.path.setup.radius)
         start |= {"tabor": 1.0, "modulus_ratio": 0.4, "retardation_time": 0.1 * self.data.duration}
         start |= {"modulus_at_1s": start["relaxed_modulus"], "exponent": 0.15}
@@ -242,18 +241,8 @@ class Climb:
         return fitted.calls_for(changes * (data.weights / data.noise)[:, None])
 
     def _simulated(self, problem: Regression) -> Fitted:
-        """The solver's fit, from what the simpler rungs found."""
+        """The solver's fit, from what the approach and the largest tension show."""
         problem.options = {"jumps": self.data.jumps}
-        starts = [problem.start]
-        if {*MEMORY, "relaxed_modulus"} <= set(problem.free):
-            starts += memories(problem.start | self._elastic(problem), self.data.duration)
-            starts += [problem.start | self.fits["ting"].values] if "ting" in self.fits else []
+        several = set(MEMORY) <= set(problem.free)
+        starts = memories(problem.start, self.data.duration) if several else [problem.start]
         return search(problem, starts, self.accuracy)
-
-    def _elastic(self, problem: Regression) -> dict[str, float]:
-        """Modulus, work of adhesion and contact point of JKR, as far as they are moved."""
-        jkr = LADDER["jkr"]
-        names = tuple(each.name for each in (*jkr.parameters, CONTACT_POINT) if each.name in problem.free)
-        simple = Regression(jkr, self.data, problem.start, names, problem.linear)
-        found = self.fits.get("jkr") or simple.run(np.zeros(len(names)))
-        return {name: found.values[name] for name in names}

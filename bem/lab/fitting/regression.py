@@ -21,8 +21,11 @@ from bem.lab.models import CONTACT_POINT, Model, Parameter
 from bem.lab.models.solver import NoContactError
 
 CONFIDENCE = 0.95
+ADEQUATE = 1.5
+"""Misfit up to which a model describes a curve."""
 _ORDERS = 10  # of the autoregressive model of the residuals
 _EDGE = 1e-3  # of its unit, within which a parameter is at its bound
+_BENT = 5.0  # second difference in units of the noise, above which a jump lies between the points of a derivative
 _REMEMBERED = 40  # tensions: those of a point and of its derivatives are asked for again
 
 
@@ -126,10 +129,11 @@ class Regression:
             ahead = step if x[i] + step <= high[i] else 0.0
             back = step if not ahead or (self.stride and x[i] - step >= low[i]) else 0.0
             try:
-                change = self.tension(x + ahead * direction) - self.tension(x - back * direction)
+                after, before = self.tension(x + ahead * direction), self.tension(x - back * direction)
             except NoContactError:
-                change = np.zeros(here.size)
-            columns.append(weights * change / (ahead + back))
+                after = before = np.where(np.isnan(here), np.nan, 0.0)
+            bent = weights * np.abs(after + before - 2.0 * here) > _BENT if ahead and back else np.isnan(here)
+            columns.append(np.where(bent, np.nan, weights * (after - before) / (ahead + back)))
         found = np.column_stack(columns)
         # A point that a jump passes has no derivative.
         found[np.isnan(found).any(axis=1)] = 0.0
@@ -222,6 +226,8 @@ class Fitted:
     """Parameters at the end of their range."""
     converged: bool
     """Whether the search ended by itself, and not after its last evaluation."""
+    ends: tuple[FloatArray, FloatArray] | None = None
+    """Lowest and highest values of the search inside the 95 % region, where they are not those of a linear problem."""
 
     @property
     def model(self) -> Model:
@@ -243,6 +249,11 @@ class Fitted:
         """Whether the misfit is larger than the noise of the baseline makes it in one curve of a thousand (F-test)."""
         baseline = max(self.problem.data.first // 2 - 2, 1)
         return self.misfit**2 > fdtri(np.count_nonzero(self.counted), baseline, 0.999)
+
+    @property
+    def adequate(self) -> bool:
+        """Whether the residuals are small, or no larger than chance makes them."""
+        return self.misfit <= ADEQUATE or not self.beyond_chance
 
     def criterion(self, independent: float) -> float:
         """Bayesian information criterion for as many independent points."""
@@ -266,10 +277,20 @@ class Fitted:
         before, after, independent = self.residuals @ self.residuals, rest @ rest, self.worth(rest)
         return bool(independent * np.log(before / max(after, 1e-300)) > columns.shape[1] * np.log(independent))
 
-    def valley(self) -> FloatArray:
-        """One standard deviation of the moved parameters in the direction that the data determine least."""
-        values, vectors = np.linalg.eigh(self.problem.jacobian(self.x).T @ self.problem.jacobian(self.x))
-        return vectors[:, 0] * self.misfit / np.sqrt(max(values[0], 1e-14))
+    @property
+    def degrees(self) -> int:
+        """Of freedom of the residuals."""
+        return max(np.count_nonzero(self.counted) - len(self.names), 1)
+
+    @property
+    def variance(self) -> float:
+        """Of the residuals, as large as it would be if they were independent."""
+        return float(self.residuals @ self.residuals) / self.degrees * inflation(self.residuals[self.counted])
+
+    @property
+    def quantile(self) -> float:
+        """Standard deviations in half a 95 % interval."""
+        return float(stdtrit(self.degrees, 0.5 + 0.5 * CONFIDENCE))
 
     def intervals(self) -> tuple[dict[str, tuple[float, float]], dict[str, dict[str, float]]]:
         """95 % intervals of the parameters by the linearised problem, and their correlations.
@@ -277,18 +298,16 @@ class Fitted:
         The intervals are widened for correlated residuals, and infinite for what the data do not constrain.
         """
         free, names = len(self.x), self.names
-        degrees = max(np.count_nonzero(self.counted) - len(names), 1)
-        variance = float(self.residuals @ self.residuals) / degrees * inflation(self.residuals[self.counted])
         length = np.linalg.norm(self.jacobian, axis=0)
         seen = length > np.where(np.arange(length.size) < free, 1e-9, 0.0)
         normal = self.jacobian[:, seen] / length[seen]
         values, vectors = np.linalg.eigh(normal.T @ normal)
-        covariance = variance * (vectors / np.maximum(values, 1e-14)) @ vectors.T
+        covariance = self.variance * (vectors / np.maximum(values, 1e-14)) @ vectors.T
         inner = np.sqrt(np.diag(covariance))
         spread, correlation = np.full(length.size, np.inf), np.eye(length.size)
-        spread[seen] = float(stdtrit(degrees, 0.5 + 0.5 * CONFIDENCE)) * inner / length[seen]
+        spread[seen] = self.quantile * inner / length[seen]
         correlation[np.ix_(seen, seen)] = covariance / np.outer(inner, inner)
-        low, high = (self.problem.values(self.x + side * spread[:free]) for side in (-1.0, 1.0))
+        low, high = map(self.problem.values, self.ends or (self.x - spread[:free], self.x + spread[:free]))
         intervals = {}
         for name, each in zip(names, spread, strict=True):
             if name in self.linear:

@@ -14,7 +14,7 @@ from bem._support.validation import FloatArray
 from bem.lab.curve import ForceCurve
 from bem.lab.fitting.measurement import prescribed_path
 from bem.lab.fitting.regression import CONFIDENCE, Fitted
-from bem.lab.fitting.sentences import ADEQUATE, is_loose, sentences_of
+from bem.lab.fitting.sentences import is_loose, sentences_of
 from bem.lab.models import CONTACT_POINT, LADDER, Path
 from bem.lab.setup import Setup
 from bem.lab.units import readable
@@ -169,8 +169,7 @@ def result_of(
         for name, (low, high) in other.intervals()[0].items():
             if name in intervals:
                 intervals[name] = (min(low, intervals[name][0]), max(high, intervals[name][1]))
-    adequate = best.misfit <= ADEQUATE
-    if not adequate:
+    if not best.adequate:
         every = [*windows, best.values.get("relaxed_modulus", np.nan)]
         spread = (min(every), max(every)) if windows else (-np.inf, np.inf)
         intervals = {name: spread if name == "relaxed_modulus" else (-np.inf, np.inf) for name in intervals}
@@ -186,7 +185,7 @@ def result_of(
     stage = path.place
     return FitResult(
         model=best.model.name,
-        adequate=adequate,
+        adequate=best.adequate,
         values=values,
         intervals=intervals,
         correlations=correlations,

@@ -10,8 +10,6 @@ import numpy as np
 from bem.lab.fitting.regression import Fitted
 from bem.lab.units import readable
 
-ADEQUATE = 1.5
-"""Misfit up to which a model describes a curve."""
 _LOOSE = {"logarithm": np.log(2.0), "logit": 2.0}
 _TIED = 0.98  # correlation from which two parameters are said to trade off
 
@@ -46,7 +44,7 @@ def sentences_of(
         windows: moduli over windows of depth, where no model is adequate.
     """
     found = []
-    if best.misfit > ADEQUATE:
+    if not best.adequate:
         found.append(
             f"No model is adequate: the residuals of the best are {best.misfit:.1f} times the noise of the "
             "measurement, so that no interval holds."

@@ -7,9 +7,11 @@ import pytest
 
 from bem.discretisation import master_grid
 from bem.lab import ForceCurve, Setup, fit
-from bem.lab.fitting import ALL, FitError, guess_setup, simulated
+from bem.lab.fitting import ALL, FitError, guess_setup, regression, simulated
 from bem.lab.fitting.measurement import measurement_of, prescribed_path
+from bem.lab.fitting.regression import Regression
 from bem.lab.fitting.starts import windows_of_depth
+from bem.lab.models import LADDER
 from experiments.robustness.lab_curves import CLASSES
 from tests.bem.lab.measurement import BEAD, TRUTH, measured
 
@@ -186,6 +188,20 @@ def test_a_search_that_spends_its_budget_says_so(curve, monkeypatch):
     monkeypatch.setattr(simulated, "_WORK", 2e7)
     spent = fit(curve, BEAD, ("relaxed_modulus", "work_of_adhesion", "contact_point"), accuracy="draft")
     assert any(text.startswith("The search did not converge") for text in spent.sentences)
+
+
+@pytest.mark.parametrize("evaluations", [0.5, 3.5, 45.5])
+def test_a_search_that_spends_its_budget_has_derivatives_where_it_ends(curve, monkeypatch, evaluations):
+    # The second start spends the budget, when the solutions of the first are forgotten.
+    start = {"relaxed_modulus": 1.8e6, "work_of_adhesion": 0.05, "contact_point": TRUTH["contact_point"]}
+    budget = [0.0]
+    problem = Regression(LADDER["solver"], measurement_of(curve, BEAD), start, tuple(start))
+    problem.model.tension(start, problem.data.path, budget=budget)
+    monkeypatch.setattr(simulated, "_WORK", -budget[0] * evaluations)
+    monkeypatch.setattr(regression, "_REMEMBERED", 8)
+    found = simulated.search(problem, [start, start | {"work_of_adhesion": 0.1}], "draft")
+    assert not found.converged
+    assert all(np.isfinite(ends).all() for ends in found.intervals()[0].values())
 
 
 def test_windows_that_only_pull_have_no_modulus():
