@@ -17,14 +17,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from bem._support.validation import instance
+from bem._support.validation import FloatArray, instance
 from bem._support.wording import shown
+from bem.lab.contact_point import FEWEST, STANDS_OUT
 from bem.lab.curve import ForceCurve
-from bem.lab.fitting.measurement import Measurement, Segment, measurement_of
+from bem.lab.fitting.measurement import Measurement, Segment, hertz_line, measurement_of, pulled
 from bem.lab.fitting.regression import Fitted, Regression
 from bem.lab.fitting.result import FitError, FitResult, Rung, result_of
 from bem.lab.fitting.simulated import bias_of_range, memories, search
-from bem.lab.fitting.starts import hertz_line, pulled, windows_of_depth
 from bem.lab.models import CONTACT_POINT, LADDER, Model
 from bem.lab.models.solver import MEMORY, NoContactError
 from bem.lab.setup import Setup
@@ -40,6 +40,8 @@ _ALIKE = 10.0  # difference of the criterion from which two models are told apar
 _BETTER = 0.9  # times the misfit of Hertz, below which a rung describes a part of what Hertz does not
 _MEMORIES = (0.01, 0.1, 1.0)  # retardation times, over the duration, that are looked for
 _SLIGHT = 0.8  # modulus ratio with which they are
+WINDOWS = (0.5, 0.65, 0.8, 1.0)
+"""Shares of the depth over which Hertz is fitted to the approach."""
 
 
 def fit(
@@ -125,19 +127,46 @@ def _checked(model: Model, free: tuple[str, ...]) -> tuple[str, ...]:
 
 def _within(data: Measurement, within: tuple[Quantity | None, Quantity | None], contact_point: float) -> Measurement:
     """The points in contact inside a range of indentation or of force."""
-    ends, forces = [], False
-    for end, none in zip(within, (-np.inf, np.inf), strict=True):
-        try:
-            ends.append(none if end is None else to_si("range", end, "length"))
-        except ValueError:
-            ends.append(to_si("range", end, "force"))
-            forces = True
+    given = [-np.inf if within[0] is None else within[0], np.inf if within[1] is None else within[1]]
+    try:
+        ends = [to_si("range", end, "length") for end in given]
+        values = data.depth - (contact_point - data.path.place[data.first])
+    except ValueError:
+        ends, values = [to_si("range", end, "force") for end in given], data.baseline - data.tension
     if not ends[0] < ends[1]:
         raise ValueError(f"the range must grow; received {shown(within)}")
-    compression = float(np.median(data.tension[: data.first])) - data.tension
-    values = compression if forces else data.depth - (contact_point - data.path.place[data.first])
-    inside = ((values >= ends[0]) & (values <= ends[1])) | (data.depth <= 0.0)
-    return dataclasses.replace(data, weights=data.weights * inside)
+    inside, apart = (values >= ends[0]) & (values <= ends[1]), data.depth <= 0.0
+    count = np.count_nonzero(data.weights * inside * ~apart)
+    if count < FEWEST:
+        raise ValueError(
+            f"the range must hold {FEWEST} points in contact; received {shown(within)}, which holds {count}"
+        )
+    return dataclasses.replace(data, weights=data.weights * (inside | apart))
+
+
+def windows_of_depth(data: Measurement, start: dict[str, float], weighted: float = 0.0) -> list[float]:
+    """Hertz's modulus, in Pa, of the approach down to shares of its depth that hold a force.
+
+    Args:
+        data: the curve.
+        start: modulus and contact point to begin with.
+        weighted: distance from the contact point, in m, within which points count less, in proportion to it, as
+            nanite weights them; zero weighs all alike.
+    """
+    depth = data.depth
+    number = np.arange(depth.size)
+    away = np.abs(data.path.place - start["contact_point"])
+    near: FloatArray = np.minimum(away / weighted, 1.0) if weighted else np.ones(depth.size)
+    found = []
+    for share in WINDOWS:
+        counts = (number <= data.top) & (depth <= share * float(depth.max()))
+        part = dataclasses.replace(data, weights=near * counts)
+        problem = Regression(LADDER["hertz"], part, start, ("relaxed_modulus", "contact_point"))
+        fitted = problem.run(np.zeros(2))
+        # Without a force the modulus is any small number.
+        if -problem.tension(fitted.x)[counts].min() > STANDS_OUT * data.noise:
+            found.append(fitted.values["relaxed_modulus"])
+    return found
 
 
 @dataclass
@@ -165,7 +194,7 @@ class Climb:
         if best.misfit > CLEAN and adheres:
             self.rung("maugis")
         relaxes = not best.adequate or self._relaxes(best if adheres else hertz)
-        if relaxes and self.rung("ting").misfit > CLEAN and not adheres:
+        if relaxes and self.rung("ting").misfit > CLEAN and not (adheres and self.best().model.adhesive):
             self.rung("ting_power_law")
         if relaxes and adheres and (self.best().model.adhesive or self.best().beyond_chance):
             # What the solver does not complete is no rung.

@@ -59,18 +59,16 @@ class Regression:
         pulled = max(float(np.max(self.data.tension)) - float(np.median(self.data.tension)), self.data.noise)
         size = {"contact_point": 0.1 * depth, "work_of_adhesion": pulled / (5.0 * self.data.path.setup.radius)}
         self.unit = {name: size.get(name, 1.0) for name in self.free}
-        self.columns = np.column_stack([self.data.columns[name] for name in self.linear] or [np.zeros((len(self), 0))])
-        self.columns_length = np.linalg.norm(self.columns, axis=0)
+        columns = np.column_stack([self.data.columns[name] for name in self.linear] or [np.zeros((len(self), 0))])
+        self.length = np.linalg.norm(columns, axis=0)
+        self.columns = columns / self.length
         self.target = self.data.tension
         self.weights = self.data.weights
         self.inside = np.ones(len(self), dtype=bool)
         # What enters linearly, as the far half of both baselines shows it: the first guess of where the contact is.
-        place, data = self.data.path.place, self.data
-        far = place < 0.5 * (place[0] + place[data.first])
-        scaled = self.columns / self.columns_length
-        self.baseline = self.columns @ (
-            np.linalg.lstsq(scaled[far], self.target[far], rcond=1e-6)[0] / self.columns_length
-        )
+        place = self.data.path.place
+        far = place < 0.5 * (place[0] + place[self.data.first])
+        self.baseline = self.columns @ np.linalg.lstsq(self.columns[far], self.target[far], rcond=1e-6)[0]
         self.coefficients = np.zeros(len(self.linear))
         self.known: dict[tuple[bytes, Any], FloatArray] = {}
 
@@ -142,18 +140,15 @@ class Regression:
     def jacobian(self, x: FloatArray) -> FloatArray:
         """Of `residuals`: the derivatives without what the linear parameters take up."""
         found = -self.derivatives(x)
-        if not self.linear:
-            return found
-        basis = np.linalg.qr(self.columns / self.columns_length * self.weights[:, None])[0]
+        basis = np.linalg.qr(self.columns * self.weights[:, None])[0]
         found[: len(self)] -= basis @ (basis.T @ found[: len(self)])
         return found
 
     @property
     def bounds(self) -> tuple[FloatArray, FloatArray]:
         """Of the search."""
-        parameters = self.parameters
-        low = self.point({name: parameters[name].low for name in self.free})
-        return low, self.point({name: parameters[name].high for name in self.free})
+        low = self.point({name: each.low for name, each in self.parameters.items()})
+        return low, self.point({name: each.high for name, each in self.parameters.items()})
 
     def run(self, x: FloatArray, evaluations: int = 60, closeness: float = 1e-8) -> Fitted:
         """Least squares from a point."""
@@ -168,29 +163,26 @@ class Regression:
     def fitted(self, x: FloatArray, converged: bool) -> Fitted:
         """What the problem gives at a point. The tilt turns about the contact point: the offset is the force there."""
         if "tilt" in self.linear:
-            turned = self.data.path.place - self.values(x)["contact_point"]
-            self.columns[:, self.linear.index("tilt")] = turned
-            self.columns_length = np.linalg.norm(self.columns, axis=0)
+            turned, tilt = self.data.path.place - self.values(x)["contact_point"], self.linear.index("tilt")
+            self.length[tilt] = np.linalg.norm(turned)
+            self.columns[:, tilt] = turned / self.length[tilt]
         self.tension(x)  # raises where there is no contact
         residuals = self.residuals(x)
         columns = np.zeros((residuals.size, len(self.linear)))
-        columns[: len(self)] = self.columns * (self.weights / self.data.noise)[:, None]
+        columns[: len(self)] = self.columns * self.length * (self.weights / self.data.noise)[:, None]
         jacobian = np.column_stack([self.derivatives(x), columns])
         low, high = self.bounds
         at_bound = tuple(name for i, name in enumerate(self.free) if x[i] - low[i] < _EDGE or high[i] - x[i] < _EDGE)
-        linear = dict(zip(self.linear, map(float, self.coefficients), strict=True))
+        linear = dict(zip(self.linear, map(float, self.coefficients / self.length), strict=True))
         counted = np.append(self.weights > 0.0, np.ones(residuals.size - len(self), dtype=bool))
         return Fitted(self, x, self.values(x), linear, residuals, jacobian, counted, at_bound, converged)
 
     def _solved(self, rest: FloatArray) -> FloatArray:
         """Weighted residuals after the linear parameters, which are kept."""
         weights = self.weights / self.data.noise
-        if self.linear:
-            scaled = self.columns / self.columns_length * weights[:, None]
-            normal = np.linalg.lstsq(scaled.T @ scaled, scaled.T @ (weights * rest), rcond=1e-14)[0]
-            self.coefficients = normal / self.columns_length
-            rest = rest - self.columns @ self.coefficients
-        return weights * rest
+        scaled = self.columns * weights[:, None]
+        self.coefficients = np.linalg.lstsq(scaled.T @ scaled, scaled.T @ (weights * rest), rcond=1e-14)[0]
+        return weights * (rest - self.columns @ self.coefficients)
 
     def _choose_span(self, tension: FloatArray) -> None:
         """Choose where the contact begins and ends, by the residuals in and out of contact (Kadane's algorithm)."""
@@ -308,19 +300,12 @@ class Fitted:
         spread[seen] = self.quantile * inner / length[seen]
         correlation[np.ix_(seen, seen)] = covariance / np.outer(inner, inner)
         low, high = map(self.problem.values, self.ends or (self.x - spread[:free], self.x + spread[:free]))
-        intervals = {}
-        for name, each in zip(names, spread, strict=True):
-            if name in self.linear:
-                intervals[name] = (self.linear[name] - each, self.linear[name] + each)
-            else:
-                parameter = self.problem.parameters[name]
-                intervals[name] = (
-                    max(low[name], parameter.low) if parameter.scale == "linear" else low[name],
-                    high[name],
-                )
-        return intervals, {
-            a: dict(zip(names, map(float, row), strict=True)) for a, row in zip(names, correlation, strict=True)
-        }
+        floor = {name: each.low for name, each in self.problem.parameters.items() if each.scale == "linear"}
+        intervals = {name: (max(low[name], floor.get(name, 0.0)), high[name]) for name in names[:free]}
+        for name, each in zip(names[free:], spread[free:], strict=True):
+            intervals[name] = (self.linear[name] - each, self.linear[name] + each)
+        rows = zip(names, correlation.tolist(), strict=True)
+        return intervals, {name: dict(zip(names, row, strict=True)) for name, row in rows}
 
 
 def inflation(residuals: FloatArray) -> float:

@@ -14,8 +14,7 @@ from typing import ClassVar
 import numpy as np
 
 from bem._support.validation import FloatArray
-from bem.lab.models.model import ADHESION, MODULUS, MODULUS_RATIO, RETARDATION_TIME, Model, Values
-from bem.lab.models.path import Jump, Path
+from bem.lab.models.model import ADHESION, MODULUS, MODULUS_RATIO, RETARDATION_TIME, Jump, Model, Path, Values
 from bem.lab.setup import Setup
 from bem.materials import Elastic, PronySeries, StandardLinearSolid
 from bem.protocol import PiecewiseLinearProtocol, default_start_indentation

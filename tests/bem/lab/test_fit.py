@@ -8,10 +8,10 @@ import pytest
 from bem.discretisation import master_grid
 from bem.lab import ForceCurve, Setup, fit
 from bem.lab.fitting import ALL, FitError, guess_setup, regression, simulated
+from bem.lab.fitting.curve_fit import windows_of_depth
 from bem.lab.fitting.measurement import measurement_of, prescribed_path
 from bem.lab.fitting.regression import Regression
-from bem.lab.fitting.starts import windows_of_depth
-from bem.lab.models import LADDER
+from bem.lab.models import LADDER, Path
 from experiments.robustness.lab_curves import CLASSES
 from tests.bem.lab.measurement import BEAD, TRUTH, measured
 
@@ -98,6 +98,20 @@ def test_each_class_of_closed_forms_is_recognised(model):
     assert np.mean(inside) >= 0.85
 
 
+def test_a_power_law_is_recognised_where_adhesion_would_describe_its_drag_better_than_hertz():
+    time = np.linspace(0.0, 1.4, 600)
+    place = 0.8e-6 - 1.6e-6 * np.abs(time / 0.7 - 1.0)
+    setup = Setup(radius=5e-6, work_of_adhesion=1e-3, relaxed_modulus=1e3)
+    truth = {"modulus_at_1s": 2e3, "exponent": 0.25, "contact_point": 0.0}
+    tension = LADDER["ting_power_law"].tension(truth, Path(time, place, setup))
+    noise = 0.002 * np.ptp(tension) * np.random.default_rng(0).standard_normal(600)
+    result = fit(ForceCurve(time=time, indentation=place, force=tension + noise), setup)
+    assert result.adequate
+    assert [rung.model for rung in result.ladder][-2:] == ["ting", "ting_power_law"]
+    assert result.model == "ting_power_law"
+    assert result.values["exponent"] == pytest.approx(0.25, rel=0.02)
+
+
 def test_intervals_hold_under_correlated_noise():
     inside = []
     for seed in range(10):
@@ -166,6 +180,14 @@ def test_what_the_curve_does_not_determine_is_said(curve):
             "range must be a force, in a unit such as N; received the unit 'kg'",
         ),
         ((BEAD, None, "hertz", "both", (1e-6, 0.0)), "the range must grow"),
+        (
+            (BEAD, None, "hertz", "both", ("0 um", "2 uN")),
+            "range must be a force, in a unit such as N; received .*'um'",
+        ),
+        (
+            (BEAD, None, "hertz", "both", ("5 mm", "6 mm")),
+            r"the range must hold 10 points in contact; received \('5 mm', '6 mm'\), which holds 0",
+        ),
         ((BEAD, None, "cone"), "half_angle must be given for a cone or a pyramid"),
         ((BEAD, ()), "free must be one or more"),
         ((BEAD, ("force_offset",)), "with or without force_offset, tilt and drag; received 'force_offset'"),
