@@ -40,6 +40,7 @@ _ALIKE = 10.0  # difference of the criterion from which two models are told apar
 _BETTER = 0.9  # times the misfit of Hertz, below which a rung describes a part of what Hertz does not
 _MEMORIES = (0.01, 0.1, 1.0)  # retardation times, over the duration, that are looked for
 _SLIGHT = 0.8  # modulus ratio with which they are
+_ONE_WAY = ("dmt", "jkr", "ting", "ting_power_law")  # the first two are alike on any curve
 WINDOWS = (0.5, 0.65, 0.8, 1.0)
 """Shares of the depth over which Hertz is fitted to the approach."""
 
@@ -194,7 +195,10 @@ class Climb:
         if best.misfit > CLEAN and adheres:
             self.rung("maugis")
         relaxes = not best.adequate or self._relaxes(best if adheres else hertz)
-        if relaxes and self.rung("ting").misfit > CLEAN and not (adheres and self.best().model.adhesive):
+        if self.data.one_way and best.model.adhesive:
+            self.rung("ting")
+            self.rung("ting_power_law")
+        elif relaxes and self.rung("ting").misfit > CLEAN and not (adheres and self.best().model.adhesive):
             self.rung("ting_power_law")
         if relaxes and adheres and (self.best().model.adhesive or self.best().beyond_chance):
             # What the solver does not complete is no rung.
@@ -208,18 +212,18 @@ class Climb:
         best = min(self.fits.values(), key=lambda each: each.criterion(closest.independent))
         if not best.adequate:
             return closest
-        if not self.alike(best):
+        if sum(each.model.name in _ONE_WAY[:2] for each in (best, *self.alike(best))) < 2 or not best.model.adhesive:
             return best
         # What the force does not tell, the Tabor parameter of the fitted values may: DMT below 1, JKR above.
         tabor = best.model.setup_of(best.values, self.data.path.setup).physical_tabor
         return self.fits["dmt" if tabor < 1.0 else "jkr"]
 
     def alike(self, best: Fitted) -> tuple[Fitted, ...]:
-        """The other of DMT and JKR, where the criterion does not tell it from the best."""
-        other = self.fits.get({"dmt": "jkr", "jkr": "dmt"}.get(best.model.name, ""))
-        independent = self._closest().independent
-        near = other is not None and other.criterion(independent) < best.criterion(independent) + _ALIKE
-        return (other,) if other is not None and near else ()
+        """Models that the criterion does not tell from the best: DMT and JKR; one way, adhesion and relaxation too."""
+        names, independent = _ONE_WAY if self.data.one_way else _ONE_WAY[:2], self._closest().independent
+        others = [each for name, each in self.fits.items() if name in names and each is not best]
+        most = best.criterion(independent) + _ALIKE
+        return tuple(each for each in others if best.model.name in names and each.criterion(independent) < most)
 
     def needs_no_adhesion(self, best: Fitted) -> bool:
         """Whether the criterion prefers Hertz to an adhesive rung."""

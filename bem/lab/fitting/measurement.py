@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
+from scipy.linalg import solve_toeplitz
 
 from bem._support.validation import FloatArray, finite_number
 from bem._support.wording import shown
@@ -25,6 +26,7 @@ _FAR = 0.5  # of the baseline, where attraction does not bend it yet
 _TOP = 0.005  # of the path, within which the instrument is at its deepest
 _QUIET = 0.1  # of a step, up to which the noise of a path does not disturb its speed
 _STEPS, _BESIDE = 6.5, 2.0  # times the noise, and times the changes beside it, that a jump changes the force by
+_ORDERS = 10  # of the autoregressive model of residuals
 _PLACES = 80  # of the contact point that are tried
 
 
@@ -40,6 +42,8 @@ class Measurement:
     """Tension before contact, in N."""
     noise: float
     """Standard deviation of an averaged point on the baseline, in N."""
+    correlated: float
+    """Variance of a sum of points of the baseline over that of independent ones, at least 1."""
     first: int
     """The first point after the baseline."""
     top: int
@@ -54,6 +58,13 @@ class Measurement:
         """Indentation from the place of first contact on, in m, with the spring's deflection taken off."""
         indentation = self.path.place + (self.tension - self.baseline) * self.path.compliance
         return indentation - indentation[self.first]
+
+    @property
+    def one_way(self) -> bool:
+        """Whether no point of the retraction counts: adhesion and relaxation bend an approach alike."""
+        place = self.path.place
+        back = place[self.top :] < place.max() - _TOP * np.ptp(place)
+        return not self.weights[self.top :][back].any()
 
     @property
     def duration(self) -> float:
@@ -91,7 +102,8 @@ def measurement_of(curve: ForceCurve, setup: Setup, segment: Segment = "both") -
     counted = {"both": number >= 0, "approach": number <= top, "retract": number >= leaves}[segment]
     quiet = int(_FAR * first)
     line = np.polynomial.Polynomial.fit(place[:quiet], tension[:quiet], min(quiet // 8, 1))
-    noise = float(np.std(tension[:quiet] - line(place[:quiet]))) if quiet >= 8 else noise_of(tension)
+    rest = tension[:quiet] - line(place[:quiet])
+    noise, correlated = (float(np.std(rest)), inflation(rest)) if quiet >= 8 else (noise_of(tension), 1.0)
     columns = {"force_offset": np.ones(time.size), "tilt": place - place[first], "drag": -speed}
     baseline = float(np.median(tension[:first]))
     jumps = _jumps(time, tension, top, leaves, baseline)
@@ -99,7 +111,30 @@ def measurement_of(curve: ForceCurve, setup: Setup, segment: Segment = "both") -
     for jump in jumps:
         counted &= ~(np.abs(time - jump.time) < 1.1 * size * float(np.median(np.diff(curve.time))))
     path, weights = Path(time, place, setup), counted.astype(float)
-    return Measurement(path, tension, weights, baseline, max(noise, 1e-300), first, top, columns, jumps)
+    return Measurement(path, tension, weights, baseline, max(noise, 1e-300), correlated, first, top, columns, jumps)
+
+
+def inflation(residuals: FloatArray) -> float:
+    """Variance of a sum of residuals over that of independent ones, at least 1.
+
+    The spectrum at zero, over the variance, of the autoregressive model (Yule-Walker) of the order that the Bayesian
+    criterion prefers.
+    """
+    count = residuals.size
+    centred = residuals - residuals.mean()
+    covariance = np.array([centred[: count - k] @ centred[k:] for k in range(min(_ORDERS, count // 4) + 1)]) / count
+    if not covariance[0] > 0.0:
+        return 1.0
+    best, found = count * np.log(covariance[0]), 1.0
+    for order in range(1, covariance.size):
+        weights = solve_toeplitz(covariance[:order], covariance[1 : order + 1])
+        rest = covariance[0] - weights @ covariance[1 : order + 1]
+        if not rest > 1e-9 * covariance[0]:
+            break
+        criterion = count * np.log(rest) + order * np.log(count)
+        if criterion < best:
+            best, found = criterion, rest / covariance[0] / max(1.0 - weights.sum(), 1e-2) ** 2
+    return max(float(found), 1.0)
 
 
 def prescribed_path(curve: ForceCurve, setup: Setup) -> FloatArray:

@@ -11,19 +11,17 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from scipy.linalg import solve_toeplitz
 from scipy.optimize import least_squares
 from scipy.special import fdtri, stdtrit
 
 from bem._support.validation import FloatArray
-from bem.lab.fitting.measurement import Measurement
+from bem.lab.fitting.measurement import Measurement, inflation
 from bem.lab.models import CONTACT_POINT, Model, Parameter
 from bem.lab.models.solver import NoContactError
 
 CONFIDENCE = 0.95
 ADEQUATE = 1.5
 """Misfit up to which a model describes a curve."""
-_ORDERS = 10  # of the autoregressive model of the residuals
 _EDGE = 1e-3  # of its unit, within which a parameter is at its bound
 _BENT = 5.0  # second difference in units of the noise, above which a jump lies between the points of a derivative
 _REMEMBERED = 40  # tensions: those of a point and of its derivatives are asked for again
@@ -239,8 +237,9 @@ class Fitted:
     @property
     def beyond_chance(self) -> bool:
         """Whether the misfit is larger than the noise of the baseline makes it in one curve of a thousand (F-test)."""
-        baseline = max(self.problem.data.first // 2 - 2, 1)
-        return self.misfit**2 > fdtri(np.count_nonzero(self.counted), baseline, 0.999)
+        data, counted = self.problem.data, np.count_nonzero(self.counted)
+        baseline = max((data.first // 2 - 2) / data.correlated, 1.0)
+        return self.misfit**2 > fdtri(max(counted / data.correlated, 1.0), baseline, 0.999)
 
     @property
     def adequate(self) -> bool:
@@ -259,7 +258,8 @@ class Fitted:
 
     def worth(self, residuals: FloatArray) -> float:
         """How many independent points residuals of this curve are worth."""
-        return max(np.count_nonzero(self.counted) / inflation(residuals[self.counted]), 10.0)
+        correlated = max(inflation(residuals[self.counted]), self.problem.data.correlated)
+        return max(np.count_nonzero(self.counted) / correlated, 10.0)
 
     def calls_for(self, columns: FloatArray) -> bool:
         """Whether the residuals hold a share of weighted `columns` (n, m) that is no noise, by the criterion."""
@@ -277,7 +277,8 @@ class Fitted:
     @property
     def variance(self) -> float:
         """Of the residuals, as large as it would be if they were independent."""
-        return float(self.residuals @ self.residuals) / self.degrees * inflation(self.residuals[self.counted])
+        correlated = max(inflation(self.residuals[self.counted]), self.problem.data.correlated)
+        return float(self.residuals @ self.residuals) / self.degrees * correlated
 
     @property
     def quantile(self) -> float:
@@ -306,26 +307,3 @@ class Fitted:
             intervals[name] = (self.linear[name] - each, self.linear[name] + each)
         rows = zip(names, correlation.tolist(), strict=True)
         return intervals, {name: dict(zip(names, row, strict=True)) for name, row in rows}
-
-
-def inflation(residuals: FloatArray) -> float:
-    """Variance of a sum of residuals over that of independent ones, at least 1.
-
-    The spectrum at zero, over the variance, of the autoregressive model (Yule-Walker) of the order that the Bayesian
-    criterion prefers.
-    """
-    count = residuals.size
-    centred = residuals - residuals.mean()
-    covariance = np.array([centred[: count - k] @ centred[k:] for k in range(min(_ORDERS, count // 4) + 1)]) / count
-    if not covariance[0] > 0.0:
-        return 1.0
-    best, found = count * np.log(covariance[0]), 1.0
-    for order in range(1, covariance.size):
-        weights = solve_toeplitz(covariance[:order], covariance[1 : order + 1])
-        rest = covariance[0] - weights @ covariance[1 : order + 1]
-        if not rest > 1e-9 * covariance[0]:
-            break
-        criterion = count * np.log(rest) + order * np.log(count)
-        if criterion < best:
-            best, found = criterion, rest / covariance[0] / max(1.0 - weights.sum(), 1e-2) ** 2
-    return max(float(found), 1.0)

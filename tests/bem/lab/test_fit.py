@@ -98,7 +98,7 @@ def test_each_class_of_closed_forms_is_recognised(model):
     assert np.mean(inside) >= 0.85
 
 
-def test_a_power_law_is_recognised_where_adhesion_would_describe_its_drag_better_than_hertz():
+def test_a_power_law_is_not_taken_for_adhesion():
     time = np.linspace(0.0, 1.4, 600)
     place = 0.8e-6 - 1.6e-6 * np.abs(time / 0.7 - 1.0)
     setup = Setup(radius=5e-6, work_of_adhesion=1e-3, relaxed_modulus=1e3)
@@ -110,6 +110,12 @@ def test_a_power_law_is_recognised_where_adhesion_would_describe_its_drag_better
     assert [rung.model for rung in result.ladder][-2:] == ["ting", "ting_power_law"]
     assert result.model == "ting_power_law"
     assert result.values["exponent"] == pytest.approx(0.25, rel=0.02)
+    # On the approach alone the residuals of adhesion are noise too.
+    approach = fit(ForceCurve(time=time, indentation=place, force=tension + 4.0 * noise), setup, segment="approach")
+    assert min(rung.misfit for rung in approach.ladder if rung.model in ("dmt", "jkr")) < 1.15
+    assert "ting_power_law" in (approach.model, *approach.alike)
+    low, high = approach.intervals["contact_point"]
+    assert low < 0.0 < high
 
 
 def test_intervals_hold_under_correlated_noise():
@@ -119,6 +125,14 @@ def test_intervals_hold_under_correlated_noise():
         low, high = fit(curve, setup, model="hertz").intervals["relaxed_modulus"]
         inside.append(low <= truth["relaxed_modulus"] <= high)
     assert sum(inside) >= 8
+
+
+def test_correlated_noise_is_not_taken_for_adhesion_or_relaxation():
+    for seed in range(8):
+        curve, setup, _ = CLASSES["hertz"](np.random.default_rng([seed, 3]), noise=0.01, correlation=0.93)
+        result = fit(curve, setup)
+        assert result.model == "hertz", seed
+        assert result.adequate
 
 
 def test_no_adhesion_is_allowed_and_reported_as_zero():
