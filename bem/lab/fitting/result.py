@@ -62,7 +62,7 @@ class FitResult:
     setup: Setup
     """The setup with the fitted values."""
     noise: float
-    """Standard deviation of the residuals, in N, by their median."""
+    """Standard deviation of the residuals that count, in N, by their median."""
     misfit: float
     """Root mean square of the averaged residuals over the noise of the averaged baseline."""
     alike: tuple[str, ...]
@@ -183,7 +183,8 @@ def result_of(
         if name in values and sign < 0.0:
             values[name] = -values[name]
             intervals[name] = (-intervals[name][1], -intervals[name][0])
-    rest = tension - curve.tension
+    rest, data = tension - curve.tension, best.problem.data
+    counted = np.interp(curve.time, data.path.time, data.weights) > 0.5
     return FitResult(
         model=best.model.name,
         adequate=best.adequate,
@@ -200,7 +201,7 @@ def result_of(
         ),
         measured=curve,
         setup=best.model.setup_of(best.values, path.setup),
-        noise=float(1.4826 * np.median(np.abs(rest))),
+        noise=float(1.4826 * np.median(np.abs(rest[counted]))),
         misfit=best.misfit,
         alike=tuple(other.model.name for other in alike),
         ladder=tuple(ladder),

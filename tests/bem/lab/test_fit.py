@@ -7,6 +7,7 @@ import pytest
 
 from bem.discretisation import master_grid
 from bem.lab import ForceCurve, Setup, fit
+from bem.lab.contact_point import noise_of
 from bem.lab.fitting import ALL, FitError, guess_setup, regression, simulated
 from bem.lab.fitting.curve_fit import windows_of_depth
 from bem.lab.fitting.measurement import measurement_of, prescribed_path
@@ -174,6 +175,12 @@ def test_a_segment_or_a_range_alone_is_fitted(segment):
     assert part.intervals["relaxed_modulus"][1] - part.intervals["relaxed_modulus"][0] > high - low
     force = fit(curve, setup, model="hertz", within=("0 N", f"{0.5 * np.ptp(curve.force)} N"))
     assert force.values["relaxed_modulus"] == pytest.approx(truth["relaxed_modulus"], rel=0.1)
+
+
+def test_the_noise_is_that_of_the_points_that_count():
+    curve, setup, _ = CLASSES["jkr"](np.random.default_rng(3), noise=0.01)
+    for segment in ("both", "approach"):
+        assert fit(curve, setup, model="jkr", segment=segment).noise == pytest.approx(noise_of(curve.force), rel=0.1)
 
 
 def test_what_the_curve_does_not_determine_is_said(curve):
