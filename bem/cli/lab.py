@@ -46,9 +46,10 @@ FREE = "Parameters of the model to fit, separated by commas; by default all."
 WEIGHT = "Where no model is adequate, Hertz counts points nearer to the contact point than this less, as nanite does."
 ANGLE = "Of a cone or pyramid with its axis, in degrees; --radius is then that of its apex."
 HELD = "An entry of the materials library, or prony:C1@T1,C2@T2,... with times in seconds, whose relaxation is held."
-GUESS = "A first guess, or fixed."
+HELD_BY_FREE = "held where --free leaves it out; else the fit finds it from the curve."
 SOLID = (
-    "A first guess, or fixed; a Prony series is always fixed, and times of one in seconds unless --retardation-time."
+    "Its modulus ratio is held where --free leaves it out; a Prony series always is, and its times are in seconds "
+    "unless --retardation-time."
 )
 
 
@@ -156,11 +157,11 @@ def fit_curve(
     weight_near: Annotated[str, option(WEIGHT)] = "0",
     half_angle: Annotated[float | None, option(ANGLE)] = None,
     free: Annotated[Text, option(FREE)] = None,
-    modulus: Annotated[Text, option("Relaxed Young's modulus: a first guess, or fixed.")] = None,
-    work_of_adhesion: Annotated[Text, option(GUESS)] = None,
+    modulus: Annotated[Text, option(f"Relaxed Young's modulus: {HELD_BY_FREE}")] = None,
+    work_of_adhesion: Annotated[Text, option(HELD_BY_FREE.capitalize())] = None,
     poisson_ratio: Poisson = None,
     gap: Gap = None,
-    retardation_time: Annotated[Text, option(GUESS)] = None,
+    retardation_time: Annotated[Text, option(HELD_BY_FREE.capitalize())] = None,
     material: Annotated[str, option(f"{SOLID} {MATERIAL_HELP}")] = "elastic",
     largest_tabor: LargestTabor = 3.0,
     accuracy: Accuracy = "standard",

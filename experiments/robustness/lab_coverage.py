@@ -186,6 +186,18 @@ def page_text(lab_coverage: Any) -> str:
     )
 
 
+def limits_text(lab_coverage: Any) -> str:
+    """How often the intervals of the solver's own curves contain the truth, and how long its fits take at most."""
+    words, groups = [], [lab_coverage[kind] for kind in INSTRUMENTS]
+    for name, group in zip(INSTRUMENTS, groups, strict=True):
+        shares = [100.0 * found["inside"] for found in group["quantities"].values()]
+        words.append(
+            f"{min(shares):.0f} to {max(shares):.0f} % ({name} moved, {group['right']} of {group['cases']} right)"
+        )
+    longest = max(group["longest_seconds"] for group in groups)
+    return f"{' and '.join(words)}; a fit takes up to {longest:.0f} s of processor time"
+
+
 def map_text(lab_coverage: Any) -> str:
     """How long a map takes."""
     found = lab_coverage["map"]

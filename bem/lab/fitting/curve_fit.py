@@ -17,15 +17,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from bem._support.validation import instance
+from bem._support.validation import FloatArray, instance
 from bem._support.wording import shown
+from bem.lab.contact_point import FEWEST, STANDS_OUT
 from bem.lab.curve import ForceCurve
-from bem.lab.fitting.measurement import Measurement, Segment, measurement_of
+from bem.lab.fitting.measurement import Measurement, Segment, hertz_line, measurement_of, pulled
 from bem.lab.fitting.regression import Fitted, Regression
 from bem.lab.fitting.result import FitError, FitResult, Rung, result_of
-from bem.lab.fitting.sentences import ADEQUATE
 from bem.lab.fitting.simulated import bias_of_range, memories, search
-from bem.lab.fitting.starts import hertz_line, pulled, windows_of_depth
 from bem.lab.models import CONTACT_POINT, LADDER, Model
 from bem.lab.models.solver import MEMORY, NoContactError
 from bem.lab.setup import Setup
@@ -41,6 +40,9 @@ _ALIKE = 10.0  # difference of the criterion from which two models are told apar
 _BETTER = 0.9  # times the misfit of Hertz, below which a rung describes a part of what Hertz does not
 _MEMORIES = (0.01, 0.1, 1.0)  # retardation times, over the duration, that are looked for
 _SLIGHT = 0.8  # modulus ratio with which they are
+_ONE_WAY = ("dmt", "jkr", "ting", "ting_power_law")  # the first two are alike on any curve
+WINDOWS = (0.5, 0.65, 0.8, 1.0)
+"""Shares of the depth over which Hertz is fitted to the approach."""
 
 
 def fit(
@@ -99,12 +101,12 @@ def fit(
     except NoContactError as error:
         raise FitError(f"the fit did not converge: the solver does not complete the contact ({error})") from error
     setup, sentences = best.model.setup_of(best.values, data.path.setup), []
-    if best.model.name == "solver" and setup.range_is_effective and best.misfit <= ADEQUATE:
+    if best.model.name == "solver" and setup.range_is_effective and best.adequate:
         sentences.append(bias_of_range(best))
     windows: list[float] = []
-    if best.misfit > ADEQUATE and setup.half_angle is None:
+    if not best.adequate and setup.half_angle is None:
         windows = windows_of_depth(data, start, to_si("weight_near", weight_near, "length"))
-    zero = free is None and best.model.adhesive and best.misfit <= ADEQUATE and climb.needs_no_adhesion(best)
+    zero = free is None and best.model.adhesive and best.adequate and climb.needs_no_adhesion(best)
     if zero:
         sentences.append("Hertz describes the curve as well: the work of adhesion may be zero.")
     result = result_of(curve, best, climb.rungs, climb.alike(best), windows, sentences)
@@ -126,19 +128,46 @@ def _checked(model: Model, free: tuple[str, ...]) -> tuple[str, ...]:
 
 def _within(data: Measurement, within: tuple[Quantity | None, Quantity | None], contact_point: float) -> Measurement:
     """The points in contact inside a range of indentation or of force."""
-    ends, forces = [], False
-    for end, none in zip(within, (-np.inf, np.inf), strict=True):
-        try:
-            ends.append(none if end is None else to_si("range", end, "length"))
-        except ValueError:
-            ends.append(to_si("range", end, "force"))
-            forces = True
+    given = [-np.inf if within[0] is None else within[0], np.inf if within[1] is None else within[1]]
+    try:
+        ends = [to_si("range", end, "length") for end in given]
+        values = data.depth - (contact_point - data.path.place[data.first])
+    except ValueError:
+        ends, values = [to_si("range", end, "force") for end in given], data.baseline - data.tension
     if not ends[0] < ends[1]:
         raise ValueError(f"the range must grow; received {shown(within)}")
-    compression = float(np.median(data.tension[: data.first])) - data.tension
-    values = compression if forces else data.depth - (contact_point - data.path.place[data.first])
-    inside = ((values >= ends[0]) & (values <= ends[1])) | (data.depth <= 0.0)
-    return dataclasses.replace(data, weights=data.weights * inside)
+    inside, apart = (values >= ends[0]) & (values <= ends[1]), data.depth <= 0.0
+    count = np.count_nonzero(data.weights * inside * ~apart)
+    if count < FEWEST:
+        raise ValueError(
+            f"the range must hold {FEWEST} points in contact; received {shown(within)}, which holds {count}"
+        )
+    return dataclasses.replace(data, weights=data.weights * (inside | apart))
+
+
+def windows_of_depth(data: Measurement, start: dict[str, float], weighted: float = 0.0) -> list[float]:
+    """Hertz's modulus, in Pa, of the approach down to shares of its depth that hold a force.
+
+    Args:
+        data: the curve.
+        start: modulus and contact point to begin with.
+        weighted: distance from the contact point, in m, within which points count less, in proportion to it, as
+            nanite weights them; zero weighs all alike.
+    """
+    depth = data.depth
+    number = np.arange(depth.size)
+    away = np.abs(data.path.place - start["contact_point"])
+    near: FloatArray = np.minimum(away / weighted, 1.0) if weighted else np.ones(depth.size)
+    found = []
+    for share in WINDOWS:
+        counts = (number <= data.top) & (depth <= share * float(depth.max()))
+        part = dataclasses.replace(data, weights=near * counts)
+        problem = Regression(LADDER["hertz"], part, start, ("relaxed_modulus", "contact_point"))
+        fitted = problem.run(np.zeros(2))
+        # Without a force the modulus is any small number.
+        if -problem.tension(fitted.x)[counts].min() > STANDS_OUT * data.noise:
+            found.append(fitted.values["relaxed_modulus"])
+    return found
 
 
 @dataclass
@@ -165,8 +194,11 @@ class Climb:
         adheres = best.model.adhesive or best.misfit < _BETTER * hertz.misfit
         if best.misfit > CLEAN and adheres:
             self.rung("maugis")
-        relaxes = best.misfit > ADEQUATE or self._relaxes(best if adheres else hertz)
-        if relaxes and self.rung("ting").misfit > CLEAN and not adheres:
+        relaxes = not best.adequate or self._relaxes(best if adheres else hertz)
+        if self.data.one_way and best.model.adhesive:
+            self.rung("ting")
+            self.rung("ting_power_law")
+        elif relaxes and self.rung("ting").misfit > CLEAN and not (adheres and self.best().model.adhesive):
             self.rung("ting_power_law")
         if relaxes and adheres and (self.best().model.adhesive or self.best().beyond_chance):
             # What the solver does not complete is no rung.
@@ -178,20 +210,20 @@ class Climb:
         """The rung of the lowest criterion so far, with the independent points of the one that fits best."""
         closest = self._closest()
         best = min(self.fits.values(), key=lambda each: each.criterion(closest.independent))
-        if best.misfit > ADEQUATE:
+        if not best.adequate:
             return closest
-        if not self.alike(best):
+        if sum(each.model.name in _ONE_WAY[:2] for each in (best, *self.alike(best))) < 2 or not best.model.adhesive:
             return best
         # What the force does not tell, the Tabor parameter of the fitted values may: DMT below 1, JKR above.
         tabor = best.model.setup_of(best.values, self.data.path.setup).physical_tabor
         return self.fits["dmt" if tabor < 1.0 else "jkr"]
 
     def alike(self, best: Fitted) -> tuple[Fitted, ...]:
-        """The other of DMT and JKR, where the criterion does not tell it from the best."""
-        other = self.fits.get({"dmt": "jkr", "jkr": "dmt"}.get(best.model.name, ""))
-        independent = self._closest().independent
-        near = other is not None and other.criterion(independent) < best.criterion(independent) + _ALIKE
-        return (other,) if other is not None and near else ()
+        """Models that the criterion does not tell from the best: DMT and JKR; one way, adhesion and relaxation too."""
+        names, independent = _ONE_WAY if self.data.one_way else _ONE_WAY[:2], self._closest().independent
+        others = [each for name, each in self.fits.items() if name in names and each is not best]
+        most = best.criterion(independent) + _ALIKE
+        return tuple(each for each in others if best.model.name in names and each.criterion(independent) < most)
 
     def needs_no_adhesion(self, best: Fitted) -> bool:
         """Whether the criterion prefers Hertz to an adhesive rung."""
@@ -227,7 +259,7 @@ class Climb:
     def _start(self, model: Model) -> dict[str, float]:
         """First guesses, from what simpler rungs found."""
         hertz, pull = self.fits.get("hertz"), 2.0 if model.name == "dmt" else 1.5
-        start = self.start | (hertz.values if hertz and not hertz.at_bound else {})
+        start = self.start | (hertz.values if hertz and not hertz.at_bound and model.name != "solver" else {})
         start["work_of_adhesion"] = pulled(self.data) / (pull * np.pi * self.data.path.setup.radius)
         start |= {"tabor": 1.0, "modulus_ratio": 0.4, "retardation_time": 0.1 * self.data.duration}
         start |= {"modulus_at_1s": start["relaxed_modulus"], "exponent": 0.15}
@@ -242,18 +274,8 @@ class Climb:
         return fitted.calls_for(changes * (data.weights / data.noise)[:, None])
 
     def _simulated(self, problem: Regression) -> Fitted:
-        """The solver's fit, from what the simpler rungs found."""
+        """The solver's fit, from what the approach and the largest tension show."""
         problem.options = {"jumps": self.data.jumps}
-        starts = [problem.start]
-        if {*MEMORY, "relaxed_modulus"} <= set(problem.free):
-            starts += memories(problem.start | self._elastic(problem), self.data.duration)
-            starts += [problem.start | self.fits["ting"].values] if "ting" in self.fits else []
+        several = set(MEMORY) <= set(problem.free)
+        starts = memories(problem.start, self.data.duration) if several else [problem.start]
         return search(problem, starts, self.accuracy)
-
-    def _elastic(self, problem: Regression) -> dict[str, float]:
-        """Modulus, work of adhesion and contact point of JKR, as far as they are moved."""
-        jkr = LADDER["jkr"]
-        names = tuple(each.name for each in (*jkr.parameters, CONTACT_POINT) if each.name in problem.free)
-        simple = Regression(jkr, self.data, problem.start, names, problem.linear)
-        found = self.fits.get("jkr") or simple.run(np.zeros(len(names)))
-        return {name: found.values[name] for name in names}

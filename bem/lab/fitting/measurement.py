@@ -1,18 +1,21 @@
-"""A measured curve as a fit sees it: averaged, with its noise, the points that count, and what enters linearly."""
+"""A measured curve as a fit sees it, averaged, with its noise and the points that count; and first guesses from it."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
+from scipy.linalg import solve_toeplitz
 
-from bem._support.validation import FloatArray
+from bem._support.validation import FloatArray, finite_number
 from bem._support.wording import shown
 from bem.lab.contact_point import noise_of
 from bem.lab.curve import ForceCurve
 from bem.lab.models import Jump, Path
 from bem.lab.setup import Setup
+from bem.lab.units import Quantity, to_si
+from bem.reference_solutions import jkr
 
 MOST = 1500
 """Points that a longer curve is averaged to."""
@@ -23,6 +26,8 @@ _FAR = 0.5  # of the baseline, where attraction does not bend it yet
 _TOP = 0.005  # of the path, within which the instrument is at its deepest
 _QUIET = 0.1  # of a step, up to which the noise of a path does not disturb its speed
 _STEPS, _BESIDE = 6.5, 2.0  # times the noise, and times the changes beside it, that a jump changes the force by
+_ORDERS = 10  # of the autoregressive model of residuals
+_PLACES = 80  # of the contact point that are tried
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,8 +38,12 @@ class Measurement:
     tension: FloatArray
     weights: FloatArray
     """One for a point that counts and zero for one that does not, shape (n,)."""
+    baseline: float
+    """Tension before contact, in N."""
     noise: float
     """Standard deviation of an averaged point on the baseline, in N."""
+    correlated: float
+    """Variance of a sum of points of the baseline over that of independent ones, at least 1."""
     first: int
     """The first point after the baseline."""
     top: int
@@ -47,9 +56,15 @@ class Measurement:
     @property
     def depth(self) -> FloatArray:
         """Indentation from the place of first contact on, in m, with the spring's deflection taken off."""
-        stretch = (self.tension - float(np.median(self.tension[: self.first]))) * self.path.compliance
-        indentation = self.path.place + stretch
+        indentation = self.path.place + (self.tension - self.baseline) * self.path.compliance
         return indentation - indentation[self.first]
+
+    @property
+    def one_way(self) -> bool:
+        """Whether no point of the retraction counts: adhesion and relaxation bend an approach alike."""
+        place = self.path.place
+        back = place[self.top :] < place.max() - _TOP * np.ptp(place)
+        return not self.weights[self.top :][back].any()
 
     @property
     def duration(self) -> float:
@@ -87,14 +102,39 @@ def measurement_of(curve: ForceCurve, setup: Setup, segment: Segment = "both") -
     counted = {"both": number >= 0, "approach": number <= top, "retract": number >= leaves}[segment]
     quiet = int(_FAR * first)
     line = np.polynomial.Polynomial.fit(place[:quiet], tension[:quiet], min(quiet // 8, 1))
-    noise = float(np.std(tension[:quiet] - line(place[:quiet]))) if quiet >= 8 else noise_of(tension)
+    rest = tension[:quiet] - line(place[:quiet])
+    noise, correlated = (float(np.std(rest)), inflation(rest)) if quiet >= 8 else (noise_of(tension), 1.0)
     columns = {"force_offset": np.ones(time.size), "tilt": place - place[first], "drag": -speed}
-    jumps = _jumps(time, tension, top, leaves, float(np.median(tension[:first])))
+    baseline = float(np.median(tension[:first]))
+    jumps = _jumps(time, tension, top, leaves, baseline)
     # A mean over a jump is neither force; the points on either side of it do not count.
     for jump in jumps:
         counted &= ~(np.abs(time - jump.time) < 1.1 * size * float(np.median(np.diff(curve.time))))
-    path = Path(time, place, setup)
-    return Measurement(path, tension, counted.astype(float), max(noise, 1e-300), first, top, columns, jumps)
+    path, weights = Path(time, place, setup), counted.astype(float)
+    return Measurement(path, tension, weights, baseline, max(noise, 1e-300), correlated, first, top, columns, jumps)
+
+
+def inflation(residuals: FloatArray) -> float:
+    """Variance of a sum of residuals over that of independent ones, at least 1.
+
+    The spectrum at zero, over the variance, of the autoregressive model (Yule-Walker) of the order that the Bayesian
+    criterion prefers.
+    """
+    count = residuals.size
+    centred = residuals - residuals.mean()
+    covariance = np.array([centred[: count - k] @ centred[k:] for k in range(min(_ORDERS, count // 4) + 1)]) / count
+    if not covariance[0] > 0.0:
+        return 1.0
+    best, found = count * np.log(covariance[0]), 1.0
+    for order in range(1, covariance.size):
+        weights = solve_toeplitz(covariance[:order], covariance[1 : order + 1])
+        rest = covariance[0] - weights @ covariance[1 : order + 1]
+        if not rest > 1e-9 * covariance[0]:
+            break
+        criterion = count * np.log(rest) + order * np.log(count)
+        if criterion < best:
+            best, found = criterion, rest / covariance[0] / max(1.0 - weights.sum(), 1e-2) ** 2
+    return max(float(found), 1.0)
 
 
 def prescribed_path(curve: ForceCurve, setup: Setup) -> FloatArray:
@@ -129,3 +169,52 @@ def _jumps(time: FloatArray, tension: FloatArray, top: int, leaves: int, baselin
             sides = slice(begin + at, begin + at + 2)
             found.append(Jump(float(time[sides].mean()), float(tension[sides].mean()) - baseline, out))
     return tuple(found)
+
+
+def guess_setup(curve: ForceCurve, *, radius: Quantity, **known: Any) -> Setup:
+    """A setup whose modulus and work of adhesion are estimated from the curve.
+
+    The work of adhesion is that of the JKR pull-off force, (3/2) pi R dgamma, and the modulus Hertz's at the deepest
+    point. Both are elastic: a viscoelastic contact has a smaller work of adhesion and another modulus.
+
+    Args:
+        curve: the measurement.
+        radius: of the sphere, in m.
+        known: other quantities of a `Setup`; a modulus or work of adhesion among them is kept.
+
+    Raises:
+        ValueError: the curve shows no contact, or a quantity is out of range.
+    """
+    r = finite_number("radius", to_si("radius", radius, "length"), above=0.0)
+    curve = curve.with_sign("tension")
+    contact = curve.contact()
+    pulled = max(curve.pull_off_force - contact.force_offset, 3.0 * contact.noise)
+    known.setdefault("work_of_adhesion", pulled / (jkr.PULL_OFF_FORCE * np.pi * r))
+    depth = max(float(np.max(curve.indentation)) - contact.contact_point, 1e-12)
+    pressed = max(contact.force_offset - float(np.min(curve.force)), 3.0 * contact.noise)
+    known.setdefault("relaxed_modulus", 0.75 * 0.75 * pressed / (np.sqrt(r) * depth**1.5))
+    return Setup(radius=r, **known)
+
+
+def hertz_line(data: Measurement) -> dict[str, float]:
+    """Modulus and contact point by which Hertz's force, a line in depth^(3/2), misses the approach least."""
+    setup, depth = data.path.setup, data.depth
+    counted = slice(0, data.top + 1) if np.any(data.weights[: data.top + 1]) else slice(0, None)
+    depth, tension = depth[counted], data.tension[counted]
+    deepest = float(depth.max())
+    places = np.linspace(-0.7, 0.95, _PLACES) * deepest
+    power = np.maximum(depth - places[:, None], 0.0) ** 1.5
+    centred, rest = power - power.mean(axis=1, keepdims=True), tension - tension.mean()
+    square, product = np.sum(centred**2, axis=1), centred @ rest
+    best = int(np.argmax(np.where(product < 0.0, product**2, 0.0) / np.maximum(square, 1e-300)))
+    slope = min(float(product[best] / max(square[best], 1e-300)), -1e-15 / deepest**1.5)
+    modulus = -0.75 * slope / np.sqrt(setup.radius) * (1.0 - setup.poisson_ratio**2)
+    return {
+        "relaxed_modulus": float(np.clip(modulus, 2.0, 5e11)),
+        "contact_point": float(data.path.place[data.first] + places[best]),
+    }
+
+
+def pulled(data: Measurement) -> float:
+    """Largest tension over the baseline, in N, at least the noise."""
+    return max(float(np.max(data.tension[data.weights > 0.0])) - data.baseline, data.noise)

@@ -11,18 +11,19 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from scipy.linalg import solve_toeplitz
 from scipy.optimize import least_squares
 from scipy.special import fdtri, stdtrit
 
 from bem._support.validation import FloatArray
-from bem.lab.fitting.measurement import Measurement
+from bem.lab.fitting.measurement import Measurement, inflation
 from bem.lab.models import CONTACT_POINT, Model, Parameter
 from bem.lab.models.solver import NoContactError
 
 CONFIDENCE = 0.95
-_ORDERS = 10  # of the autoregressive model of the residuals
+ADEQUATE = 1.5
+"""Misfit up to which a model describes a curve."""
 _EDGE = 1e-3  # of its unit, within which a parameter is at its bound
+_BENT = 5.0  # second difference in units of the noise, above which a jump lies between the points of a derivative
 _REMEMBERED = 40  # tensions: those of a point and of its derivatives are asked for again
 
 
@@ -56,18 +57,16 @@ class Regression:
         pulled = max(float(np.max(self.data.tension)) - float(np.median(self.data.tension)), self.data.noise)
         size = {"contact_point": 0.1 * depth, "work_of_adhesion": pulled / (5.0 * self.data.path.setup.radius)}
         self.unit = {name: size.get(name, 1.0) for name in self.free}
-        self.columns = np.column_stack([self.data.columns[name] for name in self.linear] or [np.zeros((len(self), 0))])
-        self.columns_length = np.linalg.norm(self.columns, axis=0)
+        columns = np.column_stack([self.data.columns[name] for name in self.linear] or [np.zeros((len(self), 0))])
+        self.length = np.linalg.norm(columns, axis=0)
+        self.columns = columns / self.length
         self.target = self.data.tension
         self.weights = self.data.weights
         self.inside = np.ones(len(self), dtype=bool)
         # What enters linearly, as the far half of both baselines shows it: the first guess of where the contact is.
-        place, data = self.data.path.place, self.data
-        far = place < 0.5 * (place[0] + place[data.first])
-        scaled = self.columns / self.columns_length
-        self.baseline = self.columns @ (
-            np.linalg.lstsq(scaled[far], self.target[far], rcond=1e-6)[0] / self.columns_length
-        )
+        place = self.data.path.place
+        far = place < 0.5 * (place[0] + place[self.data.first])
+        self.baseline = self.columns @ np.linalg.lstsq(self.columns[far], self.target[far], rcond=1e-6)[0]
         self.coefficients = np.zeros(len(self.linear))
         self.known: dict[tuple[bytes, Any], FloatArray] = {}
 
@@ -126,10 +125,11 @@ class Regression:
             ahead = step if x[i] + step <= high[i] else 0.0
             back = step if not ahead or (self.stride and x[i] - step >= low[i]) else 0.0
             try:
-                change = self.tension(x + ahead * direction) - self.tension(x - back * direction)
+                after, before = self.tension(x + ahead * direction), self.tension(x - back * direction)
             except NoContactError:
-                change = np.zeros(here.size)
-            columns.append(weights * change / (ahead + back))
+                after = before = np.where(np.isnan(here), np.nan, 0.0)
+            bent = weights * np.abs(after + before - 2.0 * here) > _BENT if ahead and back else np.isnan(here)
+            columns.append(np.where(bent, np.nan, weights * (after - before) / (ahead + back)))
         found = np.column_stack(columns)
         # A point that a jump passes has no derivative.
         found[np.isnan(found).any(axis=1)] = 0.0
@@ -138,18 +138,15 @@ class Regression:
     def jacobian(self, x: FloatArray) -> FloatArray:
         """Of `residuals`: the derivatives without what the linear parameters take up."""
         found = -self.derivatives(x)
-        if not self.linear:
-            return found
-        basis = np.linalg.qr(self.columns / self.columns_length * self.weights[:, None])[0]
+        basis = np.linalg.qr(self.columns * self.weights[:, None])[0]
         found[: len(self)] -= basis @ (basis.T @ found[: len(self)])
         return found
 
     @property
     def bounds(self) -> tuple[FloatArray, FloatArray]:
         """Of the search."""
-        parameters = self.parameters
-        low = self.point({name: parameters[name].low for name in self.free})
-        return low, self.point({name: parameters[name].high for name in self.free})
+        low = self.point({name: each.low for name, each in self.parameters.items()})
+        return low, self.point({name: each.high for name, each in self.parameters.items()})
 
     def run(self, x: FloatArray, evaluations: int = 60, closeness: float = 1e-8) -> Fitted:
         """Least squares from a point."""
@@ -164,29 +161,26 @@ class Regression:
     def fitted(self, x: FloatArray, converged: bool) -> Fitted:
         """What the problem gives at a point. The tilt turns about the contact point: the offset is the force there."""
         if "tilt" in self.linear:
-            turned = self.data.path.place - self.values(x)["contact_point"]
-            self.columns[:, self.linear.index("tilt")] = turned
-            self.columns_length = np.linalg.norm(self.columns, axis=0)
+            turned, tilt = self.data.path.place - self.values(x)["contact_point"], self.linear.index("tilt")
+            self.length[tilt] = np.linalg.norm(turned)
+            self.columns[:, tilt] = turned / self.length[tilt]
         self.tension(x)  # raises where there is no contact
         residuals = self.residuals(x)
         columns = np.zeros((residuals.size, len(self.linear)))
-        columns[: len(self)] = self.columns * (self.weights / self.data.noise)[:, None]
+        columns[: len(self)] = self.columns * self.length * (self.weights / self.data.noise)[:, None]
         jacobian = np.column_stack([self.derivatives(x), columns])
         low, high = self.bounds
         at_bound = tuple(name for i, name in enumerate(self.free) if x[i] - low[i] < _EDGE or high[i] - x[i] < _EDGE)
-        linear = dict(zip(self.linear, map(float, self.coefficients), strict=True))
+        linear = dict(zip(self.linear, map(float, self.coefficients / self.length), strict=True))
         counted = np.append(self.weights > 0.0, np.ones(residuals.size - len(self), dtype=bool))
         return Fitted(self, x, self.values(x), linear, residuals, jacobian, counted, at_bound, converged)
 
     def _solved(self, rest: FloatArray) -> FloatArray:
         """Weighted residuals after the linear parameters, which are kept."""
         weights = self.weights / self.data.noise
-        if self.linear:
-            scaled = self.columns / self.columns_length * weights[:, None]
-            normal = np.linalg.lstsq(scaled.T @ scaled, scaled.T @ (weights * rest), rcond=1e-14)[0]
-            self.coefficients = normal / self.columns_length
-            rest = rest - self.columns @ self.coefficients
-        return weights * rest
+        scaled = self.columns * weights[:, None]
+        self.coefficients = np.linalg.lstsq(scaled.T @ scaled, scaled.T @ (weights * rest), rcond=1e-14)[0]
+        return weights * (rest - self.columns @ self.coefficients)
 
     def _choose_span(self, tension: FloatArray) -> None:
         """Choose where the contact begins and ends, by the residuals in and out of contact (Kadane's algorithm)."""
@@ -222,6 +216,8 @@ class Fitted:
     """Parameters at the end of their range."""
     converged: bool
     """Whether the search ended by itself, and not after its last evaluation."""
+    ends: tuple[FloatArray, FloatArray] | None = None
+    """Lowest and highest values of the search inside the 95 % region, where they are not those of a linear problem."""
 
     @property
     def model(self) -> Model:
@@ -241,8 +237,14 @@ class Fitted:
     @property
     def beyond_chance(self) -> bool:
         """Whether the misfit is larger than the noise of the baseline makes it in one curve of a thousand (F-test)."""
-        baseline = max(self.problem.data.first // 2 - 2, 1)
-        return self.misfit**2 > fdtri(np.count_nonzero(self.counted), baseline, 0.999)
+        data, counted = self.problem.data, np.count_nonzero(self.counted)
+        baseline = max((data.first // 2 - 2) / data.correlated, 1.0)
+        return self.misfit**2 > fdtri(max(counted / data.correlated, 1.0), baseline, 0.999)
+
+    @property
+    def adequate(self) -> bool:
+        """Whether the residuals are small, or no larger than chance makes them."""
+        return self.misfit <= ADEQUATE or not self.beyond_chance
 
     def criterion(self, independent: float) -> float:
         """Bayesian information criterion for as many independent points."""
@@ -256,7 +258,8 @@ class Fitted:
 
     def worth(self, residuals: FloatArray) -> float:
         """How many independent points residuals of this curve are worth."""
-        return max(np.count_nonzero(self.counted) / inflation(residuals[self.counted]), 10.0)
+        correlated = max(inflation(residuals[self.counted]), self.problem.data.correlated)
+        return max(np.count_nonzero(self.counted) / correlated, 10.0)
 
     def calls_for(self, columns: FloatArray) -> bool:
         """Whether the residuals hold a share of weighted `columns` (n, m) that is no noise, by the criterion."""
@@ -266,10 +269,21 @@ class Fitted:
         before, after, independent = self.residuals @ self.residuals, rest @ rest, self.worth(rest)
         return bool(independent * np.log(before / max(after, 1e-300)) > columns.shape[1] * np.log(independent))
 
-    def valley(self) -> FloatArray:
-        """One standard deviation of the moved parameters in the direction that the data determine least."""
-        values, vectors = np.linalg.eigh(self.problem.jacobian(self.x).T @ self.problem.jacobian(self.x))
-        return vectors[:, 0] * self.misfit / np.sqrt(max(values[0], 1e-14))
+    @property
+    def degrees(self) -> int:
+        """Of freedom of the residuals."""
+        return max(np.count_nonzero(self.counted) - len(self.names), 1)
+
+    @property
+    def variance(self) -> float:
+        """Of the residuals, as large as it would be if they were independent."""
+        correlated = max(inflation(self.residuals[self.counted]), self.problem.data.correlated)
+        return float(self.residuals @ self.residuals) / self.degrees * correlated
+
+    @property
+    def quantile(self) -> float:
+        """Standard deviations in half a 95 % interval."""
+        return float(stdtrit(self.degrees, 0.5 + 0.5 * CONFIDENCE))
 
     def intervals(self) -> tuple[dict[str, tuple[float, float]], dict[str, dict[str, float]]]:
         """95 % intervals of the parameters by the linearised problem, and their correlations.
@@ -277,51 +291,19 @@ class Fitted:
         The intervals are widened for correlated residuals, and infinite for what the data do not constrain.
         """
         free, names = len(self.x), self.names
-        degrees = max(np.count_nonzero(self.counted) - len(names), 1)
-        variance = float(self.residuals @ self.residuals) / degrees * inflation(self.residuals[self.counted])
         length = np.linalg.norm(self.jacobian, axis=0)
         seen = length > np.where(np.arange(length.size) < free, 1e-9, 0.0)
         normal = self.jacobian[:, seen] / length[seen]
         values, vectors = np.linalg.eigh(normal.T @ normal)
-        covariance = variance * (vectors / np.maximum(values, 1e-14)) @ vectors.T
+        covariance = self.variance * (vectors / np.maximum(values, 1e-14)) @ vectors.T
         inner = np.sqrt(np.diag(covariance))
         spread, correlation = np.full(length.size, np.inf), np.eye(length.size)
-        spread[seen] = float(stdtrit(degrees, 0.5 + 0.5 * CONFIDENCE)) * inner / length[seen]
+        spread[seen] = self.quantile * inner / length[seen]
         correlation[np.ix_(seen, seen)] = covariance / np.outer(inner, inner)
-        low, high = (self.problem.values(self.x + side * spread[:free]) for side in (-1.0, 1.0))
-        intervals = {}
-        for name, each in zip(names, spread, strict=True):
-            if name in self.linear:
-                intervals[name] = (self.linear[name] - each, self.linear[name] + each)
-            else:
-                parameter = self.problem.parameters[name]
-                intervals[name] = (
-                    max(low[name], parameter.low) if parameter.scale == "linear" else low[name],
-                    high[name],
-                )
-        return intervals, {
-            a: dict(zip(names, map(float, row), strict=True)) for a, row in zip(names, correlation, strict=True)
-        }
-
-
-def inflation(residuals: FloatArray) -> float:
-    """Variance of a sum of residuals over that of independent ones, at least 1.
-
-    The spectrum at zero, over the variance, of the autoregressive model (Yule-Walker) of the order that the Bayesian
-    criterion prefers.
-    """
-    count = residuals.size
-    centred = residuals - residuals.mean()
-    covariance = np.array([centred[: count - k] @ centred[k:] for k in range(min(_ORDERS, count // 4) + 1)]) / count
-    if not covariance[0] > 0.0:
-        return 1.0
-    best, found = count * np.log(covariance[0]), 1.0
-    for order in range(1, covariance.size):
-        weights = solve_toeplitz(covariance[:order], covariance[1 : order + 1])
-        rest = covariance[0] - weights @ covariance[1 : order + 1]
-        if not rest > 1e-9 * covariance[0]:
-            break
-        criterion = count * np.log(rest) + order * np.log(count)
-        if criterion < best:
-            best, found = criterion, rest / covariance[0] / max(1.0 - weights.sum(), 1e-2) ** 2
-    return max(float(found), 1.0)
+        low, high = map(self.problem.values, self.ends or (self.x - spread[:free], self.x + spread[:free]))
+        floor = {name: each.low for name, each in self.problem.parameters.items() if each.scale == "linear"}
+        intervals = {name: (max(low[name], floor.get(name, 0.0)), high[name]) for name in names[:free]}
+        for name, each in zip(names[free:], spread[free:], strict=True):
+            intervals[name] = (self.linear[name] - each, self.linear[name] + each)
+        rows = zip(names, correlation.tolist(), strict=True)
+        return intervals, {name: dict(zip(names, row, strict=True)) for name, row in rows}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path as FilePath
@@ -14,12 +15,13 @@ from bem._support.validation import FloatArray
 from bem.lab.curve import ForceCurve
 from bem.lab.fitting.measurement import prescribed_path
 from bem.lab.fitting.regression import CONFIDENCE, Fitted
-from bem.lab.fitting.sentences import ADEQUATE, is_loose, sentences_of
 from bem.lab.models import CONTACT_POINT, LADDER, Path
 from bem.lab.setup import Setup
 from bem.lab.units import readable
 
 _LINEAR_UNITS = {"force_offset": "N", "tilt": "N/m", "drag": "N s/m"}
+_LOOSE = {"logarithm": np.log(2.0), "logit": 2.0}
+_TIED = 0.98  # correlation from which two parameters are said to trade off
 
 
 class FitError(RuntimeError):
@@ -60,7 +62,7 @@ class FitResult:
     setup: Setup
     """The setup with the fitted values."""
     noise: float
-    """Standard deviation of the residuals, in N, by their median."""
+    """Standard deviation of the residuals that count, in N, by their median."""
     misfit: float
     """Root mean square of the averaged residuals over the noise of the averaged baseline."""
     alike: tuple[str, ...]
@@ -164,13 +166,12 @@ def result_of(
         said: sentences that come first.
     """
     intervals, correlations = best.intervals()
-    loose = tuple(name for name in best.names if is_loose(best, name, intervals[name]))
+    loose = [name for name in best.names if _is_loose(best, name, intervals[name])]
     for other in alike:
         for name, (low, high) in other.intervals()[0].items():
             if name in intervals:
                 intervals[name] = (min(low, intervals[name][0]), max(high, intervals[name][1]))
-    adequate = best.misfit <= ADEQUATE
-    if not adequate:
+    if not best.adequate:
         every = [*windows, best.values.get("relaxed_modulus", np.nan)]
         spread = (min(every), max(every)) if windows else (-np.inf, np.inf)
         intervals = {name: spread if name == "relaxed_modulus" else (-np.inf, np.inf) for name in intervals}
@@ -182,29 +183,29 @@ def result_of(
         if name in values and sign < 0.0:
             values[name] = -values[name]
             intervals[name] = (-intervals[name][1], -intervals[name][0])
-    setup = best.model.setup_of(best.values, path.setup)
-    stage = path.place
+    rest, data = tension - curve.tension, best.problem.data
+    counted = np.interp(curve.time, data.path.time, data.weights) > 0.5
     return FitResult(
         model=best.model.name,
-        adequate=adequate,
+        adequate=best.adequate,
         values=values,
         intervals=intervals,
         correlations=correlations,
-        residuals=tension - curve.tension,
+        residuals=rest,
         curve=ForceCurve(
             time=curve.time,
-            indentation=stage + tension * path.compliance,
+            indentation=path.place + tension * path.compliance,
             force=sign * tension,
             force_sign=curve.force_sign,
-            stage=None if setup.stiffness is None else stage,
+            stage=None if path.setup.stiffness is None else path.place,
         ),
         measured=curve,
-        setup=setup,
-        noise=float(1.4826 * np.median(np.abs(tension - curve.tension))),
+        setup=best.model.setup_of(best.values, path.setup),
+        noise=float(1.4826 * np.median(np.abs(rest[counted]))),
         misfit=best.misfit,
         alike=tuple(other.model.name for other in alike),
         ladder=tuple(ladder),
-        sentences=(*said, *sentences_of(best, correlations, loose, alike, windows)),
+        sentences=(*said, *_sentences(best, correlations, loose, alike, windows), *_contradicted(best)),
         simulations=sum(1 for rung in ladder if rung.model == "solver") and best.problem.evaluations,
     )
 
@@ -219,3 +220,82 @@ def _whole_tension(best: Fitted, path: Path) -> FloatArray:
         begin, end = (inside[0], inside[-1]) if inside.size else (np.inf, np.inf)
         tension = np.where((path.time >= begin) & (path.time <= end), tension, 0.0)
     return tension + np.interp(path.time, data.path.time, problem.columns @ problem.coefficients)
+
+
+def _is_loose(best: Fitted, name: str, interval: tuple[float, float]) -> bool:
+    """Whether a curve leaves a parameter open: by a factor of two, or by the whole depth; whatever its unit."""
+    if name not in best.problem.free or name in best.at_bound:
+        return name in best.at_bound and name != "work_of_adhesion"
+    parameter = best.problem.parameters[name]
+    if parameter.scale != "linear":
+        low, high = (parameter.inner(bound) if 0.0 < bound < np.inf else np.inf for bound in interval)
+        return not high - low < 2.0 * _LOOSE[parameter.scale]
+    if name == "contact_point":
+        return not interval[1] - interval[0] < float(np.ptp(best.problem.data.depth))
+    return bool(interval[0] <= parameter.low)
+
+
+def _sentences(
+    best: Fitted,
+    correlations: dict[str, dict[str, float]],
+    loose: Sequence[str],
+    alike: Sequence[Fitted],
+    windows: Sequence[float],
+) -> list[str]:
+    """What the curve leaves open and what trades off, in the order of weight; `loose` are the parameters left open."""
+    found = []
+    if not best.adequate:
+        found.append(
+            f"No model is adequate: the residuals of the best are {best.misfit:.1f} times the noise of the "
+            "measurement, so that no interval holds."
+        )
+        if windows:
+            found.append(
+                f"By Hertz on the approach the modulus runs from {readable(min(windows), 'Pa')} to "
+                f"{readable(max(windows), 'Pa')} over windows of depth."
+            )
+    elif best.beyond_chance:
+        found.append(
+            f"The residuals are {best.misfit:.2f} times the noise of the baseline, more than chance allows: the model "
+            "misses something, or another minimum is better, and the intervals may be too narrow."
+        )
+    if not best.converged:
+        found.append("The search did not converge: its evaluations were spent before the residuals stopped falling.")
+    found += [
+        f"The curve does not tell {best.model.name} from {other.model.name}: each interval is the union of both."
+        for other in alike
+    ]
+    for name in best.at_bound:
+        end = readable(best.values[name], best.problem.parameters[name].unit)
+        found.append(f"The best {name} is {'zero' if best.values[name] < 1e-9 else f'at the end of its range, {end}'}.")
+    found += [f"The curve does not determine {name}: {best.problem.parameters[name].advice} would." for name in loose]
+    found += [
+        f"The curve hardly tells {one} from {two} (correlation {correlations[one][two]:.3f}): a measured value of one "
+        "would sharpen the other."
+        for one, two in itertools.combinations(best.names, 2)
+        if abs(correlations[one][two]) > _TIED
+    ]
+    return found
+
+
+def _contradicted(best: Fitted) -> list[str]:
+    """Assumptions of the model that the fitted values contradict."""
+    setup = best.model.setup_of(best.values, best.problem.data.path.setup)
+    depth, name, found = float(best.problem.data.depth.max()), best.model.name, []
+    if setup.half_angle is None and depth > 0.5 * setup.radius:
+        found.append(
+            f"The depth, {readable(depth, 'm')}, is not small beside the radius, {readable(setup.radius, 'm')}."
+        )
+    if setup.half_angle is not None and depth < 2.0 * setup.radius:
+        found.append(f"The depth, {readable(depth, 'm')}, is not large beside the radius of the apex.")
+    tabor = setup.physical_tabor
+    if name == "dmt" and tabor > 0.3:
+        found.append(f"DMT assumes a Tabor parameter below 0.1; the fitted values give {tabor:.3g}.")
+    if name == "jkr" and tabor < 2.0:
+        found.append(f"JKR assumes a Tabor parameter above 5; the fitted values give {tabor:.3g}.")
+    if name == "solver" and setup.range_is_effective and "retardation_time" in best.problem.free:
+        found.append(
+            f"The retardation time belongs to the effective range, {readable(setup.gap, 'm')}: the edge of the "
+            "contact dissipates over it, and a shorter one gives another time."
+        )
+    return found

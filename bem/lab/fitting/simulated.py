@@ -1,8 +1,9 @@
 """The search of the solver's parameters: several memories at draft accuracy, then the best at the wanted one.
 
-A force that decays over a dwell looks like the beginning of a slow relaxation or the whole of a faster and smaller one.
-A search does not cross from one to the other. It therefore begins at several retardation times and modulus ratios, and
-from what it finds at faster and slower memories, until the residuals are noise.
+A force that decays over a dwell looks like the beginning of a slow relaxation or the whole of a faster and smaller one,
+and a search does not cross from one to the other. It therefore begins at several retardation times and modulus ratios,
+until it has found the lowest misfit twice. Adhesion and relaxation trade off along a bent valley of nearly one misfit:
+it is followed in both directions, for a lower misfit further along it and for the ends of the intervals.
 """
 
 from __future__ import annotations
@@ -12,113 +13,135 @@ from collections.abc import Iterable, Mapping
 from contextlib import suppress
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from bem._support.validation import FloatArray
 from bem.accuracy import TIGHTEST, resolve_accuracy
-from bem.lab.contact_point import noise_of
 from bem.lab.fitting.regression import Fitted, Regression
-from bem.lab.models.solver import MEMORY, NoContactError
+from bem.lab.models.solver import NoContactError
 
-_TIMES, _RATIOS = (0.02, 0.07, 0.25), (0.5, 0.2)  # of the duration, and of the moduli, to begin with
-_SHORT, _LONG, _LAST, _KEPT = 4, 14, 5, 2  # evaluations of a run, and runs that are continued
-_AGAIN = 4  # times the last run is continued
-_ALONG = 3.0  # standard deviations
-_LOWER = 0.995  # of the misfit, above which a search from further along found nothing new
-_FASTER = (8.0, 1 / 8.0)
-_CLOSENESS = 1e-5
-_WORK = 1e11  # multiplications and additions of a search, some ten seconds
-_NOISE = 1.04  # times the scatter between neighbours, up to which residuals are noise
+_TIMES, _RATIOS = (0.003, 0.01, 0.03, 0.1, 0.25, 1.0), (0.5, 0.2)  # of the duration, and of the moduli, to begin with
+_SHORT, _LONG, _TRIED = 8, 20, 6  # evaluations of a run from a start and of one that ends, and starts that are run
+_TWICE = 1.002  # times the misfit, up to which two runs have found the same
+_CLOSENESS = 1e-4  # relative change of chi-square, from which on a run has ended
+_WORK = 5e10  # multiplications and additions of a search, some ten seconds
 _TIGHTER = 4.0  # of the last run of a curve that tells such an error
 _TELLS = 2e-4  # noise of the mean of all points over the range of the force, below which it does
+_STEPS, _CORRECTED = 6, 3  # of a standard deviation along a valley at most, and evaluations of each
+_WIDEST = 1.0  # standard deviation of a search, beyond which a valley has no end
+_LOWER = 0.5  # of chi-square, by which a point of the valley is lower than the end of a search
+_AGAIN = 3  # times that a search goes on from there
 LONGER = 1.5  # times the effective range, with which its bias is estimated
 
 
 def search(problem: Regression, starts: Iterable[Mapping[str, float]], accuracy: str | float) -> Fitted:
-    """The best of the runs from `starts`, parameters in SI; at `accuracy`, and intervals with a tighter one.
+    """The best of the runs from `starts`, parameters in SI, at `accuracy`, with the ends of its intervals.
 
     Raises:
         NoContactError: the solver completes no contact from any of them.
     """
-    problem.options |= {"accuracy": "draft", "budget": [_WORK]}
-    points = sorted((problem.point(start) for start in starts), key=lambda x: float(np.sum(problem.residuals(x) ** 2)))
-    runs = _runs(problem, points, _SHORT)
-    best = _runs(problem, [run.x for run in runs[:_KEPT]], _LONG)[0]
-    if set(MEMORY) <= set(problem.free) and not _leaves_noise(best):
-        others = [problem.point(memory) for memory in _other_memories(best.values)]
-        best = min([best, *_runs(problem, others, _LONG)], key=lambda run: run.misfit)
+    data, budget = problem.data, [_WORK]
+    problem.options |= {"accuracy": "draft", "budget": budget}
+    points = sorted(map(problem.point, starts), key=lambda x: float(np.sum(problem.residuals(x) ** 2)))
+    best = _best_of_runs(problem, points[:_TRIED])
     with suppress(NoContactError):
-        problem.options["accuracy"] = accuracy
         best = problem.run(best.x, _LONG, _CLOSENESS)
         # The solver's own error makes the misfit rough, and a search stops in a dent: central differences go on, and
         # where the curve tells it a finer accuracy.
-        data, problem.stride = problem.data, problem.model.difference
-        if data.noise < _TELLS * float(np.ptp(data.tension)) * len(problem) ** 0.5:
-            problem.options["accuracy"] = max(resolve_accuracy(accuracy).target / _TIGHTER, TIGHTEST)
-        best = _ended(problem, best.x)
-        # The valley of parameters that trade off is bent and uneven: a search from further along it may end lower.
+        problem.stride = problem.model.difference
+        tells = data.noise < _TELLS * float(np.ptp(data.tension)) * len(problem) ** 0.5
+        problem.options["accuracy"] = max(resolve_accuracy(accuracy).target / (_TIGHTER if tells else 1.0), TIGHTEST)
+        best = problem.run(best.x, _LONG, _CLOSENESS)
         for _ in range(_AGAIN):
-            before, along = best.misfit, _ALONG * best.valley()
-            further = [_ended(problem, best.x + each) for each in (-along, along)]
-            best = min([best, *further], key=lambda run: run.misfit)
-            if best.misfit > _LOWER * before:
+            best, lower = followed(best)
+            if lower is None or budget[0] < 0.0:
                 break
-    spent = problem.options["budget"][0] < 0.0
+            best = min(best, problem.run(lower, _LONG, _CLOSENESS), key=lambda run: run.misfit)
     problem.options["budget"] = None
-    return dataclasses.replace(best, converged=not spent)
-
-
-def _ended(problem: Regression, x: FloatArray) -> Fitted:
-    """Least squares from a point that ends by itself, as far as the budget goes."""
-    found = problem.run(x, _LAST, _CLOSENESS)
-    for _ in range(_AGAIN):
-        if found.converged or problem.options["budget"][0] < 0.0:
-            break
-        found = problem.run(found.x, _LAST, _CLOSENESS)
-    return found
+    # A run that spends the budget has no derivatives where it ends.
+    return dataclasses.replace(problem.fitted(best.x, budget[0] >= 0.0), ends=best.ends)
 
 
 def memories(start: Mapping[str, float], duration: float) -> list[dict[str, float]]:
-    """Points with several retardation times and modulus ratios; fast curves show a stiffer solid than the relaxed."""
+    """Points with several retardation times and modulus ratios.
+
+    An approach shows a stiffer solid than the relaxed one, and a retraction a larger adhesion than the work of it.
+    """
     return [
         {**start, "retardation_time": share * duration, "modulus_ratio": ratio,
-         "relaxed_modulus": start["relaxed_modulus"] * ratio**0.5}
+         "relaxed_modulus": start["relaxed_modulus"] * ratio**0.25,
+         "work_of_adhesion": start["work_of_adhesion"] * ratio**0.6}
         for ratio in _RATIOS
         for share in _TIMES
     ]  # fmt: skip
 
 
-def _other_memories(found: Mapping[str, float]) -> list[dict[str, float]]:
-    """Points of faster and slower memories with the instantaneous modulus of a solution."""
-    points = []
-    for faster in _FASTER:
-        stiffer = 1.0 / (found["modulus_ratio"] + (1.0 - found["modulus_ratio"]) * faster**-0.5)
-        factors = {"retardation_time": 1.0 / faster, "modulus_ratio": stiffer}
-        factors |= {"relaxed_modulus": stiffer, "work_of_adhesion": stiffer**0.5}
-        points.append({**found, **{name: factor * found[name] for name, factor in factors.items()}})
-    return points
-
-
-def _runs(problem: Regression, points: Iterable[FloatArray], evaluations: int) -> list[Fitted]:
-    """Least squares from each point, the best first; after one that leaves noise alone no other is tried."""
+def _best_of_runs(problem: Regression, points: Iterable[FloatArray]) -> Fitted:
+    """The best of short runs from points, of which no more are made after two with the lowest misfit."""
     runs: list[Fitted] = []
     failure = NoContactError("the solver completes no contact")
     for x in points:
         try:
-            runs.append(problem.run(x, evaluations, _CLOSENESS))
+            runs.append(problem.run(x, _SHORT, _CLOSENESS))
         except NoContactError as error:
             failure = error
             continue
-        if _leaves_noise(runs[-1]):
+        runs.sort(key=lambda run: run.misfit)
+        if len(runs) > 1 and runs[1].misfit < _TWICE * runs[0].misfit:
             break
     if not runs:
         raise failure
-    return sorted(runs, key=lambda run: run.misfit)
+    return runs[0]
 
 
-def _leaves_noise(run: Fitted) -> bool:
-    """Whether the residuals are as small as what neighbouring points differ by."""
-    data = run.problem.data
-    return run.misfit * data.noise < _NOISE * noise_of(data.tension)
+def followed(best: Fitted) -> tuple[Fitted, FloatArray | None]:
+    """A solution with the ends of its intervals, and a point along its valley of a lower misfit, if there is one.
+
+    The valley is the curve of least squares across the direction that the data determine least, in steps of a standard
+    deviation. Chi-square's 95 % region is taken for the ellipsoids across the valley along it, which in a linear
+    problem it is.
+    """
+    problem, reach = best.problem, best.quantile**2
+    budget, problem.options["budget"] = problem.options["budget"], None
+    jacobian, least = problem.jacobian(best.x), float(best.residuals @ best.residuals)
+    values, vectors = np.linalg.eigh(jacobian.T @ jacobian)
+    deviations = vectors * np.sqrt(best.variance / np.maximum(values, 1e-14))
+    if np.abs(deviations[:, 0]).max() > _WIDEST:
+        problem.options["budget"] = budget
+        return best, None
+    correction = -vectors[:, 1:] @ np.linalg.pinv(jacobian @ vectors[:, 1:])
+    found = [(0.0, 0.0, best.x)]
+    for side in (-1.0, 1.0):
+        x, place, length, direction = best.x, 0.0, side, deviations[:, 0]
+        for _ in range(_STEPS):
+            tried, ahead = [], x + length * direction
+            for _ in range(_CORRECTED):
+                ahead = np.clip(ahead, *problem.bounds)
+                residuals = problem.residuals(ahead)
+                tried.append((float(residuals @ residuals - least) / best.variance, ahead))
+                ahead = ahead + correction @ residuals
+            rise, ahead = min(tried, key=lambda each: each[0])
+            if rise > 3.0 * reach:
+                length *= 0.5
+                continue
+            place += length
+            found.append((place, rise, ahead))
+            if rise > reach:
+                break
+            x, direction = ahead, (ahead - x) / length
+    problem.options["budget"] = budget
+    _, rise, lowest = min(found, key=lambda each: each[1])
+    if rise < -_LOWER:
+        return best, lowest
+    if len(found) < 3:  # walls on both sides
+        return best, None
+    places, rises, points = map(np.array, zip(*sorted(found, key=lambda each: each[0]), strict=True))
+    fine = np.linspace(places[0], places[-1], 500)
+    left = reach - CubicSpline(places, rises)(fine)
+    across = np.sqrt(np.maximum(left, 0.0))[:, None] * np.linalg.norm(deviations[:, 1:], axis=1)
+    middle = CubicSpline(places, points)(fine)
+    ends = (middle - across)[left >= 0.0].min(axis=0), (middle + across)[left >= 0.0].max(axis=0)
+    return dataclasses.replace(best, ends=ends), None
 
 
 def bias_of_range(best: Fitted) -> str:
@@ -127,7 +150,8 @@ def bias_of_range(best: Fitted) -> str:
     tabor = max(best.model.setup_of(best.values, data.path.setup).tabor / LONGER, 0.05)
     path = dataclasses.replace(data.path, setup=data.path.setup.replaced(largest_tabor=tabor))
     data = dataclasses.replace(data, path=path)
-    other = dataclasses.replace(best.problem, data=data, start=best.values).run(np.zeros(best.x.size), 2)
+    problem = dataclasses.replace(best.problem, data=data, start=best.values)
+    other = problem.run(np.zeros(best.x.size), _SHORT, _CLOSENESS)
     changes = [
         f"{name} by {100.0 * (other.values[name] / best.values[name] - 1.0):+.1f} %"
         for name in best.problem.free

@@ -1,8 +1,7 @@
 """The ladder of models of a force curve, from the simplest on."""
 
 from bem.lab.models import elastic, solver, ting
-from bem.lab.models.model import CONTACT_POINT, Model, Parameter
-from bem.lab.models.path import Jump, Path
+from bem.lab.models.model import CONTACT_POINT, Jump, Model, Parameter, Path
 
 LADDER: dict[str, Model] = {each.name: each for each in (*elastic.MODELS, *ting.MODELS, solver.MODEL)}
 

@@ -13,8 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bem._support.validation import FloatArray
-from bem.lab.models.model import ADHESION, MODULUS, Model, Parameter, Values, contact_modulus
-from bem.lab.models.path import Path
+from bem.lab.models.model import ADHESION, MODULUS, Model, Parameter, Path, Values, contact_modulus
 from bem.lab.setup import Setup
 from bem.reference_solutions import maugis_dugdale
 

@@ -1,4 +1,4 @@
-"""What a model of a force curve is: its parameters, and the tension along a measured path.
+"""What a model of a force curve is: its parameters, and the tension along the path of an instrument.
 
 A model knows neither offset, tilt nor drag: those enter linearly and belong to the fit. Lengths in m, tensions in N,
 positive in tension, moduli in Pa, times in s.
@@ -6,16 +6,55 @@ positive in tension, moduli in Pa, times in s.
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, ClassVar, Literal
 
+import numpy as np
+
 from bem._support.validation import FloatArray
-from bem.lab.models.path import Path
+from bem.lab.contact_point import noise_of
 from bem.lab.setup import Setup
 
+_CLOSENESS = 1e-3  # of the range of the path, by which the lines may miss a measured point
+_FEWEST = 4  # samples between two corners, from which a line through them is better than one through the corners
+MOST_KNOTS = 400
+
 Values = Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Jump:
+    """A change of a measured force between two samples that stands out of noise and neighbours."""
+
+    time: float
+    """Midway between the samples, in s."""
+    level: float
+    """Tension midway between theirs, over that of the baseline, in N."""
+    out: bool
+    """Whether out of contact, where the tension falls, or into it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Path:
+    """What an instrument moved: `place` (m), of the stage behind the setup's spring or of the sphere, at `time` (s)."""
+
+    time: FloatArray
+    place: FloatArray
+    setup: Setup
+
+    @property
+    def compliance(self) -> float:
+        """Of the spring, in m/N; zero without one."""
+        return 0.0 if self.setup.stiffness is None else 1.0 / self.setup.stiffness
+
+    @cached_property
+    def lines(self) -> tuple[FloatArray, FloatArray]:
+        """Instants, in s from the first, and places, in m, of the corners between which the path is straight."""
+        return straight_lines(self.time, self.place)
 
 
 @dataclass(frozen=True)
@@ -89,3 +128,45 @@ class Model:
 def contact_modulus(values: Values, setup: Setup) -> float:
     """E* = E / (1 - nu^2), in Pa."""
     return values["relaxed_modulus"] / (1.0 - setup.poisson_ratio**2)
+
+
+def straight_lines(time: FloatArray, path: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Instants from zero, in s, and positions, in m, of few points between which a measured path is straight.
+
+    Lines are split at the point they miss most (Ramer, 1972; Douglas and Peucker, 1973) until none is missed by more
+    than a thousandth of the range, or by three standard deviations of the noise. A corner falls between two samples: it
+    is where the lines through the points on either side of it meet.
+    """
+    time, first = np.unique(time - time[0], return_index=True)
+    depth = path[first]
+    allowed = max(_CLOSENESS * float(np.ptp(depth)), 3.0 * noise_of(depth))
+    kept, open_pieces = {0, time.size - 1}, [(0, time.size - 1)]
+    while open_pieces and len(kept) < MOST_KNOTS:
+        begin, end = open_pieces.pop()
+        line = np.interp(time[begin : end + 1], time[[begin, end]], depth[[begin, end]])
+        missed = np.abs(depth[begin : end + 1] - line)
+        worst = int(np.argmax(missed))
+        if missed[worst] > allowed:
+            kept.add(begin + worst)
+            open_pieces += [(begin, begin + worst), (begin + worst, end)]
+    return _corners(time, depth, sorted(kept))
+
+
+def _corners(time: FloatArray, depth: FloatArray, knots: list[int]) -> tuple[FloatArray, FloatArray]:
+    """Corners near the samples `knots`: where the lines through the points on either side meet, if within a sample."""
+    corners = {knot: (float(time[knot]), float(depth[knot])) for knot in knots}
+    straight = [(a, b) for a, b in itertools.pairwise(knots) if b - a > _FEWEST]
+    lines = [np.polynomial.Polynomial.fit(time[a + 1 : b], depth[a + 1 : b], 1).convert().coef for a, b in straight]
+    for ((_, end), (begin, _)), (before, after) in zip(
+        itertools.pairwise(straight), itertools.pairwise(lines), strict=True
+    ):
+        # One corner may have left two knots, the samples on either side of it.
+        if begin - end > 1 or before.size < 2 or after.size < 2 or before[1] == after[1]:
+            continue
+        instant = (after[0] - before[0]) / (before[1] - after[1])
+        if time[end - 1] <= instant <= time[begin + 1]:
+            corners[end] = float(instant), float(before[0] + before[1] * instant)
+            if begin > end:
+                del corners[begin]
+    instants, places = np.array(list(corners.values())).T
+    return instants, places

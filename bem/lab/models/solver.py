@@ -14,8 +14,7 @@ from typing import ClassVar
 import numpy as np
 
 from bem._support.validation import FloatArray
-from bem.lab.models.model import ADHESION, MODULUS, MODULUS_RATIO, RETARDATION_TIME, Model, Values
-from bem.lab.models.path import Jump, Path
+from bem.lab.models.model import ADHESION, MODULUS, MODULUS_RATIO, RETARDATION_TIME, Jump, Model, Path, Values
 from bem.lab.setup import Setup
 from bem.materials import Elastic, PronySeries, StandardLinearSolid
 from bem.protocol import PiecewiseLinearProtocol, default_start_indentation
@@ -63,8 +62,7 @@ class Simulated(Model):
         inside = np.flatnonzero(depth > near)
         first = int(inside[0]) if inside.size else 0
         if first > 0:
-            share = (near - depth[first - 1]) / (depth[first] - depth[first - 1])
-            start = time[first - 1] + share * (time[first] - time[first - 1])
+            start = float(np.interp(near, depth[first - 1 : first + 1], time[first - 1 : first + 1]))
             ahead = first + int(start >= time[first])
             time, depth = np.append(start, time[ahead:]), np.append(near, depth[ahead:])
         return PiecewiseLinearProtocol((time - time[0]) / setup.time_scale, depth), float(path.time[0] + time[0])

@@ -6,8 +6,9 @@ surface follows the sphere, or relaxes freely where it would have to be pulled. 
 spring too.
 
 The power law, E(t) = E1 (t / 1 s)^(-exponent), is a sum of exponentials with times a factor apart, the trapezoidal rule
-of its Laplace integral in the logarithm of the rate, which converges exponentially; rates too slow for the curve count
-as an elastic rest. Sources: Ting, J. Appl. Mech. 33 (1966) 845; Efremov et al., Sci. Rep. 7 (2017) 1541.
+of its Laplace integral in the logarithm of the rate, which converges exponentially; one term each stands for all that
+are faster than the shortest step and slower than the curve. Sources: Ting, J. Appl. Mech. 33 (1966) 845; Efremov et
+al., Sci. Rep. 7 (2017) 1541.
 """
 
 from __future__ import annotations
@@ -21,8 +22,16 @@ from scipy.special import gamma
 
 from bem._support.jit import kernel
 from bem._support.validation import FloatArray
-from bem.lab.models.model import MODULUS, MODULUS_RATIO, RETARDATION_TIME, Model, Parameter, Values, contact_modulus
-from bem.lab.models.path import Path
+from bem.lab.models.model import (
+    MODULUS,
+    MODULUS_RATIO,
+    RETARDATION_TIME,
+    Model,
+    Parameter,
+    Path,
+    Values,
+    contact_modulus,
+)
 
 MODULUS_AT_1S = Parameter("modulus_at_1s", "Pa", "logarithm", 1e0, 1e12, "a deeper indentation")
 EXPONENT = Parameter("exponent", "", "logit", 1e-3, 0.98, "a dwell and ramps of different lengths")
@@ -79,10 +88,12 @@ def pressed(
     decay, gain = np.ones(times.size), strengths.copy()
     touched = False
     for n in range(1, time.size):
-        touched = touched or apart[n] > 0.0
-        if not touched:
+        if not touched and apart[n] <= 0.0:
             continue
         step = time[n] - time[n - 1]
+        if not touched:
+            step *= min(apart[n] / (apart[n] - apart[n - 1]), 1.0)
+        touched = True
         stiff = relaxed
         for j in range(times.size):
             decay[j] = np.exp(-step / times[j])
@@ -122,14 +133,19 @@ def one_time(values: Values, path: Path) -> Relaxation:
 
 
 def power_law(values: Values, path: Path) -> Relaxation:
-    """Terms between the shortest step of the path and its duration."""
+    """Terms between the shortest step of the path and its duration, and one on either side of them.
+
+    The slower rates relax by a part that is linear in time, the faster ones at once: either is known by two moments.
+    """
     steps = np.diff(path.time)
     fastest, slowest = _FASTEST / float(np.median(steps)), _SLOWEST / float(np.ptp(path.time))
     logarithms = np.arange(np.log(slowest), np.log(fastest), _STEP)
+    low, high = np.exp(logarithms[[0, -1]] + 0.5 * _STEP * np.array([-1.0, 1.0]))
     alpha, modulus = values["exponent"], values["modulus_at_1s"] / (1.0 - path.setup.poisson_ratio**2)
-    rest = np.exp(alpha * (logarithms[0] - 0.5 * _STEP)) / alpha
-    strengths = modulus / gamma(alpha) * _STEP * np.exp(alpha * logarithms)
-    return modulus / gamma(alpha) * rest, strengths, np.exp(-logarithms)
+    rates = np.hstack([low * alpha / (1.0 + alpha), np.exp(logarithms), high * (2.0 - alpha) / (1.0 - alpha)])
+    last = high**alpha * (2.0 - alpha) / (1.0 - alpha) ** 2
+    strengths = np.hstack([low**alpha / alpha, _STEP * np.exp(alpha * logarithms), last])
+    return 0.0, modulus / gamma(alpha) * strengths, 1.0 / rates
 
 
 _TITLE = "Ting: viscoelastic sphere without adhesion"

@@ -7,9 +7,12 @@ import pytest
 
 from bem.discretisation import master_grid
 from bem.lab import ForceCurve, Setup, fit
-from bem.lab.fitting import ALL, FitError, guess_setup, simulated
+from bem.lab.contact_point import noise_of
+from bem.lab.fitting import ALL, FitError, guess_setup, regression, simulated
+from bem.lab.fitting.curve_fit import windows_of_depth
 from bem.lab.fitting.measurement import measurement_of, prescribed_path
-from bem.lab.fitting.starts import windows_of_depth
+from bem.lab.fitting.regression import Regression
+from bem.lab.models import LADDER, Path
 from experiments.robustness.lab_curves import CLASSES
 from tests.bem.lab.measurement import BEAD, TRUTH, measured
 
@@ -96,6 +99,26 @@ def test_each_class_of_closed_forms_is_recognised(model):
     assert np.mean(inside) >= 0.85
 
 
+def test_a_power_law_is_not_taken_for_adhesion():
+    time = np.linspace(0.0, 1.4, 600)
+    place = 0.8e-6 - 1.6e-6 * np.abs(time / 0.7 - 1.0)
+    setup = Setup(radius=5e-6, work_of_adhesion=1e-3, relaxed_modulus=1e3)
+    truth = {"modulus_at_1s": 2e3, "exponent": 0.25, "contact_point": 0.0}
+    tension = LADDER["ting_power_law"].tension(truth, Path(time, place, setup))
+    noise = 0.002 * np.ptp(tension) * np.random.default_rng(0).standard_normal(600)
+    result = fit(ForceCurve(time=time, indentation=place, force=tension + noise), setup)
+    assert result.adequate
+    assert [rung.model for rung in result.ladder][-2:] == ["ting", "ting_power_law"]
+    assert result.model == "ting_power_law"
+    assert result.values["exponent"] == pytest.approx(0.25, rel=0.02)
+    # On the approach alone the residuals of adhesion are noise too.
+    approach = fit(ForceCurve(time=time, indentation=place, force=tension + 4.0 * noise), setup, segment="approach")
+    assert min(rung.misfit for rung in approach.ladder if rung.model in ("dmt", "jkr")) < 1.15
+    assert "ting_power_law" in (approach.model, *approach.alike)
+    low, high = approach.intervals["contact_point"]
+    assert low < 0.0 < high
+
+
 def test_intervals_hold_under_correlated_noise():
     inside = []
     for seed in range(10):
@@ -103,6 +126,14 @@ def test_intervals_hold_under_correlated_noise():
         low, high = fit(curve, setup, model="hertz").intervals["relaxed_modulus"]
         inside.append(low <= truth["relaxed_modulus"] <= high)
     assert sum(inside) >= 8
+
+
+def test_correlated_noise_is_not_taken_for_adhesion_or_relaxation():
+    for seed in range(8):
+        curve, setup, _ = CLASSES["hertz"](np.random.default_rng([seed, 3]), noise=0.01, correlation=0.93)
+        result = fit(curve, setup)
+        assert result.model == "hertz", seed
+        assert result.adequate
 
 
 def test_no_adhesion_is_allowed_and_reported_as_zero():
@@ -146,6 +177,12 @@ def test_a_segment_or_a_range_alone_is_fitted(segment):
     assert force.values["relaxed_modulus"] == pytest.approx(truth["relaxed_modulus"], rel=0.1)
 
 
+def test_the_noise_is_that_of_the_points_that_count():
+    curve, setup, _ = CLASSES["jkr"](np.random.default_rng(3), noise=0.01)
+    for segment in ("both", "approach"):
+        assert fit(curve, setup, model="jkr", segment=segment).noise == pytest.approx(noise_of(curve.force), rel=0.1)
+
+
 def test_what_the_curve_does_not_determine_is_said(curve):
     """A dwell far shorter than the retardation time shows no end of the relaxation."""
     early = fit(curve, BEAD.replaced(retardation_time=1e5), ("relaxed_modulus", "modulus_ratio", "contact_point"))
@@ -164,6 +201,14 @@ def test_what_the_curve_does_not_determine_is_said(curve):
             "range must be a force, in a unit such as N; received the unit 'kg'",
         ),
         ((BEAD, None, "hertz", "both", (1e-6, 0.0)), "the range must grow"),
+        (
+            (BEAD, None, "hertz", "both", ("0 um", "2 uN")),
+            "range must be a force, in a unit such as N; received .*'um'",
+        ),
+        (
+            (BEAD, None, "hertz", "both", ("5 mm", "6 mm")),
+            r"the range must hold 10 points in contact; received \('5 mm', '6 mm'\), which holds 0",
+        ),
         ((BEAD, None, "cone"), "half_angle must be given for a cone or a pyramid"),
         ((BEAD, ()), "free must be one or more"),
         ((BEAD, ("force_offset",)), "with or without force_offset, tilt and drag; received 'force_offset'"),
@@ -186,6 +231,20 @@ def test_a_search_that_spends_its_budget_says_so(curve, monkeypatch):
     monkeypatch.setattr(simulated, "_WORK", 2e7)
     spent = fit(curve, BEAD, ("relaxed_modulus", "work_of_adhesion", "contact_point"), accuracy="draft")
     assert any(text.startswith("The search did not converge") for text in spent.sentences)
+
+
+@pytest.mark.parametrize("evaluations", [0.5, 3.5, 45.5])
+def test_a_search_that_spends_its_budget_has_derivatives_where_it_ends(curve, monkeypatch, evaluations):
+    # The second start spends the budget, when the solutions of the first are forgotten.
+    start = {"relaxed_modulus": 1.8e6, "work_of_adhesion": 0.05, "contact_point": TRUTH["contact_point"]}
+    budget = [0.0]
+    problem = Regression(LADDER["solver"], measurement_of(curve, BEAD), start, tuple(start))
+    problem.model.tension(start, problem.data.path, budget=budget)
+    monkeypatch.setattr(simulated, "_WORK", -budget[0] * evaluations)
+    monkeypatch.setattr(regression, "_REMEMBERED", 8)
+    found = simulated.search(problem, [start, start | {"work_of_adhesion": 0.1}], "draft")
+    assert not found.converged
+    assert all(np.isfinite(ends).all() for ends in found.intervals()[0].values())
 
 
 def test_windows_that_only_pull_have_no_modulus():
